@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace symrig {
+
+/// How T is acquired.
+enum class Algorithm : std::uint8_t {
+  symrig,  ///< the paper's with noise-aware tests and the concentration guard (default)
+  paper,   ///< [Garg06 §5.2] as published
+  dual,    ///< [Sen05] as the paper's §6.1 describes it
+  brute,   ///< one pattern a pixel
+};
+std::string_view name(Algorithm algorithm);
+/// fails: unknown_name.
+Result<Algorithm> parse_algorithm(std::string_view text);
+
+/// When a node is a leaf. F = RMS of the flood-lit photograph; n = samples compared.
+struct RankRule {
+  double signal_fraction = 0.02;  ///< τ_R: squared misfit allowed as a share (squared) of the squared signal
+  double flood_fraction = 3e-4;   ///< τ_A: RMS misfit allowed as a share of F (absolute tolerance)
+  double empty_fraction = 3e-4;   ///< τ_E: a node whose RMS is below this share of F is *empty*
+  double noise_sigmas = 0;  ///< k: misfit allowed on top, expected noise V (1 + k √(2/n)); 0 = no noise term
+  double concentration =
+      1;  ///< g: no leaf if one child pair carries more than this share of the energy; 1 = off
+};
+
+struct CaptureOptions {
+  Algorithm algorithm = Algorithm::symrig;
+  RankRule rule;                 ///< default_rule(algorithm) unless set
+  double dual_threshold = 3e-4;  ///< dual: response below this share of F is not refined
+  std::int64_t memory_limit = std::int64_t{12}
+                              << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
+  Progress progress;                  ///< may be empty
+};
+
+/// The rule each algorithm runs with by default.
+RankRule default_rule(Algorithm algorithm);
+
+struct CaptureResult {
+  TransportTensor tensor;
+  std::int64_t patterns = 0;                     ///< photographs taken
+  std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one
+  double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
+};
+
+/// Measures T through the probe. The result is complete at any grid size, 1×1 included.
+/// fails: whatever the probe fails with; bad_value if every photograph is invalid; limit; interrupted.
+Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options);
+
+}  // namespace symrig

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <functional>
+#include <span>
+
+namespace symrig {
+
+/// Truth to be measured against: photograph = T · pattern, signed patterns allowed. [projector grid, 1
+/// channel] → [camera grid, channels].
+using TrueTransport = std::function<Result<Image<float>>(const Image<float>& pattern)>;
+
+/// The errors of DESIGN §4, each relative: ‖estimate − truth‖ / ‖truth‖ over all channels.
+struct TransportErrors {
+  double frobenius =
+      0;  ///< (T̃−T)Z over Rademacher Z: an unbiased estimate of the relative Frobenius error (in squares)
+  double indirect = 0;         ///< lit cells A, observed cells not-A: transport without the direct light
+  double flood = 0;            ///< all projector pixels on
+  double relight_bar = 0;      ///< a vertical bar, an eighth of the width
+  double relight_random = 0;   ///< random binary pattern
+  double relight_natural = 0;  ///< a smooth textured picture
+  double bar_indirect = 0;     ///< the bar, seen only outside it [Garg06 Fig. 8]
+};
+
+struct EvaluateOptions {
+  int probes = 12;  ///< random vectors for frobenius and indirect
+  unsigned seed = 7;
+};
+
+/// fails: size_mismatch, whatever truth fails with.
+Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
+                                 const EvaluateOptions& options = {});
+
+/// The pictures that errors and reports are made with. values in [0,1], one channel.
+Image<float> bar_pattern(Grid grid);
+Image<float> natural_pattern(Grid grid, unsigned seed);
+Image<float> random_pattern(Grid grid, unsigned seed);
+
+}  // namespace symrig

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/image/radiance.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// What a Probe has spent so far.
+struct ProbeCost {
+  std::int64_t photographs = 0;  ///< answered patterns
+  std::int64_t frames = 0;       ///< single exposures behind them (black frames included)
+  double rig_seconds = 0;        ///< time on the rig's clock (simulated or real)
+  double simulate_seconds = 0;   ///< host time spent on pretending to be a scene (0 on a real rig)
+  double merge_seconds = 0;      ///< host time spent on merging frames
+};
+
+/// The one interface that everything meets at: a simulated scene, a real rig, a recorded capture and a remote
+/// rig all are a Probe.
+class Probe {
+ public:
+  Probe() = default;
+  Probe(const Probe&) = delete;
+  Probe& operator=(const Probe&) = delete;
+  virtual ~Probe() = default;
+
+  /// The pixel-aligned grid of patterns and photographs.
+  virtual Grid grid() const = 0;
+  /// Channels of each photograph (patterns always have one: white light).
+  virtual int channels() const = 0;
+
+  /// Shows each pattern and returns what the camera saw, as radiance per unit of projector light.
+  /// patterns: one channel, values in [0,1] on grid(). Result: one Radiance a pattern, on the same grid,
+  /// channels() channels. fails: size_mismatch, bad_value, device errors. On failure no photograph is
+  /// returned.
+  virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
+
+  virtual ProbeCost cost() const = 0;
+  /// One line for reports: "sim:vgroove-textured?size=64x64".
+  virtual std::string describe() const = 0;
+};
+
+}  // namespace symrig

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace symrig {
+
+/// What a leaf is held as.
+enum class LeafKind : std::uint8_t { rank1 = 0, low_rank = 1, empty = 2, scalar = 3 };
+std::string_view name(LeafKind kind);
+
+/// Leaf: T_IJ ≈ A Bᵀ, one pair (A, B) a channel.
+/// A [|I| × rank]: on the camera's block I = [row_begin, row_end) in tree order; B [|J| × rank]: on the
+/// projector's block J. rank 0 is an *empty* leaf (known to be below the noise). In a symmetric tensor a leaf
+/// with I ≠ J stands for T_JI too.
+struct Leaf {
+  std::int32_t row_begin = 0, row_end = 0;
+  std::int32_t col_begin = 0, col_end = 0;
+  std::int32_t rank = 0;
+  std::int32_t level = 0;  ///< level of the block tree at which the node was accepted
+  std::int64_t factors =
+      0;  ///< offset of its floats in the factor pool: for each channel A (column-major), then B
+
+  std::int32_t rows() const { return row_end - row_begin; }
+  std::int32_t cols() const { return col_end - col_begin; }
+};
+
+/// One column of the sparse part: T[row, j] = value for every projector pixel j in [col_begin, col_end).
+/// A scalar leaf is an entry of a column one pixel wide; dual photography's coarse measurements are entries
+/// of wider columns.
+struct SparseColumn {
+  std::int32_t col_begin = 0, col_end = 0;
+  std::int32_t level = 0;
+  std::int64_t first = 0, last = 0;  ///< its entries: [first, last) in rows / values
+};
+
+/// Counts of one level, as Fig. 9 of the paper shows them.
+struct LeafCounts {
+  std::int64_t rank1 = 0, low_rank = 0, empty = 0, scalar = 0;
+};
+
+/// photograph = T · pattern, with T held as a hierarchical tensor [Garg06 §5.1]: low-rank leaves + a sparse
+/// part.
+///
+/// T is [camera pixels × projector pixels]. On a coaxial rig both grids are the same and T = Tᵀ:
+/// `symmetric()` is true and only one half is stored. A tensor made from plain photographs (camera ≠
+/// projector grid) is not symmetric and holds all of T. Immutable after `TensorBuilder::finish`. Cheap to
+/// move, expensive to copy. Thread-safe for reading.
+class TransportTensor {
+ public:
+  TransportTensor() = default;
+
+  Grid camera_grid() const { return camera_.grid(); }
+  Grid projector_grid() const { return symmetric_ ? camera_.grid() : projector_.grid(); }
+  int channels() const { return channels_; }
+  bool symmetric() const { return symmetric_; }
+  const BlockTree& camera_tree() const { return camera_; }
+  const BlockTree& projector_tree() const { return symmetric_ ? camera_ : projector_; }
+
+  /// photograph = T · pattern.  shapes: projector grid (1 channel) → camera grid (channels()).
+  /// units: pattern 0..1 → radiance per unit of projector light.
+  /// error: float sums, ≤ kApplyEpsilon · Σ_leaf |A||B|ᵀ|pattern| per pixel.  fails: size_mismatch.  source:
+  /// [Garg06 §5.1]
+  Result<Image<float>> apply(const Image<float>& pattern) const;
+
+  /// dual photograph = Tᵀ · light: what the projector would see if the camera's pixels shone.  shapes: camera
+  /// grid (1 channel) → projector grid (channels()).  Same error and failures as apply.  source: [Sen05 §3]
+  Result<Image<float>> apply_transposed(const Image<float>& light) const;
+
+  /// The tensor as it stood when acquisition had reached `level`: deeper leaves are replaced by the rank-1
+  /// estimate of their ancestor at that level, c r'/s with c = T_IJ 1, r = T_JI 1, s = Σc.  Needs
+  /// symmetric().  source: [Garg06 §5.2, Fig. 11]
+  TransportTensor stopped_at(int level) const;
+
+  /// One per level 0..levels-1 of the deeper of the two trees. A scalar leaf is counted at the level it was
+  /// accepted.
+  std::vector<LeafCounts> leaves_per_level() const;
+  /// Largest level of any leaf that covers (i, i): picture of the subdivision along the diagonal, camera
+  /// grid. [Garg06 Fig. 2d]
+  Image<float> level_map() const;
+  /// A slice of T: rows and columns are the pixels of one camera row (paper Fig. 2c). camera_row in [0,
+  /// rows). shapes: [cols × cols] of one channel. For symmetric tensors.
+  Result<Image<float>> slice(int camera_row, int channel) const;
+  /// Bytes of factors, values and index in memory.
+  std::int64_t bytes() const;
+  /// Bytes of T as a dense float matrix, all channels.
+  double dense_bytes() const;
+
+  std::span<const Leaf> leaves() const { return leaves_; }
+  std::span<const float> factors() const { return factors_; }
+  std::span<const SparseColumn> columns() const { return columns_; }
+  std::span<const std::int32_t> rows() const {
+    return rows_;
+  }  ///< camera pixel (tree order) of each sparse entry
+  std::span<const float> values() const {
+    return values_;
+  }  ///< [channel][entry]: values()[channel * rows().size() + entry]
+
+  /// y += T p (or Tᵀ p) in tree order.  p: projector pixels, y: camera pixels (swapped when transposed), one
+  /// channel.
+  void apply_tree(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+
+ private:
+  friend class TensorBuilder;
+
+  BlockTree camera_, projector_;  // projector_ is empty when symmetric_
+  bool symmetric_ = true;
+  int channels_ = 1;
+  std::vector<Leaf> leaves_;
+  std::vector<float> factors_;
+  std::vector<SparseColumn> columns_;
+  std::vector<std::int32_t> rows_;
+  std::vector<float> values_;
+};
+
+/// Grows a tensor leaf by leaf (acquisition, fit and file loading do), and checks each.
+class TensorBuilder {
+ public:
+  /// Symmetric tensor on one grid.
+  TensorBuilder(BlockTree tree, int channels);
+  /// General tensor.
+  TensorBuilder(BlockTree camera, BlockTree projector, int channels);
+
+  /// Adds a leaf. factors: for each channel A [rows × rank] column-major, then B [cols × rank]; empty for
+  /// rank 0. In a symmetric tensor give each unordered pair of blocks once.
+  void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
+                int rank, int level, std::span<const float> factors);
+  /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for
+  /// T[col, row] too.
+  void add_scalar(std::int32_t row, std::int32_t col, int level, std::span<const float> values);
+  /// Adds a sparse column (not for symmetric tensors): T[row_k, j] = values[channel * n + k] for j in
+  /// [col_begin, col_end).
+  void add_column(std::int32_t col_begin, std::int32_t col_end, int level, std::span<const std::int32_t> rows,
+                  std::span<const float> values);
+
+  /// Takes what was added so far and sorts the scalars into columns; the tensor so far can be applied
+  /// (acquisition subtracts it).
+  const TransportTensor& current();
+  TransportTensor finish() &&;
+
+ private:
+  struct Scalar {
+    std::int32_t row, col, level;
+    std::int64_t value;  // offset in scalar_values_
+  };
+  void absorb_scalars();
+
+  TransportTensor tensor_;
+  std::vector<Scalar> scalars_;
+  std::vector<float> scalar_values_;
+};
+
+}  // namespace symrig
