@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: Apache-2.0
+# The packages that libsymrig links. Read twice: by host/CMakeLists.txt, and, installed beside symrigConfig.cmake, by
+# whoever calls find_package(symrig): a static library passes its private dependencies on to the final link.
+include(CMakeFindDependencyMacro)
+
+find_dependency(Threads)
+find_dependency(Eigen3 3.4 NO_MODULE)
+find_dependency(fmt)
+find_dependency(TBB)
+find_dependency(nlohmann_json)
+find_dependency(OpenEXR)
+find_dependency(PNG)
+find_dependency(hwy)
+set(HDF5_PREFER_PARALLEL OFF)
+find_dependency(HDF5 COMPONENTS C)
