@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace symrig::boards {
+class SimBoard;
+}
+
+namespace symrig::device {
+
+/// A pipe of bytes to one board, with its own idea of time: the wall clock on a cable, virtual time in
+/// process.
+class Link {
+ public:
+  Link() = default;
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+  virtual ~Link() = default;
+
+  /// Sends all bytes. fails: device_lost.
+  virtual Result<void> send(std::span<const std::uint8_t> bytes) = 0;
+  /// Waits until bytes arrive or `timeout` has passed; then the result is empty. fails: device_lost.
+  virtual Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) = 0;
+  /// Time on the link's clock since it was opened.
+  virtual Nanoseconds now() const = 0;
+};
+
+/// In process to a board in virtual time: waiting advances the board's clock. The board must outlive the
+/// link.
+std::unique_ptr<Link> make_sim_link(boards::SimBoard& board);
+
+}  // namespace symrig::device
