@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+# cmake -DBUILD= -DSOURCE= -DWORK= -DBUILD_TYPE= -DGENERATOR= -DCXX= -DC= -P install_test.cmake
+set(prefix ${WORK}/prefix)
+file(REMOVE_RECURSE ${WORK})
+
+function(step what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE code OUTPUT_VARIABLE printed ERROR_VARIABLE printed)
+  message("${what}: ${ARGN}\n${printed}")
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${code})")
+  endif()
+endfunction()
+
+step("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix})
+# Nothing installed may point back at the tree that it was built in.
+file(GLOB_RECURSE cmake_files ${prefix}/*.cmake)
+get_filename_component(tree ${SOURCE}/../../.. ABSOLUTE)
+foreach(file IN LISTS cmake_files)
+  file(STRINGS ${file} back REGEX "${tree}/(host|protocol|hal|firmware|boards|build|\\.deps)")
+  if(back)
+    message(FATAL_ERROR "${file} points into the build tree: ${back}")
+  endif()
+endforeach()
+
+step("configure" ${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
+  -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
+step("build" ${CMAKE_COMMAND} --build ${WORK}/build)
+step("run" ${WORK}/build/relight)
+step("installed command" ${prefix}/bin/symrig --version)
