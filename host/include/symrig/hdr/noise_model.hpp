@@ -53,7 +53,7 @@ class NoiseModel {
   /// True when every number can be used: 1..16 bits, positive gain and full well, saturation above the
   /// pedestal.
   bool valid() const;
-  /// "12 bits, full well 20000 e-, read noise 6 e-, gain 0.201550 DN/e-, pedestal 64 DN, saturated from 4087
+  /// "12 bits, full well 20000 e-, read noise 6 e-, gain 0.20155 DN/e-, pedestal 64 DN, saturated from 4088
   /// DN"
   std::string to_string() const;
 

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/merge.hpp"
+
+#include "hdr/merge_kernel.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+// Why the frames share one estimate. The best weight of sample k is 1 / Var[x_k], and the shot noise in it
+// depends on the unknown radiance. If each sample judged itself, one that fell low by chance would claim a
+// small variance and pull the mean down with a large weight. So the radiance is first estimated from all
+// usable samples together (total electrons over total time: the maximum-likelihood estimate when shot noise
+// dominates), and every weight is taken at that one estimate. What is left of the correlation is of second
+// order: d mean / d estimate vanishes where the samples agree.
+
+namespace symrig {
+namespace {
+
+constexpr std::size_t kGrain = std::size_t{1}
+                               << 14;  // pixels of one task; also the length of the all-zero black
+
+bool finite(std::span<const float> values) {
+  std::uint32_t largest =
+      0;  // integer maximum: vectorised, where a floating-point test with an early exit is not
+  for (const float v : values) largest = std::max(largest, std::bit_cast<std::uint32_t>(v) & 0x7FFFFFFFU);
+  return largest < 0x7F800000U;
+}
+
+Error bad_argument(std::string what, std::string hint = {}) {
+  return {ErrorCode::bad_argument, std::move(what), std::move(hint)};
+}
+
+Result<void> check_frames(std::span<const Frame> frames, std::size_t values) {
+  if (frames.empty() || frames.size() > kMaxFrames)
+    return bad_argument(fmt::format("bracket has {} frames; must have 1 to {}", frames.size(), kMaxFrames));
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    if (frames[k].exposure <= Nanoseconds{0})
+      return bad_argument(
+          fmt::format("exposure of frame {} is {} ns; must be above 0", k, frames[k].exposure.count()),
+          "give the shutter time as measured from the pulse");
+    if (frames[k].raw.size() != values)
+      return Error{ErrorCode::size_mismatch, fmt::format("frame {} has {} samples; the grid needs {}", k,
+                                                         frames[k].raw.size(), values)};
+  }
+  return {};
+}
+
+Result<void> check_black(const Radiance& black, Grid grid, int channels) {
+  const auto fits = [&](const auto& image) { return image.grid() == grid && image.channels() == channels; };
+  if (!fits(black.mean) || !fits(black.variance) || !fits(black.valid))
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("black photograph is {} with {} channels; the bracket is {} with {}",
+                             to_string(black.mean.grid()), black.mean.channels(), to_string(grid), channels)};
+  if (!finite(black.mean.values()) || !finite(black.variance.values()))
+    return Error{ErrorCode::bad_value, "black photograph holds NaN or infinity"};
+  return {};
+}
+
+Result<void> check_dead(const Image<std::uint8_t>& dead, Grid grid, int channels) {
+  if (dead.grid() == grid && (dead.channels() == 1 || dead.channels() == channels)) return {};
+  return Error{ErrorCode::size_mismatch, fmt::format("dead-pixel mask is {}; the bracket is {}",
+                                                     to_string(dead.grid()), to_string(grid))};
+}
+
+Result<void> check(std::span<const Frame> frames, Grid grid, int channels, const NoiseModel& noise,
+                   const MergeOptions& options) {
+  if (!grid.valid() || channels < 1)
+    return bad_argument(
+        fmt::format("cannot merge a bracket of {} pixels and {} channels", to_string(grid), channels));
+  if (!noise.valid()) return bad_argument("noise model cannot be used: " + noise.to_string());
+  if (!std::isfinite(options.scale) || options.scale <= 0)
+    return bad_argument(fmt::format("scale = {}; must be a positive number", options.scale));
+  SYMRIG_CHECK(
+      check_frames(frames, static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(channels)));
+  if (options.black) SYMRIG_CHECK(check_black(*options.black, grid, channels));
+  if (options.dead) SYMRIG_CHECK(check_dead(*options.dead, grid, channels));
+  return {};
+}
+
+/// Time in units of the longest exposure keeps every float near 1, whatever the shutter.
+hdr::BracketConstants constants(std::span<const Frame> frames, const NoiseModel& noise, double scale) {
+  const auto longest = std::ranges::max(frames, {}, &Frame::exposure).exposure;
+  hdr::BracketConstants bracket;
+  bracket.frames = frames.size();
+  bracket.pedestal = static_cast<float>(noise.pedestal());
+  bracket.saturation = static_cast<float>(noise.saturation_code());
+  bracket.electrons_per_code = static_cast<float>(1 / noise.gain());
+  bracket.scale = static_cast<float>(scale / seconds(longest));
+  bracket.lowest_rate = static_cast<float>(-noise.floor_variance() / 2);
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const double t = seconds(frames[k].exposure) / seconds(longest);
+    bracket.time[k] = static_cast<float>(t);
+    bracket.floor[k] = static_cast<float>(noise.floor_variance() / t);
+    bracket.per_code[k] = static_cast<float>(1 / (noise.gain() * t));
+  }
+  return bracket;
+}
+
+/// What is subtracted when there is no black photograph.
+struct NoBlack {
+  std::vector<float> zero = std::vector<float>(kGrain, 0.0F);
+  std::vector<std::uint8_t> valid = std::vector<std::uint8_t>(kGrain, 1);
+};
+
+hdr::MergeRange slice(std::span<const Frame> frames, const Radiance* black, Radiance& out, std::size_t begin,
+                      std::size_t end) {
+  static const NoBlack no_black;
+  hdr::MergeRange range;
+  for (std::size_t k = 0; k < frames.size(); ++k) range.raw[k] = frames[k].raw.data() + begin;
+  range.black = black ? black->mean.values().data() + begin : no_black.zero.data();
+  range.black_variance = black ? black->variance.values().data() + begin : no_black.zero.data();
+  range.black_valid = black ? black->valid.values().data() + begin : no_black.valid.data();
+  range.mean = out.mean.values().data() + begin;
+  range.variance = out.variance.values().data() + begin;
+  range.valid = out.valid.values().data() + begin;
+  range.count = end - begin;
+  return range;
+}
+
+void drop_dead(const Image<std::uint8_t>& dead, Radiance& out) {
+  for (int c = 0; c < out.mean.channels(); ++c) {
+    const auto mask = dead.plane(dead.channels() == 1 ? 0 : c);
+    const auto mean = out.mean.plane(c), variance = out.variance.plane(c);
+    const auto valid = out.valid.plane(c);
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      mean[i] = mask[i] ? 0 : mean[i];
+      variance[i] = mask[i] ? 0 : variance[i];
+      valid[i] = mask[i] ? 0 : valid[i];
+    }
+  }
+}
+
+bool shaped(const Radiance& radiance, Grid grid, int channels) {
+  const auto fits = [&](const auto& image) { return image.grid() == grid && image.channels() == channels; };
+  return fits(radiance.mean) && fits(radiance.variance) && fits(radiance.valid);
+}
+
+}  // namespace
+
+Result<void> merge_into(std::span<const Frame> frames, Grid grid, int channels, const NoiseModel& noise,
+                        const MergeOptions& options, Radiance& out) {
+  SYMRIG_CHECK(check(frames, grid, channels, noise, options));
+  if (!shaped(out, grid, channels))
+    out = {Image<float>(grid, channels), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels)};
+  const auto bracket = constants(frames, noise, options.scale);
+  const std::size_t values = out.mean.values().size();
+  const std::size_t tasks = (values + kGrain - 1) / kGrain;
+  tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
+    const std::size_t begin = task * kGrain;
+    hdr::merge_range(bracket, slice(frames, options.black, out, begin, std::min(begin + kGrain, values)));
+  });
+  if (options.dead) drop_dead(*options.dead, out);
+  return {};
+}
+
+Result<Radiance> merge(std::span<const Frame> frames, Grid grid, int channels, const NoiseModel& noise,
+                       const MergeOptions& options) {
+  Radiance out;
+  SYMRIG_CHECK(merge_into(frames, grid, channels, noise, options, out));
+  return out;
+}
+
+Result<Radiance> average(std::span<const Radiance> photographs) {
+  if (photographs.empty()) return bad_argument("cannot average zero photographs");
+  const Grid grid = photographs.front().mean.grid();
+  const int channels = photographs.front().mean.channels();
+  Radiance sum{Image<float>(grid, channels), Image<float>(grid, channels),
+               Image<std::uint8_t>(grid, channels)};
+  std::vector<float> count(sum.mean.values().size(), 0.0F);
+  for (const Radiance& photograph : photographs) {
+    if (!shaped(photograph, grid, channels))
+      return Error{ErrorCode::size_mismatch, fmt::format("cannot average photographs of {} and {}",
+                                                         to_string(grid), to_string(photograph.mean.grid()))};
+    for (std::size_t i = 0; i < count.size(); ++i) {
+      if (!photograph.valid.values()[i]) continue;
+      sum.mean.values()[i] += photograph.mean.values()[i];
+      sum.variance.values()[i] += photograph.variance.values()[i];
+      count[i] += 1;
+    }
+  }
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] == 0) continue;
+    sum.mean.values()[i] /= count[i];
+    sum.variance.values()[i] /= count[i] * count[i];
+    sum.valid.values()[i] = 1;
+  }
+  return sum;
+}
+
+}  // namespace symrig
