@@ -6,6 +6,7 @@
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -67,8 +68,8 @@ class TransportTensor {
 
   /// photograph = T · pattern.  shapes: projector grid (1 channel) → camera grid (channels()).
   /// units: pattern 0..1 → radiance per unit of projector light.
-  /// error: float sums, ≤ kApplyEpsilon · Σ_leaf |A||B|ᵀ|pattern| per pixel.  fails: size_mismatch.  source:
-  /// [Garg06 §5.1]
+  /// error: float sums, ≤ (|J| + leaves on the pixel's path + 4) ε · Σ_leaf |A||B|ᵀ|pattern| per pixel, ε =
+  /// 2⁻²⁴.  fails: size_mismatch.  source: [Garg06 §5.1]
   Result<Image<float>> apply(const Image<float>& pattern) const;
 
   /// dual photograph = Tᵀ · light: what the projector would see if the camera's pixels shone.  shapes: camera
@@ -83,9 +84,9 @@ class TransportTensor {
   /// One per level 0..levels-1 of the deeper of the two trees. A scalar leaf is counted at the level it was
   /// accepted.
   std::vector<LeafCounts> leaves_per_level() const;
-  /// Largest level of any leaf that covers (i, i): picture of the subdivision along the diagonal, camera
-  /// grid. [Garg06 Fig. 2d]
-  Image<float> level_map() const;
+  /// Level of the leaf that holds each entry of the same slice of T: how fine the hierarchy went (paper Fig.
+  /// 2d). shapes: [cols × cols]; -1 where nothing is stored. For symmetric tensors.
+  Result<Image<float>> level_map(int camera_row) const;
   /// A slice of T: rows and columns are the pixels of one camera row (paper Fig. 2c). camera_row in [0,
   /// rows). shapes: [cols × cols] of one channel. For symmetric tensors.
   Result<Image<float>> slice(int camera_row, int channel) const;
@@ -100,9 +101,7 @@ class TransportTensor {
   std::span<const std::int32_t> rows() const {
     return rows_;
   }  ///< camera pixel (tree order) of each sparse entry
-  std::span<const float> values() const {
-    return values_;
-  }  ///< [channel][entry]: values()[channel * rows().size() + entry]
+  std::span<const float> values() const { return values_; }  ///< values()[entry * channels() + channel]
 
   /// y += T p (or Tᵀ p) in tree order.  p: projector pixels, y: camera pixels (swapped when transposed), one
   /// channel.
@@ -110,6 +109,18 @@ class TransportTensor {
 
  private:
   friend class TensorBuilder;
+
+  void apply_leaves(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+  void apply_columns(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+  Result<Image<float>> apply_between(const Image<float>& light, const BlockTree& from, const BlockTree& to,
+                                     bool transposed) const;
+  Result<Image<float>> paint_row(
+      int camera_row, float fill,
+      const std::function<float(const Leaf&, std::int32_t, std::int32_t)>& leaf_value,
+      const std::function<float(const SparseColumn&, std::int64_t)>& scalar_value) const;
+  std::size_t value_index(std::int64_t entry, int channel) const {
+    return static_cast<std::size_t>(entry * channels_ + channel);
+  }
 
   BlockTree camera_, projector_;  // projector_ is empty when symmetric_
   bool symmetric_ = true;
@@ -136,7 +147,7 @@ class TensorBuilder {
   /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for
   /// T[col, row] too.
   void add_scalar(std::int32_t row, std::int32_t col, int level, std::span<const float> values);
-  /// Adds a sparse column (not for symmetric tensors): T[row_k, j] = values[channel * n + k] for j in
+  /// Adds a sparse column (not for symmetric tensors): T[row_k, j] = values[k * channels + channel] for j in
   /// [col_begin, col_end).
   void add_column(std::int32_t col_begin, std::int32_t col_end, int level, std::span<const std::int32_t> rows,
                   std::span<const float> values);

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tensor/h5.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <numeric>
+
+namespace symrig::h5 {
+namespace {
+
+Error broken(const char* name, const std::string& why) {
+  return {ErrorCode::bad_format, std::string("dataset or attribute '") + name + "' " + why,
+          "the file is damaged or not a scene; capture or fit it again"};
+}
+
+}  // namespace
+
+hsize_t count(const Shape& shape) {
+  return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
+}
+
+void be_quiet() {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+bool write_attribute(hid_t object, const char* name, const std::string& text) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.id(), std::max<std::size_t>(text.size(), 1));
+  H5Tset_cset(type.id(), H5T_CSET_UTF8);
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  Handle attribute(H5Acreate2(object, name, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  const std::string padded = text.empty() ? std::string(1, '\0') : text;
+  return attribute.ok() && H5Awrite(attribute.id(), type.id(), padded.data()) >= 0 && attribute.close();
+}
+
+bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values) {
+  const hsize_t size = values.size();
+  const Handle space(size == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &size, nullptr), H5Sclose);
+  Handle attribute(H5Acreate2(object, name, H5T_STD_I32LE, space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  return attribute.ok() && H5Awrite(attribute.id(), H5T_NATIVE_INT32, values.data()) >= 0 &&
+         attribute.close();
+}
+
+bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data) {
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+  const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  if (count(shape) > 0) {
+    // One checksum a chunk, so that a flipped bit on the disk is an error and not a wrong picture.
+    Shape chunk = shape;
+    const hsize_t row = std::max<hsize_t>(count(shape) / shape[0], 1);
+    chunk[0] = std::clamp<hsize_t>((hsize_t{1} << 20) / row, 1, shape[0]);
+    H5Pset_chunk(create.id(), static_cast<int>(chunk.size()), chunk.data());
+    H5Pset_fletcher32(create.id());
+  }
+  Handle dataset(H5Dcreate2(place, name, type, space.id(), H5P_DEFAULT, create.id(), H5P_DEFAULT), H5Dclose);
+  if (!dataset.ok()) return false;
+  if (count(shape) > 0 && H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) return false;
+  return dataset.close();
+}
+
+Result<std::string> read_text(hid_t object, const char* name) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.ok()) return broken(name, "is missing");
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) > 0 ||
+      H5Sget_simple_extent_npoints(space.id()) != 1)
+    return broken(name, "is not a fixed-length text");
+  std::string text(H5Tget_size(type.id()), '\0');
+  if (H5Aread(attribute.id(), type.id(), text.data()) < 0) return broken(name, "cannot be read");
+  text.resize(text.find_last_not_of('\0') + 1);
+  return text;
+}
+
+Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.ok()) return broken(name, "is missing");
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  if (H5Sget_simple_extent_npoints(space.id()) != static_cast<hssize_t>(expected) ||
+      H5Tget_class(type.id()) != H5T_INTEGER)
+    return broken(name, "has not " + std::to_string(expected) + " integers");
+  std::vector<std::int32_t> values(expected);
+  if (H5Aread(attribute.id(), H5T_NATIVE_INT32, values.data()) < 0) return broken(name, "cannot be read");
+  return values;
+}
+
+Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
+                       std::uint64_t file_bytes) {
+  if (H5Lexists(place, name, H5P_DEFAULT) <= 0) return broken(name, "is missing");
+  const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
+  if (!dataset.ok()) return broken(name, "cannot be opened");
+  const Handle space(H5Dget_space(dataset.id()), H5Sclose);
+  if (H5Sget_simple_extent_ndims(space.id()) != static_cast<int>(rank))
+    return broken(name, "has not " + std::to_string(rank) + " dimensions");
+  Shape shape(rank);
+  H5Sget_simple_extent_dims(space.id(), shape.data(), nullptr);
+  double bytes = static_cast<double>(element_bytes);
+  for (const hsize_t n : shape) bytes *= static_cast<double>(n);
+  if (bytes > static_cast<double>(file_bytes)) return broken(name, "claims more bytes than the file has");
+  return shape;
+}
+
+Result<void> read_into(hid_t place, const char* name, hid_t type, void* data) {
+  const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
+  const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
+  if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
+    return broken(name, "has the wrong type");
+  if (H5Dread(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
+    return broken(name, "fails its checksum or cannot be read");
+  return {};
+}
+
+}  // namespace symrig::h5

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The little of HDF5 that scene.h5 needs, with handles that close themselves and errors as Result.
+#pragma once
+
+#include "symrig/base/result.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <hdf5.h>
+
+namespace symrig::h5 {
+
+/// An HDF5 identifier and the function that closes it.
+class Handle {
+ public:
+  Handle() = default;
+  Handle(hid_t id, herr_t (*close_by)(hid_t)) : id_(id), close_(close_by) {}
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
+  Handle& operator=(Handle&& other) noexcept {
+    std::swap(id_, other.id_);
+    std::swap(close_, other.close_);
+    return *this;
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close(); }
+
+  bool ok() const { return id_ >= 0; }
+  hid_t id() const { return id_; }
+  /// Closes now and tells whether the library could (a full disk shows here).
+  bool close() {
+    if (!ok()) return true;
+    return close_(std::exchange(id_, H5I_INVALID_HID)) >= 0;
+  }
+
+ private:
+  hid_t id_ = H5I_INVALID_HID;
+  herr_t (*close_)(hid_t) = nullptr;
+};
+
+template <class T>
+hid_t native();
+template <>
+inline hid_t native<std::int32_t>() {
+  return H5T_NATIVE_INT32;
+}
+template <>
+inline hid_t native<std::int64_t>() {
+  return H5T_NATIVE_INT64;
+}
+template <>
+inline hid_t native<float>() {
+  return H5T_NATIVE_FLOAT;
+}
+
+/// Shape of a dataset, slowest dimension first.
+using Shape = std::vector<hsize_t>;
+hsize_t count(const Shape& shape);
+
+/// Keeps HDF5 from printing its own error stack; errors come back as values.
+void be_quiet();
+
+// Writing: false when the library could not.
+bool write_attribute(hid_t object, const char* name, const std::string& text);
+bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values);
+bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data);
+template <class T>
+bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<const T> data) {
+  return write_dataset(place, name, native<T>(), shape, data.data());
+}
+
+// Reading: every failure names the thing and is bad_format.
+Result<std::string> read_text(hid_t object, const char* name);
+Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
+
+/// Shape of a dataset, refused if it could not fit into `file_bytes` (a corrupt size must not become an
+/// allocation).
+Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
+                       std::uint64_t file_bytes);
+Result<void> read_into(hid_t place, const char* name, hid_t type, void* data);
+
+template <class T>
+Result<std::vector<T>> read_dataset(hid_t place, const char* name, std::size_t rank, std::uint64_t file_bytes,
+                                    Shape& shape) {
+  auto found = shape_of(place, name, rank, sizeof(T), file_bytes);
+  if (!found) return std::move(found).error();
+  shape = *std::move(found);
+  std::vector<T> values(count(shape));
+  SYMRIG_CHECK(read_into(place, name, native<T>(), values.data()));
+  return values;
+}
+
+}  // namespace symrig::h5

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of the hierarchy: the tensor as it stood at a level (Fig. 11), and slices of T (Fig. 2c, 2d).
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace symrig {
+namespace {
+
+/// The blocks (P, Q) of one level and the images of its rank-1 estimate: c = T_PQ 1 on P, r = T_QP 1 on Q,
+/// channel after channel.
+struct Ancestor {
+  std::vector<double> c, r;
+};
+
+std::size_t block_of(std::span<const Block> blocks, std::int32_t pixel) {
+  const auto after = std::upper_bound(blocks.begin(), blocks.end(), pixel,
+                                      [](std::int32_t p, const Block& b) { return p < b.begin; });
+  return static_cast<std::size_t>(after - blocks.begin()) - 1;
+}
+
+/// Gathers the deep leaves of a symmetric tensor under their ancestors at one level.
+class Gathering {
+ public:
+  Gathering(std::span<const Block> blocks, int channels)
+      : blocks_(blocks), channels_(static_cast<std::size_t>(channels)) {}
+
+  /// Row sums `rows` on [row_begin, …) and column sums `cols` on [col_begin, …) of one leaf and one channel.
+  void add(std::int32_t row_begin, std::span<const double> rows, std::int32_t col_begin,
+           std::span<const double> cols, std::size_t channel) {
+    const std::pair key{block_of(blocks_, row_begin), block_of(blocks_, col_begin)};
+    const Block& p = blocks_[key.first];
+    const Block& q = blocks_[key.second];
+    Ancestor& at = ancestors_[key];
+    at.c.resize(channels_ * static_cast<std::size_t>(p.size()));
+    at.r.resize(channels_ * static_cast<std::size_t>(q.size()));
+    const auto put = [channel](std::vector<double>& image, const Block& block, std::int32_t begin,
+                               std::span<const double> values) {
+      const std::size_t offset =
+          channel * static_cast<std::size_t>(block.size()) + static_cast<std::size_t>(begin - block.begin);
+      for (std::size_t i = 0; i < values.size(); ++i) image[offset + i] += values[i];
+    };
+    put(at.c, p, row_begin, rows);
+    put(at.r, q, col_begin, cols);
+    // Below a diagonal ancestor an off-diagonal leaf stands for its mirror image too.
+    if (key.first == key.second && row_begin != col_begin) {
+      put(at.c, p, col_begin, cols);
+      put(at.r, q, row_begin, rows);
+    }
+  }
+
+  /// T_PQ ≈ (c/√s)(r/√s)', s = Σc: the estimate the acquisition had before it went deeper. [Garg06 §5.2]
+  void append_to(TensorBuilder& builder, int level) const {
+    std::vector<float> factors;
+    for (const auto& [key, node] : ancestors_) {
+      const Block& p = blocks_[key.first];
+      const Block& q = blocks_[key.second];
+      factors.clear();
+      for (std::size_t channel = 0; channel < channels_; ++channel) {
+        const auto c = std::span(node.c).subspan(channel * static_cast<std::size_t>(p.size()),
+                                                 static_cast<std::size_t>(p.size()));
+        const auto r = std::span(node.r).subspan(channel * static_cast<std::size_t>(q.size()),
+                                                 static_cast<std::size_t>(q.size()));
+        const double s =
+            0.5 * (std::accumulate(c.begin(), c.end(), 0.0) + std::accumulate(r.begin(), r.end(), 0.0));
+        const double scale = s > 0 ? 1 / std::sqrt(s) : 0;
+        for (const double v : c) factors.push_back(static_cast<float>(v * scale));
+        for (const double v : r) factors.push_back(static_cast<float>(v * scale));
+      }
+      builder.add_leaf(p.begin, p.end, q.begin, q.end, 1, level, factors);
+    }
+  }
+
+ private:
+  std::span<const Block> blocks_;
+  std::size_t channels_;
+  std::map<std::pair<std::size_t, std::size_t>, Ancestor> ancestors_;
+};
+
+/// A Bᵀ 1: what each row of a leaf sums to.
+std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, std::int32_t cols, int rank) {
+  std::vector<double> sums(static_cast<std::size_t>(rows));
+  for (int k = 0; k < rank; ++k, a += rows, b += cols) {
+    const double light = std::accumulate(b, b + cols, 0.0);
+    for (std::int32_t i = 0; i < rows; ++i)
+      sums[static_cast<std::size_t>(i)] += light * static_cast<double>(a[i]);
+  }
+  return sums;
+}
+
+}  // namespace
+
+TransportTensor TransportTensor::stopped_at(int level) const {
+  const auto blocks = camera_.level(std::clamp(level, 0, camera_.levels() - 1));
+  TensorBuilder builder(camera_, channels_);
+  Gathering deeper(blocks, channels_);
+  for (const Leaf& leaf : leaves_) {
+    const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
+    const float* factors = factors_.data() + leaf.factors;
+    if (leaf.level <= level) {
+      builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
+                       std::span(factors, static_cast<std::size_t>(size * channels_)));
+      continue;
+    }
+    for (int channel = 0; channel < channels_; ++channel) {
+      const float* a = factors + channel * size;
+      const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
+      deeper.add(leaf.row_begin, row_sums(a, leaf.rows(), b, leaf.cols(), leaf.rank), leaf.col_begin,
+                 row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), static_cast<std::size_t>(channel));
+    }
+  }
+  for (const SparseColumn& column : columns_) {
+    for (std::int64_t e = column.first; e < column.last; ++e) {
+      const std::int32_t row = rows_[static_cast<std::size_t>(e)];
+      const auto values = std::span(values_).subspan(value_index(e, 0), static_cast<std::size_t>(channels_));
+      if (column.level <= level) {
+        builder.add_scalar(row, column.col_begin, column.level, values);
+        continue;
+      }
+      for (std::size_t channel = 0; channel < values.size(); ++channel) {
+        const double value = values[channel];
+        deeper.add(row, std::span(&value, 1), column.col_begin, std::span(&value, 1), channel);
+      }
+    }
+  }
+  deeper.append_to(builder, std::clamp(level, 0, camera_.levels() - 1));
+  return std::move(builder).finish();
+}
+
+namespace {
+
+/// The pixels of one picture row in tree order, each with its column.
+class RowPixels {
+ public:
+  RowPixels(const BlockTree& tree, int row) {
+    const Grid grid = tree.grid();
+    for (std::size_t i = 0; i < tree.order().size(); ++i)
+      if (tree.order()[i] / grid.cols == row)
+        pixels_.emplace_back(static_cast<std::int32_t>(i), tree.order()[i] % grid.cols);
+  }
+  /// Those in [begin, end): (tree index, column).
+  std::span<const std::pair<std::int32_t, int>> in(std::int32_t begin, std::int32_t end) const {
+    const auto at = [&](std::int32_t i) {
+      return std::lower_bound(pixels_.begin(), pixels_.end(), std::pair{i, 0}) - pixels_.begin();
+    };
+    return std::span(pixels_).subspan(static_cast<std::size_t>(at(begin)),
+                                      static_cast<std::size_t>(at(end) - at(begin)));
+  }
+
+ private:
+  std::vector<std::pair<std::int32_t, int>> pixels_;  // sorted by tree index
+};
+
+Error outside(int row, const TransportTensor& tensor) {
+  if (!tensor.symmetric())
+    return {ErrorCode::bad_argument, "a slice needs a symmetric tensor",
+            "this one was fitted to photographs from two grids"};
+  return {ErrorCode::bad_argument,
+          "row " + std::to_string(row) + " is not in 0.." + std::to_string(tensor.camera_grid().rows - 1),
+          ""};
+}
+
+}  // namespace
+
+Result<Image<float>> TransportTensor::paint_row(
+    int camera_row, float fill,
+    const std::function<float(const Leaf&, std::int32_t, std::int32_t)>& leaf_value,
+    const std::function<float(const SparseColumn&, std::int64_t)>& scalar_value) const {
+  if (!symmetric_ || camera_row < 0 || camera_row >= camera_.grid().rows) return outside(camera_row, *this);
+  const RowPixels pixels(camera_, camera_row);
+  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols}, 1, fill);
+  const auto paint = [&](int i, int j, float value) { out.at(i, j) = out.at(j, i) = value; };
+  for (const Leaf& leaf : leaves_)
+    for (const auto& [i, x] : pixels.in(leaf.row_begin, leaf.row_end))
+      for (const auto& [j, u] : pixels.in(leaf.col_begin, leaf.col_end))
+        paint(x, u, leaf_value(leaf, i - leaf.row_begin, j - leaf.col_begin));
+  for (const SparseColumn& column : columns_)
+    for (const auto& [j, u] : pixels.in(column.col_begin, column.col_end))
+      for (std::int64_t e = column.first; e < column.last; ++e)
+        for (const std::int32_t row = rows_[static_cast<std::size_t>(e)];
+             const auto& [i, x] : pixels.in(row, row + 1))
+          paint(x, u, scalar_value(column, e));
+  return out;
+}
+
+Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
+  const auto entry = [&](const Leaf& leaf, std::int32_t i, std::int32_t j) {
+    const float* a =
+        factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
+    const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
+    float value = 0;
+    for (int k = 0; k < leaf.rank; ++k)
+      value += a[std::int64_t{k} * leaf.rows() + i] * b[std::int64_t{k} * leaf.cols() + j];
+    return value;
+  };
+  return paint_row(camera_row, 0.0F, entry,
+                   [&](const SparseColumn&, std::int64_t e) { return values_[value_index(e, channel)]; });
+}
+
+Result<Image<float>> TransportTensor::level_map(int camera_row) const {
+  return paint_row(
+      camera_row, -1.0F,
+      [](const Leaf& leaf, std::int32_t, std::int32_t) { return static_cast<float>(leaf.level); },
+      [](const SparseColumn& column, std::int64_t) { return static_cast<float>(column.level); });
+}
+
+}  // namespace symrig

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include "tensor/kernels.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+namespace symrig {
+namespace {
+
+using tensor::LitRanges;
+
+/// One stored leaf, seen from the side that is lit: y[out] += A (Bᵀ p[lit]).
+void apply_side(std::span<const float> p, std::span<float> y, std::int32_t lit_begin, std::int32_t lit_end,
+                const float* lit_factor, std::int32_t out_begin, std::int32_t out_end,
+                const float* out_factor, int rank) {
+  tensor::add_low_rank(
+      out_factor, lit_factor, rank,
+      p.subspan(static_cast<std::size_t>(lit_begin), static_cast<std::size_t>(lit_end - lit_begin)),
+      y.subspan(static_cast<std::size_t>(out_begin), static_cast<std::size_t>(out_end - out_begin)));
+}
+
+double sum(std::span<const float> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+
+}  // namespace
+
+std::string_view name(LeafKind kind) {
+  switch (kind) {
+    case LeafKind::rank1:
+      return "rank1";
+    case LeafKind::low_rank:
+      return "lowrank";
+    case LeafKind::empty:
+      return "empty";
+    case LeafKind::scalar:
+      return "scalar";
+  }
+  return "unknown";
+}
+
+void TransportTensor::apply_leaves(std::span<const float> p, std::span<float> y, int channel,
+                                   bool transposed) const {
+  const LitRanges lit(p);
+  for (const Leaf& leaf : leaves_) {
+    if (leaf.rank == 0) continue;
+    const float* a =
+        factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
+    const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
+    const bool mirrored = symmetric_ && leaf.row_begin != leaf.col_begin;
+    const bool forward = symmetric_ || !transposed;
+    if ((forward) && lit.any(leaf.col_begin, leaf.col_end))
+      apply_side(p, y, leaf.col_begin, leaf.col_end, b, leaf.row_begin, leaf.row_end, a, leaf.rank);
+    if ((mirrored || !forward) && lit.any(leaf.row_begin, leaf.row_end))
+      apply_side(p, y, leaf.row_begin, leaf.row_end, a, leaf.col_begin, leaf.col_end, b, leaf.rank);
+  }
+}
+
+void TransportTensor::apply_columns(std::span<const float> p, std::span<float> y, int channel,
+                                    bool transposed) const {
+  const auto forward = [&](const SparseColumn& column) {
+    const auto range = p.subspan(static_cast<std::size_t>(column.col_begin),
+                                 static_cast<std::size_t>(column.col_end - column.col_begin));
+    const auto light = static_cast<float>(sum(range));
+    if (light == 0.0F) return;
+    for (std::int64_t e = column.first; e < column.last; ++e)
+      y[static_cast<std::size_t>(rows_[static_cast<std::size_t>(e)])] +=
+          light * values_[value_index(e, channel)];
+  };
+  const auto backward = [&](const SparseColumn& column, bool skip_diagonal) {
+    float seen = 0;
+    for (std::int64_t e = column.first; e < column.last; ++e) {
+      const std::int32_t row = rows_[static_cast<std::size_t>(e)];
+      if (skip_diagonal && row == column.col_begin) continue;
+      seen += p[static_cast<std::size_t>(row)] * values_[value_index(e, channel)];
+    }
+    for (std::int32_t j = column.col_begin; j < column.col_end; ++j) y[static_cast<std::size_t>(j)] += seen;
+  };
+  for (const SparseColumn& column : columns_) {
+    if (symmetric_ || !transposed) forward(column);
+    if (symmetric_ || transposed) backward(column, symmetric_);
+  }
+}
+
+void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, int channel,
+                                 bool transposed) const {
+  apply_leaves(p, y, channel, transposed);
+  apply_columns(p, y, channel, transposed);
+}
+
+Result<Image<float>> TransportTensor::apply_between(const Image<float>& light, const BlockTree& from,
+                                                    const BlockTree& to, bool transposed) const {
+  if (light.grid() != from.grid() || light.channels() != 1)
+    return Error{ErrorCode::size_mismatch,
+                 "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
+                     " channels, the tensor takes " + to_string(from.grid()) + " with 1",
+                 "resize the picture to " + to_string(from.grid()) + " (rows x columns)"};
+  Image<float> out(to.grid(), channels_);
+  std::vector<float> p(static_cast<std::size_t>(from.grid().size()));
+  std::vector<float> y(static_cast<std::size_t>(to.grid().size()));
+  from.to_tree(light.plane(0), p);
+  for (int channel = 0; channel < channels_; ++channel) {
+    std::fill(y.begin(), y.end(), 0.0F);
+    apply_tree(p, y, channel, transposed);
+    to.to_raster(y, out.plane(channel));
+  }
+  return out;
+}
+
+Result<Image<float>> TransportTensor::apply(const Image<float>& pattern) const {
+  return apply_between(pattern, projector_tree(), camera_tree(), false);
+}
+
+Result<Image<float>> TransportTensor::apply_transposed(const Image<float>& light) const {
+  return apply_between(light, camera_tree(), projector_tree(), true);
+}
+
+std::vector<LeafCounts> TransportTensor::leaves_per_level() const {
+  std::vector<LeafCounts> counts(static_cast<std::size_t>(std::max(camera_.levels(), projector_.levels())));
+  for (const Leaf& leaf : leaves_) {
+    LeafCounts& at = counts[static_cast<std::size_t>(leaf.level)];
+    ++(leaf.rank == 0 ? at.empty : leaf.rank == 1 ? at.rank1 : at.low_rank);
+  }
+  for (const SparseColumn& column : columns_)
+    counts[static_cast<std::size_t>(column.level)].scalar += column.last - column.first;
+  return counts;
+}
+
+std::int64_t TransportTensor::bytes() const {
+  const auto of = [](const auto& v) { return static_cast<std::int64_t>(v.size() * sizeof(v[0])); };
+  return of(leaves_) + of(factors_) + of(columns_) + of(rows_) + of(values_);
+}
+
+double TransportTensor::dense_bytes() const {
+  return static_cast<double>(camera_grid().size()) * static_cast<double>(projector_grid().size()) *
+         channels_ * sizeof(float);
+}
+
+}  // namespace symrig
