@@ -108,6 +108,10 @@ class [[nodiscard]] Result<void> {
 #define SYMRIG_TRY(declaration, expression) \
   SYMRIG_TRY_IMPL(SYMRIG_CONCAT(symrig_try_, __LINE__), declaration, expression)
 
+#define SYMRIG_CHECK_IMPL(tmp, expression)                 \
+  do {                                                     \
+    if (auto tmp = (expression); !tmp) return tmp.error(); \
+  } while (false)
+
 /// `SYMRIG_CHECK(write(path));` returns the error of a Result<void> to the caller.
-#define SYMRIG_CHECK(expression) \
-  if (auto symrig_check = (expression); !symrig_check) return symrig_check.error()
+#define SYMRIG_CHECK(expression) SYMRIG_CHECK_IMPL(SYMRIG_CONCAT(symrig_check_, __LINE__), expression)

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/acquisition/capture.hpp"
+
+#include "acquisition/hierarchy.hpp"
+
+#include <array>
+#include <utility>
+
+namespace symrig {
+namespace {
+
+constexpr std::array<std::pair<Algorithm, std::string_view>, 4> kAlgorithms{{{Algorithm::symrig, "symrig"},
+                                                                             {Algorithm::paper, "paper"},
+                                                                             {Algorithm::dual, "dual"},
+                                                                             {Algorithm::brute, "brute"}}};
+
+}  // namespace
+
+std::string_view name(Algorithm algorithm) {
+  for (const auto& [value, text] : kAlgorithms)
+    if (value == algorithm) return text;
+  return "unknown";
+}
+
+Result<Algorithm> parse_algorithm(std::string_view text) {
+  for (const auto& [value, known] : kAlgorithms)
+    if (known == text) return value;
+  return Error{ErrorCode::unknown_name, "no algorithm '" + std::string(text) + "'",
+               "known: symrig, paper, dual, brute"};
+}
+
+RankRule default_rule(Algorithm algorithm) {
+  RankRule rule;
+  if (algorithm != Algorithm::symrig) return rule;
+  rule.signal_fraction = 0.01;
+  rule.noise_sigmas = 3;
+  rule.concentration = 0.7;
+  return rule;
+}
+
+Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
+  if (!probe.grid().valid() || probe.channels() < 1)
+    return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};
+  switch (options.algorithm) {
+    case Algorithm::dual:
+      return acquisition::capture_dual(probe, options);
+    case Algorithm::brute:
+      return acquisition::capture_brute(probe, options);
+    case Algorithm::symrig:
+    case Algorithm::paper:
+      break;
+  }
+  return acquisition::capture_hierarchy(probe, options);
+}
+
+}  // namespace symrig

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/node.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace symrig::acquisition {
+namespace {
+
+double sum(std::span<const float> v) {
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
+double energy(std::span<const float> v) {
+  return std::inner_product(v.begin(), v.end(), v.begin(), 0.0, std::plus<>(),
+                            [](float a, float b) { return static_cast<double>(a) * static_cast<double>(b); });
+}
+
+std::span<const float> part(std::span<const float> whole, const Block& of, const Block& child) {
+  return whole.subspan(static_cast<std::size_t>(child.begin - of.begin),
+                       static_cast<std::size_t>(child.size()));
+}
+
+}  // namespace
+
+void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
+                    std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise) {
+  Node node{row, col, static_cast<std::int64_t>(estimates_.size()), evidence_floats_, pair_total_};
+  const auto rows = static_cast<std::size_t>(block(row).size());
+  const auto cols = static_cast<std::size_t>(block(col).size());
+  for (int channel = 0; channel < channels_; ++channel) {
+    const auto at = static_cast<std::size_t>(channel);
+    const auto c_of = c.subspan(at * rows, rows);
+    const auto r_of = node.diagonal() ? c_of : r.subspan(at * cols, cols);
+    estimates_.insert(estimates_.end(), c_of.begin(), c_of.end());
+    if (!node.diagonal()) estimates_.insert(estimates_.end(), r_of.begin(), r_of.end());
+    const double s = 0.5 * (sum(c_of) + sum(r_of));
+    const double floor = std::sqrt(std::max(energy(c_of), energy(r_of)));
+    sums_.push_back({std::max(s, floor), c_noise[at].variance, r_noise[at].variance});
+  }
+  evidence_floats_ += channels_ * evidence_size(node);
+  pair_total_ += channels_ * pair_count(node);
+  nodes_.push_back(node);
+}
+
+std::int64_t NodeLevel::evidence_size(const Node& node) const {
+  const Block& i = block(node.row);
+  const Block& j = block(node.col);
+  const std::int64_t y = std::int64_t{j.children} * i.size();
+  return node.diagonal() ? y : y + std::int64_t{i.children} * j.size();
+}
+
+std::int64_t NodeLevel::pair_count(const Node& node) const {
+  const std::int64_t pairs = std::int64_t{block(node.row).children} * block(node.col).children;
+  return node.diagonal() ? pairs : 2 * pairs;
+}
+
+std::int64_t NodeLevel::evidence_bytes() const {
+  return evidence_floats_ * static_cast<std::int64_t>(sizeof(float)) +
+         pair_total_ * static_cast<std::int64_t>(sizeof(PairNoise));
+}
+
+void NodeLevel::make_room() {
+  evidence_.resize(static_cast<std::size_t>(evidence_floats_));
+  pairs_.resize(static_cast<std::size_t>(pair_total_));
+}
+
+std::span<const float> NodeLevel::c(const Node& node, int channel) const {
+  const auto rows = static_cast<std::size_t>(block(node.row).size());
+  const std::size_t stride = node.diagonal() ? rows : rows + static_cast<std::size_t>(block(node.col).size());
+  return std::span(estimates_)
+      .subspan(static_cast<std::size_t>(node.estimate) + static_cast<std::size_t>(channel) * stride, rows);
+}
+
+std::span<const float> NodeLevel::r(const Node& node, int channel) const {
+  const auto c_of = c(node, channel);
+  return node.diagonal()
+             ? c_of
+             : std::span(c_of.data() + c_of.size(), static_cast<std::size_t>(block(node.col).size()));
+}
+
+const EstimateSums& NodeLevel::sums(const Node& node, int channel) const {
+  const auto index = static_cast<std::size_t>(&node - nodes_.data());
+  return sums_[index * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel)];
+}
+
+std::size_t NodeLevel::y_offset(const Node& node, int slot, int channel) const {
+  return static_cast<std::size_t>(node.evidence + channel * evidence_size(node) +
+                                  std::int64_t{slot} * block(node.row).size());
+}
+
+std::size_t NodeLevel::z_offset(const Node& node, int slot, int channel) const {
+  if (node.diagonal()) return y_offset(node, slot, channel);
+  return y_offset(node, block(node.col).children, channel) +
+         static_cast<std::size_t>(slot * block(node.col).size());
+}
+
+std::size_t NodeLevel::pair_offset(const Node& node, Side lit, int slot, int channel) const {
+  const std::int64_t rows = block(node.row).children;
+  const std::int64_t cols = block(node.col).children;
+  const std::int64_t base = node.pairs + channel * pair_count(node);
+  if (lit == Side::col || node.diagonal()) return static_cast<std::size_t>(base + slot * rows);
+  return static_cast<std::size_t>(base + rows * cols + slot * cols);
+}
+
+std::span<const float> NodeLevel::y(const Node& node, int slot, int channel) const {
+  return std::span(evidence_).subspan(y_offset(node, slot, channel),
+                                      static_cast<std::size_t>(block(node.row).size()));
+}
+
+std::span<const float> NodeLevel::z(const Node& node, int slot, int channel) const {
+  return std::span(evidence_).subspan(z_offset(node, slot, channel),
+                                      static_cast<std::size_t>(block(node.col).size()));
+}
+
+const PairNoise& NodeLevel::y_noise(const Node& node, int b, int a, int channel) const {
+  return pairs_[pair_offset(node, Side::col, b, channel) + static_cast<std::size_t>(a)];
+}
+
+const PairNoise& NodeLevel::z_noise(const Node& node, int a, int b, int channel) const {
+  return pairs_[pair_offset(node, Side::row, a, channel) + static_cast<std::size_t>(b)];
+}
+
+void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const float> residual,
+                       std::span<const float> variance, std::span<const std::uint8_t> valid) {
+  const Block& seen = block(lit == Side::col ? node.row : node.col);
+  const Block& shone = block(lit == Side::col ? node.col : node.row);
+  const Block& lit_child = child(shone, slot);
+  const std::size_t pixels = residual.size() / static_cast<std::size_t>(channels_);
+  for (int channel = 0; channel < channels_; ++channel) {
+    const auto seen_estimate = lit == Side::col ? c(node, channel) : r(node, channel);
+    const auto lit_estimate = lit == Side::col ? r(node, channel) : c(node, channel);
+    const double s = sums(node, channel).s;
+    const auto gain = s > 0 ? static_cast<float>(sum(part(lit_estimate, shone, lit_child)) / s) : 0.0F;
+    float* out =
+        evidence_.data() + (lit == Side::col ? y_offset(node, slot, channel) : z_offset(node, slot, channel));
+    PairNoise* noise = pairs_.data() + pair_offset(node, lit, slot, channel);
+    const std::size_t base = static_cast<std::size_t>(channel) * pixels;
+    for (int a = 0; a < seen.children; ++a, ++noise) {
+      const Block& seen_child = child(seen, a);
+      for (std::int32_t t = seen_child.begin; t < seen_child.end; ++t) {
+        const std::size_t at = base + static_cast<std::size_t>(t);
+        const auto local = static_cast<std::size_t>(t - seen.begin);
+        const bool ok = valid[at] != 0;
+        out[local] = ok ? residual[at] : gain * seen_estimate[local];
+        if (ok) noise->variance += variance[at];
+        noise->valid += ok ? 1 : 0;
+      }
+    }
+  }
+}
+
+void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, double scale,
+                                  RankEvidence& into) const {
+  const bool col_lit = lit == Side::col;
+  const Block& seen = block(col_lit ? node.row : node.col);
+  const Block& shone = block(col_lit ? node.col : node.row);
+  const auto seen_estimate = col_lit ? c(node, channel) : r(node, channel);
+  const auto lit_estimate = col_lit ? r(node, channel) : c(node, channel);
+  const EstimateSums& estimate = sums(node, channel);
+  for (int slot = 0; slot < shone.children; ++slot) {
+    const double gain = estimate.s > 0 ? sum(part(lit_estimate, shone, child(shone, slot))) / estimate.s : 0;
+    const auto measured = col_lit ? y(node, slot, channel) : z(node, slot, channel);
+    double misfit = 0;
+    for (std::size_t t = 0; t < measured.size(); ++t) {
+      const double error = static_cast<double>(measured[t]) - gain * static_cast<double>(seen_estimate[t]);
+      misfit += error * error;
+    }
+    double noise = 0;
+    double samples = 0;
+    for (int a = 0; a < seen.children; ++a) {
+      const PairNoise& pair = col_lit ? y_noise(node, slot, a, channel) : z_noise(node, slot, a, channel);
+      noise += static_cast<double>(pair.variance);
+      samples += pair.valid;
+    }
+    const double signal = energy(measured);
+    into.misfit += scale * misfit;
+    into.signal += scale * signal;
+    into.noise +=
+        scale * (noise + gain * gain * static_cast<double>(col_lit ? estimate.c_noise : estimate.r_noise));
+    into.samples += samples;
+    (col_lit ? into.col_child : into.row_child)[static_cast<std::size_t>(slot)] +=
+        scale * std::max(0.0, signal - noise);
+  }
+}
+
+RankEvidence NodeLevel::evidence(const Node& node, std::span<const double> flood_squared) const {
+  RankEvidence all;
+  all.channels = channels_;
+  for (int channel = 0; channel < channels_; ++channel) {
+    const double f = flood_squared[static_cast<std::size_t>(channel)];
+    if (f <= 0) continue;
+    add_side_evidence(node, Side::col, channel, 1 / f, all);
+    if (!node.diagonal()) add_side_evidence(node, Side::row, channel, 1 / f, all);
+  }
+  if (node.diagonal()) all.row_child = all.col_child;
+  return all;
+}
+
+}  // namespace symrig::acquisition
