@@ -57,9 +57,16 @@ HWY_INLINE V shared_estimate(const BracketConstants& bracket, const Samples<K>& 
   return hn::Max(rate, hn::Set(kFloat, bracket.lowest_rate));
 }
 
-/// Lanes() pixels at `at`.
+/// Not 0 in the lanes where a value is NaN or infinity: its exponent bits are all set.
+HWY_INLINE hn::Vec<decltype(kInt)> not_finite(V value) {
+  const auto exponent = hn::Set(kInt, 0x7F800000);
+  return hn::VecFromMask(kInt, hn::Eq(hn::And(hn::BitCast(kInt, value), exponent), exponent));
+}
+
+/// Lanes() pixels at `at`. Not 0 in the lanes whose black is not finite.
 template <std::size_t K>
-HWY_INLINE void merge_lanes(const BracketConstants& bracket, const MergeRange& range, std::size_t at) {
+HWY_INLINE hn::Vec<decltype(kInt)> merge_lanes(const BracketConstants& bracket, const MergeRange& range,
+                                               std::size_t at) {
   Samples<K> samples;
   load(bracket, range, at, samples);
   const V rate = shared_estimate(bracket, samples);
@@ -78,18 +85,21 @@ HWY_INLINE void merge_lanes(const BracketConstants& bracket, const MergeRange& r
   const auto valid = hn::And(hn::Gt(weights, zero), black_valid);
   const V scale = hn::Set(kFloat, bracket.scale);
   const V per_weight = hn::Div(scale, weights);
-  const V mean = hn::Sub(hn::Mul(sum, per_weight), hn::LoadU(kFloat, range.black + at));
-  const V variance = hn::Add(hn::Mul(scale, per_weight), hn::LoadU(kFloat, range.black_variance + at));
+  const V black = hn::LoadU(kFloat, range.black + at);
+  const V black_variance = hn::LoadU(kFloat, range.black_variance + at);
+  const V mean = hn::Sub(hn::Mul(sum, per_weight), black);
+  const V variance = hn::Add(hn::Mul(scale, per_weight), black_variance);
   hn::StoreU(hn::IfThenElseZero(valid, mean), kFloat, range.mean + at);
   hn::StoreU(hn::IfThenElseZero(valid, variance), kFloat, range.variance + at);
   const auto flag = hn::ConvertTo(kInt, hn::IfThenElseZero(valid, hn::Set(kFloat, 1)));
   hn::StoreU(hn::DemoteTo(kFlag, flag), kFlag, range.valid + at);
+  return hn::Or(not_finite(black), not_finite(black_variance));
 }
 
 /// The last count < Lanes() pixels run through the same vector code, on padded copies: same arithmetic, same
 /// bits.
 template <std::size_t K>
-void merge_tail(const BracketConstants& bracket, const MergeRange& range, std::size_t at) {
+bool merge_tail(const BracketConstants& bracket, const MergeRange& range, std::size_t at) {
   constexpr std::size_t kLanes = hn::MaxLanes(D());
   const std::size_t count = range.count - at;
   HWY_ALIGN std::uint16_t raw[K][kLanes] = {};
@@ -109,21 +119,24 @@ void merge_tail(const BracketConstants& bracket, const MergeRange& range, std::s
   tail.mean = mean;
   tail.variance = variance;
   tail.valid = valid;
-  merge_lanes<K>(bracket, tail, 0);
+  const auto bad = merge_lanes<K>(bracket, tail, 0);
   std::copy_n(mean, count, range.mean + at);
   std::copy_n(variance, count, range.variance + at);
   std::copy_n(valid, count, range.valid + at);
+  return hn::AllTrue(kInt, hn::Eq(bad, hn::Zero(kInt)));
 }
 
 template <std::size_t K>
-void merge_frames(const BracketConstants& bracket, const MergeRange& range) {
+bool merge_frames(const BracketConstants& bracket, const MergeRange& range) {
   const std::size_t lanes = hn::Lanes(kFloat);
   std::size_t at = 0;
-  for (; at + lanes <= range.count; at += lanes) merge_lanes<K>(bracket, range, at);
-  if (at < range.count) merge_tail<K>(bracket, range, at);
+  auto bad = hn::Zero(kInt);
+  for (; at + lanes <= range.count; at += lanes) bad = hn::Or(bad, merge_lanes<K>(bracket, range, at));
+  const bool finite = hn::AllTrue(kInt, hn::Eq(bad, hn::Zero(kInt)));
+  return at < range.count ? merge_tail<K>(bracket, range, at) && finite : finite;
 }
 
-void merge_range(const BracketConstants& bracket, const MergeRange& range) {
+bool merge_range(const BracketConstants& bracket, const MergeRange& range) {
   switch (bracket.frames) {  // a constant number of frames keeps every sample in a register
     case 1:
       return merge_frames<1>(bracket, range);
@@ -150,8 +163,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace symrig::hdr {
 HWY_EXPORT(merge_range);
-void merge_range(const BracketConstants& bracket, const MergeRange& range) noexcept {
-  HWY_DYNAMIC_DISPATCH(merge_range)(bracket, range);
+bool merge_range(const BracketConstants& bracket, const MergeRange& range) noexcept {
+  return HWY_DYNAMIC_DISPATCH(merge_range)(bracket, range);
 }
 }  // namespace symrig::hdr
 #endif

@@ -35,7 +35,7 @@ struct MergeRange {
 };
 
 /// Merges one range. No allocation, no policy; the same bits on every instruction set (no fused multiply-add,
-/// true divisions).
-void merge_range(const BracketConstants& bracket, const MergeRange& range) noexcept;
+/// true divisions). False if black or its variance holds NaN or infinity (the outputs are then of no use).
+bool merge_range(const BracketConstants& bracket, const MergeRange& range) noexcept;
 
 }  // namespace symrig::hdr

@@ -69,7 +69,7 @@ void merge_bracket(benchmark::State& state) {
     benchmark::ClobberMemory();
   }
   const double pixels = static_cast<double>(grid.size()) * static_cast<double>(state.iterations());
-  // 2 B a frame, black mean 4 + variance 4 (read twice: once to refuse NaN) + valid 1, out 4 + 4 + 1.
+  // 2 B a frame, black 4 + 4 + 1, out 4 + 4 + 1 (mean, variance, valid).
   state.SetBytesProcessed(static_cast<std::int64_t>(pixels * (2 * exposures + 18)));
   state.counters["pixels"] = benchmark::Counter(pixels, benchmark::Counter::kIsRate);
   state.counters["error_sigmas"] = error_in_sigmas(frames, merged, black);
