@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/blur.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace symrig::sim {
+
+namespace {
+
+void blur_along_row(std::span<float> row, float a) {
+  float before = 0;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const float here = row[i];
+    const float after = i + 1 < row.size() ? row[i + 1] : 0.F;
+    row[i] = (1 - 2 * a) * here + a * (before + after);
+    before = here;
+  }
+}
+
+void blur_across_rows(Grid grid, std::span<float> image, float a) {
+  const auto cols = static_cast<std::size_t>(grid.cols);
+  std::vector<float> before(cols, 0.F);
+  const std::vector<float> dark(cols, 0.F);
+  for (int row = 0; row < grid.rows; ++row) {
+    float* here = &image[static_cast<std::size_t>(row) * cols];
+    const float* after = row + 1 < grid.rows ? here + cols : dark.data();
+    for (std::size_t i = 0; i < cols; ++i) {
+      const float value = here[i];
+      here[i] = (1 - 2 * a) * value + a * (before[i] + after[i]);
+      before[i] = value;
+    }
+  }
+}
+
+class Blurred final : public Transport {
+ public:
+  Blurred(Grid grid, double a, std::unique_ptr<Transport> inner)
+      : grid_(grid), a_(static_cast<float>(a)), inner_(std::move(inner)) {}
+
+  void apply(std::span<const float> x, std::span<float> y) const override {
+    std::vector<float> light(x.begin(), x.end());
+    blur_3tap(grid_, a_, light);
+    inner_->apply(light, y);
+    blur_3tap(grid_, a_, y);
+  }
+
+ private:
+  Grid grid_;
+  float a_;
+  std::unique_ptr<Transport> inner_;
+};
+
+}  // namespace
+
+void blur_3tap(Grid grid, float a, std::span<float> image) {
+  const auto cols = static_cast<std::size_t>(grid.cols);
+  for (std::size_t row = 0; row < static_cast<std::size_t>(grid.rows); ++row)
+    blur_along_row(image.subspan(row * cols, cols), a);
+  blur_across_rows(grid, image, a);
+}
+
+std::unique_ptr<Transport> blurred(Grid grid, double a, std::unique_ptr<Transport> transport) {
+  return std::make_unique<Blurred>(grid, a, std::move(transport));
+}
+
+}  // namespace symrig::sim

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/image/grid.hpp"
+
+#include <span>
+#include <vector>
+
+namespace symrig::sim {
+
+/// A symmetric, non-negative Gaussian-like blur along one axis of n samples: W K Wᵀ / step, K a Gaussian of
+/// width sigma / step cut at 5 sigma on every step-th sample and W linear interpolation (step = 1: W = I).
+struct AxisBlur {
+  AxisBlur(int n, double sigma);
+
+  int n;
+  int step;                   ///< samples between lattice points
+  int nodes;                  ///< lattice points
+  std::vector<float> kernel;  ///< kernel[|d|], d = 0..reach; sums to 1 over −reach..reach
+  std::vector<int> node;      ///< left lattice neighbour of each sample
+  std::vector<float> share;   ///< weight of the right one
+
+  int reach() const { return static_cast<int>(kernel.size()) - 1; }
+};
+
+/// Gaussians narrower than this [px] are blurred sample by sample.
+inline constexpr double kFineWidth = 6;
+
+/// G = (row blur) ⊗ (column blur), separable. Symmetric, non-negative, row sums ≤ 1 up to the lattice's ends.
+class GaussianBlur {
+ public:
+  GaussianBlur(Grid grid, double sigma);
+  /// out += weight · G in.
+  void add(float weight, std::span<const float> in, std::span<float> out) const;
+
+ private:
+  Grid grid_;
+  AxisBlur down_, across_;
+};
+
+}  // namespace symrig::sim

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace symrig::sim {
+
+/// A symmetric, non-negative linear operator on one channel of a grid: y = A x, never formed. Thread-safe
+/// for reading. x and y: grid size values in raster order, not overlapping; x may be signed.
+class Transport {
+ public:
+  Transport() = default;
+  Transport(const Transport&) = delete;
+  Transport& operator=(const Transport&) = delete;
+  virtual ~Transport() = default;
+  virtual void apply(std::span<const float> x, std::span<float> y) const = 0;
+};
+
+/// diag(d): light that leaves from where it arrived.
+class Diagonal final : public Transport {
+ public:
+  explicit Diagonal(std::vector<float> d) : d_(std::move(d)) {}
+  void apply(std::span<const float> x, std::span<float> y) const override {
+    for (std::size_t i = 0; i < d_.size(); ++i) y[i] = d_[i] * x[i];
+  }
+
+ private:
+  std::vector<float> d_;
+};
+
+}  // namespace symrig::sim
