@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/atomic_file.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <string>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error io_error(const fs::path& path, std::string_view what, int error) {
+  return {ErrorCode::io,
+          path.string() + ": " + std::string(what) + " (" + std::generic_category().message(error) + ")",
+          "check the folder, its permissions and the free space"};
+}
+
+/// Owns a file descriptor and the temporary file behind it: both go unless commit() succeeded.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(fs::path path)
+      : path_(std::move(path)), fd_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    if (fd_ < 0) return;
+    ::close(fd_);
+    if (!committed_) ::unlink(path_.c_str());
+  }
+
+  bool is_open() const { return fd_ >= 0; }
+
+  bool write(std::span<const std::byte> bytes) const {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) return false;
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return true;
+  }
+
+  bool commit(const fs::path& target) {
+    committed_ = ::fsync(fd_) == 0 && ::rename(path_.c_str(), target.c_str()) == 0;
+    return committed_;
+  }
+
+ private:
+  fs::path path_;
+  int fd_;
+  bool committed_ = false;
+};
+
+fs::path temporary_name(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  return target.parent_path() /
+         fmt::format(".{}.{}-{}.tmp", target.filename().string(), ::getpid(), counter++);
+}
+
+/// The file that is to be replaced: behind a symbolic link it is the link's target.
+Result<fs::path> resolve(const fs::path& path) {
+  std::error_code error;
+  const fs::path target = fs::is_symlink(path, error) ? fs::weakly_canonical(path, error) : path;
+  if (target.filename().empty() || fs::is_directory(target, error))
+    return Error{ErrorCode::io, path.string() + ": is a folder, not a file", "give the name of a file"};
+  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+  if (!fs::is_directory(folder, error))
+    return Error{ErrorCode::not_found, path.string() + ": there is no folder " + folder.string(),
+                 "make the folder first"};
+  if (fs::exists(target, error) && !fs::is_regular_file(target, error))
+    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
+  return target;
+}
+
+/// Makes the rename itself durable; a file system that cannot is not an error.
+void sync_folder(const fs::path& target) {
+  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
+/// Reads until the end of the file or until `bytes` is full; the number read, or −1.
+std::ptrdiff_t read_all(int fd, std::span<std::byte> bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t got = ::read(fd, bytes.data() + done, bytes.size() - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return -1;
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return static_cast<std::ptrdiff_t>(done);
+}
+
+}  // namespace
+
+Result<void> write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+  SYMRIG_TRY(const fs::path target, resolve(path));
+  TemporaryFile file(temporary_name(target));
+  if (!file.is_open()) return io_error(path, "cannot be written", errno);
+  if (!file.write(bytes) || !file.commit(target)) return io_error(path, "cannot be written", errno);
+  sync_folder(target);
+  return {};
+}
+
+Result<void> write_file_atomically(const fs::path& path, std::string_view text) {
+  return write_file_atomically(path, std::as_bytes(std::span(text)));
+}
+
+Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t max_bytes) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0 && (errno == ENOENT || errno == ENOTDIR))
+    return Error{ErrorCode::not_found, path.string() + ": no such file", "check the path"};
+  if (fd < 0) return io_error(path, "cannot be read", errno);
+  const struct Closer {
+    int fd;
+    ~Closer() { ::close(fd); }
+  } closer{fd};
+  struct stat status {};
+  if (::fstat(fd, &status) != 0) return io_error(path, "cannot be read", errno);
+  if (!S_ISREG(status.st_mode))
+    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
+  if (static_cast<std::uint64_t>(status.st_size) > max_bytes)
+    return Error{ErrorCode::limit, path.string() + ": has " + std::to_string(status.st_size) +
+                                       " bytes; at most " + std::to_string(max_bytes) + " are read"};
+  std::vector<std::byte> bytes(static_cast<std::size_t>(status.st_size));
+  const std::ptrdiff_t got = read_all(fd, bytes);
+  if (got < 0) return io_error(path, "cannot be read", errno);
+  bytes.resize(static_cast<std::size_t>(got));
+  return bytes;
+}
+
+}  // namespace symrig

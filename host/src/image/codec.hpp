@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/image.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+/// One pair of functions a format, all in memory. Decoders check the header's size before they allocate, and
+/// leave the test for NaN to read_image. Encoders get 1 or 3 channels of finite values.
+namespace symrig::codec {
+
+using Bytes = std::span<const std::byte>;
+using Buffer = std::vector<std::byte>;
+
+bool is_exr(Bytes bytes);
+bool is_png(Bytes bytes);
+bool is_pfm(Bytes bytes);
+
+Result<Image<float>> decode_exr(Bytes bytes, const std::string& name);
+Result<Image<float>> decode_png(Bytes bytes, const std::string& name);
+Result<Image<float>> decode_pfm(Bytes bytes, const std::string& name);
+
+Result<Buffer> encode_exr(const Image<float>& image, const std::string& name);
+Buffer encode_pfm(const Image<float>& image);
+
+/// Rows of interleaved 8- or 16-bit codes (16 bits in the machine's byte order) → PNG. Empty if libpng fails.
+template <class Code>
+Buffer encode_png_codes(const Image<Code>& image);
+
+/// bad_format, naming the file.
+Error damaged(const std::string& name, const std::string& what);
+/// Refuses a header that promises more than kMaxPicturePixels, or nothing.
+Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::string& name);
+
+}  // namespace symrig::codec

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenEXR throws; every call to it stands inside a try block here, and nothing escapes.
+#include "image/codec.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <exception>
+#include <optional>
+
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfVersion.h>
+#include <ImfXdr.h>
+
+namespace symrig::codec {
+namespace {
+
+class MemoryInput : public Imf::IStream {
+ public:
+  MemoryInput(Bytes bytes, const std::string& name) : IStream(name.c_str()), bytes_(bytes) {}
+
+  bool read(char c[], int n) override {
+    if (n < 0 || static_cast<std::size_t>(n) > bytes_.size() - at_)
+      throw std::runtime_error("it ends too early");
+    std::memcpy(c, bytes_.data() + at_, static_cast<std::size_t>(n));
+    at_ += static_cast<std::size_t>(n);
+    return at_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return at_; }
+  void seekg(std::uint64_t position) override {
+    if (position > bytes_.size()) throw std::runtime_error("an offset points beyond its end");
+    at_ = position;
+  }
+  void clear() override {}
+
+ private:
+  Bytes bytes_;
+  std::size_t at_ = 0;
+};
+
+class MemoryOutput : public Imf::OStream {
+ public:
+  explicit MemoryOutput(const std::string& name) : OStream(name.c_str()) {}
+
+  void write(const char c[], int n) override {
+    const auto count = static_cast<std::size_t>(n);
+    if (at_ + count > bytes.size()) bytes.resize(at_ + count);
+    std::memcpy(bytes.data() + at_, c, count);
+    at_ += count;
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t position) override { at_ = position; }
+
+  Buffer bytes;
+
+ private:
+  std::size_t at_ = 0;
+};
+
+/// Size of the data window, read from the header alone: Imf::InputFile allocates tables by it at once.
+Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
+  MemoryInput input(bytes, name);
+  int magic = 0;
+  int version = 0;
+  Imf::Xdr::read<Imf::StreamIO>(input, magic);
+  Imf::Xdr::read<Imf::StreamIO>(input, version);
+  if (Imf::isMultiPart(version) || Imf::isNonImage(version))
+    return damaged(name, "is a multi-part or deep OpenEXR file; only flat pictures are read");
+  Imf::Header header;
+  header.readFrom(input, version);
+  const auto& window = header.dataWindow();
+  return checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
+                      std::int64_t{window.max.x} - window.min.x + 1, name);
+}
+
+/// Which channels hold the picture: R G B, or the only one that is not A.
+Result<std::vector<std::string>> picture_channels(const Imf::ChannelList& list, const std::string& name) {
+  if (list.findChannel("R") && list.findChannel("G") && list.findChannel("B"))
+    return std::vector<std::string>{"R", "G", "B"};
+  std::vector<std::string> names;
+  for (auto it = list.begin(); it != list.end(); ++it) {
+    if (std::strcmp(it.name(), "A") != 0) names.emplace_back(it.name());
+    if (it.channel().xSampling != 1 || it.channel().ySampling != 1)
+      return damaged(name, "has subsampled channels");
+  }
+  if (names.size() == 1) return names;
+  return damaged(name, "has neither R, G, B nor one single channel");
+}
+
+Result<Image<float>> decode(Bytes bytes, const std::string& name) {
+  SYMRIG_TRY(const Grid grid, peek_grid(bytes, name));
+  MemoryInput input(bytes, name);
+  Imf::InputFile file(input, 0);
+  SYMRIG_TRY(const auto names, picture_channels(file.header().channels(), name));
+  if (!file.isComplete()) return damaged(name, "OpenEXR file is not complete");
+  Image<float> image(grid, static_cast<int>(names.size()));
+  const auto& window = file.header().dataWindow();
+  Imf::FrameBuffer frame;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    auto* plane = reinterpret_cast<char*>(image.plane(static_cast<int>(c)).data());
+    frame.insert(names[c], Imf::Slice::Make(Imf::FLOAT, plane, window));
+  }
+  file.setFrameBuffer(frame);
+  file.readPixels(window.min.y, window.max.y);
+  return image;
+}
+
+Buffer encode(const Image<float>& image, const std::string& name) {
+  static constexpr std::array<const char*, 3> kColour{"R", "G", "B"};
+  const Grid grid = image.grid();
+  Imf::Header header(grid.cols, grid.rows);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer frame;
+  for (int c = 0; c < image.channels(); ++c) {
+    const char* channel = image.channels() == 1 ? "Y" : kColour[static_cast<std::size_t>(c)];
+    header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+    const auto* plane = reinterpret_cast<const char*>(image.plane(c).data());
+    frame.insert(channel, Imf::Slice::Make(Imf::FLOAT, plane, header.dataWindow()));
+  }
+  MemoryOutput output(name);
+  {
+    Imf::OutputFile file(output, header, 0);
+    file.setFrameBuffer(frame);
+    file.writePixels(grid.rows);
+  }  // the destructor writes the line offsets
+  return std::move(output.bytes);
+}
+
+}  // namespace
+
+bool is_exr(Bytes bytes) {
+  constexpr std::array kMagic{std::byte{0x76}, std::byte{0x2F}, std::byte{0x31}, std::byte{0x01}};
+  return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
+}
+
+Result<Image<float>> decode_exr(Bytes bytes, const std::string& name) {
+  try {
+    return decode(bytes, name);
+  } catch (const std::exception& exception) {
+    return damaged(name, std::string("OpenEXR file cannot be read: ") + exception.what());
+  }
+}
+
+Result<Buffer> encode_exr(const Image<float>& image, const std::string& name) {
+  try {
+    return encode(image, name);
+  } catch (const std::exception& exception) {
+    return Error{ErrorCode::io, name + ": OpenEXR file cannot be made: " + exception.what()};
+  }
+}
+
+}  // namespace symrig::codec

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/image/file.hpp"
+
+#include "image/codec.hpp"
+#include "symrig/base/atomic_file.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace codec {
+
+Error damaged(const std::string& name, const std::string& what) {
+  return {ErrorCode::bad_format, name + ": " + what, "use a complete OpenEXR, PNG or PFM picture"};
+}
+
+Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::string& name) {
+  if (rows < 1 || cols < 1) return damaged(name, "header says the picture is empty");
+  if (rows > kMaxPicturePixels || cols > kMaxPicturePixels || rows * cols > kMaxPicturePixels)
+    return damaged(
+        name, fmt::format("header says {}x{} pixels; at most {} are read", rows, cols, kMaxPicturePixels));
+  return Grid{static_cast<int>(rows), static_cast<int>(cols)};
+}
+
+}  // namespace codec
+
+namespace {
+
+Result<void> check_finite(const Image<float>& image, const std::string& name) {
+  const auto values = image.values();
+  const auto bad = std::ranges::find_if(values, [](float v) { return !std::isfinite(v); });
+  if (bad == values.end()) return {};
+  const std::int64_t index = bad - values.begin();
+  const std::int64_t pixel = index % image.grid().size();
+  return Error{ErrorCode::bad_value,
+               fmt::format("{}: pixel (row {}, column {}) of channel {} is {}", name,
+                           pixel / image.grid().cols, pixel % image.grid().cols, index / image.grid().size(),
+                           std::isnan(*bad) ? "NaN" : "infinite"),
+               "replace such pixels before they are used as light"};
+}
+
+Result<void> check_writable(const Image<float>& image, const std::string& name) {
+  if (!image.grid().valid() || (image.channels() != 1 && image.channels() != 3))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{}: cannot write a picture of {} pixels and {} channels", name,
+                             to_string(image.grid()), image.channels())};
+  return check_finite(image, name);
+}
+
+Result<Image<float>> decode_by_content(std::span<const std::byte> bytes, const std::string& name) {
+  if (codec::is_exr(bytes)) return codec::decode_exr(bytes, name);
+  if (codec::is_png(bytes)) return codec::decode_png(bytes, name);
+  if (codec::is_pfm(bytes)) return codec::decode_pfm(bytes, name);
+  return codec::damaged(name, bytes.empty() ? "is empty" : "is not a picture of a known format");
+}
+
+std::string lower_suffix(const std::filesystem::path& path) {
+  std::string suffix = path.extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
+Image<std::uint16_t> to_16_bits(const Image<float>& image) {
+  Image<std::uint16_t> codes(image.grid(), image.channels());
+  std::ranges::transform(image.values(), codes.values().begin(), [](float v) {
+    return static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 65'535.0F));
+  });
+  return codes;
+}
+
+/// sRGB transfer function, IEC 61966-2-1: linear [0,1] → [0,1].
+double srgb(double linear) {
+  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
+}
+
+Result<void> write_png_bytes(const std::filesystem::path& path, const codec::Buffer& bytes) {
+  if (bytes.empty()) return Error{ErrorCode::io, path.string() + ": PNG cannot be made"};
+  return write_file_atomically(path, bytes);
+}
+
+}  // namespace
+
+Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::string& name) {
+  SYMRIG_TRY(auto image, decode_by_content(bytes, name));
+  SYMRIG_CHECK(check_finite(image, name));
+  return image;
+}
+
+Result<Image<float>> read_image(const std::filesystem::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path));
+  return decode_image(bytes, path.string());
+}
+
+Result<void> write_image(const std::filesystem::path& path, const Image<float>& image) {
+  SYMRIG_CHECK(check_writable(image, path.string()));
+  const std::string suffix = lower_suffix(path);
+  if (suffix == ".png") return write_png_bytes(path, codec::encode_png_codes(to_16_bits(image)));
+  if (suffix == ".pfm") return write_file_atomically(path, codec::encode_pfm(image));
+  if (suffix == ".exr") {
+    SYMRIG_TRY(const auto bytes, codec::encode_exr(image, path.string()));
+    return write_file_atomically(path, bytes);
+  }
+  return Error{ErrorCode::bad_argument,
+               fmt::format("{}: pictures are written as .exr, .pfm or .png, not '{}'", path.string(), suffix),
+               "choose one of these suffixes"};
+}
+
+Result<void> write_display_png(const std::filesystem::path& path, const Image<float>& image,
+                               double exposure) {
+  SYMRIG_CHECK(check_writable(image, path.string()));
+  if (!std::isfinite(exposure) || exposure <= 0)
+    return Error{ErrorCode::bad_argument, fmt::format("exposure = {}; must be a positive number", exposure)};
+  return write_png_bytes(path, codec::encode_png_codes(to_display(image, exposure)));
+}
+
+Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {
+  Image<std::uint8_t> display(image.grid(), image.channels());
+  std::ranges::transform(image.values(), display.values().begin(), [exposure](float v) {
+    const double shown = exposure * v;
+    return shown > 0 ? static_cast<std::uint8_t>(std::lround(255 * srgb(std::min(shown, 1.0))))
+                     : std::uint8_t{0};
+  });
+  return display;
+}
+
+std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
+  if (!image.grid().valid() || (image.channels() != 1 && image.channels() != 3)) return {};
+  const auto bytes = codec::encode_png_codes(image);
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
+}  // namespace symrig
