@@ -58,6 +58,7 @@ bool write_root(hid_t file, const StoredScene& scene) {
          h5::write_attribute(file, "channels", one(t.channels())) &&
          h5::write_attribute(file, "camera_grid", camera) &&
          h5::write_attribute(file, "projector_grid", projector) &&
+         h5::write_attribute(file, "held_out_count", one(static_cast<std::int32_t>(scene.held_out.size()))) &&
          h5::write_attribute(file, "capture", scene.capture_json);
 }
 
@@ -295,30 +296,22 @@ Result<void> read_sparse(const Source& source, const Head& head, const Limits& l
   return {};
 }
 
-Result<std::vector<HeldOut>> read_held_out(const Source& source, const Head& head) {
-  std::vector<HeldOut> all;
-  for (std::size_t k = 0;; ++k) {
-    const std::string path = "held_out/" + std::to_string(k);
-    if (H5Lexists(source.file.id(), "held_out", H5P_DEFAULT) <= 0 ||
-        H5Lexists(source.file.id(), path.c_str(), H5P_DEFAULT) <= 0)
-      break;
-    const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
-    if (!group.ok())
-      return Error{ErrorCode::bad_format, "'" + path + "' is not a group", "the file is damaged"};
-    h5::Shape p, c;
-    SYMRIG_TRY(std::string name, h5::read_text(group.id(), "name"));
-    SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group.id(), "pattern", 2, source.bytes, p));
-    SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group.id(), "photograph", 3, source.bytes, c));
-    if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
-        c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
-      return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
-    if (!all_finite(pattern) || !all_finite(photograph)) return not_finite(path.c_str());
-    HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};
-    std::copy(pattern.begin(), pattern.end(), held.pattern.values().begin());
-    std::copy(photograph.begin(), photograph.end(), held.photograph.values().begin());
-    all.push_back(std::move(held));
-  }
-  return all;
+Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
+  const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
+  if (!group.ok())
+    return Error{ErrorCode::bad_format, "group '" + path + "' is missing or damaged", "the file is damaged"};
+  h5::Shape p, c;
+  SYMRIG_TRY(std::string name, h5::read_text(group.id(), "name"));
+  SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group.id(), "pattern", 2, source.bytes, p));
+  SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group.id(), "photograph", 3, source.bytes, c));
+  if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
+      c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
+    return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
+  if (!all_finite(pattern) || !all_finite(photograph)) return not_finite(path.c_str());
+  HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};
+  std::copy(pattern.begin(), pattern.end(), held.pattern.values().begin());
+  std::copy(photograph.begin(), photograph.end(), held.photograph.values().begin());
+  return held;
 }
 
 Result<StoredScene> read_all(const Source& source) {
@@ -333,7 +326,13 @@ Result<StoredScene> read_all(const Source& source) {
                               : TensorBuilder(std::move(camera), std::move(projector), head.channels);
   SYMRIG_CHECK(read_leaves(source, head, limits, builder));
   SYMRIG_CHECK(read_sparse(source, head, limits, builder));
-  SYMRIG_TRY(std::vector<HeldOut> held_out, read_held_out(source, head));
+  SYMRIG_TRY(const std::vector<std::int32_t> held_out_count,
+             h5::read_integers(source.file.id(), "held_out_count", 1));
+  std::vector<HeldOut> held_out;
+  for (std::int32_t k = 0; k < held_out_count[0]; ++k) {
+    SYMRIG_TRY(HeldOut one_of, read_held_out(source, head, "held_out/" + std::to_string(k)));
+    held_out.push_back(std::move(one_of));
+  }
   return StoredScene{std::move(builder).finish(), std::move(capture), std::move(held_out)};
 }
 

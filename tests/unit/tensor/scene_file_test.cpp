@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/file.hpp"
+#include "unit/tensor/random_tensor.hpp"
+
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using tests::RandomTensor;
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("symrig-scene-file-" + std::to_string(::getpid()) + "-" +
+                                           testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path path(const char* name) const { return folder_ / name; }
+  std::size_t files() const {
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+
+  static StoredScene example(bool symmetric = true) {
+    StoredScene scene;
+    scene.tensor = RandomTensor({5, 6}, {4, 3}, symmetric, 3, 11).make(1, 2, 20).tensor;
+    scene.capture_json = R"({"scene":"sim:plane","patterns":37})";
+    HeldOut held{"pair 3", Image<float>(scene.tensor.projector_grid()),
+                 Image<float>(scene.tensor.camera_grid(), 3)};
+    held.pattern.values()[1] = 1;
+    held.photograph.values()[2] = 0.5F;
+    scene.held_out.push_back(held);
+    return scene;
+  }
+  static std::string bytes_of(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  static void write(const fs::path& file, const std::string& bytes) {
+    std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
+  static void expect_same(const StoredScene& a, const StoredScene& b) {
+    EXPECT_EQ(a.capture_json, b.capture_json);
+    EXPECT_EQ(a.tensor.symmetric(), b.tensor.symmetric());
+    EXPECT_EQ(a.tensor.camera_grid(), b.tensor.camera_grid());
+    EXPECT_EQ(a.tensor.projector_grid(), b.tensor.projector_grid());
+    EXPECT_TRUE(std::ranges::equal(a.tensor.factors(), b.tensor.factors()));
+    EXPECT_TRUE(std::ranges::equal(a.tensor.values(), b.tensor.values()));
+    EXPECT_TRUE(std::ranges::equal(a.tensor.rows(), b.tensor.rows()));
+    EXPECT_EQ(a.tensor.leaves().size(), b.tensor.leaves().size());
+    ASSERT_EQ(a.held_out.size(), b.held_out.size());
+    for (std::size_t k = 0; k < a.held_out.size(); ++k) {
+      EXPECT_EQ(a.held_out[k].name, b.held_out[k].name);
+      EXPECT_EQ(a.held_out[k].pattern, b.held_out[k].pattern);
+      EXPECT_EQ(a.held_out[k].photograph, b.held_out[k].photograph);
+    }
+  }
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(SceneFile, round_trip_is_exact) {
+  for (const bool symmetric : {true, false}) {
+    const StoredScene scene = example(symmetric);
+    ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
+    const auto read = load_scene(path("scene.h5"));
+    ASSERT_TRUE(read.ok()) << read.error().line();
+    expect_same(scene, *read);
+    EXPECT_EQ(files(), 1U) << "a temporary file was left behind";
+  }
+}
+
+TEST_F(SceneFile, a_long_capture_record_survives) {
+  StoredScene scene = example();
+  scene.capture_json = "{\"text\":\"" + std::string(200'000, 'x') + "\"}";
+  ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
+  const auto read = load_scene(path("scene.h5"));
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_EQ(read->capture_json, scene.capture_json);
+}
+
+TEST_F(SceneFile, every_truncation_is_refused) {
+  ASSERT_TRUE(save_scene(path("scene.h5"), example()).ok());
+  const std::string whole = bytes_of(path("scene.h5"));
+  for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 97) {
+    write(path("cut.h5"), whole.substr(0, size));
+    const auto read = load_scene(path("cut.h5"));
+    ASSERT_FALSE(read.ok()) << "cut to " << size << " of " << whole.size();
+    EXPECT_EQ(exit_code(read.error().code), 4);
+    EXPECT_NE(read.error().what.find("cut.h5"), std::string::npos);
+  }
+}
+
+TEST_F(SceneFile, a_flipped_bit_is_refused_or_harmless) {
+  // Checksums cover data and metadata; unused bytes of the file may change without harm. Never a silent
+  // change of the content.
+  const StoredScene scene = example();
+  ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
+  const std::string whole = bytes_of(path("scene.h5"));
+  int refused = 0;
+  for (std::size_t at = 0; at < whole.size(); at += 1 + whole.size() / 499) {
+    std::string bytes = whole;
+    bytes[at] = static_cast<char>(bytes[at] ^ (1 << (at % 8)));
+    write(path("flipped.h5"), bytes);
+    const auto read = load_scene(path("flipped.h5"));
+    if (read.ok()) {
+      expect_same(scene, *read);
+    } else {
+      ++refused;
+      EXPECT_EQ(exit_code(read.error().code), 4) << read.error().line();
+    }
+  }
+  EXPECT_GT(refused, 100);
+}
+
+TEST_F(SceneFile, what_is_not_a_scene_is_named) {
+  EXPECT_EQ(load_scene(path("none.h5")).error().code, ErrorCode::not_found);
+  write(path("text.h5"), "not HDF5 at all");
+  EXPECT_EQ(load_scene(path("text.h5")).error().code, ErrorCode::bad_format);
+  EXPECT_EQ(load_scene(path("")).error().code, ErrorCode::bad_format);
+}
+
+TEST_F(SceneFile, not_finite_values_are_refused) {
+  TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
+  builder.add_scalar(0, 0, 1, std::vector<float>{std::nanf("")});
+  ASSERT_TRUE(save_scene(path("nan.h5"), {std::move(builder).finish(), "{}", {}}).ok());
+  const auto read = load_scene(path("nan.h5"));
+  ASSERT_FALSE(read.ok());
+  EXPECT_EQ(read.error().code, ErrorCode::bad_value);
+}
+
+TEST_F(SceneFile, a_failed_write_leaves_the_old_file) {
+  ASSERT_TRUE(save_scene(path("scene.h5"), example()).ok());
+  const std::string before = bytes_of(path("scene.h5"));
+  EXPECT_EQ(save_scene(path("no/such/folder/scene.h5"), example()).error().code, ErrorCode::io);
+  fs::create_directory(path("taken.h5"));
+  write(path("taken.h5") / "x", "a folder with content cannot be replaced");
+  EXPECT_EQ(save_scene(path("taken.h5"), example()).error().code, ErrorCode::io);
+  EXPECT_EQ(bytes_of(path("scene.h5")), before);
+  EXPECT_EQ(files(), 2U);
+}
+
+}  // namespace
+}  // namespace symrig

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include "dense_scene.hpp"
+#include "unit/tensor/random_tensor.hpp"
+
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using tests::RandomTensor;
+using tests::TensorAndMatrix;
+
+constexpr double kEpsilon = 0x1p-24;
+
+struct Case {
+  Grid camera, projector;
+  bool symmetric;
+  int level, rank, scalars;
+};
+
+class AnyTensor : public testing::TestWithParam<Case> {
+ protected:
+  static TensorAndMatrix make() {
+    const Case& c = GetParam();
+    return RandomTensor(c.camera, c.projector, c.symmetric, 1, 5).make(c.level, c.rank, c.scalars);
+  }
+  static std::vector<float> random_vector(std::int64_t size, std::uint64_t seed) {
+    Random random(seed);
+    std::vector<float> v(static_cast<std::size_t>(size));
+    for (float& x : v) x = static_cast<float>(random.uniform() - 0.3);
+    return v;
+  }
+  /// The card of TransportTensor::apply: (|J| + leaves on the path + 4) ε Σ|A||B|ᵀ|p|. Every pixel lies in at
+  /// most `leaves` leaves.
+  static double bound(const TensorAndMatrix& made, double magnitude) {
+    return (made.longest + static_cast<double>(made.tensor.leaves().size() + made.tensor.rows().size()) + 4) *
+               kEpsilon * magnitude +
+           1e-30;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, AnyTensor,
+    testing::Values(Case{{9, 13}, {9, 13}, true, 2, 1, 40}, Case{{9, 13}, {9, 13}, true, 1, 3, 0},
+                    Case{{9, 13}, {7, 5}, false, 2, 2, 60}, Case{{1, 1}, {1, 1}, true, 0, 1, 2},
+                    Case{{1, 17}, {1, 17}, true, 3, 1, 9}, Case{{16, 16}, {16, 16}, true, 0, 4, 100}));
+
+TEST_P(AnyTensor, apply_equals_the_matrix) {
+  const TensorAndMatrix made = make();
+  const auto p = random_vector(made.tensor.projector_grid().size(), 1);
+  std::vector<float> y(static_cast<std::size_t>(made.tensor.camera_grid().size()));
+  made.tensor.apply_tree(p, y, 0, false);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    double exact = 0, size = 0;
+    for (std::size_t j = 0; j < p.size(); ++j) {
+      exact += made.matrix[i * made.cols + j] * double{p[j]};
+      size += made.magnitude[i * made.cols + j] * std::abs(double{p[j]});
+    }
+    EXPECT_LE(std::abs(double{y[i]} - exact), bound(made, size)) << "pixel " << i;
+  }
+}
+
+TEST_P(AnyTensor, transposed_apply_equals_the_transposed_matrix) {
+  const TensorAndMatrix made = make();
+  const auto light = random_vector(made.tensor.camera_grid().size(), 2);
+  std::vector<float> y(static_cast<std::size_t>(made.tensor.projector_grid().size()));
+  made.tensor.apply_tree(light, y, 0, true);
+  for (std::size_t j = 0; j < y.size(); ++j) {
+    double exact = 0, size = 0;
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      exact += made.matrix[i * made.cols + j] * double{light[i]};
+      size += made.magnitude[i * made.cols + j] * std::abs(double{light[i]});
+    }
+    EXPECT_LE(std::abs(double{y[j]} - exact), bound(made, size)) << "pixel " << j;
+  }
+}
+
+TEST_P(AnyTensor, apply_and_transposed_apply_are_adjoint) {
+  const TensorAndMatrix made = make();
+  Image<float> p(made.tensor.projector_grid()), light(made.tensor.camera_grid());
+  Random random(9);
+  for (float& v : p.values()) v = static_cast<float>(random.uniform());
+  for (float& v : light.values()) v = static_cast<float>(random.uniform());
+  const auto y = made.tensor.apply(p);
+  const auto x = made.tensor.apply_transposed(light);
+  ASSERT_TRUE(y.ok() && x.ok());
+  const auto dot = [](std::span<const float> a, std::span<const float> b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += double{a[i]} * double{b[i]};
+    return sum;
+  };
+  const double total =
+      std::accumulate(made.magnitude.begin(), made.magnitude.end(), 0.0);  // ≥ Σ light |T| p, both in [0, 1]
+  EXPECT_NEAR(dot(y->values(), light.values()), dot(p.values(), x->values()), 2 * bound(made, total));
+}
+
+TEST(TransportTensor, symmetric_tensor_needs_no_transpose) {
+  const auto made = RandomTensor({11, 6}, {}, true, 3, 8).make(2, 2, 30);
+  Image<float> p(made.tensor.projector_grid());
+  Random random(4);
+  for (float& v : p.values()) v = static_cast<float>(random.uniform());
+  EXPECT_EQ(made.tensor.apply(p)->values().size(), made.tensor.apply_transposed(p)->values().size());
+  const auto forward = made.tensor.apply(p);
+  const auto backward = made.tensor.apply_transposed(p);
+  EXPECT_EQ(*forward, *backward);
+}
+
+TEST(TransportTensor, wide_columns_spread_over_their_block) {
+  const BlockTree camera(Grid{2, 2}), projector(Grid{2, 4});
+  TensorBuilder builder(camera, projector, 1);
+  builder.add_column(0, 4, 1, std::vector<std::int32_t>{1, 3}, std::vector<float>{2, 5});
+  const TransportTensor tensor = std::move(builder).finish();
+  std::vector<float> p(8, 1.0F), y(4);
+  tensor.apply_tree(p, y, 0, false);
+  EXPECT_EQ(y, (std::vector<float>{0, 8, 0, 20}));
+  std::vector<float> light{0, 1, 0, 1}, x(8);
+  tensor.apply_tree(light, x, 0, true);
+  EXPECT_EQ(x, (std::vector<float>{7, 7, 7, 7, 0, 0, 0, 0}));
+}
+
+TEST(TransportTensor, a_pattern_of_another_size_is_refused_by_name) {
+  const auto made = RandomTensor({4, 4}, {}, true, 1, 8).make(1, 1, 3);
+  const auto answer = made.tensor.apply(Image<float>(Grid{4, 5}));
+  ASSERT_FALSE(answer.ok());
+  EXPECT_EQ(answer.error().code, ErrorCode::size_mismatch);
+  EXPECT_NE(answer.error().what.find("4x5"), std::string::npos);
+  EXPECT_NE(answer.error().what.find("4x4"), std::string::npos);
+}
+
+TEST(TransportTensor, stopped_at_a_level_keeps_the_flood_lit_photograph) {
+  // c (Σr)/s = c while Σc = Σr, and both are sums of the same entries: stopping early moves light inside
+  // blocks, never in or out.
+  const auto made = RandomTensor({12, 10}, {}, true, 1, 21).make(3, 1, 200);
+  const Image<float> flood(Grid{12, 10}, 1, 1.0F);
+  const auto exact = made.tensor.apply(flood);
+  const double total = std::accumulate(made.magnitude.begin(), made.magnitude.end(), 0.0);
+  for (int level = 0; level < made.tensor.camera_tree().levels(); ++level) {
+    const TransportTensor stopped = made.tensor.stopped_at(level);
+    const auto image = stopped.apply(flood);
+    for (std::size_t i = 0; i < exact->values().size(); ++i)
+      EXPECT_NEAR(image->values()[i], exact->values()[i], 1000 * kEpsilon * total) << "level " << level;
+    for (const Leaf& leaf : stopped.leaves()) EXPECT_LE(leaf.level, level);
+  }
+}
+
+TEST(TransportTensor, stopped_at_the_last_level_is_the_tensor) {
+  const auto made = RandomTensor({8, 8}, {}, true, 1, 3).make(2, 1, 50);
+  const Image<float> pattern = natural_pattern(Grid{8, 8}, 1);
+  EXPECT_EQ(*made.tensor.stopped_at(made.tensor.camera_tree().levels() - 1).apply(pattern),
+            *made.tensor.apply(pattern));
+}
+
+TEST(TransportTensor, slice_shows_the_matrix_between_the_pixels_of_a_row) {
+  // One scalar at most per entry and leaves of one level: nothing overlaps, so a slice is the matrix itself.
+  const Grid grid{6, 7};
+  const auto made = RandomTensor(grid, {}, true, 1, 33).make(2, 2, 0);
+  const BlockTree& tree = made.tensor.camera_tree();
+  std::vector<std::size_t> tree_index(42);
+  for (std::size_t t = 0; t < 42; ++t) tree_index[static_cast<std::size_t>(tree.order()[t])] = t;
+  const int row = 3;
+  const auto slice = made.tensor.slice(row, 0);
+  const auto levels = made.tensor.level_map(row);
+  ASSERT_TRUE(slice.ok() && levels.ok());
+  for (int x = 0; x < grid.cols; ++x) {
+    for (int u = 0; u < grid.cols; ++u) {
+      const std::size_t at = tree_index[static_cast<std::size_t>(row * grid.cols + x)] * made.cols +
+                             tree_index[static_cast<std::size_t>(row * grid.cols + u)];
+      EXPECT_NEAR(slice->at(x, u), made.matrix[at], 8 * kEpsilon * made.magnitude[at]);
+      EXPECT_EQ(levels->at(x, u), made.magnitude[at] > 0 ? 2.0F : -1.0F);
+    }
+  }
+  EXPECT_FALSE(made.tensor.slice(6, 0).ok());
+}
+
+TEST(TransportTensor, leaves_are_counted_by_level_and_kind) {
+  TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
+  builder.add_leaf(0, 2, 0, 2, 0, 0, {});
+  builder.add_leaf(2, 4, 0, 2, 1, 1, std::vector<float>{1, 2, 3, 4});
+  builder.add_leaf(2, 4, 2, 4, 2, 1, std::vector<float>{1, 2, 3, 4, 1, 2, 3, 4});
+  builder.add_scalar(0, 0, 1, std::vector<float>{1});
+  const auto counts = std::move(builder).finish().leaves_per_level();
+  ASSERT_EQ(counts.size(), 2U);
+  EXPECT_EQ(counts[0].empty, 1);
+  EXPECT_EQ(counts[1].rank1, 1);
+  EXPECT_EQ(counts[1].low_rank, 1);
+  EXPECT_EQ(counts[1].scalar, 1);
+}
+
+}  // namespace
+}  // namespace symrig
