@@ -5,6 +5,8 @@
 #include "sim/groove_transport.hpp"
 #include "sim/gummy.hpp"
 #include "sim/hash.hpp"
+#include "sim/occluder.hpp"
+#include "sim/optics.hpp"
 #include "sim/texture.hpp"
 
 #include <cassert>
@@ -70,6 +72,50 @@ Channels groove_channels(const SceneUri& uri) {
   return channels;
 }
 
+Channels occluder_channels(const SceneUri& uri) {
+  const Groove groove(uri.size);
+  const std::shared_ptr<const Exchange> exchange = occluded_exchange(groove);
+  Channels channels;
+  for (int c = 0; c < uri.channels; ++c)
+    channels.push_back(
+        std::make_unique<GrooveTransport>(exchange, texture(uri.size, channel_key(uri, c)), uri.indirect));
+  return channels;
+}
+
+/// A mirror scatters nothing: there the groove is black.
+std::vector<float> albedo_around_mirror(const Groove& groove, std::uint64_t key) {
+  std::vector<float> albedo = texture(groove.grid, key);
+  for (int row = 0; row < groove.grid.rows; ++row)
+    for (int col = 0; col < groove.grid.cols; ++col)
+      if (on_mirror(groove, row, col)) albedo[static_cast<std::size_t>(row) * groove.grid.cols + col] = 0;
+  return albedo;
+}
+
+Channels mirror_channels(const SceneUri& uri) {
+  const Groove groove(uri.size);
+  const std::shared_ptr<const Exchange> exchange = open_exchange(groove);
+  const auto optics = std::make_shared<const Optics>(mirror_patch(groove));
+  Channels channels;
+  for (int c = 0; c < uri.channels; ++c)
+    channels.push_back(
+        seen_through(optics, std::make_unique<GrooveTransport>(
+                                 exchange, albedo_around_mirror(groove, channel_key(uri, c)), uri.indirect)));
+  return channels;
+}
+
+template <int Views>
+Channels views_channels(const SceneUri& uri) {
+  TiledViews tiled = tiled_views(uri.size, Views);
+  const std::shared_ptr<const Exchange> exchange = open_exchange(Groove(tiled.scene));
+  const auto optics = std::make_shared<const Optics>(std::move(tiled.optics));
+  Channels channels;
+  for (int c = 0; c < uri.channels; ++c)
+    channels.push_back(
+        seen_through(optics, std::make_unique<GrooveTransport>(
+                                 exchange, texture(tiled.scene, channel_key(uri, c)), uri.indirect)));
+  return channels;
+}
+
 Channels gummy_channels(const SceneUri& uri) {
   Channels channels;
   for (int c = 0; c < uri.channels; ++c)
@@ -84,7 +130,9 @@ struct Maker {
 constexpr Maker kMakers[] = {
     {"plane", plane_channels},          {"vgroove-white", groove_channels},
     {"vgroove-mixed", groove_channels}, {"vgroove-textured", groove_channels},
-    {"gummy", gummy_channels},
+    {"gummy", gummy_channels},          {"occluder", occluder_channels},
+    {"mirror", mirror_channels},        {"views2", views_channels<2>},
+    {"views3", views_channels<3>},
 };
 
 constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB a picture

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/masked_exchange.hpp"
+
+#include "sim/lane_fft.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig::sim {
+
+namespace {
+
+/// (1 + x) e^−x is 1e-7 there.
+constexpr double kLastPhase = 19;
+
+/// Columns [begin, end) of one plane.
+struct ColumnRange {
+  int begin = 0, end = 0;
+  int size() const { return end - begin; }
+};
+
+/// The kernels of one frequency: toward[0][t][s] for light that goes left, toward[1][s][t] (the same numbers)
+/// for light that goes right.
+struct Frequency {
+  ColumnRange side[2];
+  std::vector<float> toward[2];
+};
+
+/// Spectra of all columns: planes of (frequencies × columns).
+struct Spectrum {
+  Spectrum(std::size_t frequencies, int cols_)
+      : cols(static_cast<std::size_t>(cols_)), re(frequencies * cols, 0.F), im(frequencies * cols, 0.F) {}
+  std::size_t cols;
+  std::vector<float> re, im;
+};
+
+class MaskedExchange final : public Exchange {
+ public:
+  MaskedExchange(const Groove& groove, const Sight& sees);
+  void apply(std::span<const float> in, std::span<float> out) const override;
+
+ private:
+  void transform(std::span<const float> in, Spectrum& spectrum) const;
+  void multiply(const Spectrum& in, Spectrum& out) const;
+  void transform_back(const Spectrum& spectrum, std::span<float> out) const;
+  void fill_kernels(const Groove& groove, const Sight& sees, int left_col);
+
+  Grid grid_;
+  LaneFft fft_;
+  std::vector<Frequency> frequencies_;
+};
+
+std::size_t padded_length(int rows) {
+  return std::bit_ceil(static_cast<std::size_t>(2 * rows - 1));
+}
+
+/// Columns of a plane near enough to the crease to matter at angular frequency w [rad/px].
+ColumnRange columns_within(const Groove& groove, int begin, int end, double w) {
+  const double reach = w > 0 ? kLastPhase / (std::numbers::sqrt2 * w) : 1e30;
+  ColumnRange range{begin, end};
+  while (range.begin < range.end && groove.distance[static_cast<std::size_t>(range.begin)] > reach)
+    ++range.begin;
+  while (range.end > range.begin && groove.distance[static_cast<std::size_t>(range.end) - 1] > reach)
+    --range.end;
+  return range;
+}
+
+MaskedExchange::MaskedExchange(const Groove& groove, const Sight& sees)
+    : grid_(groove.grid), fft_(padded_length(groove.grid.rows)) {
+  for (std::size_t k = 0; k <= fft_.length() / 2; ++k) {
+    const double w = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(fft_.length());
+    Frequency& f = frequencies_.emplace_back();
+    f.side[0] = columns_within(groove, 0, groove.left_cols, w);
+    f.side[1] = columns_within(groove, groove.left_cols, grid_.cols, w);
+    const auto pairs =
+        static_cast<std::size_t>(f.side[0].size()) * static_cast<std::size_t>(f.side[1].size());
+    f.toward[0].assign(pairs, 0.F);
+    f.toward[1].assign(pairs, 0.F);
+  }
+  tbb::parallel_for(0, groove.left_cols, [&](int left_col) { fill_kernels(groove, sees, left_col); });
+}
+
+/// Samples of the kernel of one pair, periodic and even: its spectrum is real, so two pairs share a complex
+/// signal (one as the real, one as the imaginary part).
+void sample_kernel(const Groove& groove, int left_col, int right_col, std::vector<FftLane>& part,
+                   std::size_t lane) {
+  const double s = groove.distance[static_cast<std::size_t>(left_col)];
+  const double t = groove.distance[static_cast<std::size_t>(right_col)];
+  const std::size_t n = part.size();
+  for (std::size_t y = 0; y < n; ++y)
+    part[y][lane] = static_cast<float>(point_form_factor(s, t, static_cast<double>(std::min(y, n - y))) /
+                                       static_cast<double>(n));
+}
+
+void store_kernel(Frequency& f, int left_col, int right_col, float value) {
+  if (left_col < f.side[0].begin || left_col >= f.side[0].end) return;
+  if (right_col < f.side[1].begin || right_col >= f.side[1].end) return;
+  const auto s = static_cast<std::size_t>(left_col - f.side[0].begin);
+  const auto t = static_cast<std::size_t>(right_col - f.side[1].begin);
+  f.toward[0][t * static_cast<std::size_t>(f.side[0].size()) + s] = value;
+  f.toward[1][s * static_cast<std::size_t>(f.side[1].size()) + t] = value;
+}
+
+void MaskedExchange::fill_kernels(const Groove& groove, const Sight& sees, int left_col) {
+  std::vector<int> seen;
+  for (int col = groove.left_cols; col < grid_.cols; ++col)
+    if (sees(groove.distance[static_cast<std::size_t>(left_col)],
+             groove.distance[static_cast<std::size_t>(col)]))
+      seen.push_back(col);
+  LaneSignal kernels(fft_.length());
+  LaneSignal scratch(fft_.length());
+  for (std::size_t first = 0; first < seen.size(); first += 2 * kFftLanes) {
+    const std::size_t count = std::min(2 * kFftLanes, seen.size() - first);
+    for (std::size_t i = 0; i < count; ++i)
+      sample_kernel(groove, left_col, seen[first + i], i % 2 == 0 ? kernels.re : kernels.im, i / 2);
+    fft_.forward(kernels, scratch);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t k = 0; k < frequencies_.size(); ++k)
+        store_kernel(frequencies_[k], left_col, seen[first + i],
+                     (i % 2 == 0 ? kernels.re : kernels.im)[k][i / 2]);
+  }
+}
+
+/// Two real columns a and b travel as one complex signal a + i b; their spectra are the even and odd parts of
+/// its: A(k) = (Z(k) + Z*(−k)) / 2, B(k) = (Z(k) − Z*(−k)) / 2i.
+void split(const LaneSignal& z, std::size_t k, std::size_t lane, std::size_t col, bool second,
+           Spectrum& out) {
+  const std::size_t mirrored = (z.re.size() - k) % z.re.size();
+  const float re = z.re[k][lane];
+  const float im = z.im[k][lane];
+  const float mirrored_re = z.re[mirrored][lane];
+  const float mirrored_im = z.im[mirrored][lane];
+  out.re[k * out.cols + col] = 0.5F * (re + mirrored_re);
+  out.im[k * out.cols + col] = 0.5F * (im - mirrored_im);
+  if (!second) return;
+  out.re[k * out.cols + col + 1] = 0.5F * (im + mirrored_im);
+  out.im[k * out.cols + col + 1] = 0.5F * (mirrored_re - re);
+}
+
+void MaskedExchange::transform(std::span<const float> in, Spectrum& spectrum) const {
+  LaneSignal z(fft_.length());
+  LaneSignal scratch(fft_.length());
+  const auto cols = static_cast<std::size_t>(grid_.cols);
+  for (std::size_t first = 0; first < cols; first += 2 * kFftLanes) {
+    const std::size_t count = std::min(2 * kFftLanes, cols - first);
+    std::fill(z.re.begin(), z.re.end(), FftLane{});
+    std::fill(z.im.begin(), z.im.end(), FftLane{});
+    for (std::size_t y = 0; y < static_cast<std::size_t>(grid_.rows); ++y)
+      for (std::size_t i = 0; i < count; ++i) (i % 2 == 0 ? z.re : z.im)[y][i / 2] = in[y * cols + first + i];
+    fft_.forward(z, scratch);
+    for (std::size_t k = 0; k < frequencies_.size(); ++k)
+      for (std::size_t i = 0; i < count; i += 2) split(z, k, i / 2, first + i, i + 1 < count, spectrum);
+  }
+}
+
+/// out[to..] += Σ_from kernel[from][to] · in[from], real and imaginary parts alike.
+void multiply_side(const Frequency& f, int from, const float* in, float* out) {
+  const ColumnRange& source = f.side[from];
+  const ColumnRange& target = f.side[1 - from];
+  const float* kernel = f.toward[1 - from].data();
+  const auto width = static_cast<std::size_t>(target.size());
+  for (int col = source.begin; col < source.end; ++col, kernel += width)
+    for (std::size_t i = 0; i < width; ++i)
+      out[static_cast<std::size_t>(target.begin) + i] += kernel[i] * in[col];
+}
+
+void MaskedExchange::multiply(const Spectrum& in, Spectrum& out) const {
+  for (std::size_t k = 0; k < frequencies_.size(); ++k) {
+    for (int from = 0; from < 2; ++from) {
+      multiply_side(frequencies_[k], from, &in.re[k * in.cols], &out.re[k * in.cols]);
+      multiply_side(frequencies_[k], from, &in.im[k * in.cols], &out.im[k * in.cols]);
+    }
+  }
+}
+
+/// The inverse of split, for k and −k.
+void join(const Spectrum& in, std::size_t k, std::size_t lane, std::size_t col, bool second, LaneSignal& z) {
+  const std::size_t mirrored = (z.re.size() - k) % z.re.size();
+  const float a_re = in.re[k * in.cols + col];
+  const float a_im = in.im[k * in.cols + col];
+  const float b_re = second ? in.re[k * in.cols + col + 1] : 0.F;
+  const float b_im = second ? in.im[k * in.cols + col + 1] : 0.F;
+  z.re[mirrored][lane] = a_re + b_im;
+  z.im[mirrored][lane] = b_re - a_im;
+  z.re[k][lane] = a_re - b_im;
+  z.im[k][lane] = a_im + b_re;
+}
+
+void MaskedExchange::transform_back(const Spectrum& spectrum, std::span<float> out) const {
+  LaneSignal z(fft_.length());
+  LaneSignal scratch(fft_.length());
+  const auto cols = static_cast<std::size_t>(grid_.cols);
+  for (std::size_t first = 0; first < cols; first += 2 * kFftLanes) {
+    const std::size_t count = std::min(2 * kFftLanes, cols - first);
+    for (std::size_t k = 0; k < frequencies_.size(); ++k)
+      for (std::size_t i = 0; i < count; i += 2) join(spectrum, k, i / 2, first + i, i + 1 < count, z);
+    std::swap(z.re, z.im);
+    fft_.forward(z, scratch);
+    std::swap(z.re, z.im);
+    for (std::size_t y = 0; y < static_cast<std::size_t>(grid_.rows); ++y)
+      for (std::size_t i = 0; i < count; ++i)
+        out[y * cols + first + i] = (i % 2 == 0 ? z.re : z.im)[y][i / 2];
+  }
+}
+
+void MaskedExchange::apply(std::span<const float> in, std::span<float> out) const {
+  Spectrum arriving(frequencies_.size(), grid_.cols);
+  Spectrum leaving(frequencies_.size(), grid_.cols);
+  transform(in, leaving);
+  multiply(leaving, arriving);
+  transform_back(arriving, out);
+}
+
+class ChamberedExchange final : public Exchange {
+ public:
+  ChamberedExchange(Grid grid, std::vector<Chamber> chambers) : grid_(grid), chambers_(std::move(chambers)) {}
+
+  void apply(std::span<const float> in, std::span<float> out) const override {
+    for (const Chamber& chamber : chambers_) {
+      const std::size_t first =
+          static_cast<std::size_t>(chamber.row_begin) * static_cast<std::size_t>(grid_.cols);
+      const std::size_t last =
+          static_cast<std::size_t>(chamber.row_end) * static_cast<std::size_t>(grid_.cols);
+      chamber.exchange->apply(in.subspan(first, last - first), out.subspan(first, last - first));
+    }
+  }
+
+ private:
+  Grid grid_;
+  std::vector<Chamber> chambers_;
+};
+
+}  // namespace
+
+std::unique_ptr<Exchange> masked_exchange(const Groove& groove, const Sight& sees) {
+  return std::make_unique<MaskedExchange>(groove, sees);
+}
+
+std::unique_ptr<Exchange> chambered_exchange(Grid grid, std::vector<Chamber> chambers) {
+  return std::make_unique<ChamberedExchange>(grid, std::move(chambers));
+}
+
+}  // namespace symrig::sim

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/groove.hpp"
+#include "sim/transport.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace symrig::sim {
+
+/// M: which scene points a pixel of the rig sees, and with what weights. The projector lights the same points
+/// with the same weights, so T = M S Mᵀ is symmetric. A sparse matrix [rig pixels × scene points], weights
+/// ≥ 0, rows added in order.
+class Optics {
+ public:
+  explicit Optics(std::size_t scene_points) : scene_points_(scene_points) {}
+
+  /// The current pixel also sees `point` with this weight.
+  void add(std::int64_t point, float weight);
+  void end_pixel() { end_.push_back(point_.size()); }
+
+  std::size_t pixels() const { return end_.size(); }
+  std::size_t scene_points() const { return scene_points_; }
+  /// seen = M scene.
+  void see(std::span<const float> scene, std::span<float> seen) const;
+  /// lit = Mᵀ light.
+  void light(std::span<const float> light, std::span<float> lit) const;
+
+ private:
+  std::size_t scene_points_;
+  std::vector<std::size_t> end_;
+  std::vector<std::uint32_t> point_;
+  std::vector<float> weight_;
+};
+
+/// M S Mᵀ.
+std::unique_ptr<Transport> seen_through(std::shared_ptr<const Optics> optics,
+                                        std::unique_ptr<Transport> scene);
+
+/// A concave, slightly wavy mirror of elliptic outline let into the right plane of a groove (its middle at 73
+/// % of the width and 58 % of the height). A pixel on it sees, and lights, the points of the left plane where
+/// its four reflected rays land; rays that miss the plane are lost. The mirror images itself into folds: the
+/// light of many pixels lands on one point (a caustic). Light between the planes that comes by way of the
+/// mirror is left out. Pixels elsewhere see their own point.
+Optics mirror_patch(const Groove& groove);
+/// True on the mirror of mirror_patch, where the groove has no diffuse surface.
+bool on_mirror(const Groove& groove, int row, int col);
+
+/// views × views coaxial views of one groove, tiled in one picture: view (i, j) stands at offset
+/// (i, j) − (views − 1)/2 and sees a point at depth z shifted by offset · parallax · (z − mean depth),
+/// parallax = 0.12. Tiles differ by at most one pixel where the grid does not divide; a pixel that
+/// looks past the groove sees nothing. Each view has 1/views² of the light, so that row sums stay as they are
+/// for one view.
+struct TiledViews {
+  Grid scene;  ///< of the one groove behind the views
+  Optics optics;
+};
+TiledViews tiled_views(Grid grid, int views);
+
+}  // namespace symrig::sim
