@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash
 # Shared by tools/setup, tools/demo and tools/test: where things are, and how to speak to the person who waits.
 # Source it: `. "$(dirname "$0")/lib.sh"`.
 
