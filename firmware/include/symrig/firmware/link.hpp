@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/firmware/event_queue.hpp"
+#include "symrig/hal/byte_link.hpp"
+#include "symrig/hal/types.hpp"
+#include "symrig/protocol/data_chunk.hpp"
+#include "symrig/protocol/messages.hpp"
+
+namespace symrig::firmware {
+
+/// Whoever carries out what the host asks for.
+class Requests {
+ public:
+  /// Carries out a request and fills in the reply (which comes empty: code OK).
+  virtual void answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) = 0;
+  /// Takes a program chunk. code OK in the reply: it is acknowledged without a reply.
+  virtual void take_chunk(const protocol::DataChunk& chunk, symrig_wire_Reply& reply) = 0;
+
+ protected:
+  ~Requests() = default;
+};
+
+/// The board's end of the wire: frames, sequence numbers, replies kept for repeated requests, events sent
+/// until they are acknowledged. Rules: protocol/PROTOCOL.md, "Sequence". Whatever bytes come, memory stays
+/// bounded and only sound, well-ordered frames reach Requests.
+class Link {
+ public:
+  static constexpr uint8_t kWindow = 8;  ///< DATA frames the host may have in flight
+
+  Link(hal::ByteLink& bytes, EventQueue& events, uint64_t tick_hz)
+      : bytes_(bytes), events_(events), resend_after_(tick_hz / 20) {}
+
+  /// Takes at most kBytesPerPoll bytes from the host.
+  void receive(Requests& requests, hal::Tick now);
+  /// Sends events as far as the host's credit and the link's room go.
+  void send_events(hal::Tick now);
+
+  /// When unacknowledged events are sent again.
+  hal::Tick next_deadline() const;
+  /// Bytes may be waiting that one receive() did not take.
+  bool hungry() const { return hungry_; }
+  uint32_t bad_frames() const { return bad_frames_; }
+
+ private:
+  static constexpr size_t kBytesPerPoll = 4096;
+
+  void take(const protocol::Frame& frame, Requests& requests, hal::Tick now);
+  void take_request(const protocol::Frame& frame, Requests& requests);
+  void take_sync(const protocol::Frame& frame, Requests& requests);
+  void take_urgent(const protocol::Frame& frame, Requests& requests);
+  void take_data(const protocol::Frame& frame, Requests& requests);
+  /// true: the frame is the one expected; it has been counted. Else it has been dealt with.
+  bool in_turn(uint16_t seq);
+  void keep_reply(uint16_t seq, const symrig_wire_Reply& reply);
+  void send_kept_reply();
+  void send(protocol::Kind kind, uint16_t ack, uint8_t flags, protocol::ByteView body);
+  bool send_event();
+
+  hal::ByteLink& bytes_;
+  EventQueue& events_;
+  uint64_t resend_after_;
+  protocol::FrameDecoder decoder_;
+
+  bool session_ = false;
+  bool hungry_ = false;
+  uint16_t expected_ = 0;   // number of the host's next frame
+  uint8_t credit_ = 0;      // events the host is ready to take
+  hal::Tick progress_ = 0;  // when an event was last sent afresh or acknowledged
+  uint32_t bad_frames_ = 0;
+
+  bool reply_kept_ = false;
+  uint16_t reply_seq_ = 0;  // of the request it answers
+  size_t reply_size_ = 0;
+  protocol::BodyBuffer reply_{};
+};
+
+}  // namespace symrig::firmware

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/firmware/link.hpp"
+
+namespace symrig::firmware {
+
+using hal::Tick;
+using protocol::ByteView;
+using protocol::Frame;
+using protocol::FrameDecoder;
+using protocol::Kind;
+namespace flag = protocol::flag;
+
+void Link::receive(Requests& requests, Tick now) {
+  uint8_t chunk[64];
+  size_t taken = 0;
+  size_t got = sizeof chunk;
+  while (got == sizeof chunk && taken < kBytesPerPoll) {
+    got = bytes_.read(chunk, sizeof chunk);
+    taken += got;
+    for (size_t i = 0; i < got; ++i) {
+      const FrameDecoder::Event event = decoder_.push(chunk[i]);
+      if (event == FrameDecoder::Event::frame) {
+        take(decoder_.frame(), requests, now);
+      } else if (event != FrameDecoder::Event::none) {
+        ++bad_frames_;
+      }
+    }
+  }
+  hungry_ = got == sizeof chunk;
+}
+
+void Link::take(const Frame& frame, Requests& requests, Tick now) {
+  const bool sync = frame.header.kind == Kind::request && (frame.header.flags & flag::sync) != 0;
+  const bool urgent = frame.header.kind == Kind::request && (frame.header.flags & flag::urgent) != 0;
+  if (sync) return take_sync(frame, requests);
+  if (urgent) return take_urgent(frame, requests);
+  if (!session_) return send(Kind::nak, expected_, 0, {});
+  credit_ = frame.header.credit;
+  if (events_.acknowledge(frame.header.ack)) progress_ = now;
+  switch (frame.header.kind) {
+    case Kind::request:
+      return take_request(frame, requests);
+    case Kind::data:
+      return take_data(frame, requests);
+    case Kind::nak:
+      events_.rewind();
+      return;
+    case Kind::ack:
+      return;
+    case Kind::reply:
+    case Kind::event:
+      ++bad_frames_;
+      return;  // only boards send these
+  }
+}
+
+/// Hello, and only Hello, may begin a session; it is answered whatever version the host speaks.
+void Link::take_sync(const Frame& frame, Requests& requests) {
+  symrig_wire_Request request;
+  const bool hello = decode(frame.body, request) && request.which_body == symrig_wire_Request_hello_tag;
+  if (!hello) {
+    ++bad_frames_;
+    return;
+  }
+  session_ = true;
+  expected_ = static_cast<uint16_t>(frame.header.seq + 1);
+  credit_ = frame.header.credit;
+  events_.rewind();
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  requests.answer(request, reply);
+  keep_reply(frame.header.seq, reply);
+  send_kept_reply();
+}
+
+/// Abort must get through whatever has become of the sequence; it is the same done once or twice.
+void Link::take_urgent(const Frame& frame, Requests& requests) {
+  symrig_wire_Request request;
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  if (!decode(frame.body, request)) {
+    reply.code = symrig_wire_Code_CODE_DECODE;
+  } else if (request.which_body != symrig_wire_Request_abort_tag) {
+    reply.code = symrig_wire_Code_CODE_NOT_URGENT;
+  } else {
+    requests.answer(request, reply);
+  }
+  protocol::BodyBuffer body;
+  const size_t size = encode(reply, body);
+  send(Kind::reply, frame.header.seq, flag::urgent, {body.bytes, size});
+}
+
+bool Link::in_turn(uint16_t seq) {
+  if (seq == expected_) {
+    ++expected_;
+    return true;
+  }
+  if (reply_kept_ && seq == reply_seq_) {
+    send_kept_reply();
+  } else {
+    // A frame from the past was acknowledged before; one from the future means that another was lost.
+    send(protocol::seq_before(seq, expected_) ? Kind::ack : Kind::nak, expected_, 0, {});
+  }
+  return false;
+}
+
+void Link::take_request(const Frame& frame, Requests& requests) {
+  if (!in_turn(frame.header.seq)) return;
+  symrig_wire_Request request;
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  if (frame.header.proto_major != protocol::kProtoMajor) {
+    reply.code = symrig_wire_Code_CODE_VERSION;
+  } else if (!decode(frame.body, request)) {
+    reply.code = symrig_wire_Code_CODE_DECODE;
+  } else {
+    requests.answer(request, reply);
+  }
+  keep_reply(frame.header.seq, reply);
+  send_kept_reply();
+}
+
+void Link::take_data(const Frame& frame, Requests& requests) {
+  if (!in_turn(frame.header.seq)) return;
+  protocol::DataChunk chunk;
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  if (protocol::decode_chunk(frame.body, chunk)) {
+    requests.take_chunk(chunk, reply);
+  } else {
+    reply.code = symrig_wire_Code_CODE_DECODE;
+  }
+  if (reply.code == symrig_wire_Code_CODE_OK) return send(Kind::ack, expected_, 0, {});
+  keep_reply(frame.header.seq, reply);
+  send_kept_reply();
+}
+
+void Link::keep_reply(uint16_t seq, const symrig_wire_Reply& reply) {
+  reply_kept_ = true;
+  reply_seq_ = seq;
+  reply_size_ = encode(reply, reply_);
+}
+
+void Link::send_kept_reply() {
+  send(Kind::reply, static_cast<uint16_t>(reply_seq_ + 1), 0, {reply_.bytes, reply_size_});
+}
+
+/// A frame that finds no room is not sent: the host asks again.
+void Link::send(Kind kind, uint16_t ack, uint8_t flags, ByteView body) {
+  uint8_t wire[protocol::kMaxWire];
+  const protocol::FrameHeader header{
+      protocol::kProtoMajor, kind, events_.next_to_send(), ack, kWindow, flags};
+  const size_t size = protocol::encode_frame(header, body, {wire, sizeof wire});
+  if (size <= bytes_.room()) bytes_.write(wire, size);
+}
+
+void Link::send_events(Tick now) {
+  if (!session_) return;
+  if (events_.in_flight() > 0 && now - progress_ >= resend_after_) {
+    events_.rewind();
+    progress_ = now;
+  }
+  while (events_.has_unsent() && events_.in_flight() < credit_) {
+    if (events_.in_flight() == 0) progress_ = now;
+    if (!send_event()) return;
+  }
+}
+
+bool Link::send_event() {
+  protocol::BodyBuffer body;
+  uint8_t wire[protocol::kMaxWire];
+  const size_t body_size = encode(events_.unsent(), body);
+  const protocol::FrameHeader header{
+      protocol::kProtoMajor, Kind::event, events_.next_to_send(), expected_, kWindow, 0};
+  const size_t size = protocol::encode_frame(header, {body.bytes, body_size}, {wire, sizeof wire});
+  if (size > bytes_.room()) return false;
+  bytes_.write(wire, size);
+  events_.mark_sent();
+  return true;
+}
+
+Tick Link::next_deadline() const {
+  if (!session_ || events_.in_flight() == 0) return hal::kNever;
+  return progress_ + resend_after_;
+}
+
+}  // namespace symrig::firmware

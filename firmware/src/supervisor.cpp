@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/firmware/supervisor.hpp"
+
+namespace symrig::firmware {
+namespace {
+
+constexpr Transition kNo{};
+
+constexpr Transition go(State next, uint8_t actions = action::none) {
+  return {true, next, actions};
+}
+
+constexpr uint8_t kSafe = action::force_safe;
+constexpr uint8_t kUnload = action::drop_program;
+constexpr uint8_t kForget = action::force_safe | action::drop_program | action::drop_config;
+
+constexpr auto kBoot = State::boot;
+constexpr auto kSafeState = State::safe;
+constexpr auto kConfigured = State::configured;
+constexpr auto kLoaded = State::loaded;
+constexpr auto kArmed = State::armed;
+constexpr auto kRunning = State::running;
+constexpr auto kDone = State::done;
+constexpr auto kFault = State::fault;
+
+// clang-format off
+// Rows: states in order of value. Columns: conditions in order of value, four a line:
+//   boot_done      config_line    config_final   config_reset
+//   program_begin  program_chunk  program_good   program_bad
+//   arm            start          run_complete   run_cut
+//   abort          host_lost      fault          clear_fault
+constexpr Transition kTable[kStates][kConditions] = {
+  /* boot */
+  {go(kSafeState, kSafe), kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   go(kBoot, kSafe), go(kBoot), go(kFault, kSafe), kNo},
+  /* safe */
+  {kNo, go(kSafeState), go(kConfigured, kSafe), go(kSafeState, kForget),
+   kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   go(kSafeState, kSafe), go(kSafeState, kSafe), go(kFault, kSafe), kNo},
+  /* configured */
+  {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
+   go(kConfigured, kUnload), go(kConfigured), go(kLoaded), go(kConfigured, kUnload),
+   kNo, kNo, kNo, kNo,
+   go(kConfigured, kSafe), go(kConfigured, kSafe), go(kFault, kSafe), kNo},
+  /* loaded */
+  {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
+   go(kConfigured, kUnload), kNo, kNo, kNo,
+   go(kArmed), kNo, kNo, kNo,
+   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo},
+  /* armed */
+  {kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   kNo, go(kRunning), kNo, kNo,
+   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+  /* running */
+  {kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   kNo, kNo, go(kDone), go(kLoaded, kSafe),
+   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+  /* done */
+  {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
+   go(kConfigured, kUnload), kNo, kNo, kNo,
+   go(kArmed), kNo, kNo, kNo,
+   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+  /* fault: the first fault stays latched, whatever comes after it */
+  {kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   kNo, kNo, kNo, kNo,
+   go(kFault, kSafe), go(kFault, kSafe), go(kFault, kSafe), go(kSafeState, kForget)},
+};
+// clang-format on
+
+}  // namespace
+
+const Transition& transition(State state, Condition condition) {
+  return kTable[static_cast<unsigned>(state)][static_cast<unsigned>(condition)];
+}
+
+}  // namespace symrig::firmware

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig.pb.h"
+#include "symrig/protocol/frame.hpp"
+
+namespace symrig::protocol {
+
+/// Room for the body of any message.
+struct BodyBuffer {
+  uint8_t bytes[kMaxBody];
+};
+
+// Bodies of frames. encode() returns the bytes written (0 for a message with nothing set); every message
+// fits. decode() overwrites the message; false: the bytes are not such a message. What it lets through is
+// memory-safe but not sensible: values, enums above all, must be checked by the caller.
+
+size_t encode(const symrig_wire_Request& message, BodyBuffer& out);
+size_t encode(const symrig_wire_Reply& message, BodyBuffer& out);
+size_t encode(const symrig_wire_Event& message, BodyBuffer& out);
+
+bool decode(ByteView body, symrig_wire_Request& message);
+bool decode(ByteView body, symrig_wire_Reply& message);
+bool decode(ByteView body, symrig_wire_Event& message);
+
+static_assert(symrig_wire_Request_size <= kMaxBody && symrig_wire_Reply_size <= kMaxBody &&
+              symrig_wire_Event_size <= kMaxBody);
+
+/// The number behind an enum field as it came over the wire, which need not be one of its enumerators
+/// (reading such a field as its own type would be undefined).
+template <class Enum>
+uint32_t raw(const Enum& field) {
+  static_assert(sizeof(Enum) == sizeof(uint32_t));
+  uint32_t value = 0;
+  __builtin_memcpy(&value, &field, sizeof value);
+  return value;
+}
+
+}  // namespace symrig::protocol
