@@ -97,6 +97,7 @@ class [[nodiscard]] Result<void> {
 
 }  // namespace symrig
 
+// NOLINTBEGIN(bugprone-macro-parentheses): these parameters are names and declarations, not values.
 #define SYMRIG_CONCAT_INNER(a, b) a##b
 #define SYMRIG_CONCAT(a, b) SYMRIG_CONCAT_INNER(a, b)
 #define SYMRIG_TRY_IMPL(tmp, declaration, expression) \
@@ -115,3 +116,4 @@ class [[nodiscard]] Result<void> {
 
 /// `SYMRIG_CHECK(write(path));` returns the error of a Result<void> to the caller.
 #define SYMRIG_CHECK(expression) SYMRIG_CHECK_IMPL(SYMRIG_CONCAT(symrig_check_, __LINE__), expression)
+// NOLINTEND(bugprone-macro-parentheses)
