@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+
+#include <functional>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace symrig::apps {
+
+/// What a command does once its options are parsed. An Error becomes one line on stderr and the exit code of
+/// its code.
+using Job = std::function<Result<void>()>;
+
+/// Each declares one subcommand with its options and its help, and returns its job.
+Job add_calibrate(CLI::App& app);
+Job add_capture(CLI::App& app);
+Job add_dual(CLI::App& app);
+Job add_evaluate(CLI::App& app);
+Job add_fit(CLI::App& app);
+Job add_inspect(CLI::App& app);
+Job add_relight(CLI::App& app);
+Job add_report(CLI::App& app);
+
+/// The `--json FILE` that most commands have. "-" is standard output.
+inline void add_json(CLI::App& command, std::string& file) {
+  command.add_option("--json", file, "Write the numbers as JSON too; - is standard output")
+      ->type_name("FILE");
+}
+
+/// Shown at the end of each command's help.
+inline constexpr const char* kExitCodes =
+    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit (5 also when stopped by Ctrl-C).";
+
+}  // namespace symrig::apps

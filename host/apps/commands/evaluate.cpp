@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/acquisition/evaluate.hpp"
+
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+#include "rig.hpp"
+#include "symrig/report/summary.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string scene, rig, json;
+};
+
+Error grids_differ(const TransportTensor& tensor, const sim::Scene& truth) {
+  return {ErrorCode::size_mismatch,
+          fmt::format("the rig is {} with {} channels, the scene file {} with {}", to_string(truth.grid()),
+                      truth.channels(), to_string(tensor.camera_grid()), tensor.channels()),
+          "give the rig that the scene was captured from"};
+}
+
+Result<TransportErrors> against_truth(const TransportTensor& tensor, const std::string& rig) {
+  SYMRIG_TRY(const std::shared_ptr<const sim::Scene> truth, open_truth(rig));
+  const bool fits = truth->grid() == tensor.camera_grid() && truth->grid() == tensor.projector_grid() &&
+                    truth->channels() == tensor.channels();
+  if (!fits) return grids_differ(tensor, *truth);
+  Meter meter("evaluate", "patterns");
+  return evaluate(tensor, truth_of(truth, meter.progress()));
+}
+
+Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) {
+  std::vector<HeldOutError> errors;
+  for (const HeldOut& one : scene.held_out) {
+    SYMRIG_TRY(HeldOutError error, held_out_error(scene.tensor, one));
+    errors.push_back(std::move(error));
+  }
+  return errors;
+}
+
+std::string told(const TransportErrors& e) {
+  return fmt::format(
+      "relative errors against the true transport\n"
+      "  frobenius        {:>10}   all of T\n"
+      "  indirect         {:>10}   without the direct light\n"
+      "  flood            {:>10}   all projector pixels on\n"
+      "  relight bar      {:>10}   a vertical bar\n"
+      "  relight random   {:>10}   a random pattern\n"
+      "  relight natural  {:>10}   a smooth picture\n"
+      "  bar_indirect     {:>10}   the bar, seen only outside it\n",
+      percent(e.frobenius), percent(e.indirect), percent(e.flood), percent(e.relight_bar),
+      percent(e.relight_random), percent(e.relight_natural), percent(e.bar_indirect));
+}
+
+std::string told(const HeldOutError& e) {
+  return fmt::format("held-out photograph '{}': rms {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n",
+                     e.name, e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()),
+                     e.mean_white);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  if (arguments.rig.empty() && scene.held_out.empty())
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{} holds no held-out photographs to compare with", arguments.scene),
+                 "give the simulated rig it was captured from: --rig sim:NAME"};
+  std::optional<TransportErrors> errors;
+  if (!arguments.rig.empty()) {
+    SYMRIG_TRY(errors, against_truth(scene.tensor, arguments.rig));
+  }
+  SYMRIG_TRY(const std::vector<HeldOutError> held_out, against_photographs(scene));
+  SYMRIG_CHECK(write_text(arguments.json, evaluation_json(captured_scene(scene), arguments.rig,
+                                                          errors ? &*errors : nullptr, held_out)));
+  if (arguments.json == "-") return {};
+  std::string text = errors ? told(*errors) : std::string();
+  for (const HeldOutError& one : held_out) text += told(one);
+  return print(text);
+}
+
+}  // namespace
+
+Job add_evaluate(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "evaluate", "Errors of a tensor against the true transport, or against held-out photographs");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+      ->required()
+      ->type_name("scene.h5");
+  command
+      ->add_option("--rig", arguments->rig,
+                   "Simulated rig whose scene is the truth (default: held-out photographs only)")
+      ->type_name("RIG");
+  add_json(*command, arguments->json);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig evaluate scene.h5 --rig 'sim:vgroove-textured?size=64x64' --json errors.json\n"
+                  "\n"
+                  "Each error is |estimate - truth| / |truth|, told several ways because each hides "
+                  "something. Truth is the\n"
+                  "exact transport of the ideal coaxial rig: blurred by psf, but without noise, "
+                  "misalignment, flare or dead\n"
+                  "pixels. Photographs that `symrig fit --hold-out` kept back are compared whether or not a "
+                  "rig is given.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

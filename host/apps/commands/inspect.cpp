@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "symrig/report/node_counts.hpp"
+#include "symrig/report/summary.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string scene, json;
+};
+
+std::string size_lines(const std::string& file, const StoredScene& scene) {
+  const TransportTensor& tensor = scene.tensor;
+  const double dense = tensor.dense_bytes();
+  const auto bytes = static_cast<double>(tensor.bytes());
+  return fmt::format(
+      "{}: projector {} -> camera {}, {} channel{}, {}\n"
+      "captured from {}\n"
+      "{} leaves and {} scalars in {}; T as a full matrix: {} ({:.3g} times as much)\n",
+      file, to_string(tensor.projector_grid()), to_string(tensor.camera_grid()), tensor.channels(),
+      tensor.channels() == 1 ? "" : "s", tensor.symmetric() ? "symmetric (one half stored)" : "not symmetric",
+      captured_scene(scene).empty() ? "(not told)" : captured_scene(scene),
+      grouped(static_cast<double>(tensor.leaves().size())),
+      grouped(static_cast<double>(tensor.rows().size())), byte_size(bytes), byte_size(dense),
+      bytes > 0 ? dense / bytes : 0.0);
+}
+
+std::string level_table(const TransportTensor& tensor) {
+  std::string text = fmt::format("{:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", "level", "rank1", "lowrank",
+                                 "empty", "scalar", "subdivided");
+  const std::vector<NodeCounts> levels = node_counts(tensor);
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    const LeafCounts& leaves = levels[level].leaves;
+    text += fmt::format("{:>5} {:>12} {:>12} {:>12} {:>12} {:>12}\n", level, leaves.rank1, leaves.low_rank,
+                        leaves.empty, leaves.scalar, levels[level].subdivided);
+  }
+  return text;
+}
+
+std::string rank_line(const TransportTensor& tensor) {
+  std::int32_t highest = 0;
+  for (const Leaf& leaf : tensor.leaves()) highest = std::max(highest, leaf.rank);
+  return fmt::format("highest rank of a leaf: {}\n", highest);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_CHECK(write_text(arguments.json, inspection_json(scene)));
+  if (arguments.json == "-") return {};
+  std::string text = size_lines(arguments.scene, scene) + level_table(scene.tensor) + rank_line(scene.tensor);
+  for (const HeldOut& one : scene.held_out) text += fmt::format("held-out photograph: {}\n", one.name);
+  return print(text);
+}
+
+}  // namespace
+
+Job add_inspect(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("inspect", "What a tensor file holds: levels, leaves, ranks, bytes");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+      ->required()
+      ->type_name("scene.h5");
+  add_json(*command, arguments->json);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig inspect scene.h5 --json -\n"
+                  "\n"
+                  "Level 0 is the whole picture; each level cuts blocks in four. In a symmetric tensor each "
+                  "pair of blocks\n"
+                  "is stored and counted once. The file itself is HDF5, see docs/file-format.md.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

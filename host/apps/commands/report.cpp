@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+#include "rig.hpp"
+#include "symrig/report/html_report.hpp"
+#include "symrig/report/summary.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <filesystem>
+#include <memory>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string scene, output;
+};
+
+/// Ground truth, where the file says that it came from a simulated rig. A truth that cannot be had is no
+/// failure: the page says why it compares nothing.
+void add_truth(const StoredScene& scene, ReportOptions& options) {
+  const std::string rig = captured_scene(scene);
+  if (!is_simulated(rig)) return;
+  const auto truth = open_truth(rig);
+  if (!truth) {
+    options.no_truth = truth.error().what + ".";
+    return;
+  }
+  const bool fits = (*truth)->grid() == scene.tensor.camera_grid() &&
+                    (*truth)->grid() == scene.tensor.projector_grid() &&
+                    (*truth)->channels() == scene.tensor.channels();
+  if (fits)
+    options.truth = truth_of(*truth);
+  else
+    options.no_truth =
+        fmt::format("The file says it came from {}, but its grid or its channels are others.", rig);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.output));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  Meter meter("report", "sections");
+  ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
+                        .progress = meter.progress()};
+  add_truth(scene, options);
+  SYMRIG_TRY(const std::string page, html_report(scene, options));
+  SYMRIG_CHECK(write_text(arguments.output, page));
+  if (arguments.output == "-") return {};
+  return print(fmt::format("{}: {}, open it in a browser\n", arguments.output,
+                           byte_size(static_cast<double>(page.size()))));
+}
+
+}  // namespace
+
+Job add_report(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("report", "One self-contained page with pictures and numbers");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+      ->required()
+      ->type_name("scene.h5");
+  command->add_option("-o,--output", arguments->output, "Page to write")
+      ->required()
+      ->type_name("report.html");
+  command->footer(std::string("Example:\n"
+                              "  symrig report scene.h5 -o report.html\n"
+                              "\n"
+                              "Pictures under new light beside ground truth (where the scene is simulated) "
+                              "or held-out photographs\n"
+                              "(where it was fitted), a slice of T, leaves level by level, errors, and what "
+                              "it took. One HTML file that\n"
+                              "loads nothing from elsewhere and runs no script.\n\n") +
+                  kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

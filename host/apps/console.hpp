@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/report/text.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace symrig::apps {
+
+using text::byte_size, text::duration, text::grouped, text::percent;
+
+/// Writes results to standard output.  fails: io (a closed pipe, a full disk).
+Result<void> print(std::string_view text);
+
+/// One line on stderr: "symrig capture: what; next step". Line breaks and control characters of the message
+/// become spaces.
+void print_error(std::string_view command, std::string_view line);
+
+}  // namespace symrig::apps

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "meter.hpp"
+
+#include <array>
+#include <exception>
+#include <new>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+constexpr int kUsage = exit_code(ErrorCode::bad_argument);
+constexpr int kFault = exit_code(ErrorCode::limit);
+
+struct Command {
+  std::string_view name;
+  Job (*add)(CLI::App& app);
+};
+
+constexpr std::array<Command, 6> kCommands{{{"capture", add_capture},
+                                            {"relight", add_relight},
+                                            {"dual", add_dual},
+                                            {"evaluate", add_evaluate},
+                                            {"inspect", add_inspect},
+                                            {"report", add_report}}};
+
+constexpr const char* kExample =
+    "Example:\n"
+    "  symrig capture --rig 'sim:vgroove-textured?size=64x64' -o scene.h5   measure how the scene transports "
+    "light\n"
+    "  symrig relight scene.h5 --light letters -o relit.png                 see it under light it was never "
+    "shown\n"
+    "  symrig report scene.h5 -o report.html                                one page with pictures and "
+    "numbers\n"
+    "\n"
+    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.\n"
+    "Each command has its own help: symrig capture --help";
+
+std::string known_commands() {
+  std::string text;
+  for (const Command& command : kCommands) text += (text.empty() ? "" : ", ") + std::string(command.name);
+  return text;
+}
+
+/// The word that should be a command but is none.
+std::optional<std::string> unknown_command(int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  for (const Command& command : kCommands)
+    if (command.name == argv[1]) return std::nullopt;
+  return argv[1];
+}
+
+int usage_error(std::string_view command, const std::string& line) {
+  print_error(command, line);
+  return kUsage;
+}
+
+int finish(std::string_view command, const Result<void>& result) {
+  if (result) return 0;
+  print_error(command, result.error().line());
+  return exit_code(result.error().code);
+}
+
+/// Help and version end well; anything else the parser objects to is a usage error of one line.
+int parse_failure(CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == 0) return app.exit(error);
+  const auto parsed = app.get_subcommands();
+  const std::string command = parsed.empty() ? "" : parsed.front()->get_name();
+  const std::string separator = command.empty() ? "" : " ";
+  return usage_error(command, fmt::format("{}; see symrig{}{} --help", error.what(), separator, command));
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("symrig measures how a real scene transports light, and lets you relight it.");
+  app.name("symrig");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "symrig " SYMRIG_VERSION);
+  app.footer(kExample);
+  std::array<Job, kCommands.size()> jobs;
+  for (std::size_t k = 0; k < kCommands.size(); ++k) jobs[k] = kCommands[k].add(app);
+  if (const auto word = unknown_command(argc, argv))
+    return usage_error("", fmt::format("there is no command '{}'; commands: {}", *word, known_commands()));
+  if (argc < 2)
+    return usage_error("",
+                       fmt::format("no command given; commands: {}; see symrig --help", known_commands()));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return parse_failure(app, error);
+  }
+  catch_interrupts();
+  for (std::size_t k = 0; k < kCommands.size(); ++k)
+    if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
+  return kUsage;
+}
+
+}  // namespace
+}  // namespace symrig::apps
+
+int main(int argc, char** argv) {
+  try {
+    return symrig::apps::run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    symrig::apps::print_error("", "out of memory; use a smaller grid or a machine with more memory");
+  } catch (const std::exception& error) {
+    symrig::apps::print_error("", std::string("internal fault: ") + error.what());
+  }
+  return symrig::apps::kFault;
+}

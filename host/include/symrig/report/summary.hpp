@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace symrig {
+
+/// What `symrig capture --json` tells beside the tensor itself. Times in seconds of host time unless said.
+struct CaptureSummary {
+  std::string scene = {};  ///< what was in front of the camera: Probe::describe()
+  Algorithm algorithm = Algorithm::symrig;
+  RankRule rule = {};         ///< as it was in force
+  double dual_threshold = 0;  ///< of Algorithm::dual
+  std::string noise = {};     ///< "off" or "camera"
+  ProbeCost cost = {};
+  double measure_seconds = 0;          ///< waiting for photographs (simulation and merging included)
+  double total_seconds = 0;            ///< from the start of the command to the finished tensor
+  std::int64_t peak_memory_bytes = 0;  ///< largest resident size of the process so far
+};
+
+/// The keys of `symrig capture --json` (docs/command-line.md): one JSON object, indented, ends with a
+/// newline.
+std::string capture_json(const CaptureSummary& summary, const CaptureResult& result);
+
+/// How well a held-out photograph is predicted. Radiance in the units of the tensor.
+struct HeldOutError {
+  std::string name;
+  double rms = 0;               ///< of prediction − photograph over lit pixels, all channels
+  double mean_white = 0;        ///< mean flood-lit prediction over lit pixels
+  std::int64_t lit_pixels = 0;  ///< camera pixels with a flood-lit prediction above a tenth of its mean
+  /// The error as it is quoted: share of mean white (0 where nothing is lit).
+  double relative() const { return mean_white > 0 ? rms / mean_white : 0; }
+};
+
+/// Predicts one held-out photograph and compares.  fails: size_mismatch.
+Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out);
+
+/// The keys of `symrig evaluate --json`. errors may be null (no truth given).
+std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
+                            const std::vector<HeldOutError>& held_out);
+
+/// The keys of `symrig inspect --json`.
+std::string inspection_json(const StoredScene& scene);
+
+/// The `scene` key of a stored capture_json, empty if there is none.
+std::string captured_scene(const StoredScene& scene);
+
+}  // namespace symrig

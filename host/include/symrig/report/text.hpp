@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+/// Numbers for people. Scripts read the JSON instead.
+namespace symrig::text {
+
+/// 1234567 → "1,234,567".
+std::string grouped(double number);
+/// Three significant figures: "0.00123", "4.56e-07".
+std::string short_number(double number);
+/// "0.12 %", two significant figures.
+std::string percent(double share);
+/// "12.3 MB" (decimal units).
+std::string byte_size(double bytes);
+/// "3 h 20 min", "4 min 5 s", "1.2 s", "35 ms".
+std::string duration(double seconds);
+
+}  // namespace symrig::text

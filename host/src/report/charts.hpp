@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/report/node_counts.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// Inline SVG with colours from the page's style.
+namespace symrig::report {
+
+/// One bar a level, cut into the shares of its nodes [Garg06 Fig. 9], with a legend above.
+std::string node_bars(const std::vector<NodeCounts>& levels);
+
+struct Bar {
+  std::string label;
+  double value = 0;
+  std::string text;  ///< beside the bar
+  bool accent = false;
+};
+
+/// Horizontal bars on a logarithmic scale that begins at 1.
+std::string log_bars(const std::vector<Bar>& bars);
+
+}  // namespace symrig::report

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/picture.hpp"
+
+#include "symrig/image/file.hpp"
+#include "symrig/image/resample.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <string_view>
+
+namespace symrig::report {
+namespace {
+
+std::uint8_t byte(double share) {
+  return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
+}
+
+void put(Picture& picture, std::int64_t pixel, Rgb colour) {
+  for (int c = 0; c < 3; ++c)
+    picture.plane(c)[static_cast<std::size_t>(pixel)] = colour[static_cast<std::size_t>(c)];
+}
+
+std::string base64(std::span<const std::uint8_t> bytes) {
+  constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t word = 0;
+    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < n ? bytes[i + k] : 0U);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= n ? kDigits[word >> (18 - 6 * k) & 63U] : '=';
+  }
+  return text;
+}
+
+}  // namespace
+
+float white_level(const Image<float>& image, double share) {
+  std::vector<float> values;
+  values.reserve(image.values().size());
+  for (const float v : image.values())
+    if (std::isfinite(v)) values.push_back(v);
+  if (values.empty()) return 0;
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  const float level = values[static_cast<std::size_t>(rank)];
+  return level > 0 ? level : std::max(0.0F, *std::max_element(values.begin(), values.end()));
+}
+
+Picture photograph(const Image<float>& image, float white) {
+  Picture picture(image.grid(), 3);
+  const Image<std::uint8_t> codes = to_display(image, white > 0 ? 1.0 / static_cast<double>(white) : 1.0);
+  const int last = codes.channels() == 3 ? 2 : 0;
+  for (int c = 0; c < 3; ++c) std::ranges::copy(codes.plane(std::min(c, last)), picture.plane(c).begin());
+  return picture;
+}
+
+Picture photograph_with_line(const Image<float>& image, float white, int row) {
+  Picture picture = photograph(image, white);
+  const auto cols = static_cast<std::int64_t>(image.grid().cols);
+  for (std::int64_t i = row * cols; i < (row + 1) * cols; ++i) put(picture, i, {255, 70, 50});
+  return picture;
+}
+
+Image<float> difference(const Image<float>& a, const Image<float>& b) {
+  Image<float> sum(a.grid());
+  for (int c = 0; c < a.channels(); ++c)
+    for (std::size_t i = 0; i < sum.values().size(); ++i)
+      sum.values()[i] += std::abs(a.plane(c)[i] - b.plane(c)[i]) / static_cast<float>(a.channels());
+  return sum;
+}
+
+// A helix through the colour cube around the grey diagonal: brightness rises evenly from black to white, so
+// the scale reads in grey print too. Source: D. A. Green, "A colour scheme for the display of astronomical
+// intensity images", Bull. Astr. Soc. India 39 (2011), eq. 2; start 0.5, rotations -1.3, hue 1.1.
+Rgb colour_of(double share) {
+  const double l = std::clamp(share, 0.0, 1.0);
+  const double phi = 2 * std::numbers::pi * (0.5 / 3 + 1 - 1.3 * l);
+  const double a = 1.1 * l * (1 - l) / 2;
+  const double c = std::cos(phi);
+  const double s = std::sin(phi);
+  return {byte(l + a * (-0.14861 * c + 1.78277 * s)), byte(l + a * (-0.29227 * c - 0.90649 * s)),
+          byte(l + a * 1.97294 * c)};
+}
+
+Picture false_colour(const Image<float>& image, float top) {
+  Picture picture(image.grid(), 3);
+  for (std::int64_t i = 0; i < image.grid().size(); ++i)
+    put(picture, i, colour_of(top > 0 ? image.plane(0)[static_cast<std::size_t>(i)] / top : 0));
+  return picture;
+}
+
+Picture log_colour(const Image<float>& image, float top, int decades) {
+  Picture picture(image.grid(), 3);
+  for (std::int64_t i = 0; i < image.grid().size(); ++i) {
+    const float v = image.plane(0)[static_cast<std::size_t>(i)];
+    put(picture, i, colour_of(v > 0 && top > 0 ? 1 + std::log10(static_cast<double>(v) / top) / decades : 0));
+  }
+  return picture;
+}
+
+Rgb level_grey(int level, int deepest) {
+  if (level < 0) return {90, 20, 20};
+  const std::uint8_t v = byte(1 - 0.85 * level / std::max(1, deepest));
+  return {v, v, v};
+}
+
+Picture level_greys(const Image<float>& levels, int deepest) {
+  Picture picture(levels.grid(), 3);
+  for (std::int64_t i = 0; i < levels.grid().size(); ++i)
+    put(picture, i, level_grey(static_cast<int>(levels.plane(0)[static_cast<std::size_t>(i)]), deepest));
+  return picture;
+}
+
+Image<float> shrunk(const Image<float>& image, int side) {
+  const Grid grid = image.grid();
+  const int longer = std::max(grid.rows, grid.cols);
+  if (longer <= side) return image;
+  const auto scaled = [&](int n) { return std::max(1, static_cast<int>(std::int64_t{n} * side / longer)); };
+  return resize_box(image, {scaled(grid.rows), scaled(grid.cols)});
+}
+
+std::string data_uri(const Picture& picture) {
+  return "data:image/png;base64," + base64(encode_png(picture));
+}
+
+}  // namespace symrig::report

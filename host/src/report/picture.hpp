@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/image/image.hpp"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// Pictures for people: numbers become 8-bit colours here, and nothing computed reads them again.
+namespace symrig::report {
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// 8-bit sRGB picture of three channels.
+using Picture = Image<std::uint8_t>;
+
+/// Radiance shown as white: the value that `share` of the finite values do not exceed; 0 if none is positive.
+float white_level(const Image<float>& image, double share = 0.995);
+
+/// Linear radiance as an sRGB picture [IEC 61966-2-1]; `white` becomes white. 3 channels: colour, else the
+/// first channel as grey.
+Picture photograph(const Image<float>& image, float white);
+/// The same with one camera row brightened to red, as in [Garg06 Fig. 2b].
+Picture photograph_with_line(const Image<float>& image, float white, int row);
+
+/// Mean over channels of |a − b|, one channel. Grids and channels must be equal.
+Image<float> difference(const Image<float>& a, const Image<float>& b);
+
+/// One channel in false colour from 0 (dark) to `top` (bright).
+Picture false_colour(const Image<float>& image, float top);
+/// One channel in false colour on a logarithmic scale from top · 10^-decades (dark; below: black) to top.
+Picture log_colour(const Image<float>& image, float top, int decades);
+/// Levels of the hierarchy in grey: darker is deeper, −1 (nothing stored) is a dark red [Garg06 Fig. 2d].
+Picture level_greys(const Image<float>& levels, int deepest);
+/// The colours of false_colour and log_colour from 0 to 1, for a scale beside the picture.
+Rgb colour_of(double share);
+Rgb level_grey(int level, int deepest);
+
+/// Averaged down until the longer side is at most `side`.
+Image<float> shrunk(const Image<float>& image, int side);
+
+/// `data:image/png;base64,…`.
+std::string data_uri(const Picture& picture);
+
+}  // namespace symrig::report

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/charts.hpp"
+#include "report/html.hpp"
+#include "report/sections.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig::report {
+namespace {
+
+std::string tile(const std::string& number, const std::string& meaning) {
+  return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>\n", escape(number), escape(meaning));
+}
+
+std::string patterns_tile(const CaptureFacts& facts) {
+  const auto patterns = facts.number("/patterns");
+  if (!patterns) return {};
+  const auto brute = facts.number("/patterns_brute_force");
+  const std::string meaning =
+      brute && *patterns > 0 ? fmt::format("patterns; one pixel at a time would take {}, {:.3g}× as many",
+                                           grouped(*brute), *brute / *patterns)
+                             : "patterns";
+  return tile(grouped(*patterns), meaning);
+}
+
+std::string time_tile(const CaptureFacts& facts) {
+  const auto rig = facts.number("/rig_seconds");
+  if (!rig) return {};
+  const auto frames = facts.number("/frames");
+  return tile(duration(*rig), "simulated capture time, on the rig's clock" +
+                                  (frames ? fmt::format(" ({} frames)", grouped(*frames)) : std::string()));
+}
+
+std::string size_tile(const TransportTensor& tensor) {
+  const double dense = tensor.dense_bytes();
+  return tile(byte_size(static_cast<double>(tensor.bytes())),
+              fmt::format("tensor in memory; T as a full matrix: {}", byte_size(dense)));
+}
+
+std::string what_it_is(const Context& context) {
+  const TransportTensor& tensor = context.tensor();
+  std::string text = fmt::format("Light transport from a {} projector to a {} camera, {} channel{}",
+                                 to_string(tensor.projector_grid()), to_string(tensor.camera_grid()),
+                                 tensor.channels(), tensor.channels() == 1 ? "" : "s");
+  if (const auto scene = context.facts.text("/scene")) text += "; scene " + *scene;
+  if (const auto algorithm = context.facts.text("/algorithm")) text += "; algorithm " + *algorithm;
+  return fmt::format("<p class=\"lead\">{}.</p>\n", escape(text));
+}
+
+/// "at the same pace" is a plain proportion: brute force would also need longer exposures.
+std::string pattern_bars(const CaptureFacts& facts) {
+  const auto patterns = facts.number("/patterns");
+  const auto brute = facts.number("/patterns_brute_force");
+  if (!patterns || !brute || *patterns <= 0) return {};
+  const auto rig = facts.number("/rig_seconds");
+  const auto with_time = [&](double count) {
+    return grouped(count) + (rig ? fmt::format(" ({})", duration(*rig * count / *patterns)) : std::string());
+  };
+  const std::string html = paragraph(
+      "Patterns needed, logarithmic, with the time on the rig's clock; brute force shows one pixel at a "
+      "time, and "
+      "its time is scaled from this capture at the same pace (single pixels would really need longer "
+      "exposures).");
+  return html +
+         log_bars({{facts.text("/algorithm").value_or("this capture"), *patterns, with_time(*patterns), true},
+                   {"brute force", *brute, with_time(*brute), false}});
+}
+
+std::string per_level_table(const CaptureFacts& facts) {
+  const std::vector<double> levels = facts.numbers("/patterns_per_level");
+  if (levels.empty()) return {};
+  std::vector<std::string> head{"level"};
+  std::vector<std::string> row{"patterns"};
+  for (std::size_t k = 0; k < levels.size(); ++k) {
+    head.push_back(std::to_string(k));
+    row.push_back(grouped(levels[k]));
+  }
+  return number_table(head, {row});
+}
+
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+void add_seconds(Rows& rows, const CaptureFacts& facts, const char* path, const char* meaning) {
+  if (const auto value = facts.number(path)) rows.emplace_back(meaning, duration(*value));
+}
+
+std::string time_table(const CaptureFacts& facts) {
+  Rows rows;
+  add_seconds(rows, facts, "/rig_seconds", "On the rig's clock (simulated capture time)");
+  add_seconds(rows, facts, "/seconds/total", "On this computer, all together");
+  add_seconds(rows, facts, "/seconds/measure",
+              "… waiting for photographs (pretending to be the scene, merging)");
+  add_seconds(rows, facts, "/seconds/merge", "… merging exposures (part of the line above)");
+  add_seconds(rows, facts, "/seconds/process", "… subtracting, testing, scheduling");
+  const auto patterns = facts.number("/patterns");
+  const auto process = facts.number("/seconds/process");
+  const auto merge = facts.number("/seconds/merge");
+  if (patterns && process && *patterns > 0)
+    rows.emplace_back("Processing a photograph (merging included)",
+                      duration((*process + merge.value_or(0)) / *patterns));
+  if (const auto peak = facts.number("/peak_memory_bytes"))
+    rows.emplace_back("Peak memory", byte_size(*peak));
+  if (const auto noise = facts.text("/noise"))
+    rows.emplace_back("Camera noise in the simulation", escape(*noise));
+  return rows.empty() ? std::string() : facts_table(rows);
+}
+
+}  // namespace
+
+std::string headline(const Context& context) {
+  std::string tiles = patterns_tile(context.facts) + time_tile(context.facts) + size_tile(context.tensor());
+  if (context.errors)
+    tiles += tile(percent(context.errors->frobenius), "error of T (relative, Frobenius)") +
+             tile(percent(context.errors->indirect), "error of the indirect light alone");
+  return fmt::format("<h1>{}</h1>\n", escape(context.options.title)) + what_it_is(context) +
+         "<div class=\"tiles\">" + tiles + "</div>\n";
+}
+
+std::string errors_section(const Context& context) {
+  if (!context.errors) {
+    const std::string why = escape(context.options.no_truth);
+    return context.scene.held_out.empty()
+               ? section("errors", "Errors",
+                         paragraph(fmt::format("The true transport of this scene is not known. {}", why)))
+               : std::string();
+  }
+  const TransportErrors& e = *context.errors;
+  const auto row = [](const char* name, double error, const char* meaning) {
+    return std::pair<std::string, std::string>(name, fmt::format("<b>{}</b> {}", percent(error), meaning));
+  };
+  const Rows rows{
+      row("frobenius", e.frobenius, "of T as a whole; the bright direct light dominates it"),
+      row("indirect", e.indirect,
+          "of the transport between lit cells and other cells: no direct light in it"),
+      row("flood", e.flood, "under all-positive light: shows a bias that random tests average away"),
+      row("relight, bar", e.relight_bar, "a vertical bar, an eighth of the width"),
+      row("relight, random", e.relight_random, "a random black-and-white pattern"),
+      row("relight, natural", e.relight_natural, "a smooth textured picture"),
+      row("bar, indirect", e.bar_indirect, "the bar, seen only outside it"),
+  };
+  return section("errors", "Errors",
+                 paragraph("Each is ‖estimate − truth‖ / ‖truth‖ against the exact transport of the "
+                           "simulated scene, noise-free. "
+                           "Several, because each hides something.") +
+                     facts_table(rows));
+}
+
+std::string cost_section(const Context& context) {
+  const std::string body =
+      pattern_bars(context.facts) + per_level_table(context.facts) + time_table(context.facts);
+  const std::string json =
+      "<details><summary>All that the capture wrote about itself</summary><pre class=\"wide\">" +
+      escape(context.facts.json().dump(2, ' ', false, nlohmann::json::error_handler_t::replace)) +
+      "</pre></details>\n";
+  return section("cost", "What it took", body + json);
+}
+
+}  // namespace symrig::report

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/html.hpp"
+#include "report/picture.hpp"
+#include "report/sections.hpp"
+#include "symrig/report/letters.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig::report {
+namespace {
+
+/// The tensor's answer to one light, and the truth's if it is known.
+struct Relit {
+  Image<float> light;
+  Image<float> predicted;
+  std::optional<Image<float>> truth;
+
+  const Image<float>& best() const { return truth ? *truth : predicted; }
+};
+
+Result<Relit> relight(const Context& context, Image<float> light) {
+  SYMRIG_TRY(Image<float> predicted, context.tensor().apply(light));
+  Relit relit{std::move(light), std::move(predicted), std::nullopt};
+  if (!context.has_truth()) return relit;
+  SYMRIG_TRY(relit.truth, context.options.truth(relit.light));
+  return relit;
+}
+
+std::string shown(const Image<float>& image, float white, const std::string& alt,
+                  const std::string& caption) {
+  return figure(photograph(shrunk(image, kPictureSide), white), alt, caption);
+}
+
+std::string difference_figure(const Relit& relit) {
+  const Image<float> off = difference(relit.predicted, *relit.truth);
+  const float top = *std::max_element(off.values().begin(), off.values().end());
+  const float white = white_level(*relit.truth);
+  const std::string caption = fmt::format(
+      "|relit − truth|, the bright end is its largest value: {} of the truth's white. Relative error {}.",
+      percent(white > 0 ? top / white : 0), percent(relative_error(relit.predicted, *relit.truth)));
+  return figure(false_colour(shrunk(off, kPictureSide), top), "difference", caption,
+                colour_scale("0", short_number(top)));
+}
+
+std::string relit_row(const Relit& relit, float white, const std::string& what) {
+  std::vector<std::string> figures{
+      shown(relit.light, 1, "light: " + what, "The light: " + what + "."),
+      shown(relit.predicted, white, "relit",
+            fmt::format("Relit from the tensor. White: radiance {}.", short_number(white)))};
+  if (relit.truth) {
+    figures.push_back(
+        shown(*relit.truth, white, "ground truth", "Ground truth under the same light, same exposure."));
+    figures.push_back(difference_figure(relit));
+  }
+  return row_of(figures, relit.truth ? 210 : 280);
+}
+
+/// Radiance that shows as white when only the pixels outside the light are exposed for.
+float white_outside(const Relit& relit) {
+  Image<float> outside = relit.best();
+  for (int c = 0; c < outside.channels(); ++c)
+    for (std::size_t i = 0; i < relit.light.values().size(); ++i)
+      if (relit.light.values()[i] > 0) outside.plane(c)[i] = 0;
+  return white_level(outside);
+}
+
+/// The bar again, exposed for what only indirect light reaches. Only on a coaxial rig is "outside" known.
+std::string indirect_row(const Context& context, const Relit& bar) {
+  if (context.tensor().camera_grid() != context.tensor().projector_grid()) return {};
+  const float white = white_outside(bar);
+  const float direct = white_level(bar.best());
+  if (!(white > 1e-4F * direct)) return {};
+  std::string html = paragraph(fmt::format(
+      "The same bar, exposed {:.0f}× longer: outside the bar only light that bounced at least twice arrives "
+      "(the bar itself is overexposed).",
+      direct / white));
+  std::vector<std::string> figures{
+      shown(bar.predicted, white, "relit, exposed for indirect light", "Relit from the tensor.")};
+  if (bar.truth)
+    figures.push_back(shown(*bar.truth, white, "ground truth, exposed for indirect light", "Ground truth."));
+  return html + row_of(figures, 280);
+}
+
+Result<std::string> flood_row(const Context& context) {
+  SYMRIG_TRY(const Relit flood, relight(context, Image<float>(context.tensor().projector_grid(), 1, 1.0F)));
+  const float white = white_level(flood.best());
+  std::vector<std::string> figures{
+      shown(flood.predicted, white, "flood-lit",
+            fmt::format("Flood-lit: every projector pixel on. White: radiance {} per unit "
+                        "of projector light.",
+                        short_number(white)))};
+  if (flood.truth) {
+    figures.push_back(
+        shown(*flood.truth, white, "ground truth, flood-lit", "Ground truth, flood-lit, same exposure."));
+    figures.push_back(difference_figure(flood));
+  }
+  return row_of(figures, 260);
+}
+
+}  // namespace
+
+double relative_error(const Image<float>& estimate, const Image<float>& truth) {
+  double off = 0;
+  double all = 0;
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    off += std::pow(static_cast<double>(estimate.values()[i]) - truth.values()[i], 2);
+    all += std::pow(static_cast<double>(truth.values()[i]), 2);
+  }
+  return all > 0 ? std::sqrt(off / all) : 0;
+}
+
+Result<std::string> lights_section(const Context& context) {
+  const Grid projector = context.tensor().projector_grid();
+  SYMRIG_TRY(std::string html, flood_row(context));
+  SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
+  html += "<h3>A vertical bar</h3>" + relit_row(bar, white_level(bar.best()), "a vertical bar") +
+          indirect_row(context, bar);
+  SYMRIG_TRY(const Relit letters, relight(context, letters_pattern(projector)));
+  html += "<h3>Letters</h3>" + relit_row(letters, white_level(letters.best()), "letters");
+  const std::string intro =
+      context.has_truth() ? "None of the lights below was shown during the capture except the flood-lit one. "
+                            "Ground truth is the simulated scene itself, free of noise. Relative error: "
+                            "‖relit − truth‖ / ‖truth‖."
+                          : "What the scene looks like under lights that were never shown, computed from the "
+                            "tensor.";
+  return section("lights", "Under new light", paragraph(intro) + html);
+}
+
+}  // namespace symrig::report

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/report/summary.hpp"
+
+#include "report/capture_facts.hpp"
+#include "symrig/report/node_counts.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace symrig {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// NaN and infinity have no place in JSON: they become null, as the library does it.
+std::string text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json grid_json(Grid grid) {
+  return Json::array({grid.rows, grid.cols});
+}
+
+Json leaves_json(const TransportTensor& tensor) {
+  Json rank1 = Json::array(), low_rank = Json::array(), empty = Json::array(), scalar = Json::array();
+  for (const LeafCounts& level : tensor.leaves_per_level()) {
+    rank1.push_back(level.rank1);
+    low_rank.push_back(level.low_rank);
+    empty.push_back(level.empty);
+    scalar.push_back(level.scalar);
+  }
+  return {{"rank1", rank1}, {"lowrank", low_rank}, {"empty", empty}, {"scalar", scalar}};
+}
+
+Json rule_json(const RankRule& rule) {
+  return {{"signal_fraction", rule.signal_fraction},
+          {"flood_fraction", rule.flood_fraction},
+          {"empty_fraction", rule.empty_fraction},
+          {"noise_sigmas", rule.noise_sigmas},
+          {"concentration", rule.concentration}};
+}
+
+Json held_out_json(const std::vector<HeldOutError>& all) {
+  Json list = Json::array();
+  for (const HeldOutError& one : all)
+    list.push_back({{"name", one.name},
+                    {"rms", one.rms},
+                    {"mean_white", one.mean_white},
+                    {"relative", one.relative()},
+                    {"lit_pixels", one.lit_pixels}});
+  return list;
+}
+
+/// Largest rank and how many leaves have each rank.
+Json ranks_json(const TransportTensor& tensor) {
+  std::vector<std::int64_t> count;
+  for (const Leaf& leaf : tensor.leaves()) {
+    const auto rank = static_cast<std::size_t>(leaf.rank);
+    if (rank >= count.size()) count.resize(rank + 1);
+    ++count[rank];
+  }
+  return count;
+}
+
+}  // namespace
+
+std::string capture_json(const CaptureSummary& summary, const CaptureResult& result) {
+  const TransportTensor& tensor = result.tensor;
+  const auto bytes = static_cast<double>(tensor.bytes());
+  Json json;
+  json["command"] = "capture";
+  json["scene"] = summary.scene;
+  json["grid"] = grid_json(tensor.projector_grid());
+  json["channels"] = tensor.channels();
+  json["algorithm"] = name(summary.algorithm);
+  json["rule"] = rule_json(summary.rule);
+  if (summary.algorithm == Algorithm::dual) json["dual_threshold"] = summary.dual_threshold;
+  json["patterns"] = result.patterns;
+  json["frames"] = summary.cost.frames;
+  json["patterns_brute_force"] = tensor.projector_grid().size();
+  json["patterns_per_level"] = result.patterns_per_level;
+  json["leaves_per_level"] = leaves_json(tensor);
+  json["tensor_bytes"] = tensor.bytes();
+  json["dense_bytes"] = tensor.dense_bytes();
+  json["compression"] = bytes > 0 ? tensor.dense_bytes() / bytes : 0.0;
+  json["seconds"] = {{"measure", summary.measure_seconds},
+                     {"process", result.process_seconds},
+                     {"total", summary.total_seconds},
+                     {"merge", summary.cost.merge_seconds},
+                     {"simulate", summary.cost.simulate_seconds}};
+  json["rig_seconds"] = summary.cost.rig_seconds;
+  json["peak_memory_bytes"] = summary.peak_memory_bytes;
+  json["noise"] = summary.noise;
+  return text(json);
+}
+
+std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
+                            const std::vector<HeldOutError>& held_out) {
+  Json json;
+  json["command"] = "evaluate";
+  json["scene"] = scene;
+  json["rig"] = rig.empty() ? Json(nullptr) : Json(rig);
+  if (errors != nullptr)
+    json["error"] = {{"frobenius", errors->frobenius},
+                     {"indirect", errors->indirect},
+                     {"flood", errors->flood},
+                     {"relight",
+                      {{"bar", errors->relight_bar},
+                       {"random", errors->relight_random},
+                       {"natural", errors->relight_natural}}},
+                     {"bar_indirect", errors->bar_indirect}};
+  json["held_out"] = held_out_json(held_out);
+  return text(json);
+}
+
+std::string inspection_json(const StoredScene& scene) {
+  const TransportTensor& tensor = scene.tensor;
+  Json subdivided = Json::array();
+  for (const NodeCounts& level : node_counts(tensor)) subdivided.push_back(level.subdivided);
+  Json json;
+  json["command"] = "inspect";
+  json["camera_grid"] = grid_json(tensor.camera_grid());
+  json["projector_grid"] = grid_json(tensor.projector_grid());
+  json["channels"] = tensor.channels();
+  json["symmetric"] = tensor.symmetric();
+  json["levels"] = tensor.leaves_per_level().size();
+  json["leaves"] = tensor.leaves().size();
+  json["scalars"] = tensor.rows().size();
+  json["leaves_per_level"] = leaves_json(tensor);
+  json["subdivided_per_level"] = subdivided;
+  json["leaves_of_rank"] = ranks_json(tensor);
+  json["tensor_bytes"] = tensor.bytes();
+  json["dense_bytes"] = tensor.dense_bytes();
+  json["held_out"] = scene.held_out.size();
+  json["capture"] = report::CaptureFacts(scene.capture_json).json();
+  return text(json);
+}
+
+std::string captured_scene(const StoredScene& scene) {
+  return report::CaptureFacts(scene.capture_json).text("/scene").value_or("");
+}
+
+}  // namespace symrig
