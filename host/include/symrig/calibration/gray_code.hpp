@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/image/image.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// Along which axis of the projector a stripe pattern changes.
+enum class StripeAxis : std::uint8_t { columns, rows };
+
+/// A stripe pattern and its complement.
+struct StripePair {
+  StripeAxis axis = StripeAxis::columns;
+  int bit = 0;           ///< 0 is the most significant
+  int stripe_width = 0;  ///< projector pixels from one edge to the next, away from the border
+  std::string name;      ///< "columns, 64 px"
+};
+
+/// The Gray-code sequence of a projector, in the order of OpenCV's generator: the column bits, most
+/// significant first, each followed by its complement; the row bits likewise; white; black. Gray bit k of
+/// position x is bit k of x xor x / 2.
+class GrayCode {
+ public:
+  explicit GrayCode(Grid projector);
+
+  /// The projector that a number of photographs stands for: 42 → 768x1024, 44 → 800x1280, 46 → 1080x1920; for
+  /// other numbers the smallest powers of two. nullopt if no sequence has this number.
+  static std::optional<GrayCode> of_length(int photographs);
+
+  Grid projector() const { return projector_; }
+  int column_bits() const { return column_bits_; }
+  int row_bits() const { return row_bits_; }
+  int pairs() const { return column_bits_ + row_bits_; }
+  int photographs() const { return 2 * pairs() + 2; }
+  int white() const { return 2 * pairs(); }
+  int black() const { return 2 * pairs() + 1; }
+
+  StripePair pair(int index) const;
+  /// Bits of the axis on which this pair lies.
+  int bits(StripeAxis axis) const { return axis == StripeAxis::columns ? column_bits_ : row_bits_; }
+  /// Whether the pattern (not the complement) of a pair lights this position of its axis.
+  bool lit(int pair, int position) const;
+  /// What the projector shows for photograph `index`: 0 or 1.
+  Pattern pattern(int index) const;
+
+ private:
+  Grid projector_;
+  int column_bits_, row_bits_;
+};
+
+/// All patterns of the sequence, to be shown or written.  shapes: 2 (bits of columns + bits of rows) + 2
+/// patterns of `projector`.
+std::vector<Pattern> gray_code_patterns(Grid projector);
+
+/// The photographs of one Gray-code sequence.
+struct CodePhotographs {
+  GrayCode code;
+  std::vector<std::string> names;    ///< file names, in the order of the sequence
+  std::vector<Image<float>> images;  ///< 1 channel, linear, 1 = the largest code of the file
+
+  const Image<float>& white() const { return images[static_cast<std::size_t>(code.white())]; }
+  const Image<float>& black() const { return images[static_cast<std::size_t>(code.black())]; }
+  Grid camera() const { return images.front().grid(); }
+};
+
+struct ReadCodeOptions {
+  std::optional<Grid> projector;  ///< default: derived from the number of photographs (GrayCode::of_length)
+  Progress progress;
+};
+
+/// Reads a folder of photographs: every .png, .exr and .pfm file in it, in natural order of their names (2
+/// before 10). Colour is turned into luminance. fails: not_found (no folder, no pictures), size_mismatch (a
+/// number that is not 2 (column bits + row bits) + 2; photographs of several sizes), bad_value (white is not
+/// brighter than black), whatever read_image fails with, interrupted.
+Result<CodePhotographs> read_gray_code_folder(const std::filesystem::path& folder,
+                                              const ReadCodeOptions& options = {});
+
+/// The same checks on photographs already in memory.
+Result<void> check_gray_code(const CodePhotographs& photographs);
+
+}  // namespace symrig

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/gray_code.hpp"
+
+#include "symrig/image/file.hpp"
+#include "symrig/image/resample.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Bits that tell `positions` positions apart.
+int bits_for(int positions) {
+  return std::bit_width(static_cast<unsigned>(std::max(positions, 1) - 1));
+}
+
+bool picture_suffix(const fs::path& path) {
+  std::string suffix = path.extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix == ".png" || suffix == ".exr" || suffix == ".pfm";
+}
+
+/// The number that starts at `at`, which is moved behind it; leading zeros do not count.
+std::string_view digits(const std::string& text, std::size_t& at) {
+  const auto is_digit = [&](std::size_t i) {
+    return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i]));
+  };
+  while (text[at] == '0' && is_digit(at + 1)) ++at;
+  const std::size_t begin = at;
+  while (is_digit(at)) ++at;
+  return std::string_view(text).substr(begin, at - begin);
+}
+
+/// Natural order: runs of digits compare as numbers, "2.png" before "10.png".
+bool natural_less(const std::string& a, const std::string& b) {
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (std::isdigit(static_cast<unsigned char>(a[i])) && std::isdigit(static_cast<unsigned char>(b[j]))) {
+      const auto x = digits(a, i), y = digits(b, j);
+      if (x != y) return x.size() != y.size() ? x.size() < y.size() : x < y;
+    } else if (a[i] != b[j]) {
+      return a[i] < b[j];
+    } else {
+      ++i, ++j;
+    }
+  }
+  return a.size() - i < b.size() - j || (a.size() - i == b.size() - j && a < b);
+}
+
+Result<std::vector<fs::path>> list_pictures(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    return Error{ErrorCode::not_found, folder.string() + ": no such folder",
+                 "give the folder that holds the photographs"};
+  std::vector<fs::path> pictures;
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
+    if (it->is_regular_file(error) && picture_suffix(it->path())) pictures.push_back(it->path());
+  if (error) return Error{ErrorCode::io, folder.string() + ": cannot be listed (" + error.message() + ")"};
+  if (pictures.empty())
+    return Error{ErrorCode::not_found, folder.string() + ": holds no .png, .exr or .pfm file",
+                 "give the folder that holds the photographs"};
+  std::ranges::sort(pictures, natural_less, [](const fs::path& p) { return p.filename().string(); });
+  return pictures;
+}
+
+Result<GrayCode> code_of(const fs::path& folder, int count, const std::optional<Grid>& projector) {
+  if (!projector) {
+    if (const auto code = GrayCode::of_length(count)) return *code;
+    return Error{
+        ErrorCode::size_mismatch,
+        fmt::format("{}: has {} photographs; a Gray-code sequence has 2 (column bits + row bits) + 2",
+                    folder.string(), count),
+        "42 for a projector of 768x1024; give the projector's size if it is another"};
+  }
+  if (!projector->valid())
+    return Error{ErrorCode::bad_argument, "projector size " + to_string(*projector) + " is not a grid"};
+  const GrayCode code(*projector);
+  if (code.photographs() == count) return code;
+  return Error{ErrorCode::size_mismatch,
+               fmt::format("{}: has {} photographs; a projector of {} needs {}", folder.string(), count,
+                           to_string(*projector), code.photographs()),
+               "keep only the sequence in the folder, or give the size of the projector that showed it"};
+}
+
+double mean(const Image<float>& image) {
+  const auto values = image.values();
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+}  // namespace
+
+GrayCode::GrayCode(Grid projector)
+    : projector_(projector), column_bits_(bits_for(projector.cols)), row_bits_(bits_for(projector.rows)) {}
+
+std::optional<GrayCode> GrayCode::of_length(int photographs) {
+  const int pairs = (photographs - 2) / 2;
+  if (photographs % 2 != 0 || pairs < 2 || pairs > 30) return std::nullopt;
+  if (pairs == 20) return GrayCode({768, 1024});
+  if (pairs == 21) return GrayCode({800, 1280});
+  if (pairs == 22) return GrayCode({1080, 1920});
+  return GrayCode({1 << (pairs / 2), 1 << ((pairs + 1) / 2)});
+}
+
+StripePair GrayCode::pair(int index) const {
+  const bool columns = index < column_bits_;
+  const int bit = columns ? index : index - column_bits_;
+  const int all = columns ? column_bits_ : row_bits_;
+  // Bit 0 has one edge, in the middle; bit k ≥ 1 changes every 2^(bits−k) positions.
+  const int width = 1 << (bit == 0 ? all - 1 : all - bit);
+  return {columns ? StripeAxis::columns : StripeAxis::rows, bit, width,
+          fmt::format("{}, {} px", columns ? "columns" : "rows", width)};
+}
+
+bool GrayCode::lit(int pair, int position) const {
+  const bool columns = pair < column_bits_;
+  const int from_least = columns ? column_bits_ - 1 - pair : pairs() - 1 - pair;
+  const auto x = static_cast<unsigned>(position);
+  return ((x ^ (x >> 1)) >> from_least & 1U) != 0;
+}
+
+Pattern GrayCode::pattern(int index) const {
+  Pattern pattern(projector_, 1, index == white() ? 1.0F : 0.0F);
+  if (index >= white()) return pattern;
+  const bool columns = index / 2 < column_bits_, complement = index % 2 != 0;
+  for (int row = 0; row < projector_.rows; ++row)
+    for (int col = 0; col < projector_.cols; ++col)
+      pattern.at(row, col) = lit(index / 2, columns ? col : row) != complement ? 1.0F : 0.0F;
+  return pattern;
+}
+
+std::vector<Pattern> gray_code_patterns(Grid projector) {
+  const GrayCode code(projector);
+  std::vector<Pattern> patterns;
+  for (int i = 0; i < code.photographs(); ++i) patterns.push_back(code.pattern(i));
+  return patterns;
+}
+
+Result<void> check_gray_code(const CodePhotographs& photographs) {
+  if (static_cast<int>(photographs.images.size()) != photographs.code.photographs())
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} photographs; a projector of {} needs {}", photographs.images.size(),
+                             to_string(photographs.code.projector()), photographs.code.photographs())};
+  for (std::size_t i = 0; i < photographs.images.size(); ++i) {
+    const auto& image = photographs.images[i];
+    if (image.grid() == photographs.camera() && image.channels() == 1) continue;
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} is {}; {} is {}", photographs.names[i], to_string(image.grid()),
+                             photographs.names.front(), to_string(photographs.camera())),
+                 "all photographs of a sequence come from one camera at one size"};
+  }
+  const auto name = [&](int i) { return photographs.names[static_cast<std::size_t>(i)]; };
+  if (mean(photographs.white()) > mean(photographs.black())) return {};
+  return Error{ErrorCode::bad_value,
+               fmt::format("white ({}) is not brighter than black ({})", name(photographs.code.white()),
+                           name(photographs.code.black())),
+               "the order is: column pairs, row pairs, white, black"};
+}
+
+Result<CodePhotographs> read_gray_code_folder(const fs::path& folder, const ReadCodeOptions& options) {
+  SYMRIG_TRY(const auto pictures, list_pictures(folder));
+  const int count = static_cast<int>(pictures.size());
+  SYMRIG_TRY(const GrayCode code, code_of(folder, count, options.projector));
+  CodePhotographs photographs{code, {}, {}};
+  for (const fs::path& picture : pictures) {
+    SYMRIG_TRY(auto image, read_image(picture));
+    photographs.images.push_back(image.channels() == 1 ? std::move(image) : to_gray(image));
+    photographs.names.push_back(picture.filename().string());
+    if (options.progress &&
+        !options.progress({"reading", static_cast<std::int64_t>(photographs.images.size()), count}))
+      return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
+  }
+  SYMRIG_CHECK(check_gray_code(photographs));
+  return photographs;
+}
+
+}  // namespace symrig

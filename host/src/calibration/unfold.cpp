@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/raw_map.hpp"
+
+#include <vector>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::calibration {
+namespace {
+
+/// Value at `share` of the sorted order; reorders its argument.
+double quantile(std::vector<double>& values, double share) {
+  if (values.empty()) return 0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// det ∂(col, row) / ∂(camera col, camera row).
+double determinant(const Plane& col, const Plane& row) {
+  return col.by_col * row.by_row - col.by_row * row.by_col;
+}
+
+/// Both planes around a pixel, over neighbours of the same block.
+struct LocalMap {
+  Plane plane[2];
+  double determinant() const {
+    return plane[0].support > 0 && plane[1].support > 0 ? calibration::determinant(plane[0], plane[1]) : 0;
+  }
+};
+
+template <class Same>
+LocalMap local_map(const RawMap& map, int row, int col, const Neighbourhood& hood, Same same) {
+  LocalMap local;
+  for (int axis = 0; axis < 2; ++axis) {
+    const auto& position = map.position[axis];
+    local.plane[axis] =
+        fit_plane(position, map.mask, row, col, static_cast<double>(position.at(row, col)), hood, same);
+  }
+  return local;
+}
+
+/// One of the two candidates at a pixel, with the way the map runs there.
+struct Choice {
+  bool settled = false;
+  float position = 0;
+  double by_col = 0, by_row = 0;
+};
+
+/// Reflections inside blocks of one axis.
+class Folded {
+ public:
+  Folded(const RawMap& map, StripeAxis axis, int block)
+      : position_(map.position[axis_index(axis)]), block_(block) {}
+
+  float candidate(int row, int col) const { return position_.at(row, col); }
+  float reflected(int row, int col) const {
+    return static_cast<float>(2 * block_number(row, col) * block_ + block_ - 1) - candidate(row, col);
+  }
+  int block_number(int row, int col) const { return static_cast<int>(candidate(row, col)) / block_; }
+
+ private:
+  const Image<float>& position_;
+  int block_;
+};
+
+/// Away from the folds: the candidate whose map keeps the orientation. Where the neighbourhood bends (a fold)
+/// or is too small the determinant is far below the usual one, and the pixel waits for its neighbours.
+std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folded, StripeAxis axis,
+                                          const Neighbourhood& hood, double orientation) {
+  const Grid grid = map.grid();
+  std::vector<Choice> choices(static_cast<std::size_t>(grid.size()));
+  std::vector<double> size(choices.size(), 0);
+  tbb::parallel_for(0, grid.rows, [&](int row) {
+    for (int col = 0; col < grid.cols; ++col) {
+      if (!map.mask.at(row, col)) continue;
+      const int block = folded.block_number(row, col);
+      const LocalMap local =
+          local_map(map, row, col, hood, [&](int r, int c) { return folded.block_number(r, c) == block; });
+      const std::size_t i =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
+      const bool keep = local.determinant() * orientation > 0;
+      const double sign = keep ? 1 : -1;
+      const Plane& plane = local.plane[axis_index(axis)];
+      size[i] = std::abs(local.determinant());
+      choices[i] = {size[i] > 0, keep ? folded.candidate(row, col) : folded.reflected(row, col),
+                    sign * plane.by_col, sign * plane.by_row};
+    }
+  });
+  std::vector<double> sizes;
+  std::ranges::copy_if(size, std::back_inserter(sizes), [](double s) { return s > 0; });
+  const double usual = quantile(sizes, 0.5);
+  for (std::size_t i = 0; i < choices.size(); ++i) choices[i].settled = size[i] > 0.5 * usual;
+  return choices;
+}
+
+/// What settled neighbours foretell for a pixel; NaN if there are too few.
+double foretold(const std::vector<Choice>& choices, Grid grid, int row, int col, int reach, int spacing) {
+  std::vector<double> votes;
+  for (int i = -reach; i <= reach; ++i) {
+    for (int j = -reach; j <= reach; ++j) {
+      const int r = row + i * spacing, c = col + j * spacing;
+      if (r < 0 || r >= grid.rows || c < 0 || c >= grid.cols) continue;
+      const Choice& q = choices[static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.cols) +
+                                static_cast<std::size_t>(c)];
+      if (q.settled)
+        votes.push_back(static_cast<double>(q.position) - q.by_col * j * spacing - q.by_row * i * spacing);
+    }
+  }
+  return votes.size() < 6 ? std::numeric_limits<double>::quiet_NaN() : quantile(votes, 0.5);
+}
+
+}  // namespace
+
+double typical_scale(const RawMap& map) {
+  constexpr int kApart = 8, kStride = 5;
+  const Grid grid = map.grid();
+  std::vector<double> slopes;
+  for (int row = 0; row + kApart < grid.rows; row += kStride) {
+    for (int col = 0; col + kApart < grid.cols; col += kStride) {
+      if (!map.mask.at(row, col) || !map.mask.at(row, col + kApart) || !map.mask.at(row + kApart, col))
+        continue;
+      double largest = 0;
+      for (const auto& position : map.position)
+        largest = std::max(
+            {largest, std::abs(static_cast<double>(position.at(row, col + kApart) - position.at(row, col))),
+             std::abs(static_cast<double>(position.at(row + kApart, col) - position.at(row, col)))});
+      slopes.push_back(largest / kApart);
+    }
+  }
+  return slopes.empty() ? 1 : quantile(slopes, 0.5);
+}
+
+void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
+  const Grid grid = map.grid();
+  const Neighbourhood hood{.scale = typical_scale(map)};
+  const Folded folded(map, axis, block);
+  const auto choices = settle_by_orientation(map, folded, axis, hood, orientation);
+  Image<float> unfolded(grid);
+  Image<std::uint8_t> settled(grid);
+  tbb::parallel_for(0, grid.rows, [&](int row) {
+    for (int col = 0; col < grid.cols; ++col) {
+      if (!map.mask.at(row, col)) continue;
+      double expected = foretold(choices, grid, row, col, 2, hood.spacing);
+      if (std::isnan(expected)) expected = foretold(choices, grid, row, col, 3, 3 * hood.spacing);
+      if (std::isnan(expected)) continue;
+      const float a = folded.candidate(row, col), b = folded.reflected(row, col);
+      unfolded.at(row, col) =
+          std::abs(static_cast<double>(a) - expected) <= std::abs(static_cast<double>(b) - expected) ? a : b;
+      settled.at(row, col) = 1;
+    }
+  });
+  map.position[axis_index(axis)] = std::move(unfolded);
+  map.mask = std::move(settled);
+}
+
+double oriented_share(const RawMap& map, double orientation) {
+  constexpr int kStride = 7;
+  const Grid grid = map.grid();
+  const Neighbourhood hood{.scale = typical_scale(map)};
+  std::int64_t told = 0, kept = 0;
+  for (int row = 0; row < grid.rows; row += kStride) {
+    for (int col = 0; col < grid.cols; col += kStride) {
+      if (!map.mask.at(row, col)) continue;
+      const double det = local_map(map, row, col, hood, [](int, int) { return true; }).determinant();
+      told += det != 0 ? 1 : 0;
+      kept += det * orientation > 0 ? 1 : 0;
+    }
+  }
+  return told == 0 ? 0 : static_cast<double>(kept) / static_cast<double>(told);
+}
+
+}  // namespace symrig::calibration
