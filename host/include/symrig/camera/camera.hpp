@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "symrig/hdr/noise_model.hpp"
+#include "symrig/image/image.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// What a camera can do with its shutter.
+struct CameraTiming {
+  Nanoseconds min_exposure{20'000};
+  Nanoseconds max_exposure{30'000'000'000};
+  Nanoseconds readout{3'000'000};  ///< from the end of an exposure to the next possible trigger
+};
+
+/// One frame as the camera hands it over. raw: channels × grid codes, planar, raster order; empty if the
+/// camera has no noise, which only a simulated one can say: then `ideal` is the mean radiance during the
+/// exposure.
+struct CameraFrame {
+  std::uint64_t sequence = 0;  ///< the camera's own count of frames
+  std::vector<std::uint16_t> raw;
+  std::shared_ptr<const Image<float>> ideal;
+};
+
+/// A camera that exposes while its trigger line is high. The board times the exposures; the camera only
+/// hands over what it saw. Not thread-safe.
+class Camera {
+ public:
+  Camera() = default;
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+  virtual ~Camera() = default;
+
+  virtual Grid grid() const = 0;
+  virtual int channels() const = 0;
+  virtual CameraTiming timing() const = 0;
+  virtual const NoiseModel& noise() const = 0;
+  /// Pixels never to be trusted: 1 = dead, grid × 1. nullptr: none known.
+  virtual const Image<std::uint8_t>* dead() const = 0;
+  /// The next `count` frames that were exposed, in order. fails: frame_missing (fewer came), device_lost.
+  virtual Result<std::vector<CameraFrame>> take(std::size_t count) = 0;
+  /// One line for reports.
+  virtual std::string describe() const = 0;
+};
+
+}  // namespace symrig

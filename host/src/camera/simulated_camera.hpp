@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/camera/camera.hpp"
+
+#include <functional>
+#include <span>
+
+namespace symrig {
+
+/// The shutter was open during [begin, end) of the board's ticks.
+struct SimulatedExposure {
+  std::uint64_t sequence = 0;  ///< frames before it since the camera was switched on
+  std::uint64_t begin = 0, end = 0;
+};
+
+/// What a simulated camera is.
+struct SimulatedCameraSpec {
+  Grid grid;
+  int channels = 1;
+  CameraTiming timing;
+  NoiseModel noise;
+  Image<std::uint8_t> dead;  ///< 1 = dead; empty: none
+};
+
+/// The picture side of boards::SimCamera, which keeps the time. How light becomes codes is handed in, so
+/// that this class knows no scene.
+class SimulatedCamera final : public Camera {
+ public:
+  /// Frames of the exposures given, in the same order.
+  using Develop = std::function<std::vector<CameraFrame>(std::span<const SimulatedExposure>)>;
+
+  /// shutter must outlive the camera.
+  SimulatedCamera(SimulatedCameraSpec spec, boards::SimCamera& shutter, Develop develop);
+
+  Grid grid() const override { return spec_.grid; }
+  int channels() const override { return spec_.channels; }
+  CameraTiming timing() const override { return spec_.timing; }
+  const NoiseModel& noise() const override { return spec_.noise; }
+  const Image<std::uint8_t>* dead() const override { return spec_.dead.empty() ? nullptr : &spec_.dead; }
+  Result<std::vector<CameraFrame>> take(std::size_t count) override;
+  std::string describe() const override;
+
+ private:
+  SimulatedCameraSpec spec_;
+  boards::SimCamera& shutter_;
+  Develop develop_;
+  std::uint64_t taken_ = 0;
+};
+
+}  // namespace symrig

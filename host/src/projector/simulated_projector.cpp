@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "projector/simulated_projector.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig {
+
+SimulatedProjector::SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period)
+    : grid_(grid), raster_(raster), refresh_period_(refresh_period) {}
+
+Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
+  for (const Pattern& pattern : patterns)
+    if (pattern.grid() != grid_ || pattern.channels() != 1)
+      return Error{ErrorCode::size_mismatch,
+                   fmt::format("a pattern is {} with {} channels, the projector {} with 1",
+                               to_string(pattern.grid()), pattern.channels(), to_string(grid_)),
+                   "make patterns on the projector's grid"};
+  loaded_before_ += sequence_.size();
+  sequence_.assign(patterns.begin(), patterns.end());
+  raster_.reset();
+  return {};
+}
+
+std::string SimulatedProjector::describe() const {
+  return fmt::format("simulated projector {}, refresh {:.3f} ms", to_string(grid_),
+                     1e3 * seconds(refresh_period_));
+}
+
+std::vector<SimulatedProjector::Lit> SimulatedProjector::shown(std::uint64_t begin, std::uint64_t end) const {
+  std::vector<Lit> lit;
+  const auto& changes = raster_.changes();
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const std::uint64_t from = std::max(begin, changes[i].tick);
+    const std::uint64_t to = i + 1 < changes.size() ? std::min(end, changes[i + 1].tick) : end;
+    const bool exists =
+        changes[i].index >= 0 && static_cast<std::size_t>(changes[i].index) < sequence_.size();
+    if (from < to && exists)
+      lit.push_back({static_cast<std::size_t>(changes[i].index),
+                     static_cast<double>(to - from) / static_cast<double>(end - begin)});
+  }
+  return lit;
+}
+
+}  // namespace symrig

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/projector/projector.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace symrig {
+
+/// The picture side of boards::SimProjector, which keeps the time: which pattern was on the screen when.
+class SimulatedProjector final : public Projector {
+ public:
+  /// raster must outlive the projector.
+  SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period);
+
+  Grid grid() const override { return grid_; }
+  Nanoseconds refresh_period() const override { return refresh_period_; }
+  Result<void> load(std::span<const Pattern> patterns) override;
+  std::string describe() const override;
+
+  /// A pattern of the sequence that was lit for a share of an exposure.
+  struct Lit {
+    std::size_t index;
+    double share;
+    bool operator==(const Lit&) const = default;
+  };
+  /// What the screen showed during [begin, end) of the board's ticks. Shares add up to 1, or to less if the
+  /// screen was dark before the first pattern or after the last one.
+  std::vector<Lit> shown(std::uint64_t begin, std::uint64_t end) const;
+  const Pattern& pattern(std::size_t index) const { return sequence_[index]; }
+  /// Patterns of the sequences loaded before this one: pattern(i) is the (loaded_before() + i)-th of all.
+  std::uint64_t loaded_before() const { return loaded_before_; }
+
+ private:
+  Grid grid_;
+  boards::SimProjector& raster_;
+  Nanoseconds refresh_period_;
+  std::vector<Pattern> sequence_;
+  std::uint64_t loaded_before_ = 0;
+};
+
+}  // namespace symrig

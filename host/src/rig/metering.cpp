@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/metering.hpp"
+
+#include "symrig/rig/rig.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+
+namespace {
+
+bool is_dead(const Camera& camera, std::size_t pixel) {
+  return camera.dead() != nullptr && camera.dead()->values()[pixel] != 0;
+}
+
+template <class T>
+double largest_live(std::span<const T> values, const Camera& camera) {
+  const auto pixels = static_cast<std::size_t>(camera.grid().size());
+  double largest = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!is_dead(camera, i % pixels)) largest = std::max(largest, static_cast<double>(values[i]));
+  return largest;
+}
+
+}  // namespace
+
+std::optional<double> brightest_rate(const CameraFrame& frame, Nanoseconds exposure, const Camera& camera,
+                                     double scale) {
+  if (frame.ideal) return largest_live(frame.ideal->values(), camera) / scale;
+  const NoiseModel& noise = camera.noise();
+  const double code = largest_live(std::span<const std::uint16_t>(frame.raw), camera);
+  if (code >= noise.saturation_code()) return std::nullopt;
+  return std::max(0.0, code - noise.pedestal()) / noise.gain() / seconds(exposure);
+}
+
+std::optional<double> brightest_rate(std::span<const CameraFrame> frames,
+                                     std::span<const Nanoseconds> exposures, const Camera& camera,
+                                     double scale) {
+  std::optional<double> rate;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const auto one = brightest_rate(frames[i], exposures[i], camera, scale)) rate = one;
+  return rate;
+}
+
+Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise) {
+  const double electrons = (noise.saturation_code() - noise.pedestal()) / noise.gain();
+  const double longest = 3600;  // an hour [s]: where a black scene asks for an endless exposure
+  const double t = rate > 0 ? std::min(longest, electrons / (headroom * rate)) : longest;
+  return Nanoseconds(static_cast<std::int64_t>(1e9 * t));
+}
+
+Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, double ratio,
+                                                const CameraTiming& timing) {
+  const double span = std::pow(ratio, count - 1);
+  const double base = std::min(1e9 * seconds(wanted), 1e9 * seconds(timing.max_exposure) / span);
+  if (base < static_cast<double>(timing.min_exposure.count()))
+    return Error{
+        ErrorCode::limit,
+        fmt::format("a bracket of {} exposures at ratio {} would begin at {:.3g} ms; the camera needs "
+                    "{:.3g} ms at least and holds {:.3g} s at most",
+                    count, ratio, 1e-6 * base, 1e3 * seconds(timing.min_exposure),
+                    seconds(timing.max_exposure)),
+        "use fewer exposures, a smaller ratio, or less light"};
+  std::vector<Nanoseconds> exposures;
+  for (int k = 0; k < count; ++k)
+    exposures.emplace_back(static_cast<std::int64_t>(base * std::pow(ratio, k)));
+  return exposures;
+}
+
+}  // namespace symrig

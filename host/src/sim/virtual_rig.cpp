@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/sim/virtual_rig.hpp"
+
+#include "camera/simulated_camera.hpp"
+#include "projector/simulated_projector.hpp"
+#include "sim/camera_optics.hpp"
+#include "sim/hash.hpp"
+#include "sim/sensor.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/device/board.hpp"
+#include "symrig/device/link.hpp"
+#include "symrig/rig/rig.hpp"
+
+#include <chrono>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::sim {
+
+namespace {
+
+/// A white wall fills the well in 2 ms: with the bright scenes' shortest exposure near that, a bracket
+/// of four at ratio 8 ends near one second.
+constexpr double kSensitivity = 1e7;
+
+/// What a simulated camera sees of a scene that a simulated projector lights, frame by frame.
+class Studio {
+ public:
+  Studio(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds);
+
+  std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
+  const NoiseModel& noise() const { return sensor_.noise; }
+  double seconds() const { return seconds_; }
+
+ private:
+  using Light = std::shared_ptr<const Image<float>>;
+  Light light_of(std::size_t pattern) const;
+  std::vector<Light> lights_of(std::span<const SimulatedExposure> exposures) const;
+  Light during(const SimulatedExposure& exposure, std::span<const Light> lights) const;
+  CameraFrame frame(const SimulatedExposure& exposure, std::span<const Light> lights) const;
+
+  const SceneUri& uri_;
+  const Scene& scene_;
+  const SimulatedProjector& projector_;
+  double tick_seconds_;
+  Sensor sensor_;
+  Image<float> leak_;  // what the projector's black level shows; empty without
+  double seconds_ = 0;
+};
+
+Studio::Studio(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector,
+               double tick_seconds)
+    : uri_(uri),
+      scene_(scene),
+      projector_(projector),
+      tick_seconds_(tick_seconds),
+      sensor_{NoiseModel::from_electrons({}), kSensitivity, static_cast<std::uint64_t>(uri.seed)} {
+  if (uri.black <= 0) return;
+  leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
+}
+
+/// Radiance on the sensor: lamp · flare(shift(T p + black T 1)).
+Studio::Light Studio::light_of(std::size_t pattern) const {
+  Image<float> light = scene_.apply(projector_.pattern(pattern));
+  for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
+  for (int c = 0; c < light.channels(); ++c) {
+    if (uri_.misalign != 0) shift(light.grid(), uri_.misalign, light.plane(c));
+    if (uri_.flare > 0) add_flare(light.grid(), uri_.flare, light.plane(c));
+  }
+  const auto shown_before = static_cast<double>(projector_.loaded_before() + pattern);
+  const auto lamp = static_cast<float>(1 + uri_.drift * shown_before / 1000);
+  if (uri_.drift != 0)
+    for (float& value : light.values()) value *= lamp;
+  return std::make_shared<const Image<float>>(std::move(light));
+}
+
+/// The light of every pattern that some exposure saw; nullptr for the others.
+std::vector<Studio::Light> Studio::lights_of(std::span<const SimulatedExposure> exposures) const {
+  std::vector<std::size_t> seen;
+  for (const SimulatedExposure& exposure : exposures)
+    for (const auto& lit : projector_.shown(exposure.begin, exposure.end)) seen.push_back(lit.index);
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::vector<Light> lights(seen.empty() ? 0 : seen.back() + 1);
+  tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) { lights[seen[i]] = light_of(seen[i]); });
+  return lights;
+}
+
+/// Mean radiance while the shutter was open.
+Studio::Light Studio::during(const SimulatedExposure& exposure, std::span<const Light> lights) const {
+  const auto shown = projector_.shown(exposure.begin, exposure.end);
+  if (shown.size() == 1 && shown[0].share == 1) return lights[shown[0].index];
+  Image<float> sum(scene_.grid(), scene_.channels());
+  for (const auto& lit : shown)
+    for (std::size_t i = 0; i < sum.values().size(); ++i)
+      sum.values()[i] += static_cast<float>(lit.share) * lights[lit.index]->values()[i];
+  return std::make_shared<const Image<float>>(std::move(sum));
+}
+
+CameraFrame Studio::frame(const SimulatedExposure& exposure, std::span<const Light> lights) const {
+  const Light light = during(exposure, lights);
+  CameraFrame frame;
+  frame.sequence = exposure.sequence;
+  if (!uri_.camera_noise) {
+    frame.ideal = light;
+    return frame;
+  }
+  frame.raw.resize(light->values().size());
+  const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
+  sensor_.expose(light->values(), open, exposure.sequence, frame.raw);
+  return frame;
+}
+
+std::vector<CameraFrame> Studio::develop(std::span<const SimulatedExposure> exposures) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::vector<Light> lights = lights_of(exposures);
+  std::vector<CameraFrame> frames(exposures.size());
+  tbb::parallel_for(std::size_t{0}, frames.size(),
+                    [&](std::size_t i) { frames[i] = frame(exposures[i], lights); });
+  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return frames;
+}
+
+class SimulatedRig final : public VirtualRig {
+ public:
+  static Result<std::unique_ptr<VirtualRig>> open(std::string_view text);
+  ~SimulatedRig() override {
+    rig_.reset();    // speaks to the board
+    board_.reset();  // refers to its peripherals
+  }
+  SimulatedRig(const SimulatedRig&) = delete;
+  SimulatedRig& operator=(const SimulatedRig&) = delete;
+
+  Grid grid() const override { return scene_->grid(); }
+  int channels() const override { return scene_->channels(); }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return rig_->measure(patterns);
+  }
+  ProbeCost cost() const override {
+    ProbeCost cost = rig_->cost();
+    cost.simulate_seconds = studio_->seconds();
+    return cost;
+  }
+  std::string describe() const override { return rig_->describe(); }
+  const Scene& truth() const override { return *scene_; }
+  const SceneUri& uri() const override { return uri_; }
+
+ private:
+  SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene);
+  Result<void> start();
+  std::unique_ptr<Camera> make_camera();
+  RigOptions rig_options() const;
+
+  SceneUri uri_;
+  std::unique_ptr<Scene> scene_;
+  std::unique_ptr<boards::SimBoard> board_;
+  boards::SimProjector raster_;
+  boards::SimCamera shutter_;
+  std::unique_ptr<Studio> studio_;
+  std::unique_ptr<Rig> rig_;
+};
+
+SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene)
+    : uri_(std::move(uri)),
+      scene_(std::move(scene)),
+      board_(std::make_unique<boards::SimBoard>()),
+      raster_(*board_),
+      shutter_(*board_) {
+  board_->attach(raster_);
+  board_->attach(shutter_);
+}
+
+RigOptions SimulatedRig::rig_options() const {
+  RigOptions options;
+  options.exposures = uri_.exposures;
+  options.ratio = uri_.ratio;
+  options.scale = 1 / kSensitivity;
+  options.name = uri_.to_string();
+  return options;
+}
+
+std::unique_ptr<Camera> SimulatedRig::make_camera() {
+  const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
+  SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, studio_->noise(),
+                           dead_pixels(scene_->grid(), uri_.dead, key)};
+  return std::make_unique<SimulatedCamera>(
+      std::move(spec), shutter_,
+      [this](std::span<const SimulatedExposure> exposures) { return studio_->develop(exposures); });
+}
+
+Result<void> SimulatedRig::start() {
+  const RigOptions options = rig_options();
+  auto projector =
+      std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.profile.refresh_period);
+  const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
+  studio_ = std::make_unique<Studio>(uri_, *scene_, *projector, tick_seconds);
+  SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(*board_)));
+  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), make_camera(), options));
+  return {};
+}
+
+Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text) {
+  SYMRIG_TRY(SceneUri uri, parse_scene_uri(text));
+  SYMRIG_TRY(auto scene, make_scene(uri));
+  std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(scene)));
+  SYMRIG_CHECK(rig->start());
+  return std::unique_ptr<VirtualRig>(std::move(rig));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri) {
+  return SimulatedRig::open(uri);
+}
+
+}  // namespace symrig::sim
