@@ -131,10 +131,11 @@ void Core::report_run(symrig_wire_RunEnd end) {
   events_.push_important(event, tally.ended);
 }
 
-/// The host must be there whenever outputs may move.
+/// The host must be there whenever outputs may move, or stand where they should not be left alone.
 void Core::watch_host() {
   const Tick now = board_.clock.now();
-  const bool exposed = state_ == State::armed || state_ == State::running || state_ == State::done;
+  const bool left_on = state_ == State::done && board_.engine.levels() != safe_levels_;
+  const bool exposed = state_ == State::armed || state_ == State::running || left_on;
   const bool silent = ttl_ms_ != 0 && now >= alive_until_;
   const bool gone = !board_.link.attached();
   if (!silent && !(gone && exposed)) return;

@@ -64,7 +64,7 @@ constexpr Transition kTable[kStates][kConditions] = {
   {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
    go(kConfigured, kUnload), kNo, kNo, kNo,
    go(kArmed), kNo, kNo, kNo,
-   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo},
   /* fault: the first fault stays latched, whatever comes after it */
   {kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,

@@ -32,7 +32,7 @@ void Engine::step() {
   --count_;
   ++played_;
   next_ += segment.ticks;
-  pins_.drive(segment.levels);
+  drive(segment.levels);
 }
 
 void Engine::force(std::uint32_t levels) {
@@ -40,6 +40,11 @@ void Engine::force(std::uint32_t levels) {
   underrun_ = false;
   closed_ = false;
   count_ = 0;
+  drive(levels);
+}
+
+void Engine::drive(std::uint32_t levels) {
+  levels_ = levels;
   pins_.drive(levels);
 }
 

@@ -29,6 +29,7 @@ class Engine final : public hal::EdgeEngine {
   void close() override { closed_ = true; }
   hal::Tick start(hal::Tick tick) override;
   bool idle() const override { return !playing_; }
+  std::uint32_t levels() const override { return levels_; }
   bool underrun() const override { return underrun_; }
   std::uint32_t played() const override { return played_; }
   void force(std::uint32_t levels) override;
@@ -39,6 +40,8 @@ class Engine final : public hal::EdgeEngine {
   void step();
 
  private:
+  void drive(std::uint32_t levels);
+
   Pins& pins_;
   std::vector<hal::Segment> queue_;
   std::size_t first_ = 0;
@@ -47,6 +50,7 @@ class Engine final : public hal::EdgeEngine {
   bool closed_ = false;
   bool underrun_ = false;
   std::uint32_t played_ = 0;
+  std::uint32_t levels_ = 0;
   hal::Tick next_ = 0;
 };
 

@@ -29,6 +29,8 @@ class EdgeEngine {
   virtual Tick start(Tick tick) = 0;
 
   virtual bool idle() const = 0;
+  /// The word that stands on the outputs.
+  virtual uint32_t levels() const = 0;
   /// The queue ran empty before close(): the last word stood too long. Cleared by start() and force().
   virtual bool underrun() const = 0;
   /// Words put out since start().

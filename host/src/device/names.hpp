@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/device/board_info.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace symrig::device {
+
+/// What a value of the wire is called, and what to do about it.
+struct Explained {
+  std::string_view name;
+  std::string_view hint;
+};
+
+/// fault: a FaultCode of the wire.
+Explained explain_fault(std::uint32_t fault);
+/// code: a reply's Code of the wire.
+Explained explain_code(std::uint32_t code);
+
+/// "line 'vsync'", or "line 7" if the board has not named it.
+std::string line_text(const BoardInfo& info, std::uint64_t line);
+/// "1.5 ms (187500 ticks)"
+std::string ticks_text(const BoardInfo& info, std::uint64_t ticks);
+/// "1.5 ms", "20 us", "40 ns", "2.5 s": the shortest that is exact to the nanosecond.
+std::string duration_text(Nanoseconds duration);
+/// "vsync, camera_strobe": the board's lines of one direction.
+std::string known_lines(const BoardInfo& info, bool output);
+
+}  // namespace symrig::device
