@@ -32,7 +32,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureOptions& options)
   TensorBuilder builder(tree, tree, probe.channels());
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const auto begin = static_cast<std::int32_t>(k);
-    builder.add_column(begin, begin + 1, tree.levels() - 1, columns[k].pixels, columns[k].values);
+    builder.add_column(begin, begin + 1, columns[k].pixels, columns[k].values);
     columns[k] = {};
   }
   const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -106,7 +106,7 @@ class Dual {
       rows.push_back(responses.pixels[k]);
       for (const float v : value) values.push_back(v / static_cast<float>(block.size()));
     }
-    if (!rows.empty()) builder_.add_column(block.begin, block.end, level, rows, values);
+    if (!rows.empty()) builder_.add_column(block.begin, block.end, rows, values);
     if (!refined.footprint.pixels.empty()) active.push_back(std::move(refined));
   }
 

@@ -57,9 +57,8 @@ class Hierarchy {
   void place(NodeLevel& into, std::int32_t row, std::int32_t col, std::span<const float> c,
              std::span<const float> r, std::span<const PairNoise> c_noise,
              std::span<const PairNoise> r_noise);
-  void add_pixel(std::int32_t row, std::int32_t col, int level, std::span<const float> c,
-                 std::span<const float> r, std::span<const PairNoise> c_noise,
-                 std::span<const PairNoise> r_noise);
+  void add_pixel(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
+                 std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise);
 
   const CaptureOptions& options_;
   BlockTree tree_;
@@ -253,9 +252,9 @@ void Hierarchy::place(NodeLevel& into, std::int32_t row, std::int32_t col, std::
     if (!diagonal) add(r, static_cast<std::size_t>(j.size()), r_noise[channel]);
   }
   if (is_empty(energy, options_.rule)) {
-    builder_.add_leaf(i.begin, i.end, j.begin, j.end, 0, into.level(), {});
+    builder_.add_empty(into.level(), row, col);
   } else if (i.single_pixel() && j.single_pixel()) {
-    add_pixel(i.begin, j.begin, into.level(), c, diagonal ? c : r, c_noise, r_noise);
+    add_pixel(i.begin, j.begin, c, diagonal ? c : r, c_noise, r_noise);
   } else {
     into.add(row, col, c, r, c_noise, r_noise);
   }
@@ -263,7 +262,7 @@ void Hierarchy::place(NodeLevel& into, std::int32_t row, std::int32_t col, std::
 
 /// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
 /// sample does not count.
-void Hierarchy::add_pixel(std::int32_t row, std::int32_t col, int level, std::span<const float> c,
+void Hierarchy::add_pixel(std::int32_t row, std::int32_t col, std::span<const float> c,
                           std::span<const float> r, std::span<const PairNoise> c_noise,
                           std::span<const PairNoise> r_noise) {
   std::vector<float> value(c_noise.size());
@@ -275,7 +274,7 @@ void Hierarchy::add_pixel(std::int32_t row, std::int32_t col, int level, std::sp
     if (c_noise[channel].valid != 0 && r_noise[channel].valid == 0) weight = 1;
     value[channel] = weight * c[channel] + (1 - weight) * r[channel];
   }
-  builder_.add_scalar(row, col, level, value);
+  builder_.add_scalar(row, col, value);
 }
 
 }  // namespace

@@ -32,9 +32,12 @@ class LeafNodes {
         at_(static_cast<std::size_t>(
             std::max(tensor.camera_tree().levels(), tensor.projector_tree().levels()))) {
     for (const Leaf& leaf : tensor.leaves()) add(leaf.level, leaf.row_begin, leaf.col_begin);
-    for (const SparseColumn& column : tensor.columns())
-      for (auto e = column.first; e < column.last; ++e)
-        add(column.level, tensor.rows()[static_cast<std::size_t>(e)], column.col_begin);
+    for (const ScalarLeaf& scalar : tensor.scalars())
+      add(tensor.scalar_level(scalar), scalar.row, scalar.col);
+    for (int l = 0; l < tensor.levels(); ++l)
+      for (const EmptyLeaf& empty : tensor.empties(l))
+        add(l, tensor.camera_tree().level(l)[static_cast<std::size_t>(empty.row_block)].begin,
+            tensor.projector_tree().level(l)[static_cast<std::size_t>(empty.col_block)].begin);
   }
 
   int levels() const { return static_cast<int>(at_.size()); }

@@ -53,6 +53,11 @@ BlockTree::BlockTree(Grid grid) : grid_(grid) {
   order_.resize(static_cast<std::size_t>(grid.size()));
   for (const Block& pixel : levels_.back())
     order_[static_cast<std::size_t>(pixel.begin)] = pixel.row * grid.cols + pixel.col;
+  pixel_level_.resize(order_.size());
+  for (int l = levels() - 1; l >= 0; --l)
+    for (const Block& block : level(l))
+      if (block.single_pixel())
+        pixel_level_[static_cast<std::size_t>(block.begin)] = static_cast<std::int8_t>(l);
 }
 
 void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) const {

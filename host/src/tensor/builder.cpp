@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <tuple>
 
 namespace symrig {
 
@@ -11,6 +10,7 @@ TensorBuilder::TensorBuilder(BlockTree tree, int channels) {
   tensor_.camera_ = std::move(tree);
   tensor_.symmetric_ = true;
   tensor_.channels_ = channels;
+  tensor_.empties_.resize(static_cast<std::size_t>(tensor_.camera_.levels()));
 }
 
 TensorBuilder::TensorBuilder(BlockTree camera, BlockTree projector, int channels) {
@@ -18,6 +18,8 @@ TensorBuilder::TensorBuilder(BlockTree camera, BlockTree projector, int channels
   tensor_.projector_ = std::move(projector);
   tensor_.symmetric_ = false;
   tensor_.channels_ = channels;
+  tensor_.empties_.resize(
+      static_cast<std::size_t>(std::max(tensor_.camera_.levels(), tensor_.projector_.levels())));
 }
 
 void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
@@ -29,62 +31,40 @@ void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::
                   rank,
                   level,
                   static_cast<std::int64_t>(tensor_.factors_.size())};
-  assert(std::ssize(factors) == std::int64_t{tensor_.channels_} * rank * (leaf.rows() + leaf.cols()));
+  assert(rank >= 1 &&
+         std::ssize(factors) == std::int64_t{tensor_.channels_} * rank * (leaf.rows() + leaf.cols()));
   tensor_.leaves_.push_back(leaf);
   tensor_.factors_.insert(tensor_.factors_.end(), factors.begin(), factors.end());
 }
 
-void TensorBuilder::add_scalar(std::int32_t row, std::int32_t col, int level, std::span<const float> values) {
+void TensorBuilder::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
+  tensor_.empties_[static_cast<std::size_t>(level)].push_back({row_block, col_block});
+}
+
+void TensorBuilder::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values) {
   assert(std::ssize(values) == tensor_.channels_);
-  scalars_.push_back({row, col, level, static_cast<std::int64_t>(scalar_values_.size())});
-  scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
+  tensor_.scalars_.push_back({row, col});
+  tensor_.scalar_values_.insert(tensor_.scalar_values_.end(), values.begin(), values.end());
 }
 
-void TensorBuilder::add_column(std::int32_t col_begin, std::int32_t col_end, int level,
+void TensorBuilder::add_column(std::int32_t col_begin, std::int32_t col_end,
                                std::span<const std::int32_t> rows, std::span<const float> values) {
-  assert(!tensor_.symmetric_ || col_end == col_begin + 1);
-  assert(std::ssize(values) == std::ssize(rows) * tensor_.channels_);
-  const auto first = static_cast<std::int64_t>(tensor_.rows_.size());
-  tensor_.rows_.insert(tensor_.rows_.end(), rows.begin(), rows.end());
-  tensor_.values_.insert(tensor_.values_.end(), values.begin(), values.end());
-  tensor_.columns_.push_back(
-      {col_begin, col_end, level, first, static_cast<std::int64_t>(tensor_.rows_.size())});
-}
-
-void TensorBuilder::absorb_scalars() {
-  std::sort(scalars_.begin(), scalars_.end(), [](const Scalar& a, const Scalar& b) {
-    return std::tie(a.level, a.col, a.row) < std::tie(b.level, b.col, b.row);
-  });
-  const auto channels = static_cast<std::size_t>(tensor_.channels_);
-  std::vector<std::int32_t> rows;
-  std::vector<float> values;
-  for (auto it = scalars_.begin(); it != scalars_.end();) {
-    const Scalar head = *it;
-    rows.clear();
-    values.clear();
-    for (; it != scalars_.end() && it->col == head.col && it->level == head.level; ++it) {
-      rows.push_back(it->row);
-      const auto v = std::span(scalar_values_).subspan(static_cast<std::size_t>(it->value), channels);
-      values.insert(values.end(), v.begin(), v.end());
-    }
-    add_column(head.col, head.col + 1, head.level, rows, values);
-  }
-  scalars_.clear();
-  scalar_values_.clear();
-}
-
-const TransportTensor& TensorBuilder::current() {
-  absorb_scalars();
-  return tensor_;
+  assert(!tensor_.symmetric_ && std::ssize(values) == std::ssize(rows) * tensor_.channels_);
+  const auto first = static_cast<std::int64_t>(tensor_.column_rows_.size());
+  tensor_.column_rows_.insert(tensor_.column_rows_.end(), rows.begin(), rows.end());
+  tensor_.column_values_.insert(tensor_.column_values_.end(), values.begin(), values.end());
+  tensor_.columns_.push_back({col_begin, col_end, first, first + std::ssize(rows)});
 }
 
 TransportTensor TensorBuilder::finish() && {
-  absorb_scalars();
   tensor_.leaves_.shrink_to_fit();
   tensor_.factors_.shrink_to_fit();
+  tensor_.scalars_.shrink_to_fit();
+  tensor_.scalar_values_.shrink_to_fit();
   tensor_.columns_.shrink_to_fit();
-  tensor_.rows_.shrink_to_fit();
-  tensor_.values_.shrink_to_fit();
+  tensor_.column_rows_.shrink_to_fit();
+  tensor_.column_values_.shrink_to_fit();
+  for (auto& level : tensor_.empties_) level.shrink_to_fit();
   return std::move(tensor_);
 }
 

@@ -79,18 +79,36 @@ bool write_leaves(hid_t group, const TransportTensor& t) {
          h5::write_dataset<float>(group, "factors", {t.factors().size()}, t.factors());
 }
 
-bool write_sparse(hid_t group, const TransportTensor& t) {
-  std::vector<std::int32_t> columns;
+bool write_empties(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> rows;
+  for (int l = 0; l < t.levels(); ++l)
+    for (const EmptyLeaf& empty : t.empties(l))
+      rows.insert(rows.end(), {l, empty.row_block, empty.col_block});
+  return h5::write_dataset<std::int32_t>(group, "empty", {rows.size() / 3, 3}, rows);
+}
+
+bool write_scalars(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> at;
+  for (const ScalarLeaf& scalar : t.scalars()) at.insert(at.end(), {scalar.row, scalar.col});
+  const hsize_t n = t.scalars().size();
+  return h5::write_dataset<std::int32_t>(group, "at", {n, 2}, at) &&
+         h5::write_dataset<float>(group, "values", {n, static_cast<hsize_t>(t.channels())},
+                                  t.scalar_values());
+}
+
+bool write_columns(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> range;
   std::vector<std::int64_t> first{0};
   for (const SparseColumn& column : t.columns()) {
-    columns.insert(columns.end(), {column.col_begin, column.col_end, column.level});
+    range.insert(range.end(), {column.col_begin, column.col_end});
     first.push_back(column.last);
   }
-  const hsize_t entries = t.rows().size();
-  return h5::write_dataset<std::int32_t>(group, "columns", {t.columns().size(), 3}, columns) &&
+  const hsize_t entries = t.column_rows().size();
+  return h5::write_dataset<std::int32_t>(group, "range", {t.columns().size(), 2}, range) &&
          h5::write_dataset<std::int64_t>(group, "first", {first.size()}, first) &&
-         h5::write_dataset<std::int32_t>(group, "rows", {entries}, t.rows()) &&
-         h5::write_dataset<float>(group, "values", {entries, static_cast<hsize_t>(t.channels())}, t.values());
+         h5::write_dataset<std::int32_t>(group, "rows", {entries}, t.column_rows()) &&
+         h5::write_dataset<float>(group, "values", {entries, static_cast<hsize_t>(t.channels())},
+                                  t.column_values());
 }
 
 h5::Handle new_group(hid_t place, const std::string& name) {
@@ -121,12 +139,13 @@ bool write_all(hid_t file, const StoredScene& scene) {
     return h5::write_dataset<std::int32_t>(file, name, {tree.order().size()}, tree.order());
   };
   const h5::Handle leaves = new_group(file, "leaves");
-  const h5::Handle sparse = new_group(file, "sparse");
+  const h5::Handle scalars = new_group(file, "scalars");
+  const h5::Handle columns = new_group(file, "columns");
   const h5::Handle held_out = new_group(file, "held_out");
   return write_root(file, scene) && order("camera_order", t.camera_tree()) &&
          order("projector_order", t.projector_tree()) && leaves.ok() && write_leaves(leaves.id(), t) &&
-         sparse.ok() && write_sparse(sparse.id(), t) && held_out.ok() &&
-         write_held_out(held_out.id(), scene.held_out);
+         write_empties(leaves.id(), t) && scalars.ok() && write_scalars(scalars.id(), t) && columns.ok() &&
+         write_columns(columns.id(), t) && held_out.ok() && write_held_out(held_out.id(), scene.held_out);
 }
 
 /// Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
@@ -212,17 +231,26 @@ Error not_finite(const char* what) {
           "the file is damaged"};
 }
 
-struct Limits {
-  std::int64_t rows, cols;
-  int levels;
+Error damaged(const std::string& what) {
+  return {ErrorCode::bad_format, what, "the file is damaged"};
+}
+
+struct Trees {
+  const BlockTree* camera;
+  const BlockTree* projector;
+
+  int levels() const { return std::max(camera->levels(), projector->levels()); }
+  /// Blocks of a level; 0 beyond the tree's last.
+  static std::int64_t blocks(const BlockTree& tree, int level) {
+    return level < tree.levels() ? std::ssize(tree.level(level)) : 0;
+  }
 };
 
 bool range_ok(std::int32_t begin, std::int32_t end, std::int64_t size) {
   return 0 <= begin && begin < end && end <= size;
 }
 
-Result<void> read_leaves(const Source& source, const Head& head, const Limits& limits,
-                         TensorBuilder& builder) {
+Result<void> read_leaves(const Source& source, const Head& head, const Trees& trees, TensorBuilder& builder) {
   const hid_t file = source.file.id();
   h5::Shape s;
   SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
@@ -239,8 +267,8 @@ Result<void> read_leaves(const Source& source, const Head& head, const Limits& l
   std::int64_t used = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::int32_t* r = &range[4 * k];
-    const bool ok = range_ok(r[0], r[1], limits.rows) && range_ok(r[2], r[3], limits.cols) && level[k] >= 0 &&
-                    level[k] < limits.levels && rank[k] >= 0 &&
+    const bool ok = range_ok(r[0], r[1], head.camera.size()) && range_ok(r[2], r[3], head.projector.size()) &&
+                    level[k] >= 0 && level[k] < trees.levels() && rank[k] >= 0 &&
                     rank[k] <= std::min(r[1] - r[0], r[3] - r[2]) && offset[k] == used;
     const std::int64_t size =
         ok ? std::int64_t{head.channels} * rank[k] * (std::int64_t{r[1]} - r[0] + r[3] - r[2]) : 0;
@@ -258,39 +286,66 @@ Result<void> read_leaves(const Source& source, const Head& head, const Limits& l
   return {};
 }
 
-Result<void> read_sparse(const Source& source, const Head& head, const Limits& limits,
-                         TensorBuilder& builder) {
+Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilder& builder) {
+  h5::Shape s;
+  SYMRIG_TRY(const auto rows,
+             h5::read_dataset<std::int32_t>(source.file.id(), "leaves/empty", 2, source.bytes, s));
+  if (s[1] != 3) return damaged("dataset 'leaves/empty' has not three columns");
+  for (std::size_t k = 0; k < s[0]; ++k) {
+    const std::int32_t level = rows[3 * k], row = rows[3 * k + 1], col = rows[3 * k + 2];
+    const bool ok = level >= 0 && level < trees.levels() && row >= 0 &&
+                    row < trees.blocks(*trees.camera, level) && col >= 0 &&
+                    col < trees.blocks(*trees.projector, level);
+    if (!ok) return damaged("empty leaf " + std::to_string(k) + " names blocks that are not there");
+    builder.add_empty(level, row, col);
+  }
+  return {};
+}
+
+Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder& builder) {
+  h5::Shape s;
+  SYMRIG_TRY(const auto at,
+             h5::read_dataset<std::int32_t>(source.file.id(), "scalars/at", 2, source.bytes, s));
+  const std::size_t n = s[0];
+  if (s[1] != 2) return damaged("dataset 'scalars/at' has not two columns");
+  SYMRIG_TRY(const auto values,
+             h5::read_dataset<float>(source.file.id(), "scalars/values", 2, source.bytes, s));
+  const auto channels = static_cast<std::size_t>(head.channels);
+  if (s[0] != n || s[1] != channels) return damaged("dataset 'scalars/values' does not fit 'scalars/at'");
+  if (!all_finite(values)) return not_finite("dataset 'scalars/values'");
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::int32_t row = at[2 * k], col = at[2 * k + 1];
+    if (row < 0 || row >= head.camera.size() || col < 0 || col >= head.projector.size())
+      return damaged("scalar " + std::to_string(k) + " points outside the grid");
+    builder.add_scalar(row, col, std::span(values).subspan(k * channels, channels));
+  }
+  return {};
+}
+
+Result<void> read_columns(const Source& source, const Head& head, TensorBuilder& builder) {
   const hid_t file = source.file.id();
   h5::Shape s;
-  SYMRIG_TRY(const auto columns, h5::read_dataset<std::int32_t>(file, "sparse/columns", 2, source.bytes, s));
+  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "columns/range", 2, source.bytes, s));
   const std::size_t n = s[0];
-  if (s[1] != 3)
-    return Error{ErrorCode::bad_format, "dataset 'sparse/columns' has not three columns",
-                 "the file is damaged"};
-  SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "sparse/first", 1, source.bytes, s));
-  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "sparse/rows", 1, source.bytes, s));
-  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "sparse/values", 2, source.bytes, s));
+  if (s[1] != 2) return damaged("dataset 'columns/range' has not two columns");
+  SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, source.bytes, s));
+  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, source.bytes, s));
+  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, source.bytes, s));
   const auto channels = static_cast<std::size_t>(head.channels);
-  if (first.size() != n + 1 || first.front() != 0 || first.back() != std::ssize(rows) ||
-      s[0] != rows.size() || s[1] != channels)
-    return Error{ErrorCode::bad_format, "the datasets in 'sparse' do not fit together",
-                 "the file is damaged"};
-  if (!all_finite(values)) return not_finite("dataset 'sparse/values'");
+  const bool fit = first.size() == n + 1 && first.front() == 0 && first.back() == std::ssize(rows) &&
+                   s[0] == rows.size() && s[1] == channels;
+  if (!fit || (head.symmetric && n > 0)) return damaged("the datasets in 'columns' do not fit together");
+  if (!all_finite(values)) return not_finite("dataset 'columns/values'");
   for (const std::int32_t row : rows)
-    if (row < 0 || row >= limits.rows)
-      return Error{ErrorCode::bad_format, "dataset 'sparse/rows' points outside the grid",
-                   "the file is damaged"};
+    if (row < 0 || row >= head.camera.size())
+      return damaged("dataset 'columns/rows' points outside the grid");
   for (std::size_t k = 0; k < n; ++k) {
-    const std::int32_t* c = &columns[3 * k];
-    const bool ok = range_ok(c[0], c[1], limits.cols) && (!head.symmetric || c[1] == c[0] + 1) && c[2] >= 0 &&
-                    c[2] < limits.levels && first[k] <= first[k + 1] && first[k + 1] <= std::ssize(rows);
-    if (!ok)
-      return Error{ErrorCode::bad_format,
-                   "column " + std::to_string(k) + " in 'sparse' breaks the rules of the format",
-                   "the file is damaged"};
+    const bool ok = range_ok(range[2 * k], range[2 * k + 1], head.projector.size()) &&
+                    first[k] <= first[k + 1] && first[k + 1] <= std::ssize(rows);
+    if (!ok) return damaged("column " + std::to_string(k) + " in 'columns' breaks the rules of the format");
     const auto begin = static_cast<std::size_t>(first[k]);
     const auto size = static_cast<std::size_t>(first[k + 1] - first[k]);
-    builder.add_column(c[0], c[1], c[2], std::span(rows).subspan(begin, size),
+    builder.add_column(range[2 * k], range[2 * k + 1], std::span(rows).subspan(begin, size),
                        std::span(values).subspan(begin * channels, size * channels));
   }
   return {};
@@ -317,15 +372,15 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
 Result<StoredScene> read_all(const Source& source) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
-  SYMRIG_TRY(BlockTree camera, read_tree(source, "camera_order", head.camera));
-  SYMRIG_TRY(BlockTree projector, read_tree(source, "projector_order", head.projector));
-  const Limits limits{head.camera.size(), head.projector.size(),
-                      std::max(camera.levels(), projector.levels())};
-  TensorBuilder builder = head.symmetric
-                              ? TensorBuilder(std::move(camera), head.channels)
-                              : TensorBuilder(std::move(camera), std::move(projector), head.channels);
-  SYMRIG_CHECK(read_leaves(source, head, limits, builder));
-  SYMRIG_CHECK(read_sparse(source, head, limits, builder));
+  SYMRIG_TRY(const BlockTree camera, read_tree(source, "camera_order", head.camera));
+  SYMRIG_TRY(const BlockTree projector, read_tree(source, "projector_order", head.projector));
+  const Trees trees{&camera, &projector};
+  TensorBuilder builder =
+      head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
+  SYMRIG_CHECK(read_leaves(source, head, trees, builder));
+  SYMRIG_CHECK(read_empties(source, trees, builder));
+  SYMRIG_CHECK(read_scalars(source, head, builder));
+  SYMRIG_CHECK(read_columns(source, head, builder));
   SYMRIG_TRY(const std::vector<std::int32_t> held_out_count,
              h5::read_integers(source.file.id(), "held_out_count", 1));
   std::vector<HeldOut> held_out;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <numeric>
+#include <string>
 #include <utility>
 
 namespace symrig {
@@ -115,99 +115,108 @@ TransportTensor TransportTensor::stopped_at(int level) const {
                  row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), static_cast<std::size_t>(channel));
     }
   }
-  for (const SparseColumn& column : columns_) {
-    for (std::int64_t e = column.first; e < column.last; ++e) {
-      const std::int32_t row = rows_[static_cast<std::size_t>(e)];
-      const auto values = std::span(values_).subspan(value_index(e, 0), static_cast<std::size_t>(channels_));
-      if (column.level <= level) {
-        builder.add_scalar(row, column.col_begin, column.level, values);
-        continue;
-      }
-      for (std::size_t channel = 0; channel < values.size(); ++channel) {
-        const double value = values[channel];
-        deeper.add(row, std::span(&value, 1), column.col_begin, std::span(&value, 1), channel);
-      }
+  for (std::size_t k = 0; k < scalars_.size(); ++k) {
+    const auto values =
+        std::span(scalar_values_).subspan(value_index(k, 0), static_cast<std::size_t>(channels_));
+    if (scalar_level(scalars_[k]) <= level) {
+      builder.add_scalar(scalars_[k].row, scalars_[k].col, values);
+      continue;
+    }
+    for (std::size_t channel = 0; channel < values.size(); ++channel) {
+      const double value = values[channel];
+      deeper.add(scalars_[k].row, std::span(&value, 1), scalars_[k].col, std::span(&value, 1), channel);
     }
   }
+  for (int l = 0; l <= std::min(level, levels() - 1); ++l)
+    for (const EmptyLeaf& empty : empties(l)) builder.add_empty(l, empty.row_block, empty.col_block);
   deeper.append_to(builder, std::clamp(level, 0, camera_.levels() - 1));
   return std::move(builder).finish();
 }
 
 namespace {
 
-/// The pixels of one picture row in tree order, each with its column.
-class RowPixels {
- public:
-  RowPixels(const BlockTree& tree, int row) {
-    const Grid grid = tree.grid();
-    for (std::size_t i = 0; i < tree.order().size(); ++i)
-      if (tree.order()[i] / grid.cols == row)
-        pixels_.emplace_back(static_cast<std::int32_t>(i), tree.order()[i] % grid.cols);
-  }
-  /// Those in [begin, end): (tree index, column).
-  std::span<const std::pair<std::int32_t, int>> in(std::int32_t begin, std::int32_t end) const {
-    const auto at = [&](std::int32_t i) {
-      return std::lower_bound(pixels_.begin(), pixels_.end(), std::pair{i, 0}) - pixels_.begin();
-    };
-    return std::span(pixels_).subspan(static_cast<std::size_t>(at(begin)),
-                                      static_cast<std::size_t>(at(end) - at(begin)));
-  }
+using RowPixels = std::vector<std::pair<std::int32_t, int>>;  // (tree index, picture column), sorted
 
- private:
-  std::vector<std::pair<std::int32_t, int>> pixels_;  // sorted by tree index
-};
+std::span<const std::pair<std::int32_t, int>> in_range(const RowPixels& pixels, std::int32_t begin,
+                                                       std::int32_t end) {
+  const auto at = [&](std::int32_t i) {
+    return std::lower_bound(pixels.begin(), pixels.end(), std::pair{i, 0}) - pixels.begin();
+  };
+  return std::span(pixels).subspan(static_cast<std::size_t>(at(begin)),
+                                   static_cast<std::size_t>(at(end) - at(begin)));
+}
 
-Error outside(int row, const TransportTensor& tensor) {
-  if (!tensor.symmetric())
-    return {ErrorCode::bad_argument, "a slice needs a symmetric tensor",
-            "this one was fitted to photographs from two grids"};
-  return {ErrorCode::bad_argument,
-          "row " + std::to_string(row) + " is not in 0.." + std::to_string(tensor.camera_grid().rows - 1),
-          ""};
+/// Calls paint(i, j, x, u) for each entry (i, j) of the block pair whose pixels lie in the picture row, at
+/// columns x and u.
+template <class Paint>
+void for_entries(const RowPixels& pixels, std::int32_t row_begin, std::int32_t row_end,
+                 std::int32_t col_begin, std::int32_t col_end, const Paint& paint) {
+  for (const auto& [i, x] : in_range(pixels, row_begin, row_end))
+    for (const auto& [j, u] : in_range(pixels, col_begin, col_end)) paint(i, j, x, u);
 }
 
 }  // namespace
 
-Result<Image<float>> TransportTensor::paint_row(
-    int camera_row, float fill,
-    const std::function<float(const Leaf&, std::int32_t, std::int32_t)>& leaf_value,
-    const std::function<float(const SparseColumn&, std::int64_t)>& scalar_value) const {
-  if (!symmetric_ || camera_row < 0 || camera_row >= camera_.grid().rows) return outside(camera_row, *this);
-  const RowPixels pixels(camera_, camera_row);
-  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols}, 1, fill);
-  const auto paint = [&](int i, int j, float value) { out.at(i, j) = out.at(j, i) = value; };
-  for (const Leaf& leaf : leaves_)
-    for (const auto& [i, x] : pixels.in(leaf.row_begin, leaf.row_end))
-      for (const auto& [j, u] : pixels.in(leaf.col_begin, leaf.col_end))
-        paint(x, u, leaf_value(leaf, i - leaf.row_begin, j - leaf.col_begin));
-  for (const SparseColumn& column : columns_)
-    for (const auto& [j, u] : pixels.in(column.col_begin, column.col_end))
-      for (std::int64_t e = column.first; e < column.last; ++e)
-        for (const std::int32_t row = rows_[static_cast<std::size_t>(e)];
-             const auto& [i, x] : pixels.in(row, row + 1))
-          paint(x, u, scalar_value(column, e));
-  return out;
+Result<std::vector<std::pair<std::int32_t, int>>> TransportTensor::row_pixels(int camera_row) const {
+  const Grid grid = camera_.grid();
+  if (!symmetric_)
+    return Error{ErrorCode::bad_argument, "a slice needs a symmetric tensor",
+                 "this one has different or one-sided measurements of its two sides"};
+  if (camera_row < 0 || camera_row >= grid.rows)
+    return Error{ErrorCode::bad_argument,
+                 "row " + std::to_string(camera_row) + " is not in 0.." + std::to_string(grid.rows - 1)};
+  RowPixels pixels;
+  for (std::size_t t = 0; t < camera_.order().size(); ++t)
+    if (camera_.order()[t] / grid.cols == camera_row)
+      pixels.emplace_back(static_cast<std::int32_t>(t), camera_.order()[t] % grid.cols);
+  return pixels;
 }
 
 Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
-  const auto entry = [&](const Leaf& leaf, std::int32_t i, std::int32_t j) {
+  SYMRIG_TRY(const RowPixels pixels, row_pixels(camera_row));
+  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols});
+  for (const Leaf& leaf : leaves_) {
     const float* a =
         factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
     const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
-    float value = 0;
-    for (int k = 0; k < leaf.rank; ++k)
-      value += a[std::int64_t{k} * leaf.rows() + i] * b[std::int64_t{k} * leaf.cols() + j];
-    return value;
-  };
-  return paint_row(camera_row, 0.0F, entry,
-                   [&](const SparseColumn&, std::int64_t e) { return values_[value_index(e, channel)]; });
+    for_entries(pixels, leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
+                [&](std::int32_t i, std::int32_t j, int x, int u) {
+                  float value = 0;
+                  for (std::int64_t k = 0; k < leaf.rank; ++k)
+                    value +=
+                        a[k * leaf.rows() + i - leaf.row_begin] * b[k * leaf.cols() + j - leaf.col_begin];
+                  out.at(x, u) = out.at(u, x) = value;
+                });
+  }
+  for (std::size_t k = 0; k < scalars_.size(); ++k)
+    for_entries(pixels, scalars_[k].row, scalars_[k].row + 1, scalars_[k].col, scalars_[k].col + 1,
+                [&](std::int32_t, std::int32_t, int x, int u) {
+                  out.at(x, u) = out.at(u, x) = scalar_values_[value_index(k, channel)];
+                });
+  return out;
 }
 
 Result<Image<float>> TransportTensor::level_map(int camera_row) const {
-  return paint_row(
-      camera_row, -1.0F,
-      [](const Leaf& leaf, std::int32_t, std::int32_t) { return static_cast<float>(leaf.level); },
-      [](const SparseColumn& column, std::int64_t) { return static_cast<float>(column.level); });
+  SYMRIG_TRY(const RowPixels pixels, row_pixels(camera_row));
+  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols}, 1, -1.0F);
+  const auto paint = [&](std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
+                         std::int32_t col_end, int level) {
+    for_entries(pixels, row_begin, row_end, col_begin, col_end,
+                [&](std::int32_t, std::int32_t, int x, int u) {
+                  out.at(x, u) = out.at(u, x) = static_cast<float>(level);
+                });
+  };
+  for (const Leaf& leaf : leaves_)
+    paint(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.level);
+  for (int l = 0; l < levels(); ++l) {
+    for (const EmptyLeaf& empty : empties(l)) {
+      const Block& i = camera_.level(l)[static_cast<std::size_t>(empty.row_block)];
+      const Block& j = camera_.level(l)[static_cast<std::size_t>(empty.col_block)];
+      paint(i.begin, i.end, j.begin, j.end, l);
+    }
+  }
+  for (const ScalarLeaf& s : scalars_) paint(s.row, s.row + 1, s.col, s.col + 1, scalar_level(s));
+  return out;
 }
 
 }  // namespace symrig

@@ -46,7 +46,6 @@ void TransportTensor::apply_leaves(std::span<const float> p, std::span<float> y,
                                    bool transposed) const {
   const LitRanges lit(p);
   for (const Leaf& leaf : leaves_) {
-    if (leaf.rank == 0) continue;
     const float* a =
         factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
     const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
@@ -59,35 +58,41 @@ void TransportTensor::apply_leaves(std::span<const float> p, std::span<float> y,
   }
 }
 
+void TransportTensor::apply_scalars(std::span<const float> p, std::span<float> y, int channel,
+                                    bool transposed) const {
+  for (std::size_t k = 0; k < scalars_.size(); ++k) {
+    auto row = static_cast<std::size_t>(scalars_[k].row);
+    auto col = static_cast<std::size_t>(scalars_[k].col);
+    if (transposed) std::swap(row, col);
+    const float value = scalar_values_[value_index(k, channel)];
+    y[row] += value * p[col];
+    if (symmetric_ && row != col) y[col] += value * p[row];
+  }
+}
+
 void TransportTensor::apply_columns(std::span<const float> p, std::span<float> y, int channel,
                                     bool transposed) const {
-  const auto forward = [&](const SparseColumn& column) {
-    const auto range = p.subspan(static_cast<std::size_t>(column.col_begin),
-                                 static_cast<std::size_t>(column.col_end - column.col_begin));
-    const auto light = static_cast<float>(sum(range));
-    if (light == 0.0F) return;
-    for (std::int64_t e = column.first; e < column.last; ++e)
-      y[static_cast<std::size_t>(rows_[static_cast<std::size_t>(e)])] +=
-          light * values_[value_index(e, channel)];
-  };
-  const auto backward = [&](const SparseColumn& column, bool skip_diagonal) {
-    float seen = 0;
-    for (std::int64_t e = column.first; e < column.last; ++e) {
-      const std::int32_t row = rows_[static_cast<std::size_t>(e)];
-      if (skip_diagonal && row == column.col_begin) continue;
-      seen += p[static_cast<std::size_t>(row)] * values_[value_index(e, channel)];
-    }
-    for (std::int32_t j = column.col_begin; j < column.col_end; ++j) y[static_cast<std::size_t>(j)] += seen;
-  };
   for (const SparseColumn& column : columns_) {
-    if (symmetric_ || !transposed) forward(column);
-    if (symmetric_ || transposed) backward(column, symmetric_);
+    const auto begin = static_cast<std::size_t>(column.col_begin);
+    const auto wide = static_cast<std::size_t>(column.col_end) - begin;
+    if (!transposed) {
+      const auto light = static_cast<float>(sum(p.subspan(begin, wide)));
+      if (light == 0.0F) continue;
+      for (auto e = static_cast<std::size_t>(column.first); e < static_cast<std::size_t>(column.last); ++e)
+        y[static_cast<std::size_t>(column_rows_[e])] += light * column_values_[value_index(e, channel)];
+    } else {
+      float seen = 0;
+      for (auto e = static_cast<std::size_t>(column.first); e < static_cast<std::size_t>(column.last); ++e)
+        seen += p[static_cast<std::size_t>(column_rows_[e])] * column_values_[value_index(e, channel)];
+      for (float& v : y.subspan(begin, wide)) v += seen;
+    }
   }
 }
 
 void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, int channel,
                                  bool transposed) const {
   apply_leaves(p, y, channel, transposed);
+  apply_scalars(p, y, channel, transposed);
   apply_columns(p, y, channel, transposed);
 }
 
@@ -118,20 +123,28 @@ Result<Image<float>> TransportTensor::apply_transposed(const Image<float>& light
   return apply_between(light, camera_tree(), projector_tree(), true);
 }
 
+int TransportTensor::scalar_level(const ScalarLeaf& scalar) const {
+  return std::max(camera_.pixel_level(scalar.row), projector_tree().pixel_level(scalar.col));
+}
+
 std::vector<LeafCounts> TransportTensor::leaves_per_level() const {
-  std::vector<LeafCounts> counts(static_cast<std::size_t>(std::max(camera_.levels(), projector_.levels())));
+  std::vector<LeafCounts> counts(empties_.size());
   for (const Leaf& leaf : leaves_) {
     LeafCounts& at = counts[static_cast<std::size_t>(leaf.level)];
-    ++(leaf.rank == 0 ? at.empty : leaf.rank == 1 ? at.rank1 : at.low_rank);
+    ++(leaf.rank == 1 ? at.rank1 : at.low_rank);
   }
-  for (const SparseColumn& column : columns_)
-    counts[static_cast<std::size_t>(column.level)].scalar += column.last - column.first;
+  for (std::size_t l = 0; l < empties_.size(); ++l) counts[l].empty = std::ssize(empties_[l]);
+  for (const ScalarLeaf& scalar : scalars_) ++counts[static_cast<std::size_t>(scalar_level(scalar))].scalar;
+  if (!column_rows_.empty()) counts.back().scalar += std::ssize(column_rows_);
   return counts;
 }
 
 std::int64_t TransportTensor::bytes() const {
   const auto of = [](const auto& v) { return static_cast<std::int64_t>(v.size() * sizeof(v[0])); };
-  return of(leaves_) + of(factors_) + of(columns_) + of(rows_) + of(values_);
+  std::int64_t total = of(leaves_) + of(factors_) + of(scalars_) + of(scalar_values_) + of(columns_) +
+                       of(column_rows_) + of(column_values_);
+  for (const auto& level : empties_) total += of(level);
+  return total;
 }
 
 double TransportTensor::dense_bytes() const {

@@ -53,7 +53,7 @@ TEST_P(EveryAlgorithm, an_all_black_scene_stores_nothing) {
   const auto result = capture(probe, options_for(GetParam()));
   ASSERT_TRUE(result.ok()) << result.error().line();
   EXPECT_TRUE(result->tensor.factors().empty());
-  EXPECT_TRUE(result->tensor.rows().empty());
+  EXPECT_TRUE(result->tensor.scalars().empty() && result->tensor.column_rows().empty());
   EXPECT_LE(result->patterns, GetParam() == Algorithm::brute ? 64 : 1);
 }
 
@@ -85,7 +85,7 @@ TEST_P(EveryAlgorithm, is_deterministic) {
   const auto a = capture(first, options_for(GetParam()));
   const auto b = capture(second, options_for(GetParam()));
   EXPECT_TRUE(std::ranges::equal(a->tensor.factors(), b->tensor.factors()));
-  EXPECT_TRUE(std::ranges::equal(a->tensor.values(), b->tensor.values()));
+  EXPECT_TRUE(std::ranges::equal(a->tensor.scalar_values(), b->tensor.scalar_values()));
 }
 
 class Hierarchy : public testing::TestWithParam<Algorithm> {};

@@ -16,7 +16,7 @@ TransportTensor as_tensor(const tests::DenseTransport& t, double gain) {
     for (std::int32_t j = 0; j <= i; ++j) {
       const auto v = static_cast<float>(
           gain * t.at(tree.order()[static_cast<std::size_t>(i)], tree.order()[static_cast<std::size_t>(j)]));
-      builder.add_scalar(i, j, tree.levels() - 1, std::span(&v, 1));
+      builder.add_scalar(i, j, std::span(&v, 1));
     }
   return std::move(builder).finish();
 }
@@ -48,7 +48,7 @@ TEST(Evaluate, indirect_sees_what_frobenius_hides) {
   for (std::int32_t i = 0; i < scene.grid().size(); ++i) {
     const int raster = tree.order()[static_cast<std::size_t>(i)];
     const auto v = static_cast<float>(scene.at(raster, raster));
-    builder.add_scalar(i, i, tree.levels() - 1, std::span(&v, 1));
+    builder.add_scalar(i, i, std::span(&v, 1));
   }
   const auto e = evaluate(std::move(builder).finish(), scene.truth());
   EXPECT_LT(e->frobenius, 0.02);

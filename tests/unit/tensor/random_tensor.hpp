@@ -5,6 +5,7 @@
 #include "symrig/base/random.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -25,6 +26,7 @@ class RandomTensor {
                double lowest = -0.5)
       : symmetric_(symmetric),
         channels_(channels),
+        lowest_(lowest),
         random_(seed),
         camera_(camera),
         projector_(symmetric ? camera : projector),
@@ -93,7 +95,7 @@ class RandomTensor {
     if (symmetric_ && row < col) std::swap(row, col);
     std::vector<float> values(static_cast<std::size_t>(channels_));
     for (float& v : values) v = value();
-    builder_.add_scalar(row, col, std::max(camera_.levels(), projector_.levels()) - 1, values);
+    builder_.add_scalar(row, col, values);
     note(row, col, values[0], std::abs(values[0]));
     if (symmetric_ && row != col) note(col, row, values[0], std::abs(values[0]));
   }

@@ -51,8 +51,8 @@ class SceneFile : public testing::Test {
     EXPECT_EQ(a.tensor.camera_grid(), b.tensor.camera_grid());
     EXPECT_EQ(a.tensor.projector_grid(), b.tensor.projector_grid());
     EXPECT_TRUE(std::ranges::equal(a.tensor.factors(), b.tensor.factors()));
-    EXPECT_TRUE(std::ranges::equal(a.tensor.values(), b.tensor.values()));
-    EXPECT_TRUE(std::ranges::equal(a.tensor.rows(), b.tensor.rows()));
+    EXPECT_TRUE(std::ranges::equal(a.tensor.scalar_values(), b.tensor.scalar_values()));
+    EXPECT_TRUE(std::ranges::equal(a.tensor.column_rows(), b.tensor.column_rows()));
     EXPECT_EQ(a.tensor.leaves().size(), b.tensor.leaves().size());
     ASSERT_EQ(a.held_out.size(), b.held_out.size());
     for (std::size_t k = 0; k < a.held_out.size(); ++k) {
@@ -129,7 +129,7 @@ TEST_F(SceneFile, what_is_not_a_scene_is_named) {
 
 TEST_F(SceneFile, not_finite_values_are_refused) {
   TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
-  builder.add_scalar(0, 0, 1, std::vector<float>{std::nanf("")});
+  builder.add_scalar(0, 0, std::vector<float>{std::nanf("")});
   ASSERT_TRUE(save_scene(path("nan.h5"), {std::move(builder).finish(), "{}", {}}).ok());
   const auto read = load_scene(path("nan.h5"));
   ASSERT_FALSE(read.ok());

@@ -37,7 +37,8 @@ class AnyTensor : public testing::TestWithParam<Case> {
   /// The card of TransportTensor::apply: (|J| + leaves on the path + 4) ε Σ|A||B|ᵀ|p|. Every pixel lies in at
   /// most `leaves` leaves.
   static double bound(const TensorAndMatrix& made, double magnitude) {
-    return (made.longest + static_cast<double>(made.tensor.leaves().size() + made.tensor.rows().size()) + 4) *
+    return (made.longest + static_cast<double>(made.tensor.leaves().size() + made.tensor.scalars().size()) +
+            4) *
                kEpsilon * magnitude +
            1e-30;
   }
@@ -112,7 +113,7 @@ TEST(TransportTensor, symmetric_tensor_needs_no_transpose) {
 TEST(TransportTensor, wide_columns_spread_over_their_block) {
   const BlockTree camera(Grid{2, 2}), projector(Grid{2, 4});
   TensorBuilder builder(camera, projector, 1);
-  builder.add_column(0, 4, 1, std::vector<std::int32_t>{1, 3}, std::vector<float>{2, 5});
+  builder.add_column(0, 4, std::vector<std::int32_t>{1, 3}, std::vector<float>{2, 5});
   const TransportTensor tensor = std::move(builder).finish();
   std::vector<float> p(8, 1.0F), y(4);
   tensor.apply_tree(p, y, 0, false);
@@ -178,10 +179,10 @@ TEST(TransportTensor, slice_shows_the_matrix_between_the_pixels_of_a_row) {
 
 TEST(TransportTensor, leaves_are_counted_by_level_and_kind) {
   TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
-  builder.add_leaf(0, 2, 0, 2, 0, 0, {});
+  builder.add_empty(0, 0, 0);
   builder.add_leaf(2, 4, 0, 2, 1, 1, std::vector<float>{1, 2, 3, 4});
   builder.add_leaf(2, 4, 2, 4, 2, 1, std::vector<float>{1, 2, 3, 4, 1, 2, 3, 4});
-  builder.add_scalar(0, 0, 1, std::vector<float>{1});
+  builder.add_scalar(0, 0, std::vector<float>{1});
   const auto counts = std::move(builder).finish().leaves_per_level();
   ASSERT_EQ(counts.size(), 2U);
   EXPECT_EQ(counts[0].empty, 1);

@@ -36,6 +36,9 @@ class BlockTree {
   int levels() const { return static_cast<int>(levels_.size()); }
   std::span<const Block> level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
 
+  /// The first level at which a pixel (tree order) is a block of its own.
+  int pixel_level(std::int32_t pixel) const { return pixel_level_[static_cast<std::size_t>(pixel)]; }
+
   /// order()[tree index] = raster index, size grid().size().
   std::span<const std::int32_t> order() const { return order_; }
 
@@ -47,6 +50,7 @@ class BlockTree {
   Grid grid_;
   std::vector<std::vector<Block>> levels_;
   std::vector<std::int32_t> order_;
+  std::vector<std::int8_t> pixel_level_;
 };
 
 }  // namespace symrig

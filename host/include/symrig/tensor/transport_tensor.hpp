@@ -6,10 +6,9 @@
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
-#include <functional>
-#include <memory>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -34,13 +33,22 @@ struct Leaf {
   std::int32_t cols() const { return col_end - col_begin; }
 };
 
-/// One column of the sparse part: T[row, j] = value for every projector pixel j in [col_begin, col_end).
-/// A scalar leaf is an entry of a column one pixel wide; dual photography's coarse measurements are entries
-/// of wider columns.
+/// An *empty* leaf: the blocks of a level between which no light above the noise goes. Kept so that "known to
+/// be dark" is told from "not looked at".
+struct EmptyLeaf {
+  std::int32_t row_block = 0, col_block = 0;  ///< indices into BlockTree::level(level)
+};
+
+/// One entry of T between two pixels (tree order). In a symmetric tensor it stands for its mirror image too.
+struct ScalarLeaf {
+  std::int32_t row = 0, col = 0;
+};
+
+/// A measured column: T[row, j] = value for every projector pixel j in [col_begin, col_end). Brute force and
+/// dual photography make them; a column wider than a pixel is a coarse measurement spread evenly.
 struct SparseColumn {
   std::int32_t col_begin = 0, col_end = 0;
-  std::int32_t level = 0;
-  std::int64_t first = 0, last = 0;  ///< its entries: [first, last) in rows / values
+  std::int64_t first = 0, last = 0;  ///< its entries: [first, last) of column_rows / column_values
 };
 
 /// Counts of one level, as Fig. 9 of the paper shows them.
@@ -97,11 +105,20 @@ class TransportTensor {
 
   std::span<const Leaf> leaves() const { return leaves_; }
   std::span<const float> factors() const { return factors_; }
+  std::span<const EmptyLeaf> empties(int level) const { return empties_[static_cast<std::size_t>(level)]; }
+  std::span<const ScalarLeaf> scalars() const { return scalars_; }
+  std::span<const float> scalar_values() const {
+    return scalar_values_;
+  }  ///< [scalar * channels() + channel]
   std::span<const SparseColumn> columns() const { return columns_; }
-  std::span<const std::int32_t> rows() const {
-    return rows_;
-  }  ///< camera pixel (tree order) of each sparse entry
-  std::span<const float> values() const { return values_; }  ///< values()[entry * channels() + channel]
+  std::span<const std::int32_t> column_rows() const {
+    return column_rows_;
+  }  ///< camera pixel (tree order) of each entry
+  std::span<const float> column_values() const { return column_values_; }  ///< [entry * channels() + channel]
+  int levels() const { return static_cast<int>(empties_.size()); }         ///< of the deeper tree
+
+  /// The level at which a scalar's two blocks are single pixels.
+  int scalar_level(const ScalarLeaf& scalar) const;
 
   /// y += T p (or Tᵀ p) in tree order.  p: projector pixels, y: camera pixels (swapped when transposed), one
   /// channel.
@@ -111,25 +128,26 @@ class TransportTensor {
   friend class TensorBuilder;
 
   void apply_leaves(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+  void apply_scalars(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
   void apply_columns(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
   Result<Image<float>> apply_between(const Image<float>& light, const BlockTree& from, const BlockTree& to,
                                      bool transposed) const;
-  Result<Image<float>> paint_row(
-      int camera_row, float fill,
-      const std::function<float(const Leaf&, std::int32_t, std::int32_t)>& leaf_value,
-      const std::function<float(const SparseColumn&, std::int64_t)>& scalar_value) const;
-  std::size_t value_index(std::int64_t entry, int channel) const {
-    return static_cast<std::size_t>(entry * channels_ + channel);
+  std::size_t value_index(std::size_t entry, int channel) const {
+    return entry * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel);
   }
+  Result<std::vector<std::pair<std::int32_t, int>>> row_pixels(int camera_row) const;
 
   BlockTree camera_, projector_;  // projector_ is empty when symmetric_
   bool symmetric_ = true;
   int channels_ = 1;
   std::vector<Leaf> leaves_;
   std::vector<float> factors_;
+  std::vector<std::vector<EmptyLeaf>> empties_;  // one list a level
+  std::vector<ScalarLeaf> scalars_;
+  std::vector<float> scalar_values_;
   std::vector<SparseColumn> columns_;
-  std::vector<std::int32_t> rows_;
-  std::vector<float> values_;
+  std::vector<std::int32_t> column_rows_;
+  std::vector<float> column_values_;
 };
 
 /// Grows a tensor leaf by leaf (acquisition, fit and file loading do), and checks each.
@@ -140,33 +158,26 @@ class TensorBuilder {
   /// General tensor.
   TensorBuilder(BlockTree camera, BlockTree projector, int channels);
 
-  /// Adds a leaf. factors: for each channel A [rows × rank] column-major, then B [cols × rank]; empty for
-  /// rank 0. In a symmetric tensor give each unordered pair of blocks once.
+  /// Adds a low-rank leaf, rank ≥ 1. factors: for each channel A [rows × rank] column-major, then B [cols ×
+  /// rank]. In a symmetric tensor give each unordered pair of blocks once.
   void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
                 int rank, int level, std::span<const float> factors);
+  /// Notes that no light goes between two blocks of a level (their indices in it).
+  void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for
   /// T[col, row] too.
-  void add_scalar(std::int32_t row, std::int32_t col, int level, std::span<const float> values);
-  /// Adds a sparse column (not for symmetric tensors): T[row_k, j] = values[k * channels + channel] for j in
+  void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
+  /// Adds a measured column (general tensors only): T[rows[k], j] = values[k * channels + channel] for j in
   /// [col_begin, col_end).
-  void add_column(std::int32_t col_begin, std::int32_t col_end, int level, std::span<const std::int32_t> rows,
+  void add_column(std::int32_t col_begin, std::int32_t col_end, std::span<const std::int32_t> rows,
                   std::span<const float> values);
 
-  /// Takes what was added so far and sorts the scalars into columns; the tensor so far can be applied
-  /// (acquisition subtracts it).
-  const TransportTensor& current();
+  /// The tensor so far, complete and ready to be applied: acquisition subtracts it from the next photographs.
+  const TransportTensor& current() const { return tensor_; }
   TransportTensor finish() &&;
 
  private:
-  struct Scalar {
-    std::int32_t row, col, level;
-    std::int64_t value;  // offset in scalar_values_
-  };
-  void absorb_scalars();
-
   TransportTensor tensor_;
-  std::vector<Scalar> scalars_;
-  std::vector<float> scalar_values_;
 };
 
 }  // namespace symrig
