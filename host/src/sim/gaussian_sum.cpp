@@ -7,7 +7,7 @@ namespace symrig::sim {
 
 namespace {
 
-constexpr double kStep = 0.55;
+constexpr double kStep = 0.54;
 /// The lumped tail errs by (τ u)⁴/72 of 1/u² where τ is the first rate kept: 1e-7 here.
 constexpr double kFirstExponent = 0.05;
 /// What is above errs by (1 + x) e^−x with x = τ u: 4e-8 here.

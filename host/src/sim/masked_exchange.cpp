@@ -58,13 +58,30 @@ class MaskedExchange final : public Exchange {
   std::vector<Frequency> frequencies_;
 };
 
+/// Half a quarter of the length is left for the kernel to fade out.
 std::size_t padded_length(int rows) {
-  return std::bit_ceil(static_cast<std::size_t>(2 * rows - 1));
+  return std::bit_ceil(static_cast<std::size_t>(2.5 * rows));
 }
 
-/// Columns of a plane near enough to the crease to matter at angular frequency w [rad/px].
-ColumnRange columns_within(const Groove& groove, int begin, int end, double w) {
-  const double reach = w > 0 ? kLastPhase / (std::numbers::sqrt2 * w) : 1e30;
+/// The kernel must be right for |dy| < rows only. Beyond, up to half the period, it fades out as ½ erfc does,
+/// because a kink where the period wraps would spread over all frequencies.
+struct Fade {
+  Fade(int rows, std::size_t length) : begin(rows - 1), width(static_cast<double>(length) / 2 - begin) {}
+
+  double operator()(double dy) const {
+    return dy <= begin ? 1 : 0.5 * std::erfc(kSteepness * (2 * (dy - begin) / width - 1));
+  }
+  /// Frequency beyond which the spectrum of the fade, exp(−(ω · width / 4 kSteepness)²), is below 1e-6.
+  double bandwidth() const { return 4 * kSteepness * 3.72 / width; }
+
+  static constexpr double kSteepness = 3.4;  // ½ erfc(3.4) = 8e-7 is the jump at its ends
+  double begin, width;
+};
+
+/// Columns of a plane that matter at angular frequency w [rad/px]: all that the fade reaches; beyond, those
+/// near enough to the crease.
+ColumnRange columns_within(const Groove& groove, int begin, int end, double w, double bandwidth) {
+  const double reach = w > bandwidth ? kLastPhase / (std::numbers::sqrt2 * w) : 1e30;
   ColumnRange range{begin, end};
   while (range.begin < range.end && groove.distance[static_cast<std::size_t>(range.begin)] > reach)
     ++range.begin;
@@ -75,11 +92,12 @@ ColumnRange columns_within(const Groove& groove, int begin, int end, double w) {
 
 MaskedExchange::MaskedExchange(const Groove& groove, const Sight& sees)
     : grid_(groove.grid), fft_(padded_length(groove.grid.rows)) {
+  const double bandwidth = Fade(grid_.rows, fft_.length()).bandwidth();
   for (std::size_t k = 0; k <= fft_.length() / 2; ++k) {
     const double w = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(fft_.length());
     Frequency& f = frequencies_.emplace_back();
-    f.side[0] = columns_within(groove, 0, groove.left_cols, w);
-    f.side[1] = columns_within(groove, groove.left_cols, grid_.cols, w);
+    f.side[0] = columns_within(groove, 0, groove.left_cols, w, bandwidth);
+    f.side[1] = columns_within(groove, groove.left_cols, grid_.cols, w, bandwidth);
     const auto pairs =
         static_cast<std::size_t>(f.side[0].size()) * static_cast<std::size_t>(f.side[1].size());
     f.toward[0].assign(pairs, 0.F);
@@ -95,9 +113,11 @@ void sample_kernel(const Groove& groove, int left_col, int right_col, std::vecto
   const double s = groove.distance[static_cast<std::size_t>(left_col)];
   const double t = groove.distance[static_cast<std::size_t>(right_col)];
   const std::size_t n = part.size();
-  for (std::size_t y = 0; y < n; ++y)
-    part[y][lane] = static_cast<float>(point_form_factor(s, t, static_cast<double>(std::min(y, n - y))) /
-                                       static_cast<double>(n));
+  const Fade fade(groove.grid.rows, n);
+  for (std::size_t y = 0; y < n; ++y) {
+    const auto dy = static_cast<double>(std::min(y, n - y));
+    part[y][lane] = static_cast<float>(fade(dy) * point_form_factor(s, t, dy) / static_cast<double>(n));
+  }
 }
 
 void store_kernel(Frequency& f, int left_col, int right_col, float value) {

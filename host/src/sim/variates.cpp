@@ -58,7 +58,7 @@ std::int64_t poisson_quantile(double mean, double u) {
   if (mean <= 0) return 0;
   if (mean < kExactPoissonMean) return exact_quantile(mean, u);
   const double z = normal_quantile(u);
-  const double sigma = std::sqrt(mean);
+  const double sigma = std::sqrt(mean - 1.0 / 12);  // rounding to whole electrons adds the 1/12 (Sheppard)
   const double n = mean + sigma * z + (z * z - 1) / 6 + z * (1 - z * z) / (72 * sigma);
   return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::floor(n + 0.5)));
 }
