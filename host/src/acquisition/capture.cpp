@@ -32,9 +32,8 @@ Result<Algorithm> parse_algorithm(std::string_view text) {
 RankRule default_rule(Algorithm algorithm) {
   RankRule rule;
   if (algorithm != Algorithm::symrig) return rule;
-  rule.signal_fraction = 0.02;
-  rule.noise_sigmas = 3;
-  rule.concentration = 0.7;
+    rule.noise_sigmas = 3;
+  rule.concentration = 0.8;
   return rule;
 }
 

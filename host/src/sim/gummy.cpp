@@ -23,35 +23,36 @@ struct Blob {
 };
 constexpr std::array<Blob, 3> kBlobs{
     {{0.31F, 0.29F, 0.22F, 0.19F}, {0.43F, 0.74F, 0.27F, 0.17F}, {0.78F, 0.39F, 0.16F, 0.26F}}};
-constexpr float kGround = 0.12F;        // share of the texture that the ground keeps
+constexpr float kGround =
+    0.12F;  // share of the texture that the ground's surface keeps; nothing enters the ground
 constexpr float kSurfaceShare = 0.25F;  // of the albedo returns without entering
 
-/// 1 inside a blob, kGround outside, a soft rim between: q = 1 is the ellipse.
-float coverage(float v, float u) {
+/// 1 inside a blob, `ground` outside, a soft rim between: q = 1 is the ellipse.
+float coverage(float v, float u, float ground) {
   float inside = 0;
   for (const Blob& blob : kBlobs) {
     const float dv = (v - blob.row) / blob.half_height;
     const float du = (u - blob.col) / blob.half_width;
     inside = std::max(inside, std::clamp(4 * (1 - dv * dv - du * du), 0.F, 1.F));
   }
-  return kGround + (1 - kGround) * inside;
+  return ground + (1 - ground) * inside;
 }
 
-std::vector<float> blob_albedo(Grid grid, std::uint64_t key) {
+std::vector<float> blob_albedo(Grid grid, std::uint64_t key, float ground) {
   std::vector<float> albedo = texture(grid, key);
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
       albedo[static_cast<std::size_t>(row) * grid.cols + col] *=
           coverage((static_cast<float>(row) + 0.5F) / static_cast<float>(grid.rows),
-                   (static_cast<float>(col) + 0.5F) / static_cast<float>(grid.cols));
+                   (static_cast<float>(col) + 0.5F) / static_cast<float>(grid.cols), ground);
   return albedo;
 }
 
 class Gummy final : public Transport {
  public:
   Gummy(Grid grid, std::uint64_t key, double indirect)
-      : albedo_(blob_albedo(grid, combine(key, 1))),
-        surface_(blob_albedo(grid, combine(key, 2))),
+      : albedo_(blob_albedo(grid, combine(key, 1), 0.F)),
+        surface_(blob_albedo(grid, combine(key, 2), kGround)),
         indirect_(static_cast<float>(indirect)) {
     for (const Scatter& scatter : kScatter)
       blurs_.emplace_back(grid, scatter.width * std::max(grid.rows, grid.cols));
