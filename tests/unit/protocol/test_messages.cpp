@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "random_program.hpp"
+#include "symrig/protocol/messages.hpp"
+
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <rapidcheck.h>
+
+namespace symrig::protocol {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+TEST(Messages, unknown_fields_are_passed_over) {
+  // keep_alive { ttl_ms = 5, field 15 = 1 } and, beside it, field 63 = "x": written by a newer host.
+  const Bytes body{0x6A, 0x04, 0x08, 0x05, 0x78, 0x01, 0xFA, 0x03, 0x01, 'x'};
+  symrig_wire_Request request;
+  ASSERT_TRUE(decode({body.data(), body.size()}, request));
+  EXPECT_EQ(request.which_body, symrig_wire_Request_keep_alive_tag);
+  EXPECT_EQ(request.body.keep_alive.ttl_ms, 5U);
+}
+
+TEST(Messages, text_longer_than_its_bound_is_refused) {
+  Bytes line{0x1A, 30};  // LineReply.name, 30 bytes: the bound is 24 with the closing zero
+  line.insert(line.end(), 30, 'a');
+  Bytes body{0x32, static_cast<std::uint8_t>(line.size())};
+  body.insert(body.end(), line.begin(), line.end());
+  symrig_wire_Reply reply;
+  EXPECT_FALSE(decode({body.data(), body.size()}, reply));
+}
+
+TEST(Messages, text_that_is_not_utf8_is_refused) {
+  const Bytes body{0x32, 0x04, 0x1A, 0x02, 0xC3, 0x28};
+  symrig_wire_Reply reply;
+  EXPECT_FALSE(decode({body.data(), body.size()}, reply));
+}
+
+TEST(Messages, a_value_that_is_no_enumerator_can_be_looked_at) {
+  const Bytes body{0x08, 0x63};  // Reply.code = 99
+  symrig_wire_Reply reply;
+  ASSERT_TRUE(decode({body.data(), body.size()}, reply));
+  EXPECT_EQ(raw(reply.code), 99U);
+}
+
+TEST(Messages, truncated_bodies_are_refused_or_shorter) {
+  symrig_wire_Event event = symrig_wire_Event_init_zero;
+  event.which_body = symrig_wire_Event_run_done_tag;
+  event.body.run_done = {symrig_wire_RunEnd_RUN_END_FAULT, 1U << 30U, 1U << 29U, 77, 1, 2, 3, 4};
+  BodyBuffer body{};
+  const std::size_t size = encode(event, body);
+  ASSERT_GT(size, 10U);
+  for (std::size_t cut = 1; cut < size; ++cut) {
+    symrig_wire_Event out;
+    EXPECT_FALSE(decode({body.bytes, cut}, out)) << cut;
+  }
+}
+
+/// Random bytes either fail or give a message that can be written again and read back as the same.
+template <class Message>
+void expect_decoder_survives(const Bytes& bytes) {
+  Message message;
+  if (!decode({bytes.data(), bytes.size()}, message)) return;
+  BodyBuffer body{};
+  const std::size_t size = encode(message, body);
+  Message again;
+  RC_ASSERT(decode({body.bytes, size}, again));
+  RC_ASSERT(again.which_body == message.which_body);
+}
+
+TEST(Messages, random_bodies_never_harm) {
+  EXPECT_TRUE(rc::check([](const Bytes& bytes) {
+    expect_decoder_survives<symrig_wire_Request>(bytes);
+    expect_decoder_survives<symrig_wire_Reply>(bytes);
+    expect_decoder_survives<symrig_wire_Event>(bytes);
+  }));
+}
+
+}  // namespace
+}  // namespace symrig::protocol
