@@ -75,11 +75,11 @@ Result<void> Photographer::take_batch(std::span<const LitBlocks> patterns, std::
   const std::size_t pixels = tree_.order().size();
   std::vector<TreePhotograph> photographs(patterns.size());
   std::vector<Pattern> pictures(patterns.size());
-  for (std::size_t k = 0; k < patterns.size(); ++k) {
+  tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t k) {
     photographs[k].pattern = lit(patterns[k], pixels);
     pictures[k] = Pattern(tree_.grid());
     tree_.to_raster(photographs[k].pattern, pictures[k].plane(0));
-  }
+  });
   const auto start = std::chrono::steady_clock::now();
   SYMRIG_TRY(const std::vector<Radiance> answers, probe_.measure(pictures));
   measure_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

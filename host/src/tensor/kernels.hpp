@@ -21,12 +21,14 @@ class LitRanges {
   std::vector<std::int32_t> before_;  // number of non-zero values before each index
 };
 
-/// out += A (Bᵀ lit).  A [rows × rank], B [cols × rank], column-major.  rows = out.size(), cols = lit.size().
-/// No allocation. Spans do not overlap.
-void add_low_rank(const float* a, const float* b, int rank, std::span<const float> lit,
-                  std::span<float> out) noexcept;
+/// Σ aᵢ bᵢ over n values, in as many partial sums as the machine has vector lanes: the same bits for any
+/// number of threads, not for any instruction set.  error: ≤ n ε Σ|aᵢ bᵢ|.
+float dot(const float* a, const float* b, std::size_t n);
 
-/// Σ aᵢ bᵢ in eight fixed partial sums: the same bits on every machine of one floating-point behaviour.
-float dot(std::span<const float> a, std::span<const float> b) noexcept;
+/// y += w a over n values.
+void add_scaled(float w, const float* a, float* y, std::size_t n);
+
+/// y += w a, and returns Σ aᵢ pᵢ: one pass over a serves both halves of a symmetric leaf.
+float add_scaled_and_dot(float w, const float* a, const float* p, float* y, std::size_t n);
 
 }  // namespace symrig::tensor

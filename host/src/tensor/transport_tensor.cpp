@@ -12,16 +12,6 @@ namespace {
 
 using tensor::LitRanges;
 
-/// One stored leaf, seen from the side that is lit: y[out] += A (Bᵀ p[lit]).
-void apply_side(std::span<const float> p, std::span<float> y, std::int32_t lit_begin, std::int32_t lit_end,
-                const float* lit_factor, std::int32_t out_begin, std::int32_t out_end,
-                const float* out_factor, int rank) {
-  tensor::add_low_rank(
-      out_factor, lit_factor, rank,
-      p.subspan(static_cast<std::size_t>(lit_begin), static_cast<std::size_t>(lit_end - lit_begin)),
-      y.subspan(static_cast<std::size_t>(out_begin), static_cast<std::size_t>(out_end - out_begin)));
-}
-
 double sum(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
 }
@@ -50,11 +40,26 @@ void TransportTensor::apply_leaves(std::span<const float> p, std::span<float> y,
         factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
     const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
     const bool mirrored = symmetric_ && leaf.row_begin != leaf.col_begin;
-    const bool forward = symmetric_ || !transposed;
-    if ((forward) && lit.any(leaf.col_begin, leaf.col_end))
-      apply_side(p, y, leaf.col_begin, leaf.col_end, b, leaf.row_begin, leaf.row_end, a, leaf.rank);
-    if ((mirrored || !forward) && lit.any(leaf.row_begin, leaf.row_end))
-      apply_side(p, y, leaf.row_begin, leaf.row_end, a, leaf.col_begin, leaf.col_end, b, leaf.rank);
+    const bool forward = (symmetric_ || !transposed) && lit.any(leaf.col_begin, leaf.col_end);
+    const bool backward = (mirrored || (transposed && !symmetric_)) && lit.any(leaf.row_begin, leaf.row_end);
+    if (!forward && !backward) continue;
+    const auto rows = static_cast<std::size_t>(leaf.rows());
+    const auto cols = static_cast<std::size_t>(leaf.cols());
+    const float* const p_row = p.data() + leaf.row_begin;
+    const float* const p_col = p.data() + leaf.col_begin;
+    float* const y_row = y.data() + leaf.row_begin;
+    float* const y_col = y.data() + leaf.col_begin;
+    // y_I += A (Bᵀ p_J) and y_J += B (Aᵀ p_I)
+    for (std::int32_t k = 0; k < leaf.rank; ++k, a += rows, b += cols) {
+      if (forward && backward) {
+        tensor::add_scaled(tensor::add_scaled_and_dot(tensor::dot(b, p_col, cols), a, p_row, y_row, rows), b,
+                           y_col, cols);
+      } else if (forward) {
+        tensor::add_scaled(tensor::dot(b, p_col, cols), a, y_row, rows);
+      } else {
+        tensor::add_scaled(tensor::dot(a, p_row, rows), b, y_col, cols);
+      }
+    }
   }
 }
 
