@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/rig/rig.hpp"
+
+#include "camera/simulated_camera.hpp"
+#include "projector/simulated_projector.hpp"
+#include "rig/metering.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/device/link.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+TEST(PlanExposures, is_geometric_and_starts_at_what_is_wanted) {
+  const auto plan = plan_exposures(2ms, 4, 8, {});
+  ASSERT_TRUE(plan.ok());
+  EXPECT_EQ(*plan, (std::vector<Nanoseconds>{2ms, 16ms, 128ms, 1024ms}));
+}
+
+TEST(PlanExposures, stays_within_what_the_camera_holds) {
+  CameraTiming timing;
+  timing.max_exposure = 1s;
+  const auto plan = plan_exposures(100ms, 3, 10, timing);  // 10 s would be the third: all shrink together
+  ASSERT_TRUE(plan.ok());
+  EXPECT_EQ(*plan, (std::vector<Nanoseconds>{10ms, 100ms, 1000ms}));
+  timing.min_exposure = 11ms;
+  EXPECT_EQ(plan_exposures(100ms, 3, 10, timing).error().code, ErrorCode::limit);
+  EXPECT_EQ(plan_exposures(1ms, 1, 10, timing).error().code, ErrorCode::limit);
+}
+
+// 4087 − 64 codes at 0.2016 DN/e⁻ are 19,960 e⁻; 1.25 below that at 1e6 e⁻/s.
+TEST(ExposureFor, leaves_the_headroom) {
+  const NoiseModel noise = NoiseModel::from_electrons({});
+  const double electrons = (noise.saturation_code() - noise.pedestal()) / noise.gain();
+  EXPECT_NEAR(seconds(exposure_for(1e6, 1.25, noise)), electrons / 1.25e6, 1e-9);
+  EXPECT_GE(exposure_for(0, 1.25, noise), 1h);
+}
+
+/// A board with a projector and a camera that looks at a grey wall: rate electrons a second at full light.
+class Wall {
+ public:
+  explicit Wall(double rate, boards::SimCameraConfig shutter = {}, Image<std::uint8_t> dead = {})
+      : raster_(board_), shutter_(board_, shutter), rate_(rate), dead_(std::move(dead)) {
+    board_.attach(raster_);
+    board_.attach(shutter_);
+  }
+
+  Result<std::unique_ptr<Rig>> open(RigOptions options = {}, Grid camera = {3, 4}) {
+    auto projector =
+        std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.profile.refresh_period);
+    const SimulatedProjector* screen = projector.get();
+    SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_};
+    auto eye = std::make_unique<SimulatedCamera>(
+        spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
+    SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(board_)));
+    return Rig::open(std::move(board), std::move(projector), std::move(eye), options);
+  }
+
+  std::vector<double> open_seconds;  ///< of every exposure so far
+
+ private:
+  std::vector<CameraFrame> develop(const SimulatedProjector& screen,
+                                   std::span<const SimulatedExposure> exposures) {
+    const NoiseModel noise = NoiseModel::from_electrons({});
+    std::vector<CameraFrame> frames;
+    for (const SimulatedExposure& exposure : exposures) {
+      const double open = static_cast<double>(exposure.end - exposure.begin) / 125e6;
+      open_seconds.push_back(open);
+      double light = 0;
+      for (const auto& lit : screen.shown(exposure.begin, exposure.end))
+        light += lit.share * screen.pattern(lit.index).at(0, 0);
+      const double code = std::min(noise.pedestal() + noise.gain() * rate_ * light * open, 4095.0);
+      CameraFrame frame;
+      frame.sequence = exposure.sequence;
+      frame.raw.assign(12, static_cast<std::uint16_t>(code + 0.5));
+      if (!dead_.empty()) frame.raw[5] = 4095;
+      frames.push_back(std::move(frame));
+    }
+    return frames;
+  }
+
+  boards::SimBoard board_;
+  boards::SimProjector raster_;
+  boards::SimCamera shutter_;
+  double rate_;
+  Image<std::uint8_t> dead_;
+};
+
+// The wall fills the well in 10 ms: 19,960 e⁻ / 1.25 / 2e6 e⁻/s = 8 ms, known to 4 % from a frame that fills
+// at least a sixth of the range (trial exposures are six times apart).
+TEST(Rig, sets_its_exposures_by_the_flood_lit_scene) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const auto exposures = (*rig)->exposures();
+  ASSERT_EQ(exposures.size(), 4U);
+  EXPECT_NEAR(seconds(exposures[0]), 7.98e-3, 0.04 * 7.98e-3);
+  for (std::size_t k = 1; k < 4; ++k) EXPECT_NEAR(exposures[k] / 1.0ns, 8 * (exposures[k - 1] / 1.0ns), 8);
+}
+
+TEST(Rig, exposes_as_long_as_planned_to_a_tick) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok());
+  wall.open_seconds.clear();
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(3, Pattern({3, 4}, 1, 1.F))).ok());
+  ASSERT_EQ(wall.open_seconds.size(), 12U);
+  for (std::size_t i = 0; i < 12; ++i)
+    EXPECT_NEAR(wall.open_seconds[i], seconds((*rig)->exposures()[i % 4]), 8.1e-9) << i;
+}
+
+// Quantisation of the shortest frame is 0.3 DN of 3,200: radiance in electrons per second, scaled by 1.
+TEST(Rig, returns_radiance_per_unit_of_light) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok());
+  const auto p = (*rig)->measure(std::vector<Pattern>{Pattern({3, 4}, 1, 1.F), Pattern({3, 4}, 1, 0.5F)});
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_NEAR((*p)[0].mean.at(1, 1), 2e6, 2e6 * 1e-3);
+  EXPECT_NEAR((*p)[1].mean.at(1, 1), 1e6, 1e6 * 1e-3);
+}
+
+TEST(Rig, meters_around_dead_pixels) {
+  Image<std::uint8_t> dead({3, 4});
+  dead.values()[5] = 1;
+  Wall wall(2e6, {}, dead);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  EXPECT_NEAR(seconds((*rig)->exposures()[0]), 7.98e-3, 0.04 * 7.98e-3);
+}
+
+TEST(Rig, refuses_a_scene_that_blinds_the_camera) {
+  Wall wall(2e9);  // 20 µs, the shortest exposure, collect 40,000 e⁻
+  const auto rig = wall.open();
+  ASSERT_FALSE(rig.ok());
+  EXPECT_EQ(rig.error().code, ErrorCode::limit) << rig.error().line();
+}
+
+TEST(Rig, refuses_grids_that_differ) {
+  Wall wall(2e6);
+  const auto rig = wall.open({}, {3, 5});
+  ASSERT_FALSE(rig.ok());
+  EXPECT_EQ(rig.error().code, ErrorCode::size_mismatch);
+}
+
+// A camera that is still reading out when the next trigger comes: the ledger notices, nothing is merged.
+TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
+  boards::SimCameraConfig slow;
+  slow.readout_us = 9'000;  // the profile allows 4 ms
+  Wall wall(2e6, slow);
+  const auto rig = wall.open();
+  ASSERT_FALSE(rig.ok());
+  EXPECT_EQ(rig.error().code, ErrorCode::frame_missing) << rig.error().line();
+}
+
+TEST(Rig, fails_when_a_line_is_not_there) {
+  Wall wall(2e6);
+  RigOptions options;
+  options.profile.camera_line = "shutter";
+  const auto rig = wall.open(options);
+  ASSERT_FALSE(rig.ok());
+  EXPECT_EQ(rig.error().code, ErrorCode::unknown_name) << rig.error().line();
+}
+
+}  // namespace
+}  // namespace symrig

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/sim/virtual_rig.hpp"
+
+#include "sim/camera_optics.hpp"
+#include "unit/rig/probe_laws.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <string>
+
+#include <tbb/global_control.h>
+
+namespace symrig::sim {
+namespace {
+
+std::unique_ptr<VirtualRig> open(const std::string& uri) {
+  auto rig = open_virtual_rig(uri);
+  EXPECT_TRUE(rig.ok()) << rig.error().line();
+  return *std::move(rig);
+}
+
+class LawfulRig : public testing::TestWithParam<std::string> {};
+
+TEST_P(LawfulRig, keeps_the_probe_laws) {
+  expect_probe_laws(*open(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Rigs, LawfulRig,
+    testing::Values("sim:plane?size=40x50&noise=off", "sim:plane?size=40x50", "sim:plane?size=1x1",
+                    "sim:gummy?size=1x97", "sim:gummy?size=97x1&noise=off", "sim:vgroove-white?size=2x3",
+                    "sim:vgroove-textured?size=61x47&noise=off", "sim:vgroove-textured?size=61x47",
+                    "sim:vgroove-mixed?size=61x47&psf=0.08&seed=3", "sim:gummy?size=50x60&channels=3",
+                    "sim:occluder?size=40x44&noise=off&channels=3", "sim:mirror?size=48x40",
+                    "sim:views2?size=50x45&exposures=3&ratio=6", "sim:vgroove-textured?size=40x40&black=0.02",
+                    "sim:gummy?size=64x64&indirect=0.01&exposures=6", "sim:plane?size=30x30&exposures=1"));
+
+// Dead pixels are known and invalid; reciprocity needs both ends of a path, so it is asked of the others
+// only.
+TEST(DeadPixels, keep_the_other_laws) {
+  expect_probe_laws(*open("sim:vgroove-textured?size=40x50&dead=0.05"), false);
+  expect_probe_laws(*open("sim:vgroove-textured?size=40x50&dead=0.05&noise=off"), false);
+}
+
+// Without noise the photograph is T p to the last bit: the same code computes both.
+TEST(NoiseOff, shows_the_scene_itself) {
+  for (const std::string scene : {"plane", "gummy", "mirror", "vgroove-textured"}) {
+    const auto rig = open("sim:" + scene + "?size=33x47&noise=off&channels=3");
+    const Pattern pattern = law_pattern(rig->grid(), 5);
+    const auto p = measured(*rig, {pattern});
+    EXPECT_EQ(p[0].mean, rig->truth().apply(pattern)) << scene;
+    EXPECT_EQ(*std::max_element(p[0].variance.values().begin(), p[0].variance.values().end()), 0.F);
+    EXPECT_EQ(*std::min_element(p[0].valid.values().begin(), p[0].valid.values().end()), 1);
+  }
+}
+
+/// A photograph with no error.
+Radiance exact(Image<float> mean) {
+  const Grid grid = mean.grid();
+  const int channels = mean.channels();
+  return {std::move(mean), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels, 1)};
+}
+
+// Photographs against the truth: the stated variance explains the deviation, black level and all. The bias of
+// the merge is at most 0.02 sigma away from saturation (hdr/merge.hpp); black errors are shared by all
+// photographs, hence the wide statistical allowance of 5/√n on the mean of one.
+TEST(NoiseCamera, deviates_from_the_scene_as_much_as_it_says) {
+  for (const std::string uri :
+       {"sim:vgroove-textured?size=96x80", "sim:gummy?size=96x80&seed=2&black=0.01",
+        "sim:plane?size=96x80&seed=3", "sim:mirror?size=96x80", "sim:views3?size=96x80&channels=3",
+        "sim:gummy?size=96x80&ratio=3&exposures=2"}) {
+    const auto rig = open(uri);
+    const std::vector<Pattern> patterns{law_pattern(rig->grid(), 1), Pattern(rig->grid(), 1, 1.F)};
+    const auto photographs = measured(*rig, patterns);
+    for (std::size_t i = 0; i < patterns.size(); ++i) {
+      const Radiance truth = exact(rig->truth().apply(patterns[i]));
+      const Term terms[] = {{1, &photographs[i]}, {-1, &truth}};
+      const Whitened residual = whiten(terms);
+      const auto n = static_cast<double>(residual.count);
+      EXPECT_NEAR(residual.mean_square, 1, 0.04 + 5 * std::sqrt(2 / n)) << uri << " " << i;
+      EXPECT_NEAR(residual.mean, 0, 0.03 + 5 / std::sqrt(n)) << uri << " " << i;
+    }
+  }
+}
+
+// Metering leaves headroom: no pixel of the flood-lit scene saturates the shortest frame, so all are valid.
+TEST(NoiseCamera, never_saturates_the_shortest_frame) {
+  for (const auto name : scene_names()) {
+    const auto rig = open("sim:" + std::string(name) + "?size=60x55&seed=4");
+    const auto p = measured(*rig, {Pattern(rig->grid(), 1, 1.F)});
+    EXPECT_EQ(*std::min_element(p[0].valid.values().begin(), p[0].valid.values().end()), 1) << name;
+  }
+}
+
+bool same(const Radiance& a, const Radiance& b) {
+  return a.mean == b.mean && a.variance == b.variance && a.valid == b.valid;
+}
+
+std::vector<Pattern> some_patterns(Grid grid) {
+  std::vector<Pattern> patterns;
+  for (std::uint64_t i = 0; i < 21; ++i) patterns.push_back(law_pattern(grid, i));
+  return patterns;
+}
+
+const std::string kBusy = "sim:vgroove-textured?size=30x41&drift=0.01&flare=0.02&dead=0.01&channels=3";
+
+TEST(Noise, does_not_depend_on_how_patterns_are_batched) {
+  const auto whole = open(kBusy);
+  const auto patterns = some_patterns(whole->grid());
+  const auto at_once = measured(*whole, patterns);
+  const auto parts = open(kBusy);
+  std::vector<Radiance> piecewise;
+  for (std::size_t first = 0, size = 1; first < patterns.size(); first += size, size = size % 5 + 1) {
+    const auto last = std::min(first + size, patterns.size());
+    for (auto& r : measured(*parts, {patterns.begin() + static_cast<std::ptrdiff_t>(first),
+                                     patterns.begin() + static_cast<std::ptrdiff_t>(last)}))
+      piecewise.push_back(std::move(r));
+  }
+  ASSERT_EQ(piecewise.size(), at_once.size());
+  for (std::size_t i = 0; i < at_once.size(); ++i) EXPECT_TRUE(same(at_once[i], piecewise[i])) << i;
+}
+
+TEST(Noise, does_not_depend_on_the_number_of_threads) {
+  const auto patterns = some_patterns({30, 41});
+  const auto many = measured(*open(kBusy), patterns);
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  const auto one = measured(*open(kBusy), patterns);
+  for (std::size_t i = 0; i < many.size(); ++i) EXPECT_TRUE(same(many[i], one[i])) << i;
+}
+
+TEST(Noise, differs_with_the_seed_and_from_photograph_to_photograph) {
+  const auto rig = open("sim:vgroove-white?size=20x20&seed=1");
+  const auto other = open("sim:vgroove-white?size=20x20&seed=2");
+  const Pattern pattern(rig->grid(), 1, 1.F);
+  const auto p = measured(*rig, {pattern, pattern});
+  EXPECT_NE(p[0].mean, p[1].mean);
+  EXPECT_NE(p[0].mean, measured(*other, {pattern})[0].mean);
+}
+
+TEST(Misalign, shifts_the_camera_only) {
+  const auto rig = open("sim:gummy?size=30x34&noise=off&misalign=0.3");
+  const Pattern pattern = law_pattern(rig->grid(), 2);
+  Image<float> expected = rig->truth().apply(pattern);
+  shift(expected.grid(), 0.3, expected.plane(0));
+  EXPECT_EQ(measured(*rig, {pattern})[0].mean, expected);
+}
+
+// The laws that these optics break must be seen to break: 1e-3 is a hundred times the tolerance of the law.
+TEST(Reciprocity, is_broken_by_flare_and_misalignment) {
+  for (const std::string keys : {"flare=0.05", "misalign=0.4"}) {
+    const auto rig = open("sim:vgroove-textured?size=40x40&noise=off&" + keys);
+    Pattern a(rig->grid()), b(rig->grid());
+    for (int row = 0; row < 40; ++row)
+      for (int col = 0; col < 40; ++col)
+        ((row * 40 + col) % 3 == 0 ? a : b).at(row, col) = row < 20 ? 1 : 0.5F;
+    const auto p = measured(*rig, {a, b});
+    EXPECT_GT(std::abs(reciprocity(a, b, p[0], p[1])[0]), 1e-3) << keys;
+  }
+}
+
+// Lamp: 1 + drift · n / 1000. The metering photograph is number 0, eight black ones follow.
+TEST(Drift, changes_the_lamp_from_photograph_to_photograph) {
+  const auto rig = open("sim:plane?size=8x8&noise=off&drift=-0.5");
+  const Pattern flood(rig->grid(), 1, 1.F);
+  const auto p = measured(*rig, std::vector<Pattern>(101, flood));
+  const float truth = rig->truth().apply(flood).at(3, 3);
+  EXPECT_NEAR(p[0].mean.at(3, 3) / truth, 1 - 0.5 * 9 / 1000, 1e-6);
+  EXPECT_NEAR(p[100].mean.at(3, 3) / truth, 1 - 0.5 * 109 / 1000, 1e-6);
+}
+
+TEST(Dead, pixels_are_invalid_and_the_others_are_not) {
+  for (const std::string noise : {"off", "camera"}) {
+    const auto rig = open("sim:gummy?size=60x60&dead=0.04&channels=3&noise=" + noise);
+    const auto p = measured(*rig, {Pattern(rig->grid(), 1, 1.F)});
+    int invalid = 0;
+    for (const auto valid : p[0].valid.plane(0)) invalid += valid == 0;
+    EXPECT_NEAR(invalid, 144, 5 * std::sqrt(144.0));  // binomial, 5 sigmas
+    EXPECT_TRUE(
+        std::equal(p[0].valid.plane(0).begin(), p[0].valid.plane(0).end(), p[0].valid.plane(2).begin()));
+  }
+}
+
+// Each photograph waits for a refresh and lasts at least as long as its exposures; 4 frames each, and 7
+// metering and 8 · 4 black frames before the first.
+TEST(Cost, counts_frames_and_time) {
+  for (const std::string noise : {"off", "camera"}) {
+    const auto rig = open("sim:vgroove-textured?size=20x20&noise=" + noise);
+    const ProbeCost before = rig->cost();
+    EXPECT_EQ(before.photographs, 0);
+    EXPECT_EQ(before.frames, 7 + 8 * 4);
+    EXPECT_GT(before.rig_seconds, 1);
+    measured(*rig, std::vector<Pattern>(40, Pattern(rig->grid(), 1, 1.F)));
+    const ProbeCost after = rig->cost();
+    EXPECT_EQ(after.photographs, 40);
+    EXPECT_EQ(after.frames, before.frames + 160);
+    const double each = (after.rig_seconds - before.rig_seconds) / 40;
+    EXPECT_GT(each, 0.5);  // the longest exposure alone is 512 times some milliseconds
+    EXPECT_LT(each, 5);
+    EXPECT_GT(after.simulate_seconds, before.simulate_seconds);
+    EXPECT_GT(after.merge_seconds, before.merge_seconds);
+  }
+}
+
+// The same scene in time: noise or not, the board runs the same kind of program.
+TEST(Cost, is_alike_with_and_without_noise) {
+  const auto ideal = open("sim:vgroove-textured?size=40x40&noise=off");
+  const auto noisy = open("sim:vgroove-textured?size=40x40");
+  const std::vector<Pattern> patterns(10, Pattern({40, 40}, 1, 1.F));
+  measured(*ideal, patterns);
+  measured(*noisy, patterns);
+  EXPECT_EQ(ideal->cost().frames, noisy->cost().frames);
+  EXPECT_NEAR(ideal->cost().rig_seconds / noisy->cost().rig_seconds, 1, 0.1);
+}
+
+TEST(OpenVirtualRig, refuses_what_it_cannot_be) {
+  EXPECT_EQ(open_virtual_rig("sim:gumy").error().code, ErrorCode::unknown_name);
+  EXPECT_EQ(open_virtual_rig("plane").error().code, ErrorCode::bad_argument);
+  EXPECT_EQ(open_virtual_rig("sim:plane?size=9999x9999").error().code, ErrorCode::limit);
+  const auto bracket = open_virtual_rig("sim:plane?size=4x4&exposures=8&ratio=64");
+  ASSERT_FALSE(bracket.ok());
+  EXPECT_EQ(bracket.error().code, ErrorCode::limit) << bracket.error().line();
+}
+
+TEST(OpenVirtualRig, tells_what_it_is) {
+  const auto rig = open("sim:plane?size=12x10&noise=off&psf=0.1");
+  EXPECT_EQ(rig->describe(), "sim:plane?size=12x10&noise=off&psf=0.1");
+  EXPECT_EQ(rig->uri().psf, 0.1);
+  EXPECT_EQ(rig->truth().grid(), (Grid{12, 10}));
+}
+
+}  // namespace
+}  // namespace symrig::sim
