@@ -102,7 +102,7 @@ TEST(Rig, sets_its_exposures_by_the_flood_lit_scene) {
   const auto exposures = (*rig)->exposures();
   ASSERT_EQ(exposures.size(), 4U);
   EXPECT_NEAR(seconds(exposures[0]), 7.98e-3, 0.04 * 7.98e-3);
-  for (std::size_t k = 1; k < 4; ++k) EXPECT_NEAR(exposures[k] / 1.0ns, 8 * (exposures[k - 1] / 1.0ns), 8);
+  for (std::size_t k = 1; k < 4; ++k) EXPECT_NEAR(seconds(exposures[k]), 8 * seconds(exposures[k - 1]), 8e-9);
 }
 
 TEST(Rig, exposes_as_long_as_planned_to_a_tick) {
