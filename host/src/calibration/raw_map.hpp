@@ -56,6 +56,10 @@ double oriented_share(const RawMap& map, double orientation);
 /// holes where `lit`.
 void refine(RawMap& map, const Image<std::uint8_t>& lit);
 
+/// Carries positions from the decoded pixels into the holes between them where `wanted`, by planes of growing
+/// neighbourhoods (up to 48 camera pixels away).
+void fill_holes(RawMap& map, const Image<std::uint8_t>& wanted);
+
 }  // namespace symrig::calibration
 
 #include "calibration/fit_plane.hpp"

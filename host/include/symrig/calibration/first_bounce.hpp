@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/calibration/pixel_map.hpp"
+#include "symrig/tensor/file.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+struct FitOptions {
+  DecodeOptions decode;  ///< decode.held_out_pair: the pair that the fit must not see, and then predicts
+  /// Near light comes from about this many projector pixels around; 0: the one of 16, 32, 64 and 128 that
+  /// leaves the least residual.
+  int surroundings = 0;
+  double weight_cutoff = 0.1;  ///< footprint weights below this share of the largest one are not stored
+};
+
+/// How well a photograph is predicted that the fit has not seen.
+struct PredictionError {
+  std::string name;
+  double rms_lit = 0;  ///< rms error over lit pixels (white − black above DecodeOptions::contrast_sigmas)
+  double rms_all = 0;  ///< over all camera pixels; both as a share of the mean white of the lit pixels
+};
+
+struct FitStatistics {
+  double mean_white = 0;       ///< of the white photograph over lit pixels, units of the photographs
+  double lit_share = 0;        ///< lit / all camera pixels
+  double decoded_share = 0;    ///< pixels with a measured position / all
+  double direct_share = 0;     ///< direct light / all light, over lit pixels
+  double near_share = 0;       ///< near light / all light
+  double footprint_sigma = 0;  ///< blur of projector and camera together [projector pixels]
+  int surroundings = 0;        ///< as chosen [projector pixels]
+  double residual = 0;  ///< rms of the fit over lit pixels and the photographs it saw, share of mean white
+  std::int64_t scalars = 0;  ///< stored weights of direct light
+};
+
+/// photograph ≈ T · pattern + black, from the photographs of a Gray-code sequence.
+struct FirstBounceFit {
+  TransportTensor tensor;  ///< not symmetric: camera grid × projector grid
+  Image<float> black;      ///< fitted black level of each camera pixel, units of the photographs
+  PixelMap map;
+  std::vector<HeldOut> held_out;        ///< pattern and complement of the pair left out; black is subtracted
+  std::vector<PredictionError> errors;  ///< one for each held-out photograph
+  FitStatistics statistics;
+};
+
+/// The first bounce of light and a smooth rest, fitted to the photographs of a Gray-code sequence:
+///   y_i(p) = b_i + a_i Σ_j f_ij p_j + n_i Σ_B w_iB mean_B(p) + u_i mean(p)
+/// b_i: black level.  a_i ≥ 0: direct light (albedo × projector light).  f_ij, Σ_j f_ij = 1: footprint of
+/// camera pixel i on the projector, a Gaussian around its decoded position, integrated over projector pixels;
+/// its width (blur of projector, camera and camera pixel) is one number for the picture.  n_i ≥ 0: near
+/// light, scattered below the surface or in the lenses; w_iB interpolates between the blocks B around the
+/// position.  u_i ≥ 0: far light, that comes by way of the whole scene. Pixel by pixel a, n, u, b are the
+/// linear least squares over all photographs not held out: fine stripes tell direct light from the rest, as
+/// every other pixel of the projector is lit in them [Nayar06 §3]. Lit pixels without a decoded position get
+/// one from their neighbours; the fit tells what direct light they have. units: those of the photographs (1 =
+/// the largest code) per unit of projector light, black not included. error: FirstBounceFit::errors, on
+/// photographs that the fit has not seen. fails: as decode; bad_argument (surroundings or cutoff out of
+/// range).
+Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, const FitOptions& options = {});
+/// read_gray_code_folder and the fit in one.
+Result<FirstBounceFit> fit_first_bounce(const std::filesystem::path& folder,
+                                        const ReadCodeOptions& reading = {}, const FitOptions& options = {});
+
+}  // namespace symrig

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/light_model.hpp"
+
+#include <numeric>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::calibration {
+namespace {
+
+/// Direct light this many times above its own noise is kept; what a shadow sees is near and far light.
+constexpr double kDirectSigmas = 3;
+
+float shown(const GrayCode& code, int index, int position) {
+  if (index >= code.white()) return index == code.white() ? 1.0F : 0.0F;
+  const bool complement = index % 2 != 0;
+  return code.lit(index / 2, position) != complement ? 1.0F : 0.0F;
+}
+
+}  // namespace
+
+Footprint footprint(const PixelMap& map, std::size_t pixel, double sigma) {
+  return {gaussian_taps(static_cast<double>(map.col.values()[pixel]), sigma, map.projector.cols),
+          gaussian_taps(static_cast<double>(map.row.values()[pixel]), sigma, map.projector.rows)};
+}
+
+LightModel::LightModel(const CodePhotographs& photographs, const DecodeOptions& options,
+                       const Surroundings& surroundings)
+    : surroundings_(surroundings) {
+  for (int i = 0; i < photographs.code.photographs(); ++i)
+    if (i >= photographs.code.white() || i / 2 != options.held_out_pair)
+      seen_.push_back(observe(photographs, i));
+}
+
+LightModel::Observation LightModel::observe(const CodePhotographs& photographs, int index) const {
+  const GrayCode& code = photographs.code;
+  Observation o;
+  o.pixels = photographs.images[static_cast<std::size_t>(index)].values().data();
+  if (index < code.white()) o.axis = code.pair(index / 2).axis;
+  const bool columns = o.axis == StripeAxis::columns;
+  const int size = columns ? code.projector().cols : code.projector().rows;
+  for (int x = 0; x < size; ++x) o.stripes.push_back(shown(code, index, x));
+  o.blocks = columns ? surroundings_.column_means(o.stripes) : surroundings_.row_means(o.stripes);
+  o.mean = std::accumulate(o.stripes.begin(), o.stripes.end(), 0.0) / size;
+  return o;
+}
+
+PixelLight LightModel::fit(const PixelMap& map, std::size_t pixel, double sigma) const {
+  const bool lit = map.mask.values()[pixel] != 0;
+  const Footprint foot = lit ? footprint(map, pixel, sigma) : Footprint{};
+  const Taps near_col =
+      lit ? surroundings_.column_taps(static_cast<double>(map.col.values()[pixel])) : Taps{};
+  const Taps near_row = lit ? surroundings_.row_taps(static_cast<double>(map.row.values()[pixel])) : Taps{};
+  PixelLightFit fit;
+  for (const Observation& o : seen_) {
+    const bool columns = o.axis == StripeAxis::columns;
+    const PatternLight light{static_cast<double>((columns ? foot.col : foot.row).sum(o.stripes)),
+                             static_cast<double>((columns ? near_col : near_row).sum(o.blocks)), o.mean};
+    fit.add(light, static_cast<double>(o.pixels[pixel]));
+  }
+  return fit.solve(lit, kDirectSigmas * map.noise);
+}
+
+std::vector<PixelLight> LightModel::fit_all(const PixelMap& map, double sigma) const {
+  std::vector<PixelLight> light(map.mask.values().size());
+  tbb::parallel_for(std::size_t{0}, light.size(),
+                    [&](std::size_t pixel) { light[pixel] = fit(map, pixel, sigma); });
+  return light;
+}
+
+double LightModel::squared_residual(const PixelMap& map, double sigma) const {
+  const std::size_t stride = std::max<std::size_t>(1, map.mask.values().size() / 3'000) | 1U;
+  double sum = 0;
+  for (std::size_t pixel = 0; pixel < map.mask.values().size(); pixel += stride)
+    if (map.mask.values()[pixel]) sum += fit(map, pixel, sigma).squared_residual;
+  return sum;
+}
+
+/// Golden sections: the residual falls towards the best blur from both sides.
+Blur LightModel::best_blur(const PixelMap& map) const {
+  constexpr double kGolden = 0.6180339887498949;
+  constexpr double kNarrowest = 0.1, kPrecision = 0.05;  // projector pixels
+  double low = kNarrowest, high = kLargestSigma;
+  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
+  double at_a = squared_residual(map, a), at_b = squared_residual(map, b);
+  while (high - low > kPrecision) {
+    if (at_a < at_b) {
+      high = std::exchange(b, a);
+      at_b = at_a;
+      a = high - kGolden * (high - low);
+      at_a = squared_residual(map, a);
+    } else {
+      low = std::exchange(a, b);
+      at_a = at_b;
+      b = low + kGolden * (high - low);
+      at_b = squared_residual(map, b);
+    }
+  }
+  return {(low + high) / 2, std::min(at_a, at_b)};
+}
+
+}  // namespace symrig::calibration

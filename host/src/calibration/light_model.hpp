@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calibration/footprint.hpp"
+#include "calibration/pixel_light.hpp"
+#include "calibration/surroundings.hpp"
+#include "symrig/calibration/pixel_map.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <vector>
+
+namespace symrig::calibration {
+
+/// The footprint of one camera pixel on the projector: separable, Σ = 1.
+struct Footprint {
+  Taps col, row;
+};
+
+Footprint footprint(const PixelMap& map, std::size_t pixel, double sigma);
+
+/// A blur, and the squared residual that it leaves in a sample of the pixels.
+struct Blur {
+  double sigma = 0;
+  double squared_residual = 0;
+};
+
+/// The photographs that a fit may see, and what their patterns put on a pixel's footprint and surroundings.
+class LightModel {
+ public:
+  /// Leaves out DecodeOptions::held_out_pair. All arguments must outlive the model.
+  LightModel(const CodePhotographs& photographs, const DecodeOptions& options,
+             const Surroundings& surroundings);
+
+  std::size_t photographs() const { return seen_.size(); }
+
+  /// Light of one camera pixel, at this blur [projector pixels].
+  PixelLight fit(const PixelMap& map, std::size_t pixel, double sigma) const;
+  std::vector<PixelLight> fit_all(const PixelMap& map, double sigma) const;
+  /// The blur with the least residual over a sample of the decoded pixels.
+  Blur best_blur(const PixelMap& map) const;
+
+ private:
+  /// One photograph. Its pattern changes along one axis (white and black along none).
+  struct Observation {
+    const float* pixels = nullptr;
+    StripeAxis axis = StripeAxis::columns;
+    std::vector<float> stripes;  ///< the pattern along its axis,
+    std::vector<float> blocks;   ///< its means over the blocks of the surroundings,
+    double mean = 0;             ///< and over the projector
+  };
+
+  Observation observe(const CodePhotographs& photographs, int index) const;
+  double squared_residual(const PixelMap& map, double sigma) const;
+
+  const Surroundings& surroundings_;
+  std::vector<Observation> seen_;
+};
+
+}  // namespace symrig::calibration

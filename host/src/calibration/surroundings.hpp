@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calibration/footprint.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <vector>
+
+namespace symrig::calibration {
+
+/// The projector divided into the blocks of one level of its tree: rows × columns of them.
+class Surroundings {
+ public:
+  /// The level whose blocks are nearest to `size` pixels wide.
+  Surroundings(const BlockTree& tree, int size);
+
+  int rows() const { return static_cast<int>(row_starts_.size()) - 1; }
+  int cols() const { return static_cast<int>(col_starts_.size()) - 1; }
+  /// Tree range of block (row, col).
+  const Block& block(int row, int col) const {
+    return *blocks_[static_cast<std::size_t>(row * cols() + col)];
+  }
+
+  /// Means of a pattern that changes along one axis, one a block of that axis.
+  std::vector<float> column_means(std::span<const float> values) const { return means(values, col_starts_); }
+  std::vector<float> row_means(std::span<const float> values) const { return means(values, row_starts_); }
+
+  /// How the surroundings of a position are made of blocks: linear between the centres of the two nearest.
+  Taps column_taps(double position) const { return linear_taps(position, col_starts_); }
+  Taps row_taps(double position) const { return linear_taps(position, row_starts_); }
+
+ private:
+  static std::vector<float> means(std::span<const float> values, const std::vector<int>& starts);
+  static Taps linear_taps(double position, const std::vector<int>& starts);
+
+  std::vector<int> row_starts_, col_starts_;  // first pixel of each block along the axis, and the end
+  std::vector<const Block*> blocks_;
+};
+
+}  // namespace symrig::calibration
