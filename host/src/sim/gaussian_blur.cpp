@@ -14,12 +14,14 @@ constexpr double kReachSigmas = 5;  // the Gaussian is 4e-6 of its peak there
 std::vector<float> gaussian_kernel(double sigma, int limit) {
   const int reach = std::min(limit, static_cast<int>(std::ceil(kReachSigmas * sigma)));
   std::vector<double> value;
+  value.reserve(static_cast<std::size_t>(reach) + 1);
   double sum = 0;
   for (int d = 0; d <= reach; ++d) {
     value.push_back(std::exp(-0.5 * d * d / (sigma * sigma)));
     sum += (d == 0 ? 1 : 2) * value.back();
   }
   std::vector<float> kernel;
+  kernel.reserve(value.size());
   for (const double v : value) kernel.push_back(static_cast<float>(v / sum));
   return kernel;
 }

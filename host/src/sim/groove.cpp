@@ -5,7 +5,7 @@
 
 namespace symrig::sim {
 
-Groove::Groove(Grid grid_) : grid(grid_), crease(0.47 * grid_.cols), left_cols(0) {
+Groove::Groove(Grid grid_) : grid(grid_), crease(0.47 * grid_.cols) {
   for (int col = 0; col < grid.cols; ++col) {
     const double x = col + 0.5;
     if (x < crease) ++left_cols;

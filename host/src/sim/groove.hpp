@@ -16,7 +16,7 @@ struct Groove {
 
   Grid grid;
   double crease;                 ///< x of the crease [px]
-  int left_cols;                 ///< columns [0, left_cols) are the left plane
+  int left_cols = 0;             ///< columns [0, left_cols) are the left plane
   std::vector<double> distance;  ///< of each column's centre from the crease [px]
 
   int right_cols() const { return grid.cols - left_cols; }

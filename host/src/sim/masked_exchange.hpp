@@ -15,8 +15,8 @@ using Sight = std::function<bool(double s, double t)>;
 /// two columns alone: M[s, t] is a convolution along y, held as its (real) spectrum for each pair of columns
 /// that see each other. High frequencies are kept near the crease only: the spectrum of 1/(a² + y²)²
 /// falls as (1 + aω) e^{−aω}.
-/// cost: one FFT of 2.5 rows a column and direction, then the kept products.  error: every entry within 3e-6 of
-/// the largest entry of its pair of columns, plus 2e-8 (two columns share a transform, and its rounding);
+/// cost: one FFT of 2.5 rows a column and direction, then the kept products.  error: every entry within 3e-6
+/// of the largest entry of its pair of columns, plus 2e-8 (two columns share a transform, and its rounding);
 /// entries may fall below zero by as much. Visibility itself is exact.  source: form factors of groove.hpp.
 std::unique_ptr<Exchange> masked_exchange(const Groove& groove, const Sight& sees);
 

@@ -54,7 +54,7 @@ PackedColumns pack_columns(const Groove& groove, int begin, int end, std::span<c
 }
 
 std::vector<Pack> pack_blur(int reach, std::span<const double> weights, std::span<const double> rates) {
-  std::vector<Pack> blur(static_cast<std::size_t>(2 * reach + 1), Pack{});
+  std::vector<Pack> blur(2 * static_cast<std::size_t>(reach) + 1, Pack{});
   for (int dy = -reach; dy <= reach; ++dy)
     for (std::size_t k = 0; k < rates.size(); ++k)
       blur[static_cast<std::size_t>(reach + dy)][k] =

@@ -158,6 +158,17 @@ TEST(Reciprocity, is_broken_by_flare_and_misalignment) {
   }
 }
 
+// A probe that states half its variance breaks the laws: residuals come out with a mean square of 2.
+TEST(Whiten, notices_an_understated_variance) {
+  const auto rig = open("sim:vgroove-textured?size=40x40");
+  const Pattern pattern = law_pattern(rig->grid(), 1);
+  auto p = measured(*rig, {pattern, pattern});
+  for (auto& photograph : p)
+    for (float& variance : photograph.variance.values()) variance *= 0.5F;
+  const Term repeated[] = {{1, &p[0]}, {-1, &p[1]}};
+  EXPECT_GT(whiten(repeated).mean_square, 1.5);
+}
+
 // Lamp: 1 + drift · n / 1000. The metering photograph is number 0, eight black ones follow.
 TEST(Drift, changes_the_lamp_from_photograph_to_photograph) {
   const auto rig = open("sim:plane?size=8x8&noise=off&drift=-0.5");
