@@ -22,6 +22,19 @@ foreach(file IN LISTS cmake_files)
   endif()
 endforeach()
 
+# Every installed header stands alone, with nothing but what is installed.
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/symrig/*.hpp)
+set(project "cmake_minimum_required(VERSION 3.25)\nproject(headers LANGUAGES C CXX)\nfind_package(symrig REQUIRED)\n")
+string(APPEND project "file(GLOB each *.cpp)\nadd_library(headers OBJECT \${each})\ntarget_link_libraries(headers symrig::symrig)\n")
+file(WRITE ${WORK}/headers/CMakeLists.txt "${project}")
+foreach(header IN LISTS headers)
+  string(MAKE_C_IDENTIFIER ${header} name)
+  file(WRITE ${WORK}/headers/${name}.cpp "#include \"${header}\"\n#include \"${header}\"\n")
+endforeach()
+step("configure headers" ${CMAKE_COMMAND} -S ${WORK}/headers -B ${WORK}/headers-build -G ${GENERATOR}
+  -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
+step("build headers" ${CMAKE_COMMAND} --build ${WORK}/headers-build)
+
 step("configure" ${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
   -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
 step("build" ${CMAKE_COMMAND} --build ${WORK}/build)
