@@ -22,12 +22,14 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 6> kCommands{{{"capture", add_capture},
+constexpr std::array<Command, 8> kCommands{{{"capture", add_capture},
                                             {"relight", add_relight},
                                             {"dual", add_dual},
                                             {"evaluate", add_evaluate},
                                             {"inspect", add_inspect},
-                                            {"report", add_report}}};
+                                            {"report", add_report},
+                                            {"calibrate", add_calibrate},
+                                            {"fit", add_fit}}};
 
 constexpr const char* kExample =
     "Example:\n"

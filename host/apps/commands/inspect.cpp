@@ -25,13 +25,13 @@ std::string size_lines(const std::string& file, const StoredScene& scene) {
   return fmt::format(
       "{}: projector {} -> camera {}, {} channel{}, {}\n"
       "captured from {}\n"
-      "{} leaves and {} scalars in {}; T as a full matrix: {} ({:.3g} times as much)\n",
+      "{} low-rank leaves and {} single entries in {}; T as a full matrix: {} ({:.3g} times as much)\n",
       file, to_string(tensor.projector_grid()), to_string(tensor.camera_grid()), tensor.channels(),
       tensor.channels() == 1 ? "" : "s", tensor.symmetric() ? "symmetric (one half stored)" : "not symmetric",
       captured_scene(scene).empty() ? "(not told)" : captured_scene(scene),
       grouped(static_cast<double>(tensor.leaves().size())),
-      grouped(static_cast<double>(tensor.rows().size())), byte_size(bytes), byte_size(dense),
-      bytes > 0 ? dense / bytes : 0.0);
+      grouped(static_cast<double>(tensor.scalars().size() + tensor.column_rows().size())), byte_size(bytes),
+      byte_size(dense), bytes > 0 ? dense / bytes : 0.0);
 }
 
 std::string level_table(const TransportTensor& tensor) {

@@ -28,7 +28,7 @@ p { max-width: 46rem; margin: 0.4rem 0 0.9rem; }
 .lead, figcaption, .note { color: var(--soft); }
 .note { font-size: 0.9rem; }
 code { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: 0.9em; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(11rem, 1fr)); gap: 0.7rem; margin: 1.2rem 0 0.6rem; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fill, minmax(11rem, 1fr)); gap: 0.7rem; margin: 1.2rem 0 0.6rem; }
 .tile { background: var(--card); border: 1px solid var(--line); border-radius: 0.4rem; padding: 0.6rem 0.8rem; }
 .tile b { display: block; font-size: 1.35rem; line-height: 1.25; }
 .tile span { display: block; font-size: 0.85rem; color: var(--soft); line-height: 1.35; }

@@ -28,6 +28,15 @@ Result<std::optional<TransportErrors>> errors_of(const StoredScene& scene, const
   return std::optional<TransportErrors>(errors);
 }
 
+Result<std::vector<HeldOutError>> held_out_errors(const StoredScene& scene) {
+  std::vector<HeldOutError> errors;
+  for (const HeldOut& one : scene.held_out) {
+    SYMRIG_TRY(HeldOutError error, held_out_error(scene.tensor, one));
+    errors.push_back(std::move(error));
+  }
+  return errors;
+}
+
 std::string footer() {
   return "<footer>Made by <code>symrig report</code>. Method: G. Garg, E.-V. Talvala, M. Levoy, H. P. A. "
          "Lensch, Symmetric "
@@ -40,7 +49,9 @@ Result<std::string> html_report(const StoredScene& scene, const ReportOptions& o
   Steps steps(options.progress);
   SYMRIG_CHECK(steps.begin("errors"));
   SYMRIG_TRY(std::optional<TransportErrors> errors, errors_of(scene, options));
-  const report::Context context{scene, options, report::CaptureFacts(scene.capture_json), errors};
+  SYMRIG_TRY(const std::vector<HeldOutError> held_out_of, held_out_errors(scene));
+  const report::Context context{scene, options, report::CaptureFacts(scene.capture_json), errors,
+                                held_out_of};
   std::string body = report::headline(context);
   SYMRIG_CHECK(steps.begin("new light"));
   SYMRIG_TRY(const std::string lights, report::lights_section(context));

@@ -10,71 +10,60 @@ namespace {
 /// A node named by the places where its two blocks begin in tree order.
 using Node = std::pair<std::int32_t, std::int32_t>;
 
-/// Where the block that holds `pixel` begins. Trees of different depth: the last level stands for deeper
-/// ones.
+/// Where the block that holds `pixel` begins.
 std::int32_t block_begin(const BlockTree& tree, int level, std::int32_t pixel) {
-  const auto blocks = tree.level(std::min(level, tree.levels() - 1));
+  const auto blocks = tree.level(level);
   const auto after = std::upper_bound(blocks.begin(), blocks.end(), pixel,
                                       [](std::int32_t p, const Block& block) { return p < block.begin; });
   return std::prev(after)->begin;
 }
 
-void keep_unique(std::vector<Node>& nodes) {
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+/// Which of the two halves of a symmetric tensor a leaf is stored in does not matter: one order for both.
+Node ordered(std::int32_t row, std::int32_t col) {
+  return {std::max(row, col), std::min(row, col)};
 }
 
-/// The leaves of each level as nodes. A symmetric tensor's pairs are ordered, as both halves are one.
-class LeafNodes {
- public:
-  explicit LeafNodes(const TransportTensor& tensor)
-      : symmetric_(tensor.symmetric()),
-        at_(static_cast<std::size_t>(
-            std::max(tensor.camera_tree().levels(), tensor.projector_tree().levels()))) {
-    for (const Leaf& leaf : tensor.leaves()) add(leaf.level, leaf.row_begin, leaf.col_begin);
-    for (const ScalarLeaf& scalar : tensor.scalars())
-      add(tensor.scalar_level(scalar), scalar.row, scalar.col);
-    for (int l = 0; l < tensor.levels(); ++l)
-      for (const EmptyLeaf& empty : tensor.empties(l))
-        add(l, tensor.camera_tree().level(l)[static_cast<std::size_t>(empty.row_block)].begin,
-            tensor.projector_tree().level(l)[static_cast<std::size_t>(empty.col_block)].begin);
+/// The leaves of each level as nodes.
+std::vector<std::vector<Node>> leaf_nodes(const TransportTensor& tensor) {
+  std::vector<std::vector<Node>> nodes(static_cast<std::size_t>(tensor.levels()));
+  for (const Leaf& leaf : tensor.leaves())
+    nodes[static_cast<std::size_t>(leaf.level)].push_back(ordered(leaf.row_begin, leaf.col_begin));
+  for (const ScalarLeaf& scalar : tensor.scalars())
+    nodes[static_cast<std::size_t>(tensor.scalar_level(scalar))].push_back(ordered(scalar.row, scalar.col));
+  for (int level = 0; level < tensor.levels(); ++level) {
+    const auto blocks = tensor.camera_tree().level(level);
+    for (const EmptyLeaf& empty : tensor.empties(level))
+      nodes[static_cast<std::size_t>(level)].push_back(
+          ordered(blocks[static_cast<std::size_t>(empty.row_block)].begin,
+                  blocks[static_cast<std::size_t>(empty.col_block)].begin));
   }
+  return nodes;
+}
 
-  int levels() const { return static_cast<int>(at_.size()); }
-  const std::vector<Node>& at(int level) const { return at_[static_cast<std::size_t>(level)]; }
-  Node ordered(Node node) const {
-    return symmetric_ && node.second > node.first ? Node{node.second, node.first} : node;
-  }
-
- private:
-  void add(std::int32_t level, std::int32_t row, std::int32_t col) {
-    const int last = levels() - 1;
-    at_[static_cast<std::size_t>(std::clamp(level, 0, last))].push_back(ordered({row, col}));
-  }
-
-  bool symmetric_;
-  std::vector<std::vector<Node>> at_;
-};
+/// The nodes of `level` that hold these deeper ones, each once.
+std::vector<Node> parents_of(const std::vector<Node>& deeper, const BlockTree& tree, int level) {
+  std::vector<Node> parents;
+  parents.reserve(deeper.size());
+  for (const auto& [row, col] : deeper)
+    parents.push_back(ordered(block_begin(tree, level, row), block_begin(tree, level, col)));
+  std::sort(parents.begin(), parents.end());
+  parents.erase(std::unique(parents.begin(), parents.end()), parents.end());
+  return parents;
+}
 
 }  // namespace
 
 std::vector<NodeCounts> node_counts(const TransportTensor& tensor) {
   const std::vector<LeafCounts> leaves = tensor.leaves_per_level();
-  const LeafNodes nodes(tensor);
   std::vector<NodeCounts> counts(leaves.size());
   for (std::size_t l = 0; l < leaves.size(); ++l) counts[l].leaves = leaves[l];
+  if (!tensor.symmetric()) return counts;
+  const std::vector<std::vector<Node>> nodes = leaf_nodes(tensor);
   std::vector<Node> deeper;  // every node of the level below, leaf or subdivided
-  for (int level = nodes.levels() - 1; level >= 0; --level) {
-    std::vector<Node> parents;
-    parents.reserve(deeper.size());
-    for (const auto& [row, col] : deeper)
-      parents.push_back(nodes.ordered(
-          {block_begin(tensor.camera_tree(), level, row), block_begin(tensor.projector_tree(), level, col)}));
-    keep_unique(parents);
-    if (static_cast<std::size_t>(level) < counts.size())
-      counts[static_cast<std::size_t>(level)].subdivided = static_cast<std::int64_t>(parents.size());
-    deeper = std::move(parents);
-    deeper.insert(deeper.end(), nodes.at(level).begin(), nodes.at(level).end());
+  for (std::size_t l = nodes.size(); l-- > 0;) {
+    deeper = parents_of(deeper, tensor.camera_tree(), static_cast<int>(l));
+    counts[l].subdivided = static_cast<std::int64_t>(deeper.size());
+    deeper.insert(deeper.end(), nodes[l].begin(), nodes[l].end());
   }
   return counts;
 }

@@ -57,10 +57,14 @@ Picture photograph(const Image<float>& image, float white) {
   return picture;
 }
 
-Picture photograph_with_line(const Image<float>& image, float white, int row) {
+Picture photograph_with_line(const Image<float>& image, float white, double height) {
   Picture picture = photograph(image, white);
-  const auto cols = static_cast<std::int64_t>(image.grid().cols);
-  for (std::int64_t i = row * cols; i < (row + 1) * cols; ++i) put(picture, i, {255, 70, 50});
+  const Grid grid = image.grid();
+  const int thick = std::max(1, grid.rows / 150);
+  const int top = std::clamp(static_cast<int>(height * grid.rows) - thick / 2, 0, grid.rows - thick);
+  for (int row = top; row < top + thick; ++row)
+    for (int col = 0; col < grid.cols; ++col)
+      put(picture, std::int64_t{row} * grid.cols + col, {255, 70, 50});
   return picture;
 }
 

@@ -22,8 +22,9 @@ float white_level(const Image<float>& image, double share = 0.995);
 /// Linear radiance as an sRGB picture [IEC 61966-2-1]; `white` becomes white. 3 channels: colour, else the
 /// first channel as grey.
 Picture photograph(const Image<float>& image, float white);
-/// The same with one camera row brightened to red, as in [Garg06 Fig. 2b].
-Picture photograph_with_line(const Image<float>& image, float white, int row);
+/// The same with a red line across it [Garg06 Fig. 2b]. height: 0 (top) to 1 of the picture, of one row or,
+/// in large pictures, as thick as can be seen.
+Picture photograph_with_line(const Image<float>& image, float white, double height);
 
 /// Mean over channels of |a − b|, one channel. Grids and channels must be equal.
 Image<float> difference(const Image<float>& a, const Image<float>& b);

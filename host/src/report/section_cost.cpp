@@ -3,6 +3,8 @@
 #include "report/html.hpp"
 #include "report/sections.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace symrig::report {
@@ -35,6 +37,17 @@ std::string size_tile(const TransportTensor& tensor) {
   const double dense = tensor.dense_bytes();
   return tile(byte_size(static_cast<double>(tensor.bytes())),
               fmt::format("tensor in memory; T as a full matrix: {}", byte_size(dense)));
+}
+
+/// Photographs taken by somebody else and the worst prediction of one that was kept back.
+std::string photographs_tiles(const Context& context) {
+  std::string tiles;
+  if (const auto count = context.facts.number("/photographs")) tiles += tile(grouped(*count), "photographs");
+  double worst = 0;
+  for (const HeldOutError& one : context.held_out) worst = std::max(worst, one.relative());
+  if (!context.held_out.empty())
+    tiles += tile(percent(worst), "of mean white: rms error of the worst held-out photograph");
+  return tiles;
 }
 
 std::string what_it_is(const Context& context) {
@@ -108,7 +121,8 @@ std::string time_table(const CaptureFacts& facts) {
 }  // namespace
 
 std::string headline(const Context& context) {
-  std::string tiles = patterns_tile(context.facts) + time_tile(context.facts) + size_tile(context.tensor());
+  std::string tiles = patterns_tile(context.facts) + time_tile(context.facts) + size_tile(context.tensor()) +
+                      photographs_tiles(context);
   if (context.errors)
     tiles += tile(percent(context.errors->frobenius), "error of T (relative, Frobenius)") +
              tile(percent(context.errors->indirect), "error of the indirect light alone");

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t kMostShown = 4;
 
-Result<std::string> held_out_row(const TransportTensor& tensor, const HeldOut& one) {
-  SYMRIG_TRY(const HeldOutError error, held_out_error(tensor, one));
+Result<std::string> held_out_row(const TransportTensor& tensor, const HeldOut& one,
+                                 const HeldOutError& error) {
   SYMRIG_TRY(const Image<float> predicted, tensor.apply(one.pattern));
   const float white = white_level(one.photograph);
   const Image<float> off = shrunk(difference(predicted, one.photograph), kPictureSide);
@@ -49,7 +49,7 @@ Result<std::string> held_out_section(const Context& context) {
       "Lit pixels: flood-lit prediction above a tenth of its mean.",
       all.size(), all.size() > kMostShown ? fmt::format(", the first {} shown", kMostShown) : ""));
   for (std::size_t k = 0; k < std::min(kMostShown, all.size()); ++k) {
-    SYMRIG_TRY(const std::string row, held_out_row(context.tensor(), all[k]));
+    SYMRIG_TRY(const std::string row, held_out_row(context.tensor(), all[k], context.held_out[k]));
     html += row;
   }
   return section("held-out", "Held-out photographs", html);

@@ -2,15 +2,18 @@
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/sections.hpp"
+#include "symrig/image/resample.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace symrig::report {
 namespace {
 
-constexpr int kDecades = 5;
+constexpr int kDecades = 4;
 
 Image<float> channel_mean(const Image<float>& image) {
   Image<float> mean(image.grid());
@@ -55,18 +58,21 @@ Result<Image<float>> pixel_slice(const TransportTensor& tensor, int row) {
   });
 }
 
-/// Where camera and projector have different grids there is no common line: the projector lights stripes.
+/// Where camera and projector have different grids there is no common line: the projector lights stripes, and
+/// the camera row is averaged to as many pieces.
 Result<Image<float>> stripe_slice(const TransportTensor& tensor, int camera_row) {
   const Grid grid = tensor.projector_grid();
   const int stripes = std::min(grid.cols, 128);
-  return seen_on_row(tensor, camera_row, stripes, [&](int k) {
+  const auto stripe = [&](int k) {
     Image<float> light(grid);
     const auto begin = static_cast<int>(std::int64_t{grid.cols} * k / stripes);
     const auto end = static_cast<int>(std::int64_t{grid.cols} * (k + 1) / stripes);
     for (int row = 0; row < grid.rows; ++row)
       for (int col = begin; col < end; ++col) light.at(row, col) = 1;
     return light;
-  });
+  };
+  SYMRIG_TRY(const Image<float> seen, seen_on_row(tensor, camera_row, stripes, stripe));
+  return resize_box(seen, {std::min(stripes, seen.grid().rows), stripes});
 }
 
 Result<Image<float>> slice_of(const TransportTensor& tensor, int row) {
@@ -75,26 +81,43 @@ Result<Image<float>> slice_of(const TransportTensor& tensor, int row) {
                                                          : stripe_slice(tensor, row);
 }
 
+/// What the bright end of the scale stands for: the diagonal is a thousand times brighter than the rest
+/// [Garg06 Fig. 2c], so the scale is chosen for the rest. Share of values below it, among positive ones off
+/// the diagonal.
+float top_of_scale(const Image<float>& slice) {
+  constexpr double kShare = 0.99;
+  std::vector<float> values;
+  for (int row = 0; row < slice.grid().rows; ++row)
+    for (int col = 0; col < slice.grid().cols; ++col)
+      if (row != col && slice.at(row, col) > 0) values.push_back(slice.at(row, col));
+  if (values.empty()) return *std::max_element(slice.values().begin(), slice.values().end());
+  const auto rank = static_cast<std::ptrdiff_t>(kShare * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + rank, values.end());
+  return values[static_cast<std::size_t>(rank)];
+}
+
+std::string slice_caption(const TransportTensor& tensor, int row) {
+  if (tensor.camera_grid() == tensor.projector_grid())
+    return fmt::format(
+        "A slice of T: every pair of pixels on row {} of {}. Down: camera pixel; across: projector pixel. "
+        "The diagonal is the direct light.",
+        row, tensor.camera_grid().rows);
+  return fmt::format(
+      "What row {} of {} of the camera sees (down: camera column) when the projector lights vertical stripes "
+      "from left to right (across: stripe).",
+      row, tensor.camera_grid().rows);
+}
+
 std::string slice_figure(const TransportTensor& tensor, const Image<float>& slice, int row) {
-  const float top = *std::max_element(slice.values().begin(), slice.values().end());
-  const bool coaxial = tensor.camera_grid() == tensor.projector_grid();
-  const std::string what =
-      coaxial
-          ? fmt::format(
-                "A slice of T: every pair of pixels on row {} of {} (row of the picture: camera pixel; "
-                "column: "
-                "projector pixel). The diagonal is the direct light.",
-                row, tensor.camera_grid().rows)
-          : fmt::format(
-                "What camera row {} of {} sees (row of the picture: camera column) when the projector lights "
-                "vertical stripes from left to right (column of the picture: stripe).",
-                row, tensor.camera_grid().rows);
-  return figure(
-      log_colour(shrunk(slice, kPictureSide), top, kDecades), "slice of T",
-      what +
-          fmt::format(" Logarithmic, {} decades; black: less than 10⁻{} of the largest entry, or negative.",
-                      kDecades, kDecades),
-      colour_scale(short_number(top * 1e-5), short_number(top)));
+  const float top = top_of_scale(slice);
+  const float most = *std::max_element(slice.values().begin(), slice.values().end());
+  const std::string scale = fmt::format(
+      " Logarithmic, {} decades; brightest: {} and above (the largest is {}); black: below {}, or "
+      "negative. Radiance per unit of projector light.",
+      kDecades, short_number(top), short_number(most), short_number(top * std::pow(0.1, kDecades)));
+  return figure(log_colour(shrunk(slice, kPictureSide), top, kDecades), "slice of T",
+                slice_caption(tensor, row) + scale,
+                colour_scale(short_number(top * std::pow(0.1, kDecades)), short_number(top)));
 }
 
 Result<std::string> level_figure(const TransportTensor& tensor, int row) {
@@ -114,10 +137,12 @@ Result<std::string> inside_section(const Context& context) {
   const int row = tensor.camera_grid().rows / 2;
   SYMRIG_TRY(const Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.0F)));
   SYMRIG_TRY(const Image<float> slice, slice_of(tensor, row));
-  std::vector<std::string> figures{figure(photograph_with_line(flood, white_level(flood), row),
-                                          "flood-lit picture with the line of the slice",
-                                          fmt::format("The line of the slice (red): row {}.", row)),
-                                   slice_figure(tensor, slice, row)};
+  std::vector<std::string> figures{
+      figure(photograph_with_line(shrunk(flood, kPictureSide), white_level(flood),
+                                  (row + 0.5) / tensor.camera_grid().rows),
+             "flood-lit picture with the line of the slice",
+             fmt::format("The line of the slice (red): row {}.", row)),
+      slice_figure(tensor, slice, row)};
   if (tensor.symmetric()) {
     SYMRIG_TRY(std::string levels, level_figure(tensor, row));
     figures.push_back(std::move(levels));

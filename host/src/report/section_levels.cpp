@@ -53,24 +53,33 @@ std::string intro(const Context& context) {
                   reference));
 }
 
+/// A tensor that was not grown level by level: dual photography's, brute force's, or fitted to photographs.
+std::string stored_section(const TransportTensor& tensor) {
+  const auto count = [](std::size_t n) { return grouped(static_cast<double>(n)); };
+  return section(
+      "levels", "What is stored",
+      paragraph("This tensor was not refined level by level from both sides, so it has no levels to show.") +
+          facts_table({{"Low-rank leaves", count(tensor.leaves().size())},
+                       {"Single entries of T", count(tensor.scalars().size())},
+                       {"Measured columns of T", count(tensor.columns().size())},
+                       {"Entries in those columns", count(tensor.column_rows().size())}}));
+}
+
 }  // namespace
 
 Result<std::string> levels_section(const Context& context) {
   const TransportTensor& tensor = context.tensor();
+  if (!tensor.symmetric()) return stored_section(tensor);
   const std::vector<NodeCounts> counts = node_counts(tensor);
-  std::string html = paragraph(
-      tensor.symmetric()
-          ? "Each level cuts blocks in four, and a pair of blocks (a node) in sixteen. Shares of the nodes "
-            "looked at "
-            "on each level; T is symmetric, each pair is counted once. Empty: below what matters or can be "
-            "measured. Scalar: a single entry of T."
-          : "What is stored at each level of the two block trees.");
-  html += node_bars(counts) + counts_table(counts);
-  if (tensor.symmetric()) {
-    SYMRIG_TRY(const std::string pictures, stopped_row(context));
-    html += "<h3>Stopped at each level</h3>" + intro(context) + pictures;
-  }
-  return section("levels", "Level by level", html);
+  SYMRIG_TRY(const std::string pictures, stopped_row(context));
+  return section("levels", "Level by level",
+                 paragraph("Each level cuts blocks in four, and a pair of blocks (a node) in sixteen. Shares "
+                           "of the nodes looked at "
+                           "on each level; T is symmetric, each pair is counted once. Empty: below what "
+                           "matters or can be measured. "
+                           "Scalar: a single entry of T.") +
+                     node_bars(counts) + counts_table(counts) + "<h3>Stopped at each level</h3>" +
+                     intro(context) + pictures);
 }
 
 }  // namespace symrig::report

@@ -121,7 +121,7 @@ Result<std::string> lights_section(const Context& context) {
   SYMRIG_TRY(const Relit letters, relight(context, letters_pattern(projector)));
   html += "<h3>Letters</h3>" + relit_row(letters, white_level(letters.best()), "letters");
   const std::string intro =
-      context.has_truth() ? "None of the lights below was shown during the capture except the flood-lit one. "
+      context.has_truth() ? "The bar and the letters were not shown during the capture. "
                             "Ground truth is the simulated scene itself, free of noise. Relative error: "
                             "‖relit − truth‖ / ‖truth‖."
                           : "What the scene looks like under lights that were never shown, computed from the "

@@ -3,9 +3,11 @@
 
 #include "report/capture_facts.hpp"
 #include "symrig/report/html_report.hpp"
+#include "symrig/report/summary.hpp"
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace symrig::report {
 
@@ -15,6 +17,7 @@ struct Context {
   const ReportOptions& options;
   CaptureFacts facts;
   std::optional<TransportErrors> errors;  ///< present when truth is known
+  std::vector<HeldOutError> held_out;     ///< one for each held-out photograph
 
   const TransportTensor& tensor() const { return scene.tensor; }
   bool has_truth() const { return static_cast<bool>(options.truth); }

@@ -2,34 +2,16 @@
 #include "symrig/report/summary.hpp"
 
 #include "report/capture_facts.hpp"
+#include "report/json_text.hpp"
 #include "symrig/report/node_counts.hpp"
-
-#include <nlohmann/json.hpp>
 
 namespace symrig {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// NaN and infinity have no place in JSON: they become null, as the library does it.
-std::string text(const Json& json) {
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-Json grid_json(Grid grid) {
-  return Json::array({grid.rows, grid.cols});
-}
-
-Json leaves_json(const TransportTensor& tensor) {
-  Json rank1 = Json::array(), low_rank = Json::array(), empty = Json::array(), scalar = Json::array();
-  for (const LeafCounts& level : tensor.leaves_per_level()) {
-    rank1.push_back(level.rank1);
-    low_rank.push_back(level.low_rank);
-    empty.push_back(level.empty);
-    scalar.push_back(level.scalar);
-  }
-  return {{"rank1", rank1}, {"lowrank", low_rank}, {"empty", empty}, {"scalar", scalar}};
-}
+using report::grid_json;
+using report::Json;
+using report::json_text;
+using report::leaves_json;
 
 Json rule_json(const RankRule& rule) {
   return {{"signal_fraction", rule.signal_fraction},
@@ -37,17 +19,6 @@ Json rule_json(const RankRule& rule) {
           {"empty_fraction", rule.empty_fraction},
           {"noise_sigmas", rule.noise_sigmas},
           {"concentration", rule.concentration}};
-}
-
-Json held_out_json(const std::vector<HeldOutError>& all) {
-  Json list = Json::array();
-  for (const HeldOutError& one : all)
-    list.push_back({{"name", one.name},
-                    {"rms", one.rms},
-                    {"mean_white", one.mean_white},
-                    {"relative", one.relative()},
-                    {"lit_pixels", one.lit_pixels}});
-  return list;
 }
 
 /// Largest rank and how many leaves have each rank.
@@ -90,7 +61,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["rig_seconds"] = summary.cost.rig_seconds;
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["noise"] = summary.noise;
-  return text(json);
+  return json_text(json);
 }
 
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
@@ -108,8 +79,8 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
                        {"random", errors->relight_random},
                        {"natural", errors->relight_natural}}},
                      {"bar_indirect", errors->bar_indirect}};
-  json["held_out"] = held_out_json(held_out);
-  return text(json);
+  json["held_out"] = report::held_out_json(held_out);
+  return json_text(json);
 }
 
 std::string inspection_json(const StoredScene& scene) {
@@ -124,7 +95,8 @@ std::string inspection_json(const StoredScene& scene) {
   json["symmetric"] = tensor.symmetric();
   json["levels"] = tensor.leaves_per_level().size();
   json["leaves"] = tensor.leaves().size();
-  json["scalars"] = tensor.rows().size();
+  json["scalars"] = tensor.scalars().size();
+  json["column_entries"] = tensor.column_rows().size();
   json["leaves_per_level"] = leaves_json(tensor);
   json["subdivided_per_level"] = subdivided;
   json["leaves_of_rank"] = ranks_json(tensor);
@@ -132,7 +104,7 @@ std::string inspection_json(const StoredScene& scene) {
   json["dense_bytes"] = tensor.dense_bytes();
   json["held_out"] = scene.held_out.size();
   json["capture"] = report::CaptureFacts(scene.capture_json).json();
-  return text(json);
+  return json_text(json);
 }
 
 std::string captured_scene(const StoredScene& scene) {

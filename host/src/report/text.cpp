@@ -33,7 +33,7 @@ std::string percent(double share) {
   if (share == 0) return "0 %";
   const double value = 100 * share;
   if (!(std::abs(value) >= 1e-3 && std::abs(value) < 1e6)) return fmt::format("{:.1e} %", value);
-  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::abs(value)))), 0, 5);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(std::abs(value)))), 1, 5);
   return fmt::format("{:.{}f} %", value, decimals);
 }
 

@@ -19,7 +19,9 @@ struct NodeCounts {
 };
 
 /// One entry a level of the deeper tree. Counts stored nodes: in a symmetric tensor each unordered pair of
-/// blocks once. A node is subdivided if a leaf of a deeper level lies in it.  source: [Garg06 Fig. 9]
+/// blocks once. A node is subdivided if a
+/// leaf of a deeper level lies in it; told for symmetric tensors only, others are not grown level by level.
+/// source: [Garg06 Fig. 9]
 std::vector<NodeCounts> node_counts(const TransportTensor& tensor);
 
 }  // namespace symrig

@@ -10,7 +10,7 @@ namespace symrig::text {
 std::string grouped(double number);
 /// Three significant figures: "0.00123", "4.56e-07".
 std::string short_number(double number);
-/// "0.12 %", two significant figures.
+/// "0.12 %", "99.6 %": two significant figures, one decimal at least.
 std::string percent(double share);
 /// "12.3 MB" (decimal units).
 std::string byte_size(double bytes);

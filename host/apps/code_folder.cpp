@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "code_folder.hpp"
+
+#include <charconv>
+#include <filesystem>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+std::optional<int> whole_number(std::string_view text) {
+  int value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+Result<std::optional<Grid>> parse_projector(const std::string& text) {
+  if (text.empty()) return std::optional<Grid>();
+  const std::size_t cross = text.find('x');
+  const std::string_view all(text);
+  const std::string_view after = cross == std::string::npos ? std::string_view() : all.substr(cross + 1);
+  const Grid grid{whole_number(all.substr(0, cross)).value_or(0), whole_number(after).value_or(0)};
+  if (grid.valid()) return std::optional<Grid>(grid);
+  return Error{ErrorCode::bad_argument, fmt::format("--projector cannot be '{}'", text),
+               "give ROWSxCOLUMNS, such as 768x1024"};
+}
+
+}  // namespace
+
+CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments) {
+  command
+      .add_option("--projector", arguments.projector,
+                  "Size of the projector (default: from the number of photographs; 42 means 768x1024)")
+      ->type_name("ROWSxCOLUMNS");
+  return command.add_option("--from", arguments.folder, "Folder of Gray-code photographs, see below")
+      ->type_name("DIR");
+}
+
+Result<CodePhotographs> read_code_folder(const CodeFolder& arguments, const Progress& progress) {
+  ReadCodeOptions options;
+  SYMRIG_TRY(options.projector, parse_projector(arguments.projector));
+  options.progress = progress;
+  return read_gray_code_folder(arguments.folder, options);
+}
+
+std::string folder_name(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::path(folder).lexically_normal();
+  return (path.has_filename() ? path.filename() : path.parent_path().filename()).string();
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "code_folder.hpp"
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+#include "rig.hpp"
+#include "symrig/image/file.hpp"
+#include "symrig/image/resample.hpp"
+#include "symrig/report/calibration_summary.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  CodeFolder from;
+  std::string rig, output, json;
+};
+
+/// What a calibration found, from photographs or from a rig.
+struct Calibration {
+  CalibrationSummary summary;
+  PixelMap map;
+};
+
+Result<Calibration> from_folder(const CodeFolder& from) {
+  Meter meter("calibrate", "photographs");
+  SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(from, meter.progress()));
+  SYMRIG_TRY(PixelMap map, decode(photographs));
+  return Calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
+}
+
+/// Shows the sequence through the rig, one photograph a pattern. white: the flood-lit one with its variance.
+Result<CodePhotographs> photograph_code(Probe& rig, Radiance& white) {
+  CodePhotographs photographs{GrayCode(rig.grid()), {}, {}};
+  const std::vector<Pattern> patterns = gray_code_patterns(rig.grid());
+  Meter meter("calibrate", "photographs");
+  const Progress progress = meter.progress();
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    if (!progress({"Gray code", static_cast<std::int64_t>(k), static_cast<std::int64_t>(patterns.size())}))
+      return Error{ErrorCode::interrupted, fmt::format("calibration stopped after {} photographs", k),
+                   "run it again"};
+    SYMRIG_TRY(std::vector<Radiance> seen, rig.measure(std::span(patterns).subspan(k, 1)));
+    photographs.names.push_back(fmt::format("pattern {}", k));
+    photographs.images.push_back(to_gray(seen.front().mean));
+    if (static_cast<int>(k) == photographs.code.white()) white = std::move(seen.front());
+  }
+  return photographs;
+}
+
+RigSummary rig_summary(const PixelMap& map, const Radiance& white, const ProbeCost& cost) {
+  RigSummary summary = offsets_of(map);
+  summary.rig_seconds = cost.rig_seconds;
+  double variance = 0, valid = 0;
+  for (std::size_t i = 0; i < white.valid.values().size(); ++i) {
+    if (white.valid.values()[i] == 0) continue;
+    variance += white.variance.values()[i];
+    ++valid;
+  }
+  const auto all = static_cast<double>(white.valid.values().size());
+  summary.invalid_share = all > 0 ? 1 - valid / all : 0;
+  summary.predicted_noise = valid > 0 ? std::sqrt(variance / valid) : 0;
+  return summary;
+}
+
+Result<Calibration> from_rig(const std::string& name) {
+  SYMRIG_TRY(const std::unique_ptr<sim::VirtualRig> rig, open_rig(name));
+  Radiance white;
+  SYMRIG_TRY(const CodePhotographs photographs, photograph_code(*rig, white));
+  SYMRIG_CHECK(check_gray_code(photographs));
+  SYMRIG_TRY(PixelMap map, decode(photographs));
+  Calibration calibration{summarize(rig->describe(), photographs, map), std::move(map)};
+  calibration.summary.rig = rig_summary(calibration.map, white, rig->cost());
+  return calibration;
+}
+
+std::string told(const Calibration& c) {
+  std::string text = fmt::format(
+      "{}: {} photographs, camera {}, projector {}\n"
+      "decoded {} of the camera's pixels\n"
+      "mean white {:.4g}, mean black {:.4g}, noise {:.3g} rms a pixel (units of the photographs)\n",
+      c.summary.source, c.summary.photographs, to_string(c.map.camera), to_string(c.map.projector),
+      percent(c.map.decoded_share()), c.summary.mean_white, c.summary.mean_black, c.map.noise);
+  if (!c.summary.rig) return text;
+  const RigSummary& rig = *c.summary.rig;
+  return text +
+         fmt::format(
+             "projector - camera position: rows {:+.3f}, columns {:+.3f} pixels (rms about it {:.3f})\n"
+             "noise of the flood-lit photograph by the rig's own account {:.3g}; {} of its values are not "
+             "usable\n",
+             rig.offset_row, rig.offset_col, rig.offset_rms, rig.predicted_noise, percent(rig.invalid_share));
+}
+
+Result<void> check_arguments(const Arguments& arguments) {
+  if (arguments.from.folder.empty() == arguments.rig.empty())
+    return Error{ErrorCode::bad_argument, "give one of --from and --rig", "see symrig calibrate --help"};
+  SYMRIG_CHECK(check_output(arguments.json));
+  if (arguments.output.empty()) return {};
+  if (is_png(arguments.output))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{}: a map holds positions, and PNG cannot", arguments.output),
+                 "write a .exr or .pfm"};
+  return check_picture_output(arguments.output);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_arguments(arguments));
+  SYMRIG_TRY(const Calibration found,
+             arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
+  if (!arguments.output.empty()) {
+    SYMRIG_CHECK(write_image(arguments.output, map_picture(found.map)));
+  }
+  SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
+  return arguments.json == "-" ? Result<void>() : print(told(found));
+}
+
+}  // namespace
+
+Job add_calibrate(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("calibrate", "Which projector pixel each camera pixel sees, black level and noise");
+  const auto arguments = std::make_shared<Arguments>();
+  add_code_folder(*command, arguments->from);
+  command->add_option("--rig", arguments->rig, "Measure this rig instead: show it a Gray-code sequence")
+      ->type_name("RIG");
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "Map to write (.exr, .pfm): channels projector column, projector row, decoded, on the "
+                   "camera's grid")
+      ->type_name("map.exr");
+  add_json(*command, arguments->json);
+  command->footer(std::string("Example:\n"
+                              "  symrig calibrate --from photographs -o map.exr --json -\n"
+                              "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
+                              "\n") +
+                  kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "code_folder.hpp"
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+#include "symrig/report/calibration_summary.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  CodeFolder from;
+  std::string output, json;
+  std::optional<int> hold_out;
+};
+
+/// The pair kept back by default: of the column pairs with stripes of at least a sixteenth of the projector's
+/// width, the finest. Wide enough to be sharp on any scene, fine enough that predicting it says something.
+std::optional<int> default_pair(const GrayCode& code) {
+  std::optional<int> chosen;
+  for (int k = 0; k < code.pairs(); ++k) {
+    const StripePair pair = code.pair(k);
+    if (pair.axis != StripeAxis::columns || 16 * pair.stripe_width < code.projector().cols) continue;
+    if (!chosen || pair.stripe_width < code.pair(*chosen).stripe_width) chosen = k;
+  }
+  return chosen;
+}
+
+/// --hold-out counts from 1; 0 keeps nothing back.
+Result<std::optional<int>> held_out_pair(const Arguments& arguments, const GrayCode& code) {
+  if (!arguments.hold_out) return default_pair(code);
+  const int n = *arguments.hold_out;
+  if (n == 0) return std::optional<int>();
+  if (n >= 1 && n <= code.pairs()) return std::optional<int>(n - 1);
+  return Error{ErrorCode::bad_argument, fmt::format("--hold-out {} is no pair of this sequence", n),
+               fmt::format("give 1 to {}, or 0 to keep nothing back", code.pairs())};
+}
+
+Result<std::vector<HeldOutError>> errors_of(const FirstBounceFit& fit) {
+  std::vector<HeldOutError> errors;
+  for (const HeldOut& one : fit.held_out) {
+    SYMRIG_TRY(HeldOutError error, held_out_error(fit.tensor, one));
+    errors.push_back(std::move(error));
+  }
+  return errors;
+}
+
+std::string told(const Arguments& arguments, const FirstBounceFit& fit,
+                 const std::vector<HeldOutError>& errors) {
+  const FitStatistics& s = fit.statistics;
+  std::string text = fmt::format(
+      "{}: camera {}, projector {}, tensor {}\n"
+      "lit {} of the camera's pixels, decoded {}; direct light {} of what they see; residual {} of mean "
+      "white\n",
+      arguments.output, to_string(fit.tensor.camera_grid()), to_string(fit.tensor.projector_grid()),
+      byte_size(static_cast<double>(fit.tensor.bytes())), percent(s.lit_share), percent(s.decoded_share),
+      percent(s.direct_share), percent(s.residual));
+  for (const HeldOutError& error : errors)
+    text += fmt::format("held-out photograph '{}': predicted with an rms error of {} of mean white\n",
+                        error.name, percent(error.relative()));
+  return text;
+}
+
+Result<void> run(const Arguments& arguments) {
+  const auto start = std::chrono::steady_clock::now();
+  SYMRIG_CHECK(check_output(arguments.output));
+  SYMRIG_CHECK(check_output(arguments.json));
+  std::optional<Meter> meter(std::in_place, "fit", "steps");
+  SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(arguments.from, meter->progress()));
+  FitOptions options;
+  SYMRIG_TRY(options.decode.held_out_pair, held_out_pair(arguments, photographs.code));
+  SYMRIG_TRY(FirstBounceFit fit, fit_first_bounce(photographs, options));
+  SYMRIG_TRY(const std::vector<HeldOutError> errors, errors_of(fit));
+  meter.reset();
+  if (interrupted())
+    return Error{ErrorCode::interrupted, "stopped before the scene was written", "run it again"};
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const std::string json = fit_json(folder_name(arguments.from.folder), photographs, fit, errors, seconds);
+  const std::string text = told(arguments, fit, errors);
+  SYMRIG_CHECK(save_scene(arguments.output, {std::move(fit.tensor), json, std::move(fit.held_out)}));
+  SYMRIG_CHECK(write_text(arguments.json, json));
+  return arguments.json == "-" ? Result<void>() : print(text);
+}
+
+}  // namespace
+
+Job add_fit(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "fit", "A tensor of direct light and a global rest, from Gray-code photographs already taken");
+  const auto arguments = std::make_shared<Arguments>();
+  add_code_folder(*command, arguments->from)->required();
+  command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
+      ->required()
+      ->type_name("scene.h5");
+  command
+      ->add_option("--hold-out", arguments->hold_out,
+                   "Keep pair N of the sequence (a pattern and its complement, from 1) out of the fit and "
+                   "tell how well it is "
+                   "predicted; 0: none (default: the finest column stripes of at least 1/16 of the width)")
+      ->type_name("N");
+  add_json(*command, arguments->json);
+  command->footer(std::string("Example:\n"
+                              "  symrig fit --from photographs -o real.h5 --json -\n"
+                              "\n") +
+                  kCodeFolderHelp +
+                  "The result is the first bounce only: direct light through the pixel map, plus light that "
+                  "reaches a pixel by\n"
+                  "way of the whole scene. relight, dual, inspect, evaluate and report take it like any "
+                  "other tensor.\n\n" +
+                  kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/json_text.hpp"
+
+namespace symrig::report {
+
+std::string json_text(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json grid_json(Grid grid) {
+  return Json::array({grid.rows, grid.cols});
+}
+
+Json leaves_json(const TransportTensor& tensor) {
+  Json rank1 = Json::array(), low_rank = Json::array(), empty = Json::array(), scalar = Json::array();
+  for (const LeafCounts& level : tensor.leaves_per_level()) {
+    rank1.push_back(level.rank1);
+    low_rank.push_back(level.low_rank);
+    empty.push_back(level.empty);
+    scalar.push_back(level.scalar);
+  }
+  return {{"rank1", rank1}, {"lowrank", low_rank}, {"empty", empty}, {"scalar", scalar}};
+}
+
+Json held_out_json(const std::vector<HeldOutError>& all) {
+  Json list = Json::array();
+  for (const HeldOutError& one : all)
+    list.push_back({{"name", one.name},
+                    {"rms", one.rms},
+                    {"mean_white", one.mean_white},
+                    {"relative", one.relative()},
+                    {"lit_pixels", one.lit_pixels}});
+  return list;
+}
+
+}  // namespace symrig::report

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <csignal>
+#include <numeric>
+#include <thread>
+
+namespace symrig::test {
+namespace {
+
+using Capture = CommandTest;
+
+TEST_F(Capture, writes_a_scene_and_the_promised_keys) {
+  const Outcome outcome = symrig({"capture", "--rig", kSmall, "-o", "scene.h5", "--json", "capture.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");  // quiet where nobody watches
+  EXPECT_NE(outcome.out.find("scene.h5"), std::string::npos);
+  EXPECT_EQ(files(), (std::set<std::string>{"capture.json", "scene.h5"}));
+  const nlohmann::json j = json("capture.json");
+  EXPECT_EQ(j.at("scene"), kSmall);
+  EXPECT_EQ(j.at("grid"), nlohmann::json::array({12, 17}));
+  EXPECT_EQ(j.at("channels"), 1);
+  EXPECT_EQ(j.at("algorithm"), "symrig");
+  EXPECT_EQ(j.at("noise"), "off");
+  EXPECT_EQ(j.at("patterns_brute_force"), 12 * 17);
+  const auto per_level = j.at("patterns_per_level").get<std::vector<std::int64_t>>();
+  EXPECT_EQ(per_level.at(0), 1);  // flood-lit
+  EXPECT_EQ(std::accumulate(per_level.begin(), per_level.end(), std::int64_t{0}), j.at("patterns"));
+  EXPECT_GE(j.at("frames").get<std::int64_t>(),
+            4 * j.at("patterns").get<std::int64_t>());  // four exposures each
+  for (const char* kind : {"rank1", "lowrank", "empty", "scalar"})
+    EXPECT_EQ(j.at("leaves_per_level").at(kind).size(), 6U) << kind;  // 17 → 9, 5, 3, 2, 1: five halvings
+  EXPECT_GT(j.at("tensor_bytes").get<std::int64_t>(), 0);
+  EXPECT_EQ(j.at("dense_bytes"), 4.0 * 204 * 204);
+  EXPECT_GT(j.at("rig_seconds").get<double>(), 0);
+  EXPECT_GT(j.at("peak_memory_bytes").get<std::int64_t>(), 0);
+  const nlohmann::json& seconds = j.at("seconds");
+  for (const char* key : {"measure", "process", "total", "merge"})
+    EXPECT_GE(seconds.at(key).get<double>(), 0) << key;
+  EXPECT_LE(seconds.at("measure").get<double>() + seconds.at("process").get<double>(),
+            seconds.at("total").get<double>());
+}
+
+TEST_F(Capture, the_scene_file_remembers_how_it_was_made) {
+  ASSERT_EQ(symrig({"capture", "--rig", kSmall, "-o", "scene.h5", "--json", "capture.json"}).code, 0);
+  const auto scene = load_scene(path("scene.h5"));
+  ASSERT_TRUE(scene.ok());
+  EXPECT_EQ(nlohmann::json::parse(scene->capture_json), json("capture.json"));
+}
+
+TEST_F(Capture, json_on_standard_output_is_all_there_is) {
+  const Outcome outcome = symrig({"capture", "--rig", kSmall, "-o", "scene.h5", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("command"), "capture");
+}
+
+TEST_F(Capture, every_algorithm_and_every_channel_count_works) {
+  for (const char* algorithm : {"symrig", "paper", "dual", "brute"})
+    for (const char* channels : {"", "&channels=3"}) {
+      const Outcome outcome = symrig({"capture", "--rig", std::string(kSmall) + channels, "-o", "scene.h5",
+                                      "--algorithm", algorithm, "--json", "capture.json"});
+      ASSERT_EQ(outcome.code, 0) << outcome.err;
+      EXPECT_EQ(json("capture.json").at("algorithm"), algorithm);
+      EXPECT_EQ(json("capture.json").at("channels"), *channels == '\0' ? 1 : 3);
+    }
+}
+
+TEST_F(Capture, a_looser_tolerance_takes_fewer_patterns) {
+  const auto patterns = [&](const char* tolerance) {
+    EXPECT_EQ(
+        symrig({"capture", "--rig", kSmall, "-o", "scene.h5", "--tolerance", tolerance, "--json", "t.json"})
+            .code,
+        0);
+    return json("t.json").at("patterns").get<std::int64_t>();
+  };
+  EXPECT_LT(patterns("0.3"), patterns("1e-5"));
+}
+
+TEST_F(Capture, replaces_an_old_file_whole) {
+  write_text(path("scene.h5"), "not a scene");
+  capture_small();
+  EXPECT_TRUE(load_scene(path("scene.h5")).ok());
+}
+
+TEST_F(Capture, wrong_rigs_are_usage_errors) {
+  expect_refusal({"capture", "--rig", "sim:vgroove-texture", "-o", "a.h5"}, kUsage,
+                 {"vgroove-texture", "vgroove-textured"});
+  expect_refusal({"capture", "--rig", "sim:plane?sise=8x8", "-o", "a.h5"}, kUsage, {"sise", "size"});
+  expect_refusal({"capture", "--rig", "sim:plane?size=8by8", "-o", "a.h5"}, kUsage, {"8by8"});
+  expect_refusal({"capture", "--rig", "sim:plane?channels=2", "-o", "a.h5"}, kUsage, {"channels", "2"});
+  expect_refusal({"capture", "--rig", "sim:plane?noise=loud", "-o", "a.h5"}, kUsage, {"noise", "loud"});
+  expect_refusal({"capture", "--rig", "vgroove-textured", "-o", "a.h5"}, kUsage,
+                 {"vgroove-textured", "sim:"});
+}
+
+TEST_F(Capture, a_rig_file_is_refused_in_plain_words) {
+  write_text(path("rig.toml"), "[board]\n");
+  expect_refusal({"capture", "--rig", "rig.toml", "-o", "a.h5"}, kBadInput, {"rig.toml", "sim:"});
+}
+
+TEST_F(Capture, wrong_settings_are_usage_errors) {
+  expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--algorithm", "magic"}, kUsage,
+                 {"magic", "paper"});
+  for (const char* value : {"0", "-1", "1", "nan", "inf"})
+    for (const char* option : {"--tolerance", "--dual-threshold"})
+      expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", std::string(option) + "=" + value}, kUsage,
+                     {option});
+}
+
+// Checked before the first photograph: a long capture must not end in a message about its folder.
+TEST_F(Capture, places_that_cannot_be_written_are_refused_first) {
+  const std::string endless = "sim:gummy?size=400x400";
+  std::filesystem::create_directory(path("folder"));
+  write_text(path("file"), "");
+  expect_refusal({"capture", "--rig", endless, "-o", "missing/a.h5"}, kBadInput, {"missing/a.h5", "folder"});
+  expect_refusal({"capture", "--rig", endless, "-o", "a.h5", "--json", "missing/a.json"}, kBadInput,
+                 {"missing/a.json"});
+  expect_refusal({"capture", "--rig", endless, "-o", "folder"}, kBadInput, {"folder"});
+  expect_refusal({"capture", "--rig", endless, "-o", "file/a.h5"}, kBadInput, {"file/a.h5"});
+}
+
+// /proc takes no new files, not even from root.
+TEST_F(Capture, a_folder_that_takes_no_files_is_an_input_error) {
+  expect_refusal({"capture", "--rig", kSmall, "-o", "/proc/a.h5"}, kBadInput, {"/proc/a.h5"});
+}
+
+TEST_F(Capture, control_c_stops_it_and_leaves_nothing) {
+  Running capture(path(""), {"capture", "--rig", "sim:gummy?size=200x200", "-o", "a.h5", "--json", "a.json"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  capture.signal(SIGINT);
+  const Outcome outcome = capture.wait();
+  EXPECT_EQ(outcome.code, kFault);
+  EXPECT_NE(outcome.err.find("stopped"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+  EXPECT_EQ(files(), std::set<std::string>{});
+}
+
+}  // namespace
+}  // namespace symrig::test

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+
+namespace symrig::test {
+namespace {
+
+using Evaluate = CommandTest;
+using Inspect = CommandTest;
+
+TEST_F(Evaluate, writes_the_promised_keys) {
+  capture_small();
+  const Outcome outcome = symrig({"evaluate", "scene.h5", "--rig", kSmall, "--json", "e.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  const nlohmann::json error = json("e.json").at("error");
+  for (const char* key : {"frobenius", "indirect", "flood", "bar_indirect"})
+    EXPECT_TRUE(error.at(key).is_number()) << key;
+  for (const char* key : {"bar", "random", "natural"})
+    EXPECT_TRUE(error.at("relight").at(key).is_number()) << key;
+  EXPECT_EQ(json("e.json").at("rig"), kSmall);
+  EXPECT_EQ(json("e.json").at("scene"), kSmall);
+}
+
+// Brute force without noise measures every entry of T through 12-bit frames merged from four exposures. The
+// shortest exposure sets the scale; rounding to one code of the longest that does not saturate, ratio 8
+// apart, costs at most half a code of 512, a sample, and entries average it: 1 % of T is far above it.
+// Another scene's T is off by its size.
+TEST_F(Evaluate, tells_a_right_tensor_from_a_wrong_one) {
+  ASSERT_EQ(symrig({"capture", "--rig", kSmall, "-o", "scene.h5", "--algorithm", "brute"}).code, 0);
+  const auto frobenius = [&](const std::string& rig) {
+    EXPECT_EQ(symrig({"evaluate", "scene.h5", "--rig", rig, "--json", "e.json"}).code, 0);
+    return json("e.json").at("error").at("frobenius").get<double>();
+  };
+  EXPECT_LT(frobenius(kSmall), 0.01);
+  EXPECT_GT(frobenius("sim:vgroove-textured?size=12x17&noise=off&seed=9"), 0.1);
+}
+
+TEST_F(Evaluate, a_rig_of_another_size_is_refused_with_both_sizes) {
+  capture_small();
+  expect_refusal({"evaluate", "scene.h5", "--rig", "sim:vgroove-textured?size=12x18"}, kBadInput,
+                 {"12x18", "12x17"});
+  expect_refusal({"evaluate", "scene.h5", "--rig", "sim:vgroove-textured?size=12x17&channels=3"}, kBadInput,
+                 {"channels"});
+}
+
+TEST_F(Evaluate, without_truth_or_photographs_it_says_what_to_give) {
+  capture_small();
+  expect_refusal({"evaluate", "scene.h5"}, kUsage, {"--rig"});
+}
+
+TEST_F(Evaluate, bad_input_is_refused) {
+  expect_refusal({"evaluate", "none.h5", "--rig", kSmall}, kBadInput, {"none.h5"});
+  capture_small();
+  expect_refusal({"evaluate", "scene.h5", "--rig", "sim:nothing"}, kUsage, {"nothing"});
+  expect_refusal({"evaluate", "scene.h5", "--rig", kSmall, "--json", "missing/e.json"}, kBadInput,
+                 {"missing/e.json"});
+}
+
+TEST_F(Inspect, tells_levels_leaves_ranks_and_bytes) {
+  capture_small();
+  const Outcome outcome = symrig({"inspect", "scene.h5", "--json", "i.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("12x17"), std::string::npos);
+  EXPECT_NE(outcome.out.find(kSmall), std::string::npos);
+  const nlohmann::json j = json("i.json");
+  EXPECT_EQ(j.at("camera_grid"), nlohmann::json::array({12, 17}));
+  EXPECT_EQ(j.at("projector_grid"), nlohmann::json::array({12, 17}));
+  EXPECT_EQ(j.at("symmetric"), true);
+  EXPECT_EQ(j.at("levels"), 6);
+  EXPECT_EQ(j.at("leaves_per_level").at("rank1").size(), 6U);
+  EXPECT_EQ(j.at("dense_bytes"), 4.0 * 204 * 204);
+  EXPECT_EQ(j.at("capture").at("scene"), kSmall);
+  EXPECT_EQ(j.at("held_out"), 0);
+}
+
+TEST_F(Inspect, bad_input_is_refused) {
+  expect_refusal({"inspect", "none.h5"}, kBadInput, {"none.h5"});
+  expect_refusal({"inspect", "."}, kBadInput, {"."});
+  write_text(path("text.h5"), "hello");
+  expect_refusal({"inspect", "text.h5"}, kBadInput, {"text.h5"});
+  capture_small();
+  expect_refusal({"inspect", "scene.h5", "--json", "missing/i.json"}, kBadInput, {"missing/i.json"});
+}
+
+}  // namespace
+}  // namespace symrig::test

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/image/file.hpp"
+#include "symrig/report/letters.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace symrig::test {
+namespace {
+
+class Relight : public CommandTest {
+ protected:
+  void SetUp() override { capture_small(std::string(kSmall) + "&channels=3"); }
+
+  TransportTensor tensor() const { return std::move(load_scene(path("scene.h5")).value().tensor); }
+  void write_light(const std::string& name, const Image<float>& light) const {
+    ASSERT_TRUE(write_image(path(name), light).ok());
+  }
+  /// A PFM written by hand, so that it may hold what write_image refuses.
+  void write_raw_pfm(const std::string& name, Grid grid, const std::vector<float>& values) const {
+    std::string file = "Pf\n" + std::to_string(grid.cols) + " " + std::to_string(grid.rows) + "\n-1.0\n";
+    const std::size_t head = file.size();
+    file.resize(head + values.size() * sizeof(float));
+    std::memcpy(file.data() + head, values.data(), values.size() * sizeof(float));
+    write_text(path(name), file);
+  }
+  static constexpr Grid kGrid{12, 17};
+};
+
+Image<float> ramp(Grid grid, int channels) {
+  Image<float> light(grid, channels);
+  for (std::size_t i = 0; i < light.values().size(); ++i) light.values()[i] = static_cast<float>(i % 61) / 61;
+  return light;
+}
+
+// EXR and PFM hold 32-bit floats: what the command writes is what the library computes, bit for bit.
+TEST_F(Relight, an_exr_holds_exactly_what_the_library_computes) {
+  write_light("light.exr", ramp(kGrid, 1));
+  for (const char* output : {"out.exr", "out.pfm"}) {
+    const Outcome outcome = symrig({"relight", "scene.h5", "--light", "light.exr", "-o", output});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto written = read_image(path(output));
+    ASSERT_TRUE(written.ok());
+    EXPECT_EQ(*written, tensor().apply(ramp(kGrid, 1)).value()) << output;
+  }
+}
+
+TEST_F(Relight, dual_is_the_transpose) {
+  write_light("light.exr", ramp(kGrid, 1));
+  ASSERT_EQ(symrig({"dual", "scene.h5", "--light", "light.exr", "-o", "dual.exr"}).code, 0);
+  EXPECT_EQ(read_image(path("dual.exr")).value(), tensor().apply_transposed(ramp(kGrid, 1)).value());
+}
+
+TEST_F(Relight, built_in_lights_need_no_file) {
+  const auto relit = [&](const char* light) {
+    EXPECT_EQ(symrig({"relight", "scene.h5", "--light", light, "-o", "out.exr"}).code, 0) << light;
+    return read_image(path("out.exr")).value();
+  };
+  EXPECT_EQ(relit("white"), tensor().apply(Image<float>(kGrid, 1, 1.0F)).value());
+  EXPECT_EQ(relit("bar"), tensor().apply(bar_pattern(kGrid)).value());
+  EXPECT_EQ(relit("letters"), tensor().apply(letters_pattern(kGrid)).value());
+  EXPECT_EQ(relit("natural").grid(), kGrid);
+}
+
+// Luminance is linear, so relighting by it differs from the weighed sum of three pictures by rounding only: 8
+// float steps cover the three products and two sums on either side.
+TEST_F(Relight, colour_light_becomes_its_luminance) {
+  const Image<float> colour = ramp(kGrid, 3);
+  write_light("colour.exr", colour);
+  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "colour.exr", "-o", "out.exr"}).code, 0);
+  Image<float> grey(kGrid);
+  for (std::size_t i = 0; i < grey.values().size(); ++i)
+    grey.values()[i] =
+        0.2126F * colour.plane(0)[i] + 0.7152F * colour.plane(1)[i] + 0.0722F * colour.plane(2)[i];
+  const Image<float> expected = tensor().apply(grey).value();
+  const Image<float> relit = read_image(path("out.exr")).value();
+  ASSERT_EQ(relit.grid(), expected.grid());
+  float brightest = 0;
+  for (const float v : expected.values()) brightest = std::max(brightest, std::abs(v));
+  for (std::size_t i = 0; i < relit.values().size(); ++i)
+    EXPECT_NEAR(relit.values()[i], expected.values()[i], 8 * 0x1p-23F * brightest);
+}
+
+TEST_F(Relight, a_png_is_for_looking_and_exposure_is_a_factor) {
+  const Outcome outcome =
+      symrig({"relight", "scene.h5", "--light", "white", "-o", "out.png", "--exposure", "0.5"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Image<float> shown = read_image(path("out.png")).value();
+  const Image<std::uint8_t> expected = to_display(tensor().apply(Image<float>(kGrid, 1, 1.0F)).value(), 0.5);
+  for (std::size_t i = 0; i < shown.values().size(); ++i)
+    EXPECT_EQ(std::lround(255 * shown.values()[i]), expected.values()[i]);
+}
+
+TEST_F(Relight, a_light_of_another_size_is_refused_with_both_sizes) {
+  write_light("wide.exr", Image<float>({12, 18}, 1, 1.0F));
+  for (const char* command : {"relight", "dual"})
+    expect_refusal({command, "scene.h5", "--light", "wide.exr", "-o", "out.exr"}, kBadInput,
+                   {"wide.exr", "12x18", "12x17"});
+}
+
+TEST_F(Relight, nan_and_infinity_in_a_light_are_refused) {
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    std::vector<float> values(static_cast<std::size_t>(kGrid.size()), 1.0F);
+    values[100] = bad;
+    write_raw_pfm("bad.pfm", kGrid, values);
+    for (const char* command : {"relight", "dual"})
+      expect_refusal({command, "scene.h5", "--light", "bad.pfm", "-o", "out.exr"}, kBadInput, {"bad.pfm"});
+  }
+}
+
+TEST_F(Relight, files_that_are_not_there_or_not_pictures_are_refused) {
+  write_text(path("text.png"), "hello");
+  expect_refusal({"relight", "scene.h5", "--light", "none.exr", "-o", "out.exr"}, kBadInput, {"none.exr"});
+  expect_refusal({"relight", "scene.h5", "--light", "text.png", "-o", "out.exr"}, kBadInput, {"text.png"});
+  expect_refusal({"relight", "none.h5", "--light", "white", "-o", "out.exr"}, kBadInput, {"none.h5"});
+  expect_refusal({"relight", "text.png", "--light", "white", "-o", "out.exr"}, kBadInput, {"text.png"});
+}
+
+TEST_F(Relight, outputs_that_cannot_be_are_refused) {
+  expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "out.jpg"}, kUsage, {"out.jpg", ".exr"});
+  expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "missing/out.exr"}, kBadInput,
+                 {"missing/out.exr"});
+  expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "/proc/out.exr"}, kBadInput,
+                 {"/proc/out.exr"});
+  expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "out.exr", "--exposure", "2"}, kUsage,
+                 {"--exposure"});
+  expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "out.png", "--exposure", "0"}, kUsage,
+                 {"--exposure"});
+}
+
+}  // namespace
+}  // namespace symrig::test
