@@ -12,7 +12,7 @@
 namespace symrig {
 
 struct FitOptions {
-  DecodeOptions decode;  ///< decode.held_out_pair: the pair that the fit must not see, and then predicts
+  DecodeOptions decode = {};  ///< decode.held_out_pair: the pair that the fit must not see, and then predicts
   /// Near light comes from about this many projector pixels around; 0: the one of 16, 32, 64 and 128 that
   /// leaves the least residual.
   int surroundings = 0;

@@ -72,8 +72,9 @@ struct CodePhotographs {
 };
 
 struct ReadCodeOptions {
-  std::optional<Grid> projector;  ///< default: derived from the number of photographs (GrayCode::of_length)
-  Progress progress;
+  std::optional<Grid> projector =
+      {};  ///< default: derived from the number of photographs (GrayCode::of_length)
+  Progress progress = {};
 };
 
 /// Reads a folder of photographs: every .png, .exr and .pfm file in it, in natural order of their names (2

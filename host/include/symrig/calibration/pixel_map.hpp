@@ -30,7 +30,7 @@ struct DecodeOptions {
   /// bit k a position is known up to a reflection inside its block of 2^(bits−k) pixels; of the two
   /// candidates only one runs the right way, as camera and projector look at the same side of a surface and
   /// the map keeps orientation.
-  std::optional<int> held_out_pair;
+  std::optional<int> held_out_pair = {};
 };
 
 /// Decodes by comparing each pattern with its complement. A bit that is ambiguous is accepted where it may
