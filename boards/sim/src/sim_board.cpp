@@ -272,6 +272,14 @@ void SimBoard::advance_to(std::uint64_t tick) {
   impl_->clock.move_to(tick);
 }
 
+int SimBoard::supervisor_state() const {
+  return static_cast<int>(impl_->core->state());
+}
+
+std::uint32_t SimBoard::safe_levels() const {
+  return impl_->core->safe_levels();
+}
+
 void SimBoard::stall_firmware_until(std::uint64_t tick) {
   impl_->stalled_until = tick;
 }

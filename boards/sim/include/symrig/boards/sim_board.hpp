@@ -86,6 +86,13 @@ class SimBoard {
   /// Runs every event up to `tick` and stops there. Does nothing if tick is in the past.
   void advance_to(std::uint64_t tick);
 
+  // What tests look at.
+
+  /// State of the firmware's supervisor, numbered as on the wire (0 BOOT ... 7 FAULT).
+  int supervisor_state() const;
+  /// Levels that the firmware takes for safe at present.
+  std::uint32_t safe_levels() const;
+
   // What tests break on purpose.
 
   /// The firmware is not given the processor until `tick` (a stuck main loop); hardware goes on.

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every fuzz target over its seeds and over random inputs. A broken invariant aborts: the test dies by name.
+#include "targets.hpp"
+#include "unit/protocol/random_program.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::fuzz {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+using Target = void (*)(const std::uint8_t*, std::size_t);
+
+std::vector<Bytes> seeds(const std::string& target) {
+  std::vector<Bytes> found;
+  for (const auto& entry : std::filesystem::directory_iterator(SYMRIG_CORPUS_DIR "/" + target)) {
+    std::ifstream file(entry.path(), std::ios::binary);
+    found.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  return found;
+}
+
+/// Half of the inputs are random bytes, half are seeds with some bytes changed, cut or doubled.
+Bytes random_input(test::Random& random, const std::vector<Bytes>& corpus) {
+  if (random.chance(50)) {
+    Bytes bytes(random.range(0, 400));
+    for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.next());
+    return bytes;
+  }
+  Bytes bytes = corpus[random.range(0, corpus.size() - 1)];
+  if (random.chance(30)) bytes.insert(bytes.end(), bytes.begin(), bytes.end());
+  for (std::uint64_t k = random.range(0, 6); k > 0 && !bytes.empty(); --k)
+    bytes[random.range(0, bytes.size() - 1)] = static_cast<std::uint8_t>(random.next());
+  if (random.chance(20)) bytes.resize(random.range(0, bytes.size()));
+  return bytes;
+}
+
+void run(Target target, const std::string& name, int inputs) {
+  const std::vector<Bytes> corpus = seeds(name);
+  ASSERT_FALSE(corpus.empty()) << name;
+  for (const Bytes& seed : corpus) target(seed.data(), seed.size());
+  test::Random random(20'061);
+  for (int k = 0; k < inputs; ++k) {
+    const Bytes input = random_input(random, corpus);
+    target(input.data(), input.size());
+  }
+}
+
+TEST(Fuzz, frame) {
+  run(fuzz_frame, "frame", 20'000);
+}
+TEST(Fuzz, messages) {
+  run(fuzz_messages, "messages", 20'000);
+}
+TEST(Fuzz, program) {
+  run(fuzz_program, "program", 5'000);
+}
+TEST(Fuzz, board) {
+  run(fuzz_board, "board", 3'000);
+}
+
+}  // namespace
+}  // namespace symrig::fuzz
