@@ -22,13 +22,17 @@ struct Arguments {
   std::optional<int> hold_out;
 };
 
-/// The pair kept back by default: of the column pairs with stripes of at least a sixteenth of the projector's
-/// width, the finest. Wide enough to be sharp on any scene, fine enough that predicting it says something.
+/// The pair kept back by default: of the column pairs with stripes of at least 16 pixels and a sixteenth of
+/// the projector's width, the finest; none if there is no such pair. Fine enough that predicting it says
+/// something; wide enough that the positions which its bit would have told are found again from their
+/// neighbours.
 std::optional<int> default_pair(const GrayCode& code) {
   std::optional<int> chosen;
   for (int k = 0; k < code.pairs(); ++k) {
     const StripePair pair = code.pair(k);
-    if (pair.axis != StripeAxis::columns || 16 * pair.stripe_width < code.projector().cols) continue;
+    if (pair.axis != StripeAxis::columns || pair.stripe_width < 16 ||
+        16 * pair.stripe_width < code.projector().cols)
+      continue;
     if (!chosen || pair.stripe_width < code.pair(*chosen).stripe_width) chosen = k;
   }
   return chosen;
@@ -104,7 +108,8 @@ Job add_fit(CLI::App& app) {
       ->add_option("--hold-out", arguments->hold_out,
                    "Keep pair N of the sequence (a pattern and its complement, from 1) out of the fit and "
                    "tell how well it is "
-                   "predicted; 0: none (default: the finest column stripes of at least 1/16 of the width)")
+                   "predicted; 0: none (default: the finest column stripes of at least 16 pixels and 1/16 of "
+                   "the width)")
       ->type_name("N");
   add_json(*command, arguments->json);
   command->footer(std::string("Example:\n"

@@ -46,7 +46,7 @@ table { border-collapse: collapse; font-size: 0.92rem; margin: 0.6rem 0 1rem; fo
 th, td { text-align: right; padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1px solid var(--line); vertical-align: top; }
 th:first-child, td:first-child { text-align: left; }
 table.facts td, table.facts th { text-align: left; font-weight: normal; }
-table.facts th { color: var(--soft); padding-right: 1.2rem; }
+table.facts th { color: var(--soft); padding-right: 1.2rem; overflow-wrap: normal; }
 .wide { overflow-x: auto; }
 svg { display: block; width: 100%; height: auto; max-width: 36rem; margin: 0.6rem 0; print-color-adjust: exact;
   -webkit-print-color-adjust: exact; }
@@ -92,10 +92,11 @@ std::string figure(const Picture& picture, std::string_view alt, std::string_vie
 }
 
 std::string row_of(const std::vector<std::string>& figures, int least) {
+  // On a phone, small pictures stay two in a row, so that a picture and its truth are seen together.
+  const char* narrow = least < 300 ? "46%" : "100%";
   std::string html = fmt::format(
-      "<div class=\"figures\" "
-      "style=\"grid-template-columns:repeat(auto-fill,minmax(min({}px,100%),1fr))\">\n",
-      least);
+      "<div class=\"figures\" style=\"grid-template-columns:repeat(auto-fill,minmax(min({}px,{}),1fr))\">\n",
+      least, narrow);
   for (const std::string& one : figures) html += one;
   return html + "</div>\n";
 }
@@ -148,11 +149,15 @@ std::string number_table(const std::vector<std::string>& head,
 }
 
 std::string page(std::string_view title, std::string_view body_html) {
+  std::string body(body_html);
+  constexpr std::string_view kNumberSpace = "\xC2\xA0%";  // a number and its percent sign stay on one line
+  for (std::size_t at = body.find(" %"); at != std::string::npos; at = body.find(" %", at))
+    body.replace(at, 2, kNumberSpace);
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n<style>{}</style></head>\n<body>\n{}</body></html>\n",
-      escape(title), kStyle, body_html);
+      escape(title), kStyle, body);
 }
 
 }  // namespace symrig::report
