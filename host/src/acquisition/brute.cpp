@@ -23,6 +23,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureOptions& options)
         "use --algorithm symrig, or a smaller grid"};
   Photographer photographer(probe, tree, options.progress);
   std::vector<LitBlocks> patterns;
+  patterns.reserve(static_cast<std::size_t>(pixels));
   for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});
   std::vector<Responses> columns(patterns.size());
   const Seen everything = Seen::all(tree.grid());

@@ -32,7 +32,7 @@ Result<Algorithm> parse_algorithm(std::string_view text) {
 RankRule default_rule(Algorithm algorithm) {
   RankRule rule;
   if (algorithm != Algorithm::symrig) return rule;
-    rule.noise_sigmas = 3;
+  rule.noise_sigmas = 3;
   rule.concentration = 0.8;
   return rule;
 }

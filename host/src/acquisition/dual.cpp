@@ -18,17 +18,16 @@ namespace symrig::acquisition {
 Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels) {
   constexpr float kSigmas = 3;
   const std::size_t pixels = photograph.pattern.size();
+  const std::size_t samples = pixels * static_cast<std::size_t>(channels);
   Responses out;
   for (const std::int32_t p : seen.pixels) {
     bool significant = false;
-    for (std::size_t at = static_cast<std::size_t>(p); at < pixels * static_cast<std::size_t>(channels);
-         at += pixels)
+    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
       significant = significant || (photograph.valid[at] != 0 &&
                                     photograph.mean[at] > kSigmas * std::sqrt(photograph.variance[at]));
     if (!significant) continue;
     out.pixels.push_back(p);
-    for (std::size_t at = static_cast<std::size_t>(p); at < pixels * static_cast<std::size_t>(channels);
-         at += pixels)
+    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
       out.values.push_back(photograph.mean[at]);
   }
   return out;
@@ -152,7 +151,7 @@ class Dual {
         for (const std::size_t k : colour_class) {
           const Block& block = blocks[static_cast<std::size_t>(active[k].block)];
           if (slot >= block.children) continue;
-          const Block& child = children[static_cast<std::size_t>(block.first_child + slot)];
+          const Block& child = children[static_cast<std::size_t>(std::int64_t{block.first_child} + slot)];
           lit.push_back({child.begin, child.end});
           of.push_back({k, slot});
         }

@@ -294,8 +294,8 @@ Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilde
   for (std::size_t k = 0; k < s[0]; ++k) {
     const std::int32_t level = rows[3 * k], row = rows[3 * k + 1], col = rows[3 * k + 2];
     const bool ok = level >= 0 && level < trees.levels() && row >= 0 &&
-                    row < trees.blocks(*trees.camera, level) && col >= 0 &&
-                    col < trees.blocks(*trees.projector, level);
+                    row < Trees::blocks(*trees.camera, level) && col >= 0 &&
+                    col < Trees::blocks(*trees.projector, level);
     if (!ok) return damaged("empty leaf " + std::to_string(k) + " names blocks that are not there");
     builder.add_empty(level, row, col);
   }

@@ -95,7 +95,7 @@ Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::siz
     return broken(name, "has not " + std::to_string(rank) + " dimensions");
   Shape shape(rank);
   H5Sget_simple_extent_dims(space.id(), shape.data(), nullptr);
-  double bytes = static_cast<double>(element_bytes);
+  auto bytes = static_cast<double>(element_bytes);
   for (const hsize_t n : shape) bytes *= static_cast<double>(n);
   if (bytes > static_cast<double>(file_bytes)) return broken(name, "claims more bytes than the file has");
   return shape;
