@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/virtual_rig.hpp"
 
-#include "camera/simulated_camera.hpp"
-#include "projector/simulated_projector.hpp"
 #include "sim/camera_optics.hpp"
 #include "sim/hash.hpp"
 #include "sim/sensor.hpp"
+#include "sim/simulated_camera.hpp"
+#include "sim/simulated_projector.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/device/board.hpp"

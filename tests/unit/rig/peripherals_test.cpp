@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/simulated_camera.hpp"
-#include "projector/simulated_projector.hpp"
+#include "sim/simulated_camera.hpp"
+#include "sim/simulated_projector.hpp"
 #include "symrig/boards/sim_board.hpp"
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::sim {
 namespace {
 
 constexpr std::uint32_t kProjector = 1U << 0U;
@@ -84,4 +84,4 @@ TEST(SimulatedCamera, hands_over_what_was_exposed_with_its_times) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::sim

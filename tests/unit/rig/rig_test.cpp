@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig.hpp"
 
-#include "camera/simulated_camera.hpp"
-#include "projector/simulated_projector.hpp"
 #include "rig/metering.hpp"
+#include "sim/simulated_camera.hpp"
+#include "sim/simulated_projector.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/device/link.hpp"
 
@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::sim {
 namespace {
 
 using namespace std::chrono_literals;
@@ -170,4 +170,4 @@ TEST(Rig, fails_when_a_line_is_not_there) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::sim

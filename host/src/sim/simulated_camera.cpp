@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/simulated_camera.hpp"
+#include "sim/simulated_camera.hpp"
 
 #include <utility>
 
 #include <fmt/format.h>
 
-namespace symrig {
+namespace symrig::sim {
 
 SimulatedCamera::SimulatedCamera(SimulatedCameraSpec spec, boards::SimCamera& shutter, Develop develop)
     : spec_(std::move(spec)), shutter_(shutter), develop_(std::move(develop)) {}
@@ -30,4 +30,4 @@ std::string SimulatedCamera::describe() const {
                      spec_.noise.to_string());
 }
 
-}  // namespace symrig
+}  // namespace symrig::sim

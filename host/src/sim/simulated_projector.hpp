@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace symrig {
+namespace symrig::sim {
 
 /// The picture side of boards::SimProjector, which keeps the time: which pattern was on the screen when.
 class SimulatedProjector final : public Projector {
@@ -41,4 +41,4 @@ class SimulatedProjector final : public Projector {
   std::uint64_t loaded_before_ = 0;
 };
 
-}  // namespace symrig
+}  // namespace symrig::sim

@@ -7,7 +7,7 @@
 #include <functional>
 #include <span>
 
-namespace symrig {
+namespace symrig::sim {
 
 /// The shutter was open during [begin, end) of the board's ticks.
 struct SimulatedExposure {
@@ -49,4 +49,4 @@ class SimulatedCamera final : public Camera {
   std::uint64_t taken_ = 0;
 };
 
-}  // namespace symrig
+}  // namespace symrig::sim

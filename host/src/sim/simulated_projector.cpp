@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/simulated_projector.hpp"
+#include "sim/simulated_projector.hpp"
 
 #include <algorithm>
 
 #include <fmt/format.h>
 
-namespace symrig {
+namespace symrig::sim {
 
 SimulatedProjector::SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period)
     : grid_(grid), raster_(raster), refresh_period_(refresh_period) {}
@@ -43,4 +43,4 @@ std::vector<SimulatedProjector::Lit> SimulatedProjector::shown(std::uint64_t beg
   return lit;
 }
 
-}  // namespace symrig
+}  // namespace symrig::sim
