@@ -33,7 +33,7 @@ Result<std::optional<Grid>> parse_projector(const std::string& text) {
 CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments) {
   command
       .add_option("--projector", arguments.projector,
-                  "Size of the projector (default: from the number of photographs; 42 means 768x1024)")
+                  "Size of the projector (default: from the number of photographs)")
       ->type_name("ROWSxCOLUMNS");
   return command.add_option("--from", arguments.folder, "Folder of Gray-code photographs, see below")
       ->type_name("DIR");

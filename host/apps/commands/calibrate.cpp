@@ -130,8 +130,7 @@ Job add_calibrate(CLI::App& app) {
       ->type_name("RIG");
   command
       ->add_option("-o,--output", arguments->output,
-                   "Map to write (.exr, .pfm): channels projector column, projector row, decoded, on the "
-                   "camera's grid")
+                   "Map to write, .exr or .pfm: projector column, projector row, decoded")
       ->type_name("map.exr");
   add_json(*command, arguments->json);
   command->footer(std::string("Example:\n"

@@ -120,15 +120,12 @@ Job add_capture(CLI::App& app) {
       ->type_name("NAME")
       ->capture_default_str();
   command
-      ->add_option(
-          "--tolerance", arguments->tolerance,
-          "Misfit and size below which a node needs no more patterns, as a share of the flood-lit RMS "
-          "(default 3e-4): smaller is more exact and takes more patterns")
+      ->add_option("--tolerance", arguments->tolerance,
+                   "Detail to stop at, as a share of the flood-lit RMS; smaller takes more patterns")
       ->type_name("X");
   command
       ->add_option("--dual-threshold", arguments->dual_threshold,
-                   "For --algorithm dual: a response below this share of the flood-lit RMS is not refined "
-                   "(default 3e-4)")
+                   "For dual: responses below this share of the flood-lit RMS are not refined")
       ->type_name("X");
   command->footer(std::string(kExample) + "\n" + rig_help() + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };

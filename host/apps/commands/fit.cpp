@@ -106,21 +106,21 @@ Job add_fit(CLI::App& app) {
       ->type_name("scene.h5");
   command
       ->add_option("--hold-out", arguments->hold_out,
-                   "Keep pair N of the sequence (a pattern and its complement, from 1) out of the fit and "
-                   "tell how well it is "
-                   "predicted; 0: none (default: the finest column stripes of at least 16 pixels and 1/16 of "
-                   "the width)")
+                   "Keep pair N out of the fit, to tell how well it is predicted; 0: none; see below")
       ->type_name("N");
   add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
-                              "  symrig fit --from photographs -o real.h5 --json -\n"
-                              "\n") +
-                  kCodeFolderHelp +
-                  "The result is the first bounce only: direct light through the pixel map, plus light that "
-                  "reaches a pixel by\n"
-                  "way of the whole scene. relight, dual, inspect, evaluate and report take it like any "
-                  "other tensor.\n\n" +
-                  kExitCodes);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig fit --from photographs -o real.h5 --json -\n"
+                  "\n") +
+      kCodeFolderHelp +
+      "\n"
+      "--hold-out counts pairs (a pattern and its complement) from 1. Default: the finest column stripes of\n"
+      "at least 16 pixels and a sixteenth of the projector's width.\n"
+      "\n"
+      "The result holds direct light through the pixel map, light scattered nearby, and light by way of the\n"
+      "whole scene. relight, dual, inspect, evaluate and report take it like any other tensor.\n\n" +
+      kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 
