@@ -63,9 +63,12 @@ class RealHeldOut : public RealPhotographs, public testing::WithParamInterface<i
 TEST_P(RealHeldOut, PairIsPredicted) {
   const auto fit = fit_first_bounce(*photographs_, {.decode = {.held_out_pair = GetParam()}});
   ASSERT_TRUE(fit.ok()) << fit.error().line();
+  ASSERT_EQ(fit->errors.size(), 2U);
   ASSERT_GE(photographs_->code.pair(GetParam()).stripe_width, 64);
+  RecordProperty("stripes", fit->errors[0].name);
+  RecordProperty("pattern_percent_of_mean_white", std::to_string(100 * fit->errors[0].rms_lit));
+  RecordProperty("complement_percent_of_mean_white", std::to_string(100 * fit->errors[1].rms_lit));
   for (const PredictionError& error : fit->errors) {
-    RecordProperty("percent_of_mean_white", std::to_string(100 * error.rms_lit));
     EXPECT_LE(error.rms_lit, 0.08) << error.name;
     EXPECT_GT(error.rms_lit, 0.01) << error.name;  // below the noise of one photograph: the fit has seen it
   }

@@ -29,7 +29,7 @@ struct DecodeOptions {
   /// A pair that must not be looked at, because it is to be predicted later. Its bit is derived: without Gray
   /// bit k a position is known up to a reflection inside its block of 2^(bits−k) pixels; of the two
   /// candidates only one runs the right way, as camera and projector look at the same side of a surface and
-  /// the map keeps orientation.
+  /// the map keeps orientation. Needs blocks wider than about 20 camera pixels.
   std::optional<int> held_out_pair = {};
 };
 
