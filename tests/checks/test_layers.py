@@ -19,6 +19,8 @@ GOOD = {
     "host/apps/main.cpp": '#include "symrig/report/page.hpp"\n',
     "protocol/include/symrig/protocol/frame.hpp": "#include <cstdint>\n",
     "hal/include/symrig/hal/lines.hpp": "#include <cstdint>\n",
+    "firmware/version.hpp.in": "",
+    "firmware/src/hello.cpp": '#include "symrig/firmware/version.hpp"\n',
     "firmware/include/symrig/firmware/core.hpp": '#include "symrig/hal/lines.hpp"\n#include "symrig/protocol/frame.hpp"\n',
     "boards/sim/include/symrig/boards/sim_board.hpp": '#include "symrig/firmware/core.hpp"\n#include <vector>\n',
 }
