@@ -27,7 +27,8 @@ std::optional<double> median_of(const Image<float>& position, const Image<std::u
   return static_cast<double>(*middle);
 }
 
-std::optional<float> foretold(const RawMap& map, int axis, int row, int col, const Neighbourhood& hood) {
+std::optional<float> foretold(const RawMap& map, std::size_t axis, int row, int col,
+                              const Neighbourhood& hood) {
   const auto centre = median_of(map.position[axis], map.mask, row, col, hood);
   if (!centre) return std::nullopt;
   const Plane plane =

@@ -19,6 +19,7 @@ using namespace calibration;
 std::vector<std::uint8_t> lit_pixels(const PixelMap& map, const DecodeOptions& options) {
   const double least = options.contrast_sigmas * std::sqrt(2.0) * map.noise;
   std::vector<std::uint8_t> lit;
+  lit.reserve(map.contrast.values().size());
   for (const float c : map.contrast.values()) lit.push_back(static_cast<double>(c) > least ? 1 : 0);
   return lit;
 }

@@ -18,9 +18,9 @@ struct Taps {
 
   /// Σ weight · values over the axis.
   float sum(std::span<const float> values) const {
+    const auto under = values.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
     float total = 0;
-    for (int i = 0; i < count; ++i)
-      total += weight[static_cast<std::size_t>(i)] * values[static_cast<std::size_t>(first + i)];
+    for (std::size_t i = 0; i < under.size(); ++i) total += weight[i] * under[i];
     return total;
   }
 };

@@ -139,6 +139,7 @@ Pattern GrayCode::pattern(int index) const {
 std::vector<Pattern> gray_code_patterns(Grid projector) {
   const GrayCode code(projector);
   std::vector<Pattern> patterns;
+  patterns.reserve(static_cast<std::size_t>(code.photographs()));
   for (int i = 0; i < code.photographs(); ++i) patterns.push_back(code.pattern(i));
   return patterns;
 }

@@ -40,6 +40,7 @@ LightModel::Observation LightModel::observe(const CodePhotographs& photographs, 
   if (index < code.white()) o.axis = code.pair(index / 2).axis;
   const bool columns = o.axis == StripeAxis::columns;
   const int size = columns ? code.projector().cols : code.projector().rows;
+  o.stripes.reserve(static_cast<std::size_t>(size));
   for (int x = 0; x < size; ++x) o.stripes.push_back(shown(code, index, x));
   o.blocks = columns ? surroundings_.column_means(o.stripes) : surroundings_.row_means(o.stripes);
   o.mean = std::accumulate(o.stripes.begin(), o.stripes.end(), 0.0) / size;

@@ -103,8 +103,7 @@ SparseColumns near_columns(const PixelMap& map, std::span<const PixelLight> ligh
                         surroundings.row_taps(static_cast<double>(map.row.values()[pixel]))};
       for_each_weight(f, 1e-6F, [&](int row, int col, float w) {
         const float share = w / static_cast<float>(surroundings.block(row, col).size());
-        take(static_cast<std::size_t>(row * surroundings.cols() + col), camera[pixel],
-             share * static_cast<float>(light[pixel].near));
+        take(surroundings.index(row, col), camera[pixel], share * static_cast<float>(light[pixel].near));
       });
     }
   });
@@ -123,7 +122,7 @@ void add_far_light(TensorBuilder& builder, std::span<const PixelLight> light,
 void add_near_light(TensorBuilder& builder, const SparseColumns& columns, const Surroundings& surroundings) {
   for (int row = 0; row < surroundings.rows(); ++row) {
     for (int col = 0; col < surroundings.cols(); ++col) {
-      const auto at = static_cast<std::size_t>(row * surroundings.cols() + col);
+      const auto at = surroundings.index(row, col);
       const Block& block = surroundings.block(row, col);
       if (columns.count(at) > 0)
         builder.add_column(block.begin, block.end, columns.rows_of(at), columns.values_of(at));

@@ -29,6 +29,7 @@ double median(std::vector<double>& values) {
 /// 8-bit codes are.
 double robust_rms(const std::vector<double>& values) {
   std::vector<double> sizes;
+  sizes.reserve(values.size());
   for (const double v : values) sizes.push_back(std::abs(v));
   const double limit = 3 * 1.4826 * median(sizes);
   double sum = 0, count = 0;
@@ -47,8 +48,8 @@ double estimate_noise(const CodePhotographs& photographs, const std::optional<in
   std::vector<double> deviations;
   for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
     if (pair == held_out) continue;
-    const auto pattern = photographs.images[static_cast<std::size_t>(2 * pair)].values();
-    const auto complement = photographs.images[static_cast<std::size_t>(2 * pair + 1)].values();
+    const auto pattern = photographs.image(2 * pair).values();
+    const auto complement = photographs.image(2 * pair + 1).values();
     std::vector<double> sums;
     for (std::size_t i = 0; i < white.size(); i += stride)
       sums.push_back(static_cast<double>(pattern[i] + complement[i] - white[i] - black[i]));
@@ -90,9 +91,9 @@ class AxisDecoder {
 
  private:
   double complement_difference(int bit, std::size_t pixel) const {
-    const auto pattern = static_cast<std::size_t>(2 * (first_ + bit));
-    return static_cast<double>(photographs_.images[pattern].values()[pixel]) -
-           static_cast<double>(photographs_.images[pattern + 1].values()[pixel]);
+    const int pattern = 2 * (first_ + bit);
+    return static_cast<double>(photographs_.image(pattern).values()[pixel]) -
+           static_cast<double>(photographs_.image(pattern + 1).values()[pixel]);
   }
 
   std::optional<float> on_edge(int value, int ambiguous) const {

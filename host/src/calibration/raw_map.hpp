@@ -3,17 +3,19 @@
 
 #include "symrig/calibration/pixel_map.hpp"
 
+#include <array>
+
 namespace symrig::calibration {
 
 /// What decoding works on: positions of both axes and a mask, camera grid.
 struct RawMap {
-  Image<float> position[2];  ///< [0] column, [1] row of the projector
+  std::array<Image<float>, 2> position;  ///< [0] column, [1] row of the projector
   Image<std::uint8_t> mask;
 
   Grid grid() const { return mask.grid(); }
 };
 
-constexpr int axis_index(StripeAxis axis) {
+constexpr std::size_t axis_index(StripeAxis axis) {
   return axis == StripeAxis::columns ? 0 : 1;
 }
 

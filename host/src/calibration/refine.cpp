@@ -26,7 +26,8 @@ std::optional<double> median_around(const Image<float>& position, const Image<st
 }
 
 /// The refined position of one axis; nullopt where the neighbourhood does not support the pixel.
-std::optional<float> refined(const RawMap& map, int axis, int row, int col, const Neighbourhood& hood) {
+std::optional<float> refined(const RawMap& map, std::size_t axis, int row, int col,
+                             const Neighbourhood& hood) {
   const auto& position = map.position[axis];
   const auto centre = map.mask.at(row, col) ? static_cast<double>(position.at(row, col))
                                             : median_around(position, map.mask, row, col);

@@ -39,6 +39,7 @@ Surroundings::Surroundings(const BlockTree& tree, int size) {
 
 std::vector<float> Surroundings::means(std::span<const float> values, const std::vector<int>& starts) {
   std::vector<float> result;
+  result.reserve(starts.size());
   for (std::size_t i = 0; i + 1 < starts.size(); ++i)
     result.push_back(std::accumulate(values.begin() + starts[i], values.begin() + starts[i + 1], 0.0F) /
                      static_cast<float>(starts[i + 1] - starts[i]));

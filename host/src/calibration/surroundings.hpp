@@ -16,10 +16,11 @@ class Surroundings {
 
   int rows() const { return static_cast<int>(row_starts_.size()) - 1; }
   int cols() const { return static_cast<int>(col_starts_.size()) - 1; }
-  /// Tree range of block (row, col).
-  const Block& block(int row, int col) const {
-    return *blocks_[static_cast<std::size_t>(row * cols() + col)];
+  std::size_t index(int row, int col) const {
+    return static_cast<std::size_t>(row) * (col_starts_.size() - 1) + static_cast<std::size_t>(col);
   }
+  /// Tree range of block (row, col).
+  const Block& block(int row, int col) const { return *blocks_[index(row, col)]; }
 
   /// Means of a pattern that changes along one axis, one a block of that axis.
   std::vector<float> column_means(std::span<const float> values) const { return means(values, col_starts_); }

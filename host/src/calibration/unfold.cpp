@@ -24,7 +24,7 @@ double determinant(const Plane& col, const Plane& row) {
 
 /// Both planes around a pixel, over neighbours of the same block.
 struct LocalMap {
-  Plane plane[2];
+  std::array<Plane, 2> plane;
   double determinant() const {
     return plane[0].support > 0 && plane[1].support > 0 ? calibration::determinant(plane[0], plane[1]) : 0;
   }
@@ -33,7 +33,7 @@ struct LocalMap {
 template <class Same>
 LocalMap local_map(const RawMap& map, int row, int col, const Neighbourhood& hood, Same same) {
   LocalMap local;
-  for (int axis = 0; axis < 2; ++axis) {
+  for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto& position = map.position[axis];
     local.plane[axis] =
         fit_plane(position, map.mask, row, col, static_cast<double>(position.at(row, col)), hood, same);

@@ -150,6 +150,7 @@ class Writer {
 template <class Byte>
 std::vector<png_bytep> row_pointers(std::vector<Byte>& data, std::size_t row_length, int rows) {
   std::vector<png_bytep> pointers;
+  pointers.reserve(static_cast<std::size_t>(rows));
   for (int row = 0; row < rows; ++row)
     pointers.push_back(reinterpret_cast<png_bytep>(data.data() + static_cast<std::size_t>(row) * row_length));
   return pointers;
