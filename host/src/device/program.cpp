@@ -30,7 +30,7 @@ Result<Program> Program::from_bytes(std::vector<std::uint8_t> bytes) {
   return program;
 }
 
-ProgramBuilder::ProgramBuilder(const BoardInfo& board) : board_(board) {}
+ProgramBuilder::ProgramBuilder(BoardInfo board) : board_(std::move(board)) {}
 
 void ProgramBuilder::fail(ErrorCode code, std::string what, std::string hint) {
   if (state_) state_ = Error{code, std::move(what), std::move(hint)};

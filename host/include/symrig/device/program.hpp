@@ -39,7 +39,7 @@ class Program {
 class ProgramBuilder {
  public:
   /// All outputs low at the beginning.
-  explicit ProgramBuilder(const BoardInfo& board);
+  explicit ProgramBuilder(BoardInfo board);
 
   ProgramBuilder& set(std::string_view line, bool level);
   /// Puts the lines out and holds them: at least min_dwell; longer than max_dwell takes several records.

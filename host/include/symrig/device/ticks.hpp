@@ -12,7 +12,7 @@ namespace symrig::device {
 struct Ticks {
   std::uint64_t count = 0;
 
-  constexpr auto operator<=>(const Ticks&) const = default;
+  constexpr auto operator<=>(const Ticks&) const = default;  // NOLINT(modernize-use-nullptr): not a pointer
   constexpr Ticks operator+(Ticks other) const { return {count + other.count}; }
   constexpr Ticks operator-(Ticks other) const { return {count - other.count}; }
 };
