@@ -32,7 +32,9 @@ endfunction()
 
 function(symrig_sanitize target)
   if(SYMRIG_SANITIZE)
-    target_compile_options(${target} PUBLIC -fsanitize=${SYMRIG_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
+    # vptr checks need run-time type information, which firmware is built without.
+    target_compile_options(${target} PUBLIC -fsanitize=${SYMRIG_SANITIZE} -fno-sanitize=vptr -fno-omit-frame-pointer
+      -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${SYMRIG_SANITIZE})
   endif()
 endfunction()
