@@ -56,8 +56,7 @@ Json rig_json(const RigSummary& rig) {
 Json statistics_json(const FitStatistics& s) {
   return {{"mean_white", s.mean_white},           {"lit_share", s.lit_share},
           {"decoded_share", s.decoded_share},     {"direct_share", s.direct_share},
-          {"near_share", s.near_share},
-          {"surroundings", s.surroundings},
+          {"near_share", s.near_share},           {"surroundings", s.surroundings},
           {"footprint_sigma", s.footprint_sigma}, {"residual", s.residual}};
 }
 

@@ -73,7 +73,7 @@ std::string node_bars(const std::vector<NodeCounts>& levels) {
   for (std::size_t level = 0; level < levels.size(); ++level) {
     const double x = kLeft + step * (static_cast<double>(level) + 0.15);
     svg += stacked_bar(levels[level], x, kTop, 0.7 * step, kHeight);
-    svg += fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\">{}</text>", x + 0.35 * step,
+    svg += fmt::format(R"(<text x="{:.1f}" y="{}" text-anchor="middle">{}</text>)", x + 0.35 * step,
                        kTop + kHeight + 17, level);
   }
   svg += fmt::format(
@@ -88,8 +88,8 @@ std::string log_bars(const std::vector<Bar>& bars) {
   double most = 10;
   for (const Bar& bar : bars) most = std::max(most, bar.value);
   std::string svg =
-      fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" aria-label=\"Bars on a logarithmic scale\">",
-                  kWidth, kRow * static_cast<double>(bars.size()) + 6);
+      fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="Bars on a logarithmic scale">)", kWidth,
+                  kRow * static_cast<double>(bars.size()) + 6);
   for (std::size_t k = 0; k < bars.size(); ++k) {
     const double y = kRow * static_cast<double>(k) + 4;
     const double length =

@@ -46,7 +46,8 @@ struct Layout {
     const int r = (row - 1) % (kGlyphRows + 1);
     const int c = (col - 1) % kAdvance;
     if (r >= kGlyphRows || c >= kGlyphCols) return false;
-    const auto index = static_cast<std::size_t>(line * per_line + place);
+    const auto index =
+        static_cast<std::size_t>(line) * static_cast<std::size_t>(per_line) + static_cast<std::size_t>(place);
     return kGlyphs[index].rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] == '#';
   }
 };
@@ -67,11 +68,12 @@ Image<float> letters_pattern(Grid grid) {
   const double left = 0.5 * (layout.cols() - cell * grid.cols);
   const auto covered = [&](int row, int col) {
     int count = 0;
-    for (int s = 0; s < kSamples * kSamples; ++s) {
-      const double y = top + cell * (row + (s / kSamples + 0.5) / kSamples);
-      const double x = left + cell * (col + (s % kSamples + 0.5) / kSamples);
-      count += layout.ink(static_cast<int>(std::floor(y)), static_cast<int>(std::floor(x))) ? 1 : 0;
-    }
+    for (int i = 0; i < kSamples; ++i)
+      for (int j = 0; j < kSamples; ++j) {
+        const double y = top + cell * (row + (i + 0.5) / kSamples);
+        const double x = left + cell * (col + (j + 0.5) / kSamples);
+        count += layout.ink(static_cast<int>(std::floor(y)), static_cast<int>(std::floor(x))) ? 1 : 0;
+      }
     return static_cast<float>(count) / (kSamples * kSamples);
   };
   Image<float> picture(grid);
