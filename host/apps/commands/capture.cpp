@@ -25,6 +25,7 @@ using Clock = std::chrono::steady_clock;
 struct Arguments {
   std::string rig, output, json, algorithm = "symrig";
   std::optional<double> tolerance, dual_threshold;
+  bool dual_subtract = false;
 };
 
 constexpr const char* kExample =
@@ -61,6 +62,7 @@ Result<CaptureOptions> options_of(const Arguments& arguments) {
   options.rule = default_rule(options.algorithm);
   if (arguments.tolerance) options.rule.flood_fraction = options.rule.empty_fraction = *arguments.tolerance;
   if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
+  options.dual_subtracts = arguments.dual_subtract;
   return options;
 }
 
@@ -116,6 +118,8 @@ Job add_capture(CLI::App& app) {
       ->required()
       ->type_name("scene.h5");
   add_json(*command, arguments->json);
+  command->add_flag("--dual-subtract", arguments->dual_subtract,
+                    "For dual: subtract what is stored already (stronger than the published method)");
   command->add_option("--algorithm", arguments->algorithm, "symrig, paper, dual or brute")
       ->type_name("NAME")
       ->capture_default_str();

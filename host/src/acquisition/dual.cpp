@@ -164,6 +164,9 @@ class Dual {
     patterns_per_level_.push_back(std::ssize(patterns));
     SYMRIG_CHECK(photographer_.take(
         "level " + std::to_string(level), patterns, [&](std::size_t k, TreePhotograph& photograph) {
+          // Light below the threshold adds up over the blocks of a colour. [Garg06] found how to take out
+          // what is known; the published dual photography does not.
+          if (options_.dual_subtracts) subtract_known(photograph, builder_.current(), channels_);
           for (const Target& t : targets[k])
             answers[t.active][static_cast<std::size_t>(t.slot)] =
                 significant_responses(photograph, active[t.active].footprint, channels_);

@@ -51,7 +51,6 @@ class Hierarchy {
   std::vector<char> judge(const NodeLevel& unknown) const;
   NodeLevel settle(const NodeLevel& unknown, const std::vector<char>& leaf);
 
-  void subtract_known(TreePhotograph& photograph, const TransportTensor& known) const;
   void add_leaf(const NodeLevel& level, const Node& node);
   void add_child(const NodeLevel& parent, const Node& node, int a, int b, NodeLevel& next);
   void place(NodeLevel& into, std::int32_t row, std::int32_t col, std::span<const float> c,
@@ -127,15 +126,6 @@ std::vector<Shot> Hierarchy::schedule(const NodeLevel& unknown) {
   return shots;
 }
 
-void Hierarchy::subtract_known(TreePhotograph& photograph, const TransportTensor& known) const {
-  const std::size_t pixels = photograph.pattern.size();
-  for (float& lit : photograph.pattern) lit = -lit;  // mean += T_known (−pattern)
-  for (int channel = 0; channel < channels_; ++channel)
-    known.apply_tree(photograph.pattern,
-                     std::span(photograph.mean).subspan(static_cast<std::size_t>(channel) * pixels, pixels),
-                     channel, false);
-}
-
 Result<void> Hierarchy::photograph(NodeLevel& unknown, const std::vector<Shot>& shots) {
   if (unknown.evidence_bytes() > options_.memory_limit)
     return Error{ErrorCode::limit,
@@ -157,7 +147,7 @@ Result<void> Hierarchy::photograph(NodeLevel& unknown, const std::vector<Shot>& 
   patterns_per_level_.push_back(std::ssize(shots));
   return photographer_.take(
       "level " + std::to_string(unknown.level()), patterns, [&](std::size_t k, TreePhotograph& photograph) {
-        subtract_known(photograph, known);
+        subtract_known(photograph, known, channels_);
         for (const std::int32_t b : shots[k].blocks) {
           for (const std::int32_t n : nodes_of_block_[static_cast<std::size_t>(b)]) {
             const Node& node = unknown.nodes()[static_cast<std::size_t>(n)];

@@ -50,6 +50,15 @@ bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
 
 }  // namespace
 
+void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels) {
+  const std::size_t pixels = photograph.pattern.size();
+  for (float& lit : photograph.pattern) lit = -lit;  // mean += T_known (−pattern)
+  for (int channel = 0; channel < channels; ++channel)
+    known.apply_tree(photograph.pattern,
+                     std::span(photograph.mean).subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                     channel, false);
+}
+
 std::size_t Photographer::batch_size() const {
   const std::size_t bytes =
       tree_.order().size() * (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_);

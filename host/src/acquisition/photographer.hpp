@@ -4,6 +4,7 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/tensor/block_tree.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -19,6 +20,10 @@ struct TreePhotograph {
   std::vector<float> mean, variance;
   std::vector<std::uint8_t> valid;
 };
+
+/// mean −= T_known · pattern: what is left is the light of unknown transport. [Garg06 §5, eq. 6]  Leaves
+/// pattern negated.
+void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels);
 
 /// Lit ranges of tree pixels: what a pattern of blocks is before it is a picture.
 struct LitRange {

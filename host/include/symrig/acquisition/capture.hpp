@@ -38,6 +38,7 @@ struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
   RankRule rule;                 ///< default_rule(algorithm) unless set
   double dual_threshold = 3e-4;  ///< dual: response below this share of F is not refined
+  bool dual_subtracts = false;   ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
   Progress progress;                  ///< may be empty
