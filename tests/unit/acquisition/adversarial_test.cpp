@@ -49,8 +49,9 @@ TEST(Adversarial, a_permutation_over_the_whole_picture_is_exact) {
 }
 
 TEST(Adversarial, a_checkerboard_still_deceives_both) {
-  // Known limit: the two colours of a checkerboard weigh the same in every block, so block patterns see a rank-1 transport. Only an
-  // independent pattern can tell. When the test learns to, this expectation turns around.
+  // Known limit: the two colours of a checkerboard weigh the same in every block, so block patterns see a
+  // rank-1 transport. Only an independent pattern can tell. When the test learns to, this expectation turns
+  // around.
   const auto colour = [](int i) { return (i / 8 + i % 8) % 2; };
   const DenseTransport scene(Grid{8, 8}, [&](int i, int j) { return colour(i) == colour(j) ? 0.02 : 0.0; });
   EXPECT_GT(run(scene, Algorithm::paper).error, 0.3);

@@ -135,7 +135,7 @@ TEST(TransportTensor, a_pattern_of_another_size_is_refused_by_name) {
 TEST(TransportTensor, stopped_at_a_level_keeps_the_flood_lit_photograph) {
   // c (Σr)/s = c while Σc = Σr, and both are sums of the same entries: stopping early moves light inside
   // blocks, never in or out.
-  const auto made = RandomTensor({12, 10}, {}, true, 1, 21).make(3, 1, 200);
+  const auto made = RandomTensor({12, 10}, {}, true, 1, 21, 0.0).make(3, 1, 200);  // light: Σc > 0
   const Image<float> flood(Grid{12, 10}, 1, 1.0F);
   const auto exact = made.tensor.apply(flood);
   const double total = std::accumulate(made.magnitude.begin(), made.magnitude.end(), 0.0);
