@@ -51,8 +51,7 @@ class Reader {
   ~Reader() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
   bool read_header() {
-    if (!info_ || setjmp(png_jmpbuf(png_)))
-      return false;  // NOLINT(cert-err52-cpp): libpng's only error channel
+    if (!info_ || setjmp(png_jmpbuf(png_))) return false;  // NOLINT(cert-err52-cpp): libpng has nothing else
     png_set_user_limits(png_, 0x7FFFFFFFU, 0x7FFFFFFFU);  // checked_grid has the last word
     png_set_chunk_malloc_max(png_, png_alloc_size_t{16} << 20);
     png_read_info(png_, info_);
@@ -106,6 +105,7 @@ Image<float> to_image(const std::vector<png_byte>& data, std::size_t row_bytes, 
   return image;
 }
 
+// NOLINTNEXTLINE(readability-non-const-parameter): libpng fixes the signature
 void write_bytes(png_structp png, png_bytep data, std::size_t count) {
   auto* buffer = static_cast<Buffer*>(png_get_io_ptr(png));
   const auto* bytes = reinterpret_cast<const std::byte*>(data);
