@@ -52,7 +52,7 @@ class Reader {
 
   bool read_header() {
     if (!info_ || setjmp(png_jmpbuf(png_))) return false;  // NOLINT(cert-err52-cpp): libpng has nothing else
-    png_set_user_limits(png_, 0x7FFFFFFFU, 0x7FFFFFFFU);  // checked_grid has the last word
+    png_set_user_limits(png_, 0x7FFFFFFFU, 0x7FFFFFFFU);   // checked_grid has the last word
     png_set_chunk_malloc_max(png_, png_alloc_size_t{16} << 20);
     png_read_info(png_, info_);
     return true;
