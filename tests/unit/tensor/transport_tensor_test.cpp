@@ -5,6 +5,7 @@
 #include "unit/tensor/random_tensor.hpp"
 
 #include <numeric>
+#include <ostream>
 
 #include <gtest/gtest.h>
 
@@ -21,6 +22,11 @@ struct Case {
   bool symmetric;
   int level, rank, scalars;
 };
+
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << to_string(c.camera) << " from " << to_string(c.projector) << (c.symmetric ? " symmetric" : "")
+       << " level " << c.level << " rank " << c.rank << " scalars " << c.scalars;
+}
 
 class AnyTensor : public testing::TestWithParam<Case> {
  protected:
