@@ -139,7 +139,8 @@ void OpenExchange::blur(const TermPack& pack, const Column& in, Column& out) con
 void OpenExchange::spread(const PackedColumns& columns, const Column& column, std::span<float> out) const {
   for (int row = 0; row < grid_.rows; ++row) {
     const Pack value = column[static_cast<std::size_t>(row)];
-    float* target = &out[static_cast<std::size_t>(row) * grid_.cols + columns.first];
+    // One past the end where a side has no columns: a pointer may stand there, an index may not.
+    float* target = out.data() + static_cast<std::size_t>(row) * grid_.cols + columns.first;
     for (std::size_t i = 0; i < columns.weight.size(); ++i) {
       float sum = 0;
       for (std::size_t k = 0; k < kLanes; ++k) sum += columns.weight[i][k] * value[k];
