@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 namespace symrig::sim {
@@ -57,7 +58,7 @@ std::vector<Pack> pack_blur(int reach, std::span<const double> weights, std::spa
   std::vector<Pack> blur(2 * static_cast<std::size_t>(reach) + 1, Pack{});
   for (int dy = -reach; dy <= reach; ++dy)
     for (std::size_t k = 0; k < rates.size(); ++k)
-      blur[static_cast<std::size_t>(reach + dy)][k] =
+      blur[static_cast<std::size_t>(std::int64_t{reach} + dy)][k] =
           static_cast<float>(kFormFactorScale * weights[k] * std::exp(-rates[k] * dy * dy));
   return blur;
 }
