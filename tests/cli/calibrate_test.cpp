@@ -131,9 +131,9 @@ TEST_F(Photographs, real_ones_predict_a_pair_they_have_not_seen) {
     GTEST_SKIP() << "no folder of real photographs at " << SYMRIG_PHOTOGRAPHS;
   const Outcome outcome = symrig({"fit", "--from", SYMRIG_PHOTOGRAPHS, "-o", "real.h5", "--json", "f.json"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
-  ASSERT_EQ(json("f.json").at("held_out").size(), 2U);
-  for (const auto& held_out : json("f.json").at("held_out"))
-    EXPECT_LE(held_out.at("relative").get<double>(), 0.08);
+  const auto figures = json("f.json");
+  ASSERT_EQ(figures.at("held_out").size(), 2U);
+  for (const auto& held_out : figures.at("held_out")) EXPECT_LE(held_out.at("relative").get<double>(), 0.08);
   const Outcome report = symrig({"report", "real.h5", "-o", "real.html"});
   EXPECT_EQ(report.code, 0) << report.err;
 }
