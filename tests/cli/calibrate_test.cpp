@@ -20,7 +20,7 @@ class Photographs : public CommandTest {
     const std::vector<Pattern> patterns = gray_code_patterns(kGrid);
     for (std::size_t k = 0; k < patterns.size(); ++k) write_photograph(k, patterns[k]);
   }
-  std::string name(std::size_t k) const { return fmt::format("photographs/{:02}.png", k); }
+  static std::string name(std::size_t k) { return fmt::format("photographs/{:02}.png", k); }
 
   void write_photograph(std::size_t k, const Pattern& pattern) const {
     float mean = 0;
