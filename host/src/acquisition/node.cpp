@@ -186,7 +186,6 @@ void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, doubl
 
 RankEvidence NodeLevel::evidence(const Node& node, std::span<const double> flood_squared) const {
   RankEvidence all;
-  all.channels = channels_;
   for (int channel = 0; channel < channels_; ++channel) {
     const double f = flood_squared[static_cast<std::size_t>(channel)];
     if (f <= 0) continue;

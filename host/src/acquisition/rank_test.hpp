@@ -15,8 +15,7 @@ struct RankEvidence {
   double misfit = 0;  ///< E = Σ (measured − c r'1/s)² over all child photographs of both sides
   double signal = 0;  ///< S = Σ measured²
   double noise = 0;   ///< V = Σ variance of (measured − estimate): the photographs' and the estimate's own
-  double samples = 0;  ///< n: valid samples compared
-  int channels = 1;
+  double samples = 0;                 ///< n: valid samples compared
   std::array<double, 4> row_child{};  ///< signal energy of each child of the row block, noise removed
   std::array<double, 4> col_child{};  ///< signal energy of each child of the column block, noise removed
 };

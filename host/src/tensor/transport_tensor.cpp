@@ -18,20 +18,6 @@ double sum(std::span<const float> values) {
 
 }  // namespace
 
-std::string_view name(LeafKind kind) {
-  switch (kind) {
-    case LeafKind::rank1:
-      return "rank1";
-    case LeafKind::low_rank:
-      return "lowrank";
-    case LeafKind::empty:
-      return "empty";
-    case LeafKind::scalar:
-      return "scalar";
-  }
-  return "unknown";
-}
-
 void TransportTensor::apply_leaves(std::span<const float> p, std::span<float> y, int channel,
                                    bool transposed) const {
   const LitRanges lit(p);

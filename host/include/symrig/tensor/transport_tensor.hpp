@@ -7,15 +7,10 @@
 
 #include <cstdint>
 #include <span>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace symrig {
-
-/// What a leaf is held as.
-enum class LeafKind : std::uint8_t { rank1 = 0, low_rank = 1, empty = 2, scalar = 3 };
-std::string_view name(LeafKind kind);
 
 /// Leaf: T_IJ ≈ A Bᵀ, one pair (A, B) a channel.
 /// A [|I| × rank]: on the camera's block I = [row_begin, row_end) in tree order; B [|J| × rank]: on the
