@@ -143,6 +143,7 @@ class SimulatedRig final : public VirtualRig {
     cost.simulate_seconds = studio_->seconds();
     return cost;
   }
+  Result<void> continue_after(const ProbeCost& spent) override;
   std::string describe() const override { return rig_->describe(); }
   const Scene& truth() const override { return *scene_; }
   const SceneUri& uri() const override { return uri_; }
@@ -150,7 +151,7 @@ class SimulatedRig final : public VirtualRig {
  private:
   SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene);
   Result<void> start();
-  std::unique_ptr<Camera> make_camera();
+  std::unique_ptr<SimulatedCamera> make_camera();
   RigOptions rig_options() const;
 
   SceneUri uri_;
@@ -159,6 +160,8 @@ class SimulatedRig final : public VirtualRig {
   boards::SimProjector raster_;
   boards::SimCamera shutter_;
   std::unique_ptr<Studio> studio_;
+  SimulatedProjector* projector_ = nullptr;  // both belong to rig_
+  SimulatedCamera* camera_ = nullptr;
   std::unique_ptr<Rig> rig_;
 };
 
@@ -181,7 +184,7 @@ RigOptions SimulatedRig::rig_options() const {
   return options;
 }
 
-std::unique_ptr<Camera> SimulatedRig::make_camera() {
+std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
   SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, studio_->noise(),
                            dead_pixels(scene_->grid(), uri_.dead, key)};
@@ -197,7 +200,22 @@ Result<void> SimulatedRig::start() {
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
   studio_ = std::make_unique<Studio>(uri_, *scene_, *projector, tick_seconds);
   SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(*board_)));
-  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), make_camera(), options));
+  auto camera = make_camera();
+  projector_ = projector.get();
+  camera_ = camera.get();
+  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), std::move(camera), options));
+  return {};
+}
+
+/// Noise is a function of the frame's number and drift of the pattern's: both go on from where the other
+/// session ended. The board's clock need not: a photograph ends as long after its vsync as any other.
+Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
+  const ProbeCost now = rig_->cost();
+  if (spent.photographs < now.photographs || spent.frames < now.frames)
+    return Error{ErrorCode::bad_argument, "this rig has done more than the capture that it is to continue",
+                 "open the rig anew"};
+  projector_->skip(static_cast<std::uint64_t>(spent.photographs - now.photographs));
+  camera_->skip(static_cast<std::uint64_t>(spent.frames - now.frames));
   return {};
 }
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,7 +45,12 @@ struct CaptureOptions {
   bool dual_subtracts = false;   ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
-  Progress progress;                  ///< may be empty
+  std::int64_t max_patterns = 0;      ///< stop after as many photographs; 0: no limit
+  double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
+  double target_error = 0;            ///< stop when the estimated frobenius error is below; 0: no target
+  /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
+  PhotographLog* log = nullptr;
+  Progress progress;  ///< may be empty
 };
 
 /// The rule each algorithm runs with by default.
@@ -52,6 +61,11 @@ struct CaptureResult {
   std::int64_t patterns = 0;                     ///< photographs taken
   std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
+  /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
+  std::string stopped_by = "done";
+  std::optional<TransportErrors> estimated = {};  ///< from held_out; none: nothing was held out
+  std::vector<double> error_per_level = {};       ///< estimated frobenius after each level; may be empty
+  std::vector<HeldOut> held_out = {};             ///< photographs that no part of the tensor was made from
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.
