@@ -64,7 +64,7 @@ test::SimulatedBracket ramp(std::size_t values, int frames) {
   using namespace std::chrono_literals;
   test::Random random(1);
   auto bracket = test::photograph_uniform(kSensor, test::exposure_ladder(frames, 8, 100ms), 0, 0, random);
-  std::vector<std::uint16_t> period(997 * 16);
+  std::vector<std::uint16_t> period(std::size_t{997} * 16);
   for (std::size_t k = 0; k < bracket.codes.size(); ++k) {
     for (std::size_t i = 0; i < period.size(); ++i) {
       const double electrons = std::pow(10, 1 + 5.0 * static_cast<double>(i % 997) / 997);
@@ -188,7 +188,7 @@ int main(int argc, char** argv) {
     mallopt(M_TRIM_THRESHOLD, 2'000'000'000);
     mallopt(M_ARENA_MAX, 1);
   }
-  const int rounds = argc > 1 ? std::max(1, std::atoi(argv[1])) : 60;
+  const int rounds = argc > 1 ? std::max(1, static_cast<int>(std::strtol(argv[1], nullptr, 10))) : 60;
   measure({1000, 984}, 3, 4, rounds);
   measure({310, 350}, 1, 4, 10 * rounds);
   return 0;

@@ -186,7 +186,7 @@ TEST(Merge, BlackIsSubtractedSignedWithItsVariance) {
 }
 
 TEST(Merge, DeadPixelsAreInvalidInEveryChannel) {
-  const std::vector<std::uint16_t> raw(2 * 4, 200);
+  const std::vector<std::uint16_t> raw(8, 200);
   const std::vector<Frame> frames{{raw, 1ms}};
   Image<std::uint8_t> dead({2, 2});
   dead.at(1, 0) = 1;
