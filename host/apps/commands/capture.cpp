@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
+#include "capture_options.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
@@ -10,7 +11,6 @@
 #include "symrig/tensor/file.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -47,20 +47,11 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-Result<void> check_share(const char* option, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value > 0 && *value < 1)) return {};
-  return Error{ErrorCode::bad_argument,
-               fmt::format("{} {} is not a share of the flood-lit signal", option, *value),
-               "give a number above 0 and below 1, such as 3e-4"};
-}
-
 Result<CaptureOptions> options_of(const Arguments& arguments) {
-  CaptureOptions options;
-  SYMRIG_TRY(options.algorithm, parse_algorithm(arguments.algorithm));
+  SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
   SYMRIG_CHECK(check_share("--tolerance", arguments.tolerance));
   SYMRIG_CHECK(check_share("--dual-threshold", arguments.dual_threshold));
-  options.rule = default_rule(options.algorithm);
-  if (arguments.tolerance) options.rule.flood_fraction = options.rule.empty_fraction = *arguments.tolerance;
+  CaptureOptions options = options_for(algorithm, arguments.tolerance);
   if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
   options.dual_subtracts = arguments.dual_subtract;
   return options;
