@@ -11,6 +11,7 @@ CaptureOptions options_for(Algorithm algorithm, std::optional<double> tolerance)
   CaptureOptions options;
   options.algorithm = algorithm;
   options.rule = default_rule(algorithm);
+  options.economy = default_economy(algorithm);
   if (!tolerance) return options;
   options.rule.flood_fraction = options.rule.empty_fraction = *tolerance;
   if (algorithm == Algorithm::dual) options.dual_threshold = *tolerance;
