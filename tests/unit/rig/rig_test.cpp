@@ -111,8 +111,8 @@ TEST(Rig, exposes_as_long_as_planned_to_a_tick) {
   ASSERT_TRUE(rig.ok());
   wall.open_seconds.clear();
   ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(3, Pattern({3, 4}, 1, 1.F))).ok());
-  ASSERT_EQ(wall.open_seconds.size(), 12U);
-  for (std::size_t i = 0; i < 12; ++i)
+  ASSERT_EQ(wall.open_seconds.size(), 16U);  // and four for the reference
+  for (std::size_t i = 0; i < 16; ++i)
     EXPECT_NEAR(wall.open_seconds[i], seconds((*rig)->exposures()[i % 4]), 8.1e-9) << i;
 }
 
@@ -134,6 +134,46 @@ TEST(Rig, meters_around_dead_pixels) {
   const auto rig = wall.open();
   ASSERT_TRUE(rig.ok()) << rig.error().line();
   EXPECT_NEAR(seconds((*rig)->exposures()[0]), 7.98e-3, 0.04 * 7.98e-3);
+}
+
+// Headroom below 1: the flood-lit wall saturates every frame. The pixels are invalid, never a wrong number;
+// half the light is measured as ever.
+TEST(Rig, marks_what_saturates_its_shortest_exposure) {
+  Wall wall(2e6);
+  RigOptions options;
+  options.headroom = 0.8;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const auto p = (*rig)->measure(std::vector<Pattern>{Pattern({3, 4}, 1, 1.F), Pattern({3, 4}, 1, 0.5F)});
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_EQ((*p)[0].valid.at(1, 1), 0);
+  EXPECT_EQ((*p)[0].mean.at(1, 1), 0);
+  EXPECT_EQ((*p)[1].valid.at(1, 1), 1);
+  EXPECT_NEAR((*p)[1].mean.at(1, 1), 1e6, 1e6 * 1e-3);
+}
+
+// References can be left out, and then nothing is divided by anything.
+TEST(Rig, shows_no_reference_if_told_not_to) {
+  Wall wall(2e6);
+  RigOptions options;
+  options.reference_every = 0;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  wall.open_seconds.clear();
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(120, Pattern({3, 4}, 1, 1.F))).ok());
+  EXPECT_EQ(wall.open_seconds.size(), 480U);
+  EXPECT_EQ((*rig)->lamp().value, 1);
+}
+
+// Every 50 photographs at first; a wall that holds still is asked after 50, 100, 200 and then every 400.
+TEST(Rig, asks_a_steady_lamp_more_and_more_rarely) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  wall.open_seconds.clear();
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(1'151, Pattern({3, 4}, 1, 1.F))).ok());
+  EXPECT_EQ(wall.open_seconds.size(), 4 * (1'151 + 6U));  // at 0, 50, 150, 350, 750, 1150
+  EXPECT_NEAR((*rig)->lamp().value, 1, 1e-6);
 }
 
 TEST(Rig, refuses_a_scene_that_blinds_the_camera) {
