@@ -63,7 +63,7 @@ TEST(LampLog, states_its_error) {
     LampLog lamp(50, 0.02);
     const double first = normal();
     lamp.observe(0, flood(1, first));
-    for (int k = 1; k < 6; ++k) lamp.observe(51 * k, flood(1, normal()));
+    for (int k = 1; k < 6; ++k) lamp.observe(std::int64_t{51} * k, flood(1, normal()));
     const LampLevel level = lamp.level_at(51 * 5 + 25);
     sum += std::pow((level.value - 1 / (1 + 1e-3 * first)) / level.sigma, 2);
   }

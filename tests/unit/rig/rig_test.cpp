@@ -46,13 +46,13 @@ TEST(ExposureFor, leaves_the_headroom) {
 /// A board with a projector and a camera that looks at a grey wall: rate electrons a second at full light.
 class Wall {
  public:
-  explicit Wall(double rate, boards::SimCameraConfig shutter = {}, Image<std::uint8_t> dead = {})
+  explicit Wall(double rate, const boards::SimCameraConfig& shutter = {}, Image<std::uint8_t> dead = {})
       : raster_(board_), shutter_(board_, shutter), rate_(rate), dead_(std::move(dead)) {
     board_.attach(raster_);
     board_.attach(shutter_);
   }
 
-  Result<std::unique_ptr<Rig>> open(RigOptions options = {}, Grid camera = {3, 4}) {
+  Result<std::unique_ptr<Rig>> open(const RigOptions& options = {}, Grid camera = {3, 4}) {
     auto projector =
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.profile.refresh_period);
     const SimulatedProjector* screen = projector.get();
@@ -79,7 +79,7 @@ class Wall {
       const double code = std::min(noise.pedestal() + noise.gain() * rate_ * light * open, 4095.0);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
-      frame.raw.assign(12, static_cast<std::uint16_t>(code + 0.5));
+      frame.raw.assign(12, static_cast<std::uint16_t>(std::lround(code)));
       if (!dead_.empty()) frame.raw[5] = 4095;
       frames.push_back(std::move(frame));
     }

@@ -165,7 +165,7 @@ TEST(Whiten, notices_an_understated_variance) {
   auto p = measured(*rig, {pattern, pattern});
   for (auto& photograph : p)
     for (float& variance : photograph.variance.values()) variance *= 0.5F;
-  const Term repeated[] = {{1, &p[0]}, {-1, &p[1]}};
+  const Term repeated[] = {{1, p.data()}, {-1, &p[1]}};
   EXPECT_GT(whiten(repeated).mean_square, 1.5);
 }
 
