@@ -10,6 +10,9 @@ namespace {
 constexpr std::size_t kWindow = 8;    // references that the line goes through
 constexpr std::int64_t kLongest = 8;  // times `every`, between references of a lamp that holds still
 constexpr double kSignificant = 3;    // sigmas
+constexpr double kLit = 5;            // sigmas of the sum of a photograph
+constexpr double kJump = 5;           // sigmas
+constexpr double kTrusted = 0.1;      // the largest change that is foretold
 /// Float rounding of a sum of photographs: keeps weights finite without noise.
 constexpr double kRounding = 1e-14;
 
@@ -28,17 +31,34 @@ LampLog::Reading LampLog::compare(std::int64_t shown, const Radiance& flood) con
     now += flood.mean.values()[i];
     variance += flood.variance.values()[i];
   }
-  if (!(now > 5 * std::sqrt(variance)) || !(first > 0)) return {static_cast<double>(shown), 1, 1};  // dark
+  const bool lit = now > kLit * std::sqrt(variance);
+  const bool was_lit = first > kLit * std::sqrt(variance);
+  if (!lit || !was_lit) return {static_cast<double>(shown), was_lit ? 0.0 : 1.0, 1};
   return {static_cast<double>(shown), now / first, variance / (first * first) + kRounding};
 }
 
-void LampLog::observe(std::int64_t shown, const Radiance& flood) {
+/// What a steady drift as it is expected, the line's error and the reading's do not explain.
+bool LampLog::jumped(const Reading& reading) const {
+  if (readings_.empty()) return false;
+  const LampLevel foretold = level_at(static_cast<std::int64_t>(reading.shown));
+  const double drift = drift_ / 1000 * (reading.shown - readings_.back().shown);
+  const double variance = reading.variance + foretold.sigma * foretold.sigma + drift * drift;
+  return std::abs(reading.level - foretold.value) > kJump * std::sqrt(variance);
+}
+
+bool LampLog::observe(std::int64_t shown, const Radiance& flood) {
   last_ = shown;
   if (!first_) first_ = flood;
-  readings_.push_back(compare(shown, flood));
+  const Reading reading = compare(shown, flood);
+  if (jumped(reading)) {
+    readings_.clear();
+    interval_ = every_;
+  }
+  readings_.push_back(reading);
   if (readings_.size() > kWindow) readings_.pop_front();
   fit();
   space_out();
+  return readings_.back().level > 0;
 }
 
 /// min over a, b of Σ (y − a − b x)² / Var[y] + (b / τ)², x counted from the last reading.
@@ -69,10 +89,10 @@ void LampLog::space_out() {
 }
 
 LampLevel LampLog::level_at(std::int64_t shown) const {
-  if (readings_.size() < 2) return {};
+  if (readings_.empty()) return {};
   const double x = static_cast<double>(shown) - readings_.back().shown;
-  return {line_.level + line_.slope * x,
-          std::sqrt(line_.var_level + 2 * line_.cov * x + line_.var_slope * x * x)};
+  const double change = std::clamp(line_.slope * x, -kTrusted * line_.level, kTrusted * line_.level);
+  return {line_.level + change, std::sqrt(line_.var_level + 2 * line_.cov * x + line_.var_slope * x * x)};
 }
 
 }  // namespace symrig

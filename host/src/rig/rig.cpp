@@ -172,8 +172,10 @@ Result<void> Rig::refer() {
   const Pattern flood(projector_->grid(), 1, 1.F);
   const std::int64_t shown = shown_;
   SYMRIG_TRY(const auto reference, photograph({&flood, 1}, nullptr));
-  lamp_->observe(shown, reference.front());
-  return {};
+  if (lamp_->observe(shown, reference.front())) return {};
+  return Error{ErrorCode::device_lost,
+               "the lamp went out: the flood-lit scene is dark, and it was not at first",
+               "check the projector's lamp and shutter"};
 }
 
 LampLevel Rig::lamp() const {

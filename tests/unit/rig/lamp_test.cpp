@@ -84,9 +84,36 @@ TEST(LampLog, asks_often_while_the_lamp_drifts) {
 // A black scene has no level; nothing is divided by it.
 TEST(LampLog, leaves_a_black_scene_alone) {
   LampLog lamp(50, 0.02);
-  lamp.observe(0, flood(0));
-  lamp.observe(51, flood(0));
+  EXPECT_TRUE(lamp.observe(0, flood(0)));
+  EXPECT_TRUE(lamp.observe(51, flood(0)));
   EXPECT_EQ(lamp.level_at(60).value, 1);
+}
+
+// Half the light at once is a jump, no drift: the level is what the last reference says, and stays.
+TEST(LampLog, begins_anew_after_a_jump) {
+  LampLog lamp(50, 0.02);
+  lamp.observe(0, flood(1));
+  lamp.observe(51, flood(1));
+  lamp.observe(152, flood(0.5));
+  EXPECT_NEAR(lamp.level_at(152).value, 0.5, 1e-3);
+  EXPECT_NEAR(lamp.level_at(202).value, 0.5, 1e-3);
+  EXPECT_EQ(lamp.until_due(153), 50);
+}
+
+// Where any drift is expected, half the light at once is one: the line through two readings would put the
+// lamp out after another 51 photographs.
+TEST(LampLog, does_not_foretell_more_than_a_tenth) {
+  LampLog lamp(50, 100);
+  EXPECT_TRUE(lamp.observe(0, flood(1)));
+  EXPECT_TRUE(lamp.observe(51, flood(0.5)));
+  EXPECT_NEAR(lamp.level_at(51).value, 0.5, 1e-3);
+  EXPECT_NEAR(lamp.level_at(102).value, 0.45, 1e-3);
+}
+
+TEST(LampLog, says_when_the_lamp_is_out) {
+  LampLog lamp(50, 0.02);
+  EXPECT_TRUE(lamp.observe(0, flood(1)));
+  EXPECT_FALSE(lamp.observe(51, flood(0)));
 }
 
 // Pixels that are invalid in either photograph do not count.

@@ -64,6 +64,7 @@ class Wall {
   }
 
   std::vector<double> open_seconds;  ///< of every exposure so far
+  double lamp = 1;                   ///< its brightness
 
  private:
   std::vector<CameraFrame> develop(const SimulatedProjector& screen,
@@ -76,7 +77,7 @@ class Wall {
       double light = 0;
       for (const auto& lit : screen.shown(exposure.begin, exposure.end))
         light += lit.share * screen.pattern(lit.index).at(0, 0);
-      const double code = std::min(noise.pedestal() + noise.gain() * rate_ * light * open, 4095.0);
+      const double code = std::min(noise.pedestal() + noise.gain() * rate_ * lamp * light * open, 4095.0);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
       frame.raw.assign(12, static_cast<std::uint16_t>(std::lround(code)));
@@ -174,6 +175,33 @@ TEST(Rig, asks_a_steady_lamp_more_and_more_rarely) {
   ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(1'151, Pattern({3, 4}, 1, 1.F))).ok());
   EXPECT_EQ(wall.open_seconds.size(), 4 * (1'151 + 6U));  // at 0, 50, 150, 350, 750, 1150
   EXPECT_NEAR((*rig)->lamp().value, 1, 1e-6);
+}
+
+TEST(Rig, notices_that_the_lamp_went_out) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const std::vector<Pattern> patterns(30, Pattern({3, 4}, 1, 1.F));
+  ASSERT_TRUE((*rig)->measure(patterns).ok());
+  wall.lamp = 0;
+  const auto dark = (*rig)->measure(patterns);  // the second reference is the 51st photograph
+  ASSERT_FALSE(dark.ok());
+  EXPECT_EQ(dark.error().code, ErrorCode::device_lost) << dark.error().line();
+}
+
+// The wall at 90 % of the light: the second reference says so, and the photographs after it are as they were.
+// Codes are whole: 0.3 of 3,200 in the shortest frame, less in the sum of two references.
+TEST(Rig, divides_by_the_level_of_the_lamp) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const Pattern flood({3, 4}, 1, 1.F);
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(50, flood)).ok());
+  wall.lamp = 0.9;
+  const auto p = (*rig)->measure(std::vector<Pattern>{flood});
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_NEAR((*rig)->lamp().value, 0.9, 1e-3);
+  EXPECT_NEAR((*p)[0].mean.at(1, 1), 2e6, 2e6 * 2e-3);
 }
 
 TEST(Rig, refuses_a_scene_that_blinds_the_camera) {
