@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <functional>
 #include <limits>
 #include <string>
@@ -144,32 +145,15 @@ void only_noise(Radiance& photograph, std::int64_t number) {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc != 2 && argc != 3) {
-    std::fprintf(stderr, "usage: bench_stability_faults sim:NAME?... [check]\n");
-    return 2;
-  }
-  const std::string uri = argv[1];
-  const auto rig = sim::open_virtual_rig(uri);
-  if (!rig) {
-    std::fprintf(stderr, "%s\n", rig.error().line().c_str());
-    return exit_code(rig.error().code);
-  }
-  if (argc == 3) {
-    const auto found = check_coaxial(**rig);
-    std::printf("%s\n", found ? found->to_string().c_str() : found.error().line().c_str());
-    return 0;
-  }
-  const Grid grid = (*rig)->grid();
-  const Image<float> flood = (*rig)->truth().apply(Image<float>(grid, 1, 1.0F));
-  const Image<float> leak =
-      (*rig)->truth().apply(Image<float>(grid, 1, static_cast<float>((*rig)->uri().black)));
+std::vector<Case> cases_of(const sim::VirtualRig& rig, const Image<float>& leak) {
+  const Image<float> flood = rig.truth().apply(Image<float>(rig.grid(), 1, 1.0F));
   const float brightest = std::ranges::max(flood.values());
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInf = std::numeric_limits<float>::infinity();
-  const std::vector<Case> cases{
+  const auto low = [](Radiance& photograph, std::size_t i) {
+    photograph.mean.values()[i] -= 5 * std::sqrt(photograph.variance.values()[i]);
+  };
+  return {
       {"clean", [](Radiance&, std::int64_t) {}},
       {"black level unsubtracted", with_black(leak, 1)},
       {"black level 10 % wrong", with_black(leak, 0.1)},
@@ -177,16 +161,40 @@ int main(int argc, char** argv) {
       {"brightest third of the range saturated, unmarked", saturated(brightest * 2 / 3, false)},
       {"brightest two thirds of the range saturated, marked", saturated(brightest / 3, true)},
       {"1 % of the pixels missing, others each time", sprinkled(0.01, lose)},
-      {"1 % of the pixels 5 sigmas low, others each time",
-       sprinkled(0.01,
-                 [](Radiance& photograph, std::size_t i) {
-                   photograph.mean.values()[i] -= 5 * std::sqrt(photograph.variance.values()[i]);
-                 })},
+      {"1 % of the pixels 5 sigmas low, others each time", sprinkled(0.01, low)},
       {"one pixel of one photograph -1", one_pixel(-1)},
       {"one pixel of one photograph NaN", one_pixel(kNan)},
       {"one pixel of one photograph infinite", one_pixel(kInf)},
       {"all black", only_noise},
   };
-  for (const Case& one : cases) run(uri, one);
+}
+
+int measure(const std::string& uri, bool check) {
+  const auto rig = sim::open_virtual_rig(uri);
+  if (!rig) {
+    std::printf("%s\n", rig.error().line().c_str());
+    return exit_code(rig.error().code);
+  }
+  if (check) {
+    const auto found = check_coaxial(**rig);
+    std::printf("%s\n", found ? found->to_string().c_str() : found.error().line().c_str());
+    return 0;
+  }
+  const auto black = static_cast<float>((*rig)->uri().black);
+  const Image<float> leak = (*rig)->truth().apply(Image<float>((*rig)->grid(), 1, black));
+  for (const Case& one : cases_of(**rig, leak)) run(uri, one);
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc == 2 || argc == 3) return measure(argv[1], argc == 3);
+    std::printf("usage: bench_stability_faults sim:NAME?... [check]\n");
+    return 2;
+  } catch (const std::exception& error) {
+    std::printf("%s\n", error.what());
+    return 5;
+  }
 }
