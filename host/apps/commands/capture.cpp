@@ -93,8 +93,8 @@ Result<CaptureOptions> options_of(const Arguments& arguments) {
   return options;
 }
 
-/// What is not told by every capture: how it ended, what it believes its error to be.
-std::string told_by_chance(const CaptureSummary& summary, const CaptureResult& result) {
+/// What only some captures have to tell: a log, a budget, an estimate of the error.
+std::string told_besides(const CaptureSummary& summary, const CaptureResult& result) {
   std::string text;
   if (summary.replayed > 0)
     text += fmt::format("{} of the photographs came from the log\n",
@@ -118,7 +118,7 @@ std::string told(const CaptureSummary& summary, const CaptureResult& result, con
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
-      byte_size(static_cast<double>(summary.peak_memory_bytes)), told_by_chance(summary, result));
+      byte_size(static_cast<double>(summary.peak_memory_bytes)), told_besides(summary, result));
 }
 
 struct Measured {

@@ -129,7 +129,7 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
   const std::uint64_t begin = file_.size();
   const std::size_t before = records_.size();
   for (const Record& record : run) {
-    const auto written = append_record(record);
+    auto written = append_record(record);
     if (written) continue;
     records_.resize(before);
     SYMRIG_CHECK(file_.cut(begin));

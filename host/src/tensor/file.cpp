@@ -156,7 +156,7 @@ constexpr std::size_t kGrowBy = std::size_t{1} << 16;
 h5::Handle file_access() {
   h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-  H5Pset_fapl_core(access.id(), kGrowBy, 1);
+  H5Pset_fapl_core(access.id(), kGrowBy, true);
   return access;
 }
 
