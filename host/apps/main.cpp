@@ -23,14 +23,15 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 8> kCommands{{{"capture", add_capture},
+constexpr std::array<Command, 9> kCommands{{{"capture", add_capture},
                                             {"relight", add_relight},
                                             {"dual", add_dual},
                                             {"evaluate", add_evaluate},
                                             {"inspect", add_inspect},
                                             {"report", add_report},
                                             {"calibrate", add_calibrate},
-                                            {"fit", add_fit}}};
+                                            {"fit", add_fit},
+                                            {"bench", add_bench}}};
 
 constexpr const char* kExample =
     "Example:\n"

@@ -2,6 +2,7 @@
 #include "symrig/acquisition/capture.hpp"
 
 #include "capture_log.hpp"
+#include "capture_options.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "error_table.hpp"
@@ -12,7 +13,6 @@
 #include "symrig/tensor/file.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -56,12 +56,6 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-Result<void> check_share(const char* option, const char* meaning, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value > 0 && *value < 1)) return {};
-  return Error{ErrorCode::bad_argument, fmt::format("{} {} is not {}", option, *value, meaning),
-               "give a number above 0 and below 1, such as 3e-4"};
-}
-
 Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
   if (arguments.max_patterns && *arguments.max_patterns < 1)
     return Error{ErrorCode::bad_argument,
@@ -72,7 +66,11 @@ Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
     return Error{ErrorCode::bad_argument,
                  fmt::format("--max-seconds {} is not a time to measure in", seconds),
                  "give the seconds on the rig's clock, such as 3600"};
-  SYMRIG_CHECK(check_share("--target-error", "an error relative to the transport", arguments.target_error));
+  const double error = arguments.target_error.value_or(0.5);
+  if (!(error > 0 && error < 1))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--target-error {} is not an error relative to the transport", error),
+                 "give a number above 0 and below 1, such as 0.02"};
   options.max_patterns = arguments.max_patterns.value_or(0);
   options.max_seconds = arguments.max_seconds.value_or(0);
   options.target_error = arguments.target_error.value_or(0);
@@ -80,14 +78,11 @@ Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
 }
 
 Result<CaptureOptions> options_of(const Arguments& arguments) {
-  CaptureOptions options;
-  SYMRIG_TRY(options.algorithm, parse_algorithm(arguments.algorithm));
-  constexpr const char* kOfSignal = "a share of the flood-lit signal";
-  SYMRIG_CHECK(check_share("--tolerance", kOfSignal, arguments.tolerance));
-  SYMRIG_CHECK(check_share("--dual-threshold", kOfSignal, arguments.dual_threshold));
+  SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
+  SYMRIG_CHECK(check_share("--tolerance", arguments.tolerance));
+  SYMRIG_CHECK(check_share("--dual-threshold", arguments.dual_threshold));
+  CaptureOptions options = options_for(algorithm, arguments.tolerance);
   SYMRIG_CHECK(set_budgets(arguments, options));
-  options.rule = default_rule(options.algorithm);
-  if (arguments.tolerance) options.rule.flood_fraction = options.rule.empty_fraction = *arguments.tolerance;
   if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
   options.dual_subtracts = arguments.dual_subtract;
   return options;

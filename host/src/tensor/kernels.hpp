@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -30,5 +31,27 @@ void add_scaled(float w, const float* a, float* y, std::size_t n);
 
 /// y += w a, and returns Σ aᵢ pᵢ: one pass over a serves both halves of a symmetric leaf.
 float add_scaled_and_dot(float w, const float* a, const float* p, float* y, std::size_t n);
+
+/// Patterns that a batch interleaves: P[pixel][kBatch], one cache line a pixel.
+inline constexpr std::size_t kBatch = 16;
+
+/// w[c] = Σ_j b[j] P[j][c], c < kBatch, over n pixels. shapes: b [n], p [n × kBatch], w [kBatch].
+/// error: ≤ n ε Σ|b P|, ε = 2⁻²⁴; the same bits for any number of threads.
+void dot_batch(const float* b, const float* p, std::size_t n, float* w);
+
+/// Y[i][c] += a[i] w[c]. shapes: a [n], w [kBatch], y [n × kBatch].
+void add_scaled_batch(const float* a, const float* w, float* y, std::size_t n);
+
+/// One leaf A Bᵀ of one channel: a [rows × rank] and b [cols × rank] column by column, and where its blocks
+/// begin in tree order.
+struct LeafFactors {
+  const float* a;
+  const float* b;
+  std::size_t row_begin, rows, col_begin, cols, rank;
+};
+
+/// Y_I += A (Bᵀ P_J), and, when mirrored, Y_J += B (Aᵀ P_I): a whole leaf for one dispatch.
+/// p, y: all pixels in tree order, kBatch patterns interleaved; they must not overlap.
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y);
 
 }  // namespace symrig::tensor

@@ -317,7 +317,7 @@ class FullDisk {
   FullDisk& operator=(const FullDisk&) = delete;
   ~FullDisk() {
     setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
+    static_cast<void>(std::signal(SIGXFSZ, handler_));
   }
 
  private:

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sixteen patterns at once: a factor is read once and serves all of them. Compiled for every instruction set
+// that Highway knows and chosen at run time.
+#include "tensor/kernels.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "tensor/batch_kernels.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace symrig::tensor::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+using Lanes = hn::CappedTag<float, kBatch>;
+
+// A pixel's sixteen values are one vector (AVX-512) or several: the outer loop walks over these parts, so
+// that the sums of the inner loop stay in registers. Four sums hide the latency of the multiply-add.
+HWY_INLINE void dot_batch(const float* b, const float* p, std::size_t n, float* w) {
+  const Lanes d;
+  for (std::size_t part = 0; part < kBatch; part += hn::Lanes(d)) {
+    const float* at = p + part;
+    auto s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
+    std::size_t j = 0;
+    for (; j + 4 <= n; j += 4, at += 4 * kBatch) {
+      s0 = hn::MulAdd(hn::Set(d, b[j]), hn::LoadU(d, at), s0);
+      s1 = hn::MulAdd(hn::Set(d, b[j + 1]), hn::LoadU(d, at + kBatch), s1);
+      s2 = hn::MulAdd(hn::Set(d, b[j + 2]), hn::LoadU(d, at + 2 * kBatch), s2);
+      s3 = hn::MulAdd(hn::Set(d, b[j + 3]), hn::LoadU(d, at + 3 * kBatch), s3);
+    }
+    for (; j < n; ++j, at += kBatch) s0 = hn::MulAdd(hn::Set(d, b[j]), hn::LoadU(d, at), s0);
+    hn::StoreU(hn::Add(hn::Add(s0, s1), hn::Add(s2, s3)), d, w + part);
+  }
+}
+
+HWY_INLINE void add_scaled_batch(const float* a, const float* w, float* y, std::size_t n) {
+  const Lanes d;
+  for (std::size_t part = 0; part < kBatch; part += hn::Lanes(d)) {
+    const auto weight = hn::LoadU(d, w + part);
+    float* at = y + part;
+    for (std::size_t i = 0; i < n; ++i, at += kBatch)
+      hn::StoreU(hn::MulAdd(hn::Set(d, a[i]), weight, hn::LoadU(d, at)), d, at);
+  }
+}
+
+void dot_batch_once(const float* b, const float* p, std::size_t n, float* w) {
+  dot_batch(b, p, n, w);
+}
+
+void add_scaled_batch_once(const float* a, const float* w, float* y, std::size_t n) {
+  add_scaled_batch(a, w, y, n);
+}
+
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y) {
+  HWY_ALIGN float forward[kBatch];
+  HWY_ALIGN float backward[kBatch];
+  const float* a = leaf.a;
+  const float* b = leaf.b;
+  const float* const p_col = p + kBatch * leaf.col_begin;
+  const float* const p_row = p + kBatch * leaf.row_begin;
+  for (std::size_t k = 0; k < leaf.rank; ++k, a += leaf.rows, b += leaf.cols) {
+    dot_batch(b, p_col, leaf.cols, forward);
+    if (mirrored) dot_batch(a, p_row, leaf.rows, backward);
+    add_scaled_batch(a, forward, y + kBatch * leaf.row_begin, leaf.rows);
+    if (mirrored) add_scaled_batch(b, backward, y + kBatch * leaf.col_begin, leaf.cols);
+  }
+}
+
+}  // namespace symrig::tensor::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace symrig::tensor {
+
+HWY_EXPORT(dot_batch_once);
+HWY_EXPORT(add_scaled_batch_once);
+HWY_EXPORT(add_leaf_batch);
+
+void dot_batch(const float* b, const float* p, std::size_t n, float* w) {
+  HWY_DYNAMIC_DISPATCH(dot_batch_once)(b, p, n, w);
+}
+
+void add_scaled_batch(const float* a, const float* w, float* y, std::size_t n) {
+  HWY_DYNAMIC_DISPATCH(add_scaled_batch_once)(a, w, y, n);
+}
+
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y) {
+  HWY_DYNAMIC_DISPATCH(add_leaf_batch)(leaf, mirrored, p, y);
+}
+
+}  // namespace symrig::tensor
+#endif  // HWY_ONCE
