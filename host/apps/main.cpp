@@ -4,6 +4,7 @@
 #include "meter.hpp"
 
 #include <array>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <optional>
@@ -97,6 +98,8 @@ int run(int argc, char** argv) {
     return parse_failure(app, error);
   }
   catch_interrupts();
+  static_cast<void>(
+      std::signal(SIGXFSZ, SIG_IGN));  // a file beyond its limit is an error that write() tells, not a death
   for (std::size_t k = 0; k < kCommands.size(); ++k)
     if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
   return kUsage;

@@ -75,6 +75,7 @@ class FileLog final : public PhotographLog {
   AppendedFile file_;
   PhotographShape shape_;
   std::vector<Place> records_;
+  Record written_;  // the last one; kept for its memory
   SyncTimer sync_timer_;
 };
 
@@ -125,11 +126,13 @@ Result<void> FileLog::sync() {
 Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
                                  const ProbeCost& spent) {
   SYMRIG_CHECK(sync());
-  SYMRIG_TRY(const std::vector<Record> run, acquisition::encode_run(shape_, patterns, photographs, spent));
+  SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
   const std::uint64_t begin = file_.size();
   const std::size_t before = records_.size();
-  for (const Record& record : run) {
-    const auto written = append_record(record);
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    acquisition::encode_record(patterns[k], photographs[k], spent,
+                               static_cast<std::uint32_t>(patterns.size() - k - 1), written_);
+    auto written = append_record(written_);
     if (written) continue;
     records_.resize(before);
     SYMRIG_CHECK(file_.cut(begin));

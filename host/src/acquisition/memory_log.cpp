@@ -20,8 +20,11 @@ class MemoryLog final : public PhotographLog {
 
   Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
                           const ProbeCost& spent) override {
-    SYMRIG_TRY(std::vector<Record> run, acquisition::encode_run(shape_, patterns, photographs, spent));
-    std::move(run.begin(), run.end(), std::back_inserter(records_));
+    SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
+    for (std::size_t k = 0; k < patterns.size(); ++k)
+      acquisition::encode_record(patterns[k], photographs[k], spent,
+                                 static_cast<std::uint32_t>(patterns.size() - k - 1),
+                                 records_.emplace_back());
     return {};
   }
 

@@ -50,21 +50,46 @@ bool is_binary(std::span<const float> values) {
   });
 }
 
-/// Bit i of byte i / 8, from the lowest: whether value i is not 0.
-template <class T>
-void pack(std::span<const T> values, std::byte* out) {
-  for (std::size_t i = 0; i < values.size(); ++i)
-    out[i / 8] |= static_cast<std::byte>((values[i] != T{0} ? 1U : 0U) << (i % 8));
-}
+/// Puts parts one behind the other, each padded with zeros.
+class Writer {
+ public:
+  explicit Writer(std::byte* out) : out_(out) {}
+
+  void bytes(const void* from, std::size_t count) {
+    std::memcpy(out_, from, count);
+    pad(count);
+  }
+  /// Bit i of byte i / 8, from the lowest: whether value i is not 0.
+  template <class T>
+  void bits(std::span<const T> values) {
+    const std::size_t whole = values.size() / 8;
+    for (std::size_t i = 0; i < whole; ++i) out_[i] = byte_of(values.subspan(8 * i, 8));
+    if (whole * 8 < values.size()) out_[whole] = byte_of(values.subspan(8 * whole));
+    pad((values.size() + 7) / 8);
+  }
+
+ private:
+  template <class T>
+  static std::byte byte_of(std::span<const T> values) {
+    unsigned bits = 0;
+    for (std::size_t j = 0; j < values.size(); ++j) bits |= (values[j] != T{0} ? 1U : 0U) << j;
+    return static_cast<std::byte>(bits);
+  }
+  void pad(std::size_t count) {
+    std::memset(out_ + count, 0, padded(count) - count);
+    out_ += padded(count);
+  }
+
+  std::byte* out_;
+};
 
 template <class T>
 void unpack(const std::byte* bits, std::span<T> values) {
-  for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = static_cast<T>((std::to_integer<unsigned>(bits[i / 8]) >> (i % 8)) & 1U);
-}
-
-void put(std::span<const float> values, std::byte* out) {
-  std::memcpy(out, values.data(), values.size_bytes());
+  for (std::size_t first = 0; first < values.size(); first += 8) {
+    const auto byte = std::to_integer<unsigned>(bits[first / 8]);
+    const auto few = values.subspan(first, std::min<std::size_t>(8, values.size() - first));
+    for (std::size_t j = 0; j < few.size(); ++j) few[j] = static_cast<T>((byte >> j) & 1U);
+  }
 }
 
 void get(const std::byte* bytes, std::span<float> values) {
@@ -89,17 +114,33 @@ Error misfit(const char* what, Grid grid, int channels, const PhotographShape& s
           "log the photographs of one rig only"};
 }
 
-/// left: photographs of the same run that follow.
-Result<Record> encode_record(const PhotographShape& shape, const Pattern& pattern, const Radiance& photograph,
-                             const ProbeCost& spent, std::uint32_t left) {
+Result<void> check_one(const PhotographShape& shape, const Pattern& pattern, const Radiance& photograph) {
   if (!has_shape(pattern, {shape.grid, 1}))
     return misfit("a pattern", pattern.grid(), pattern.channels(), shape);
   const bool fits = has_shape(photograph.mean, shape) && has_shape(photograph.variance, shape) &&
                     has_shape(photograph.valid, shape);
   if (!fits) return misfit("a photograph", photograph.mean.grid(), photograph.mean.channels(), shape);
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> patterns,
+                       std::span<const Radiance> photographs) {
+  if (patterns.size() != photographs.size())
+    return Error{ErrorCode::size_mismatch,
+                 std::to_string(patterns.size()) + " patterns came with " +
+                     std::to_string(photographs.size()) + " photographs",
+                 "log one for each"};
+  for (std::size_t k = 0; k < patterns.size(); ++k)
+    SYMRIG_CHECK(check_one(shape, patterns[k], photographs[k]));
+  return {};
+}
+
+void encode_record(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent,
+                   std::uint32_t left, Record& record) {
   const std::uint32_t kind = is_binary(pattern.values()) ? kBinary : kGrey;
-  const Layout at(shape, kind);
-  Record record(at.end);
+  record.resize(Layout({pattern.grid(), photograph.mean.channels()}, kind).end);
   const Front front{spent.photographs,
                     spent.frames,
                     spent.rig_seconds,
@@ -107,33 +148,15 @@ Result<Record> encode_record(const PhotographShape& shape, const Pattern& patter
                     spent.merge_seconds,
                     kind,
                     left};
-  std::memcpy(record.data(), &front, sizeof front);
+  Writer writer(record.data());
+  writer.bytes(&front, sizeof front);
   if (kind == kBinary)
-    pack(pattern.values(), record.data() + sizeof front);
+    writer.bits(pattern.values());
   else
-    put(pattern.values(), record.data() + sizeof front);
-  put(photograph.mean.values(), record.data() + at.mean);
-  put(photograph.variance.values(), record.data() + at.variance);
-  pack(photograph.valid.values(), record.data() + at.valid);
-  return record;
-}
-
-}  // namespace
-
-Result<std::vector<Record>> encode_run(const PhotographShape& shape, std::span<const Pattern> patterns,
-                                       std::span<const Radiance> photographs, const ProbeCost& spent) {
-  if (patterns.size() != photographs.size())
-    return Error{ErrorCode::size_mismatch,
-                 std::to_string(patterns.size()) + " patterns came with " +
-                     std::to_string(photographs.size()) + " photographs",
-                 "log one for each"};
-  std::vector<Record> records;
-  for (std::size_t k = 0; k < patterns.size(); ++k) {
-    const auto left = static_cast<std::uint32_t>(patterns.size() - k - 1);
-    SYMRIG_TRY(Record record, encode_record(shape, patterns[k], photographs[k], spent, left));
-    records.push_back(std::move(record));
-  }
-  return records;
+    writer.bytes(pattern.values().data(), pattern.values().size_bytes());
+  writer.bytes(photograph.mean.values().data(), photograph.mean.values().size_bytes());
+  writer.bytes(photograph.variance.values().data(), photograph.variance.values().size_bytes());
+  writer.bits(photograph.valid.values());
 }
 
 RecordSizes record_sizes(const PhotographShape& shape) {

@@ -20,9 +20,14 @@ struct PhotographShape {
 
 using Record = std::vector<std::byte>;
 
-/// The photographs of one run, a record each.  fails: size_mismatch.
-Result<std::vector<Record>> encode_run(const PhotographShape& shape, std::span<const Pattern> patterns,
-                                       std::span<const Radiance> photographs, const ProbeCost& spent);
+/// Whether a run can be logged.  fails: size_mismatch.
+Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> patterns,
+                       std::span<const Radiance> photographs);
+
+/// The photograph as bytes; both must have passed check_run. left: photographs of the same run that follow.
+/// record is overwritten: a caller who keeps it spares the system from handing out the memory each time.
+void encode_record(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent,
+                   std::uint32_t left, Record& record);
 
 /// Bytes of a record whose pattern is binary, and of one whose pattern is grey: there are no others.
 struct RecordSizes {

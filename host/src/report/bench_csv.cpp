@@ -19,7 +19,7 @@ std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : std::string();
 }
 
-std::string quoted(std::string_view text) {
+std::string csv_text(std::string_view text) {
   if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
   std::string out = "\"";
   for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -48,10 +48,10 @@ std::string measured(const BenchCapture& c) {
 
 std::string line(const BenchPlan& plan, const BenchCapture& c) {
   const std::string tolerance = c.what.tolerance ? number(*c.what.tolerance) : std::string();
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", quoted(c.what.scene), c.what.grid.rows,
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(c.what.scene), c.what.grid.rows,
                      c.what.grid.cols, plan.channels, plan.camera_noise ? "camera" : "off", c.what.seed,
                      name(c.what.algorithm), tolerance, c.what.preset ? 1 : 0, measured(c),
-                     quoted(c.failure));
+                     csv_text(c.failure));
 }
 
 }  // namespace

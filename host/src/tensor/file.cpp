@@ -148,10 +148,15 @@ bool write_all(hid_t file, const StoredScene& scene) {
          write_columns(columns.id(), t) && held_out.ok() && write_held_out(held_out.id(), scene.held_out);
 }
 
-/// Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
+constexpr std::size_t kGrowBy = std::size_t{1} << 16;
+
+/// Put together in memory and written when it is closed: a data set that the disk has no room for would end
+/// the process inside the library. Metadata with checksums needs the library's newer file layout (HDF5
+/// ≥ 1.10).
 h5::Handle file_access() {
   h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  H5Pset_fapl_core(access.id(), kGrowBy, true);
   return access;
 }
 
@@ -399,11 +404,10 @@ Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
   const fs::path temporary = path.string() + ".part" + std::to_string(::getpid());
   const h5::Handle access = file_access();
   h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-  if (!file.ok()) return io_error(path, "cannot be written");
-  const bool written = write_all(file.id(), scene);
+  const bool written = file.ok() && write_all(file.id(), scene);
   std::error_code ignored;
   if (!file.close() || !written || !sync_file(temporary)) {
-    const Error error = io_error(path, "cannot be written to the end");
+    const Error error = io_error(path, "cannot be written");
     fs::remove(temporary, ignored);
     return error;
   }
