@@ -28,7 +28,7 @@ using calibration::Light;
 constexpr int kNear = 3;  // pixels: distances that a shift may reach
 /// Photographs are floats: their sums are known to this share of the light even without noise.
 constexpr double kRounding = 1e-6;
-/// How far the true flare may lie from its fitted profile at near distances.
+/// How far the true flare may lie from its fitted profile, at near distances and in all.
 constexpr double kProfileError = 0.25;
 /// The texture of the stripes leaves this much of the scale of a shift open.
 constexpr double kScaleError = 0.1;
@@ -82,7 +82,7 @@ AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, double 
   axis.measured = true;
   axis.shift = first_moment(found, flare, comb);
   if (axis.shift.significance() < sigmas) flare = fit_flare(found, comb);
-  axis.flare = {flare.share, flare.sigma};
+  axis.flare = {flare.share, std::hypot(flare.sigma, kProfileError * flare.share)};
   axis.flare_length = flare.length;
   axis.flare_significance = flare.significance;
   return axis;
@@ -132,16 +132,34 @@ bool flares(const AxisCheck& axis, const CoaxialOptions& options) {
          std::abs(axis.flare.value) > options.smallest_flare + passes;
 }
 
-std::string name_shift(const CoaxialCheck& check) {
-  return fmt::format("{:+.4f} +- {:.4f} pixels down and {:+.4f} +- {:.4f} to the right",
-                     check.rows.shift.value, check.rows.shift.sigma, check.cols.shift.value,
-                     check.cols.shift.sigma);
+/// "+0.098 +- 0.010", with the digits that its sigma leaves; never "-0.000".
+std::string text_of(const Estimate& estimate) {
+  const int digits =
+      estimate.sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(estimate.sigma))), 0, 6) : 6;
+  const double unit = std::pow(10.0, -digits);
+  const double rounded = std::round(estimate.value / unit) * unit + 0.0;
+  return fmt::format("{:+.{}f} +- {:.{}f}", rounded, digits, estimate.sigma, digits);
 }
 
-/// "0.98 % upwards": the share that leaves its place along one axis, and whereto.
+std::string name_shift(const CoaxialCheck& check) {
+  std::string text;
+  if (check.rows.measured) text += text_of(check.rows.shift) + " pixels down";
+  if (check.rows.measured && check.cols.measured) text += " and ";
+  if (check.cols.measured) text += text_of(check.cols.shift) + " pixels to the right";
+  return text;
+}
+
+/// "1.0 +- 0.3 % upwards within about 7 pixels": what leaves its place along one axis, and whereto.
 std::string name_flare(const AxisCheck& axis, const char* back, const char* ahead) {
-  return fmt::format("{:.2g} +- {:.1g} % {} over {:.0f} pixels", 100 * std::abs(axis.flare.value),
+  return fmt::format("{:.2g} +- {:.1g} % {} within about {:.0f} pixels", 100 * std::abs(axis.flare.value),
                      100 * axis.flare.sigma, axis.flare.value < 0 ? back : ahead, axis.flare_length);
+}
+
+std::string name_flares(const CoaxialCheck& check) {
+  std::string text;
+  if (flares(check.rows, check.options)) text += name_flare(check.rows, "upwards", "downwards");
+  if (!flares(check.cols, check.options)) return text;
+  return (text.empty() ? "" : text + ", ") + name_flare(check.cols, "to the left", "to the right");
 }
 
 }  // namespace
@@ -156,18 +174,15 @@ bool CoaxialCheck::flaring() const {
 
 std::string CoaxialCheck::to_string() const {
   if (!measured()) return "coaxial check: too few pixels or too little light to tell";
+  const std::string shift = "the camera looks " + name_shift(*this) + " of where the projector shines";
+  if (!misaligned() && !flaring()) return "coaxial: " + shift;
   std::string text;
-  if (misaligned())
-    text += "misaligned: the camera looks " + name_shift(*this) +
-            " of where the projector shines; align the rig or calibrate it";
-  if (flares(rows, options))
-    text += (text.empty() ? "" : ". ") + ("one-sided flare: " + name_flare(rows, "upwards", "downwards"));
-  if (flares(cols, options))
-    text +=
-        (text.empty() ? "" : ". ") + ("one-sided flare: " + name_flare(cols, "to the left", "to the right"));
-  if (flaring()) text += "; clean the lenses, shade them from stray light";
-  return text.empty() ? "coaxial: the camera looks " + name_shift(*this) + " of where the projector shines"
-                      : text;
+  if (misaligned()) text = "misaligned: " + shift + "; align the rig or calibrate it";
+  if (misaligned() && flaring()) text += ". ";
+  if (flaring())
+    text += "one-sided flare: of the light, " + name_flares(*this) +
+            " falls aside; clean the lenses, shade them from stray light";
+  return text;
 }
 
 Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) {

@@ -8,6 +8,8 @@
 namespace symrig::calibration {
 namespace {
 
+constexpr double kStep = 1.1;  // from one trial length to the next
+
 /// The best share at one length, and what of χ² it explains.
 struct ShareFit {
   double share = 0, sigma = 0, length = 1, gain = 0;
@@ -27,7 +29,7 @@ ShareFit fit_share(std::span<const Imbalance> found, const Comb& comb, double le
 
 /// A flare that is gone (5 %) before it reaches the far stripes is none to them.
 double shortest_length(const Comb& comb) {
-  return comb.offsets.back() / 3.0;
+  return std::max(1, comb.offsets.back()) / 3.0;
 }
 
 }  // namespace
@@ -45,9 +47,10 @@ double flare_imbalance(const Comb& comb, int distance, double length) {
 
 Flare fit_flare(std::span<const Imbalance> found, const Comb& comb) {
   std::vector<ShareFit> fits;
-  for (double length = shortest_length(comb); length < comb.length(); length *= 1.1)
-    fits.push_back(fit_share(found, comb, length));
-  if (fits.empty()) return {};
+  const double shortest = shortest_length(comb);
+  const int steps = static_cast<int>(std::log(comb.length() / shortest) / std::log(kStep));
+  for (int step = 0; step <= steps; ++step)
+    fits.push_back(fit_share(found, comb, shortest * std::pow(kStep, step)));
   const ShareFit best = *std::ranges::max_element(fits, {}, &ShareFit::gain);
   double low = best.share, high = best.share;
   for (const ShareFit& fit : fits) {
