@@ -178,6 +178,17 @@ Result<void> Rig::refer() {
                "check the projector's lamp and shutter"};
 }
 
+Result<void> Rig::pass_over(std::int64_t photographs, const std::function<void(std::int64_t)>& passed) {
+  while (photographs > 0) {
+    if (lamp_ && lamp_->until_due(shown_) == 0) SYMRIG_CHECK(refer());
+    const std::int64_t count = lamp_ ? std::min(photographs, lamp_->until_due(shown_)) : photographs;
+    passed(count);
+    shown_ += count;
+    photographs -= count;
+  }
+  return {};
+}
+
 LampLevel Rig::lamp() const {
   return lamp_ ? lamp_->level_at(shown_) : LampLevel{};
 }

@@ -210,13 +210,15 @@ Result<void> SimulatedRig::start() {
 /// Noise is a function of the frame's number and drift of the pattern's: both go on from where the other
 /// session ended. The board's clock need not: a photograph ends as long after its vsync as any other.
 Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
-  const ProbeCost now = rig_->cost();
-  if (spent.photographs < now.photographs || spent.frames < now.frames)
+  const std::int64_t missing = spent.photographs - rig_->cost().photographs;
+  if (missing < 0)
     return Error{ErrorCode::bad_argument, "this rig has done more than the capture that it is to continue",
                  "open the rig anew"};
-  projector_->skip(static_cast<std::uint64_t>(spent.photographs - now.photographs));
-  camera_->skip(static_cast<std::uint64_t>(spent.frames - now.frames));
-  return {};
+  return rig_->pass_over(missing, [this](std::int64_t photographs) {
+    const auto count = static_cast<std::uint64_t>(photographs);
+    projector_->skip(count);
+    camera_->skip(count * rig_->exposures().size());
+  });
 }
 
 Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text) {

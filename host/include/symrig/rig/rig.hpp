@@ -9,6 +9,7 @@
 #include "symrig/projector/projector.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -81,6 +82,11 @@ class Rig final : public Probe {
   const std::optional<Radiance>& black() const { return black_; }
   /// Where the references put the lamp now.
   LampLevel lamp() const;
+
+  /// Counts photographs of an earlier session as if this one had taken them, on a rig that can repeat time:
+  /// the references that came between them are taken again, each at its place. passed: called with the
+  /// number of photographs in a row that are left out.  fails: as measure().
+  Result<void> pass_over(std::int64_t photographs, const std::function<void(std::int64_t)>& passed);
 
  private:
   Rig(device::Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
