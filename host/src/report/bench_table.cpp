@@ -56,6 +56,11 @@ std::string size_text(const BenchRun& run, const BenchSummary& s) {
   return text;
 }
 
+std::string incomplete_text(const BenchRun& run) {
+  if (run.complete()) return {};
+  return fmt::format("incomplete: {} of {} captures were run\n", run.captures.size(), run.planned);
+}
+
 std::string speed_line(const RelightSpeed& relight, const ThreadSpeed& speed) {
   return fmt::format("  {} thread{}: triad {:.1f} GB/s, one relit photograph {} cold: {} of triad\n",
                      speed.threads, speed.threads == 1 ? "" : "s", 1e-9 * speed.triad_bytes_per_second,
@@ -97,7 +102,8 @@ std::string bench_summary_text(const BenchRun& run) {
   std::string text;
   for (const BenchSummary& summary : summarize(run)) text += size_text(run, summary);
   if (!text.empty()) text += std::string("\n") + report::kRatioNote + "\n";
-  return "* default tolerance; relight: the worst of bar, random and natural\n" + text + relight_text(run);
+  const std::string marks = "* default tolerance; relight: the worst of bar, random and natural\n";
+  return marks + incomplete_text(run) + text + relight_text(run);
 }
 
 }  // namespace symrig

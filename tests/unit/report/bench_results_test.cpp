@@ -108,6 +108,9 @@ TEST(BenchTable, the_summary_has_the_means_and_what_they_leave_out) {
   EXPECT_NE(text.find("patterns at paper's indirect       0.500 (1 of 2 not reached)"), std::string::npos)
       << text;
   EXPECT_NE(text.find("patterns at paper's bar_indirect   ≤ 0.250"), std::string::npos) << text;
+  EXPECT_EQ(text.find("incomplete"), std::string::npos);
+  run.planned = 20;
+  EXPECT_NE(bench_summary_text(run).find("incomplete: 8 of 20 captures"), std::string::npos);
   EXPECT_EQ(bench_summary_text(BenchRun{}).find("geometric"), std::string::npos);
 }
 

@@ -80,7 +80,8 @@ TEST(BenchSummary, flood_bias_is_the_worst_over_seeds_and_sweep) {
   BenchRun run = test::small_run();
   run.captures[5].error.flood = 0.009;  // symrig, seed 2, default tolerance: 3 × frobenius
   run.captures[6].error.flood = 2.5;    // the same, another tolerance: 5 × frobenius
-  for (const FloodBias& bias : summarize(run).front().flood) {
+  const BenchSummary summary = summarize(run).front();
+  for (const FloodBias& bias : summary.flood) {
     const bool symrig = bias.algorithm == Algorithm::symrig;
     EXPECT_NEAR(bias.at_preset, symrig ? 3 : 2, kRounding);
     EXPECT_NEAR(bias.worst, symrig ? 5 : 2, kRounding);
