@@ -181,7 +181,7 @@ TiledViews tiled_views(Grid grid, int views) {
   const Grid scene{(grid.rows + views - 1) / views, (grid.cols + views - 1) / views};
   const Groove groove(scene);
   const double mean = 0.25 * scene.cols;  // depth that all views see in the same place
-  TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size()))};
+  TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size())), Image<float>(grid, 2)};
   for (int row = 0; row < grid.rows; ++row) {
     const TilePosition v = tile_position(row, grid.rows, views, scene.rows);
     for (int col = 0; col < grid.cols; ++col) {
@@ -191,6 +191,8 @@ TiledViews tiled_views(Grid grid, int views) {
       if (y >= 0 && y <= scene.rows && x >= 0 && x <= scene.cols)
         add_bilinear(tiled.optics, scene, y, x, 1 / static_cast<float>(views));
       tiled.optics.end_pixel();
+      tiled.surface.at(row, col, 0) = static_cast<float>(y);
+      tiled.surface.at(row, col, 1) = static_cast<float>(x);
     }
   }
   return tiled;

@@ -3,6 +3,7 @@
 
 #include "sim/groove.hpp"
 #include "sim/transport.hpp"
+#include "symrig/image/image.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -57,6 +58,8 @@ bool on_mirror(const Groove& groove, int row, int col);
 struct TiledViews {
   Grid scene;  ///< of the one groove behind the views
   Optics optics;
+  /// The scene row (channel 0) and column (channel 1) that each pixel of the rig sees; may lie past the groove.
+  Image<float> surface;
 };
 TiledViews tiled_views(Grid grid, int views);
 
