@@ -134,6 +134,7 @@ class SimulatedRig final : public VirtualRig {
   SimulatedRig& operator=(const SimulatedRig&) = delete;
 
   Grid grid() const override { return scene_->grid(); }
+  ViewLayout views() const override { return views_of(uri_); }
   int channels() const override { return scene_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return rig_->measure(patterns);

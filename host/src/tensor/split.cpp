@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/split.hpp"
 
+#include "symrig/tensor/block_tree.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,12 +44,6 @@ struct Range {
   double length() const { return high - low; }
 };
 
-/// A whole number of steps is cut at the middle one, larger half first, as the flat tree does; what is one
-/// step or less is cut in half.
-double middle(const Range& range) {
-  return range.low + (range.length() > 1 ? std::ceil(range.length() / 2) : range.length() / 2);
-}
-
 /// Dimensions of a pixel: its place (in the tile or on the surface) and its view.
 enum Dimension : std::uint8_t { place_row, place_col, view_row, view_col, dimensions };
 
@@ -59,8 +55,6 @@ struct Part {
   std::int32_t size() const { return end - begin; }
 };
 
-/// Below this share of a pixel two places are one.
-constexpr double kSmallestStep = 1.0 / 64;
 /// Deeper than any sensible map goes; from here on, places are no longer looked at, so that levels fit a byte.
 constexpr int kDeepest = 100;
 
@@ -70,6 +64,10 @@ class Cutter {
     std::iota(order_.begin(), order_.end(), 0);
     for (auto& of : at_) of.resize(order_.size());
     place(grid);
+    const BlockTree views(Grid{split.views.rows, split.views.cols});
+    view_rank_.resize(views.order().size());
+    for (std::size_t rank = 0; rank < view_rank_.size(); ++rank)
+      view_rank_[static_cast<std::size_t>(views.order()[rank])] = static_cast<std::int32_t>(rank);
   }
 
   TreeShape run() {
@@ -122,36 +120,40 @@ class Cutter {
     return all;
   }
 
+  static bool longer_than_one(const Part& part, Dimension one, Dimension other) {
+    return part.box[one].length() > 1 || part.box[other].length() > 1;
+  }
+
+  /// Whether the views of a part are cut at this level rather than its places.
   bool views_now(const Part& part, int level) const {
-    const bool several = part.box[view_row].length() > 1 || part.box[view_col].length() > 1;
-    const bool wide = part.box[place_row].length() > 1 || part.box[place_col].length() > 1;
-    if (!several || split_.order == SplitOrder::views_first) return several;
-    return !wide || (split_.order == SplitOrder::all_at_once && level % 2 == 0);
+    if (!longer_than_one(part, view_row, view_col)) return false;
+    return split_.order == SplitOrder::views_first ||
+           (split_.order == SplitOrder::all_at_once && level % 2 == 0);
   }
 
   /// At least two children of a part with more than one pixel. A cut that leaves all pixels on one side is
-  /// made without becoming a level of its own.
+  /// made without becoming a level of its own. What is left in one place is cut in equal runs: two pixels of
+  /// one view that fell into one place would otherwise cost a level.
   std::vector<Part> children(Part part, int level) {
     for (;;) {
       const bool views = views_now(part, level);
+      if (level > kDeepest || !(views || longer_than_one(part, place_row, place_col))) return runs(part);
       const Dimension first = views ? view_row : place_row;
       const Dimension second = views ? view_col : place_col;
-      const double step = std::max(part.box[first].length(), part.box[second].length());
-      if (level > kDeepest || (!views && step < kSmallestStep)) return quarters(part);
       std::vector<Part> cut;
-      for (const Part& half : halves(part, first, part.box[second]))
-        for (const Part& quarter : halves(half, second, part.box[first])) cut.push_back(quarter);
+      for (const Part& half : halves(part, first))
+        for (const Part& quarter : halves(half, second)) cut.push_back(quarter);
       if (cut.size() > 1) return cut;
       part = cut.front();
     }
   }
 
-  /// The non-empty halves along one dimension. One that is a step (pixel, view) long is left whole while the
-  /// `other` is longer.
-  std::vector<Part> halves(const Part& part, Dimension along, const Range& other) {
+  /// The non-empty halves along one dimension, the larger first as in the flat tree. One step (pixel, view) is
+  /// left whole.
+  std::vector<Part> halves(const Part& part, Dimension along) {
     const Range range = part.box[along];
-    if (range.length() <= 1 && (other.length() > 1 || along == view_row || along == view_col)) return {part};
-    const double cut = middle(range);
+    if (range.length() <= 1) return {part};
+    const double cut = range.low + std::ceil(range.length() / 2);
     const auto first = order_.begin() + part.begin;
     const auto split = std::stable_partition(
         first, order_.begin() + part.end,
@@ -168,13 +170,20 @@ class Cutter {
     return out;
   }
 
-  /// Pixels that nothing tells apart: up to four runs of them.
-  static std::vector<Part> quarters(const Part& part) {
+  /// Up to four runs of equal length, views that are neighbours together.
+  std::vector<Part> runs(const Part& part) {
+    const auto rank = [&](std::int32_t pixel) {
+      const auto row = static_cast<std::size_t>(at(view_row, pixel));
+      const auto col = static_cast<std::size_t>(at(view_col, pixel));
+      return view_rank_[row * static_cast<std::size_t>(split_.views.cols) + col];
+    };
+    std::stable_sort(order_.begin() + part.begin, order_.begin() + part.end,
+                     [&](std::int32_t a, std::int32_t b) { return rank(a) < rank(b); });
     std::vector<Part> out;
-    const std::int32_t runs = std::min(part.size(), 4);
-    for (std::int32_t k = 0; k < runs; ++k) {
+    const std::int32_t count = std::min(part.size(), 4);
+    for (std::int32_t k = 0; k < count; ++k) {
       const auto edge = [&](std::int64_t i) {
-        return static_cast<std::int32_t>(part.begin + i * part.size() / runs);
+        return static_cast<std::int32_t>(part.begin + (i * part.size() + count - 1) / count);
       };
       out.push_back({edge(k), edge(k + 1), part.box});
     }
@@ -184,6 +193,7 @@ class Cutter {
   const Split& split_;
   std::vector<std::int32_t> order_;
   std::array<std::vector<float>, dimensions> at_;
+  std::vector<std::int32_t> view_rank_;  ///< of each view (raster), in the quadtree of the views
 };
 
 }  // namespace

@@ -28,6 +28,7 @@ struct RigOptions {
   double scale = 1;            ///< radiance per unit of projector light that one electron per second means
   int black_photographs = 8;   ///< of the dark projector, averaged and subtracted from all that follow
   std::size_t batch = 16;      ///< photographs a run of the board: bounds the memory for raw frames
+  ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };
 
@@ -50,6 +51,7 @@ class Rig final : public Probe {
                                            std::unique_ptr<Camera> camera, RigOptions options);
 
   Grid grid() const override { return camera_->grid(); }
+  ViewLayout views() const override { return options_.views; }
   int channels() const override { return camera_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   /// Metering and black photographs count as frames and rig time, not as photographs. rig_seconds is the
