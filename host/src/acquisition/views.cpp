@@ -156,9 +156,9 @@ Result<Split> choose_split(const Radiance& flood, ViewLayout views, std::optiona
   if (order != SplitOrder::compensated || views.single())
     return Split{views, wanted.value_or(SplitOrder::flat), {}};
   SYMRIG_TRY(MatchedViews matched, match_views(flood, views));
+  const ViewsFound found = judge_views(matched, views);
   Split compensated{views, order, std::move(matched.surface)};
   if (wanted) return compensated;
-  const ViewsFound found = judge_views(matched, views);
   if (found.confidence < kConfident) return Split{views, SplitOrder::flat, {}};
   if (found.parallax < kSmallestBlock) return Split{views, SplitOrder::views_last, {}};
   return compensated;

@@ -178,6 +178,7 @@ RigOptions SimulatedRig::rig_options() const {
   options.exposures = uri_.exposures;
   options.ratio = uri_.ratio;
   options.scale = 1 / kSensitivity;
+  options.views = views_of(uri_);
   options.name = uri_.to_string();
   return options;
 }

@@ -47,9 +47,10 @@ Result<void> check_surface(Grid grid, const Split& split) {
                  "the surface map is " + to_string(split.surface.grid()) + ", the grid is " + to_string(grid),
                  "give the row and the column that each pixel of the grid sees"};
   const auto values = split.surface.values();
-  if (std::any_of(values.begin(), values.end(), [](float v) { return !std::isfinite(v); }))
-    return Error{ErrorCode::bad_value, "the surface map has a value that is not a finite number",
-                 "give every pixel a place"};
+  constexpr float kFarthest = 0x1p24F;  // up to here, whole pixels are told apart by a float
+  if (std::any_of(values.begin(), values.end(), [](float v) { return !(std::abs(v) <= kFarthest); }))
+    return Error{ErrorCode::bad_value, "the surface map has a value that is not a place",
+                 "give every pixel a finite place, in pixels of a view"};
   return {};
 }
 

@@ -55,9 +55,6 @@ struct Part {
   std::int32_t size() const { return end - begin; }
 };
 
-/// Deeper than any sensible map goes; from here on, places are no longer looked at, so that levels fit a byte.
-constexpr int kDeepest = 100;
-
 class Cutter {
  public:
   Cutter(Grid grid, const Split& split) : split_(split), order_(static_cast<std::size_t>(grid.size())) {
@@ -70,6 +67,7 @@ class Cutter {
       view_rank_[static_cast<std::size_t>(views.order()[rank])] = static_cast<std::int32_t>(rank);
   }
 
+  /// Levels fit a byte: places lie within 2²⁵, so at most 25 levels cut places, 15 cut views and 15 cut runs.
   TreeShape run() {
     std::vector<std::int8_t> boundaries(order_.size(), 0);
     std::vector<Part> parts{root()};
@@ -137,7 +135,7 @@ class Cutter {
   std::vector<Part> children(Part part, int level) {
     for (;;) {
       const bool views = views_now(part, level);
-      if (level > kDeepest || !(views || longer_than_one(part, place_row, place_col))) return runs(part);
+      if (!views && !longer_than_one(part, place_row, place_col)) return runs(part);
       const Dimension first = views ? view_row : place_row;
       const Dimension second = views ? view_col : place_col;
       std::vector<Part> cut;

@@ -15,7 +15,7 @@ struct TreeShape {
 };
 
 /// Cuts the pixels of a grid of views, level by level, in any order but the flat one.  needs: views fit the
-/// grid; for SplitOrder::compensated a surface of finite numbers on the grid.
+/// grid; for SplitOrder::compensated a surface on the grid, values within ±2²⁴.
 TreeShape cut_views(Grid grid, const Split& split);
 
 }  // namespace symrig::tensor

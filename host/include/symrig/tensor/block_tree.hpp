@@ -39,7 +39,7 @@ class BlockTree {
   /// The flat tree of one picture.
   explicit BlockTree(Grid grid);
   /// Any tree. fails: bad_argument (views that do not fit the grid), size_mismatch or bad_value (a surface
-  /// that is not [grid] with 2 channels of finite numbers).
+  /// that is not [grid] with 2 channels of finite numbers within ±2²⁴).
   static Result<BlockTree> make(Grid grid, const Split& split);
   /// A tree from its description, see order() and boundaries(). fails: bad_value (it describes no tree).
   static Result<BlockTree> from(Grid grid, ViewLayout views, SplitOrder split,
