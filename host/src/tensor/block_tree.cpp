@@ -54,6 +54,9 @@ Result<void> check_surface(Grid grid, const Split& split) {
   return {};
 }
 
+/// Twice what cutting a grid of 2³⁰ pixels in halves takes; each level costs memory.
+constexpr int kDeepest = 60;
+
 Error not_a_tree(const std::string& why) {
   return {ErrorCode::bad_value, "the description of a block tree is wrong: " + why, "the file is damaged"};
 }
@@ -146,6 +149,7 @@ Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {
   const auto [lowest, highest] = std::minmax_element(boundaries.begin() + 1, boundaries.end());
   if (boundaries[0] != 0 || (n > 1 && *lowest < 1)) return not_a_tree("its root is not one block");
   const int last = n > 1 ? *highest : 0;
+  if (last > kDeepest) return not_a_tree("it is deeper than " + std::to_string(kDeepest) + " levels");
   for (int l = 0; l <= last; ++l) {
     std::vector<Block> blocks;
     for (std::int32_t begin = 0, t = 1; t <= n; ++t) {
