@@ -58,16 +58,16 @@ TEST_F(RelightViews, a_light_of_the_wrong_size_is_refused_with_both_sizes) {
 
 TEST_F(RelightViews, views_that_are_not_there_or_not_written_so_are_usage_errors) {
   write_light(kViews.tile(kGrid, {0, 0}).grid);
-  for (const std::vector<std::string>& options : std::vector<std::vector<std::string>>{
-           {"--views", "2x2", "--from-view", "0,2"},
-           {"--views", "2x2", "--to-view", "-1,0"},
-           {"--views", "2x2", "--from-view", "0"},
-           {"--views", "2x2", "--from-view", "0,0,0"},
-           {"--views", "2x2", "--from-view", "a,0"},
-           {"--views", "2", "--from-view", "0,0"},
-           {"--views", "13x1", "--from-view", "0,0"},
-           {"--views", "0x0"},
-           {"--views", "1x1", "--from-view", "0,0"}}) {
+  for (const std::vector<std::string>& options :
+       std::vector<std::vector<std::string>>{{"--views", "2x2", "--from-view", "0,2"},
+                                             {"--views", "2x2", "--to-view", "-1,0"},
+                                             {"--views", "2x2", "--from-view", "0"},
+                                             {"--views", "2x2", "--from-view", "0,0,0"},
+                                             {"--views", "2x2", "--from-view", "a,0"},
+                                             {"--views", "2", "--from-view", "0,0"},
+                                             {"--views", "13x1", "--from-view", "0,0"},
+                                             {"--views", "0x0"},
+                                             {"--views", "1x1", "--from-view", "0,0"}}) {
     const Outcome outcome = relight_with(options);
     EXPECT_EQ(outcome.code, kUsage) << options[1];
     EXPECT_FALSE(outcome.err.empty());

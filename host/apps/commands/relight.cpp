@@ -36,13 +36,15 @@ std::optional<std::pair<int, int>> two_numbers(const std::string& text, char bet
     return error == std::errc{} && stop == part.data() + part.size();
   };
   const std::string_view all(text);
-  if (!read(all.substr(0, at), numbers.first) || !read(all.substr(at + 1), numbers.second)) return std::nullopt;
+  if (!read(all.substr(0, at), numbers.first) || !read(all.substr(at + 1), numbers.second))
+    return std::nullopt;
   return numbers;
 }
 
 Result<std::optional<View>> view_of(const char* option, const std::string& text) {
   if (text.empty()) return std::optional<View>();
-  if (const auto numbers = two_numbers(text, ',')) return std::optional(View{numbers->first, numbers->second});
+  if (const auto numbers = two_numbers(text, ','))
+    return std::optional(View{numbers->first, numbers->second});
   return Error{ErrorCode::bad_argument, fmt::format("{} '{}' is not ROW,COLUMN", option, text),
                "the top left view is 0,0"};
 }
@@ -123,13 +125,15 @@ Result<void> run(const Arguments& arguments, bool dual) {
 
 void add_views(CLI::App& command, Arguments& arguments) {
   command
-      .add_option("--from-view", arguments.from_view,
-                  "Only this view's projector shines, with a light of the view's size (the top left view is 0,0)")
+      .add_option(
+          "--from-view", arguments.from_view,
+          "Only this view's projector shines, with a light of the view's size (the top left view is 0,0)")
       ->type_name("ROW,COLUMN");
   command.add_option("--to-view", arguments.to_view, "Write the picture of this view alone")
       ->type_name("ROW,COLUMN");
   command
-      .add_option("--views", arguments.views, "Views that tile the pictures (default: what the scene file says)")
+      .add_option("--views", arguments.views,
+                  "Views that tile the pictures (default: what the scene file says)")
       ->type_name("ROWSxCOLUMNS");
 }
 
@@ -159,14 +163,15 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
 }  // namespace
 
 Job add_relight(CLI::App& app) {
-  return add(app, false, "relight", "The photograph of the scene under any light: T times the light",
-             "Example:\n"
-             "  symrig relight scene.h5 --light letters -o relit.png\n"
-             "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
-             "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o view.png\n"
-             "\n"
-             "The light has the projector's grid. The result has the camera's, in radiance per unit of "
-             "projector light.\n");
+  return add(
+      app, false, "relight", "The photograph of the scene under any light: T times the light",
+      "Example:\n"
+      "  symrig relight scene.h5 --light letters -o relit.png\n"
+      "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
+      "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o view.png\n"
+      "\n"
+      "The light has the projector's grid. The result has the camera's, in radiance per unit of "
+      "projector light.\n");
 }
 
 Job add_dual(CLI::App& app) {

@@ -88,7 +88,8 @@ void for_each_view(ViewLayout views, const Use& use) {
 /// The value that a share of all values lies below.
 double quantile(std::vector<float>& values, double share) {
   if (values.empty()) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return static_cast<double>(*at);
 }
@@ -140,9 +141,9 @@ ViewsFound judge_views(const MatchedViews& matched, ViewLayout views) {
   for_each_view(views, [&](View view) {
     const Tile tile = views.tile(matched.surface.grid(), view);
     if (view == matched.reference) return;
-    found.parallax = std::max({found.parallax,
-                               spread(matched, tile, 0) * reach(views.rows, view.row - matched.reference.row),
-                               spread(matched, tile, 1) * reach(views.cols, view.col - matched.reference.col)});
+    found.parallax = std::max(
+        {found.parallax, spread(matched, tile, 0) * reach(views.rows, view.row - matched.reference.row),
+         spread(matched, tile, 1) * reach(views.cols, view.col - matched.reference.col)});
     for (int row = 0; row < tile.grid.rows; ++row)
       for (int col = 0; col < tile.grid.cols; ++col)
         confidence.push_back(matched.confidence.at(tile.row + row, tile.col + col));

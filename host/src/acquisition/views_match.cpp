@@ -11,10 +11,10 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr int kWindow = 3;           ///< half of the 7 × 7 window that is compared
-constexpr int kCoarsestSide = 24;    ///< the pyramid ends before a side gets shorter than this
-constexpr int kCoarsestSearch = 6;   ///< a quarter of that side
-constexpr int kFinerSearch = 1;      ///< an error of half a pixel becomes one pixel of the next level
+constexpr int kWindow = 3;          ///< half of the 7 × 7 window that is compared
+constexpr int kCoarsestSide = 24;   ///< the pyramid ends before a side gets shorter than this
+constexpr int kCoarsestSearch = 6;  ///< a quarter of that side
+constexpr int kFinerSearch = 1;     ///< an error of half a pixel becomes one pixel of the next level
 constexpr float kLeastCorrelation = 0.3F;
 constexpr int kLeastSamples = (2 * kWindow + 1) * (2 * kWindow + 1) / 2;
 

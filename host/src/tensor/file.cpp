@@ -141,9 +141,10 @@ bool write_all(hid_t file, const StoredScene& scene) {
   const h5::Handle columns = new_group(file, "columns");
   const h5::Handle held_out = new_group(file, "held_out");
   return write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
-         tensor::write_tree(file, "projector", t.projector_tree()) && leaves.ok() && write_leaves(leaves.id(), t) &&
-         write_empties(leaves.id(), t) && scalars.ok() && write_scalars(scalars.id(), t) && columns.ok() &&
-         write_columns(columns.id(), t) && held_out.ok() && write_held_out(held_out.id(), scene.held_out);
+         tensor::write_tree(file, "projector", t.projector_tree()) && leaves.ok() &&
+         write_leaves(leaves.id(), t) && write_empties(leaves.id(), t) && scalars.ok() &&
+         write_scalars(scalars.id(), t) && columns.ok() && write_columns(columns.id(), t) && held_out.ok() &&
+         write_held_out(held_out.id(), scene.held_out);
 }
 
 /// Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
@@ -356,8 +357,10 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
 Result<StoredScene> read_all(const Source& source) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
-  SYMRIG_TRY(const BlockTree camera, tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
-  SYMRIG_TRY(const BlockTree projector, tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
+  SYMRIG_TRY(const BlockTree camera,
+             tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
+  SYMRIG_TRY(const BlockTree projector,
+             tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
   const Trees trees{&camera, &projector};
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);

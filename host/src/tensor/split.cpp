@@ -118,26 +118,30 @@ class Cutter {
     return all;
   }
 
-  static bool longer_than_one(const Part& part, Dimension one, Dimension other) {
+  static bool divides(const Part& part, Dimension one, Dimension other) {
     return part.box[one].length() > 1 || part.box[other].length() > 1;
   }
 
-  /// Whether the views of a part are cut at this level rather than its places.
-  bool views_now(const Part& part, int level) const {
-    if (!longer_than_one(part, view_row, view_col)) return false;
-    return split_.order == SplitOrder::views_first ||
-           (split_.order == SplitOrder::all_at_once && level % 2 == 0);
+  using Plane = std::pair<Dimension, Dimension>;
+  static constexpr Plane kPlaces{place_row, place_col}, kViews{view_row, view_col};
+  static constexpr Plane kRows{place_row, view_row}, kCols{place_col, view_col};
+
+  /// The two dimensions to be cut, in the order of preference.
+  std::array<Plane, 2> planes(int level) const {
+    if (split_.order == SplitOrder::views_first) return {kViews, kPlaces};
+    if (split_.order == SplitOrder::all_at_once)
+      return level % 2 == 1 ? std::array{kRows, kCols} : std::array{kCols, kRows};
+    return {kPlaces, kPlaces};
   }
 
   /// At least two children of a part with more than one pixel. A cut that leaves all pixels on one side is
   /// made without becoming a level of its own. What is left in one place is cut in equal runs: two pixels of
   /// one view that fell into one place would otherwise cost a level.
   std::vector<Part> children(Part part, int level) {
+    const auto [preferred, other] = planes(level);
     for (;;) {
-      const bool views = views_now(part, level);
-      if (!views && !longer_than_one(part, place_row, place_col)) return runs(part);
-      const Dimension first = views ? view_row : place_row;
-      const Dimension second = views ? view_col : place_col;
+      const auto [first, second] = divides(part, preferred.first, preferred.second) ? preferred : other;
+      if (!divides(part, first, second)) return runs(part);
       std::vector<Part> cut;
       for (const Part& half : halves(part, first))
         for (const Part& quarter : halves(half, second)) cut.push_back(quarter);
@@ -146,16 +150,16 @@ class Cutter {
     }
   }
 
-  /// The non-empty halves along one dimension, the larger first as in the flat tree. One step (pixel, view) is
-  /// left whole.
+  /// The non-empty halves along one dimension, the larger first as in the flat tree. One step (pixel, view)
+  /// is left whole.
   std::vector<Part> halves(const Part& part, Dimension along) {
     const Range range = part.box[along];
     if (range.length() <= 1) return {part};
     const double cut = range.low + std::ceil(range.length() / 2);
     const auto first = order_.begin() + part.begin;
-    const auto split = std::stable_partition(
-        first, order_.begin() + part.end,
-        [&](std::int32_t pixel) { return static_cast<double>(at(along, pixel)) < cut; });
+    const auto split = std::stable_partition(first, order_.begin() + part.end, [&](std::int32_t pixel) {
+      return static_cast<double>(at(along, pixel)) < cut;
+    });
     const auto at_cut = static_cast<std::int32_t>(split - order_.begin());
     std::vector<Part> out;
     const auto keep = [&](std::int32_t begin, std::int32_t end, Range half) {

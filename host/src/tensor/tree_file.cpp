@@ -29,7 +29,8 @@ Result<BlockTree> read_flat(const std::string& side, Grid grid, const Split& spl
                             std::span<const std::int32_t> order) {
   auto tree = BlockTree::make(grid, split);
   if (!tree) return damaged(side + "_views", "does not tile its grid");
-  if (!std::ranges::equal(order, tree->order())) return damaged(side + "_order", "is not the block tree's order");
+  if (!std::ranges::equal(order, tree->order()))
+    return damaged(side + "_order", "is not the block tree's order");
   return tree;
 }
 
@@ -44,7 +45,8 @@ bool write_tree(hid_t file, const std::string& side, const BlockTree& tree) {
   return h5::write_attribute(file, (side + "_views").c_str(), views) &&
          h5::write_attribute(file, (side + "_split").c_str(), std::string(name(tree.split()))) &&
          (tree.split() == SplitOrder::flat ||
-          h5::write_dataset<std::int8_t>(file, (side + "_boundaries").c_str(), {boundaries.size()}, boundaries));
+          h5::write_dataset<std::int8_t>(file, (side + "_boundaries").c_str(), {boundaries.size()},
+                                         boundaries));
 }
 
 Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes) {

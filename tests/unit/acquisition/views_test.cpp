@@ -39,15 +39,19 @@ struct Error2d {
 };
 
 /// The point that a place in the reference view shows, between its four pixels; nothing past its border.
-std::optional<std::pair<float, float>> shown_at(const Image<float>& truth, const Tile& tile, float row, float col) {
+std::optional<std::pair<float, float>> shown_at(const Image<float>& truth, const Tile& tile, float row,
+                                                float col) {
   const float y = row - 0.5F, x = col - 0.5F;
-  if (y < 0 || x < 0 || y > static_cast<float>(tile.grid.rows - 1) || x > static_cast<float>(tile.grid.cols - 1))
+  if (y < 0 || x < 0 || y > static_cast<float>(tile.grid.rows - 1) ||
+      x > static_cast<float>(tile.grid.cols - 1))
     return std::nullopt;
-  const int r = std::min(static_cast<int>(y), tile.grid.rows - 2), c = std::min(static_cast<int>(x), tile.grid.cols - 2);
+  const int r = std::min(static_cast<int>(y), tile.grid.rows - 2),
+            c = std::min(static_cast<int>(x), tile.grid.cols - 2);
   const float v = y - static_cast<float>(r), u = x - static_cast<float>(c);
   const auto at = [&](int axis) {
     const auto pixel = [&](int i, int j) { return truth.at(tile.row + r + i, tile.col + c + j, axis); };
-    return (1 - v) * ((1 - u) * pixel(0, 0) + u * pixel(0, 1)) + v * ((1 - u) * pixel(1, 0) + u * pixel(1, 1));
+    return (1 - v) * ((1 - u) * pixel(0, 0) + u * pixel(0, 1)) +
+           v * ((1 - u) * pixel(1, 0) + u * pixel(1, 1));
   };
   return std::pair{at(0), at(1)};
 }
@@ -63,7 +67,8 @@ std::vector<Error2d> errors_of(const MatchedViews& matched, ViewLayout views, co
       const auto shown =
           shown_at(truth, reference, matched.surface.at(row, col, 0), matched.surface.at(row, col, 1));
       const double distance =
-          shown ? std::hypot(shown->first - truth.at(row, col, 0), shown->second - truth.at(row, col, 1)) : 1e9;
+          shown ? std::hypot(shown->first - truth.at(row, col, 0), shown->second - truth.at(row, col, 1))
+                : 1e9;
       errors.push_back({distance, matched.confidence.at(row, col)});
     }
   return errors;
@@ -82,7 +87,8 @@ double share_right(const std::vector<Error2d>& errors) {
 }
 
 double share_matched(const std::vector<Error2d>& errors) {
-  return static_cast<double>(std::ranges::count_if(errors, [](const Error2d& e) { return e.confidence >= 0.5F; })) /
+  return static_cast<double>(
+             std::ranges::count_if(errors, [](const Error2d& e) { return e.confidence >= 0.5F; })) /
          static_cast<double>(errors.size());
 }
 
@@ -93,8 +99,10 @@ struct Rig {
 
 class SimulatedViews : public testing::TestWithParam<Rig> {};
 INSTANTIATE_TEST_SUITE_P(Rigs, SimulatedViews,
-                         testing::Values(Rig{"sim:views2?size=128x128", {2, 2}}, Rig{"sim:views2?size=97x150", {2, 2}},
-                                         Rig{"sim:views3?size=144x144", {3, 3}}, Rig{"sim:views3?size=130x250", {3, 3}}),
+                         testing::Values(Rig{"sim:views2?size=128x128", {2, 2}},
+                                         Rig{"sim:views2?size=97x150", {2, 2}},
+                                         Rig{"sim:views3?size=144x144", {3, 3}},
+                                         Rig{"sim:views3?size=130x250", {3, 3}}),
                          [](const auto& rig) { return "case" + std::to_string(rig.index); });
 
 TEST_P(SimulatedViews, are_matched_to_half_a_pixel_of_the_known_parallax) {
@@ -102,7 +110,8 @@ TEST_P(SimulatedViews, are_matched_to_half_a_pixel_of_the_known_parallax) {
   ASSERT_EQ(sim::views_of(uri), GetParam().views);
   const auto matched = match_views(flood_lit(uri), GetParam().views);
   ASSERT_TRUE(matched.ok()) << matched.error().line();
-  const auto errors = errors_of(*matched, GetParam().views, sim::tiled_views(uri.size, GetParam().views).surface);
+  const auto errors =
+      errors_of(*matched, GetParam().views, sim::tiled_views(uri.size, GetParam().views).surface);
   EXPECT_GE(share_right(errors), 0.9);
   EXPECT_GE(share_matched(errors), 0.9);
 }
@@ -118,7 +127,8 @@ TEST_P(SimulatedViews, survive_noise_brightness_and_dead_pixels) {
       // 5 % of uniform noise (ten times what a bracket leaves), mirrors that lose up to a third of the light.
       value *= static_cast<float>(1 + 0.1 * (random.uniform() - 0.5));
       const View view = views.view_of(uri.size, row, col);
-      value *= 1 - 0.3F * static_cast<float>(view.row + view.col) / static_cast<float>(views.rows + views.cols - 2);
+      value *= 1 - 0.3F * static_cast<float>(view.row + view.col) /
+                       static_cast<float>(views.rows + views.cols - 2);
       if (random.uniform() < 0.01) {
         value = 0;
         flood.valid.at(row, col) = 0;

@@ -97,7 +97,8 @@ Image<float> shifted_surface(Grid grid, ViewLayout views) {
       const View view = views.view_of(grid, row, col);
       const Tile tile = views.tile(grid, view);
       const int from_top = row - tile.row;
-      surface.at(row, col, 0) = static_cast<float>(from_top < 3 ? from_top : 2 + from_top / 3 + view.row) + 0.5F;
+      surface.at(row, col, 0) =
+          static_cast<float>(from_top < 3 ? from_top : 2 + from_top / 3 + view.row) + 0.5F;
       surface.at(row, col, 1) = static_cast<float>(col - tile.col - 2 * view.col) + 0.5F;
     }
   return surface;
@@ -192,8 +193,8 @@ TEST_P(AnyOrder, a_block_lies_in_its_rectangle_and_touches_all_four_sides) {
 TEST_P(AnyOrder, order_and_boundaries_describe_the_whole_tree) {
   for (const Views& of : kViews) {
     const BlockTree tree = tree_of(of, GetParam());
-    const auto again = BlockTree::from(of.grid, of.views, GetParam(), {tree.order().begin(), tree.order().end()},
-                                       tree.boundaries());
+    const auto again = BlockTree::from(of.grid, of.views, GetParam(),
+                                       {tree.order().begin(), tree.order().end()}, tree.boundaries());
     ASSERT_TRUE(again.ok()) << again.error().line();
     expect_same_tree(*again, tree);
     EXPECT_EQ(again->views(), of.views);
@@ -241,17 +242,26 @@ TEST(ViewsTree, views_last_cuts_all_views_alike_down_to_a_pixel_of_the_tile) {
   }
 }
 
-TEST(ViewsTree, all_at_once_takes_places_and_views_in_turn) {
-  const Views of{{16, 16}, {4, 4}};
+TEST(ViewsTree, all_at_once_cuts_places_and_views_of_both_axes_in_two_levels) {
+  const Views of{{16, 32}, {4, 4}};  // tiles of 4 × 8
   const BlockTree tree = tree_of(of, SplitOrder::all_at_once);
-  // One cut of the places leaves all 16 views in a block, one cut of the views then leaves 2 × 2 of them.
-  for (const auto& [level, blocks, views] : {std::tuple{1, 4U, 16U}, std::tuple{2, 16U, 4U}}) {
+  // First the rows: half of the rows of half of the rows of views. Then the columns.
+  for (const auto& [level, blocks, view_cols, tile_cols] :
+       {std::tuple{1, 4U, 4U, 8U}, std::tuple{2, 16U, 2U, 4U}}) {
     ASSERT_EQ(tree.level(level).size(), blocks);
     for (const Block& block : tree.level(level)) {
-      std::set<std::pair<int, int>> seen;
-      for (std::int32_t t = block.begin; t < block.end; ++t)
-        seen.insert({view_of(tree, t).row, view_of(tree, t).col});
-      EXPECT_EQ(seen.size(), views);
+      std::set<int> rows_of_views, cols_of_views, rows, cols;
+      for (std::int32_t t = block.begin; t < block.end; ++t) {
+        const std::int32_t pixel = tree.order()[static_cast<std::size_t>(t)];
+        rows_of_views.insert(view_of(tree, t).row);
+        cols_of_views.insert(view_of(tree, t).col);
+        rows.insert(pixel / 32 % 4);
+        cols.insert(pixel % 32 % 8);
+      }
+      EXPECT_EQ(rows_of_views.size(), 2U);
+      EXPECT_EQ(cols_of_views.size(), view_cols);
+      EXPECT_EQ(rows.size(), 2U);
+      EXPECT_EQ(cols.size(), tile_cols);
     }
   }
 }
@@ -317,9 +327,11 @@ TEST(ViewsTree, views_and_surfaces_that_do_not_fit_are_refused) {
   EXPECT_EQ(code({4, 4}, {{5, 1}, SplitOrder::views_last, {}}), ErrorCode::bad_argument);
   EXPECT_EQ(code({4, 4}, {{0, 1}, SplitOrder::views_last, {}}), ErrorCode::bad_argument);
   EXPECT_EQ(code({4, 4}, {{2, 2}, SplitOrder::compensated, {}}), ErrorCode::size_mismatch);
-  EXPECT_EQ(code({4, 4}, {{2, 2}, SplitOrder::compensated, Image<float>({4, 4}, 1)}), ErrorCode::size_mismatch);
+  EXPECT_EQ(code({4, 4}, {{2, 2}, SplitOrder::compensated, Image<float>({4, 4}, 1)}),
+            ErrorCode::size_mismatch);
   Image<float> hole({4, 4}, 2);
-  for (const float place : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), -2e7F}) {
+  for (const float place :
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), -2e7F}) {
     hole.at(1, 1, 1) = place;
     EXPECT_EQ(code({4, 4}, {{2, 2}, SplitOrder::compensated, hole}), ErrorCode::bad_value);
   }

@@ -26,7 +26,9 @@ class TreeFile : public testing::TestWithParam<SplitOrder> {
 INSTANTIATE_TEST_SUITE_P(Orders, TreeFile,
                          testing::Values(SplitOrder::flat, SplitOrder::views_first, SplitOrder::views_last,
                                          SplitOrder::all_at_once, SplitOrder::compensated),
-                         [](const auto& order) { return "order" + std::to_string(static_cast<int>(order.param)); });
+                         [](const auto& order) {
+                           return "order" + std::to_string(static_cast<int>(order.param));
+                         });
 
 constexpr Grid kGrid{13, 16};
 

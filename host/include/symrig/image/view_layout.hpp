@@ -41,8 +41,8 @@ struct ViewLayout {
   constexpr Tile tile(Grid grid, View view) const {
     const int top = start(grid.rows, rows, view.row);
     const int left = start(grid.cols, cols, view.col);
-    return {top, left,
-            {start(grid.rows, rows, view.row + 1) - top, start(grid.cols, cols, view.col + 1) - left}};
+    return {
+        top, left, {start(grid.rows, rows, view.row + 1) - top, start(grid.cols, cols, view.col + 1) - left}};
   }
   /// The view that a pixel belongs to.  needs: fits(grid), the pixel lies in the grid.
   constexpr View view_of(Grid grid, int row, int col) const {
