@@ -70,6 +70,18 @@ bool is_permutation_of_indices(std::span<const std::int32_t> order) {
   return true;
 }
 
+/// False if a block would have more children than a tree allows, or one although it is more than a pixel.
+bool link_children(std::vector<Block>& parents, std::span<const Block> children) {
+  std::size_t child = 0;
+  for (Block& parent : parents) {
+    parent.first_child = static_cast<std::int32_t>(child);
+    for (; child < children.size() && children[child].begin < parent.end; ++child) ++parent.children;
+    if (parent.children > BlockTree::kMaxChildren || (parent.children == 1) != parent.single_pixel())
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 BlockTree::BlockTree(Grid grid) : grid_(grid) {
@@ -132,16 +144,6 @@ Block BlockTree::block_around(std::int32_t begin, std::int32_t end) const {
     right = std::max(right, pixel % grid_.cols + 1);
   }
   return {top, left, bottom - top, right - left, begin, end, 0, 0};
-}
-
-bool BlockTree::link_children(std::vector<Block>& parents, std::span<const Block> children) const {
-  std::size_t child = 0;
-  for (Block& parent : parents) {
-    parent.first_child = static_cast<std::int32_t>(child);
-    for (; child < children.size() && children[child].begin < parent.end; ++child) ++parent.children;
-    if (parent.children > kMaxChildren || (parent.children == 1) != parent.single_pixel()) return false;
-  }
-  return true;
 }
 
 Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {

@@ -68,7 +68,6 @@ class BlockTree {
  private:
   void note_pixel_levels();
   Result<void> grow(std::span<const std::int8_t> boundaries);
-  bool link_children(std::vector<Block>& parents, std::span<const Block> children) const;
   Block block_around(std::int32_t begin, std::int32_t end) const;
 
   Grid grid_;
