@@ -88,6 +88,11 @@ Result<std::unique_ptr<Rig>> Rig::open(device::Board board, std::unique_ptr<Proj
                  fmt::format("the projector is {}, the camera {}", to_string(projector->grid()),
                              to_string(camera->grid())),
                  "a coaxial rig needs one grid: calibrate first"};
+  if (!options.views.fits(camera->grid()))
+    return Error{
+        ErrorCode::bad_argument,
+        fmt::format("views {} do not tile a grid of {}", to_string(options.views), to_string(camera->grid())),
+        "give the rows x columns of views that the picture shows"};
   std::unique_ptr<Rig> rig(
       new Rig(std::move(board), std::move(projector), std::move(camera), std::move(options)));
   SYMRIG_CHECK(rig->configure());

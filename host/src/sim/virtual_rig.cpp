@@ -134,6 +134,7 @@ class SimulatedRig final : public VirtualRig {
   SimulatedRig& operator=(const SimulatedRig&) = delete;
 
   Grid grid() const override { return scene_->grid(); }
+  ViewLayout views() const override { return views_of(uri_); }
   int channels() const override { return scene_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return rig_->measure(patterns);
@@ -180,6 +181,7 @@ RigOptions SimulatedRig::rig_options() const {
   options.exposures = uri_.exposures;
   options.ratio = uri_.ratio;
   options.scale = 1 / kSensitivity;
+  options.views = views_of(uri_);
   options.name = uri_.to_string();
   return options;
 }

@@ -2,6 +2,7 @@
 #include "symrig/tensor/file.hpp"
 
 #include "tensor/h5.hpp"
+#include "tensor/tree_file.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -135,17 +136,15 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
 
 bool write_all(hid_t file, const StoredScene& scene) {
   const TransportTensor& t = scene.tensor;
-  const auto order = [&](const char* name, const BlockTree& tree) {
-    return h5::write_dataset<std::int32_t>(file, name, {tree.order().size()}, tree.order());
-  };
   const h5::Handle leaves = new_group(file, "leaves");
   const h5::Handle scalars = new_group(file, "scalars");
   const h5::Handle columns = new_group(file, "columns");
   const h5::Handle held_out = new_group(file, "held_out");
-  return write_root(file, scene) && order("camera_order", t.camera_tree()) &&
-         order("projector_order", t.projector_tree()) && leaves.ok() && write_leaves(leaves.id(), t) &&
-         write_empties(leaves.id(), t) && scalars.ok() && write_scalars(scalars.id(), t) && columns.ok() &&
-         write_columns(columns.id(), t) && held_out.ok() && write_held_out(held_out.id(), scene.held_out);
+  return write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
+         tensor::write_tree(file, "projector", t.projector_tree()) && leaves.ok() &&
+         write_leaves(leaves.id(), t) && write_empties(leaves.id(), t) && scalars.ok() &&
+         write_scalars(scalars.id(), t) && columns.ok() && write_columns(columns.id(), t) && held_out.ok() &&
+         write_held_out(held_out.id(), scene.held_out);
 }
 
 constexpr std::size_t kGrowBy = std::size_t{1} << 16;
@@ -211,20 +210,6 @@ Result<Head> read_head(const Source& source) {
   if (symmetric[0] != 0 && !(camera == projector))
     return Error{ErrorCode::bad_format, "a symmetric tensor with two different grids", "the file is damaged"};
   return Head{symmetric[0] != 0, channels[0], camera, projector};
-}
-
-Result<BlockTree> read_tree(const Source& source, const char* name, Grid grid) {
-  h5::Shape shape;
-  SYMRIG_TRY(const std::vector<std::int32_t> order,
-             h5::read_dataset<std::int32_t>(source.file.id(), name, 1, source.bytes, shape));
-  if (std::ssize(order) != grid.size())
-    return Error{ErrorCode::bad_format, std::string("dataset '") + name + "' does not fit its grid",
-                 "the file is damaged"};
-  BlockTree tree(grid);
-  if (!std::equal(order.begin(), order.end(), tree.order().begin()))
-    return Error{ErrorCode::bad_format, std::string("dataset '") + name + "' is not the block tree's order",
-                 "the file is damaged"};
-  return tree;
 }
 
 bool all_finite(std::span<const float> values) {
@@ -377,8 +362,10 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
 Result<StoredScene> read_all(const Source& source) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
-  SYMRIG_TRY(const BlockTree camera, read_tree(source, "camera_order", head.camera));
-  SYMRIG_TRY(const BlockTree projector, read_tree(source, "projector_order", head.projector));
+  SYMRIG_TRY(const BlockTree camera,
+             tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
+  SYMRIG_TRY(const BlockTree projector,
+             tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
   const Trees trees{&camera, &projector};
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);

@@ -82,6 +82,7 @@ class LoggedProbe final : public Probe {
 
   Grid grid() const override { return inner_.grid(); }
   int channels() const override { return inner_.channels(); }
+  ViewLayout views() const override { return inner_.views(); }
   /// fails: also bad_format (the log has another pattern here: it is of another capture), and as
   /// append_run().
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;

@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/radiance.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <span>
@@ -32,6 +33,8 @@ class Probe {
 
   /// The pixel-aligned grid of patterns and photographs.
   virtual Grid grid() const = 0;
+  /// The coaxial views that tile the grid: one unless the rig says otherwise.
+  virtual ViewLayout views() const { return {}; }
   /// Channels of each photograph (patterns always have one: white light).
   virtual int channels() const = 0;
 

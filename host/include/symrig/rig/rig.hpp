@@ -33,6 +33,7 @@ struct RigOptions {
   /// still they come up to eight times more rarely.
   int reference_every = 50;
   double lamp_drift = 0.02;    ///< the lamp's relative change over 1,000 photographs, one sigma, as expected
+  ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };
 
@@ -70,6 +71,7 @@ class Rig final : public Probe {
   Rig& operator=(const Rig&) = delete;
 
   Grid grid() const override { return camera_->grid(); }
+  ViewLayout views() const override { return options_.views; }
   int channels() const override { return camera_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   /// Metering, black and reference photographs count as frames and rig time, not as photographs. rig_seconds
