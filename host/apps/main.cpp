@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 namespace symrig::apps {
 namespace {
@@ -57,6 +58,14 @@ std::optional<std::string> unknown_command(int argc, char** argv) {
   for (const Command& command : kCommands)
     if (command.name == argv[1]) return std::nullopt;
   return argv[1];
+}
+
+/// Photographs come and go by the batch. Handing their memory back to the system each time and having it
+/// paged in again takes longer than merging them (docs/benchmarks.md).
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 2'000'000'000);
+  mallopt(M_ARENA_MAX, 1);
 }
 
 int usage_error(std::string_view command, const std::string& line) {
@@ -109,6 +118,7 @@ int run(int argc, char** argv) {
 }  // namespace symrig::apps
 
 int main(int argc, char** argv) {
+  symrig::apps::keep_freed_memory();
   try {
     return symrig::apps::run(argc, argv);
   } catch (const std::bad_alloc&) {

@@ -28,6 +28,8 @@ struct Arguments {
   std::string rig, output, json, algorithm = "symrig";
   std::optional<double> tolerance, dual_threshold, max_seconds, target_error;
   std::optional<std::int64_t> max_patterns;
+  std::optional<int> polish;
+  std::string split;
   bool dual_subtract = false;
   LogOptions log;
 };
@@ -85,6 +87,13 @@ Result<CaptureOptions> options_of(const Arguments& arguments) {
   SYMRIG_CHECK(set_budgets(arguments, options));
   if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
   options.dual_subtracts = arguments.dual_subtract;
+  if (arguments.polish && (*arguments.polish < 0 || *arguments.polish > 20))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--polish {} is not a number of steps", *arguments.polish), "give 0 to 20"};
+  options.economy.polish = arguments.polish.value_or(options.economy.polish);
+  if (!arguments.split.empty()) {
+    SYMRIG_TRY(options.split, parse_split_order(arguments.split));
+  }
   return options;
 }
 
@@ -208,6 +217,15 @@ Job add_capture(CLI::App& app) {
                    "Stop when the error estimated from held-out photographs is below this share")
       ->type_name("E");
   add_log_options(*command, arguments->log);
+  command
+      ->add_option("--split", arguments->split,
+                   "Several views: flat, views-first, views-last, all-at-once or compensated; "
+                   "without it, chosen from the flood-lit photograph")
+      ->type_name("ORDER");
+  command
+      ->add_option("--polish", arguments->polish,
+                   "Refit everything to all photographs in the end, so many steps; 0: not")
+      ->type_name("N");
   command->footer(std::string(kExample) + "\n" + rig_help() + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }

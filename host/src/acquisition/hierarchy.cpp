@@ -11,6 +11,7 @@
 #include "acquisition/prediction.hpp"
 #include "acquisition/short_range.hpp"
 #include "acquisition/suspects.hpp"
+#include "symrig/acquisition/views.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -25,10 +26,11 @@ namespace {
 
 class Hierarchy {
  public:
-  Hierarchy(Probe& probe, const CaptureOptions& options)
+  /// begun: the flood-lit photograph has been taken, as number 0 of options.log.
+  Hierarchy(Probe& probe, const CaptureOptions& options, BlockTree tree, const Photographer& begun)
       : options_(options),
-        tree_(probe.grid()),
-        photographer_(probe, options.log, tree_, options.progress),
+        tree_(std::move(tree)),
+        photographer_(begun, tree_),
         known_(tree_, probe.channels()),
         context_{options, tree_, probe.channels(), photographer_, known_, {}, {}},
         decay_(options.economy.decay) {
@@ -38,7 +40,7 @@ class Hierarchy {
   /// The algorithm of [Garg06 §5.2], with checks around it.
   Result<CaptureResult> run() {
     const auto start = std::chrono::steady_clock::now();
-    SYMRIG_CHECK(photograph_flood());
+    SYMRIG_CHECK(begin());
     if (options_.economy.checks && any_open()) {
       SYMRIG_TRY(checks_, Checks::take(context_));
     }
@@ -55,7 +57,7 @@ class Hierarchy {
   }
 
  private:
-  Result<void> photograph_flood();
+  Result<void> begin();
   Result<void> search();
   Result<void> search_level(int level);
   Result<bool> finish_early();
@@ -70,7 +72,14 @@ class Hierarchy {
                        [](const NodeLevel& level) { return !level.nodes().empty(); });
   }
   std::int64_t patterns_left() const;
-  void accept_open();
+  Result<void> accept_open();
+  void assume_open(bool direct);
+  /// What is assumed of blocks that were not looked into, and the estimated frobenius error with it.
+  struct Assumption {
+    bool direct = true;
+    double error = 0;
+  };
+  Result<Assumption> better_assumption();
 
   const CaptureOptions& options_;
   BlockTree tree_;
@@ -91,10 +100,8 @@ class Hierarchy {
 
 /// The flood-lit photograph is the root's estimate: c = r = T 1. F is its RMS, the signal that tolerances
 /// refer to.
-Result<void> Hierarchy::photograph_flood() {
+Result<void> Hierarchy::begin() {
   const auto pixels = static_cast<std::size_t>(tree_.grid().size());
-  const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(pixels)}}};
-  SYMRIG_CHECK(photographer_.take("flood-lit", pattern));
   TreePhotograph flood;
   SYMRIG_CHECK(
       photographer_.read(0, 1, [&](std::int64_t, std::span<TreePhotograph> p) { flood = std::move(p[0]); }));
@@ -175,36 +182,50 @@ Result<bool> Hierarchy::finish_early() {
   if (!reached && !reopening_until_)
     stopped_by_ = options_.max_patterns > 0 && photographer_.taken() >= options_.max_patterns ? "max_patterns"
                                                                                               : "max_seconds";
-  accept_open();
+  SYMRIG_CHECK(accept_open());
   return true;
 }
 
-/// The tensor is complete at any moment: a pair of blocks that is still unknown is what its images say, a
-/// block with itself all direct light.
-void Hierarchy::accept_open() {
-  for (NodeLevel& level : open_) {
-    for (const Node& node : level.nodes())
-      if (node.diagonal())
-        add_direct(context_, level, node);
-      else
-        add_leaf(context_, level, node);
-    level = NodeLevel(tree_, level.level(), context_.channels);
-  }
-}
-
-/// The error if the search ended here.
-Result<void> Hierarchy::tell_error() {
-  if (!checks_) return {};
-  const Known::Mark mark = known_.mark();
+/// A pair of blocks that is still unknown becomes what its images say; a block with itself all direct light,
+/// or what its image says too.
+void Hierarchy::assume_open(bool direct) {
   for (const NodeLevel& level : open_)
     for (const Node& node : level.nodes())
-      if (node.diagonal())
+      if (node.diagonal() && direct)
         add_direct(context_, level, node);
       else
         add_leaf(context_, level, node);
-  SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
-  error_per_level_.push_back(Checks::errors(residuals).frobenius);
-  known_.rewind(mark);
+}
+
+/// The error if the search ended here, by the better of the two assumptions.
+Result<Hierarchy::Assumption> Hierarchy::better_assumption() {
+  Assumption best;
+  for (const bool direct : {true, false}) {
+    const Known::Mark mark = known_.mark();
+    assume_open(direct);
+    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    known_.rewind(mark);
+    const double error = Checks::errors(residuals).frobenius;
+    if (direct || error < best.error) best = {direct, error};
+  }
+  return best;
+}
+
+/// The tensor is complete at any moment.
+Result<void> Hierarchy::accept_open() {
+  Assumption assumption;
+  if (checks_) {
+    SYMRIG_TRY(assumption, better_assumption());
+  }
+  assume_open(assumption.direct);
+  for (NodeLevel& level : open_) level = NodeLevel(tree_, level.level(), context_.channels);
+  return {};
+}
+
+Result<void> Hierarchy::tell_error() {
+  if (!checks_) return {};
+  SYMRIG_TRY(const Assumption best, better_assumption());
+  error_per_level_.push_back(best.error);
   return {};
 }
 
@@ -296,14 +317,31 @@ Result<CaptureResult> Hierarchy::finish() {
 
 }  // namespace
 
+namespace {
+
+Result<CaptureResult> capture_logged(Probe& probe, const CaptureOptions& options) {
+  const BlockTree flat(probe.grid());
+  Photographer photographer(probe, options.log, flat, options.progress);
+  const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
+  SYMRIG_CHECK(photographer.take("flood-lit", flood));
+  if (options.algorithm != Algorithm::symrig || probe.views().count() == 1)
+    return Hierarchy(probe, options, flat, photographer).run();
+  SYMRIG_TRY(const Radiance photograph, options.log->photograph(0));
+  SYMRIG_TRY(const Split split, choose_split(photograph, probe.views(), options.split));
+  SYMRIG_TRY(BlockTree tree, BlockTree::make(probe.grid(), split));
+  return Hierarchy(probe, options, std::move(tree), photographer).run();
+}
+
+}  // namespace
+
 Result<CaptureResult> capture_hierarchy(Probe& probe, const CaptureOptions& options) {
-  if (options.log != nullptr) return Hierarchy(probe, options).run();
+  if (options.log != nullptr) return capture_logged(probe, options);
   const auto log = make_memory_log(probe.grid(), probe.channels());
   constexpr std::size_t kTogether = 32;
   LoggedProbe logged(probe, *log, kTogether);
   CaptureOptions with_log = options;
   with_log.log = log.get();
-  return Hierarchy(logged, with_log).run();
+  return capture_logged(logged, with_log);
 }
 
 }  // namespace symrig::acquisition

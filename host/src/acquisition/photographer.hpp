@@ -41,6 +41,16 @@ class Photographer {
   Photographer(Probe& probe, const PhotographLog* log, const BlockTree& tree, Progress progress)
       : probe_(probe), log_(log), tree_(tree), channels_(probe.channels()), progress_(std::move(progress)) {}
 
+  /// Goes on where another one stopped, in another tree of the same grid.
+  Photographer(const Photographer& before, const BlockTree& tree)
+      : probe_(before.probe_),
+        log_(before.log_),
+        tree_(tree),
+        channels_(before.channels_),
+        progress_(before.progress_),
+        taken_(before.taken_),
+        measure_seconds_(before.measure_seconds_) {}
+
   /// Takes photographs that are in the log from then on, the first under number taken().
   /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);

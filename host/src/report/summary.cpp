@@ -23,6 +23,16 @@ Json rule_json(const RankRule& rule) {
           {"concentration", rule.concentration}};
 }
 
+Json economy_json(const Economy& economy) {
+  return {{"decay", economy.decay},
+          {"risk", economy.risk},
+          {"largest_risk", economy.largest_risk},
+          {"dominance", economy.dominance},
+          {"diagonal_spread", economy.diagonal_spread},
+          {"checks", economy.checks},
+          {"direct_share", economy.direct_share}};
+}
+
 Json errors_json(const TransportErrors& errors) {
   return {
       {"frobenius", errors.frobenius},
@@ -63,17 +73,18 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["stopped_by"] = result.stopped_by;
   json["estimated_error"] = result.estimated ? errors_json(*result.estimated) : Json(nullptr);
   json["error_per_level"] = result.error_per_level;
+  json["suspects"] = result.suspects;
+  json["split"] = name(tensor.camera_tree().split());
   json["patterns_brute_force"] = tensor.projector_grid().size();
   json["patterns_per_level"] = result.patterns_per_level;
   json["leaves_per_level"] = leaves_json(tensor);
   json["tensor_bytes"] = tensor.bytes();
   json["dense_bytes"] = tensor.dense_bytes();
   json["compression"] = bytes > 0 ? tensor.dense_bytes() / bytes : 0.0;
-  json["seconds"] = {{"measure", summary.measure_seconds},
-                     {"process", result.process_seconds},
-                     {"total", summary.total_seconds},
-                     {"merge", summary.cost.merge_seconds},
-                     {"simulate", summary.cost.simulate_seconds}};
+  json["seconds"] = {
+      {"measure", summary.measure_seconds},  {"process", result.process_seconds - result.polish_seconds},
+      {"polish", result.polish_seconds},     {"total", summary.total_seconds},
+      {"merge", summary.cost.merge_seconds}, {"simulate", summary.cost.simulate_seconds}};
   json["rig_seconds"] = summary.cost.rig_seconds;
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["noise"] = summary.noise;
@@ -81,7 +92,10 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
 }
 
 std::string settings_text(const CaptureOptions& options) {
-  Json json{{"algorithm", name(options.algorithm)}, {"rule", rule_json(options.rule)}};
+  Json json{{"algorithm", name(options.algorithm)},
+            {"rule", rule_json(options.rule)},
+            {"economy", economy_json(options.economy)}};
+  if (options.split) json["split"] = name(*options.split);
   if (options.algorithm == Algorithm::dual)
     json.update({{"dual_threshold", options.dual_threshold}, {"dual_subtracts", options.dual_subtracts}});
   const Json flat = json.flatten();

@@ -7,6 +7,7 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/file.hpp"
+#include "symrig/tensor/split.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
@@ -65,8 +66,11 @@ struct Economy {
 
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
-  RankRule rule;                 ///< default_rule(algorithm) unless set
-  Economy economy;               ///< default_economy(algorithm) unless set
+  RankRule rule;    ///< default_rule(algorithm) unless set
+  Economy economy;  ///< default_economy(algorithm) unless set
+  /// Several views: how blocks are cut across them (docs/howto-views.md); none: chosen from the flood-lit
+  /// photograph.
+  std::optional<SplitOrder> split;
   double dual_threshold = 3e-4;  ///< dual: response below this share of F is not refined
   bool dual_subtracts = false;   ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
