@@ -83,16 +83,28 @@ Result<Checks> Checks::take(Context& context) {
   return checks;
 }
 
-Result<std::vector<Checks::Residual>> Checks::residuals(const Context& context) const {
+Result<std::vector<Checks::Residual>> Checks::residuals(const Context& context, std::int64_t count) const {
   std::vector<Residual> result;
   SYMRIG_CHECK(
-      context.photographer.read(first_, kChecks, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+      context.photographer.read(first_, count, [&](std::int64_t, std::span<TreePhotograph> photographs) {
         std::vector<TreePhotograph> left(photographs.begin(), photographs.end());
         context.known.subtract_from(left);
         for (std::size_t k = 0; k < photographs.size(); ++k)
           result.push_back({std::move(photographs[k]), std::move(left[k].mean)});
       }));
   return result;
+}
+
+double Checks::frobenius(std::span<const Residual> halves) {
+  Squares squares;
+  const TreePhotograph& p = halves[kHalf].photograph;
+  const TreePhotograph& q = halves[kOtherHalf].photograph;
+  for (std::size_t at = 0; at < p.mean.size(); ++at)
+    if (p.valid[at] != 0 && q.valid[at] != 0)
+      squares.add(static_cast<double>(halves[kHalf].residual[at]) - halves[kOtherHalf].residual[at],
+                  static_cast<double>(p.mean[at]) - q.mean[at],
+                  static_cast<double>(p.variance[at]) + q.variance[at]);
+  return squares.relative();
 }
 
 TransportErrors Checks::errors(const std::vector<Residual>& residuals) {

@@ -24,6 +24,10 @@
 namespace symrig::acquisition {
 namespace {
 
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
 class Hierarchy {
  public:
   /// begun: the flood-lit photograph has been taken, as number 0 of options.log.
@@ -48,11 +52,12 @@ class Hierarchy {
       SYMRIG_CHECK(search());
       SYMRIG_CHECK(reopen_suspects());
     } while (any_open());
+    const double searched = seconds_since(start) - photographer_.measure_seconds();
     SYMRIG_CHECK(refine_direct_light());
     SYMRIG_CHECK(polish());
     SYMRIG_TRY(CaptureResult result, finish());
-    const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    result.process_seconds = total - photographer_.measure_seconds();
+    result.process_seconds = seconds_since(start) - photographer_.measure_seconds();
+    result.refine_seconds = result.process_seconds - searched;
     return result;
   }
 
@@ -92,7 +97,6 @@ class Hierarchy {
   bool noisy_ = false;                           ///< photographs have a variance
   std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
   std::int64_t suspects_ = 0;
-  double polish_seconds_ = 0;
   std::set<int> refused_radii_;
   std::vector<double> error_per_level_;
   std::string stopped_by_ = "done";
@@ -203,9 +207,9 @@ Result<Hierarchy::Assumption> Hierarchy::better_assumption() {
   for (const bool direct : {true, false}) {
     const Known::Mark mark = known_.mark();
     assume_open(direct);
-    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    SYMRIG_TRY(const auto halves, checks_->residuals_of_halves(context_));
     known_.rewind(mark);
-    const double error = Checks::errors(residuals).frobenius;
+    const double error = Checks::frobenius(halves);
     if (direct || error < best.error) best = {direct, error};
   }
   return best;
@@ -283,7 +287,6 @@ Result<void> Hierarchy::refine_direct_light() {
 
 Result<void> Hierarchy::polish() {
   if (options_.economy.polish <= 0) return {};
-  const auto start = std::chrono::steady_clock::now();
   std::vector<Polish::Range> ranges{{0, photographer_.taken()}};
   if (checks_) ranges = {{0, checks_->first()}, {checks_->last(), photographer_.taken()}};
   constexpr int kConjugateSteps = 8;
@@ -294,7 +297,6 @@ Result<void> Hierarchy::polish() {
     SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
     if (outcome.after >= outcome.before) break;
   }
-  polish_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return {};
 }
 
@@ -310,7 +312,6 @@ Result<CaptureResult> Hierarchy::finish() {
   result.patterns_per_level = std::move(context_.patterns_per_level);
   result.stopped_by = stopped_by_;
   result.suspects = suspects_;
-  result.polish_seconds = polish_seconds_;
   result.error_per_level = std::move(error_per_level_);
   return result;
 }

@@ -45,16 +45,44 @@ void Known::subtract_from(std::span<TreePhotograph> photographs) const {
   });
 }
 
-void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel) const {
-  const std::size_t pixels = tree_.order().size();
-  std::vector<float> p(pixels * kBatch), y(pixels * kBatch);
-  std::vector<float> any(pixels);  // lit in any of the patterns
-  for (std::size_t k = 0; k < batch.size(); ++k) {
-    for (std::size_t t = 0; t < pixels; ++t) {
-      p[t * kBatch + k] = batch[k].pattern[t];
-      if (batch[k].pattern[t] != 0) any[t] = 1;
+namespace {
+
+constexpr std::size_t kRun =
+    256;  // pixels whose sixteen lanes stay in the first cache while they are sorted in or out
+
+/// p[pixel][lane] = pattern of photograph `lane`; lanes without a photograph stay dark. any: lit in any of
+/// them.
+void interleave(std::span<const TreePhotograph> batch, std::vector<float>& p, std::vector<float>& any) {
+  for (std::size_t begin = 0; begin < any.size(); begin += kRun) {
+    const std::size_t end = std::min(begin + kRun, any.size());
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      const float* const pattern = batch[k].pattern.data();
+      for (std::size_t t = begin; t < end; ++t) {
+        p[t * kBatch + k] = pattern[t];
+        any[t] += pattern[t];
+      }
     }
   }
+}
+
+/// mean −= y, lane by lane.
+void subtract_lanes(std::span<const float> y, std::size_t pixels, std::size_t channel,
+                    std::span<TreePhotograph> batch) {
+  for (std::size_t begin = 0; begin < pixels; begin += kRun) {
+    const std::size_t end = std::min(begin + kRun, pixels);
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      float* const mean = batch[k].mean.data() + channel * pixels;
+      for (std::size_t t = begin; t < end; ++t) mean[t] -= y[t * kBatch + k];
+    }
+  }
+}
+
+}  // namespace
+
+void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel) const {
+  const std::size_t pixels = tree_.order().size();
+  std::vector<float> p(pixels * kBatch), y(pixels * kBatch), any(pixels);
+  interleave(batch, p, any);
   const tensor::LitRanges lit(any);
   for (const KnownLeaf& leaf : leaves_) {
     if (leaf.removed || (!lit.any(leaf.col_begin, leaf.col_end) && !lit.any(leaf.row_begin, leaf.row_end)))
@@ -74,8 +102,7 @@ void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel)
     if (row != col)
       for (std::size_t c = 0; c < kBatch; ++c) y[col + c] += value * p[row + c];
   }
-  for (std::size_t k = 0; k < batch.size(); ++k)
-    for (std::size_t t = 0; t < pixels; ++t) batch[k].mean[channel * pixels + t] -= y[t * kBatch + k];
+  subtract_lanes(y, pixels, channel, batch);
 }
 
 TransportTensor Known::tensor() const {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include <tbb/parallel_for.h>
 
@@ -21,6 +22,8 @@ std::vector<float> lit(const LitBlocks& blocks, std::size_t pixels) {
   return pattern;
 }
 
+constexpr float kLargest = std::numeric_limits<float>::max();
+
 /// Copies into tree order. False if a value that claims to be valid is not finite.
 bool to_tree(const BlockTree& tree, const Pattern& pattern, const Radiance& from, TreePhotograph& to) {
   const std::size_t pixels = tree.order().size();
@@ -30,24 +33,26 @@ bool to_tree(const BlockTree& tree, const Pattern& pattern, const Radiance& from
   to.mean.resize(channels * pixels);
   to.variance.resize(channels * pixels);
   to.valid.resize(channels * pixels);
-  bool finite = true;
+  unsigned wrong = 0;  // no branches: this runs over every sample of every photograph
   for (std::size_t channel = 0; channel < channels; ++channel) {
     const auto mean = from.mean.plane(static_cast<int>(channel));
     const auto variance = from.variance.plane(static_cast<int>(channel));
     const auto valid = from.valid.plane(static_cast<int>(channel));
+    float* const to_mean = to.mean.data() + channel * pixels;
+    float* const to_variance = to.variance.data() + channel * pixels;
+    std::uint8_t* const to_valid = to.valid.data() + channel * pixels;
     for (std::size_t t = 0; t < pixels; ++t) {
       const auto raster = static_cast<std::size_t>(tree.order()[t]);
-      const std::size_t at = channel * pixels + t;
-      const bool ok = valid[raster] != 0;
-      finite =
-          finite &&
-          (!ok || (std::isfinite(mean[raster]) && std::isfinite(variance[raster]) && variance[raster] >= 0));
-      to.mean[at] = ok ? mean[raster] : 0;
-      to.variance[at] = ok ? variance[raster] : 0;
-      to.valid[at] = ok ? 1 : 0;
+      const unsigned ok = valid[raster] != 0 ? 1 : 0;
+      const float m = mean[raster];
+      const float v = variance[raster];
+      wrong |= ok & static_cast<unsigned>(!(std::abs(m) <= kLargest) || !(v >= 0 && v <= kLargest));
+      to_mean[t] = ok != 0 ? m : 0;
+      to_variance[t] = ok != 0 ? v : 0;
+      to_valid[t] = static_cast<std::uint8_t>(ok);
     }
   }
-  return finite;
+  return wrong == 0;
 }
 
 Error not_finite() {

@@ -82,8 +82,8 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["dense_bytes"] = tensor.dense_bytes();
   json["compression"] = bytes > 0 ? tensor.dense_bytes() / bytes : 0.0;
   json["seconds"] = {
-      {"measure", summary.measure_seconds},  {"process", result.process_seconds - result.polish_seconds},
-      {"polish", result.polish_seconds},     {"total", summary.total_seconds},
+      {"measure", summary.measure_seconds},  {"process", result.process_seconds - result.refine_seconds},
+      {"refine", result.refine_seconds},     {"total", summary.total_seconds},
       {"merge", summary.cost.merge_seconds}, {"simulate", summary.cost.simulate_seconds}};
   json["rig_seconds"] = summary.cost.rig_seconds;
   json["peak_memory_bytes"] = summary.peak_memory_bytes;

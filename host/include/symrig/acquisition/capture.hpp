@@ -98,7 +98,8 @@ struct CaptureResult {
   std::vector<double> error_per_level = {};       ///< estimated frobenius after each level; may be empty
   std::vector<HeldOut> held_out = {};             ///< photographs that no part of the tensor was made from
   std::int64_t suspects = 0;  ///< leaves that the held-out photographs find wrong and that stayed so
-  double polish_seconds = 0;  ///< of process_seconds
+  double refine_seconds =
+      0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.
