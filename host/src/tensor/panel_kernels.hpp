@@ -27,11 +27,4 @@ void panel_dots(const PanelStream& stream, const float* p, float* dots);
 template <std::size_t Width>
 void panel_add(const PanelStream& stream, const float* weights, float* y);
 
-/// out = the floats that n halves stand for. Reads up to Panels::kSlack halves past the last.
-void to_floats(const Half* halves, std::size_t n, float* out);
-
-/// y[i] += scale v[i] p[i]: a row of a band. Width patterns interleaved in p and y, 1 or kBatch.
-template <std::size_t Width>
-void add_products(const Half* v, float scale, const float* p, float* y, std::size_t n);
-
 }  // namespace symrig::tensor

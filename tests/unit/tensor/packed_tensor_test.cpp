@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 #include <tbb/global_control.h>
 
 namespace symrig {
@@ -152,6 +153,40 @@ TEST_P(AnySize, a_batch_equals_its_patterns_one_by_one) {
       for (std::size_t i = 0; i < one->values().size(); ++i)
         EXPECT_NEAR((*photographs)[k].values()[i], one->values()[i],
                     2 * terms * kEpsilon * double{one->values()[i]});
+    }
+  }
+}
+
+/// Restricts the kernels to one instruction set while it lives.
+class OnlyTarget {
+ public:
+  explicit OnlyTarget(std::int64_t target) { choose(target); }
+  ~OnlyTarget() { choose(0); }
+  OnlyTarget(const OnlyTarget&) = delete;
+  OnlyTarget& operator=(const OnlyTarget&) = delete;
+
+ private:
+  static void choose(std::int64_t target) {
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  }
+};
+
+// With and without instructions for halves and for fused multiply-add: other roundings, the same numbers.
+TEST_P(AnySize, every_instruction_set_gives_the_same_photograph) {
+  const TransportTensor tensor = Everything(GetParam(), 1).finish();
+  const std::vector<Image<float>> lights{random_light(GetParam(), 8), random_light(GetParam(), 9)};
+  const Image<float> best = *tensor.apply(lights[0]);
+  const double terms =
+      static_cast<double>(GetParam().size()) + 5 * static_cast<double>(tensor.leaves().size());
+  for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
+    const OnlyTarget target(left & -left);
+    const Image<float> one = *tensor.apply(lights[0]);
+    const Image<float> of_batch = (*tensor.apply_batch(lights))[0];
+    for (std::size_t i = 0; i < best.values().size(); ++i) {
+      const double bound = 4 * terms * kEpsilon * double{best.values()[i]};
+      EXPECT_NEAR(one.values()[i], best.values()[i], bound) << hwy::TargetName(left & -left);
+      EXPECT_NEAR(of_batch.values()[i], best.values()[i], bound) << hwy::TargetName(left & -left);
     }
   }
 }
