@@ -81,10 +81,11 @@ void LowRank::round_factors(std::span<const Pair> pairs, std::span<const float> 
 void LowRank::find_diagonal(std::span<const Pair> pairs, const std::vector<Half>& halves) {
   for (std::size_t q = 0; q < pairs_; ++q) {
     if (!pairs[q].on_diagonal()) continue;
-    std::vector<int> signs;
+    std::vector<int> signs(static_cast<std::size_t>(channels_));
     for (int channel = 0; channel < channels_; ++channel)
-      signs.push_back(
-          sign_between(pairs[q].a_of(halves.data(), channel), pairs[q].b_of(halves.data(), channel)));
+      signs[static_cast<std::size_t>(channel)] =
+
+          sign_between(pairs[q].a_of(halves.data(), channel), pairs[q].b_of(halves.data(), channel));
     const bool shared = std::find(signs.begin(), signs.end(), 0) == signs.end();
     diagonal_.push_back({static_cast<std::uint32_t>(q), shared});
     for (int channel = 0; shared && channel < channels_; ++channel)
@@ -95,6 +96,8 @@ void LowRank::find_diagonal(std::span<const Pair> pairs, const std::vector<Half>
 
 void LowRank::lay_out(std::span<const Pair> pairs, const Shape& shape) {
   std::vector<Column> camera, projector;
+  camera.reserve(2 * pairs.size());
+  projector.reserve(pairs.size());
   std::vector<Column>& other = symmetric_ ? camera : projector;
   for (const Pair& pair : pairs) {
     camera.push_back(pair.row);

@@ -151,7 +151,8 @@ struct Batched {
         for (std::size_t i = 0; i < wide; ++i) {
           const V values = hn::LoadU(d, v + (x + i) * kBatch + part);
 #pragma GCC unroll 8
-          for (std::size_t k = 0; k < K; ++k)
+          for (std::size_t k = 0; k < K;
+               ++k)  // NOLINTNEXTLINE(clang-analyzer-core.CallAndMessage): load() set it
             acc[k] = hn::MulAdd(hn::Set(d, tile.values[k * wide + i]), values, acc[k]);
         }
       }
@@ -297,12 +298,12 @@ HWY_EXPORT(add_single);
 HWY_EXPORT(add_batched);
 
 template <>
-void panel_dots<1>(const PanelStream& stream, const float* p, float* out) {
-  HWY_DYNAMIC_DISPATCH(dots_single)(stream, p, out);
+void panel_dots<1>(const PanelStream& stream, const float* p, float* dots) {
+  HWY_DYNAMIC_DISPATCH(dots_single)(stream, p, dots);
 }
 template <>
-void panel_dots<kBatch>(const PanelStream& stream, const float* p, float* out) {
-  HWY_DYNAMIC_DISPATCH(dots_batched)(stream, p, out);
+void panel_dots<kBatch>(const PanelStream& stream, const float* p, float* dots) {
+  HWY_DYNAMIC_DISPATCH(dots_batched)(stream, p, dots);
 }
 template <>
 void panel_add<1>(const PanelStream& stream, const float* weights, float* y) {
