@@ -76,7 +76,15 @@ Result<Image<float>> TransportTensor::apply_transposed(const Image<float>& light
 
 Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const Image<float>> patterns) const {
   for (const Image<float>& pattern : patterns) SYMRIG_CHECK(check_light(pattern, projector_grid()));
-  std::vector<Image<float>> out(patterns.size(), Image<float>(camera_grid(), channels_));
+  std::vector<Image<float>> out;
+  if (draft_) {
+    for (const Image<float>& pattern : patterns) {
+      SYMRIG_TRY(Image<float> photograph, apply(pattern));
+      out.push_back(std::move(photograph));
+    }
+    return out;
+  }
+  out.resize(patterns.size(), Image<float>(camera_grid(), channels_));
   for (std::size_t first = 0; first < patterns.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, patterns.size() - first);
     photograph<kBatch>(*this, store(), false, patterns.subspan(first, count),

@@ -191,6 +191,14 @@ TEST_P(AnySize, every_instruction_set_gives_the_same_photograph) {
   }
 }
 
+TEST(PackedTensor, a_growing_tensor_takes_batches_too) {
+  Everything everything({5, 6}, 2);
+  const std::vector<Image<float>> lights{random_light({5, 6}, 1), random_light({5, 6}, 2)};
+  const auto photographs = everything.in_floats().apply_batch(lights);
+  ASSERT_TRUE(photographs.ok());
+  EXPECT_EQ((*photographs)[1], *everything.in_floats().apply(lights[1]));
+}
+
 TEST(PackedTensor, an_empty_batch_is_empty_and_a_wrong_pattern_is_refused) {
   const TransportTensor tensor = Everything({5, 6}, 1).finish();
   EXPECT_TRUE(tensor.apply_batch({})->empty());

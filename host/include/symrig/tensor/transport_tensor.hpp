@@ -192,7 +192,7 @@ class TensorBuilder {
   void add_column(std::int32_t col_begin, std::int32_t col_end, std::span<const std::int32_t> rows,
                   std::span<const float> values);
 
-  /// The tensor so far, in floats: it can be applied (not in batches), bytes() are not known yet.
+  /// The tensor so far, in floats, slower to apply than a finished one; its bytes() are not known yet.
   const TransportTensor& current() const { return tensor_; }
   /// Rounds and packs.
   TransportTensor finish() &&;
