@@ -15,6 +15,7 @@ namespace symrig::apps {
 using Job = std::function<Result<void>()>;
 
 /// Each declares one subcommand with its options and its help, and returns its job.
+Job add_bench(CLI::App& app);
 Job add_calibrate(CLI::App& app);
 Job add_capture(CLI::App& app);
 Job add_dual(CLI::App& app);

@@ -4,6 +4,7 @@
 #include "meter.hpp"
 
 #include <array>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <optional>
@@ -22,14 +23,15 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 8> kCommands{{{"capture", add_capture},
+constexpr std::array<Command, 9> kCommands{{{"capture", add_capture},
                                             {"relight", add_relight},
                                             {"dual", add_dual},
                                             {"evaluate", add_evaluate},
                                             {"inspect", add_inspect},
                                             {"report", add_report},
                                             {"calibrate", add_calibrate},
-                                            {"fit", add_fit}}};
+                                            {"fit", add_fit},
+                                            {"bench", add_bench}}};
 
 constexpr const char* kExample =
     "Example:\n"
@@ -96,6 +98,8 @@ int run(int argc, char** argv) {
     return parse_failure(app, error);
   }
   catch_interrupts();
+  static_cast<void>(
+      std::signal(SIGXFSZ, SIG_IGN));  // a file beyond its limit is an error that write() tells, not a death
   for (std::size_t k = 0; k < kCommands.size(); ++k)
     if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
   return kUsage;

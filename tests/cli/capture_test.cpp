@@ -2,9 +2,7 @@
 #include "command.hpp"
 #include "symrig/tensor/file.hpp"
 
-#include <csignal>
 #include <numeric>
-#include <thread>
 
 namespace symrig::test {
 namespace {
@@ -123,17 +121,6 @@ TEST_F(Capture, places_that_cannot_be_written_are_refused_first) {
 // /proc takes no new files, not even from root.
 TEST_F(Capture, a_folder_that_takes_no_files_is_an_input_error) {
   expect_refusal({"capture", "--rig", kSmall, "-o", "/proc/a.h5"}, kBadInput, {"/proc/a.h5"});
-}
-
-TEST_F(Capture, control_c_stops_it_and_leaves_nothing) {
-  Running capture(path(""), {"capture", "--rig", "sim:gummy?size=200x200", "-o", "a.h5", "--json", "a.json"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
-  capture.signal(SIGINT);
-  const Outcome outcome = capture.wait();
-  EXPECT_EQ(outcome.code, kFault);
-  EXPECT_NE(outcome.err.find("stopped"), std::string::npos) << outcome.err;
-  EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
-  EXPECT_EQ(files(), std::set<std::string>{});
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
+#include "capture_log.hpp"
+#include "capture_options.hpp"
 #include "command.hpp"
 #include "console.hpp"
+#include "error_table.hpp"
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
@@ -10,7 +13,6 @@
 #include "symrig/tensor/file.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -24,8 +26,10 @@ using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   std::string rig, output, json, algorithm = "symrig";
-  std::optional<double> tolerance, dual_threshold;
+  std::optional<double> tolerance, dual_threshold, max_seconds, target_error;
+  std::optional<std::int64_t> max_patterns;
   bool dual_subtract = false;
+  LogOptions log;
 };
 
 constexpr const char* kExample =
@@ -35,7 +39,12 @@ constexpr const char* kExample =
     "Algorithms: symrig (the paper's, with noise-aware tests and a guard against energy in one child), paper "
     "(Garg et al.\n"
     "2006 as published), dual (dual photography, Sen et al. 2005: a baseline), brute (one pattern a pixel: a "
-    "baseline).\n";
+    "baseline).\n"
+    "\n"
+    "While it runs, scene.h5.log keeps the photographs. After a kill, a crash or Ctrl-C the same command "
+    "with "
+    "--resume goes\n"
+    "on from them. A capture that a budget ends is complete: it holds what the photographs tell.\n";
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -47,23 +56,52 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-Result<void> check_share(const char* option, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value > 0 && *value < 1)) return {};
-  return Error{ErrorCode::bad_argument,
-               fmt::format("{} {} is not a share of the flood-lit signal", option, *value),
-               "give a number above 0 and below 1, such as 3e-4"};
+Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
+  if (arguments.max_patterns && *arguments.max_patterns < 1)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--max-patterns {} leaves no photograph to take", *arguments.max_patterns),
+                 "give 1 or more"};
+  const double seconds = arguments.max_seconds.value_or(1);
+  if (!std::isfinite(seconds) || seconds <= 0)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--max-seconds {} is not a time to measure in", seconds),
+                 "give the seconds on the rig's clock, such as 3600"};
+  const double error = arguments.target_error.value_or(0.5);
+  if (!(error > 0 && error < 1))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--target-error {} is not an error relative to the transport", error),
+                 "give a number above 0 and below 1, such as 0.02"};
+  options.max_patterns = arguments.max_patterns.value_or(0);
+  options.max_seconds = arguments.max_seconds.value_or(0);
+  options.target_error = arguments.target_error.value_or(0);
+  return {};
 }
 
 Result<CaptureOptions> options_of(const Arguments& arguments) {
-  CaptureOptions options;
-  SYMRIG_TRY(options.algorithm, parse_algorithm(arguments.algorithm));
+  SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
   SYMRIG_CHECK(check_share("--tolerance", arguments.tolerance));
   SYMRIG_CHECK(check_share("--dual-threshold", arguments.dual_threshold));
-  options.rule = default_rule(options.algorithm);
-  if (arguments.tolerance) options.rule.flood_fraction = options.rule.empty_fraction = *arguments.tolerance;
+  CaptureOptions options = options_for(algorithm, arguments.tolerance);
+  SYMRIG_CHECK(set_budgets(arguments, options));
   if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
   options.dual_subtracts = arguments.dual_subtract;
   return options;
+}
+
+/// What only some captures have to tell: a log, a budget, an estimate of the error.
+std::string told_besides(const CaptureSummary& summary, const CaptureResult& result) {
+  std::string text;
+  if (summary.replayed > 0)
+    text += fmt::format("{} of the photographs came from the log\n",
+                        grouped(static_cast<double>(summary.replayed)));
+  if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
+  if (result.estimated)
+    text += fmt::format("relative errors, estimated from {} held-out photographs\n", result.held_out.size()) +
+            error_table(*result.estimated);
+  if (result.error_per_level.empty()) return text;
+  text += "error after each level:";
+  for (const double error : result.error_per_level) text += " " + percent(error);
+  return text + "\n";
 }
 
 std::string told(const CaptureSummary& summary, const CaptureResult& result, const std::string& output) {
@@ -71,11 +109,47 @@ std::string told(const CaptureSummary& summary, const CaptureResult& result, con
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
       "{}: {} patterns ({} frames) instead of {}, tensor {}\n"
-      "capture time on the rig's clock {}, computed in {} ({} measuring, {} processing), peak memory {}\n",
+      "capture time on the rig's clock {}, computed in {} ({} measuring, {} processing), peak memory {}\n{}",
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
-      byte_size(static_cast<double>(summary.peak_memory_bytes)));
+      byte_size(static_cast<double>(summary.peak_memory_bytes)), told_besides(summary, result));
+}
+
+struct Measured {
+  CaptureSummary summary;
+  CaptureResult result;
+};
+
+/// A simulated rig computes photographs in parallel: one at a time would leave all but one processor idle
+/// (docs/photograph-log.md).
+constexpr std::size_t kTogether = 4;
+
+/// Runs the capture on a rig, through the log if there is one.
+Result<Measured> measure(sim::VirtualRig& rig, CaptureOptions options, CaptureLog& log) {
+  const auto start = Clock::now();
+  std::optional<LoggedProbe> logged;
+  if (log.log() != nullptr) logged.emplace(rig, *log.log(), kTogether);
+  Probe& probe = logged ? static_cast<Probe&>(*logged) : rig;
+  options.log = log.log();
+  auto result = capture(probe, options);
+  if (!result) return log.broken_off(std::move(result).error());
+  const CaptureSummary summary{.scene = rig.describe(),
+                               .algorithm = options.algorithm,
+                               .rule = options.rule,
+                               .dual_threshold = options.dual_threshold,
+                               .noise = rig.uri().camera_noise ? "camera" : "off",
+                               .cost = probe.cost(),
+                               .measure_seconds = since(start) - result->process_seconds,
+                               .peak_memory_bytes = peak_memory(),
+                               .replayed = logged ? logged->replayed() : 0};
+  return Measured{summary, *std::move(result)};
+}
+
+Result<void> save(const Arguments& arguments, Measured measured, const std::string& json) {
+  CaptureResult& result = measured.result;
+  SYMRIG_CHECK(save_scene(arguments.output, {std::move(result.tensor), json, std::move(result.held_out)}));
+  return write_text(arguments.json, json);
 }
 
 Result<void> run(const Arguments& arguments) {
@@ -83,25 +157,19 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_TRY(CaptureOptions options, options_of(arguments));
   SYMRIG_CHECK(check_output(arguments.output));
   SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
   SYMRIG_TRY(const std::unique_ptr<sim::VirtualRig> rig, open_rig(arguments.rig));
-  const auto capture_start = Clock::now();
+  const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options)};
+  SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
-  SYMRIG_TRY(CaptureResult result, capture(*rig, options));
+  SYMRIG_TRY(Measured measured, measure(*rig, options, log));
   meter.reset();
-  const CaptureSummary summary{.scene = rig->describe(),
-                               .algorithm = options.algorithm,
-                               .rule = options.rule,
-                               .dual_threshold = options.dual_threshold,
-                               .noise = rig->uri().camera_noise ? "camera" : "off",
-                               .cost = rig->cost(),
-                               .measure_seconds = since(capture_start) - result.process_seconds,
-                               .total_seconds = since(start),
-                               .peak_memory_bytes = peak_memory()};
-  const std::string json = capture_json(summary, result);
-  const std::string text = told(summary, result, arguments.output);
-  SYMRIG_CHECK(save_scene(arguments.output, {std::move(result.tensor), json, {}}));
-  SYMRIG_CHECK(write_text(arguments.json, json));
+  measured.summary.total_seconds = since(start);
+  const std::string json = capture_json(measured.summary, measured.result);
+  const std::string text = told(measured.summary, measured.result, arguments.output);
+  if (auto saved = save(arguments, std::move(measured), json); !saved) return log.broken_off(saved.error());
+  SYMRIG_CHECK(log.finished());
   return arguments.json == "-" ? Result<void>() : print(text);
 }
 
@@ -131,6 +199,15 @@ Job add_capture(CLI::App& app) {
       ->add_option("--dual-threshold", arguments->dual_threshold,
                    "For dual: responses below this share of the flood-lit RMS are not refined")
       ->type_name("X");
+  command->add_option("--max-patterns", arguments->max_patterns, "Stop after this many photographs")
+      ->type_name("N");
+  command->add_option("--max-seconds", arguments->max_seconds, "Stop after this long on the rig's clock")
+      ->type_name("S");
+  command
+      ->add_option("--target-error", arguments->target_error,
+                   "Stop when the error estimated from held-out photographs is below this share")
+      ->type_name("E");
+  add_log_options(*command, arguments->log);
   command->footer(std::string(kExample) + "\n" + rig_help() + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -3,6 +3,7 @@
 
 #include "command.hpp"
 #include "console.hpp"
+#include "error_table.hpp"
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
@@ -46,20 +47,6 @@ Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) 
   return errors;
 }
 
-std::string told(const TransportErrors& e) {
-  return fmt::format(
-      "relative errors against the true transport\n"
-      "  frobenius        {:>10}   all of T\n"
-      "  indirect         {:>10}   without the direct light\n"
-      "  flood            {:>10}   all projector pixels on\n"
-      "  relight bar      {:>10}   a vertical bar\n"
-      "  relight random   {:>10}   a random pattern\n"
-      "  relight natural  {:>10}   a smooth picture\n"
-      "  bar_indirect     {:>10}   the bar, seen only outside it\n",
-      percent(e.frobenius), percent(e.indirect), percent(e.flood), percent(e.relight_bar),
-      percent(e.relight_random), percent(e.relight_natural), percent(e.bar_indirect));
-}
-
 std::string told(const HeldOutError& e) {
   return fmt::format("held-out photograph '{}': rms {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n",
                      e.name, e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()),
@@ -81,7 +68,8 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(write_text(arguments.json, evaluation_json(captured_scene(scene), arguments.rig,
                                                           errors ? &*errors : nullptr, held_out)));
   if (arguments.json == "-") return {};
-  std::string text = errors ? told(*errors) : std::string();
+  std::string text =
+      errors ? "relative errors against the true transport\n" + error_table(*errors) : std::string();
   for (const HeldOutError& one : held_out) text += told(one);
   return print(text);
 }

@@ -5,11 +5,15 @@
 #include "files.hpp"
 #include "light.hpp"
 #include "symrig/tensor/file.hpp"
+#include "symrig/tensor/view_relight.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,8 +22,65 @@ namespace {
 
 struct Arguments {
   std::string scene, light, output;
+  std::string views, from_view, to_view;  // "" if not given
   std::optional<double> exposure;
 };
+
+/// Two whole numbers around a letter: "3x2", "0,1".
+std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between) {
+  const std::size_t at = text.find(between);
+  if (at == std::string::npos) return std::nullopt;
+  std::pair<int, int> numbers;
+  const auto read = [](std::string_view part, int& into) {
+    const auto [stop, error] = std::from_chars(part.data(), part.data() + part.size(), into);
+    return error == std::errc{} && stop == part.data() + part.size();
+  };
+  const std::string_view all(text);
+  if (!read(all.substr(0, at), numbers.first) || !read(all.substr(at + 1), numbers.second))
+    return std::nullopt;
+  return numbers;
+}
+
+Result<std::optional<View>> view_of(const char* option, const std::string& text) {
+  if (text.empty()) return std::optional<View>();
+  if (const auto numbers = two_numbers(text, ','))
+    return std::optional(View{numbers->first, numbers->second});
+  return Error{ErrorCode::bad_argument, fmt::format("{} '{}' is not ROW,COLUMN", option, text),
+               "the top left view is 0,0"};
+}
+
+/// The views that the scene file knows of, unless --views says otherwise.
+Result<ViewLayout> layout_of(const std::string& text, const TransportTensor& tensor) {
+  if (text.empty()) return tensor.camera_tree().views();
+  if (const auto numbers = two_numbers(text, 'x')) return ViewLayout{numbers->first, numbers->second};
+  return Error{ErrorCode::bad_argument, fmt::format("--views '{}' is not ROWSxCOLUMNS", text),
+               "three rows of two views are 3x2"};
+}
+
+Result<ViewRelight> asked(const Arguments& arguments, const TransportTensor& tensor) {
+  SYMRIG_TRY(const ViewLayout views, layout_of(arguments.views, tensor));
+  SYMRIG_TRY(const std::optional<View> from, view_of("--from-view", arguments.from_view));
+  SYMRIG_TRY(const std::optional<View> to, view_of("--to-view", arguments.to_view));
+  if ((from || to) && views.single())
+    return Error{ErrorCode::bad_argument, "the scene file knows of one view only",
+                 "say with --views how many rows x columns of views tile its pictures, such as 3x3"};
+  return ViewRelight{views, from, to};
+}
+
+/// The photograph under a light, of all views or between two of them.
+Result<Image<float>> relit(const Arguments& arguments, const TransportTensor& tensor) {
+  SYMRIG_TRY(const ViewRelight what, asked(arguments, tensor));
+  SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
+  SYMRIG_TRY(const Image<float> light,
+             read_light(arguments.light, grid, what.from ? "that view" : "the scene's projector"));
+  return relight(tensor, light, what);
+}
+
+Result<Image<float>> dual_picture(const Arguments& arguments, const TransportTensor& tensor) {
+  SYMRIG_TRY(const Image<float> light,
+             read_light(arguments.light, tensor.camera_grid(), "the scene's camera"));
+  return tensor.apply_transposed(light);
+}
 
 Result<void> check_exposure(const Arguments& arguments) {
   if (!arguments.exposure) return {};
@@ -55,14 +116,25 @@ Result<void> run(const Arguments& arguments, bool dual) {
   SYMRIG_CHECK(check_picture_output(arguments.output));
   SYMRIG_CHECK(check_exposure(arguments));
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
-  const TransportTensor& tensor = scene.tensor;
-  SYMRIG_TRY(const Image<float> light,
-             dual ? read_light(arguments.light, tensor.camera_grid(), "the scene's camera")
-                  : read_light(arguments.light, tensor.projector_grid(), "the scene's projector"));
-  SYMRIG_TRY(const Image<float> picture, dual ? tensor.apply_transposed(light) : tensor.apply(light));
+  SYMRIG_TRY(const Image<float> picture,
+             dual ? dual_picture(arguments, scene.tensor) : relit(arguments, scene.tensor));
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
   SYMRIG_CHECK(write_picture(arguments.output, picture, exposure));
   return print(told(arguments, picture, exposure));
+}
+
+void add_views(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option(
+          "--from-view", arguments.from_view,
+          "Only this view's projector shines, with a light of the view's size (the top left view is 0,0)")
+      ->type_name("ROW,COLUMN");
+  command.add_option("--to-view", arguments.to_view, "Write the picture of this view alone")
+      ->type_name("ROW,COLUMN");
+  command
+      .add_option("--views", arguments.views,
+                  "Views that tile the pictures (default: what the scene file says)")
+      ->type_name("ROWSxCOLUMNS");
 }
 
 Job add(CLI::App& app, bool dual, const char* name, const char* about, const char* footer) {
@@ -83,6 +155,7 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
       ->add_option("--exposure", arguments->exposure,
                    "For .png: factor that brings white to 1 (default: 99.5 % of the values end below white)")
       ->type_name("X");
+  if (!dual) add_views(*command, *arguments);
   command->footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
   return [arguments, dual] { return run(*arguments, dual); };
 }
@@ -90,13 +163,15 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
 }  // namespace
 
 Job add_relight(CLI::App& app) {
-  return add(app, false, "relight", "The photograph of the scene under any light: T times the light",
-             "Example:\n"
-             "  symrig relight scene.h5 --light letters -o relit.png\n"
-             "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
-             "\n"
-             "The light has the projector's grid. The result has the camera's, in radiance per unit of "
-             "projector light.\n");
+  return add(
+      app, false, "relight", "The photograph of the scene under any light: T times the light",
+      "Example:\n"
+      "  symrig relight scene.h5 --light letters -o relit.png\n"
+      "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
+      "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o view.png\n"
+      "\n"
+      "The light has the projector's grid. The result has the camera's, in radiance per unit of "
+      "projector light.\n");
 }
 
 Job add_dual(CLI::App& app) {

@@ -21,15 +21,16 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureOptions& options)
         ErrorCode::limit,
         "brute force on " + to_string(tree.grid()) + " may hold " + std::to_string(bytes >> 20) + " MiB",
         "use --algorithm symrig, or a smaller grid"};
-  Photographer photographer(probe, tree, options.progress);
+  Photographer photographer(probe, nullptr, tree, options.progress);
   std::vector<LitBlocks> patterns;
   patterns.reserve(static_cast<std::size_t>(pixels));
   for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});
   std::vector<Responses> columns(patterns.size());
   const Seen everything = Seen::all(tree.grid());
-  SYMRIG_CHECK(photographer.take("brute force", patterns, [&](std::size_t k, TreePhotograph& photograph) {
-    columns[k] = significant_responses(photograph, everything, probe.channels());
-  }));
+  SYMRIG_CHECK(
+      photographer.take_each("brute force", patterns, [&](std::size_t k, TreePhotograph& photograph) {
+        columns[k] = significant_responses(photograph, everything, probe.channels());
+      }));
   TensorBuilder builder(tree, tree, probe.channels());
   for (std::size_t k = 0; k < columns.size(); ++k) {
     const auto begin = static_cast<std::int32_t>(k);

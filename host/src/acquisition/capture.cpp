@@ -37,6 +37,15 @@ RankRule default_rule(Algorithm algorithm) {
   return rule;
 }
 
+Economy default_economy(Algorithm algorithm) {
+  Economy economy;
+  if (algorithm != Algorithm::symrig) return economy;
+  economy.decay = 0.05;
+  economy.checks = true;
+  economy.direct_share = 0.05;
+  return economy;
+}
+
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
   if (!probe.grid().valid() || probe.channels() < 1)
     return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};

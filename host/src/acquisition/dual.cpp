@@ -47,7 +47,7 @@ class Dual {
       : options_(options),
         tree_(probe.grid()),
         channels_(probe.channels()),
-        photographer_(probe, tree_, options.progress),
+        photographer_(probe, nullptr, tree_, options.progress),
         builder_(tree_, tree_, channels_) {}
 
   Result<CaptureResult> run() {
@@ -65,7 +65,7 @@ class Dual {
   Result<std::vector<Active>> photograph_flood() {
     Responses flood;
     const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(tree_.grid().size())}}};
-    SYMRIG_CHECK(photographer_.take("flood-lit", pattern, [&](std::size_t, TreePhotograph& p) {
+    SYMRIG_CHECK(photographer_.take_each("flood-lit", pattern, [&](std::size_t, TreePhotograph& p) {
       set_thresholds(p);
       flood = significant_responses(p, Seen::all(tree_.grid()), channels_);
     }));
@@ -162,7 +162,7 @@ class Dual {
     }
     std::vector<std::array<Responses, 4>> answers(active.size());
     patterns_per_level_.push_back(std::ssize(patterns));
-    SYMRIG_CHECK(photographer_.take(
+    SYMRIG_CHECK(photographer_.take_each(
         "level " + std::to_string(level), patterns, [&](std::size_t k, TreePhotograph& photograph) {
           // Light below the threshold adds up over the blocks of a colour. [Garg06] found how to take out
           // what is known; the published dual photography does not.

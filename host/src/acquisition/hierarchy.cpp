@@ -1,86 +1,105 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/hierarchy.hpp"
 
-#include "acquisition/conflict_graph.hpp"
+#include "acquisition/checks.hpp"
+#include "acquisition/context.hpp"
+#include "acquisition/direct_light.hpp"
+#include "acquisition/level_search.hpp"
 #include "acquisition/node.hpp"
-#include "acquisition/photographer.hpp"
-#include "acquisition/rank_test.hpp"
+#include "acquisition/placement.hpp"
+#include "acquisition/polish.hpp"
+#include "acquisition/prediction.hpp"
+#include "acquisition/short_range.hpp"
+#include "acquisition/suspects.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
 #include <string>
-
-#include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
 namespace {
-
-/// The blocks of one colour and which of their (up to four) children this pattern lights.
-struct Shot {
-  std::vector<std::int32_t> blocks;
-  int slot;
-};
 
 class Hierarchy {
  public:
   Hierarchy(Probe& probe, const CaptureOptions& options)
       : options_(options),
         tree_(probe.grid()),
-        channels_(probe.channels()),
-        photographer_(probe, tree_, options.progress),
-        builder_(tree_, channels_) {}
+        photographer_(probe, options.log, tree_, options.progress),
+        known_(tree_, probe.channels()),
+        context_{options, tree_, probe.channels(), photographer_, known_, {}, {}},
+        decay_(options.economy.decay) {
+    for (int l = 0; l < tree_.levels(); ++l) open_.emplace_back(tree_, l, probe.channels());
+  }
 
-  /// The algorithm, line by line as [Garg06 §5.2] tells it.
+  /// The algorithm of [Garg06 §5.2], with checks around it.
   Result<CaptureResult> run() {
     const auto start = std::chrono::steady_clock::now();
-    SYMRIG_TRY(NodeLevel unknown, photograph_flood());
-    while (!unknown.nodes().empty()) {
-      const std::vector<Shot> shots = schedule(unknown);
-      SYMRIG_CHECK(photograph(unknown, shots));
-      unknown = settle(unknown, judge(unknown));
+    SYMRIG_CHECK(photograph_flood());
+    if (options_.economy.checks && any_open()) {
+      SYMRIG_TRY(checks_, Checks::take(context_));
     }
+    do {
+      SYMRIG_CHECK(search());
+      SYMRIG_CHECK(reopen_suspects());
+    } while (any_open());
+    SYMRIG_CHECK(refine_direct_light());
+    SYMRIG_CHECK(polish());
+    SYMRIG_TRY(CaptureResult result, finish());
     const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    return CaptureResult{std::move(builder_).finish(), photographer_.taken(), std::move(patterns_per_level_),
-                         total - photographer_.measure_seconds()};
+    result.process_seconds = total - photographer_.measure_seconds();
+    return result;
   }
 
  private:
-  Result<NodeLevel> photograph_flood();
-  std::vector<Shot> schedule(const NodeLevel& unknown);
-  Result<void> photograph(NodeLevel& unknown, const std::vector<Shot>& shots);
-  std::vector<char> judge(const NodeLevel& unknown) const;
-  NodeLevel settle(const NodeLevel& unknown, const std::vector<char>& leaf);
+  Result<void> photograph_flood();
+  Result<void> search();
+  Result<void> search_level(int level);
+  Result<bool> finish_early();
+  Result<void> tell_error();
+  Result<void> reopen_suspects();
+  Result<void> refine_direct_light();
+  Result<void> polish();
+  Result<CaptureResult> finish();
 
-  void add_leaf(const NodeLevel& level, const Node& node);
-  void add_child(const NodeLevel& parent, const Node& node, int a, int b, NodeLevel& next);
-  void place(NodeLevel& into, std::int32_t row, std::int32_t col, std::span<const float> c,
-             std::span<const float> r, std::span<const PairNoise> c_noise,
-             std::span<const PairNoise> r_noise);
-  void add_pixel(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
-                 std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise);
+  bool any_open() const {
+    return std::any_of(open_.begin(), open_.end(),
+                       [](const NodeLevel& level) { return !level.nodes().empty(); });
+  }
+  std::int64_t patterns_left() const;
+  void accept_open();
 
   const CaptureOptions& options_;
   BlockTree tree_;
-  int channels_;
   Photographer photographer_;
-  TensorBuilder builder_;
-  std::vector<double> flood_squared_;  ///< F² of each channel
-  std::vector<std::int64_t> patterns_per_level_;
-  std::vector<std::vector<std::int32_t>>
-      nodes_of_block_;               ///< nodes (by index) that each block of the level is part of
-  std::vector<float> leaf_factors_;  // scratch
+  Known known_;
+  Context context_;
+  Decay decay_;
+  std::vector<NodeLevel> open_;  ///< unknown nodes, by level
+  std::optional<Checks> checks_;
+  bool noisy_ = false;                           ///< photographs have a variance
+  std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
+  std::int64_t suspects_ = 0;
+  double polish_seconds_ = 0;
+  std::set<int> refused_radii_;
+  std::vector<double> error_per_level_;
+  std::string stopped_by_ = "done";
 };
 
 /// The flood-lit photograph is the root's estimate: c = r = T 1. F is its RMS, the signal that tolerances
 /// refer to.
-Result<NodeLevel> Hierarchy::photograph_flood() {
+Result<void> Hierarchy::photograph_flood() {
   const auto pixels = static_cast<std::size_t>(tree_.grid().size());
-  TreePhotograph flood;
   const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(pixels)}}};
-  SYMRIG_CHECK(photographer_.take("flood-lit", pattern,
-                                  [&](std::size_t, TreePhotograph& p) { flood = std::move(p); }));
-  patterns_per_level_.push_back(1);
-  std::vector<PairNoise> noise(static_cast<std::size_t>(channels_));
+  SYMRIG_CHECK(photographer_.take("flood-lit", pattern));
+  TreePhotograph flood;
+  SYMRIG_CHECK(
+      photographer_.read(0, 1, [&](std::int64_t, std::span<TreePhotograph> p) { flood = std::move(p[0]); }));
+  context_.patterns_per_level.push_back(1);
+  std::vector<PairNoise> noise(static_cast<std::size_t>(context_.channels));
   bool any = false;
   for (std::size_t channel = 0; channel < noise.size(); ++channel) {
     double squares = 0;
@@ -88,189 +107,203 @@ Result<NodeLevel> Hierarchy::photograph_flood() {
       if (flood.valid[t] == 0) continue;
       squares += static_cast<double>(flood.mean[t]) * static_cast<double>(flood.mean[t]);
       noise[channel].variance += flood.variance[t];
+      noisy_ = noisy_ || flood.variance[t] > 0;
       ++noise[channel].valid;
     }
     any = any || noise[channel].valid > 0;
-    flood_squared_.push_back(noise[channel].valid > 0 ? squares / noise[channel].valid : 0);
+    context_.flood_squared.push_back(noise[channel].valid > 0 ? squares / noise[channel].valid : 0);
   }
   if (!any)
     return Error{ErrorCode::bad_value, "every pixel of the flood-lit photograph is invalid",
                  "shorten the exposures or look for a cap on the lens"};
-  NodeLevel root(tree_, 0, channels_);
-  place(root, 0, 0, flood.mean, {}, noise, noise);
-  return root;
+  place(context_, open_[0], 0, 0, {flood.mean, {}, noise, noise, std::numeric_limits<double>::infinity()});
+  return {};
 }
 
-/// Colours the blocks of the level so that no two in one colour share a block whose transport with both is
-/// unknown, and lights the children of each colour one after another.
-std::vector<Shot> Hierarchy::schedule(const NodeLevel& unknown) {
-  nodes_of_block_.assign(static_cast<std::size_t>(unknown.block_count()), {});
-  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
-  for (std::size_t n = 0; n < unknown.nodes().size(); ++n) {
-    const Node& node = unknown.nodes()[n];
-    edges.emplace_back(node.row, node.col);
-    nodes_of_block_[static_cast<std::size_t>(node.row)].push_back(static_cast<std::int32_t>(n));
-    if (!node.diagonal())
-      nodes_of_block_[static_cast<std::size_t>(node.col)].push_back(static_cast<std::int32_t>(n));
+/// From the coarsest level with unknown nodes down, until none are left or a budget or target ends it.
+Result<void> Hierarchy::search() {
+  for (int level = 0; level < tree_.levels(); ++level) {
+    if (open_[static_cast<std::size_t>(level)].nodes().empty()) continue;
+    SYMRIG_TRY(const bool finished, finish_early());
+    if (finished) return {};
+    SYMRIG_CHECK(search_level(level));
+    SYMRIG_CHECK(tell_error());
   }
-  const ConflictGraph graph(unknown.block_count(), edges);
-  std::vector<Shot> shots;
-  for (const auto& colour : graph.colour()) {
-    for (int slot = 0; slot < 4; ++slot) {
-      Shot shot{{}, slot};
-      for (const std::int32_t b : colour)
-        if (slot < unknown.block(b).children) shot.blocks.push_back(b);
-      if (!shot.blocks.empty()) shots.push_back(std::move(shot));
-    }
-  }
-  return shots;
+  return {};
 }
 
-Result<void> Hierarchy::photograph(NodeLevel& unknown, const std::vector<Shot>& shots) {
-  if (unknown.evidence_bytes() > options_.memory_limit)
-    return Error{ErrorCode::limit,
-                 "level " + std::to_string(unknown.level()) + " would need " +
-                     std::to_string(unknown.evidence_bytes() >> 20) + " MiB for " +
-                     std::to_string(unknown.nodes().size()) + " unknown nodes",
-                 "raise the tolerance or use a smaller grid; the scene may not be data-sparse"};
-  unknown.make_room();
-  std::vector<LitBlocks> patterns;
-  for (const Shot& shot : shots) {
-    LitBlocks lit;
-    for (const std::int32_t b : shot.blocks) {
-      const Block& child = unknown.child(unknown.block(b), shot.slot);
-      lit.push_back({child.begin, child.end});
-    }
-    patterns.push_back(std::move(lit));
-  }
-  const TransportTensor& known = builder_.current();
-  patterns_per_level_.push_back(std::ssize(shots));
-  return photographer_.take(
-      "level " + std::to_string(unknown.level()), patterns, [&](std::size_t k, TreePhotograph& photograph) {
-        subtract_known(photograph, known, channels_);
-        for (const std::int32_t b : shots[k].blocks) {
-          for (const std::int32_t n : nodes_of_block_[static_cast<std::size_t>(b)]) {
-            const Node& node = unknown.nodes()[static_cast<std::size_t>(n)];
-            const auto side = node.col == b ? NodeLevel::Side::col : NodeLevel::Side::row;
-            unknown.record(node, side, shots[k].slot, photograph.mean, photograph.variance, photograph.valid);
-          }
-        }
-      });
+Result<void> Hierarchy::search_level(int level) {
+  NodeLevel unknown = std::move(open_[static_cast<std::size_t>(level)]);
+  open_[static_cast<std::size_t>(level)] = NodeLevel(tree_, level, context_.channels);
+  while (std::ssize(context_.patterns_per_level) < level + 2) context_.patterns_per_level.push_back(0);
+  LevelSearch search(context_, decay_, unknown);
+  SYMRIG_TRY(const std::vector<Tested> tested, search.run(patterns_left()));
+  if (search.cut_short() && !reopening_until_)
+    stopped_by_ = options_.max_patterns > 0 ? "max_patterns" : "max_seconds";
+  NodeLevel leftovers(tree_, std::min(level + 1, tree_.levels() - 1), context_.channels);
+  settle(context_, unknown, tested,
+         level + 1 < tree_.levels() ? open_[static_cast<std::size_t>(level) + 1] : leftovers);
+  return {};
 }
 
-std::vector<char> Hierarchy::judge(const NodeLevel& unknown) const {
-  std::vector<char> leaf(unknown.nodes().size());
-  tbb::parallel_for(std::size_t{0}, leaf.size(), [&](std::size_t n) {
-    leaf[n] = is_leaf(unknown.evidence(unknown.nodes()[n], flood_squared_), options_.rule) ? 1 : 0;
-  });
-  return leaf;
+/// Photographs that the budgets leave.
+std::int64_t Hierarchy::patterns_left() const {
+  auto left = std::numeric_limits<std::int64_t>::max();
+  if (options_.max_patterns > 0) left = options_.max_patterns - photographer_.taken();
+  if (reopening_until_) left = std::min(left, *reopening_until_ - photographer_.taken());
+  if (options_.max_seconds > 0) {
+    const double spent = photographer_.rig_seconds();
+    const double each = spent / static_cast<double>(std::max<std::int64_t>(1, photographer_.taken()));
+    const double more = each > 0 ? (options_.max_seconds - spent) / each : 0;
+    left = std::min(left, static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)));
+  }
+  return std::max<std::int64_t>(0, left);
 }
 
-NodeLevel Hierarchy::settle(const NodeLevel& unknown, const std::vector<char>& leaf) {
-  NodeLevel next(tree_, unknown.level() + 1, channels_);
-  for (std::size_t n = 0; n < leaf.size(); ++n) {
-    const Node& node = unknown.nodes()[n];
-    if (leaf[n] != 0) {
-      add_leaf(unknown, node);
-      continue;
-    }
-    for (int a = 0; a < unknown.block(node.row).children; ++a)
-      for (int b = 0; b < (node.diagonal() ? a + 1 : unknown.block(node.col).children); ++b)
-        add_child(unknown, node, a, b, next);
+/// True if what is still unknown is settled without further levels: it is all direct or short-range light, a
+/// budget is used up, or the target is reached.
+Result<bool> Hierarchy::finish_early() {
+  if (checks_) {
+    SYMRIG_TRY(const bool short_range,
+               settle_short_range(context_, *checks_, open_, patterns_left(), refused_radii_));
+    if (short_range) return true;
   }
-  return next;
+  const bool reached = options_.target_error > 0 && !error_per_level_.empty() &&
+                       error_per_level_.back() <= options_.target_error;
+  if (reached) stopped_by_ = "target_error";
+  if (!reached && patterns_left() > 0) return false;
+  if (!reached && !reopening_until_)
+    stopped_by_ = options_.max_patterns > 0 && photographer_.taken() >= options_.max_patterns ? "max_patterns"
+                                                                                              : "max_seconds";
+  accept_open();
+  return true;
 }
 
-/// T_IJ ≈ (c/√s)(r/√s)'.
-void Hierarchy::add_leaf(const NodeLevel& level, const Node& node) {
-  leaf_factors_.clear();
-  for (int channel = 0; channel < channels_; ++channel) {
-    const double s = level.sums(node, channel).s;
-    const auto scale = s > 0 ? static_cast<float>(1 / std::sqrt(s)) : 0.0F;
-    for (const float v : level.c(node, channel)) leaf_factors_.push_back(scale * v);
-    for (const float v : level.r(node, channel)) leaf_factors_.push_back(scale * v);
-  }
-  const Block& i = level.block(node.row);
-  const Block& j = level.block(node.col);
-  builder_.add_leaf(i.begin, i.end, j.begin, j.end, 1, level.level(), leaf_factors_);
-}
-
-/// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
-/// child b.
-void Hierarchy::add_child(const NodeLevel& parent, const Node& node, int a, int b, NodeLevel& next) {
-  const Block& i = parent.block(node.row);
-  const Block& j = parent.block(node.col);
-  const Block& child_i = parent.child(i, a);
-  const Block& child_j = parent.child(j, b);
-  const bool diagonal = node.diagonal() && a == b;
-  std::vector<float> c, r;
-  std::vector<PairNoise> c_noise, r_noise;
-  for (int channel = 0; channel < channels_; ++channel) {
-    const auto on_i = parent.y(node, b, channel)
-                          .subspan(static_cast<std::size_t>(child_i.begin - i.begin),
-                                   static_cast<std::size_t>(child_i.size()));
-    const auto on_j = parent.z(node, a, channel)
-                          .subspan(static_cast<std::size_t>(child_j.begin - j.begin),
-                                   static_cast<std::size_t>(child_j.size()));
-    c.insert(c.end(), on_i.begin(), on_i.end());
-    if (!diagonal) r.insert(r.end(), on_j.begin(), on_j.end());
-    c_noise.push_back(parent.y_noise(node, b, a, channel));
-    r_noise.push_back(parent.z_noise(node, a, b, channel));
-  }
-  place(next, i.first_child + a, j.first_child + b, c, r, c_noise, r_noise);
-}
-
-/// A new node is stored as empty, stored as a scalar, or goes into the next level.
-void Hierarchy::place(NodeLevel& into, std::int32_t row, std::int32_t col, std::span<const float> c,
-                      std::span<const float> r, std::span<const PairNoise> c_noise,
-                      std::span<const PairNoise> r_noise) {
-  const Block& i = into.block(row);
-  const Block& j = into.block(col);
-  const bool diagonal = row == col;
-  Energy energy;
-  for (std::size_t channel = 0; channel < c_noise.size(); ++channel) {
-    if (flood_squared_[channel] <= 0) continue;
-    const auto add = [&](std::span<const float> image, std::size_t size, const PairNoise& noise) {
-      double signal = 0;
-      for (const float v : image.subspan(channel * size, size))
-        signal += static_cast<double>(v) * static_cast<double>(v);
-      energy.signal += signal / flood_squared_[channel];
-      energy.noise += static_cast<double>(noise.variance) / flood_squared_[channel];
-      energy.samples += noise.valid;
-    };
-    add(c, static_cast<std::size_t>(i.size()), c_noise[channel]);
-    if (!diagonal) add(r, static_cast<std::size_t>(j.size()), r_noise[channel]);
-  }
-  if (is_empty(energy, options_.rule)) {
-    builder_.add_empty(into.level(), row, col);
-  } else if (i.single_pixel() && j.single_pixel()) {
-    add_pixel(i.begin, j.begin, c, diagonal ? c : r, c_noise, r_noise);
-  } else {
-    into.add(row, col, c, r, c_noise, r_noise);
+/// The tensor is complete at any moment: a pair of blocks that is still unknown is what its images say, a
+/// block with itself all direct light.
+void Hierarchy::accept_open() {
+  for (NodeLevel& level : open_) {
+    for (const Node& node : level.nodes())
+      if (node.diagonal())
+        add_direct(context_, level, node);
+      else
+        add_leaf(context_, level, node);
+    level = NodeLevel(tree_, level.level(), context_.channels);
   }
 }
 
-/// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
-/// sample does not count.
-void Hierarchy::add_pixel(std::int32_t row, std::int32_t col, std::span<const float> c,
-                          std::span<const float> r, std::span<const PairNoise> c_noise,
-                          std::span<const PairNoise> r_noise) {
-  std::vector<float> value(c_noise.size());
-  for (std::size_t channel = 0; channel < value.size(); ++channel) {
-    const float vc = c_noise[channel].variance;
-    const float vr = r_noise[channel].variance;
-    float weight = vc + vr > 0 ? vr / (vc + vr) : 0.5F;
-    if (c_noise[channel].valid == 0 && r_noise[channel].valid != 0) weight = 0;
-    if (c_noise[channel].valid != 0 && r_noise[channel].valid == 0) weight = 1;
-    value[channel] = weight * c[channel] + (1 - weight) * r[channel];
+/// The error if the search ended here.
+Result<void> Hierarchy::tell_error() {
+  if (!checks_) return {};
+  const Known::Mark mark = known_.mark();
+  for (const NodeLevel& level : open_)
+    for (const Node& node : level.nodes())
+      if (node.diagonal())
+        add_direct(context_, level, node);
+      else
+        add_leaf(context_, level, node);
+  SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+  error_per_level_.push_back(Checks::errors(residuals).frobenius);
+  known_.rewind(mark);
+  return {};
+}
+
+/// Leaves that the checks find wrong are split, as long as that costs little: a tenth of the photographs
+/// taken so far, or on a small grid twice as many as brute force. What remains is told
+/// (CaptureResult::suspects, the estimated errors).
+Result<void> Hierarchy::reopen_suspects() {
+  constexpr std::int64_t kSmallGrid = 256;  // pixels
+  if (!checks_ || stopped_by_ != "done") return {};
+  SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+  const std::vector<std::int32_t> found = suspects(context_, residuals);
+  suspects_ = std::ssize(found);
+  if (!reopening_until_) {
+    const std::int64_t pixels = tree_.grid().size();
+    reopening_until_ =
+        photographer_.taken() + std::max(photographer_.taken() / 10, pixels <= kSmallGrid ? 2 * pixels : 0);
   }
-  builder_.add_scalar(row, col, value);
+  if (patterns_left() <= 0) return {};
+  for (const std::int32_t leaf : found)
+    reopen(context_, leaf,
+           open_[static_cast<std::size_t>(known_.leaves()[static_cast<std::size_t>(leaf)].level)]);
+  return {};
+}
+
+/// Spends a few flood-lit photographs on the noise of the direct light, then refits it to all photographs but
+/// the checks.
+Result<void> Hierarchy::refine_direct_light() {
+  if (options_.economy.direct_share <= 0 || known_.scalars().empty()) return {};
+  constexpr std::int64_t kFewest = 4;
+  const auto pixels = static_cast<std::int32_t>(tree_.grid().size());
+  const auto share =
+      static_cast<std::int64_t>(options_.economy.direct_share * static_cast<double>(photographer_.taken()));
+  reopening_until_.reset();
+  const auto extra =
+      static_cast<std::size_t>(std::min(noisy_ ? std::max(kFewest, share) : 0, patterns_left()));
+  SYMRIG_CHECK(photographer_.take("direct light", std::vector<LitBlocks>(extra, LitBlocks{{0, pixels}})));
+  context_.patterns_per_level.push_back(static_cast<std::int64_t>(extra));
+  DirectLight::Model model{{}, std::vector<double>(context_.flood_squared.size())};
+  for (const double f : context_.flood_squared) model.least.push_back(context_.tolerance() * f);
+  if (checks_) {
+    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    model.half = Checks::misfit_of_half(residuals);
+  }
+  DirectLight direct(known_, static_cast<std::size_t>(pixels), std::move(model));
+  const auto use = [&](std::int64_t, std::span<TreePhotograph> photographs) {
+    known_.subtract_from(photographs);
+    direct.add(photographs);
+  };
+  SYMRIG_CHECK(photographer_.read(0, checks_ ? checks_->first() : photographer_.taken(), use));
+  if (checks_)
+    SYMRIG_CHECK(photographer_.read(checks_->last(), photographer_.taken() - checks_->last(), use));
+  direct.apply(known_);
+  return {};
+}
+
+Result<void> Hierarchy::polish() {
+  if (options_.economy.polish <= 0) return {};
+  const auto start = std::chrono::steady_clock::now();
+  std::vector<Polish::Range> ranges{{0, photographer_.taken()}};
+  if (checks_) ranges = {{0, checks_->first()}, {checks_->last(), photographer_.taken()}};
+  constexpr int kConjugateSteps = 8;
+  std::vector<double> misfit;
+  for (const double f : context_.flood_squared) misfit.push_back(context_.tolerance() * f);
+  Polish polish(context_, std::move(ranges), std::move(misfit));
+  for (int k = 0; k < options_.economy.polish; ++k) {
+    SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
+    if (outcome.after >= outcome.before) break;
+  }
+  polish_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return {};
+}
+
+Result<CaptureResult> Hierarchy::finish() {
+  CaptureResult result;
+  if (checks_) {
+    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    result.estimated = Checks::errors(residuals);
+    SYMRIG_TRY(result.held_out, checks_->held_out(context_));
+  }
+  result.tensor = known_.tensor();
+  result.patterns = photographer_.taken();
+  result.patterns_per_level = std::move(context_.patterns_per_level);
+  result.stopped_by = stopped_by_;
+  result.suspects = suspects_;
+  result.polish_seconds = polish_seconds_;
+  result.error_per_level = std::move(error_per_level_);
+  return result;
 }
 
 }  // namespace
 
 Result<CaptureResult> capture_hierarchy(Probe& probe, const CaptureOptions& options) {
-  return Hierarchy(probe, options).run();
+  if (options.log != nullptr) return Hierarchy(probe, options).run();
+  const auto log = make_memory_log(probe.grid(), probe.channels());
+  constexpr std::size_t kTogether = 32;
+  LoggedProbe logged(probe, *log, kTogether);
+  CaptureOptions with_log = options;
+  with_log.log = log.get();
+  return Hierarchy(logged, with_log).run();
 }
 
 }  // namespace symrig::acquisition

@@ -24,8 +24,10 @@ std::span<const float> part(std::span<const float> whole, const Block& of, const
 }  // namespace
 
 void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
-                    std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise) {
-  Node node{row, col, static_cast<std::int64_t>(estimates_.size()), evidence_floats_, pair_total_};
+                    std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise,
+                    double undecayed) {
+  Node node{row, col, static_cast<std::int64_t>(estimates_.size())};
+  node.undecayed = undecayed;
   const auto rows = static_cast<std::size_t>(block(row).size());
   const auto cols = static_cast<std::size_t>(block(col).size());
   for (int channel = 0; channel < channels_; ++channel) {
@@ -38,8 +40,6 @@ void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c
     const double floor = std::sqrt(std::max(energy(c_of), energy(r_of)));
     sums_.push_back({std::max(s, floor), c_noise[at].variance, r_noise[at].variance});
   }
-  evidence_floats_ += channels_ * evidence_size(node);
-  pair_total_ += channels_ * pair_count(node);
   nodes_.push_back(node);
 }
 
@@ -55,14 +55,29 @@ std::int64_t NodeLevel::pair_count(const Node& node) const {
   return node.diagonal() ? pairs : 2 * pairs;
 }
 
-std::int64_t NodeLevel::evidence_bytes() const {
-  return evidence_floats_ * static_cast<std::int64_t>(sizeof(float)) +
-         pair_total_ * static_cast<std::int64_t>(sizeof(PairNoise));
+std::int64_t NodeLevel::room(std::span<const std::int32_t> tested) const {
+  auto bytes =
+      static_cast<std::int64_t>(evidence_.size() * sizeof(float) + pairs_.size() * sizeof(PairNoise));
+  for (const std::int32_t n : tested) {
+    const Node& node = nodes_[static_cast<std::size_t>(n)];
+    bytes += channels_ * (evidence_size(node) * static_cast<std::int64_t>(sizeof(float)) +
+                          pair_count(node) * static_cast<std::int64_t>(sizeof(PairNoise)));
+  }
+  return bytes;
 }
 
-void NodeLevel::make_room() {
-  evidence_.resize(static_cast<std::size_t>(evidence_floats_));
-  pairs_.resize(static_cast<std::size_t>(pair_total_));
+void NodeLevel::make_room(std::span<const std::int32_t> tested) {
+  auto floats = static_cast<std::int64_t>(evidence_.size());
+  auto pairs = static_cast<std::int64_t>(pairs_.size());
+  for (const std::int32_t n : tested) {
+    Node& node = nodes_[static_cast<std::size_t>(n)];
+    node.evidence = floats;
+    node.pairs = pairs;
+    floats += channels_ * evidence_size(node);
+    pairs += channels_ * pair_count(node);
+  }
+  evidence_.resize(static_cast<std::size_t>(floats));
+  pairs_.resize(static_cast<std::size_t>(pairs));
 }
 
 std::span<const float> NodeLevel::c(const Node& node, int channel) const {
@@ -137,6 +152,7 @@ void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const flo
     PairNoise* noise = pairs_.data() + pair_offset(node, lit, slot, channel);
     const std::size_t base = static_cast<std::size_t>(channel) * pixels;
     for (int a = 0; a < seen.children; ++a, ++noise) {
+      *noise = {};
       const Block& seen_child = child(seen, a);
       for (std::int32_t t = seen_child.begin; t < seen_child.end; ++t) {
         const std::size_t at = base + static_cast<std::size_t>(t);
@@ -147,6 +163,16 @@ void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const flo
         noise->valid += ok ? 1 : 0;
       }
     }
+  }
+}
+
+void NodeLevel::subtract_measured(const Node& node, Side lit, int slot, std::span<float> residual) const {
+  const Block& seen = block(lit == Side::col ? node.row : node.col);
+  const std::size_t pixels = residual.size() / static_cast<std::size_t>(channels_);
+  for (int channel = 0; channel < channels_; ++channel) {
+    const auto measured = lit == Side::col ? y(node, slot, channel) : z(node, slot, channel);
+    float* const out = residual.data() + static_cast<std::size_t>(channel) * pixels + seen.begin;
+    for (std::size_t t = 0; t < measured.size(); ++t) out[t] -= measured[t];
   }
 }
 
@@ -161,26 +187,26 @@ void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, doubl
   for (int slot = 0; slot < shone.children; ++slot) {
     const double gain = estimate.s > 0 ? sum(part(lit_estimate, shone, child(shone, slot))) / estimate.s : 0;
     const auto measured = col_lit ? y(node, slot, channel) : z(node, slot, channel);
-    double misfit = 0;
-    for (std::size_t t = 0; t < measured.size(); ++t) {
-      const double error = static_cast<double>(measured[t]) - gain * static_cast<double>(seen_estimate[t]);
-      misfit += error * error;
+    const double estimate_noise = gain * gain *
+                                  static_cast<double>(col_lit ? estimate.c_noise : estimate.r_noise) /
+                                  static_cast<double>(seen.size());
+    for (int k = 0; k < seen.children; ++k) {
+      const Block& seen_child = child(seen, k);
+      const auto measured_part = part(measured, seen, seen_child);
+      const auto estimate_part = part(seen_estimate, seen, seen_child);
+      const PairNoise& noise = col_lit ? y_noise(node, slot, k, channel) : z_noise(node, slot, k, channel);
+      double misfit = 0;
+      for (std::size_t t = 0; t < measured_part.size(); ++t) {
+        const double error =
+            static_cast<double>(measured_part[t]) - gain * static_cast<double>(estimate_part[t]);
+        misfit += error * error;
+      }
+      (col_lit ? into.on_row[static_cast<std::size_t>(k)][static_cast<std::size_t>(slot)]
+               : into.on_col[static_cast<std::size_t>(slot)][static_cast<std::size_t>(k)]) +=
+          {scale * misfit, scale * energy(measured_part),
+           scale * (static_cast<double>(noise.variance) + estimate_noise * seen_child.size()),
+           static_cast<double>(noise.valid)};
     }
-    double noise = 0;
-    double samples = 0;
-    for (int a = 0; a < seen.children; ++a) {
-      const PairNoise& pair = col_lit ? y_noise(node, slot, a, channel) : z_noise(node, slot, a, channel);
-      noise += static_cast<double>(pair.variance);
-      samples += pair.valid;
-    }
-    const double signal = energy(measured);
-    into.misfit += scale * misfit;
-    into.signal += scale * signal;
-    into.noise +=
-        scale * (noise + gain * gain * static_cast<double>(col_lit ? estimate.c_noise : estimate.r_noise));
-    into.samples += samples;
-    (col_lit ? into.col_child : into.row_child)[static_cast<std::size_t>(slot)] +=
-        scale * std::max(0.0, signal - noise);
   }
 }
 
@@ -192,7 +218,7 @@ RankEvidence NodeLevel::evidence(const Node& node, std::span<const double> flood
     add_side_evidence(node, Side::col, channel, 1 / f, all);
     if (!node.diagonal()) add_side_evidence(node, Side::row, channel, 1 / f, all);
   }
-  if (node.diagonal()) all.row_child = all.col_child;
+  all.diagonal = node.diagonal();
   return all;
 }
 

@@ -5,6 +5,7 @@
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,8 +17,13 @@ namespace symrig::acquisition {
 struct Node {
   std::int32_t row = 0, col = 0;  ///< block indices in their level
   std::int64_t estimate = 0;      ///< offset of c then r (c only on the diagonal), channel after channel
-  std::int64_t evidence = 0;      ///< offset of the child photographs, channel after channel
-  std::int64_t pairs = 0;         ///< offset of the child-pair statistics, channel after channel
+  std::int64_t evidence = -1;     ///< offset of the child photographs, channel after channel; -1: not tested
+  std::int64_t pairs = -1;        ///< offset of the child-pair statistics, channel after channel
+  /// Misfit that a test is expected to find, times the decay (prediction.hpp); ∞: it must be tested.
+  double undecayed = std::numeric_limits<double>::infinity();
+  bool split = false;  ///< a check has found its leaf wrong: whatever its own photographs say, it is no leaf
+  bool distrusted =
+      false;  ///< descends from such a node: block patterns were deceived here, so it must be tested
 
   bool diagonal() const { return row == col; }
 };
@@ -56,11 +62,16 @@ class NodeLevel {
 
   /// Adds a node. c, r: [channel][pixel of the block]; r is empty on the diagonal. noise: per channel.
   void add(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
-           std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise);
+           std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise, double undecayed);
 
-  /// Bytes that make_room() will take.
-  std::int64_t evidence_bytes() const;
-  void make_room();
+  /// The node added last is no leaf.
+  void split_last() { nodes_.back().split = nodes_.back().distrusted = true; }
+  void distrust_last() { nodes_.back().distrusted = true; }
+
+  /// Bytes that make_room() for these nodes would add up to.
+  std::int64_t room(std::span<const std::int32_t> tested) const;
+  /// Makes room for the evidence of nodes (indices) that are going to be tested.
+  void make_room(std::span<const std::int32_t> tested);
 
   enum class Side : std::uint8_t { row, col };
   /// Keeps the part of a photograph that belongs to `node`: child `slot` of the block on side `lit` was lit,
@@ -69,6 +80,8 @@ class NodeLevel {
   /// neither speaks for nor against it.
   void record(const Node& node, Side lit, int slot, std::span<const float> residual,
               std::span<const float> variance, std::span<const std::uint8_t> valid);
+  /// Takes what record() kept of a node out of a later photograph in which the same child is lit again.
+  void subtract_measured(const Node& node, Side lit, int slot, std::span<float> residual) const;
 
   /// E, S, V, n and the energy of each child, each channel divided by its F² (flood_squared).
   RankEvidence evidence(const Node& node, std::span<const double> flood_squared) const;
@@ -100,7 +113,6 @@ class NodeLevel {
   std::vector<EstimateSums> sums_;
   std::vector<float> evidence_;
   std::vector<PairNoise> pairs_;
-  std::int64_t evidence_floats_ = 0, pair_total_ = 0;
 };
 
 }  // namespace symrig::acquisition

@@ -22,9 +22,11 @@ std::vector<float> lit(const LitBlocks& blocks, std::size_t pixels) {
 }
 
 /// Copies into tree order. False if a value that claims to be valid is not finite.
-bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
+bool to_tree(const BlockTree& tree, const Pattern& pattern, const Radiance& from, TreePhotograph& to) {
   const std::size_t pixels = tree.order().size();
   const auto channels = static_cast<std::size_t>(from.mean.channels());
+  to.pattern.resize(pixels);
+  tree.to_tree(pattern.plane(0), to.pattern);
   to.mean.resize(channels * pixels);
   to.variance.resize(channels * pixels);
   to.valid.resize(channels * pixels);
@@ -48,6 +50,11 @@ bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
   return finite;
 }
 
+Error not_finite() {
+  return {ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
+          "check the camera and the merge"};
+}
+
 }  // namespace
 
 void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels) {
@@ -65,36 +72,13 @@ std::size_t Photographer::batch_size() const {
   return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
 }
 
-Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns,
-                                const Take& use) {
-  const std::int64_t expected = taken_ + std::ssize(patterns);
-  for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
-    if (progress_ && !progress_({stage, taken_, expected}))
-      return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
-                   "run it again"};
-    SYMRIG_CHECK(
-        take_batch(patterns.subspan(first, std::min(batch_size(), patterns.size() - first)), first, use));
-  }
-  if (progress_) progress_({stage, taken_, expected});
-  return {};
-}
-
-Result<void> Photographer::take_batch(std::span<const LitBlocks> patterns, std::size_t first,
-                                      const Take& use) {
-  const std::size_t pixels = tree_.order().size();
-  std::vector<TreePhotograph> photographs(patterns.size());
-  std::vector<Pattern> pictures(patterns.size());
-  tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t k) {
-    photographs[k].pattern = lit(patterns[k], pixels);
-    pictures[k] = Pattern(tree_.grid());
-    tree_.to_raster(photographs[k].pattern, pictures[k].plane(0));
-  });
+Result<std::vector<Radiance>> Photographer::measure(std::span<const Pattern> pictures) {
   const auto start = std::chrono::steady_clock::now();
-  SYMRIG_TRY(const std::vector<Radiance> answers, probe_.measure(pictures));
+  SYMRIG_TRY(std::vector<Radiance> answers, probe_.measure(pictures));
   measure_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (answers.size() != patterns.size())
+  if (answers.size() != pictures.size())
     return Error{ErrorCode::frame_missing,
-                 "the rig answered " + std::to_string(patterns.size()) + " patterns with " +
+                 "the rig answered " + std::to_string(pictures.size()) + " patterns with " +
                      std::to_string(answers.size()) + " photographs",
                  "check the camera trigger"};
   for (const Radiance& answer : answers)
@@ -103,16 +87,65 @@ Result<void> Photographer::take_batch(std::span<const LitBlocks> patterns, std::
           ErrorCode::size_mismatch,
           "a photograph is " + to_string(answer.mean.grid()) + ", the grid is " + to_string(tree_.grid()),
           "calibrate the rig"};
-  std::atomic<bool> finite = true;
-  tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t k) {
-    if (!to_tree(tree_, answers[k], photographs[k])) finite = false;
-    if (finite) use(first + k, photographs[k]);
-    photographs[k] = {};
-  });
-  taken_ += std::ssize(patterns);
-  if (!finite)
-    return Error{ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
-                 "check the camera and the merge"};
+  taken_ += std::ssize(answers);
+  return answers;
+}
+
+Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
+                                        const Answer& use) {
+  const std::int64_t expected = taken_ + std::ssize(patterns);
+  for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
+    if (progress_ && !progress_({stage, taken_, expected}))
+      return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
+                   "run it again"};
+    std::vector<Pattern> pictures(std::min(batch_size(), patterns.size() - first), Pattern(tree_.grid()));
+    tbb::parallel_for(std::size_t{0}, pictures.size(), [&](std::size_t k) {
+      tree_.to_raster(lit(patterns[first + k], tree_.order().size()), pictures[k].plane(0));
+    });
+    SYMRIG_TRY(std::vector<Radiance> answers, measure(pictures));
+    SYMRIG_CHECK(use(first, pictures, answers));
+  }
+  if (progress_) progress_({stage, taken_, expected});
+  return {};
+}
+
+Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns) {
+  return take_batches(
+      stage, patterns,
+      [](std::size_t, std::span<const Pattern>, std::vector<Radiance>&) -> Result<void> { return {}; });
+}
+
+Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
+                                     const UseOne& use) {
+  const auto develop = [&](std::size_t first, std::span<const Pattern> pictures,
+                           std::vector<Radiance>& answers) -> Result<void> {
+    std::atomic<bool> finite = true;
+    tbb::parallel_for(std::size_t{0}, answers.size(), [&](std::size_t k) {
+      TreePhotograph photograph;
+      if (!to_tree(tree_, pictures[k], answers[k], photograph)) finite = false;
+      if (finite) use(first + k, photograph);
+    });
+    return finite ? Result<void>() : not_finite();
+  };
+  return take_batches(stage, patterns, develop);
+}
+
+Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use) const {
+  constexpr std::int64_t kAtOnce = 32;  // two batches of the kernels that subtract what is known
+  for (std::int64_t begin = first; begin < first + count; begin += kAtOnce) {
+    std::vector<TreePhotograph> photographs(
+        static_cast<std::size_t>(std::min(kAtOnce, first + count - begin)));
+    std::vector<Result<void>> outcome(photographs.size());
+    tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+      outcome[k] = [&]() -> Result<void> {
+        SYMRIG_TRY(const Pattern pattern, log_->pattern(begin + static_cast<std::int64_t>(k)));
+        SYMRIG_TRY(const Radiance photograph, log_->photograph(begin + static_cast<std::int64_t>(k)));
+        return to_tree(tree_, pattern, photograph, photographs[k]) ? Result<void>() : not_finite();
+      }();
+    });
+    for (const Result<void>& one : outcome) SYMRIG_CHECK(one);
+    use(begin, photographs);
+  }
   return {};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/tensor/block_tree.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
@@ -31,29 +32,41 @@ struct LitRange {
 };
 using LitBlocks = std::vector<LitRange>;
 
-/// Shows patterns made of blocks and hands each photograph on in tree order. Batches them, so that neither a
-/// rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them; tells
-/// progress.
+/// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
+/// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
+/// tells progress.
 class Photographer {
  public:
-  /// Called once a pattern, from several threads at once; index counts from 0 in each take().
-  using Take = std::function<void(std::size_t index, TreePhotograph& photograph)>;
+  /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
+  Photographer(Probe& probe, const PhotographLog* log, const BlockTree& tree, Progress progress)
+      : probe_(probe), log_(log), tree_(tree), channels_(probe.channels()), progress_(std::move(progress)) {}
 
-  Photographer(Probe& probe, const BlockTree& tree, Progress progress)
-      : probe_(probe), tree_(tree), channels_(probe.channels()), progress_(std::move(progress)) {}
+  /// Takes photographs that are in the log from then on, the first under number taken().
+  /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
+  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
 
-  /// fails: what the probe fails with, interrupted, bad_value (a photograph that is not finite where it is
-  /// said to be valid).
-  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Take& use);
+  /// Reads photographs [first, first + count) again, some at a time: use(number of the first, photographs).
+  /// fails: as PhotographLog, bad_value (a photograph is not finite where it is said to be valid).
+  using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
+  Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
+
+  /// Takes photographs that nobody needs twice: use() is called once a pattern, from several threads at once.
+  using UseOne = std::function<void(std::size_t index, TreePhotograph& photograph)>;
+  Result<void> take_each(std::string_view stage, std::span<const LitBlocks> patterns, const UseOne& use);
 
   std::int64_t taken() const { return taken_; }
   double measure_seconds() const { return measure_seconds_; }
+  double rig_seconds() const { return probe_.cost().rig_seconds; }
 
  private:
+  using Answer = std::function<Result<void>(std::size_t first, std::span<const Pattern> pictures,
+                                            std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
-  Result<void> take_batch(std::span<const LitBlocks> patterns, std::size_t first, const Take& use);
+  Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use);
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> pictures);
 
   Probe& probe_;
+  const PhotographLog* log_;
   const BlockTree& tree_;
   int channels_;
   Progress progress_;

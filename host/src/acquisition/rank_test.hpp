@@ -8,16 +8,32 @@
 
 namespace symrig::acquisition {
 
-/// What a node's child photographs say about its rank-1 estimate, summed over the channels. Every quantity of
-/// one channel is divided by the square of that channel's F, the RMS of the flood-lit photograph: a colour
-/// cast does not move a threshold.
-struct RankEvidence {
-  double misfit = 0;  ///< E = Σ (measured − c r'1/s)² over all child photographs of both sides
+/// Photographs compared with an estimate: sums over samples and channels, each channel divided by the square
+/// of its F, the RMS of the flood-lit photograph, so that a colour cast does not move a threshold.
+struct Comparison {
+  double misfit = 0;  ///< E = Σ (measured − estimate)²
   double signal = 0;  ///< S = Σ measured²
   double noise = 0;   ///< V = Σ variance of (measured − estimate): the photographs' and the estimate's own
-  double samples = 0;                 ///< n: valid samples compared
-  std::array<double, 4> row_child{};  ///< signal energy of each child of the row block, noise removed
-  std::array<double, 4> col_child{};  ///< signal energy of each child of the column block, noise removed
+  double samples = 0;  ///< n: valid samples compared
+
+  Comparison& operator+=(const Comparison& other);
+  /// Signal without what its noise adds.
+  double energy() const { return signal > noise ? signal - noise : 0; }
+};
+
+/// [a][b]: child a of the row block and child b of the column block.
+using PairTable = std::array<std::array<Comparison, 4>, 4>;
+
+/// What a node's child photographs say about its rank-1 estimate c r'/s.
+struct RankEvidence {
+  PairTable on_row{};  ///< child b of the column block lit, seen on child a of the row block
+  PairTable
+      on_col{};  ///< child a of the row block lit, seen on child b of the column block; none on the diagonal
+  bool diagonal = false;
+
+  Comparison total() const;
+  /// Child pair (a, b) seen from both sides.
+  Comparison pair(int a, int b) const;
 };
 
 /// Signal of a node before it is tested, in the same units.
@@ -33,7 +49,7 @@ double noise_allowance(double noise, double samples, double sigmas);
 
 /// E ≤ τ_R² S + n τ_A² + V (1 + k √(2/n)): the rank-1 test [Garg06 §5.2] with a relative, an absolute and a
 /// noise term.
-bool fits_rank1(const RankEvidence& evidence, const RankRule& rule);
+bool fits_rank1(const Comparison& evidence, const RankRule& rule);
 
 /// One child pair carries more than g of the energy on both sides. Then the other children are dark, the
 /// estimate equals the one bright photograph by construction, and the misfit is near zero whatever the rank:

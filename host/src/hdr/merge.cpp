@@ -23,8 +23,9 @@
 namespace symrig {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1}
-                               << 14;  // pixels of one task; also the length of the all-zero black
+constexpr std::size_t kGrain = std::size_t{1} << 14;  // pixels of one task; also the length of Nothing
+/// Results [bytes] from which on they go past the cache: they would not stay in it until they are read.
+constexpr std::size_t kStreamed = std::size_t{8} << 20;
 
 Error bad_argument(std::string what, std::string hint = {}) {
   return {ErrorCode::bad_argument, std::move(what), std::move(hint)};
@@ -84,48 +85,51 @@ hdr::BracketConstants constants(std::span<const Frame> frames, const NoiseModel&
   bracket.saturation = static_cast<float>(noise.saturation_code());
   bracket.electrons_per_code = static_cast<float>(1 / noise.gain());
   bracket.scale = static_cast<float>(scale / seconds(longest));
-  bracket.lowest_rate = static_cast<float>(-noise.floor_variance() / 2);
+  bracket.lowest_rate = static_cast<float>(-noise.gain() * noise.floor_variance() / 2);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const double t = seconds(frames[k].exposure) / seconds(longest);
     bracket.time[k] = static_cast<float>(t);
-    bracket.floor[k] = static_cast<float>(noise.floor_variance() / t);
-    bracket.per_code[k] = static_cast<float>(1 / (noise.gain() * t));
+    bracket.floor[k] = static_cast<float>(noise.gain() * noise.floor_variance() / t);
   }
   return bracket;
 }
 
-/// What is subtracted when there is no black photograph.
-struct NoBlack {
+/// What is subtracted when there is no black photograph, and what is dead where nothing is.
+struct Nothing {
   std::vector<float> zero = std::vector<float>(kGrain, 0.0F);
   std::vector<std::uint8_t> valid = std::vector<std::uint8_t>(kGrain, 1);
+  std::vector<std::uint8_t> dead = std::vector<std::uint8_t>(kGrain, 0);
 };
 
-hdr::MergeRange slice(std::span<const Frame> frames, const Radiance* black, Radiance& out, std::size_t begin,
-                      std::size_t end) {
-  static const NoBlack no_black;
-  hdr::MergeRange range;
-  for (std::size_t k = 0; k < frames.size(); ++k) range.raw[k] = frames[k].raw.data() + begin;
-  range.black = black ? black->mean.values().data() + begin : no_black.zero.data();
-  range.black_variance = black ? black->variance.values().data() + begin : no_black.zero.data();
-  range.black_valid = black ? black->valid.values().data() + begin : no_black.valid.data();
-  range.mean = out.mean.values().data() + begin;
-  range.variance = out.variance.values().data() + begin;
-  range.valid = out.valid.values().data() + begin;
-  range.count = end - begin;
-  return range;
+/// Pixels [begin, begin + count) of one channel: what one task merges.
+struct Piece {
+  int channel;
+  std::size_t begin, count;
+};
+
+const std::uint8_t* dead_flags(const Image<std::uint8_t>* dead, const Piece& piece,
+                               const std::uint8_t* none) {
+  if (dead == nullptr) return none;
+  return dead->plane(dead->channels() == 1 ? 0 : piece.channel).data() + piece.begin;
 }
 
-void drop_dead(const Image<std::uint8_t>& dead, Radiance& out) {
-  for (int c = 0; c < out.mean.channels(); ++c) {
-    const auto mask = dead.plane(dead.channels() == 1 ? 0 : c);
-    const auto mean = out.mean.plane(c), variance = out.variance.plane(c);
-    const auto valid = out.valid.plane(c);
-    for (std::size_t i = 0; i < mask.size(); ++i) {
-      mean[i] = mask[i] ? 0 : mean[i];
-      variance[i] = mask[i] ? 0 : variance[i];
-      valid[i] = mask[i] ? 0 : valid[i];
-    }
-  }
+hdr::MergeRange range_of(std::span<const Frame> frames, const MergeOptions& options, const Piece& piece,
+                         Radiance& out) {
+  static const Nothing nothing;
+  const auto pixels = static_cast<std::size_t>(out.mean.grid().size());
+  const std::size_t at = static_cast<std::size_t>(piece.channel) * pixels + piece.begin;
+  const Radiance* black = options.black;
+  hdr::MergeRange range;
+  for (std::size_t k = 0; k < frames.size(); ++k) range.raw[k] = frames[k].raw.data() + at;
+  range.black = black ? black->mean.values().data() + at : nothing.zero.data();
+  range.black_variance = black ? black->variance.values().data() + at : nothing.zero.data();
+  range.black_valid = black ? black->valid.values().data() + at : nothing.valid.data();
+  range.dead = dead_flags(options.dead, piece, nothing.dead.data());
+  range.mean = out.mean.values().data() + at;
+  range.variance = out.variance.values().data() + at;
+  range.valid = out.valid.values().data() + at;
+  range.count = piece.count;
+  return range;
 }
 
 bool shaped(const Radiance& radiance, Grid grid, int channels) {
@@ -141,17 +145,17 @@ Result<void> merge_into(std::span<const Frame> frames, Grid grid, int channels, 
   if (!shaped(out, grid, channels))
     out = {Image<float>(grid, channels), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels)};
   const auto bracket = constants(frames, noise, options.scale);
-  const std::size_t values = out.mean.values().size();
-  const std::size_t tasks = (values + kGrain - 1) / kGrain;
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pieces = (pixels + kGrain - 1) / kGrain;  // of one channel
+  const std::size_t bytes = out.mean.values().size() * (2 * sizeof(float) + 1);
+  const auto stores = bytes >= kStreamed ? hdr::Stores::streamed : hdr::Stores::cached;
   std::atomic<bool> finite = true;
-  tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
-    const std::size_t begin = task * kGrain;
-    if (!hdr::merge_range(bracket,
-                          slice(frames, options.black, out, begin, std::min(begin + kGrain, values))))
-      finite = false;
+  tbb::parallel_for(std::size_t{0}, pieces * static_cast<std::size_t>(channels), [&](std::size_t task) {
+    const std::size_t begin = task % pieces * kGrain;
+    const Piece piece{static_cast<int>(task / pieces), begin, std::min(kGrain, pixels - begin)};
+    if (!hdr::merge_range(bracket, range_of(frames, options, piece, out), stores)) finite = false;
   });
   if (!finite) return Error{ErrorCode::bad_value, "black photograph holds NaN or infinity"};
-  if (options.dead) drop_dead(*options.dead, out);
   return {};
 }
 

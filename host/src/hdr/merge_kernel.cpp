@@ -8,6 +8,7 @@
 
 #include <algorithm>
 
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>  // must stand before highway.h
 #include <hwy/highway.h>
 
@@ -42,118 +43,188 @@ HWY_INLINE void load(const BracketConstants& bracket, const MergeRange& range, s
   }
 }
 
-/// Electrons per T that all usable samples agree on: Σ d_k / (gain Σ t_k). Signed: cutting noise off at 0
-/// would overstate the variance of dark pixels. The lower limit keeps every weight positive.
+/// What all usable samples say together: Σ d_k and Σ t_k, whose ratio is the rate that every weight is taken
+/// at. Signed: cutting noise off at 0 would overstate the variance of dark pixels. The lower limit keeps
+/// every weight positive.
+struct Shared {
+  V value;
+  V time;
+};
+
 template <std::size_t K>
-HWY_INLINE V shared_estimate(const BracketConstants& bracket, const Samples<K>& samples) {
+HWY_INLINE Shared shared_estimate(const BracketConstants& bracket, const Samples<K>& samples) {
   V value = samples.value[0];
   V time = samples.time[0];
   for (std::size_t k = 1; k < K; ++k) {
     value = hn::Add(value, samples.value[k]);
     time = hn::Add(time, samples.time[k]);
   }
-  const V tiny = hn::Set(kFloat, 1e-30F);  // no usable sample: 0 / tiny, and every weight is 0
-  const V rate = hn::Div(hn::Mul(value, hn::Set(kFloat, bracket.electrons_per_code)), hn::Max(time, tiny));
-  return hn::Max(rate, hn::Set(kFloat, bracket.lowest_rate));
+  time = hn::Max(time, hn::Set(kFloat, 1e-30F));  // no usable sample: divisors stay above 0
+  return {hn::Max(value, hn::Mul(time, hn::Set(kFloat, bracket.lowest_rate))), time};
 }
 
-/// Not 0 in the lanes where a value is NaN or infinity: its exponent bits are all set.
-HWY_INLINE hn::Vec<decltype(kInt)> not_finite(V value) {
-  const auto exponent = hn::Set(kInt, 0x7F800000);
-  return hn::VecFromMask(kInt, hn::Eq(hn::And(hn::BitCast(kInt, value), exponent), exponent));
-}
-
-/// Lanes() pixels at `at`. Not 0 in the lanes whose black is not finite.
+/// mean = e Σ d_k r_k / Σ t_k r_k and variance = e / (τ Σ t_k r_k) in units of scale, e = 1 / gain.
+/// This is Σ w_k x_k / Σ w_k and 1 / Σ w_k with x_k = e d_k / t_k and w_k = t_k / (e D / τ + floor / t_k), D
+/// = Σ d_k and τ = Σ t_k: what all weights have in common is taken out, so that K + 1 divisions do
+/// (r_k = 1 / (D + gain floor τ / t_k)). d_k = t_k = 0 keep a saturated sample out.
 template <std::size_t K>
-HWY_INLINE hn::Vec<decltype(kInt)> merge_lanes(const BracketConstants& bracket, const MergeRange& range,
-                                               std::size_t at) {
-  Samples<K> samples;
-  load(bracket, range, at, samples);
-  const V rate = shared_estimate(bracket, samples);
+HWY_INLINE void weigh(const BracketConstants& bracket, const Samples<K>& samples, V& mean, V& variance,
+                      hn::Mask<D>& any) {
+  const Shared shared = shared_estimate(bracket, samples);
   V sum = hn::Zero(kFloat);
   V weights = hn::Zero(kFloat);
   for (std::size_t k = 0; k < K; ++k) {
-    // w_k = t_k² / (rate t_k + floor) = t_k / (rate + floor / t_k); t_k = 0 makes the weight of a saturated
-    // sample 0.
-    const V weight = hn::Div(samples.time[k], hn::Add(rate, hn::Set(kFloat, bracket.floor[k])));
-    sum = hn::Add(sum, hn::Mul(weight, hn::Mul(samples.value[k], hn::Set(kFloat, bracket.per_code[k]))));
-    weights = hn::Add(weights, weight);
+    const V floor = hn::Mul(shared.time, hn::Set(kFloat, bracket.floor[k]));
+    const V reciprocal = hn::Div(hn::Set(kFloat, 1), hn::Add(shared.value, floor));
+    sum = hn::Add(sum, hn::Mul(samples.value[k], reciprocal));
+    weights = hn::Add(weights, hn::Mul(samples.time[k], reciprocal));
   }
-  const V zero = hn::Zero(kFloat);
-  const auto black_valid =
-      hn::Ne(hn::ConvertTo(kFloat, hn::PromoteTo(kInt, hn::LoadU(kFlag, range.black_valid + at))), zero);
-  const auto valid = hn::And(hn::Gt(weights, zero), black_valid);
-  const V scale = hn::Set(kFloat, bracket.scale);
-  const V per_weight = hn::Div(scale, weights);
-  const V black = hn::LoadU(kFloat, range.black + at);
-  const V black_variance = hn::LoadU(kFloat, range.black_variance + at);
-  const V mean = hn::Sub(hn::Mul(sum, per_weight), black);
-  const V variance = hn::Add(hn::Mul(scale, per_weight), black_variance);
-  hn::StoreU(hn::IfThenElseZero(valid, mean), kFloat, range.mean + at);
-  hn::StoreU(hn::IfThenElseZero(valid, variance), kFloat, range.variance + at);
-  const auto flag = hn::ConvertTo(kInt, hn::IfThenElseZero(valid, hn::Set(kFloat, 1)));
-  hn::StoreU(hn::DemoteTo(kFlag, flag), kFlag, range.valid + at);
-  return hn::Or(not_finite(black), not_finite(black_variance));
+  any = hn::Gt(weights, hn::Zero(kFloat));
+  const V each = hn::Div(hn::Set(kFloat, bracket.scale), hn::Mul(shared.time, weights));
+  const V unit = hn::Mul(each, hn::Set(kFloat, bracket.electrons_per_code));
+  mean = hn::Mul(hn::Mul(shared.time, sum), unit);
+  variance = hn::Mul(hn::Set(kFloat, bracket.scale), unit);
 }
 
-/// The last count < Lanes() pixels run through the same vector code, on padded copies: same arithmetic, same
+/// |value| as an integer: NaN and infinity have all exponent bits set, and so lie at kNotFinite or above.
+using Bits = hn::Vec<decltype(kInt)>;
+constexpr std::int32_t kNotFinite = 0x7F800000;
+HWY_INLINE Bits magnitude(V value) {
+  return hn::And(hn::BitCast(kInt, value), hn::Set(kInt, 0x7FFFFFFF));
+}
+HWY_INLINE bool all_finite(Bits largest) {
+  return hn::AllTrue(kInt, hn::Lt(largest, hn::Set(kInt, kNotFinite)));
+}
+
+HWY_INLINE hn::Mask<D> flagged(const std::uint8_t* flags) {
+  const auto wide = hn::PromoteTo(kInt, hn::LoadU(kFlag, flags));
+  return hn::RebindMask(kFloat, hn::Ne(wide, hn::Zero(kInt)));
+}
+
+template <Stores S>
+HWY_INLINE void store(V value, float* to) {
+  if constexpr (S == Stores::streamed)
+    hn::Stream(value, kFloat, to);
+  else
+    hn::StoreU(value, kFloat, to);
+}
+
+/// Eleven streams are more than the hardware's prefetchers follow, and at each page of memory they start
+/// anew. Past the end of a range this asks for lines that nobody needs, which does no harm.
+template <std::size_t K>
+HWY_INLINE void fetch_ahead(const MergeRange& range, std::size_t at) {
+  constexpr std::size_t kAhead = 512;  // pixels: the time that main memory takes to answer
+  for (std::size_t k = 0; k < K; ++k) hwy::Prefetch(range.raw[k] + at + kAhead);
+  hwy::Prefetch(range.black + at + kAhead);
+  hwy::Prefetch(range.black_variance + at + kAhead);
+  hwy::Prefetch(range.black_valid + at + kAhead);
+  hwy::Prefetch(range.dead + at + kAhead);
+  hwy::Prefetch(range.valid + at + kAhead);
+}
+
+/// Lanes() pixels at `at`. largest: raised to the magnitude of their black and its variance.
+template <std::size_t K, Stores S>
+HWY_INLINE void merge_lanes(const BracketConstants& bracket, const MergeRange& range, std::size_t at,
+                            Bits& largest) {
+  Samples<K> samples;
+  load(bracket, range, at, samples);
+  V mean, variance;
+  hn::Mask<D> any;
+  weigh(bracket, samples, mean, variance, any);
+  const auto known = hn::AndNot(flagged(range.dead + at), flagged(range.black_valid + at));
+  const auto valid = hn::And(any, known);
+  const V black = hn::LoadU(kFloat, range.black + at);
+  const V black_variance = hn::LoadU(kFloat, range.black_variance + at);
+  store<S>(hn::IfThenElseZero(valid, hn::Sub(mean, black)), range.mean + at);
+  store<S>(hn::IfThenElseZero(valid, hn::Add(variance, black_variance)), range.variance + at);
+  const auto flag = hn::IfThenElseZero(hn::RebindMask(kInt, valid), hn::Set(kInt, 1));
+  hn::StoreU(hn::DemoteTo(kFlag, flag), kFlag, range.valid + at);
+  largest = hn::Max(largest, hn::Max(magnitude(black), magnitude(black_variance)));
+}
+
+/// `count` < Lanes() pixels at `at` run through the same vector code, on padded copies: same arithmetic, same
 /// bits.
 template <std::size_t K>
-bool merge_tail(const BracketConstants& bracket, const MergeRange& range, std::size_t at) {
+bool merge_few(const BracketConstants& bracket, const MergeRange& range, std::size_t at, std::size_t count) {
   constexpr std::size_t kLanes = hn::MaxLanes(D());
-  const std::size_t count = range.count - at;
   HWY_ALIGN std::uint16_t raw[K][kLanes] = {};
   HWY_ALIGN float black[kLanes] = {}, black_variance[kLanes] = {}, mean[kLanes], variance[kLanes];
-  HWY_ALIGN std::uint8_t black_valid[kLanes] = {}, valid[kLanes];
-  MergeRange tail;
+  HWY_ALIGN std::uint8_t black_valid[kLanes] = {}, dead[kLanes] = {}, valid[kLanes];
+  MergeRange few;
   for (std::size_t k = 0; k < K; ++k) {
     std::copy_n(range.raw[k] + at, count, raw[k]);
-    tail.raw[k] = raw[k];
+    few.raw[k] = raw[k];
   }
   std::copy_n(range.black + at, count, black);
   std::copy_n(range.black_variance + at, count, black_variance);
   std::copy_n(range.black_valid + at, count, black_valid);
-  tail.black = black;
-  tail.black_variance = black_variance;
-  tail.black_valid = black_valid;
-  tail.mean = mean;
-  tail.variance = variance;
-  tail.valid = valid;
-  const auto bad = merge_lanes<K>(bracket, tail, 0);
+  std::copy_n(range.dead + at, count, dead);
+  few.black = black;
+  few.black_variance = black_variance;
+  few.black_valid = black_valid;
+  few.dead = dead;
+  few.mean = mean;
+  few.variance = variance;
+  few.valid = valid;
+  Bits largest = hn::Zero(kInt);
+  merge_lanes<K, Stores::cached>(bracket, few, 0, largest);
   std::copy_n(mean, count, range.mean + at);
   std::copy_n(variance, count, range.variance + at);
   std::copy_n(valid, count, range.valid + at);
-  return hn::AllTrue(kInt, hn::Eq(bad, hn::Zero(kInt)));
+  return all_finite(largest);
 }
 
-template <std::size_t K>
+/// Pixels before the first whole vector that starts on a vector boundary in memory.
+std::size_t pixels_to_boundary(const float* to) {
+  const std::size_t bytes = hn::Lanes(kFloat) * sizeof(float);
+  return (bytes - reinterpret_cast<std::uintptr_t>(to) % bytes) % bytes / sizeof(float);
+}
+
+/// Streamed stores need both outputs on a vector boundary; the pixels before it go through merge_few.
+template <std::size_t K, Stores S>
 bool merge_frames(const BracketConstants& bracket, const MergeRange& range) {
   const std::size_t lanes = hn::Lanes(kFloat);
   std::size_t at = 0;
-  auto bad = hn::Zero(kInt);
-  for (; at + lanes <= range.count; at += lanes) bad = hn::Or(bad, merge_lanes<K>(bracket, range, at));
-  const bool finite = hn::AllTrue(kInt, hn::Eq(bad, hn::Zero(kInt)));
-  return at < range.count ? merge_tail<K>(bracket, range, at) && finite : finite;
+  bool finite = true;
+  if constexpr (S == Stores::streamed) {
+    at = std::min(pixels_to_boundary(range.mean), range.count);
+    if (at > 0) finite = merge_few<K>(bracket, range, 0, at);
+  }
+  Bits largest = hn::Zero(kInt);
+  for (; at + lanes <= range.count; at += lanes) {
+    fetch_ahead<K>(range, at);
+    merge_lanes<K, S>(bracket, range, at, largest);
+  }
+  if constexpr (S == Stores::streamed) hwy::FlushStream();
+  if (at < range.count) finite = merge_few<K>(bracket, range, at, range.count - at) && finite;
+  return finite && all_finite(largest);
 }
 
-bool merge_range(const BracketConstants& bracket, const MergeRange& range) {
+template <std::size_t K>
+bool merge_bracket(const BracketConstants& bracket, const MergeRange& range, Stores stores) {
+  const bool alike = pixels_to_boundary(range.mean) == pixels_to_boundary(range.variance);
+  return stores == Stores::streamed && alike ? merge_frames<K, Stores::streamed>(bracket, range)
+                                             : merge_frames<K, Stores::cached>(bracket, range);
+}
+
+bool merge_range(const BracketConstants& bracket, const MergeRange& range, Stores stores) {
   switch (bracket.frames) {  // a constant number of frames keeps every sample in a register
     case 1:
-      return merge_frames<1>(bracket, range);
+      return merge_bracket<1>(bracket, range, stores);
     case 2:
-      return merge_frames<2>(bracket, range);
+      return merge_bracket<2>(bracket, range, stores);
     case 3:
-      return merge_frames<3>(bracket, range);
+      return merge_bracket<3>(bracket, range, stores);
     case 4:
-      return merge_frames<4>(bracket, range);
+      return merge_bracket<4>(bracket, range, stores);
     case 5:
-      return merge_frames<5>(bracket, range);
+      return merge_bracket<5>(bracket, range, stores);
     case 6:
-      return merge_frames<6>(bracket, range);
+      return merge_bracket<6>(bracket, range, stores);
     case 7:
-      return merge_frames<7>(bracket, range);
+      return merge_bracket<7>(bracket, range, stores);
     default:
-      return merge_frames<8>(bracket, range);
+      return merge_bracket<8>(bracket, range, stores);
   }
 }
 
@@ -163,8 +234,8 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace symrig::hdr {
 HWY_EXPORT(merge_range);
-bool merge_range(const BracketConstants& bracket, const MergeRange& range) noexcept {
-  return HWY_DYNAMIC_DISPATCH(merge_range)(bracket, range);
+bool merge_range(const BracketConstants& bracket, const MergeRange& range, Stores stores) noexcept {
+  return HWY_DYNAMIC_DISPATCH(merge_range)(bracket, range, stores);
 }
 }  // namespace symrig::hdr
 #endif

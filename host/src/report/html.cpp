@@ -47,7 +47,7 @@ th, td { text-align: right; padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1p
 th:first-child, td:first-child { text-align: left; }
 table.facts td, table.facts th { text-align: left; font-weight: normal; }
 table.facts th { color: var(--soft); padding-right: 1.2rem; overflow-wrap: normal; }
-.wide { overflow-x: auto; }
+.wide { overflow-x: auto; } .wide table { overflow-wrap: normal; } .wide td:first-child { white-space: nowrap; }
 svg { display: block; width: 100%; height: auto; max-width: 36rem; margin: 0.6rem 0; print-color-adjust: exact;
   -webkit-print-color-adjust: exact; }
 svg text { fill: var(--ink); font: 12px system-ui, "DejaVu Sans", sans-serif; }

@@ -79,6 +79,15 @@ std::string pattern_bars(const CaptureFacts& facts) {
                    {"brute force", *brute, with_time(*brute), false}});
 }
 
+/// The capture's own estimate of its error after each level; empty if it made none.
+std::vector<std::string> error_row(const CaptureFacts& facts, std::size_t levels) {
+  const std::vector<double> errors = facts.numbers("/error_per_level");
+  if (errors.empty()) return {};
+  std::vector<std::string> row{"estimated error after it"};
+  for (std::size_t k = 0; k < levels; ++k) row.push_back(k < errors.size() ? percent(errors[k]) : "");
+  return row;
+}
+
 std::string per_level_table(const CaptureFacts& facts) {
   const std::vector<double> levels = facts.numbers("/patterns_per_level");
   if (levels.empty()) return {};
@@ -88,7 +97,9 @@ std::string per_level_table(const CaptureFacts& facts) {
     head.push_back(std::to_string(k));
     row.push_back(grouped(levels[k]));
   }
-  return number_table(head, {row});
+  std::vector<std::vector<std::string>> rows{row};
+  if (const auto errors = error_row(facts, levels.size()); !errors.empty()) rows.push_back(errors);
+  return number_table(head, rows);
 }
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
@@ -99,6 +110,8 @@ void add_seconds(Rows& rows, const CaptureFacts& facts, const char* path, const 
 
 std::string time_table(const CaptureFacts& facts) {
   Rows rows;
+  if (const auto end = facts.text("/stopped_by"); end && *end != "done")
+    rows.emplace_back("Stopped early by the budget", escape(*end));
   add_seconds(rows, facts, "/rig_seconds", "On the rig's clock (simulated capture time)");
   add_seconds(rows, facts, "/seconds/total", "On this computer, all together");
   add_seconds(rows, facts, "/seconds/measure",
@@ -128,35 +141,6 @@ std::string headline(const Context& context) {
              tile(percent(context.errors->indirect), "error of the indirect light alone");
   return fmt::format("<h1>{}</h1>\n", escape(context.options.title)) + what_it_is(context) +
          "<div class=\"tiles\">" + tiles + "</div>\n";
-}
-
-std::string errors_section(const Context& context) {
-  if (!context.errors) {
-    const std::string why = escape(context.options.no_truth);
-    return context.scene.held_out.empty()
-               ? section("errors", "Errors",
-                         paragraph(fmt::format("The true transport of this scene is not known. {}", why)))
-               : std::string();
-  }
-  const TransportErrors& e = *context.errors;
-  const auto row = [](const char* name, double error, const char* meaning) {
-    return std::pair<std::string, std::string>(name, fmt::format("<b>{}</b> {}", percent(error), meaning));
-  };
-  const Rows rows{
-      row("frobenius", e.frobenius, "of T as a whole; the bright direct light dominates it"),
-      row("indirect", e.indirect,
-          "of the transport between lit cells and other cells: no direct light in it"),
-      row("flood", e.flood, "under all-positive light: shows a bias that random tests average away"),
-      row("relight, bar", e.relight_bar, "a vertical bar, an eighth of the width"),
-      row("relight, random", e.relight_random, "a random black-and-white pattern"),
-      row("relight, natural", e.relight_natural, "a smooth textured picture"),
-      row("bar, indirect", e.bar_indirect, "the bar, seen only outside it"),
-  };
-  return section("errors", "Errors",
-                 paragraph("Each is ‖estimate − truth‖ / ‖truth‖ against the exact transport of the "
-                           "simulated scene, noise-free. "
-                           "Several, because each hides something.") +
-                     facts_table(rows));
 }
 
 std::string cost_section(const Context& context) {

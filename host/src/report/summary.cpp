@@ -5,6 +5,8 @@
 #include "report/json_text.hpp"
 #include "symrig/report/node_counts.hpp"
 
+#include <algorithm>
+
 namespace symrig {
 namespace {
 
@@ -19,6 +21,16 @@ Json rule_json(const RankRule& rule) {
           {"empty_fraction", rule.empty_fraction},
           {"noise_sigmas", rule.noise_sigmas},
           {"concentration", rule.concentration}};
+}
+
+Json errors_json(const TransportErrors& errors) {
+  return {
+      {"frobenius", errors.frobenius},
+      {"indirect", errors.indirect},
+      {"flood", errors.flood},
+      {"relight",
+       {{"bar", errors.relight_bar}, {"random", errors.relight_random}, {"natural", errors.relight_natural}}},
+      {"bar_indirect", errors.bar_indirect}};
 }
 
 /// Largest rank and how many leaves have each rank.
@@ -47,6 +59,10 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   if (summary.algorithm == Algorithm::dual) json["dual_threshold"] = summary.dual_threshold;
   json["patterns"] = result.patterns;
   json["frames"] = summary.cost.frames;
+  json["replayed"] = summary.replayed;
+  json["stopped_by"] = result.stopped_by;
+  json["estimated_error"] = result.estimated ? errors_json(*result.estimated) : Json(nullptr);
+  json["error_per_level"] = result.error_per_level;
   json["patterns_brute_force"] = tensor.projector_grid().size();
   json["patterns_per_level"] = result.patterns_per_level;
   json["leaves_per_level"] = leaves_json(tensor);
@@ -64,21 +80,27 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   return json_text(json);
 }
 
+std::string settings_text(const CaptureOptions& options) {
+  Json json{{"algorithm", name(options.algorithm)}, {"rule", rule_json(options.rule)}};
+  if (options.algorithm == Algorithm::dual)
+    json.update({{"dual_threshold", options.dual_threshold}, {"dual_subtracts", options.dual_subtracts}});
+  const Json flat = json.flatten();
+  std::string text;
+  for (const auto& [path, value] : flat.items()) {
+    std::string key = path.substr(1);
+    std::replace(key.begin(), key.end(), '/', '.');
+    text += key + " " + (value.is_string() ? value.get<std::string>() : value.dump()) + "\n";
+  }
+  return text;
+}
+
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out) {
   Json json;
   json["command"] = "evaluate";
   json["scene"] = scene;
   json["rig"] = rig.empty() ? Json(nullptr) : Json(rig);
-  if (errors != nullptr)
-    json["error"] = {{"frobenius", errors->frobenius},
-                     {"indirect", errors->indirect},
-                     {"flood", errors->flood},
-                     {"relight",
-                      {{"bar", errors->relight_bar},
-                       {"random", errors->relight_random},
-                       {"natural", errors->relight_natural}}},
-                     {"bar_indirect", errors->bar_indirect}};
+  if (errors != nullptr) json["error"] = errors_json(*errors);
   json["held_out"] = report::held_out_json(held_out);
   return json_text(json);
 }

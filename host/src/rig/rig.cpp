@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig.hpp"
 
+#include "rig/lamp.hpp"
 #include "rig/metering.hpp"
 #include "symrig/device/frame_ledger.hpp"
 #include "symrig/hdr/merge.hpp"
@@ -37,9 +38,10 @@ Nanoseconds total(std::span<const Nanoseconds> times) {
 }
 
 /// A photograph from a camera without noise: what it saw, with nothing to doubt.
-Radiance exact_radiance(const Image<float>& seen, const Image<std::uint8_t>* dead) {
+Radiance exact_radiance(const Image<float>& seen, double lamp, const Image<std::uint8_t>* dead) {
   Radiance radiance{seen, Image<float>(seen.grid(), seen.channels()),
                     Image<std::uint8_t>(seen.grid(), seen.channels(), 1)};
+  for (float& value : radiance.mean.values()) value *= static_cast<float>(1 / lamp);
   if (dead == nullptr) return radiance;
   for (int c = 0; c < seen.channels(); ++c) {
     for (std::size_t i = 0; i < dead->values().size(); ++i) {
@@ -77,6 +79,8 @@ Rig::Rig(device::Board board, std::unique_ptr<Projector> projector, std::unique_
       camera_(std::move(camera)),
       options_(std::move(options)) {}
 
+Rig::~Rig() = default;
+
 Result<std::unique_ptr<Rig>> Rig::open(device::Board board, std::unique_ptr<Projector> projector,
                                        std::unique_ptr<Camera> camera, RigOptions options) {
   if (projector->grid() != camera->grid())
@@ -84,12 +88,19 @@ Result<std::unique_ptr<Rig>> Rig::open(device::Board board, std::unique_ptr<Proj
                  fmt::format("the projector is {}, the camera {}", to_string(projector->grid()),
                              to_string(camera->grid())),
                  "a coaxial rig needs one grid: calibrate first"};
+  if (!options.views.fits(camera->grid()))
+    return Error{
+        ErrorCode::bad_argument,
+        fmt::format("views {} do not tile a grid of {}", to_string(options.views), to_string(camera->grid())),
+        "give the rows x columns of views that the picture shows"};
   std::unique_ptr<Rig> rig(
       new Rig(std::move(board), std::move(projector), std::move(camera), std::move(options)));
   SYMRIG_CHECK(rig->configure());
   SYMRIG_CHECK(rig->meter());
   SYMRIG_CHECK(rig->photograph_black());
-  rig->cost_.photographs = 0;
+  rig->shown_ = 0;
+  const RigOptions& set = rig->options_;
+  if (set.reference_every > 0) rig->lamp_ = std::make_unique<LampLog>(set.reference_every, set.lamp_drift);
   return rig;
 }
 
@@ -129,7 +140,7 @@ Result<void> Rig::photograph_black() {
   if (options_.black_photographs <= 0) return {};
   const std::vector<Pattern> dark(static_cast<std::size_t>(options_.black_photographs),
                                   Pattern(projector_->grid()));
-  SYMRIG_TRY(const auto photographs, photograph(dark));
+  SYMRIG_TRY(const auto photographs, photograph(dark, nullptr));
   SYMRIG_TRY(black_, average(photographs));
   return {};
 }
@@ -150,18 +161,48 @@ Result<std::vector<Radiance>> Rig::measure(std::span<const Pattern> patterns) {
   SYMRIG_CHECK(check(patterns));
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());
-  for (std::size_t first = 0; first < patterns.size(); first += options_.batch) {
-    const auto batch = patterns.subspan(first, std::min(options_.batch, patterns.size() - first));
-    SYMRIG_TRY(auto measured, photograph(batch));
+  while (photographs.size() < patterns.size()) {
+    std::size_t count = std::min(options_.batch, patterns.size() - photographs.size());
+    if (lamp_ && lamp_->until_due(shown_) == 0) SYMRIG_CHECK(refer());
+    if (lamp_) count = std::min(count, static_cast<std::size_t>(lamp_->until_due(shown_)));
+    SYMRIG_TRY(auto measured, photograph(patterns.subspan(photographs.size(), count), lamp_.get()));
     std::move(measured.begin(), measured.end(), std::back_inserter(photographs));
+    cost_.photographs += static_cast<std::int64_t>(count);
   }
   return photographs;
 }
 
-Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns) {
+/// One more reference, as it was seen.
+Result<void> Rig::refer() {
+  const Pattern flood(projector_->grid(), 1, 1.F);
+  const std::int64_t shown = shown_;
+  SYMRIG_TRY(const auto reference, photograph({&flood, 1}, nullptr));
+  if (lamp_->observe(shown, reference.front())) return {};
+  return Error{ErrorCode::device_lost,
+               "the lamp went out: the flood-lit scene is dark, and it was not at first",
+               "check the projector's lamp and shutter"};
+}
+
+Result<void> Rig::pass_over(std::int64_t photographs, const std::function<void(std::int64_t)>& passed) {
+  while (photographs > 0) {
+    if (lamp_ && lamp_->until_due(shown_) == 0) SYMRIG_CHECK(refer());
+    const std::int64_t count = lamp_ ? std::min(photographs, lamp_->until_due(shown_)) : photographs;
+    passed(count);
+    shown_ += count;
+    photographs -= count;
+  }
+  return {};
+}
+
+LampLevel Rig::lamp() const {
+  return lamp_ ? lamp_->level_at(shown_) : LampLevel{};
+}
+
+/// lamp: what the light is divided by; nullptr: nothing.
+Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns, const LampLog* lamp) {
   SYMRIG_TRY(const Shots shots, expose(patterns, exposures_));
-  SYMRIG_TRY(auto photographs, merge_all(shots));
-  cost_.photographs += static_cast<std::int64_t>(patterns.size());
+  SYMRIG_TRY(auto photographs, merge_all(shots, lamp));
+  shown_ += static_cast<std::int64_t>(patterns.size());
   return photographs;
 }
 
@@ -226,25 +267,28 @@ Result<std::vector<Nanoseconds>> Rig::measured_exposures(const device::Receipt& 
   return exposures;
 }
 
-Result<Radiance> Rig::merge_one(const Shots& shots, std::size_t photograph) const {
+Result<Radiance> Rig::merge_one(const Shots& shots, std::size_t photograph, double lamp) const {
   const std::size_t first = photograph * shots.per_photograph;
   if (shots.frames[first].ideal)
-    return exact_radiance(*shots.frames[first + shots.per_photograph - 1].ideal, camera_->dead());
+    return exact_radiance(*shots.frames[first + shots.per_photograph - 1].ideal, lamp, camera_->dead());
   std::vector<Frame> frames;
   for (std::size_t i = first; i < first + shots.per_photograph; ++i)
     frames.push_back({shots.frames[i].raw, shots.exposures[i]});
   MergeOptions options;
-  options.scale = options_.scale;
+  options.scale = options_.scale / lamp;  // before black is taken off, which was seen at the first level
   options.black = black_ ? &*black_ : nullptr;
   options.dead = camera_->dead();
   return merge(frames, grid(), channels(), camera_->noise(), options);
 }
 
-Result<std::vector<Radiance>> Rig::merge_all(const Shots& shots) {
+Result<std::vector<Radiance>> Rig::merge_all(const Shots& shots, const LampLog* lamp) {
   const Stopwatch watch;
   const std::size_t count = shots.frames.size() / shots.per_photograph;
   std::vector<std::optional<Result<Radiance>>> merged(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { merged[i] = merge_one(shots, i); });
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+    const std::int64_t shown = shown_ + static_cast<std::int64_t>(i);
+    merged[i] = merge_one(shots, i, lamp ? lamp->level_at(shown).value : 1);
+  });
   std::vector<Radiance> photographs;
   for (auto& one : merged) {
     if (!one->ok()) return one->error();

@@ -177,20 +177,23 @@ Optics mirror_patch(const Groove& groove) {
   return optics;
 }
 
-TiledViews tiled_views(Grid grid, int views) {
-  const Grid scene{(grid.rows + views - 1) / views, (grid.cols + views - 1) / views};
+TiledViews tiled_views(Grid grid, ViewLayout views) {
+  const Grid scene{(grid.rows + views.rows - 1) / views.rows, (grid.cols + views.cols - 1) / views.cols};
+  const auto share = static_cast<float>(1 / std::sqrt(static_cast<double>(views.count())));
   const Groove groove(scene);
   const double mean = 0.25 * scene.cols;  // depth that all views see in the same place
-  TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size()))};
+  TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size())), Image<float>(grid, 2)};
   for (int row = 0; row < grid.rows; ++row) {
-    const TilePosition v = tile_position(row, grid.rows, views, scene.rows);
+    const TilePosition v = tile_position(row, grid.rows, views.rows, scene.rows);
     for (int col = 0; col < grid.cols; ++col) {
-      const TilePosition u = tile_position(col, grid.cols, views, scene.cols);
+      const TilePosition u = tile_position(col, grid.cols, views.cols, scene.cols);
       const double x = seen_column(u.at, groove.crease, mean, kParallax * u.offset);
       const double y = v.at - kParallax * v.offset * (std::abs(x - groove.crease) - mean);
       if (y >= 0 && y <= scene.rows && x >= 0 && x <= scene.cols)
-        add_bilinear(tiled.optics, scene, y, x, 1 / static_cast<float>(views));
+        add_bilinear(tiled.optics, scene, y, x, share);
       tiled.optics.end_pixel();
+      tiled.surface.at(row, col, 0) = static_cast<float>(y);
+      tiled.surface.at(row, col, 1) = static_cast<float>(x);
     }
   }
   return tiled;

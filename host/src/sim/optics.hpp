@@ -3,6 +3,8 @@
 
 #include "sim/groove.hpp"
 #include "sim/transport.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -49,15 +51,18 @@ Optics mirror_patch(const Groove& groove);
 /// True on the mirror of mirror_patch, where the groove has no diffuse surface.
 bool on_mirror(const Groove& groove, int row, int col);
 
-/// views × views coaxial views of one groove, tiled in one picture: view (i, j) stands at offset
-/// (i, j) − (views − 1)/2 and sees a point at depth z shifted by offset · parallax · (z − mean depth),
-/// parallax = 0.12. Tiles differ by at most one pixel where the grid does not divide; a pixel that
-/// looks past the groove sees nothing. Each view has 1/views² of the light, so that row sums stay as they are
+/// V × W coaxial views of one groove, tiled in one picture: view (i, j) stands at offset
+/// (i − (V − 1)/2, j − (W − 1)/2) and sees a point at depth z shifted by offset · parallax · (z − mean
+/// depth), parallax = 0.12. Tiles differ by at most one pixel where the grid does not divide; a pixel that
+/// looks past the groove sees nothing. Each view has 1/(V W) of the light, so that row sums stay as they are
 /// for one view.
 struct TiledViews {
   Grid scene;  ///< of the one groove behind the views
   Optics optics;
+  /// The scene row (channel 0) and column (channel 1) that each pixel of the rig sees; may lie past the
+  /// groove.
+  Image<float> surface;
 };
-TiledViews tiled_views(Grid grid, int views);
+TiledViews tiled_views(Grid grid, ViewLayout views);
 
 }  // namespace symrig::sim

@@ -105,7 +105,7 @@ Channels mirror_channels(const SceneUri& uri) {
 
 template <int Views>
 Channels views_channels(const SceneUri& uri) {
-  TiledViews tiled = tiled_views(uri.size, Views);
+  TiledViews tiled = tiled_views(uri.size, {Views, Views});
   const std::shared_ptr<const Exchange> exchange = open_exchange(Groove(tiled.scene));
   const auto optics = std::make_shared<const Optics>(std::move(tiled.optics));
   Channels channels;
@@ -144,6 +144,12 @@ Image<float> Scene::apply(const Image<float>& pattern) const {
   Image<float> photograph(grid(), channels());
   for (int c = 0; c < channels(); ++c) apply(pattern.plane(0), photograph.plane(c), c);
   return photograph;
+}
+
+ViewLayout views_of(const SceneUri& uri) {
+  if (uri.name == "views2") return {2, 2};
+  if (uri.name == "views3") return {3, 3};
+  return {};
 }
 
 Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri) {

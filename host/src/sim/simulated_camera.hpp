@@ -42,6 +42,9 @@ class SimulatedCamera final : public Camera {
   Result<std::vector<CameraFrame>> take(std::size_t count) override;
   std::string describe() const override;
 
+  /// Counts `frames` exposures that it never made: those of a session before this one.
+  void skip(std::uint64_t frames) { taken_ += frames; }
+
  private:
   SimulatedCameraSpec spec_;
   boards::SimCamera& shutter_;

@@ -32,6 +32,8 @@ class SimulatedProjector final : public Projector {
   const Pattern& pattern(std::size_t index) const { return sequence_[index]; }
   /// Patterns of the sequences loaded before this one: pattern(i) is the (loaded_before() + i)-th of all.
   std::uint64_t loaded_before() const { return loaded_before_; }
+  /// Counts `patterns` that it never showed: those of a session before this one.
+  void skip(std::uint64_t patterns) { loaded_before_ += patterns; }
 
  private:
   Grid grid_;

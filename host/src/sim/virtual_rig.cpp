@@ -134,6 +134,7 @@ class SimulatedRig final : public VirtualRig {
   SimulatedRig& operator=(const SimulatedRig&) = delete;
 
   Grid grid() const override { return scene_->grid(); }
+  ViewLayout views() const override { return views_of(uri_); }
   int channels() const override { return scene_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return rig_->measure(patterns);
@@ -143,6 +144,7 @@ class SimulatedRig final : public VirtualRig {
     cost.simulate_seconds = studio_->seconds();
     return cost;
   }
+  Result<void> continue_after(const ProbeCost& spent) override;
   std::string describe() const override { return rig_->describe(); }
   const Scene& truth() const override { return *scene_; }
   const SceneUri& uri() const override { return uri_; }
@@ -150,7 +152,7 @@ class SimulatedRig final : public VirtualRig {
  private:
   SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene);
   Result<void> start();
-  std::unique_ptr<Camera> make_camera();
+  std::unique_ptr<SimulatedCamera> make_camera();
   RigOptions rig_options() const;
 
   SceneUri uri_;
@@ -159,6 +161,8 @@ class SimulatedRig final : public VirtualRig {
   boards::SimProjector raster_;
   boards::SimCamera shutter_;
   std::unique_ptr<Studio> studio_;
+  SimulatedProjector* projector_ = nullptr;  // both belong to rig_
+  SimulatedCamera* camera_ = nullptr;
   std::unique_ptr<Rig> rig_;
 };
 
@@ -177,11 +181,12 @@ RigOptions SimulatedRig::rig_options() const {
   options.exposures = uri_.exposures;
   options.ratio = uri_.ratio;
   options.scale = 1 / kSensitivity;
+  options.views = views_of(uri_);
   options.name = uri_.to_string();
   return options;
 }
 
-std::unique_ptr<Camera> SimulatedRig::make_camera() {
+std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
   SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, studio_->noise(),
                            dead_pixels(scene_->grid(), uri_.dead, key)};
@@ -197,8 +202,25 @@ Result<void> SimulatedRig::start() {
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
   studio_ = std::make_unique<Studio>(uri_, *scene_, *projector, tick_seconds);
   SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(*board_)));
-  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), make_camera(), options));
+  auto camera = make_camera();
+  projector_ = projector.get();
+  camera_ = camera.get();
+  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), std::move(camera), options));
   return {};
+}
+
+/// Noise is a function of the frame's number and drift of the pattern's: both go on from where the other
+/// session ended. The board's clock need not: a photograph ends as long after its vsync as any other.
+Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
+  const std::int64_t missing = spent.photographs - rig_->cost().photographs;
+  if (missing < 0)
+    return Error{ErrorCode::bad_argument, "this rig has done more than the capture that it is to continue",
+                 "open the rig anew"};
+  return rig_->pass_over(missing, [this](std::int64_t photographs) {
+    const auto count = static_cast<std::uint64_t>(photographs);
+    projector_->skip(count);
+    camera_->skip(count * rig_->exposures().size());
+  });
 }
 
 Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text) {

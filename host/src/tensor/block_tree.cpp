@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/tensor/block_tree.hpp"
 
+#include "tensor/split.hpp"
+
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <string>
+#include <utility>
 
 namespace symrig {
 namespace {
@@ -35,6 +40,48 @@ int append_children(const Block& parent, std::vector<Block>& next) {
   return count;
 }
 
+Result<void> check_surface(Grid grid, const Split& split) {
+  if (split.order != SplitOrder::compensated) return {};
+  if (split.surface.grid() != grid || split.surface.channels() != 2)
+    return Error{ErrorCode::size_mismatch,
+                 "the surface map is " + to_string(split.surface.grid()) + ", the grid is " + to_string(grid),
+                 "give the row and the column that each pixel of the grid sees"};
+  const auto values = split.surface.values();
+  constexpr float kFarthest = 0x1p24F;  // up to here, whole pixels are told apart by a float
+  if (std::any_of(values.begin(), values.end(), [](float v) { return !(std::abs(v) <= kFarthest); }))
+    return Error{ErrorCode::bad_value, "the surface map has a value that is not a place",
+                 "give every pixel a finite place, in pixels of a view"};
+  return {};
+}
+
+/// Twice what cutting a grid of 2³⁰ pixels in halves takes; each level costs memory.
+constexpr int kDeepest = 60;
+
+Error not_a_tree(const std::string& why) {
+  return {ErrorCode::bad_value, "the description of a block tree is wrong: " + why, "the file is damaged"};
+}
+
+bool is_permutation_of_indices(std::span<const std::int32_t> order) {
+  std::vector<char> seen(order.size(), 0);
+  for (const std::int32_t index : order) {
+    if (index < 0 || index >= std::ssize(order) || seen[static_cast<std::size_t>(index)] != 0) return false;
+    seen[static_cast<std::size_t>(index)] = 1;
+  }
+  return true;
+}
+
+/// False if a block would have more children than a tree allows, or one although it is more than a pixel.
+bool link_children(std::vector<Block>& parents, std::span<const Block> children) {
+  std::size_t child = 0;
+  for (Block& parent : parents) {
+    parent.first_child = static_cast<std::int32_t>(child);
+    for (; child < children.size() && children[child].begin < parent.end; ++child) ++parent.children;
+    if (parent.children > BlockTree::kMaxChildren || (parent.children == 1) != parent.single_pixel())
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 BlockTree::BlockTree(Grid grid) : grid_(grid) {
@@ -53,11 +100,86 @@ BlockTree::BlockTree(Grid grid) : grid_(grid) {
   order_.resize(static_cast<std::size_t>(grid.size()));
   for (const Block& pixel : levels_.back())
     order_[static_cast<std::size_t>(pixel.begin)] = pixel.row * grid.cols + pixel.col;
+  note_pixel_levels();
+}
+
+Result<BlockTree> BlockTree::make(Grid grid, const Split& split) {
+  if (!grid.valid() || !split.views.fits(grid))
+    return Error{ErrorCode::bad_argument,
+                 "views " + to_string(split.views) + " do not tile a grid of " + to_string(grid),
+                 "give the rows x columns of views that the picture shows"};
+  SYMRIG_CHECK(check_surface(grid, split));
+  if (split.order == SplitOrder::flat) {
+    BlockTree tree(grid);
+    tree.views_ = split.views;
+    return tree;
+  }
+  tensor::TreeShape shape = tensor::cut_views(grid, split);
+  return from(grid, split.views, split.order, std::move(shape.order), shape.boundaries);
+}
+
+Result<BlockTree> BlockTree::from(Grid grid, ViewLayout views, SplitOrder split,
+                                  std::vector<std::int32_t> order, std::span<const std::int8_t> boundaries) {
+  if (!grid.valid() || !views.fits(grid)) return not_a_tree("its views do not tile its grid");
+  if (std::ssize(order) != grid.size() || std::ssize(boundaries) != grid.size())
+    return not_a_tree("its size is not the grid's");
+  if (!is_permutation_of_indices(order)) return not_a_tree("its order does not name every pixel once");
+  BlockTree tree;
+  tree.grid_ = grid;
+  tree.views_ = views;
+  tree.split_ = split;
+  tree.order_ = std::move(order);
+  SYMRIG_CHECK(tree.grow(boundaries));
+  tree.note_pixel_levels();
+  return tree;
+}
+
+Block BlockTree::block_around(std::int32_t begin, std::int32_t end) const {
+  int top = grid_.rows, left = grid_.cols, bottom = 0, right = 0;
+  for (std::int32_t t = begin; t < end; ++t) {
+    const std::int32_t pixel = order_[static_cast<std::size_t>(t)];
+    top = std::min(top, pixel / grid_.cols);
+    bottom = std::max(bottom, pixel / grid_.cols + 1);
+    left = std::min(left, pixel % grid_.cols);
+    right = std::max(right, pixel % grid_.cols + 1);
+  }
+  return {top, left, bottom - top, right - left, begin, end, 0, 0};
+}
+
+Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {
+  const auto n = static_cast<std::int32_t>(order_.size());
+  const auto [lowest, highest] = std::minmax_element(boundaries.begin() + 1, boundaries.end());
+  if (boundaries[0] != 0 || (n > 1 && *lowest < 1)) return not_a_tree("its root is not one block");
+  const int last = n > 1 ? *highest : 0;
+  if (last > kDeepest) return not_a_tree("it is deeper than " + std::to_string(kDeepest) + " levels");
+  for (int l = 0; l <= last; ++l) {
+    std::vector<Block> blocks;
+    for (std::int32_t begin = 0, t = 1; t <= n; ++t) {
+      if (t < n && boundaries[static_cast<std::size_t>(t)] > l) continue;
+      blocks.push_back(block_around(begin, t));
+      begin = t;
+    }
+    if (l > 0 && !link_children(levels_.back(), blocks))
+      return not_a_tree("a block of level " + std::to_string(l - 1) + " does not split into 2 to 4");
+    levels_.push_back(std::move(blocks));
+  }
+  return {};
+}
+
+void BlockTree::note_pixel_levels() {
   pixel_level_.resize(order_.size());
   for (int l = levels() - 1; l >= 0; --l)
     for (const Block& block : level(l))
       if (block.single_pixel())
         pixel_level_[static_cast<std::size_t>(block.begin)] = static_cast<std::int8_t>(l);
+}
+
+std::vector<std::int8_t> BlockTree::boundaries() const {
+  std::vector<std::int8_t> first(order_.size(), 0);
+  for (int l = levels() - 1; l > 0; --l)
+    for (const Block& block : level(l))
+      if (block.begin > 0) first[static_cast<std::size_t>(block.begin)] = static_cast<std::int8_t>(l);
+  return first;
 }
 
 void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) const {

@@ -46,6 +46,10 @@ class Handle {
 template <class T>
 hid_t native();
 template <>
+inline hid_t native<std::int8_t>() {
+  return H5T_NATIVE_INT8;
+}
+template <>
 inline hid_t native<std::int32_t>() {
   return H5T_NATIVE_INT32;
 }

@@ -3,6 +3,7 @@
 #include "tensor/h5.hpp"
 #include "tensor/read_tensor.hpp"
 #include "tensor/scene_file.hpp"
+#include "tensor/tree_file.hpp"
 
 #include <algorithm>
 
@@ -53,20 +54,6 @@ Result<Head> read_head(const Source& source) {
   return Head{major[0], symmetric[0] != 0, channels[0], camera, projector};
 }
 
-Result<BlockTree> read_tree(const Source& source, const char* name, Grid grid) {
-  h5::Shape shape;
-  SYMRIG_TRY(const std::vector<std::int32_t> order,
-             h5::read_dataset<std::int32_t>(source.file.id(), name, 1, source.bytes, shape));
-  if (std::ssize(order) != grid.size())
-    return Error{ErrorCode::bad_format, std::string("dataset '") + name + "' does not fit its grid",
-                 "the file is damaged"};
-  BlockTree tree(grid);
-  if (!std::equal(order.begin(), order.end(), tree.order().begin()))
-    return Error{ErrorCode::bad_format, std::string("dataset '") + name + "' is not the block tree's order",
-                 "the file is damaged"};
-  return tree;
-}
-
 Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
   const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
   if (!group.ok())
@@ -88,8 +75,10 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
 Result<StoredScene> read_all(const Source& source) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
-  SYMRIG_TRY(const BlockTree camera, read_tree(source, "camera_order", head.camera));
-  SYMRIG_TRY(const BlockTree projector, read_tree(source, "projector_order", head.projector));
+  SYMRIG_TRY(const BlockTree camera,
+             tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
+  SYMRIG_TRY(const BlockTree projector,
+             tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
   SYMRIG_CHECK(read_tensor(source, head, camera, projector, builder));

@@ -3,6 +3,7 @@
 #include "tensor/h5.hpp"
 #include "tensor/half.hpp"
 #include "tensor/scene_file.hpp"
+#include "tensor/tree_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -185,25 +186,27 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
 
 bool write_all(hid_t file, const StoredScene& scene) {
   const TransportTensor& t = scene.tensor;
-  const auto order = [&](const char* name, const BlockTree& tree) {
-    return h5::write_dataset<std::int32_t>(file, name, {tree.order().size()}, tree.order());
-  };
   const h5::Handle leaves = new_group(file, "leaves"), diagonal = new_group(file, "diagonal"),
                    scalars = new_group(file, "scalars"), columns = new_group(file, "columns"),
                    bands = new_group(file, "bands"), held_out = new_group(file, "held_out");
   const bool made =
       leaves.ok() && diagonal.ok() && scalars.ok() && columns.ok() && bands.ok() && held_out.ok();
-  return made && write_root(file, scene) && order("camera_order", t.camera_tree()) &&
-         order("projector_order", t.projector_tree()) && write_leaves(leaves.id(), t) &&
+  return made && write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
+         tensor::write_tree(file, "projector", t.projector_tree()) && write_leaves(leaves.id(), t) &&
          write_empties(leaves.id(), t) && write_scalars(diagonal.id(), scalars.id(), t) &&
          write_columns(columns.id(), t) && write_bands(bands.id(), t) &&
          write_held_out(held_out.id(), scene.held_out);
 }
 
-/// Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
+constexpr std::size_t kGrowBy = std::size_t{1} << 16;
+
+/// Put together in memory and written when it is closed: a data set that the disk has no room for would end
+/// the process inside the library. Metadata with checksums needs the library's newer file layout (HDF5
+/// ≥ 1.10).
 h5::Handle file_access() {
   h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  H5Pset_fapl_core(access.id(), kGrowBy, true);
   return access;
 }
 
@@ -222,11 +225,10 @@ Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
   const fs::path temporary = path.string() + ".part" + std::to_string(::getpid());
   const h5::Handle access = file_access();
   h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-  if (!file.ok()) return io_error(path, "cannot be written");
-  const bool written = write_all(file.id(), scene);
+  const bool written = file.ok() && write_all(file.id(), scene);
   std::error_code ignored;
   if (!file.close() || !written || !sync_file(temporary)) {
-    const Error error = io_error(path, "cannot be written to the end");
+    const Error error = io_error(path, "cannot be written");
     fs::remove(temporary, ignored);
     return error;
   }

@@ -186,7 +186,7 @@ TEST(Merge, BlackIsSubtractedSignedWithItsVariance) {
 }
 
 TEST(Merge, DeadPixelsAreInvalidInEveryChannel) {
-  const std::vector<std::uint16_t> raw(2 * 4, 200);
+  const std::vector<std::uint16_t> raw(8, 200);
   const std::vector<Frame> frames{{raw, 1ms}};
   Image<std::uint8_t> dead({2, 2});
   dead.at(1, 0) = 1;
@@ -224,6 +224,52 @@ TEST(Merge, BitEqualForAnySplitAndAnyNumberOfThreads) {
     for (std::size_t i = 0; i < count; ++i) {
       ASSERT_EQ(part->mean.values()[i], whole->mean.values()[begin + i]) << begin + i;
       ASSERT_EQ(part->variance.values()[i], whole->variance.values()[begin + i]) << begin + i;
+    }
+  }
+}
+
+/// A photograph above the size from which results go past the cache, with black, dead and
+/// saturated pixels, against the same photograph merged row by row, which stays below it.
+TEST(Merge, BitEqualWhetherResultsAreStreamedOrNot) {
+  const Grid grid{1'031, 997};  // prime: rows and planes start at every alignment
+  const int channels = 2;       // 2 × 9.3 MB of results
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  Random random(31);
+  const auto exposures = test::exposure_ladder(4, 8, 100ms);
+  auto bracket = test::photograph_uniform(kSensor, exposures, 30'000, pixels * channels, random);
+  for (auto& codes : bracket.codes)
+    for (std::size_t i = 5; i < codes.size(); i += 1'009) codes[i] = 4'095;  // saturated in every frame
+  Radiance black{Image<float>(grid, channels), Image<float>(grid, channels, 2.0F),
+                 Image<std::uint8_t>(grid, channels, 1)};
+  Image<std::uint8_t> dead(grid);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    black.mean.values()[i] = static_cast<float>(i % 13);
+    black.valid.values()[i + pixels] = i % 1'201 != 7;
+    dead.values()[i] = i % 1'301 == 11;
+  }
+  const auto whole = merge(bracket.frames(), grid, channels, kSensor, {.black = &black, .dead = &dead});
+  ASSERT_TRUE(whole.ok());
+  const auto cols = static_cast<std::size_t>(grid.cols);
+  for (std::size_t row = 0; row < pixels * channels / cols; ++row) {
+    const std::size_t at = row * cols, in_plane = at % pixels;
+    auto frames = bracket.frames();
+    for (Frame& frame : frames) frame.raw = frame.raw.subspan(at, cols);
+    const Grid line{1, grid.cols};
+    Radiance dark{Image<float>(line), Image<float>(line), Image<std::uint8_t>(line)};
+    Image<std::uint8_t> blind(line);
+    std::copy_n(black.mean.values().begin() + static_cast<std::ptrdiff_t>(at), cols,
+                dark.mean.values().begin());
+    std::copy_n(black.variance.values().begin() + static_cast<std::ptrdiff_t>(at), cols,
+                dark.variance.values().begin());
+    std::copy_n(black.valid.values().begin() + static_cast<std::ptrdiff_t>(at), cols,
+                dark.valid.values().begin());
+    std::copy_n(dead.values().begin() + static_cast<std::ptrdiff_t>(in_plane), cols, blind.values().begin());
+    const auto part = merge(frames, line, 1, kSensor, {.black = &dark, .dead = &blind});
+    ASSERT_TRUE(part.ok());
+    for (std::size_t i = 0; i < cols; ++i) {
+      ASSERT_EQ(part->mean.values()[i], whole->mean.values()[at + i]) << at + i;
+      ASSERT_EQ(part->variance.values()[i], whole->variance.values()[at + i]) << at + i;
+      ASSERT_EQ(part->valid.values()[i], whole->valid.values()[at + i]) << at + i;
     }
   }
 }

@@ -46,6 +46,20 @@ StoredScene identity(Grid grid) {
   return {std::move(builder).finish(), "{}", {}};
 }
 
+TEST(HtmlReport, tells_the_captures_own_estimate_and_its_budget) {
+  StoredScene scene = identity({4, 4});
+  scene.capture_json =
+      R"({"patterns_per_level": [1, 2, 3], "error_per_level": [0.5, 0.25], "stopped_by": "max_<b>",
+          "estimated_error": {"frobenius": 0.125, "relight": {"bar": 0.031}}})";
+  const auto page = html_report(scene, {.title = "budget"});
+  ASSERT_TRUE(page.ok());
+  for (const char* words :
+       {"As the capture estimated them", "<td>12.5\xC2\xA0%</td>", "<td>3.1\xC2\xA0%</td>", "Stopped early",
+        "max_&lt;b&gt;", "estimated error after it", "<td>50.0\xC2\xA0%</td>", "<td>25.0\xC2\xA0%</td>"})
+    EXPECT_NE(page->find(words), std::string::npos) << words;
+  EXPECT_EQ(html_report(identity({4, 4}), {.title = "none"})->find("estimated"), std::string::npos);
+}
+
 // What a file says about itself is shown, never obeyed.
 TEST(HtmlReport, a_hostile_file_stays_text) {
   StoredScene scene = identity({4, 4});

@@ -47,6 +47,45 @@ TEST(CaptureJson, keeps_its_promise_key_by_key) {
   EXPECT_EQ(j.at("rig_seconds"), 4.5);
   EXPECT_EQ(j.at("noise"), "off");
   EXPECT_FALSE(j.contains("dual_threshold"));
+  EXPECT_EQ(j.at("stopped_by"), "done");
+  EXPECT_EQ(j.at("replayed"), 0);
+  EXPECT_TRUE(j.at("estimated_error").is_null());
+  EXPECT_EQ(j.at("error_per_level"), json::array());
+}
+
+TEST(CaptureJson, tells_what_a_budget_ended_and_the_error_then) {
+  CaptureResult result = two_pixels();
+  result.stopped_by = "max_patterns";
+  result.estimated = TransportErrors{.frobenius = 1,
+                                     .indirect = 2,
+                                     .flood = 3,
+                                     .relight_bar = 4,
+                                     .relight_random = 5,
+                                     .relight_natural = 6,
+                                     .bar_indirect = 7};
+  result.error_per_level = {0.5, 0.25};
+  CaptureSummary summary;
+  summary.replayed = 2;
+  const json j = json::parse(capture_json(summary, result));
+  EXPECT_EQ(j.at("stopped_by"), "max_patterns");
+  EXPECT_EQ(j.at("replayed"), 2);
+  EXPECT_EQ(j.at("error_per_level"), json::array({0.5, 0.25}));
+  const json evaluated = json::parse(evaluation_json("s", "r", &*result.estimated, {}));
+  EXPECT_EQ(j.at("estimated_error"), evaluated.at("error"));  // the same keys
+}
+
+TEST(Settings, name_each_rule_as_the_json_does) {
+  CaptureOptions options;
+  options.rule.flood_fraction = 0.1;
+  const std::string text = settings_text(options);
+  EXPECT_TRUE(text.starts_with("algorithm symrig\n")) << text;
+  for (const char* line : {"\nrule.signal_fraction 0.02\n", "\nrule.flood_fraction 0.1\n"})
+    EXPECT_NE(text.find(line), std::string::npos) << text;
+  CaptureOptions budget = options;
+  budget.max_patterns = 5;
+  EXPECT_EQ(settings_text(budget), settings_text(options));
+  options.algorithm = Algorithm::dual;
+  EXPECT_NE(settings_text(options).find("dual_threshold 0.0003\ndual_subtracts false\n"), std::string::npos);
 }
 
 TEST(EvaluationJson, keeps_its_promise_key_by_key) {

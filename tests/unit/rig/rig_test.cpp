@@ -46,13 +46,13 @@ TEST(ExposureFor, leaves_the_headroom) {
 /// A board with a projector and a camera that looks at a grey wall: rate electrons a second at full light.
 class Wall {
  public:
-  explicit Wall(double rate, boards::SimCameraConfig shutter = {}, Image<std::uint8_t> dead = {})
+  explicit Wall(double rate, const boards::SimCameraConfig& shutter = {}, Image<std::uint8_t> dead = {})
       : raster_(board_), shutter_(board_, shutter), rate_(rate), dead_(std::move(dead)) {
     board_.attach(raster_);
     board_.attach(shutter_);
   }
 
-  Result<std::unique_ptr<Rig>> open(RigOptions options = {}, Grid camera = {3, 4}) {
+  Result<std::unique_ptr<Rig>> open(const RigOptions& options = {}, Grid camera = {3, 4}) {
     auto projector =
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.profile.refresh_period);
     const SimulatedProjector* screen = projector.get();
@@ -64,6 +64,7 @@ class Wall {
   }
 
   std::vector<double> open_seconds;  ///< of every exposure so far
+  double lamp = 1;                   ///< its brightness
 
  private:
   std::vector<CameraFrame> develop(const SimulatedProjector& screen,
@@ -76,10 +77,10 @@ class Wall {
       double light = 0;
       for (const auto& lit : screen.shown(exposure.begin, exposure.end))
         light += lit.share * screen.pattern(lit.index).at(0, 0);
-      const double code = std::min(noise.pedestal() + noise.gain() * rate_ * light * open, 4095.0);
+      const double code = std::min(noise.pedestal() + noise.gain() * rate_ * lamp * light * open, 4095.0);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
-      frame.raw.assign(12, static_cast<std::uint16_t>(code + 0.5));
+      frame.raw.assign(12, static_cast<std::uint16_t>(std::lround(code)));
       if (!dead_.empty()) frame.raw[5] = 4095;
       frames.push_back(std::move(frame));
     }
@@ -111,8 +112,8 @@ TEST(Rig, exposes_as_long_as_planned_to_a_tick) {
   ASSERT_TRUE(rig.ok());
   wall.open_seconds.clear();
   ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(3, Pattern({3, 4}, 1, 1.F))).ok());
-  ASSERT_EQ(wall.open_seconds.size(), 12U);
-  for (std::size_t i = 0; i < 12; ++i)
+  ASSERT_EQ(wall.open_seconds.size(), 16U);  // and four for the reference
+  for (std::size_t i = 0; i < 16; ++i)
     EXPECT_NEAR(wall.open_seconds[i], seconds((*rig)->exposures()[i % 4]), 8.1e-9) << i;
 }
 
@@ -134,6 +135,73 @@ TEST(Rig, meters_around_dead_pixels) {
   const auto rig = wall.open();
   ASSERT_TRUE(rig.ok()) << rig.error().line();
   EXPECT_NEAR(seconds((*rig)->exposures()[0]), 7.98e-3, 0.04 * 7.98e-3);
+}
+
+// Headroom below 1: the flood-lit wall saturates every frame. The pixels are invalid, never a wrong number;
+// half the light is measured as ever.
+TEST(Rig, marks_what_saturates_its_shortest_exposure) {
+  Wall wall(2e6);
+  RigOptions options;
+  options.headroom = 0.8;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const auto p = (*rig)->measure(std::vector<Pattern>{Pattern({3, 4}, 1, 1.F), Pattern({3, 4}, 1, 0.5F)});
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_EQ((*p)[0].valid.at(1, 1), 0);
+  EXPECT_EQ((*p)[0].mean.at(1, 1), 0);
+  EXPECT_EQ((*p)[1].valid.at(1, 1), 1);
+  EXPECT_NEAR((*p)[1].mean.at(1, 1), 1e6, 1e6 * 1e-3);
+}
+
+// References can be left out, and then nothing is divided by anything.
+TEST(Rig, shows_no_reference_if_told_not_to) {
+  Wall wall(2e6);
+  RigOptions options;
+  options.reference_every = 0;
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  wall.open_seconds.clear();
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(120, Pattern({3, 4}, 1, 1.F))).ok());
+  EXPECT_EQ(wall.open_seconds.size(), 480U);
+  EXPECT_EQ((*rig)->lamp().value, 1);
+}
+
+// Every 50 photographs at first; a wall that holds still is asked after 50, 100, 200 and then every 400.
+TEST(Rig, asks_a_steady_lamp_more_and_more_rarely) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  wall.open_seconds.clear();
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(1'151, Pattern({3, 4}, 1, 1.F))).ok());
+  EXPECT_EQ(wall.open_seconds.size(), 4 * (1'151 + 6U));  // at 0, 50, 150, 350, 750, 1150
+  EXPECT_NEAR((*rig)->lamp().value, 1, 1e-6);
+}
+
+TEST(Rig, notices_that_the_lamp_went_out) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const std::vector<Pattern> patterns(30, Pattern({3, 4}, 1, 1.F));
+  ASSERT_TRUE((*rig)->measure(patterns).ok());
+  wall.lamp = 0;
+  const auto dark = (*rig)->measure(patterns);  // the second reference is the 51st photograph
+  ASSERT_FALSE(dark.ok());
+  EXPECT_EQ(dark.error().code, ErrorCode::device_lost) << dark.error().line();
+}
+
+// The wall at 90 % of the light: the second reference says so, and the photographs after it are as they were.
+// Codes are whole: 0.3 of 3,200 in the shortest frame, less in the sum of two references.
+TEST(Rig, divides_by_the_level_of_the_lamp) {
+  Wall wall(2e6);
+  const auto rig = wall.open();
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const Pattern flood({3, 4}, 1, 1.F);
+  ASSERT_TRUE((*rig)->measure(std::vector<Pattern>(50, flood)).ok());
+  wall.lamp = 0.9;
+  const auto p = (*rig)->measure(std::vector<Pattern>{flood});
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_NEAR((*rig)->lamp().value, 0.9, 1e-3);
+  EXPECT_NEAR((*p)[0].mean.at(1, 1), 2e6, 2e6 * 2e-3);
 }
 
 TEST(Rig, refuses_a_scene_that_blinds_the_camera) {

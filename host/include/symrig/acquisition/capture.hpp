@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,24 +38,63 @@ struct RankRule {
       1;  ///< g: no leaf if one child pair carries more than this share of the energy; 1 = off
 };
 
+/// How photographs are saved and checked. Nodes that are expected to pass the rank test are accepted without
+/// one; idle colours test as many of them as fit, which tells how far the expectation can be trusted.
+struct Economy {
+  /// ρ: the share of a child pair's misfit under its parent's estimate that is expected to be left under its
+  /// own, before the scene has shown its own share. 0: every unknown node is tested [Garg06 §5.2].
+  double decay = 0;
+  /// κ, κ_max: a child of a node at level l is not accepted untested if its parent's misfit in it is above
+  /// min(κ 2^l, κ_max) τ_A F. So no untested leaf misses by more than that, unless refinement makes the
+  /// misfit grow.
+  double risk = 2.5;
+  double largest_risk = 12;
+  /// A child pair that carries more than this share of its parent's energy on both sides is always tested.
+  double dominance = 0.45;
+  /// Expected misfit over signal for the children of a diagonal node, whose signal is all there is to go by.
+  double diagonal_spread = 3;
+  /// Holds out six photographs with patterns that have nothing to do with blocks. They tell the errors, end
+  /// the search of a scene that is all direct light, and find leaves that are wrong although their own
+  /// photographs fit.
+  bool checks = false;
+  /// Photographs spent on the noise of the direct light in the end, as a share of those taken by then.
+  double direct_share = 0;
+  /// Gauss-Newton steps that refit everything stored to all photographs in the end.
+  int polish = 0;
+};
+
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
   RankRule rule;                 ///< default_rule(algorithm) unless set
+  Economy economy;               ///< default_economy(algorithm) unless set
   double dual_threshold = 3e-4;  ///< dual: response below this share of F is not refined
   bool dual_subtracts = false;   ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
-  Progress progress;                  ///< may be empty
+  std::int64_t max_patterns = 0;      ///< stop after as many photographs; 0: no limit
+  double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
+  double target_error = 0;            ///< stop when the estimated frobenius error is below; 0: no target
+  /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
+  PhotographLog* log = nullptr;
+  Progress progress;  ///< may be empty
 };
 
-/// The rule each algorithm runs with by default.
+/// The rule and the economy each algorithm runs with by default.
 RankRule default_rule(Algorithm algorithm);
+Economy default_economy(Algorithm algorithm);
 
 struct CaptureResult {
   TransportTensor tensor;
   std::int64_t patterns = 0;                     ///< photographs taken
   std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
+  /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
+  std::string stopped_by = "done";
+  std::optional<TransportErrors> estimated = {};  ///< from held_out; none: nothing was held out
+  std::vector<double> error_per_level = {};       ///< estimated frobenius after each level; may be empty
+  std::vector<HeldOut> held_out = {};             ///< photographs that no part of the tensor was made from
+  std::int64_t suspects = 0;  ///< leaves that the held-out photographs find wrong and that stayed so
+  double polish_seconds = 0;  ///< of process_seconds
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.

@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/radiance.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <span>
@@ -32,6 +33,8 @@ class Probe {
 
   /// The pixel-aligned grid of patterns and photographs.
   virtual Grid grid() const = 0;
+  /// The coaxial views that tile the grid: one unless the rig says otherwise.
+  virtual ViewLayout views() const { return {}; }
   /// Channels of each photograph (patterns always have one: white light).
   virtual int channels() const = 0;
 
@@ -42,6 +45,12 @@ class Probe {
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
 
   virtual ProbeCost cost() const = 0;
+
+  /// Told once, before the first measure(), that this capture was begun in another session and had spent this
+  /// much. A real rig has nothing to do; a simulated one goes on from there with its noise and its drift, so
+  /// that the n-th photograph is the same whether or not the capture was broken off. cost() does not change.
+  virtual Result<void> continue_after(const ProbeCost& /*spent*/) { return {}; }
+
   /// One line for reports: "sim:vgroove-textured?size=64x64".
   virtual std::string describe() const = 0;
 };

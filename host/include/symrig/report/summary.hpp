@@ -22,11 +22,17 @@ struct CaptureSummary {
   double measure_seconds = 0;          ///< waiting for photographs (simulation and merging included)
   double total_seconds = 0;            ///< from the start of the command to the finished tensor
   std::int64_t peak_memory_bytes = 0;  ///< largest resident size of the process so far
+  std::int64_t replayed = 0;           ///< photographs that came from the log of a capture broken off
 };
 
 /// The keys of `symrig capture --json` (docs/command-line.md): one JSON object, indented, ends with a
 /// newline.
 std::string capture_json(const CaptureSummary& summary, const CaptureResult& result);
+
+/// What steers the choice of patterns, as "name value" lines with the names of capture_json: the options that
+/// a capture must share with a log to be continued from it (LogIdentity). Budgets are not among them: a
+/// continued capture may have others.
+std::string settings_text(const CaptureOptions& options);
 
 /// How well a held-out photograph is predicted. Radiance in the units of the tensor.
 struct HeldOutError {

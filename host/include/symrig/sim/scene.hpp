@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <memory>
 #include <span>
@@ -39,6 +40,9 @@ Result<SceneUri> parse_scene_uri(std::string_view uri);
 
 /// The scene names of DESIGN §5.
 std::span<const std::string_view> scene_names();
+
+/// The coaxial views that tile the scene's grid: 2x2 in views2, 3x3 in views3, else one.
+ViewLayout views_of(const SceneUri& uri);
 
 /// A scene with a known T: the ideal coaxial rig's (psf included; no misalignment, flare, dead pixels or
 /// noise). T is exactly symmetric by construction and never formed. Thread-safe for reading.

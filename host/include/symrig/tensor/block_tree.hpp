@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
+#include "symrig/tensor/split.hpp"
 
 #include <array>
 #include <cstdint>
@@ -10,9 +12,10 @@
 
 namespace symrig {
 
-/// A block: a rectangle of pixels at one level of the quadtree, and the range [begin, end) it owns in tree
-/// order.
+/// A block: the range [begin, end) of tree order that it owns at one level of the tree.
 struct Block {
+  /// The smallest rectangle of pixels around it. In a flat tree that is the block itself; in others (Split) a
+  /// block may lie scattered over the views inside it.
   int row = 0, col = 0, rows = 0, cols = 0;
   std::int32_t begin = 0, end = 0;
   std::int32_t first_child = 0;  ///< index of the first child in the next level
@@ -25,13 +28,26 @@ struct Block {
 /// The quadtree over a grid of any size (no power of two needed): every block splits its rows and its columns
 /// at the middle (larger half first) until it is one pixel. Pixels are numbered in *tree order*, so that each
 /// block is one contiguous range: tensors permute a picture once and then work on ranges. [Garg06 §5.1]
-/// splits uniformly; midpoint splits are our choice for sizes that are not powers of two.
+/// splits uniformly; midpoint splits are our choice for sizes that are not powers of two. Grids of several
+/// views may be cut in other orders (SplitOrder): then blocks are sets of pixels, not rectangles.
 class BlockTree {
  public:
+  /// A block never has more.
+  static constexpr int kMaxChildren = 4;
+
   BlockTree() = default;
+  /// The flat tree of one picture.
   explicit BlockTree(Grid grid);
+  /// Any tree. fails: bad_argument (views that do not fit the grid), size_mismatch or bad_value (a surface
+  /// that is not [grid] with 2 channels of finite numbers within ±2²⁴).
+  static Result<BlockTree> make(Grid grid, const Split& split);
+  /// A tree from its description, see order() and boundaries(). fails: bad_value (it describes no tree).
+  static Result<BlockTree> from(Grid grid, ViewLayout views, SplitOrder split,
+                                std::vector<std::int32_t> order, std::span<const std::int8_t> boundaries);
 
   Grid grid() const { return grid_; }
+  ViewLayout views() const { return views_; }
+  SplitOrder split() const { return split_; }
   /// Levels 0 (one block, the whole grid) .. levels()-1 (single pixels).
   int levels() const { return static_cast<int>(levels_.size()); }
   std::span<const Block> level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
@@ -41,13 +57,22 @@ class BlockTree {
 
   /// order()[tree index] = raster index, size grid().size().
   std::span<const std::int32_t> order() const { return order_; }
+  /// boundaries()[t] = the first level at which tree pixels t − 1 and t lie in different blocks, 0 at t = 0.
+  /// With order() it says everything about the tree. size grid().size().
+  std::vector<std::int8_t> boundaries() const;
 
   /// Raster → tree order and back. in and out: grid().size() values each, not overlapping.
   void to_tree(std::span<const float> raster, std::span<float> tree) const;
   void to_raster(std::span<const float> tree, std::span<float> raster) const;
 
  private:
+  void note_pixel_levels();
+  Result<void> grow(std::span<const std::int8_t> boundaries);
+  Block block_around(std::int32_t begin, std::int32_t end) const;
+
   Grid grid_;
+  ViewLayout views_;
+  SplitOrder split_ = SplitOrder::flat;
   std::vector<std::vector<Block>> levels_;
   std::vector<std::int32_t> order_;
   std::vector<std::int8_t> pixel_level_;

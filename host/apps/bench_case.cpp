@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench_case.hpp"
+
+#include "capture_options.hpp"
+#include "rig.hpp"
+
+#include <chrono>
+#include <memory>
+#include <utility>
+
+namespace symrig::apps {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// The truth that belongs to an open rig, which it keeps alive.
+std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig>& rig) {
+  return {rig, &rig->truth()};
+}
+
+}  // namespace
+
+Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, const Progress& progress) {
+  const auto start = Clock::now();
+  SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_rig(bench_rig(plan, what)));
+  const std::shared_ptr<sim::VirtualRig> rig = std::move(opened);
+  CaptureOptions options = options_for(what.algorithm, what.tolerance);
+  options.progress = progress;
+  SYMRIG_TRY(CaptureResult result, capture(*rig, options));
+  const std::chrono::duration<double> wall = Clock::now() - start;
+  const ProbeCost cost = rig->cost();
+  SYMRIG_TRY(const TransportErrors error, evaluate(result.tensor, truth_of(scene_of(rig), progress)));
+  BenchCapture capture{.what = what,
+                       .patterns = result.patterns,
+                       .frames = cost.frames,
+                       .tensor_bytes = result.tensor.bytes(),
+                       .rig_seconds = cost.rig_seconds,
+                       .process_seconds = result.process_seconds,
+                       .merge_seconds = cost.merge_seconds,
+                       .simulate_seconds = cost.simulate_seconds,
+                       .wall_seconds = wall.count(),
+                       .error = error,
+                       .failure = {}};
+  return BenchedTensor{std::move(capture), std::move(result.tensor)};
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench_plan.hpp"
+
+#include "capture_options.hpp"
+#include "symrig/sim/scene.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <numeric>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+template <class T>
+std::vector<T> each_once(const std::vector<T>& all) {
+  std::vector<T> once;
+  for (const T& one : all)
+    if (std::find(once.begin(), once.end(), one) == once.end()) once.push_back(one);
+  return once;
+}
+
+std::vector<std::string> scenes_of(const BenchChoice& choice) {
+  if (!choice.scenes.empty()) return each_once(choice.scenes);
+  return {sim::scene_names().begin(), sim::scene_names().end()};
+}
+
+std::vector<std::string> sizes_of(const BenchChoice& choice) {
+  if (!choice.sizes.empty()) return each_once(choice.sizes);
+  return {choice.quick ? "32x32" : "64x64"};
+}
+
+std::vector<std::string> algorithms_of(const BenchChoice& choice) {
+  if (!choice.algorithms.empty()) return each_once(choice.algorithms);
+  return {"paper", "symrig", "dual", "brute"};
+}
+
+/// Reads names and numbers the way that every command does, by one rig each.
+Result<void> read_rigs(const BenchChoice& choice, BenchPlan& plan) {
+  plan.scenes = scenes_of(choice);
+  for (const std::string& size : sizes_of(choice))
+    for (const std::string& scene : plan.scenes) {
+      const std::string rig =
+          fmt::format("sim:{}?size={}&noise={}&channels={}", scene, size, choice.noise, choice.channels);
+      SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(rig));
+      plan.camera_noise = uri.camera_noise;
+      plan.channels = uri.channels;
+      if (scene == plan.scenes.front()) plan.sizes.push_back(uri.size);
+    }
+  plan.sizes = each_once(plan.sizes);
+  return {};
+}
+
+Result<void> read_seeds(const BenchChoice& choice, BenchPlan& plan) {
+  constexpr int kMost = 1000;
+  const int seeds = choice.seeds.value_or(choice.quick ? 1 : 3);
+  if (seeds < 1 || seeds > kMost)
+    return Error{ErrorCode::bad_argument, fmt::format("--seeds cannot be {}", seeds),
+                 fmt::format("give a whole number from 1 to {}", kMost)};
+  plan.seeds.resize(static_cast<std::size_t>(seeds));
+  std::iota(plan.seeds.begin(), plan.seeds.end(), 1);
+  return {};
+}
+
+Result<double> read_tolerance(std::string_view text) {
+  double value = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || stop != text.data() + text.size())
+    return Error{ErrorCode::bad_argument, fmt::format("--tolerances: '{}' is not a number", text),
+                 "give numbers with commas between them, such as 1e-3,3e-4"};
+  SYMRIG_CHECK(check_share("--tolerances", value));
+  return value;
+}
+
+/// "1e-3,3e-4" is for every algorithm, "paper:3e-4" for one.
+using Tolerances = std::map<std::string, std::vector<double>>;
+
+Result<Tolerances> read_tolerances(const BenchChoice& choice) {
+  Tolerances all;
+  for (const std::string& group : choice.tolerances) {
+    const std::size_t colon = group.find(':');
+    const std::string algorithm = colon == std::string::npos ? "" : group.substr(0, colon);
+    if (!algorithm.empty()) SYMRIG_CHECK(parse_algorithm(algorithm));
+    std::string_view rest = std::string_view(group).substr(colon == std::string::npos ? 0 : colon + 1);
+    for (bool more = true; more;) {
+      const std::size_t comma = rest.find(',');
+      SYMRIG_TRY(const double value, read_tolerance(rest.substr(0, comma)));
+      all[algorithm].push_back(value);
+      more = comma != std::string_view::npos;
+      if (more) rest.remove_prefix(comma + 1);
+    }
+  }
+  return all;
+}
+
+/// Factors on the algorithm's own tolerance. Dual photography pays many patterns for a tight one.
+std::vector<double> default_factors(Algorithm algorithm, bool quick) {
+  if (algorithm == Algorithm::dual) return quick ? std::vector{4.0, 1.0} : std::vector{8.0, 4.0, 2.0, 1.0};
+  return quick ? std::vector{4.0, 1.0, 0.25} : std::vector{8.0, 4.0, 2.0, 1.0, 0.5, 0.25};
+}
+
+BenchSweep sweep_of(Algorithm algorithm, const Tolerances& given, bool quick) {
+  BenchSweep sweep{.algorithm = algorithm, .preset = default_tolerance(algorithm).value_or(0)};
+  if (algorithm == Algorithm::brute) return sweep;
+  for (const std::string& key : {std::string(name(algorithm)), std::string()})
+    if (const auto found = given.find(key); found != given.end() && sweep.tolerances.empty())
+      sweep.tolerances = found->second;
+  if (sweep.tolerances.empty())
+    for (const double factor : default_factors(algorithm, quick))
+      sweep.tolerances.push_back(factor * sweep.preset);
+  return sweep;
+}
+
+}  // namespace
+
+void add_bench_choice(CLI::App& command, BenchChoice& choice) {
+  const auto list = [&command](const char* option, std::vector<std::string>& into, const char* help,
+                               const char* type) {
+    command.add_option(option, into, help)->delimiter(',')->allow_extra_args(false)->type_name(type);
+  };
+  list("--scenes", choice.scenes, "Scenes, with commas between them (default: all)", "NAME,...");
+  list("--size", choice.sizes, "Rows x columns; can be given more than once (default: 64x64)", "RxC");
+  list("--algorithms", choice.algorithms, "Default: paper,symrig,dual,brute", "NAME,...");
+  command
+      .add_option("--tolerances", choice.tolerances,
+                  "Shares of the flood-lit RMS, for every algorithm or for the one named; can be given more "
+                  "than once (default: the algorithm's own times 8 to 1/4)")
+      ->allow_extra_args(false)
+      ->type_name("[NAME:]X,...");
+  command.add_option("--seeds", choice.seeds, "Seeds 1 to N of textures and noise (default: 3)")
+      ->type_name("N");
+  command.add_option("--noise", choice.noise, "camera or off")->type_name("NAME")->capture_default_str();
+  command.add_option("--channels", choice.channels, "1 or 3")->type_name("N")->capture_default_str();
+  command.add_flag("--quick", choice.quick, "Smaller defaults: 32x32, one seed, three tolerances");
+}
+
+Result<BenchPlan> bench_plan(const BenchChoice& choice) {
+  BenchPlan plan;
+  SYMRIG_CHECK(read_rigs(choice, plan));
+  SYMRIG_CHECK(read_seeds(choice, plan));
+  SYMRIG_TRY(const Tolerances given, read_tolerances(choice));
+  for (const std::string& text : algorithms_of(choice)) {
+    SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(text));
+    plan.sweeps.push_back(sweep_of(algorithm, given, choice.quick));
+  }
+  return plan;
+}
+
+}  // namespace symrig::apps

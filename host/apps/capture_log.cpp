@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture_log.hpp"
+
+#include "console.hpp"
+
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string log_path(const std::string& output) {
+  return output + ".log";
+}
+
+}  // namespace
+
+void add_log_options(CLI::App& command, LogOptions& options) {
+  auto* off = command.add_flag("--no-log", options.off, "Keep no photographs; a capture broken off is lost");
+  command
+      .add_flag("--resume", options.resume,
+                "Go on from the log of a capture that was broken off, if there is one")
+      ->excludes(off);
+  command.add_flag("--keep-log", options.keep, "Leave scene.h5.log there when scene.h5 is done")
+      ->excludes(off);
+}
+
+Result<void> CaptureLog::check(const std::string& output, const LogOptions& options) {
+  std::error_code ignored;
+  const std::string path = log_path(output);
+  if (options.off || options.resume || !fs::exists(path, ignored)) return {};
+  return Error{ErrorCode::bad_argument,
+               fmt::format("{} holds the photographs of a capture that was broken off or still runs", path),
+               "go on from it with --resume, or delete it to begin anew"};
+}
+
+Result<CaptureLog> CaptureLog::open(const std::string& output, const LogOptions& options,
+                                    const LogIdentity& identity) {
+  CaptureLog capture;
+  if (options.off) return capture;
+  capture.path_ = log_path(output);
+  capture.keep_ = options.keep;
+  std::error_code ignored;
+  if (options.resume && fs::exists(capture.path_, ignored)) {
+    SYMRIG_TRY(capture.log_, open_photograph_log(capture.path_, identity));
+  } else {
+    SYMRIG_TRY(capture.log_, create_photograph_log(capture.path_, identity));
+  }
+  return capture;
+}
+
+Error CaptureLog::broken_off(Error error) {
+  if (!log_) return error;
+  if (log_->size() == 0) {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+    return error;
+  }
+  if (!error.hint.empty() && error.code != ErrorCode::interrupted) error.what += "; " + error.hint;
+  error.hint = fmt::format("{} keeps {} photographs: --resume goes on from there", path_,
+                           grouped(static_cast<double>(log_->size())));
+  return error;
+}
+
+Result<void> CaptureLog::finished() {
+  if (!log_ || keep_) return {};
+  std::error_code failed;
+  fs::remove(path_, failed);
+  if (!failed) return {};
+  return Error{ErrorCode::io, fmt::format("{} cannot be deleted ({})", path_, failed.message()),
+               "the capture is done: delete it by hand"};
+}
+
+}  // namespace symrig::apps

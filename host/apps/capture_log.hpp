@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/photograph_log.hpp"
+
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace symrig::apps {
+
+/// `--resume`, `--keep-log`, `--no-log` of commands that measure.
+struct LogOptions {
+  bool resume = false;
+  bool keep = false;
+  bool off = false;
+};
+void add_log_options(CLI::App& command, LogOptions& options);
+
+/// The photographs of a running capture in `<output>.log`, until the output itself is safe on the disk.
+class CaptureLog {
+ public:
+  /// Before long work.  fails: bad_argument (a log is there and nobody said --resume).
+  static Result<void> check(const std::string& output, const LogOptions& options);
+  /// Begins a log, or continues the one that is there. With --no-log: keeps nothing.
+  /// fails: as create_photograph_log and open_photograph_log.
+  static Result<CaptureLog> open(const std::string& output, const LogOptions& options,
+                                 const LogIdentity& identity);
+
+  /// nullptr with --no-log.
+  PhotographLog* log() const { return log_.get(); }
+
+  /// After a failed capture: deletes a log without photographs, or says in the error how to go on.
+  Error broken_off(Error error);
+  /// After the output was written: deletes the log unless it is to be kept.  fails: io.
+  Result<void> finished();
+
+ private:
+  CaptureLog() = default;
+
+  std::string path_;
+  bool keep_ = false;
+  std::unique_ptr<PhotographLog> log_;
+};
+
+}  // namespace symrig::apps

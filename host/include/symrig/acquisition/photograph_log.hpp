@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/result.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// The photographs of one capture in the order they were taken, each with its pattern and with what the probe
+/// had spent by then. What went in comes out bit for bit. Number k counts from 0.
+/// Any number of threads may read at once, but none while append() runs.
+class PhotographLog {
+ public:
+  PhotographLog() = default;
+  PhotographLog(const PhotographLog&) = delete;
+  PhotographLog& operator=(const PhotographLog&) = delete;
+  virtual ~PhotographLog() = default;
+
+  virtual Grid grid() const = 0;
+  virtual int channels() const = 0;
+  /// Photographs held.
+  virtual std::int64_t size() const = 0;
+
+  /// Adds photographs that were taken together, all or none: also a process killed on the way leaves none of
+  /// them. spent: Probe::cost() after them. After a failure the log holds what it held before, and may be
+  /// appended to again.  fails: size_mismatch, io (a full disk).
+  virtual Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
+                                  const ProbeCost& spent) = 0;
+  /// The same for one.
+  Result<void> append(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent) {
+    return append_run({&pattern, 1}, {&photograph, 1}, spent);
+  }
+
+  /// 0 ≤ k < size().  fails: bad_argument (no such number), io, bad_format (the bytes have changed since).
+  virtual Result<Pattern> pattern(std::int64_t k) const = 0;
+  virtual Result<Radiance> photograph(std::int64_t k) const = 0;
+  /// By the end of the run that photograph k was taken in.
+  virtual Result<ProbeCost> spent(std::int64_t k) const = 0;
+};
+
+/// A log that lives as long as the process: 8 bytes a pixel and channel, and some bits, a photograph.
+std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels);
+
+/// What a capture must share with its log to be continued from it. The texts hold one fact a line, so that a
+/// difference can be named.
+struct LogIdentity {
+  Grid grid;
+  int channels = 1;
+  std::string rig;      ///< Probe::describe()
+  std::string options;  ///< what steers the choice of patterns, "name value" lines
+};
+
+/// A log in a file (docs/photograph-log.md). What was appended is safe from the death of the process; synced
+/// to the disk every few seconds against a loss of power. The file is locked while it is open. fails:
+/// bad_argument (there is a log already), not_found (no folder), io.
+Result<std::unique_ptr<PhotographLog>> create_photograph_log(const std::filesystem::path& path,
+                                                             const LogIdentity& identity);
+
+/// Opens a log to read it and to append to it. Every photograph is checked (CRC-32C); at the first run that
+/// is torn or damaged the file is cut. A file whose writer was killed before the head was whole becomes an
+/// empty log. fails: not_found; bad_format (not a log, of a newer version, or of another capture: the
+/// difference is named); io (also: another process has it open).
+Result<std::unique_ptr<PhotographLog>> open_photograph_log(const std::filesystem::path& path,
+                                                           const LogIdentity& identity);
+
+/// A probe that answers from a log as long as the log holds the patterns that are asked for, and from another
+/// probe after that, logging each photograph as it arrives. A capture is a deterministic function of its
+/// photographs, so a capture that was killed is continued by running it again on this.
+class LoggedProbe final : public Probe {
+ public:
+  /// Both must outlive this. together: how many photographs the inner probe is asked for at once; a killed
+  /// process loses at most as many. More than one pays where photographs are computed in parallel.
+  LoggedProbe(Probe& inner, PhotographLog& log, std::size_t together = 1)
+      : inner_(inner), log_(log), together_(together > 0 ? together : 1) {}
+
+  Grid grid() const override { return inner_.grid(); }
+  int channels() const override { return inner_.channels(); }
+  ViewLayout views() const override { return inner_.views(); }
+  /// fails: also bad_format (the log has another pattern here: it is of another capture), and as
+  /// append_run().
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  /// Photographs answered from the log count as they did when they were taken; setting up the rig again
+  /// (metering, black) does not count again.
+  ProbeCost cost() const override;
+  std::string describe() const override { return inner_.describe(); }
+
+  /// Photographs answered from the log so far.
+  std::int64_t replayed() const { return replayed_; }
+
+ private:
+  Result<Radiance> replay(const Pattern& pattern);
+  Result<void> go_on();
+  Result<void> measure_on(std::span<const Pattern> patterns, std::vector<Radiance>& photographs);
+
+  Probe& inner_;
+  PhotographLog& log_;
+  std::size_t together_;
+  std::int64_t replayed_ = 0;
+  bool measuring_ = false;   // the log is used up: inner_ answers
+  ProbeCost replayed_cost_;  // by the last photograph that was replayed
+  ProbeCost before_;         // of inner_ when it took over
+};
+
+}  // namespace symrig

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/result.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace symrig {
+
+/// A measured number and its standard deviation.
+struct Estimate {
+  double value = 0;
+  double sigma = 0;
+
+  /// |value| in sigmas.
+  double significance() const;
+};
+
+/// What the check says of one axis of the picture.
+struct AxisCheck {
+  bool measured = false;  ///< false: fewer than four pixels along this axis, or too dark to tell
+  Estimate shift;         ///< [pixels] the camera sees at x what the rig has at x + shift
+  /// Share of the light that falls off one-sidedly along this axis, towards larger positions if positive;
+  /// sigma includes that its profile is not known.
+  Estimate flare;
+  double flare_length = 0;        ///< [pixels] in which the flare falls to 1 / e, where one was found
+  double flare_significance = 0;  ///< sigmas of the flare, its profile aside
+};
+
+struct CoaxialOptions {
+  double sigmas = 5;             ///< an alarm needs this significance, and more than the smallest value below
+  double smallest_shift = 0.01;  ///< [pixels] below it, misalignment costs less than camera noise
+  double smallest_flare = 1e-3;  ///< share of the light; the same
+};
+
+/// Whether camera and projector share their pixels.
+struct CoaxialCheck {
+  AxisCheck rows, cols;
+  /// Largest |qᵀ T p − pᵀ T q| of two patterns as a share of their direct light.
+  Estimate reciprocity;
+  std::int64_t photographs = 0;
+  CoaxialOptions options;
+
+  bool measured() const { return rows.measured || cols.measured; }
+  bool misaligned() const;
+  bool flaring() const;
+  /// One line that names what was found and what to do.
+  std::string to_string() const;
+};
+
+/// Looks whether T is symmetric before a capture relies on it [Garg06 §3: Helmholtz reciprocity holds on a
+/// coaxial rig only]. On each axis four combs p_i are shown, thin stripes at distances 1 to 3 and one farther
+/// off, repeated over the picture. For a symmetric T, p_jᵀ T p_i = p_iᵀ T p_j, whatever the scene, its
+/// interreflections and its blur; so their difference shows what camera or projector add:
+///   - a shift by m pixels moves direct light by m: Σ_{d ≤ 3} d · r(d) = −m, the first moment of the
+///     differences r(d) at distance d over the direct light; valid to ±3 pixels;
+///   - a one-sided flare of share s and length l reaches the far stripes: r(d) = s (1 − k) k^d, k =
+///   exp(−1/l),
+///     summed over the repeated stripes.
+/// cost: 8 photographs (4 on a grid with one axis below four pixels). error: the stated sigmas hold camera
+/// noise, a quarter of the flare's part in the shift (its profile is a guess), and a tenth of the shift (the
+/// direct light that it is scaled by has texture; on grids below 32 pixels it is a matter of yes or no). A
+/// shift moves indirect light too, which looks like a flare: on a misaligned rig a flare is named only if its
+/// share is above the shift in pixels. fails: whatever the probe fails with, bad_value (NaN or infinity in a
+/// valid pixel).
+Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options = {});
+
+}  // namespace symrig

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/image/grid.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace symrig {
+
+/// One of several coaxial views, counted from the top left one.
+struct View {
+  int row = 0, col = 0;
+  constexpr bool operator==(const View&) const = default;
+};
+
+/// A rectangle of pixels of a grid.
+struct Tile {
+  int row = 0, col = 0;
+  Grid grid;
+  constexpr bool operator==(const Tile&) const = default;
+};
+
+/// rows × cols coaxial views that tile one grid, as a mirror array or several projector-camera pairs show
+/// them [Garg06 Fig. 5, 7]. Of n pixels along an axis with V views, view k has [⌊k n / V⌋, ⌊(k + 1) n / V⌋):
+/// tiles differ by at most one pixel where the grid does not divide.
+struct ViewLayout {
+  int rows = 1, cols = 1;
+
+  constexpr bool operator==(const ViewLayout&) const = default;
+  constexpr std::int64_t count() const { return std::int64_t{rows} * cols; }
+  constexpr bool single() const { return rows == 1 && cols == 1; }
+  /// Every view has at least one pixel.
+  constexpr bool fits(Grid grid) const {
+    return rows >= 1 && cols >= 1 && rows <= grid.rows && cols <= grid.cols;
+  }
+  constexpr bool has(View view) const {
+    return view.row >= 0 && view.row < rows && view.col >= 0 && view.col < cols;
+  }
+  /// The pixels of one view.  needs: fits(grid), has(view).
+  constexpr Tile tile(Grid grid, View view) const {
+    const int top = start(grid.rows, rows, view.row);
+    const int left = start(grid.cols, cols, view.col);
+    return {
+        top, left, {start(grid.rows, rows, view.row + 1) - top, start(grid.cols, cols, view.col + 1) - left}};
+  }
+  /// The view that a pixel belongs to.  needs: fits(grid), the pixel lies in the grid.
+  constexpr View view_of(Grid grid, int row, int col) const {
+    return {index(grid.rows, rows, row), index(grid.cols, cols, col)};
+  }
+
+ private:
+  static constexpr int start(std::int64_t n, std::int64_t views, std::int64_t k) {
+    return static_cast<int>(k * n / views);
+  }
+  static constexpr int index(std::int64_t n, std::int64_t views, std::int64_t pixel) {
+    return static_cast<int>(((pixel + 1) * views - 1) / n);
+  }
+};
+
+/// "2x3": rows x columns of views.
+inline std::string to_string(ViewLayout views) {
+  return std::to_string(views.rows) + "x" + std::to_string(views.cols);
+}
+
+}  // namespace symrig

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/image/view_layout.hpp"
+
+#include <cstdint>
+#include <string_view>
+
+namespace symrig {
+
+/// In which order a block tree over several views is cut.
+enum class SplitOrder : std::uint8_t {
+  flat,         ///< the picture as it is, views or not [Garg06 §5.1]
+  views_first,  ///< down to single views, then each view like a picture of its own
+  views_last,   ///< all views alike down to one pixel of the tile, then the views
+  all_at_once,  ///< rows with rows of views, then columns with columns of views: two levels are one level of
+                ///< the 8th-order tensor, whose blocks have 16 children [Garg06 §5.1]
+  compensated,  ///< as views_last, by the place on the surface that a pixel sees instead of its place in the
+                ///< tile: pixels of all views that see one point share a block at every size
+};
+/// "flat", "views-first", "views-last", "all-at-once", "compensated".
+std::string_view name(SplitOrder order);
+/// fails: unknown_name.
+Result<SplitOrder> parse_split_order(std::string_view text);
+
+/// How a grid of pixels is cut into blocks.
+struct Split {
+  ViewLayout views;
+  SplitOrder order = SplitOrder::flat;
+  /// For compensated: what each pixel of the grid sees, as row (channel 0) and column (channel 1) in one
+  /// frame that all views share. units: pixels of a view, pixel centres at + ½. Empty for all other orders.
+  Image<float> surface;
+};
+
+}  // namespace symrig

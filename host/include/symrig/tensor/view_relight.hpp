@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/view_layout.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <optional>
+
+namespace symrig {
+
+/// Light from one view, seen from another: which part of an 8D tensor is asked for [Garg06 Fig. 7].
+struct ViewRelight {
+  ViewLayout views;          ///< that tile both grids of the tensor
+  std::optional<View> from;  ///< only this view's projector shines; all of them if empty
+  std::optional<View> to;    ///< only this view's picture is wanted; the whole photograph if empty
+};
+
+/// The grid that relight() takes its light on: that of the view `from`, else the projector's.
+/// fails: bad_argument (views that do not tile the tensor's grids, or a view that is not one of them).
+Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what);
+
+/// photograph = T · light, with the light of one view only and the picture of one view only.
+/// shapes: light_grid() (1 channel) → the tile of the view `to`, or the camera grid (channels()).
+/// error: as TransportTensor::apply.  fails: as light_grid, size_mismatch.
+Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
+                             const ViewRelight& what);
+
+}  // namespace symrig

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace symrig::acquisition {
+
+/// A file that grows at its end and is read anywhere, locked against other processes while it is open.
+/// Reading is thread-safe. Every failure is io and names the file, unless said.
+class AppendedFile {
+ public:
+  /// A new, empty file.  fails: also bad_argument (it is there already), not_found (no folder).
+  static Result<AppendedFile> create(const std::filesystem::path& path);
+  /// fails: also not_found.
+  static Result<AppendedFile> open(const std::filesystem::path& path);
+
+  AppendedFile(AppendedFile&& other) noexcept;
+  AppendedFile& operator=(AppendedFile&&) = delete;
+  AppendedFile(const AppendedFile&) = delete;
+  AppendedFile& operator=(const AppendedFile&) = delete;
+  ~AppendedFile();
+
+  const std::filesystem::path& path() const { return path_; }
+  std::uint64_t size() const { return size_; }
+
+  /// Fills `bytes` from `offset` on.  fails: also if the file ends before.
+  Result<void> read(std::uint64_t offset, std::span<std::byte> bytes) const;
+  /// Adds both at the end in one system call if the system allows. After a failure the file is as before.
+  Result<void> append(std::span<const std::byte> first, std::span<const std::byte> second = {});
+  /// Forgets what comes after the first `size` bytes.
+  Result<void> cut(std::uint64_t size);
+  /// Waits until the disk has it.
+  Result<void> sync() const;
+
+ private:
+  AppendedFile(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
+  static Result<AppendedFile> locked(AppendedFile file);
+  Error failure(const char* what) const;
+
+  std::filesystem::path path_;
+  int fd_ = -1;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/checks.hpp"
+
+#include "symrig/base/random.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr std::uint64_t kSeed = 0xC4EC;
+constexpr double kSignificant = 3;  // standard deviations
+enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural, kChecks };
+constexpr std::array<const char*, kChecks> kNames{
+    "random half", "its complement", "random 1/32", "another 1/32", "bar", "picture"};
+
+/// Tree ranges of the pixels that are lit.
+LitBlocks ranges_of(const BlockTree& tree, const std::vector<char>& lit_raster) {
+  LitBlocks ranges;
+  for (std::int32_t t = 0; t < std::ssize(tree.order()); ++t) {
+    if (lit_raster[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] == 0) continue;
+    if (!ranges.empty() && ranges.back().end == t)
+      ++ranges.back().end;
+    else
+      ranges.push_back({t, t + 1});
+  }
+  return ranges;
+}
+
+std::vector<char> above(const Image<float>& picture, float level) {
+  std::vector<char> lit;
+  for (const float v : picture.values()) lit.push_back(v > level ? 1 : 0);
+  return lit;
+}
+
+std::vector<std::vector<char>> lit_pixels(Grid grid) {
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  std::vector<std::vector<char>> lit(kChecks, std::vector<char>(pixels));
+  Random random(kSeed);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double u = random.uniform();
+    lit[u < 0.5 ? kHalf : kOtherHalf][i] = 1;
+    const double v = random.uniform();
+    if (v < 1.0 / 16) lit[v < 1.0 / 32 ? kSparse : kOtherSparse][i] = 1;
+  }
+  lit[kBar] = above(bar_pattern(grid), 0);
+  const Image<float> picture = natural_pattern(grid, kSeed);
+  std::vector<float> values(picture.values().begin(), picture.values().end());
+  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
+  lit[kNatural] = above(picture, values[values.size() / 2]);
+  return lit;
+}
+
+/// Squares of a signed sum of check photographs, over the pixels that count.
+struct Squares {
+  double error = 0, photograph = 0, noise = 0, noise_squared = 0;
+
+  void add(double e, double y, double variance) {
+    error += e * e;
+    photograph += y * y;
+    noise += variance;
+    noise_squared += 2 * variance * variance;
+  }
+  double relative() const {
+    const double resolution = std::sqrt(noise_squared);
+    const double signal = photograph - noise;
+    if (signal <= kSignificant * resolution) return 0;  // nothing to be relative to
+    return std::sqrt(std::max({error - noise, resolution, 0.0}) / signal);
+  }
+};
+
+}  // namespace
+
+Result<Checks> Checks::take(Context& context) {
+  Checks checks;
+  checks.first_ = context.photographer.taken();
+  std::vector<LitBlocks> patterns;
+  for (const auto& lit : lit_pixels(context.tree.grid())) patterns.push_back(ranges_of(context.tree, lit));
+  SYMRIG_CHECK(context.photographer.take("checks", patterns));
+  context.patterns_per_level.back() += std::ssize(patterns);
+  return checks;
+}
+
+Result<std::vector<Checks::Residual>> Checks::residuals(const Context& context) const {
+  std::vector<Residual> result;
+  SYMRIG_CHECK(
+      context.photographer.read(first_, kChecks, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+        std::vector<TreePhotograph> left(photographs.begin(), photographs.end());
+        context.known.subtract_from(left);
+        for (std::size_t k = 0; k < photographs.size(); ++k)
+          result.push_back({std::move(photographs[k]), std::move(left[k].mean)});
+      }));
+  return result;
+}
+
+TransportErrors Checks::errors(const std::vector<Residual>& residuals) {
+  const std::size_t pixels = residuals[0].photograph.pattern.size();
+  Squares frobenius, flood, indirect, random, natural, bar, bar_outside;
+  for (std::size_t at = 0; at < residuals[0].residual.size(); ++at) {
+    const std::size_t t = at % pixels;
+    const auto one = [&](std::size_t k, Squares& into) {
+      const TreePhotograph& p = residuals[k].photograph;
+      if (p.valid[at] != 0) into.add(residuals[k].residual[at], p.mean[at], p.variance[at]);
+    };
+    // first + sign · second, both valid
+    const auto two = [&](std::size_t first, std::size_t second, double sign, Squares& into) {
+      const TreePhotograph& p = residuals[first].photograph;
+      const TreePhotograph& q = residuals[second].photograph;
+      if (p.valid[at] != 0 && q.valid[at] != 0)
+        into.add(residuals[first].residual[at] + sign * residuals[second].residual[at],
+                 p.mean[at] + sign * q.mean[at], p.variance[at] + q.variance[at]);
+    };
+    two(kHalf, kOtherHalf, -1, frobenius);
+    two(kHalf, kOtherHalf, 1, flood);
+    if (residuals[kSparse].photograph.pattern[t] == 0 && residuals[kOtherSparse].photograph.pattern[t] == 0)
+      two(kSparse, kOtherSparse, -1, indirect);
+    one(kHalf, random);
+    one(kNatural, natural);
+    one(kBar, bar);
+    if (residuals[kBar].photograph.pattern[t] == 0) one(kBar, bar_outside);
+  }
+  return {frobenius.relative(), indirect.relative(), flood.relative(),      bar.relative(),
+          random.relative(),    natural.relative(),  bar_outside.relative()};
+}
+
+std::int64_t Checks::last() const {
+  return first_ + static_cast<std::int64_t>(kChecks);
+}
+
+std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residuals) {
+  const std::size_t pixels = residuals[0].photograph.pattern.size();
+  std::vector<double> mean;
+  for (std::size_t begin = 0; begin < residuals[0].residual.size(); begin += pixels) {
+    Squares dark;
+    double samples = 0;
+    for (const std::size_t k : {kHalf, kOtherHalf}) {
+      const TreePhotograph& p = residuals[k].photograph;
+      for (std::size_t t = 0; t < pixels; ++t) {
+        if (p.pattern[t] != 0 || p.valid[begin + t] == 0) continue;
+        dark.add(residuals[k].residual[begin + t], p.mean[begin + t], p.variance[begin + t]);
+        ++samples;
+      }
+    }
+    mean.push_back(samples > 0 ? std::max(0.0, dark.error - dark.noise) / samples : 0);
+  }
+  return mean;
+}
+
+Result<std::vector<HeldOut>> Checks::held_out(const Context& context) const {
+  std::vector<HeldOut> photographs;
+  const auto raster = [&](std::span<const float> tree, int channels) {
+    const auto pixels = context.tree.order().size();
+    Image<float> image(context.tree.grid(), channels);
+    for (int channel = 0; channel < channels; ++channel)
+      context.tree.to_raster(tree.subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                             image.plane(channel));
+    return image;
+  };
+  SYMRIG_CHECK(context.photographer.read(first_, kChecks, [&](std::int64_t, std::span<TreePhotograph> read) {
+    for (std::size_t k = 0; k < read.size(); ++k)
+      photographs.push_back({kNames[k], raster(read[k].pattern, 1), raster(read[k].mean, context.channels)});
+  }));
+  return photographs;
+}
+
+DarkExcess::DarkExcess(std::span<const Checks::Residual> residuals, std::span<const double> flood_squared) {
+  const std::size_t pixels = residuals[0].photograph.pattern.size();
+  before_.resize(pixels + 1);
+  lit_before_.assign(residuals.size(), std::vector<double>(pixels + 1));
+  for (std::size_t t = 0; t < pixels; ++t) {
+    Comparison sum = before_[t];
+    for (std::size_t k = 0; k < residuals.size(); ++k) {
+      const TreePhotograph& p = residuals[k].photograph;
+      lit_before_[k][t + 1] = lit_before_[k][t] + static_cast<double>(p.pattern[t]);
+      if (p.pattern[t] != 0) continue;
+      for (std::size_t channel = 0; channel < flood_squared.size(); ++channel) {
+        const std::size_t at = channel * pixels + t;
+        if (p.valid[at] == 0 || flood_squared[channel] <= 0) continue;
+        const double e = residuals[k].residual[at];
+        const double y = p.mean[at];
+        sum += {e * e / flood_squared[channel], y * y / flood_squared[channel],
+                static_cast<double>(p.variance[at]) / flood_squared[channel], 1};
+      }
+    }
+    before_[t + 1] = sum;
+  }
+}
+
+Comparison DarkExcess::of(std::int32_t begin, std::int32_t end) const {
+  const Comparison& a = before_[static_cast<std::size_t>(begin)];
+  const Comparison& b = before_[static_cast<std::size_t>(end)];
+  return {b.misfit - a.misfit, b.signal - a.signal, b.noise - a.noise, b.samples - a.samples};
+}
+
+double DarkExcess::lit(std::size_t check, std::int32_t begin, std::int32_t end) const {
+  return lit_before_[check][static_cast<std::size_t>(end)] -
+         lit_before_[check][static_cast<std::size_t>(begin)];
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/known.hpp"
+#include "acquisition/photographer.hpp"
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// What the parts of a hierarchical capture share.
+struct Context {
+  const CaptureOptions& options;
+  const BlockTree& tree;
+  int channels;
+  Photographer& photographer;
+  Known& known;
+  std::vector<double> flood_squared;             ///< F² of each channel; F: RMS of the flood-lit photograph
+  std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one and the checks
+
+  /// τ_A², the mean square misfit that a leaf may have, in units of F².
+  double tolerance() const { return options.rule.flood_fraction * options.rule.flood_fraction; }
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/appended_file.hpp"
+#include "acquisition/fast_crc32c.hpp"
+#include "acquisition/log_head.hpp"
+#include "acquisition/photograph_record.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using acquisition::AppendedFile;
+using acquisition::PhotographShape;
+using acquisition::Record;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t kRecordMagic = 0x544F4850;  // "PHOT"
+
+/// Before every record.
+struct RecordFront {
+  std::uint32_t magic;
+  std::uint32_t crc;  ///< of the record
+  std::uint64_t bytes;
+};
+static_assert(sizeof(RecordFront) == 16);
+
+/// Says when the disk is to be waited for: every five seconds, or less often where that would take more than
+/// a twentieth of the time.
+class SyncTimer {
+ public:
+  bool due() const { return Clock::now() >= next_; }
+  void took(Clock::time_point start) {
+    const auto end = Clock::now();
+    next_ = end + std::max<Clock::duration>(kPeriod, 20 * (end - start));
+  }
+
+ private:
+  static constexpr std::chrono::seconds kPeriod{5};
+  Clock::time_point next_ = Clock::now() + kPeriod;
+};
+
+class FileLog final : public PhotographLog {
+ public:
+  FileLog(AppendedFile file, PhotographShape shape) : file_(std::move(file)), shape_(shape) {}
+
+  /// Finds the photographs behind the head and cuts what is not one.
+  Result<void> recover(std::uint64_t head_bytes);
+
+  Grid grid() const override { return shape_.grid; }
+  int channels() const override { return shape_.channels; }
+  std::int64_t size() const override { return std::ssize(records_); }
+  Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
+                          const ProbeCost& spent) override;
+  Result<Pattern> pattern(std::int64_t k) const override;
+  Result<Radiance> photograph(std::int64_t k) const override;
+  Result<ProbeCost> spent(std::int64_t k) const override;
+
+ private:
+  struct Place {
+    std::uint64_t offset;  // of the record, behind its front
+    std::uint64_t bytes;
+    std::uint32_t crc;
+  };
+  Result<std::optional<Place>> sound_record(std::uint64_t offset, Record& buffer) const;
+  Result<void> append_record(const Record& record);
+  Result<void> sync();
+  Result<Record> read(std::int64_t k, bool pattern_only) const;
+
+  AppendedFile file_;
+  PhotographShape shape_;
+  std::vector<Place> records_;
+  Record written_;  // the last one; kept for its memory
+  SyncTimer sync_timer_;
+};
+
+/// The record that begins at `offset`, if it is there and sound; buffer holds its bytes then.
+Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset, Record& buffer) const {
+  RecordFront front{};
+  if (file_.size() - offset < sizeof front) return std::optional<Place>();
+  SYMRIG_CHECK(file_.read(offset, std::as_writable_bytes(std::span(&front, 1))));
+  const auto [binary, grey] = acquisition::record_sizes(shape_);
+  const bool possible = front.magic == kRecordMagic && (front.bytes == binary || front.bytes == grey) &&
+                        front.bytes <= file_.size() - offset - sizeof front;
+  if (!possible) return std::optional<Place>();
+  buffer.resize(static_cast<std::size_t>(front.bytes));
+  SYMRIG_CHECK(file_.read(offset + sizeof front, buffer));
+  const bool sound =
+      acquisition::fast_crc32c(buffer) == front.crc && acquisition::record_fits(shape_, buffer);
+  if (!sound) return std::optional<Place>();
+  return std::optional<Place>({offset + sizeof front, front.bytes, front.crc});
+}
+
+Result<void> FileLog::recover(std::uint64_t head_bytes) {
+  std::uint64_t end = head_bytes;  // of the last whole run
+  std::uint64_t next = head_bytes;
+  std::vector<Place> run;
+  Record buffer;
+  for (;;) {
+    SYMRIG_TRY(const std::optional<Place> record, sound_record(next, buffer));
+    if (!record) break;
+    run.push_back(*record);
+    next = record->offset + record->bytes;
+    if (acquisition::record_left(buffer) > 0) continue;
+    records_.insert(records_.end(), run.begin(), run.end());
+    run.clear();
+    end = next;
+  }
+  if (end < file_.size()) SYMRIG_CHECK(file_.cut(end));
+  return {};
+}
+
+Result<void> FileLog::sync() {
+  if (!sync_timer_.due()) return {};
+  const auto start = Clock::now();
+  SYMRIG_CHECK(file_.sync());
+  sync_timer_.took(start);
+  return {};
+}
+
+Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
+                                 const ProbeCost& spent) {
+  SYMRIG_CHECK(sync());
+  SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
+  const std::uint64_t begin = file_.size();
+  const std::size_t before = records_.size();
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    acquisition::encode_record(patterns[k], photographs[k], spent,
+                               static_cast<std::uint32_t>(patterns.size() - k - 1), written_);
+    auto written = append_record(written_);
+    if (written) continue;
+    records_.resize(before);
+    SYMRIG_CHECK(file_.cut(begin));
+    return written;
+  }
+  return {};
+}
+
+Result<void> FileLog::append_record(const Record& record) {
+  const RecordFront front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
+  const std::uint64_t begin = file_.size();
+  SYMRIG_CHECK(file_.append(std::as_bytes(std::span(&front, 1)), record));
+  records_.push_back({begin + sizeof front, front.bytes, front.crc});
+  return {};
+}
+
+Result<Record> FileLog::read(std::int64_t k, bool pattern_only) const {
+  if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
+  const Place& place = records_[static_cast<std::size_t>(k)];
+  const auto bytes = static_cast<std::size_t>(place.bytes);
+  Record record(pattern_only ? acquisition::pattern_end(shape_, bytes) : bytes);
+  SYMRIG_CHECK(file_.read(place.offset, record));
+  if (!pattern_only && acquisition::fast_crc32c(record) != place.crc)
+    return Error{
+        ErrorCode::bad_format,
+        file_.path().string() + ": photograph " + std::to_string(k) + " has changed since it was written",
+        "check the disk"};
+  return record;
+}
+
+Result<Pattern> FileLog::pattern(std::int64_t k) const {
+  SYMRIG_TRY(const Record record, read(k, true));
+  return acquisition::record_pattern(shape_, record);
+}
+
+Result<Radiance> FileLog::photograph(std::int64_t k) const {
+  SYMRIG_TRY(const Record record, read(k, false));
+  return acquisition::record_photograph(shape_, record);
+}
+
+Result<ProbeCost> FileLog::spent(std::int64_t k) const {
+  SYMRIG_TRY(const Record record, read(k, true));
+  return acquisition::record_spent(record);
+}
+
+PhotographShape shape_of(const LogIdentity& identity) {
+  return {identity.grid, identity.channels};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PhotographLog>> create_photograph_log(const fs::path& path,
+                                                             const LogIdentity& identity) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::create(path));
+  if (auto head = file.append(acquisition::log_head(identity)); !head) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    return head.error();
+  }
+  return std::unique_ptr<PhotographLog>(new FileLog(std::move(file), shape_of(identity)));
+}
+
+Result<std::unique_ptr<PhotographLog>> open_photograph_log(const fs::path& path,
+                                                           const LogIdentity& identity) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::open(path));
+  SYMRIG_TRY(const acquisition::HeadState head, acquisition::check_log_head(file, identity));
+  const auto bytes = acquisition::log_head(identity);
+  if (head == acquisition::HeadState::torn) {
+    SYMRIG_CHECK(file.cut(0));
+    SYMRIG_CHECK(file.append(bytes));
+  }
+  auto log = std::make_unique<FileLog>(std::move(file), shape_of(identity));
+  SYMRIG_CHECK(log->recover(bytes.size()));
+  return std::unique_ptr<PhotographLog>(std::move(log));
+}
+
+}  // namespace symrig

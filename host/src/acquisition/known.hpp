@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/photographer.hpp"
+#include "symrig/tensor/block_tree.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// A rank-1 leaf that is still being worked on: T_IJ ≈ a b' on I = [row_begin, row_end), J = [col_begin,
+/// col_end) in tree order, and T_JI its mirror.
+struct KnownLeaf {
+  std::int32_t row_begin = 0, row_end = 0;
+  std::int32_t col_begin = 0, col_end = 0;
+  std::int32_t level = 0;
+  float row_noise = 0,
+        col_noise = 0;       ///< mean variance of its images c and r, summed over channels, units of F²
+  bool removed = false;      ///< taken back (reopened)
+  std::int64_t factors = 0;  ///< offset of a then b, channel after channel
+
+  std::int32_t rows() const { return row_end - row_begin; }
+  std::int32_t cols() const { return col_end - col_begin; }
+  bool diagonal() const { return row_begin == col_begin; }
+};
+
+/// The transport known so far, in single precision and open to change, unlike the TransportTensor it ends as.
+class Known {
+ public:
+  Known(const BlockTree& tree, int channels) : tree_(tree), channels_(channels) {}
+
+  /// factors: for each channel a then b. Returns the leaf's number.
+  std::int32_t add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
+                        std::int32_t col_end, int level, std::span<const float> factors);
+  void set_noise(std::int32_t leaf, float row, float col) {
+    leaves_[static_cast<std::size_t>(leaf)].row_noise = row;
+    leaves_[static_cast<std::size_t>(leaf)].col_noise = col;
+  }
+  void remove_leaf(std::int32_t leaf) { leaves_[static_cast<std::size_t>(leaf)].removed = true; }
+  void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
+  void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
+
+  /// What has been added since mark() is forgotten by rewind().
+  struct Mark {
+    std::size_t leaves, factors, empties, scalars;
+  };
+  Mark mark() const { return {leaves_.size(), factors_.size(), empties_.size(), scalars_.size()}; }
+  void rewind(const Mark& mark);
+
+  std::span<const KnownLeaf> leaves() const { return leaves_; }
+  std::span<float> factors() { return factors_; }
+  std::span<const float> factors() const { return factors_; }
+  std::span<const ScalarLeaf> scalars() const { return scalars_; }
+  std::span<float> scalar_values() { return scalar_values_; }
+
+  /// mean −= T_known · pattern, sixteen photographs to one pass over the factors: what is left is the light
+  /// of unknown transport.  error: rounding as TransportTensor::apply.  Bit-equal for any number of threads.
+  /// [Garg06 §5, eq. 6]
+  void subtract_from(std::span<TreePhotograph> photographs) const;
+
+  /// The finished tensor.
+  TransportTensor tensor() const;
+
+ private:
+  void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel) const;
+
+  const BlockTree& tree_;
+  int channels_;
+  std::vector<KnownLeaf> leaves_;
+  std::vector<float> factors_;
+  struct Empty {
+    std::int32_t level, row_block, col_block;
+  };
+  std::vector<Empty> empties_;
+  std::vector<ScalarLeaf> scalars_;
+  std::vector<float> scalar_values_;  // [scalar][channel]
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/level_search.hpp"
+
+#include "acquisition/colouring.hpp"
+#include "acquisition/conflict_graph.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::acquisition {
+namespace {
+
+/// Calls use(side) for each side of the node that the shot lights.
+template <class Use>
+void for_lit_sides(const Node& node, const std::vector<char>& lit, const Use& use) {
+  if (lit[static_cast<std::size_t>(node.col)] != 0) use(NodeLevel::Side::col);
+  if (!node.diagonal() && lit[static_cast<std::size_t>(node.row)] != 0) use(NodeLevel::Side::row);
+}
+
+std::vector<std::vector<char>> lit_blocks(std::span<const Shot> shots, std::int32_t blocks) {
+  std::vector<std::vector<char>> lit(shots.size(), std::vector<char>(static_cast<std::size_t>(blocks)));
+  for (std::size_t k = 0; k < shots.size(); ++k)
+    for (const std::int32_t b : shots[k].blocks) lit[k][static_cast<std::size_t>(b)] = 1;
+  return lit;
+}
+
+std::vector<Shot> shots_of(const std::vector<std::vector<std::int32_t>>& colours, const NodeLevel& level) {
+  std::vector<Shot> shots;
+  for (const auto& colour : colours) {
+    for (int slot = 0; slot < 4; ++slot) {
+      Shot shot{{}, slot};
+      for (const std::int32_t b : colour)
+        if (slot < level.block(b).children) shot.blocks.push_back(b);
+      if (!shot.blocks.empty()) shots.push_back(std::move(shot));
+    }
+  }
+  return shots;
+}
+
+}  // namespace
+
+Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
+  std::vector<NodeIndex> doubtful, predicted;
+  for (NodeIndex n = 0; n < std::ssize(unknown_.nodes()); ++n)
+    (expected_to_pass(node(n)) ? predicted : doubtful).push_back(n);
+  std::vector<Tested> tested;
+  while (!doubtful.empty()) {
+    rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
+    for (const NodeIndex n : predicted) accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
+    predicted.clear();
+    budget -= std::ssize(rounds_.back().shots);
+    SYMRIG_CHECK(photograph(rounds_.back()));
+    SYMRIG_CHECK(develop());
+    tested = judge();
+    learn(std::span(tested).last(rounds_.back().tested.size()));
+    doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
+  }
+  for (const NodeIndex n : predicted) add_leaf(context_, unknown_, node(n));
+  return tested;
+}
+
+bool LevelSearch::expected_to_pass(const Node& of) const {
+  return context_.options.economy.decay > 0 && decay_.squared() * of.undecayed <= context_.tolerance();
+}
+
+/// Colours the blocks of the level so that no two in one colour share a block whose transport with both is
+/// unknown, and lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit
+/// into a colour move to the tested, those nearest to failing first.
+LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
+                                         std::vector<NodeIndex>& predicted) const {
+  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+  for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
+  Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
+  std::stable_sort(predicted.begin(), predicted.end(),
+                   [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
+  std::erase_if(predicted, [&](NodeIndex n) {
+    if (!colouring.add(node(n).row, node(n).col)) return false;
+    doubtful.push_back(n);
+    return true;
+  });
+  return {std::move(doubtful), shots_of(colouring.classes(), unknown_), 0};
+}
+
+/// Tests as many of the doubtful nodes as the budget has patterns for, those that are expected to miss most
+/// first; the others are accepted as they are.
+LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
+                                                std::vector<NodeIndex>& predicted) {
+  const std::vector<NodeIndex> passing = predicted;
+  Round round = schedule(doubtful, predicted);
+  if (std::ssize(round.shots) <= budget) return round;
+  cut_short_ = true;
+  std::stable_sort(doubtful.begin(), doubtful.end(),
+                   [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
+  std::size_t most = doubtful.size();
+  std::size_t least = 0;
+  const auto with_first = [&](std::size_t count) {
+    predicted = passing;
+    predicted.insert(predicted.end(), doubtful.begin() + static_cast<std::ptrdiff_t>(count), doubtful.end());
+    return schedule({doubtful.begin(), doubtful.begin() + static_cast<std::ptrdiff_t>(count)}, predicted);
+  };
+  while (most - least > 1) {
+    const std::size_t middle = least + (most - least) / 2;
+    (std::ssize(with_first(middle).shots) <= budget ? least : most) = middle;
+  }
+  return with_first(least);
+}
+
+Result<void> LevelSearch::photograph(Round& round) {
+  const std::int64_t bytes = unknown_.room(round.tested);
+  if (bytes > context_.options.memory_limit)
+    return Error{ErrorCode::limit,
+                 "level " + std::to_string(unknown_.level()) + " would need " + std::to_string(bytes >> 20) +
+                     " MiB for " + std::to_string(round.tested.size()) + " unknown nodes",
+                 "raise the tolerance or use a smaller grid; the scene may not be data-sparse"};
+  unknown_.make_room(round.tested);
+  std::vector<LitBlocks> patterns;
+  for (const Shot& shot : round.shots) {
+    LitBlocks ranges;
+    for (const std::int32_t b : shot.blocks) {
+      const Block& child = unknown_.child(unknown_.block(b), shot.slot);
+      ranges.push_back({child.begin, child.end});
+    }
+    patterns.push_back(std::move(ranges));
+  }
+  round.first = context_.photographer.taken();
+  context_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
+  return context_.photographer.take("level " + std::to_string(unknown_.level()), patterns);
+}
+
+/// Takes what is known out of the photographs of the level and keeps what is left as evidence. The last round
+/// is developed first; where a node of one round shines into a photograph of another, what its own round
+/// measured is taken out too.
+Result<void> LevelSearch::develop() {
+  for (std::size_t r = rounds_.size(); r-- > 0;) {
+    const Round& round = rounds_[r];
+    SYMRIG_CHECK(context_.photographer.read(
+        round.first, std::ssize(round.shots), [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+          context_.known.subtract_from(photographs);
+          const auto shots = std::span(round.shots)
+                                 .subspan(static_cast<std::size_t>(first - round.first), photographs.size());
+          for (std::size_t other = 0; other < rounds_.size(); ++other)
+            if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
+          record(round.tested, shots, photographs);
+        }));
+  }
+  return {};
+}
+
+void LevelSearch::subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+                                    std::span<TreePhotograph> photographs) const {
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+    for (const NodeIndex n : tested)
+      for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
+        unknown_.subtract_measured(node(n), side, shots[k].slot, photographs[k].mean);
+      });
+  });
+}
+
+void LevelSearch::record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+                         std::span<const TreePhotograph> photographs) {
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t t) {
+    for (std::size_t k = 0; k < photographs.size(); ++k)
+      for_lit_sides(node(tested[t]), lit[k], [&](NodeLevel::Side side) {
+        const TreePhotograph& p = photographs[k];
+        unknown_.record(node(tested[t]), side, shots[k].slot, p.mean, p.variance, p.valid);
+      });
+  });
+}
+
+std::vector<Tested> LevelSearch::judge() const {
+  std::vector<Tested> tested;
+  for (const Round& round : rounds_)
+    for (const NodeIndex n : round.tested) tested.push_back({n, {}});
+  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t k) {
+    tested[k].evidence = unknown_.evidence(node(tested[k].node), context_.flood_squared);
+  });
+  return tested;
+}
+
+/// Only nodes that were expected to pass teach: the others were tested because they are hard.
+void LevelSearch::learn(std::span<const Tested> tested) {
+  double found = 0;
+  double nodes = 0;
+  for (const Tested& t : tested) {
+    const Comparison total = t.evidence.total();
+    if (!expected_to_pass(node(t.node)) || total.samples <= 0) continue;
+    const double allowed = noise_allowance(total.noise, total.samples, context_.options.rule.noise_sigmas);
+    found += std::max(0.0, total.misfit - allowed) / total.samples / context_.tolerance();
+    ++nodes;
+  }
+  decay_.learn(found, nodes);
+}
+
+/// Accepted nodes that are not expected to pass any more.
+std::vector<NodeIndex> LevelSearch::take_back() {
+  std::vector<NodeIndex> doubtful;
+  std::erase_if(accepted_, [&](const Accepted& at) {
+    if (expected_to_pass(node(at.node))) return false;
+    doubtful.push_back(at.node);
+    context_.known.remove_leaf(at.leaf);
+    return true;
+  });
+  return doubtful;
+}
+
+}  // namespace symrig::acquisition

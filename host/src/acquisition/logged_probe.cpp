@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/acquisition/photograph_log.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace symrig {
+namespace {
+
+ProbeCost operator+(const ProbeCost& a, const ProbeCost& b) {
+  return {a.photographs + b.photographs, a.frames + b.frames, a.rig_seconds + b.rig_seconds,
+          a.simulate_seconds + b.simulate_seconds, a.merge_seconds + b.merge_seconds};
+}
+
+ProbeCost operator-(const ProbeCost& a, const ProbeCost& b) {
+  return {a.photographs - b.photographs, a.frames - b.frames, a.rig_seconds - b.rig_seconds,
+          a.simulate_seconds - b.simulate_seconds, a.merge_seconds - b.merge_seconds};
+}
+
+}  // namespace
+
+Result<Radiance> LoggedProbe::replay(const Pattern& pattern) {
+  SYMRIG_TRY(const Pattern logged, log_.pattern(replayed_));
+  if (logged != pattern)
+    return Error{ErrorCode::bad_format,
+                 "photograph " + std::to_string(replayed_) +
+                     " of the log was taken with another pattern: the log is of another capture",
+                 "delete the log to begin anew"};
+  SYMRIG_TRY(Radiance photograph, log_.photograph(replayed_));
+  SYMRIG_TRY(replayed_cost_, log_.spent(replayed_));
+  ++replayed_;
+  return photograph;
+}
+
+Result<void> LoggedProbe::go_on() {
+  if (measuring_) return {};
+  if (replayed_ > 0) SYMRIG_CHECK(inner_.continue_after(replayed_cost_));
+  before_ = inner_.cost();
+  measuring_ = true;
+  return {};
+}
+
+Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::vector<Radiance>& photographs) {
+  for (std::size_t first = 0; first < patterns.size(); first += together_) {
+    const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
+    SYMRIG_TRY(std::vector<Radiance> answers, inner_.measure(few));
+    SYMRIG_CHECK(log_.append_run(few, answers, cost()));
+    std::move(answers.begin(), answers.end(), std::back_inserter(photographs));
+  }
+  return {};
+}
+
+Result<std::vector<Radiance>> LoggedProbe::measure(std::span<const Pattern> patterns) {
+  std::vector<Radiance> photographs;
+  photographs.reserve(patterns.size());
+  while (!measuring_ && replayed_ < log_.size() && photographs.size() < patterns.size()) {
+    SYMRIG_TRY(Radiance photograph, replay(patterns[photographs.size()]));
+    photographs.push_back(std::move(photograph));
+  }
+  const auto rest = patterns.subspan(photographs.size());
+  if (rest.empty()) return photographs;
+  SYMRIG_CHECK(go_on());
+  SYMRIG_CHECK(measure_on(rest, photographs));
+  return photographs;
+}
+
+ProbeCost LoggedProbe::cost() const {
+  if (!measuring_) return replayed_ > 0 ? replayed_cost_ : inner_.cost();
+  return replayed_ > 0 ? replayed_cost_ + (inner_.cost() - before_) : inner_.cost();
+}
+
+}  // namespace symrig

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// One photograph of a log as bytes (docs/photograph-log.md). Little-endian, every part padded to 8 bytes.
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/result.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// What the pixels of a log's photographs look like.
+struct PhotographShape {
+  Grid grid;
+  int channels = 1;
+};
+
+using Record = std::vector<std::byte>;
+
+/// Whether a run can be logged.  fails: size_mismatch.
+Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> patterns,
+                       std::span<const Radiance> photographs);
+
+/// The photograph as bytes; both must have passed check_run. left: photographs of the same run that follow.
+/// record is overwritten: a caller who keeps it spares the system from handing out the memory each time.
+void encode_record(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent,
+                   std::uint32_t left, Record& record);
+
+/// Bytes of a record whose pattern is binary, and of one whose pattern is grey: there are no others.
+struct RecordSizes {
+  std::size_t binary = 0;
+  std::size_t grey = 0;
+};
+RecordSizes record_sizes(const PhotographShape& shape);
+
+/// True if the record has a size and a pattern kind that the shape allows: the parts below may then be read.
+bool record_fits(const PhotographShape& shape, std::span<const std::byte> record);
+
+/// How many bytes of a record of that size hold all that record_spent and record_pattern look at.
+std::size_t pattern_end(const PhotographShape& shape, std::size_t record_bytes);
+
+/// How many photographs of the same run follow.
+std::uint32_t record_left(std::span<const std::byte> record);
+ProbeCost record_spent(std::span<const std::byte> record);
+Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record);
+Radiance record_photograph(const PhotographShape& shape, std::span<const std::byte> record);
+
+/// The error of every log for a number that it does not have.
+Error no_such_photograph(std::int64_t k, std::int64_t size);
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/placement.hpp"
+
+#include "acquisition/prediction.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+namespace symrig::acquisition {
+namespace {
+
+/// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
+/// sample does not count.
+void add_pixel(Context& context, std::int32_t row, std::int32_t col, const Estimate& estimate) {
+  std::vector<float> value(estimate.c_noise.size());
+  const auto r = row == col ? estimate.c : estimate.r;
+  for (std::size_t channel = 0; channel < value.size(); ++channel) {
+    const PairNoise& c_noise = estimate.c_noise[channel];
+    const PairNoise& r_noise = estimate.r_noise[channel];
+    const float both = c_noise.variance + r_noise.variance;
+    float weight = both > 0 ? r_noise.variance / both : 0.5F;
+    if (c_noise.valid == 0 && r_noise.valid != 0) weight = 0;
+    if (c_noise.valid != 0 && r_noise.valid == 0) weight = 1;
+    value[channel] = weight * estimate.c[channel] + (1 - weight) * r[channel];
+  }
+  context.known.add_scalar(row, col, value);
+}
+
+Energy energy_of(const Context& context, const Estimate& estimate, std::size_t rows, std::size_t cols) {
+  Energy energy;
+  for (std::size_t channel = 0; channel < estimate.c_noise.size(); ++channel) {
+    if (context.flood_squared[channel] <= 0) continue;
+    const auto add = [&](std::span<const float> image, std::size_t size, const PairNoise& noise) {
+      double signal = 0;
+      for (const float v : image.subspan(channel * size, size))
+        signal += static_cast<double>(v) * static_cast<double>(v);
+      energy.signal += signal / context.flood_squared[channel];
+      energy.noise += static_cast<double>(noise.variance) / context.flood_squared[channel];
+      energy.samples += noise.valid;
+    };
+    add(estimate.c, rows, estimate.c_noise[channel]);
+    if (!estimate.r.empty()) add(estimate.r, cols, estimate.r_noise[channel]);
+  }
+  return energy;
+}
+
+/// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
+/// child b.
+void add_child(Context& context, const NodeLevel& parent, const Node& node, int a, int b, double undecayed,
+               NodeLevel& next) {
+  const Block& i = parent.block(node.row);
+  const Block& j = parent.block(node.col);
+  const Block& child_i = parent.child(i, a);
+  const Block& child_j = parent.child(j, b);
+  const bool diagonal = node.diagonal() && a == b;
+  std::vector<float> c, r;
+  std::vector<PairNoise> c_noise, r_noise;
+  for (int channel = 0; channel < context.channels; ++channel) {
+    const auto on_i = parent.y(node, b, channel)
+                          .subspan(static_cast<std::size_t>(child_i.begin - i.begin),
+                                   static_cast<std::size_t>(child_i.size()));
+    const auto on_j = parent.z(node, a, channel)
+                          .subspan(static_cast<std::size_t>(child_j.begin - j.begin),
+                                   static_cast<std::size_t>(child_j.size()));
+    c.insert(c.end(), on_i.begin(), on_i.end());
+    if (!diagonal) r.insert(r.end(), on_j.begin(), on_j.end());
+    c_noise.push_back(parent.y_noise(node, b, a, channel));
+    r_noise.push_back(parent.z_noise(node, a, b, channel));
+  }
+  place(context, next, i.first_child + a, j.first_child + b,
+        {c, r, c_noise, r_noise, undecayed, node.distrusted});
+}
+
+std::int32_t block_at(std::span<const Block> blocks, std::int32_t begin) {
+  const auto at =
+      std::lower_bound(blocks.begin(), blocks.end(), begin,
+                       [](const Block& block, std::int32_t value) { return block.begin < value; });
+  return static_cast<std::int32_t>(at - blocks.begin());
+}
+
+}  // namespace
+
+std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node) {
+  std::vector<float> factors;
+  for (int channel = 0; channel < context.channels; ++channel) {
+    const double s = level.sums(node, channel).s;
+    const auto scale = s > 0 ? static_cast<float>(1 / std::sqrt(s)) : 0.0F;
+    for (const float v : level.c(node, channel)) factors.push_back(scale * v);
+    for (const float v : level.r(node, channel)) factors.push_back(scale * v);
+  }
+  const Block& i = level.block(node.row);
+  const Block& j = level.block(node.col);
+  const std::int32_t leaf = context.known.add_leaf(i.begin, i.end, j.begin, j.end, level.level(), factors);
+  double row_noise = 0;
+  double col_noise = 0;
+  for (int channel = 0; channel < context.channels; ++channel) {
+    const double f = context.flood_squared[static_cast<std::size_t>(channel)];
+    if (f <= 0) continue;
+    row_noise += static_cast<double>(level.sums(node, channel).c_noise) / i.size() / f;
+    col_noise += static_cast<double>(level.sums(node, channel).r_noise) / j.size() / f;
+  }
+  context.known.set_noise(leaf, static_cast<float>(row_noise), static_cast<float>(col_noise));
+  return leaf;
+}
+
+void place(Context& context, NodeLevel& into, std::int32_t row, std::int32_t col, const Estimate& estimate) {
+  const Block& i = into.block(row);
+  const Block& j = into.block(col);
+  const Energy energy =
+      energy_of(context, estimate, static_cast<std::size_t>(i.size()), static_cast<std::size_t>(j.size()));
+  if (is_empty(energy, context.options.rule)) {
+    context.known.add_empty(into.level(), row, col);
+  } else if (i.single_pixel() && j.single_pixel()) {
+    add_pixel(context, i.begin, j.begin, estimate);
+  } else {
+    into.add(row, col, estimate.c, estimate.r, estimate.c_noise, estimate.r_noise, estimate.undecayed);
+    if (estimate.distrusted) into.distrust_last();
+  }
+}
+
+void settle(Context& context, const NodeLevel& level, std::span<const Tested> tested, NodeLevel& next) {
+  const RankRule& rule = context.options.rule;
+  for (const Tested& t : tested) {
+    const Node& node = level.nodes()[static_cast<std::size_t>(t.node)];
+    if (!node.split && is_leaf(t.evidence, rule)) {
+      add_leaf(context, level, node);
+      continue;
+    }
+    for (int a = 0; a < level.block(node.row).children; ++a)
+      for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b)
+        add_child(context, level, node, a, b,
+                  node.distrusted
+                      ? std::numeric_limits<double>::infinity()
+                      : undecayed_misfit(t.evidence, a, b, level.level(), rule, context.options.economy),
+                  next);
+  }
+}
+
+void reopen(Context& context, std::int32_t leaf, NodeLevel& level) {
+  const KnownLeaf& of = context.known.leaves()[static_cast<std::size_t>(leaf)];
+  const auto rows = static_cast<std::size_t>(of.rows());
+  const auto cols = static_cast<std::size_t>(of.cols());
+  const auto factors = context.known.factors().subspan(static_cast<std::size_t>(of.factors));
+  std::vector<float> c, r;
+  for (std::size_t channel = 0; channel < static_cast<std::size_t>(context.channels); ++channel) {
+    const auto a = factors.subspan(channel * (rows + cols), rows);
+    const auto b = factors.subspan(channel * (rows + cols) + rows, cols);
+    const double light_b = std::accumulate(b.begin(), b.end(), 0.0);
+    const double light_a = std::accumulate(a.begin(), a.end(), 0.0);
+    for (const float v : a) c.push_back(static_cast<float>(light_b * static_cast<double>(v)));
+    if (!of.diagonal())
+      for (const float v : b) r.push_back(static_cast<float>(light_a * static_cast<double>(v)));
+  }
+  const auto channels = static_cast<std::size_t>(context.channels);
+  const std::vector<PairNoise> c_noise(channels, {0, of.rows()});
+  const std::vector<PairNoise> r_noise(channels, {0, of.cols()});
+  const auto blocks = context.tree.level(of.level);
+  const std::int32_t row = block_at(blocks, of.row_begin);
+  const std::int32_t col = block_at(blocks, of.col_begin);
+  context.known.remove_leaf(leaf);
+  level.add(row, col, c, r, c_noise, r_noise, std::numeric_limits<double>::infinity());
+  level.split_last();
+}
+
+}  // namespace symrig::acquisition

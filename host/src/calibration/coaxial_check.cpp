@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/coaxial_check.hpp"
+
+#include "calibration/coaxial_comb.hpp"
+#include "calibration/flare_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig {
+
+double Estimate::significance() const {
+  return sigma > 0 ? std::abs(value) / sigma : 0;
+}
+
+namespace {
+
+using calibration::Axis;
+using calibration::Comb;
+using calibration::Flare;
+using calibration::Imbalance;
+using calibration::Light;
+
+constexpr int kNear = 3;  // pixels: distances that a shift may reach
+/// Photographs are floats: their sums are known to this share of the light even without noise.
+constexpr double kRounding = 1e-6;
+/// How far the true flare may lie from its fitted profile, at near distances and in all.
+constexpr double kProfileError = 0.25;
+/// The texture of the stripes leaves this much of the scale of a shift open.
+constexpr double kScaleError = 0.1;
+/// A shift of a pixel passes for a flare of at most this share: it moves the indirect light too. A curved
+/// mirror showed half as much, matt scenes a tenth.
+constexpr double kFlareOfShift = 1;
+
+/// r(d) of every pair of stripes: light that went d pixels up the axis less light that went d pixels down it,
+/// over the direct light. Empty if that is not above the noise.
+std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> photographs) {
+  std::vector<Imbalance> found;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    for (std::size_t j = i + 1; j < photographs.size(); ++j) {
+      const Light up = light_at(photographs[i], comb, comb.offsets[j]);
+      const Light down = light_at(photographs[j], comb, comb.offsets[i]);
+      const Light a = direct_light(photographs[i], comb, comb.offsets[i]);
+      const Light b = direct_light(photographs[j], comb, comb.offsets[j]);
+      const double direct = (a.value + b.value) / 2;
+      if (!(direct > 5 * std::sqrt(a.variance + b.variance))) return {};
+      const double noise = std::sqrt(up.variance + down.variance) / direct;
+      found.push_back({comb.offsets[j] - comb.offsets[i], (up.value - down.value) / direct,
+                       std::hypot(noise, kRounding)});
+    }
+  }
+  return found;
+}
+
+/// −Σ_{d ≤ 3} d (r(d) − flare(d)).
+Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, const Comb& comb) {
+  Estimate shift;
+  double variance = 0, corrected = 0;
+  for (const Imbalance& one : found) {
+    if (one.distance > kNear) continue;
+    const double light = flare.share * flare_imbalance(comb, one.distance, flare.length);
+    shift.value -= one.distance * (one.value - light);
+    corrected += one.distance * light;
+    variance += one.distance * one.distance * one.sigma * one.sigma;
+  }
+  shift.sigma =
+      std::sqrt(variance + std::pow(kProfileError * corrected, 2) + std::pow(kScaleError * shift.value, 2));
+  return shift;
+}
+
+/// The flare is judged by the far stripes, which no shift reaches; where none is found to be shifted, by all.
+AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, double sigmas) {
+  std::vector<Imbalance> far;
+  std::ranges::copy_if(found, std::back_inserter(far), [](const auto& one) { return one.distance > kNear; });
+  Flare flare = fit_flare(far, comb);
+  if (flare.significance < sigmas) flare = {};
+  AxisCheck axis;
+  axis.measured = true;
+  axis.shift = first_moment(found, flare, comb);
+  if (axis.shift.significance() < sigmas) flare = fit_flare(found, comb);
+  axis.flare = {flare.share, std::hypot(flare.sigma, kProfileError * flare.share)};
+  axis.flare_length = flare.length;
+  axis.flare_significance = flare.significance;
+  return axis;
+}
+
+bool finite(const Radiance& photograph) {
+  const auto mean = photograph.mean.values(), variance = photograph.variance.values();
+  for (std::size_t i = 0; i < mean.size(); ++i)
+    if (photograph.valid.values()[i] != 0 && !(std::isfinite(mean[i]) && std::isfinite(variance[i])))
+      return false;
+  return true;
+}
+
+Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb) {
+  std::vector<Pattern> patterns;
+  for (const int offset : comb.offsets) patterns.push_back(comb.pattern(offset));
+  SYMRIG_TRY(auto photographs, probe.measure(patterns));
+  if (photographs.size() != patterns.size())
+    return Error{ErrorCode::frame_missing, fmt::format("the rig answered {} patterns with {} photographs",
+                                                       patterns.size(), photographs.size())};
+  if (!std::ranges::all_of(photographs, finite))
+    return Error{ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
+                 "check the camera and the merge"};
+  return photographs;
+}
+
+Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
+  const auto comb = calibration::make_comb(which, probe.grid());
+  if (!comb) return AxisCheck{};
+  SYMRIG_TRY(const auto photographs, show(probe, *comb));
+  check.photographs += std::ssize(photographs);
+  const auto found = imbalances(*comb, photographs);
+  if (found.empty()) return AxisCheck{};
+  for (const Imbalance& one : found)
+    if (std::abs(one.value) > std::abs(check.reciprocity.value)) check.reciprocity = {one.value, one.sigma};
+  return judge_axis(found, *comb, check.options.sigmas);
+}
+
+bool shifted(const AxisCheck& axis, const CoaxialOptions& options) {
+  return axis.measured && axis.shift.significance() > options.sigmas &&
+         std::abs(axis.shift.value) > options.smallest_shift;
+}
+
+bool flares(const AxisCheck& axis, const CoaxialOptions& options) {
+  const double passes = shifted(axis, options) ? kFlareOfShift * std::abs(axis.shift.value) : 0;
+  return axis.measured && axis.flare_significance > options.sigmas &&
+         std::abs(axis.flare.value) > options.smallest_flare + passes;
+}
+
+/// "+0.098 +- 0.010", with the digits that its sigma leaves; never "-0.000".
+std::string text_of(const Estimate& estimate) {
+  const int digits =
+      estimate.sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(estimate.sigma))), 0, 6) : 6;
+  const double unit = std::pow(10.0, -digits);
+  const double rounded = std::round(estimate.value / unit) * unit + 0.0;
+  return fmt::format("{:+.{}f} +- {:.{}f}", rounded, digits, estimate.sigma, digits);
+}
+
+std::string name_shift(const CoaxialCheck& check) {
+  std::string text;
+  if (check.rows.measured) text += text_of(check.rows.shift) + " pixels down";
+  if (check.rows.measured && check.cols.measured) text += " and ";
+  if (check.cols.measured) text += text_of(check.cols.shift) + " pixels to the right";
+  return text;
+}
+
+/// "1.0 +- 0.3 % upwards within about 7 pixels": what leaves its place along one axis, and whereto.
+std::string name_flare(const AxisCheck& axis, const char* back, const char* ahead) {
+  return fmt::format("{:.2g} +- {:.1g} % {} within about {:.0f} pixels", 100 * std::abs(axis.flare.value),
+                     100 * axis.flare.sigma, axis.flare.value < 0 ? back : ahead, axis.flare_length);
+}
+
+std::string name_flares(const CoaxialCheck& check) {
+  std::string text;
+  if (flares(check.rows, check.options)) text += name_flare(check.rows, "upwards", "downwards");
+  if (!flares(check.cols, check.options)) return text;
+  return (text.empty() ? "" : text + ", ") + name_flare(check.cols, "to the left", "to the right");
+}
+
+}  // namespace
+
+bool CoaxialCheck::misaligned() const {
+  return shifted(rows, options) || shifted(cols, options);
+}
+
+bool CoaxialCheck::flaring() const {
+  return flares(rows, options) || flares(cols, options);
+}
+
+std::string CoaxialCheck::to_string() const {
+  if (!measured()) return "coaxial check: too few pixels or too little light to tell";
+  const std::string shift = "the camera looks " + name_shift(*this) + " of where the projector shines";
+  if (!misaligned() && !flaring()) return "coaxial: " + shift;
+  std::string text;
+  if (misaligned()) text = "misaligned: " + shift + "; align the rig or calibrate it";
+  if (misaligned() && flaring()) text += ". ";
+  if (flaring())
+    text += "one-sided flare: of the light, " + name_flares(*this) +
+            " falls aside; clean the lenses, shade them from stray light";
+  return text;
+}
+
+Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) {
+  CoaxialCheck check;
+  check.options = options;
+  SYMRIG_TRY(check.rows, check_axis(probe, Axis::rows, check));
+  SYMRIG_TRY(check.cols, check_axis(probe, Axis::cols, check));
+  return check;
+}
+
+}  // namespace symrig

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/report/bench_summary.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace symrig {
+namespace {
+
+/// The captures of one scene, size and seed by one algorithm.
+std::vector<BenchCapture> captures_of(const BenchRun& run, const BenchCase& like, Algorithm algorithm) {
+  std::vector<BenchCapture> found;
+  for (const BenchCapture& one : run.captures)
+    if (one.done() && one.what.scene == like.scene && one.what.grid == like.grid &&
+        one.what.seed == like.seed && one.what.algorithm == algorithm)
+      found.push_back(one);
+  return found;
+}
+
+std::vector<CostError> envelope_of(const std::vector<BenchCapture>& captures,
+                                   double TransportErrors::*metric) {
+  std::vector<CostError> points;
+  points.reserve(captures.size());
+  for (const BenchCapture& one : captures)
+    points.push_back({static_cast<double>(one.patterns), one.error.*metric});
+  return lower_envelope(std::move(points));
+}
+
+BenchPair compare(const BenchCapture& paper, const std::vector<BenchCapture>& symrig) {
+  BenchPair pair;
+  pair.scene = paper.what.scene;
+  pair.seed = paper.what.seed;
+  pair.paper_patterns = static_cast<double>(paper.patterns);
+  pair.paper_error = paper.error;
+  const auto patterns_at = [&](double TransportErrors::*metric) {
+    return ratio(cost_at_error(envelope_of(symrig, metric), paper.error.*metric), pair.paper_patterns);
+  };
+  const auto error_at = [&](double TransportErrors::*metric) {
+    return ratio(error_at_cost(envelope_of(symrig, metric), pair.paper_patterns), paper.error.*metric);
+  };
+  pair.patterns_at_indirect = patterns_at(&TransportErrors::indirect);
+  pair.patterns_at_bar_indirect = patterns_at(&TransportErrors::bar_indirect);
+  pair.patterns_at_both = larger(pair.patterns_at_indirect, pair.patterns_at_bar_indirect);
+  pair.indirect_at_patterns = error_at(&TransportErrors::indirect);
+  pair.frobenius_at_patterns = error_at(&TransportErrors::frobenius);
+  return pair;
+}
+
+void add_pair(const BenchRun& run, const BenchCase& like, BenchSummary& summary) {
+  const std::vector<BenchCapture> paper = captures_of(run, like, Algorithm::paper);
+  const std::vector<BenchCapture> symrig = captures_of(run, like, Algorithm::symrig);
+  const auto reference =
+      std::find_if(paper.begin(), paper.end(), [](const BenchCapture& one) { return one.what.preset; });
+  if (reference != paper.end() && !symrig.empty()) summary.pairs.push_back(compare(*reference, symrig));
+}
+
+double flood_bias(const TransportErrors& error) {
+  return error.frobenius > 0 ? error.flood / error.frobenius : 0;
+}
+
+void add_flood(const BenchRun& run, const std::string& scene, Algorithm algorithm, BenchSummary& summary) {
+  FloodBias bias{.scene = scene, .algorithm = algorithm};
+  bool any = false;
+  for (const BenchCapture& one : run.captures) {
+    const bool counts = one.done() && one.what.scene == scene && one.what.grid == summary.grid &&
+                        one.what.algorithm == algorithm;
+    if (!counts) continue;
+    any = true;
+    bias.worst = std::max(bias.worst, flood_bias(one.error));
+    if (one.what.preset) bias.at_preset = std::max(bias.at_preset, flood_bias(one.error));
+  }
+  if (any) summary.flood.push_back(bias);
+}
+
+void add_means(BenchSummary& summary) {
+  summary.patterns_at_indirect = mean_of(summary.pairs, &BenchPair::patterns_at_indirect);
+  summary.patterns_at_bar_indirect = mean_of(summary.pairs, &BenchPair::patterns_at_bar_indirect);
+  summary.patterns_at_both = mean_of(summary.pairs, &BenchPair::patterns_at_both);
+  summary.indirect_at_patterns = mean_of(summary.pairs, &BenchPair::indirect_at_patterns);
+  summary.frobenius_at_patterns = mean_of(summary.pairs, &BenchPair::frobenius_at_patterns);
+}
+
+}  // namespace
+
+std::vector<BenchSummary> summarize(const BenchRun& run) {
+  std::vector<BenchSummary> all;
+  for (const Grid size : run.plan.sizes) {
+    BenchSummary summary;
+    summary.grid = size;
+    for (const std::string& scene : run.plan.scenes) {
+      for (const int seed : run.plan.seeds)
+        add_pair(run, {.scene = scene, .grid = size, .seed = seed}, summary);
+      for (const BenchSweep& sweep : run.plan.sweeps) add_flood(run, scene, sweep.algorithm, summary);
+    }
+    add_means(summary);
+    all.push_back(std::move(summary));
+  }
+  return all;
+}
+
+std::vector<BenchPair> pairs_of(const BenchSummary& summary, const std::string& scene) {
+  std::vector<BenchPair> found;
+  std::copy_if(summary.pairs.begin(), summary.pairs.end(), std::back_inserter(found),
+               [&scene](const BenchPair& pair) { return pair.scene == scene; });
+  return found;
+}
+
+MeanRatio mean_of(const std::vector<BenchPair>& pairs, Reading BenchPair::*reading) {
+  std::vector<Reading> readings;
+  readings.reserve(pairs.size());
+  for (const BenchPair& pair : pairs) readings.push_back(pair.*reading);
+  return geometric_mean(readings);
+}
+
+}  // namespace symrig

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/report/speed_error.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// Error over cost as inline SVG, both axes logarithmic, with colours from the page's style.
+namespace symrig::report {
+
+/// Told apart without colour too.
+enum class Marker : std::uint8_t { circle, square, triangle, diamond };
+
+struct CurveDot {
+  CostError at;
+  std::string title;  ///< shown when the pointer rests on it
+  bool ringed = false;
+};
+
+struct CurveSeries {
+  std::string colour;  ///< role in the page's style
+  Marker marker = Marker::circle;
+  std::vector<CurveDot> dots;
+  std::vector<CostError> line;  ///< in the order in which it is drawn
+};
+
+struct CurveChart {
+  std::string title, cost_label, error_label;
+  std::vector<CurveSeries> series;  ///< later ones are drawn on top
+  double target = 0;                ///< dashed line at this error; 0 = none
+};
+
+/// A capture without any error has no place on a logarithmic axis: it is drawn on the lower edge. Without any
+/// point at all, or without any error, the chart says so in words.
+std::string curve_chart(const CurveChart& chart);
+
+/// One marker, to stand in a line of text.
+std::string marker_sample(const std::string& colour, Marker marker);
+
+}  // namespace symrig::report

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Block trees in scene.h5 (docs/file-format.md).
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/tensor/block_tree.hpp"
+#include "tensor/h5.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace symrig::tensor {
+
+/// Writes the tree of one side ("camera" or "projector"): dataset <side>_order, and for a grid of several
+/// views the attributes <side>_views, <side>_split and, unless flat, the dataset <side>_boundaries.
+bool write_tree(hid_t file, const std::string& side, const BlockTree& tree);
+
+/// Reads it back; without <side>_split it is the flat tree of one view.
+/// fails: bad_format (missing, damaged, or no tree).
+Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes);
+
+}  // namespace symrig::tensor

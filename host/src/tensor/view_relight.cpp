@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/view_relight.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace symrig {
+namespace {
+
+Result<void> check(const TransportTensor& tensor, const ViewRelight& what) {
+  for (const Grid grid : {tensor.projector_grid(), tensor.camera_grid()})
+    if (!what.views.fits(grid))
+      return Error{ErrorCode::bad_argument,
+                   "views " + to_string(what.views) + " do not tile a grid of " + to_string(grid),
+                   "give the rows x columns of views that the scene was captured with"};
+  for (const auto& view : {what.from, what.to})
+    if (view && !what.views.has(*view))
+      return Error{ErrorCode::bad_argument,
+                   "there is no view " + std::to_string(view->row) + "," + std::to_string(view->col) +
+                       " among " + to_string(what.views),
+                   "rows are 0 to " + std::to_string(what.views.rows - 1) + ", columns 0 to " +
+                       std::to_string(what.views.cols - 1)};
+  return {};
+}
+
+/// A picture of one tile on a dark grid.
+Image<float> pasted(const Image<float>& picture, Grid grid, const Tile& tile) {
+  Image<float> whole(grid);
+  for (int row = 0; row < tile.grid.rows; ++row)
+    for (int col = 0; col < tile.grid.cols; ++col)
+      whole.at(tile.row + row, tile.col + col) = picture.at(row, col);
+  return whole;
+}
+
+Image<float> cut_out(const Image<float>& whole, const Tile& tile) {
+  Image<float> picture(tile.grid, whole.channels());
+  for (int channel = 0; channel < whole.channels(); ++channel)
+    for (int row = 0; row < tile.grid.rows; ++row)
+      for (int col = 0; col < tile.grid.cols; ++col)
+        picture.at(row, col, channel) = whole.at(tile.row + row, tile.col + col, channel);
+  return picture;
+}
+
+}  // namespace
+
+Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what) {
+  SYMRIG_CHECK(check(tensor, what));
+  const Grid whole = tensor.projector_grid();
+  return what.from ? what.views.tile(whole, *what.from).grid : whole;
+}
+
+Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
+                             const ViewRelight& what) {
+  SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
+  if (light.grid() != grid || light.channels() != 1)
+    return Error{ErrorCode::size_mismatch,
+                 "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
+                     " channels, this relighting takes " + to_string(grid) + " with 1",
+                 "resize the picture to " + to_string(grid) + " (rows x columns)"};
+  const Grid whole = tensor.projector_grid();
+  SYMRIG_TRY(Image<float> photograph,
+             tensor.apply(what.from ? pasted(light, whole, what.views.tile(whole, *what.from)) : light));
+  if (!what.to) return photograph;
+  return cut_out(photograph, what.views.tile(tensor.camera_grid(), *what.to));
+}
+
+}  // namespace symrig

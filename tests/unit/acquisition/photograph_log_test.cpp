@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/acquisition/photograph_log.hpp"
+
+#include "acquisition/fast_crc32c.hpp"
+#include "log_file.hpp"
+#include "symrig/protocol/crc32c.hpp"
+
+#include <thread>
+
+namespace symrig {
+namespace {
+
+using namespace tests;  // NOLINT(google-build-using-namespace): the fixture and its helpers
+
+TEST(Crc, is_the_protocols) {
+  Random random(3);
+  std::vector<std::byte> bytes(200);
+  for (std::byte& b : bytes) b = static_cast<std::byte>(random.bits() & 0xFFU);
+  for (std::size_t size = 0; size <= bytes.size(); ++size) {
+    const auto part = std::span(bytes).first(size);
+    const std::uint32_t expected =
+        protocol::crc32c({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
+    EXPECT_EQ(acquisition::portable_crc32c(part), expected) << size;
+    EXPECT_EQ(acquisition::fast_crc32c(part), expected) << size;
+  }
+}
+
+TEST_F(PhotographLogFile, gives_back_every_bit_of_any_size_from_memory_and_from_a_file) {
+  for (const Grid grid : {Grid{1, 1}, Grid{1, 2}, Grid{3, 1}, Grid{7, 5}, Grid{16, 16}})
+    for (const int channels : {1, 3}) {
+      const auto memory = make_memory_log(grid, channels);
+      fs::remove(path());
+      auto file = create_photograph_log(path(), {grid, channels, "a rig", ""});
+      ASSERT_TRUE(file.ok()) << file.error().line();
+      for (PhotographLog* log : {memory.get(), file->get()}) {
+        EXPECT_EQ(log->grid(), grid);
+        EXPECT_EQ(log->channels(), channels);
+        EXPECT_EQ(log->size(), 0);
+        for (std::uint64_t k = 0; k < 4; ++k) append(*log, random_entry(grid, channels, k % 2 == 0, k));
+        ASSERT_EQ(log->size(), 4);
+        for (std::uint64_t k = 0; k < 4; ++k)
+          expect_holds(*log, static_cast<std::int64_t>(k), random_entry(grid, channels, k % 2 == 0, k));
+      }
+    }
+}
+
+TEST_F(PhotographLogFile, minus_zero_is_no_binary_pattern) {
+  Entry entry = random_entry({2, 2}, 1, true, 1);
+  entry.pattern.at(1, 0) = -0.F;
+  const auto log = make_memory_log({2, 2}, 1);
+  append(*log, entry);
+  expect_holds(*log, 0, entry);
+}
+
+TEST_F(PhotographLogFile, many_threads_may_read) {
+  write_three_runs();
+  const auto log = open_photograph_log(path(), identity_);
+  ASSERT_TRUE(log.ok());
+  std::vector<std::thread> threads;
+  threads.reserve(4);
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&] {
+      for (std::size_t k = 0; k < 100; ++k)
+        expect_holds(**log, static_cast<std::int64_t>(k % 5), entries_[k % 5]);
+    });
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST_F(PhotographLogFile, opened_again_it_holds_the_same_and_takes_more) {
+  write_three_runs();
+  {
+    const auto log = open_photograph_log(path(), identity_);
+    ASSERT_TRUE(log.ok()) << log.error().line();
+    append(**log, entries_[1]);
+  }
+  const auto log = open_photograph_log(path(), identity_);
+  ASSERT_TRUE(log.ok());
+  ASSERT_EQ((*log)->size(), 6);
+  for (std::size_t k = 0; k < 5; ++k) expect_holds(**log, static_cast<std::int64_t>(k), entries_[k]);
+  expect_holds(**log, 5, entries_[1]);
+}
+
+TEST_F(PhotographLogFile, of_another_capture_is_refused_by_the_first_difference) {
+  write_three_runs();
+  const auto before = bytes();
+  const auto refused = [&](const LogIdentity& other, const std::string& theirs, const std::string& ours) {
+    const auto log = open_photograph_log(path(), other);
+    ASSERT_FALSE(log.ok());
+    EXPECT_EQ(log.error().code, ErrorCode::bad_format);
+    EXPECT_NE(log.error().what.find("it has '" + theirs + "', this one '" + ours + "'"), std::string::npos)
+        << log.error().line();
+  };
+  LogIdentity other = identity_;
+  other.grid = {5, 3};
+  refused(other, "grid 3x5", "grid 5x3");
+  other = identity_;
+  other.channels = 1;
+  refused(other, "channels 2", "channels 1");
+  other = identity_;
+  other.rig = "sim:gummy";
+  refused(other, "rig sim:plane", "rig sim:gummy");
+  other = identity_;
+  other.options = "algorithm paper\n";
+  refused(other, "algorithm symrig", "algorithm paper");
+  EXPECT_EQ(bytes(), before);
+}
+
+TEST_F(PhotographLogFile, what_is_no_log_is_refused_and_left_alone) {
+  const std::string text = "what somebody else wrote into a file of this name, which is long enough";
+  for (const std::string& content : {text, std::string("short")}) {
+    write(std::as_bytes(std::span(content)));
+    const auto log = open_photograph_log(path(), identity_);
+    ASSERT_FALSE(log.ok());
+    EXPECT_EQ(log.error().code, ErrorCode::bad_format);
+    EXPECT_TRUE(std::ranges::equal(bytes(), std::as_bytes(std::span(content))));
+  }
+}
+
+TEST_F(PhotographLogFile, is_never_overwritten_or_shared) {
+  const auto log = create_photograph_log(path(), identity_);
+  ASSERT_TRUE(log.ok());
+  EXPECT_EQ(create_photograph_log(path(), identity_).error().code, ErrorCode::bad_argument);
+  EXPECT_EQ(open_photograph_log(path(), identity_).error().code, ErrorCode::io);  // somebody writes to it
+  EXPECT_EQ(open_photograph_log(path("none.log"), identity_).error().code, ErrorCode::not_found);
+  EXPECT_EQ(create_photograph_log(path("none/scene.log"), identity_).error().code, ErrorCode::not_found);
+}
+
+TEST_F(PhotographLogFile, wrong_sizes_and_numbers_are_errors) {
+  const auto file = create_photograph_log(path(), identity_);
+  const auto memory = make_memory_log(identity_.grid, identity_.channels);
+  for (PhotographLog* log : {file->get(), memory.get()}) {
+    for (const auto& [grid, channels] : {std::pair{Grid{5, 3}, 2}, std::pair{Grid{3, 5}, 1}}) {
+      const Entry entry = random_entry(grid, channels, true, 1);
+      EXPECT_EQ(log->append(entry.pattern, entry.photograph, {}).error().code, ErrorCode::size_mismatch);
+    }
+    const Pattern pattern(identity_.grid);
+    EXPECT_EQ(log->append_run({&pattern, 1}, {}, {}).error().code, ErrorCode::size_mismatch);
+    EXPECT_EQ(log->size(), 0);
+    for (const std::int64_t k : {-1, 0}) {
+      EXPECT_EQ(log->pattern(k).error().code, ErrorCode::bad_argument);
+      EXPECT_EQ(log->photograph(k).error().code, ErrorCode::bad_argument);
+      EXPECT_EQ(log->spent(k).error().code, ErrorCode::bad_argument);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace symrig
