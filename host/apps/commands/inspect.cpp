@@ -30,8 +30,8 @@ std::string size_lines(const std::string& file, const StoredScene& scene) {
       tensor.channels() == 1 ? "" : "s", tensor.symmetric() ? "symmetric (one half stored)" : "not symmetric",
       captured_scene(scene).empty() ? "(not told)" : captured_scene(scene),
       grouped(static_cast<double>(tensor.leaves().size())),
-      grouped(static_cast<double>(tensor.scalars().size() + tensor.column_rows().size())), byte_size(bytes),
-      byte_size(dense), bytes > 0 ? dense / bytes : 0.0);
+      grouped(static_cast<double>(tensor.scalar_count() + std::ssize(tensor.column_rows()))),
+      byte_size(bytes), byte_size(dense), bytes > 0 ? dense / bytes : 0.0);
 }
 
 std::string level_table(const TransportTensor& tensor) {

@@ -60,7 +60,7 @@ std::string stored_section(const TransportTensor& tensor) {
       "levels", "What is stored",
       paragraph("This tensor was not refined level by level from both sides, so it has no levels to show.") +
           facts_table({{"Low-rank leaves", count(tensor.leaves().size())},
-                       {"Single entries of T", count(tensor.scalars().size())},
+                       {"Single entries of T", count(static_cast<std::size_t>(tensor.scalar_count()))},
                        {"Measured columns of T", count(tensor.columns().size())},
                        {"Entries in those columns", count(tensor.column_rows().size())}}));
 }

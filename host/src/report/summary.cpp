@@ -131,7 +131,7 @@ std::string inspection_json(const StoredScene& scene) {
   json["symmetric"] = tensor.symmetric();
   json["levels"] = tensor.leaves_per_level().size();
   json["leaves"] = tensor.leaves().size();
-  json["scalars"] = tensor.scalars().size();
+  json["scalars"] = tensor.scalar_count();
   json["column_entries"] = tensor.column_rows().size();
   json["leaves_per_level"] = leaves_json(tensor);
   json["subdivided_per_level"] = subdivided;

@@ -1,70 +1,87 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/store.hpp"
 
 #include <algorithm>
 #include <cassert>
 
 namespace symrig {
 
-TensorBuilder::TensorBuilder(BlockTree tree, int channels) {
+namespace {
+
+/// No light from a pixel to a neighbour that is off the grid.
+void darken_off_grid(Grid grid, BandLeaf& band) {
+  const std::vector<BandOffset> offsets = band_offsets(band.radius);
+  for (std::size_t at = 0; at < band.values.size(); ++at) {
+    const auto [dy, dx] = offsets[at / static_cast<std::size_t>(grid.size()) % offsets.size()];
+    const auto i = static_cast<int>(at % static_cast<std::size_t>(grid.size()));
+    const int row = i / grid.cols + dy, col = i % grid.cols + dx;
+    if (row >= grid.rows || col < 0 || col >= grid.cols) band.values[at] = 0;
+  }
+}
+
+}  // namespace
+
+TensorBuilder::TensorBuilder(BlockTree tree, int channels) : draft_(std::make_shared<tensor::Draft>()) {
   tensor_.camera_ = std::move(tree);
   tensor_.symmetric_ = true;
   tensor_.channels_ = channels;
-  tensor_.empties_.resize(static_cast<std::size_t>(tensor_.camera_.levels()));
+  tensor_.draft_ = draft_;
+  draft_->empties.resize(static_cast<std::size_t>(tensor_.camera_.levels()));
 }
 
-TensorBuilder::TensorBuilder(BlockTree camera, BlockTree projector, int channels) {
+TensorBuilder::TensorBuilder(BlockTree camera, BlockTree projector, int channels)
+    : draft_(std::make_shared<tensor::Draft>()) {
   tensor_.camera_ = std::move(camera);
   tensor_.projector_ = std::move(projector);
   tensor_.symmetric_ = false;
   tensor_.channels_ = channels;
-  tensor_.empties_.resize(
+  tensor_.draft_ = draft_;
+  draft_->empties.resize(
       static_cast<std::size_t>(std::max(tensor_.camera_.levels(), tensor_.projector_.levels())));
 }
 
 void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
                              std::int32_t col_end, int rank, int level, std::span<const float> factors) {
-  const Leaf leaf{row_begin,
-                  row_end,
-                  col_begin,
-                  col_end,
-                  rank,
-                  level,
-                  static_cast<std::int64_t>(tensor_.factors_.size())};
+  const Leaf leaf{row_begin, row_end, col_begin, col_end, rank, level};
   assert(rank >= 1 &&
          std::ssize(factors) == std::int64_t{tensor_.channels_} * rank * (leaf.rows() + leaf.cols()));
-  tensor_.leaves_.push_back(leaf);
-  tensor_.factors_.insert(tensor_.factors_.end(), factors.begin(), factors.end());
+  draft_->leaves.push_back(leaf);
+  draft_->factors.insert(draft_->factors.end(), factors.begin(), factors.end());
 }
 
 void TensorBuilder::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
-  tensor_.empties_[static_cast<std::size_t>(level)].push_back({row_block, col_block});
+  draft_->empties[static_cast<std::size_t>(level)].push_back({row_block, col_block});
 }
 
 void TensorBuilder::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values) {
   assert(std::ssize(values) == tensor_.channels_);
-  tensor_.scalars_.push_back({row, col});
-  tensor_.scalar_values_.insert(tensor_.scalar_values_.end(), values.begin(), values.end());
+  draft_->scalars.push_back({row, col});
+  draft_->scalar_values.insert(draft_->scalar_values.end(), values.begin(), values.end());
+}
+
+void TensorBuilder::add_band(int radius, std::span<const float> values) {
+  assert(tensor_.symmetric_ && radius >= 1 &&
+         std::ssize(values) ==
+             tensor_.channels_ * std::ssize(band_offsets(radius)) * tensor_.camera_grid().size());
+  draft_->bands.push_back({radius, {values.begin(), values.end()}});
+  darken_off_grid(tensor_.camera_grid(), draft_->bands.back());
 }
 
 void TensorBuilder::add_column(std::int32_t col_begin, std::int32_t col_end,
                                std::span<const std::int32_t> rows, std::span<const float> values) {
   assert(!tensor_.symmetric_ && std::ssize(values) == std::ssize(rows) * tensor_.channels_);
-  const auto first = static_cast<std::int64_t>(tensor_.column_rows_.size());
-  tensor_.column_rows_.insert(tensor_.column_rows_.end(), rows.begin(), rows.end());
-  tensor_.column_values_.insert(tensor_.column_values_.end(), values.begin(), values.end());
-  tensor_.columns_.push_back({col_begin, col_end, first, first + std::ssize(rows)});
+  tensor::MeasuredColumns& columns = draft_->columns;
+  const auto first = static_cast<std::int64_t>(columns.rows.size());
+  columns.rows.insert(columns.rows.end(), rows.begin(), rows.end());
+  columns.values.insert(columns.values.end(), values.begin(), values.end());
+  columns.ranges.push_back({col_begin, col_end, first, first + std::ssize(rows)});
 }
 
 TransportTensor TensorBuilder::finish() && {
-  tensor_.leaves_.shrink_to_fit();
-  tensor_.factors_.shrink_to_fit();
-  tensor_.scalars_.shrink_to_fit();
-  tensor_.scalar_values_.shrink_to_fit();
-  tensor_.columns_.shrink_to_fit();
-  tensor_.column_rows_.shrink_to_fit();
-  tensor_.column_values_.shrink_to_fit();
-  for (auto& level : tensor_.empties_) level.shrink_to_fit();
+  tensor_.store_ = std::make_shared<const tensor::Store>(*draft_, tensor_);
+  tensor_.draft_.reset();
+  draft_.reset();
   return std::move(tensor_);
 }
 

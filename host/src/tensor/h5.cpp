@@ -15,6 +15,17 @@ Error broken(const char* name, const std::string& why) {
 
 }  // namespace
 
+hid_t half_type() {
+  static const hid_t type = [] {  // lives as long as the program, like HDF5's own types
+    const hid_t half = H5Tcopy(H5T_IEEE_F32LE);
+    H5Tset_fields(half, 15, 10, 5, 0, 10);
+    H5Tset_size(half, 2);
+    H5Tset_ebias(half, 15);
+    return half;
+  }();
+  return type;
+}
+
 hsize_t count(const Shape& shape) {
   return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
 }

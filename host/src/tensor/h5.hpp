@@ -61,6 +61,16 @@ template <>
 inline hid_t native<float>() {
   return H5T_NATIVE_FLOAT;
 }
+template <>
+inline hid_t native<std::uint8_t>() {
+  return H5T_NATIVE_UINT8;
+}
+/// The bits of a 16-bit float. HDF5 has no name for this type; readers know it as one all the same.
+hid_t half_type();
+template <>
+inline hid_t native<std::uint16_t>() {
+  return half_type();
+}
 
 /// Shape of a dataset, slowest dimension first.
 using Shape = std::vector<hsize_t>;

@@ -83,6 +83,26 @@ class Gathering {
   std::map<std::pair<std::size_t, std::size_t>, Ancestor> ancestors_;
 };
 
+/// visit(at, value, channel): the entries of a band as scalars, those that are not 0.
+template <class Visit>
+void for_band_entries(const BlockTree& tree, int channels, const BandLeaf& band, const Visit& visit) {
+  const Grid grid = tree.grid();
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  std::vector<std::int32_t> tree_index(pixels);
+  for (std::size_t t = 0; t < pixels; ++t)
+    tree_index[static_cast<std::size_t>(tree.order()[t])] = static_cast<std::int32_t>(t);
+  std::size_t at = 0;
+  for (int channel = 0; channel < channels; ++channel) {
+    for (const auto& [dy, dx] : band_offsets(band.radius)) {
+      const auto step = static_cast<std::ptrdiff_t>(dy) * grid.cols + dx;
+      for (std::size_t i = 0; i < pixels; ++i, ++at)
+        if (band.values[at] != 0.0F)
+          visit(ScalarLeaf{tree_index[i + static_cast<std::size_t>(step)], tree_index[i]}, band.values[at],
+                static_cast<std::size_t>(channel));
+    }
+  }
+}
+
 /// A Bᵀ 1: what each row of a leaf sums to.
 std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, std::int32_t cols, int rank) {
   std::vector<double> sums(static_cast<std::size_t>(rows));
@@ -97,39 +117,47 @@ std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, 
 }  // namespace
 
 TransportTensor TransportTensor::stopped_at(int level) const {
-  const auto blocks = camera_.level(std::clamp(level, 0, camera_.levels() - 1));
+  const int last = std::clamp(level, 0, camera_.levels() - 1);
   TensorBuilder builder(camera_, channels_);
-  Gathering deeper(blocks, channels_);
-  for (const Leaf& leaf : leaves_) {
+  Gathering deeper(camera_.level(last), channels_);
+  const std::vector<float> pool = factors();
+  const float* factors = pool.data();
+  for (const Leaf& leaf : leaves()) {
     const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
-    const float* factors = factors_.data() + leaf.factors;
-    if (leaf.level <= level) {
+    if (leaf.level <= level)
       builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
                        std::span(factors, static_cast<std::size_t>(size * channels_)));
-      continue;
-    }
-    for (int channel = 0; channel < channels_; ++channel) {
+    for (int channel = 0; leaf.level > level && channel < channels_; ++channel) {
       const float* a = factors + channel * size;
       const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
       deeper.add(leaf.row_begin, row_sums(a, leaf.rows(), b, leaf.cols(), leaf.rank), leaf.col_begin,
                  row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), static_cast<std::size_t>(channel));
     }
+    factors += size * channels_;
   }
-  for (std::size_t k = 0; k < scalars_.size(); ++k) {
-    const auto values =
-        std::span(scalar_values_).subspan(value_index(k, 0), static_cast<std::size_t>(channels_));
-    if (scalar_level(scalars_[k]) <= level) {
-      builder.add_scalar(scalars_[k].row, scalars_[k].col, values);
-      continue;
-    }
-    for (std::size_t channel = 0; channel < values.size(); ++channel) {
-      const double value = values[channel];
-      deeper.add(scalars_[k].row, std::span(&value, 1), scalars_[k].col, std::span(&value, 1), channel);
+  const auto entry = [&](const ScalarLeaf& at, float value, std::size_t channel) {
+    const double one = value;
+    deeper.add(at.row, std::span(&one, 1), at.col, std::span(&one, 1), channel);
+  };
+  const std::vector<float> values = scalar_values();
+  std::size_t first = 0;
+  for (const ScalarLeaf& scalar : scalars()) {
+    const auto of_scalar = std::span(values).subspan(first, static_cast<std::size_t>(channels_));
+    first += of_scalar.size();
+    if (scalar_level(scalar) <= level) builder.add_scalar(scalar.row, scalar.col, of_scalar);
+    for (std::size_t c = 0; scalar_level(scalar) > level && c < of_scalar.size(); ++c)
+      entry(scalar, of_scalar[c], c);
+  }
+  for (const BandLeaf& band : bands()) {
+    if (level >= levels() - 1) {
+      builder.add_band(band.radius, band.values);
+    } else {
+      for_band_entries(camera_, channels_, band, entry);
     }
   }
   for (int l = 0; l <= std::min(level, levels() - 1); ++l)
     for (const EmptyLeaf& empty : empties(l)) builder.add_empty(l, empty.row_block, empty.col_block);
-  deeper.append_to(builder, std::clamp(level, 0, camera_.levels() - 1));
+  deeper.append_to(builder, last);
   return std::move(builder).finish();
 }
 
@@ -155,6 +183,26 @@ void for_entries(const RowPixels& pixels, std::int32_t row_begin, std::int32_t r
     for (const auto& [j, u] : in_range(pixels, col_begin, col_end)) paint(i, j, x, u);
 }
 
+void paint_band(const BandLeaf& band, int level, Image<float>& out) {
+  for (int x = 0; x < out.grid().cols; ++x)
+    for (int u = x + 1; u < std::min(out.grid().cols, x + band.radius + 1); ++u)
+      out.at(x, u) = out.at(u, x) = static_cast<float>(level);
+}
+
+/// A band's entries between pixels of one picture row: those with dy = 0, its first `radius` offsets.
+void add_band_row(const BandLeaf& band, Grid grid, int row, int channel, Image<float>& out) {
+  const std::size_t planes = band_offsets(band.radius).size();
+  for (int dx = 1; dx <= band.radius; ++dx) {
+    const std::size_t plane = static_cast<std::size_t>(channel) * planes + static_cast<std::size_t>(dx) - 1;
+    const std::size_t at =
+        plane * static_cast<std::size_t>(grid.size()) + static_cast<std::size_t>(row) * grid.cols;
+    for (int x = 0; x + dx < grid.cols; ++x) {
+      out.at(x, x + dx) += band.values[at + static_cast<std::size_t>(x)];
+      out.at(x + dx, x) += band.values[at + static_cast<std::size_t>(x)];
+    }
+  }
+}
+
 }  // namespace
 
 Result<std::vector<std::pair<std::int32_t, int>>> TransportTensor::row_pixels(int camera_row) const {
@@ -175,9 +223,15 @@ Result<std::vector<std::pair<std::int32_t, int>>> TransportTensor::row_pixels(in
 Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
   SYMRIG_TRY(const RowPixels pixels, row_pixels(camera_row));
   Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols});
-  for (const Leaf& leaf : leaves_) {
-    const float* a =
-        factors_.data() + leaf.factors + std::int64_t{channel} * leaf.rank * (leaf.rows() + leaf.cols());
+  const auto add = [&out](std::int32_t i, std::int32_t j, int x, int u, bool mirrored, float value) {
+    out.at(x, u) += value;
+    if (mirrored && i != j) out.at(u, x) += value;
+  };
+  const std::vector<float> pool = factors();
+  const float* factors = pool.data();
+  for (const Leaf& leaf : leaves()) {
+    const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
+    const float* a = factors + channel * size;
     const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
     for_entries(pixels, leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
                 [&](std::int32_t i, std::int32_t j, int x, int u) {
@@ -185,14 +239,18 @@ Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
                   for (std::int64_t k = 0; k < leaf.rank; ++k)
                     value +=
                         a[k * leaf.rows() + i - leaf.row_begin] * b[k * leaf.cols() + j - leaf.col_begin];
-                  out.at(x, u) = out.at(u, x) = value;
+                  add(i, j, x, u, leaf.row_begin != leaf.col_begin, value);
                 });
+    factors += size * channels_;
   }
-  for (std::size_t k = 0; k < scalars_.size(); ++k)
-    for_entries(pixels, scalars_[k].row, scalars_[k].row + 1, scalars_[k].col, scalars_[k].col + 1,
-                [&](std::int32_t, std::int32_t, int x, int u) {
-                  out.at(x, u) = out.at(u, x) = scalar_values_[value_index(k, channel)];
-                });
+  const std::vector<float> values = scalar_values();
+  auto value = static_cast<std::size_t>(channel);
+  for (const ScalarLeaf& s : scalars()) {
+    for_entries(pixels, s.row, s.row + 1, s.col, s.col + 1,
+                [&](std::int32_t i, std::int32_t j, int x, int u) { add(i, j, x, u, true, values[value]); });
+    value += static_cast<std::size_t>(channels_);
+  }
+  for (const BandLeaf& band : bands()) add_band_row(band, camera_.grid(), camera_row, channel, out);
   return out;
 }
 
@@ -203,10 +261,11 @@ Result<Image<float>> TransportTensor::level_map(int camera_row) const {
                          std::int32_t col_end, int level) {
     for_entries(pixels, row_begin, row_end, col_begin, col_end,
                 [&](std::int32_t, std::int32_t, int x, int u) {
-                  out.at(x, u) = out.at(u, x) = static_cast<float>(level);
+                  // Where leaves overlap, the finest one is shown.
+                  out.at(x, u) = out.at(u, x) = std::max(out.at(x, u), static_cast<float>(level));
                 });
   };
-  for (const Leaf& leaf : leaves_)
+  for (const Leaf& leaf : leaves())
     paint(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.level);
   for (int l = 0; l < levels(); ++l) {
     for (const EmptyLeaf& empty : empties(l)) {
@@ -215,7 +274,8 @@ Result<Image<float>> TransportTensor::level_map(int camera_row) const {
       paint(i.begin, i.end, j.begin, j.end, l);
     }
   }
-  for (const ScalarLeaf& s : scalars_) paint(s.row, s.row + 1, s.col, s.col + 1, scalar_level(s));
+  for (const ScalarLeaf& s : scalars()) paint(s.row, s.row + 1, s.col, s.col + 1, scalar_level(s));
+  for (const BandLeaf& band : bands()) paint_band(band, camera_.levels() - 1, out);
   return out;
 }
 

@@ -36,7 +36,7 @@ TEST(Evaluate, the_exact_tensor_has_only_rounding) {
   const auto e = evaluate(as_tensor(scene, 1), scene.truth());
   for (const double error : {e->frobenius, e->indirect, e->flood, e->relight_bar, e->relight_random,
                              e->relight_natural, e->bar_indirect})
-    EXPECT_LE(error, 168 * 0x1p-24);
+    EXPECT_LE(error, 0x1p-11 + 168 * 0x1p-24);  // entries off the diagonal are stored as halves
 }
 
 TEST(Evaluate, indirect_sees_what_frobenius_hides) {

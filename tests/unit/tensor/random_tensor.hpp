@@ -51,6 +51,19 @@ class RandomTensor {
     return std::move(made_);
   }
 
+  /// Adds a band of radius 1 (not to the matrix).
+  RandomTensor& with_band(bool wanted) {
+    const Grid grid = camera_.grid();
+    std::vector<float> planes;
+    for (int channel = 0; wanted && channel < channels_; ++channel)
+      for (const auto& [dy, dx] : band_offsets(1))
+        for (int row = 0; row < grid.rows; ++row)
+          for (int col = 0; col < grid.cols; ++col)
+            planes.push_back(row + dy < grid.rows && col + dx >= 0 && col + dx < grid.cols ? value() : 0.0F);
+    if (wanted) builder_.add_band(1, planes);
+    return *this;
+  }
+
  private:
   float value() { return static_cast<float>(lowest_ + random_.uniform() * (1.5 - lowest_)); }
 

@@ -29,7 +29,7 @@ class SceneFile : public testing::Test {
 
   static StoredScene example(bool symmetric = true) {
     StoredScene scene;
-    scene.tensor = RandomTensor({5, 6}, {4, 3}, symmetric, 3, 11).make(1, 2, 20).tensor;
+    scene.tensor = RandomTensor({5, 6}, {4, 3}, symmetric, 3, 11).with_band(symmetric).make(1, 2, 20).tensor;
     scene.capture_json = R"({"scene":"sim:plane","patterns":37})";
     HeldOut held{"pair 3", Image<float>(scene.tensor.projector_grid()),
                  Image<float>(scene.tensor.camera_grid(), 3)};
@@ -52,6 +52,9 @@ class SceneFile : public testing::Test {
     EXPECT_EQ(a.tensor.projector_grid(), b.tensor.projector_grid());
     EXPECT_TRUE(std::ranges::equal(a.tensor.factors(), b.tensor.factors()));
     EXPECT_TRUE(std::ranges::equal(a.tensor.scalar_values(), b.tensor.scalar_values()));
+    ASSERT_EQ(a.tensor.bands().size(), b.tensor.bands().size());
+    for (std::size_t k = 0; k < a.tensor.bands().size(); ++k)
+      EXPECT_EQ(a.tensor.bands()[k].values, b.tensor.bands()[k].values);
     EXPECT_TRUE(std::ranges::equal(a.tensor.column_rows(), b.tensor.column_rows()));
     EXPECT_EQ(a.tensor.leaves().size(), b.tensor.leaves().size());
     ASSERT_EQ(a.held_out.size(), b.held_out.size());
@@ -75,6 +78,27 @@ TEST_F(SceneFile, round_trip_is_exact) {
     expect_same(scene, *read);
     EXPECT_EQ(files(), 1U) << "a temporary file was left behind";
   }
+}
+
+// Photographs that the release which wrote version 1 made of this file, with all pixels lit.
+TEST_F(SceneFile, version_1_is_read) {
+  const auto read = load_scene(SYMRIG_TEST_DATA "/version1.h5");
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  const auto photograph = read->tensor.apply(Image<float>(Grid{5, 6}, 1, 1.0F));
+  ASSERT_TRUE(photograph.ok());
+  double sum = 0;
+  for (const float v : photograph->values()) sum += double{v};
+  constexpr double kStored = 0x1p-10 * (1 + 0x1p-11);  // halves; all of T is positive
+  EXPECT_NEAR(sum, 10.982770442962646, 10.99 * kStored);
+  EXPECT_NEAR(photograph->at(0, 0), 0.48796627, 0.5 * kStored);
+  EXPECT_NEAR(photograph->at(2, 3), 0.33076474, 0.5 * kStored);
+  EXPECT_NEAR(photograph->at(4, 5), 0.26816437, 0.5 * kStored);
+  EXPECT_EQ(read->tensor.leaves().size(), 44U);
+  EXPECT_EQ(read->tensor.scalar_count(), 168);
+  ASSERT_TRUE(save_scene(path("now.h5"), *read).ok());
+  const auto again = load_scene(path("now.h5"));
+  ASSERT_TRUE(again.ok()) << again.error().line();
+  expect_same(*read, *again);
 }
 
 TEST_F(SceneFile, a_long_capture_record_survives) {

@@ -59,7 +59,8 @@ TEST(ViewRelight, is_the_block_of_the_matrix_between_two_views) {
             }
           // The bound of TransportTensor::apply: |J| ≤ the projector's pixels, at most as many leaves, ε =
           // 2⁻²⁴.
-          EXPECT_NEAR(picture->at(row, col), sum, (2.0 * kProjector.size() + 4) * 0x1p-24 * size);
+          EXPECT_NEAR(picture->at(row, col), sum,
+                      (0x1p-10 * (1 + 0x1p-11) + (2.0 * kProjector.size() + 4) * 0x1p-24) * size);
         }
     }
 }

@@ -6,23 +6,27 @@
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
 
 namespace symrig {
 
+namespace tensor {
+struct Draft;
+struct Store;
+}  // namespace tensor
+
 /// Leaf: T_IJ ≈ A Bᵀ, one pair (A, B) a channel.
 /// A [|I| × rank]: on the camera's block I = [row_begin, row_end) in tree order; B [|J| × rank]: on the
 /// projector's block J. rank 0 is an *empty* leaf (known to be below the noise). In a symmetric tensor a leaf
-/// with I ≠ J stands for T_JI too.
+/// with I ≠ J stands for T_JI too. Leaves may overlap each other and everything else: T is their sum.
 struct Leaf {
   std::int32_t row_begin = 0, row_end = 0;
   std::int32_t col_begin = 0, col_end = 0;
   std::int32_t rank = 0;
   std::int32_t level = 0;  ///< level of the block tree at which the node was accepted
-  std::int64_t factors =
-      0;  ///< offset of its floats in the factor pool: for each channel A (column-major), then B
 
   std::int32_t rows() const { return row_end - row_begin; }
   std::int32_t cols() const { return col_end - col_begin; }
@@ -37,6 +41,23 @@ struct EmptyLeaf {
 /// One entry of T between two pixels (tree order). In a symmetric tensor it stands for its mirror image too.
 struct ScalarLeaf {
   std::int32_t row = 0, col = 0;
+};
+
+/// Two pixels of a picture: (row, column) and (row + dy, column + dx).
+struct BandOffset {
+  int dy = 0, dx = 0;
+};
+
+/// Half of the offsets up to a radius, (dy > 0) or (dy = 0 and dx > 0), |dx|, |dy| ≤ radius, row by row:
+/// 2 radius (radius + 1) of them. The other half are their mirror images.
+std::vector<BandOffset> band_offsets(int radius);
+
+/// A band leaf of a symmetric tensor: light that goes from a pixel to its near neighbours (defocus, point
+/// spread). T[i, i + d] = T[i + d, i] = values[(channel · offsets + k) · pixels + i], i in raster order,
+/// d = band_offsets(radius)[k]; 0 where i + d is off the grid.
+struct BandLeaf {
+  int radius = 0;
+  std::vector<float> values;
 };
 
 /// A measured column: T[row, j] = value for every projector pixel j in [col_begin, col_end). Brute force and
@@ -56,8 +77,14 @@ struct LeafCounts {
 ///
 /// T is [camera pixels × projector pixels]. On a coaxial rig both grids are the same and T = Tᵀ:
 /// `symmetric()` is true and only one half is stored. A tensor made from plain photographs (camera ≠
-/// projector grid) is not symmetric and holds all of T. Immutable after `TensorBuilder::finish`. Cheap to
-/// move, expensive to copy. Thread-safe for reading.
+/// projector grid) is not symmetric and holds all of T. T is the sum of all that is stored, which may
+/// overlap.
+///
+/// A finished tensor holds factors, bands and off-diagonal entries as 16-bit floats with powers of two beside
+/// them, the diagonal and measured columns as 32-bit floats. Rounding changes an entry by at most
+/// 2⁻¹⁰ (1 + 2⁻¹²) Σ|A||B|ᵀ + 2⁻³¹ Σ max|A| max|B| over its leaves (sums over ranks), and by 2⁻¹¹ of itself +
+/// 2⁻³⁹ of the largest where it is a single entry or in a band.
+/// Immutable after `TensorBuilder::finish`; copies share one store. Thread-safe for reading.
 class TransportTensor {
  public:
   TransportTensor() = default;
@@ -71,9 +98,14 @@ class TransportTensor {
 
   /// photograph = T · pattern.  shapes: projector grid (1 channel) → camera grid (channels()).
   /// units: pattern 0..1 → radiance per unit of projector light.
-  /// error: float sums, ≤ (|J| + leaves on the pixel's path + 4) ε · Σ_leaf |A||B|ᵀ|pattern| per pixel, ε =
-  /// 2⁻²⁴.  fails: size_mismatch.  source: [Garg06 §5.1]
+  /// error: that of storing T (above) + float sums, ≤ (|J| + leaves on the pixel's path + 4) ε ·
+  /// Σ_leaf |A||B|ᵀ|pattern| per pixel, ε = 2⁻²⁴. The same bits for any number of threads.  fails:
+  /// size_mismatch.  source: [Garg06 §5.1]
   Result<Image<float>> apply(const Image<float>& pattern) const;
+
+  /// Photographs of many patterns, T read once for 16 of them. Same error and failures as apply (the order of
+  /// the sums differs, so the last bits may).
+  Result<std::vector<Image<float>>> apply_batch(std::span<const Image<float>> patterns) const;
 
   /// dual photograph = Tᵀ · light: what the projector would see if the camera's pixels shone.  shapes: camera
   /// grid (1 channel) → projector grid (channels()).  Same error and failures as apply.  source: [Sen05 §3]
@@ -98,19 +130,19 @@ class TransportTensor {
   /// Bytes of T as a dense float matrix, all channels.
   double dense_bytes() const;
 
-  std::span<const Leaf> leaves() const { return leaves_; }
-  std::span<const float> factors() const { return factors_; }
-  std::span<const EmptyLeaf> empties(int level) const { return empties_[static_cast<std::size_t>(level)]; }
-  std::span<const ScalarLeaf> scalars() const { return scalars_; }
-  std::span<const float> scalar_values() const {
-    return scalar_values_;
-  }  ///< [scalar * channels() + channel]
-  std::span<const SparseColumn> columns() const { return columns_; }
-  std::span<const std::int32_t> column_rows() const {
-    return column_rows_;
-  }  ///< camera pixel (tree order) of each entry
-  std::span<const float> column_values() const { return column_values_; }  ///< [entry * channels() + channel]
-  int levels() const { return static_cast<int>(empties_.size()); }         ///< of the deeper tree
+  std::span<const Leaf> leaves() const;
+  /// Leaf after leaf, for each channel A [rows × rank] then B [cols × rank], column by column; unpacked.
+  std::vector<float> factors() const;
+  std::vector<EmptyLeaf> empties(int level) const;  ///< by row block, then column block
+  std::int64_t empty_count(int level) const;
+  std::vector<ScalarLeaf> scalars() const;   ///< the diagonal first; row ≥ col when symmetric
+  std::vector<float> scalar_values() const;  ///< [scalar * channels() + channel]
+  std::int64_t scalar_count() const;
+  std::vector<BandLeaf> bands() const;
+  std::span<const SparseColumn> columns() const;
+  std::span<const std::int32_t> column_rows() const;  ///< camera pixel (tree order) of each entry
+  std::span<const float> column_values() const;       ///< [entry * channels() + channel]
+  int levels() const;                                 ///< of the deeper tree
 
   /// The level at which a scalar's two blocks are single pixels.
   int scalar_level(const ScalarLeaf& scalar) const;
@@ -122,27 +154,17 @@ class TransportTensor {
  private:
   friend class TensorBuilder;
 
-  void apply_leaves(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
-  void apply_scalars(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
-  void apply_columns(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+  const tensor::Store& store() const;
+  bool listed(const ScalarLeaf& scalar) const;
   Result<Image<float>> apply_between(const Image<float>& light, const BlockTree& from, const BlockTree& to,
                                      bool transposed) const;
-  std::size_t value_index(std::size_t entry, int channel) const {
-    return entry * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel);
-  }
   Result<std::vector<std::pair<std::int32_t, int>>> row_pixels(int camera_row) const;
 
   BlockTree camera_, projector_;  // projector_ is empty when symmetric_
   bool symmetric_ = true;
   int channels_ = 1;
-  std::vector<Leaf> leaves_;
-  std::vector<float> factors_;
-  std::vector<std::vector<EmptyLeaf>> empties_;  // one list a level
-  std::vector<ScalarLeaf> scalars_;
-  std::vector<float> scalar_values_;
-  std::vector<SparseColumn> columns_;
-  std::vector<std::int32_t> column_rows_;
-  std::vector<float> column_values_;
+  std::shared_ptr<const tensor::Draft> draft_;  // while it grows
+  std::shared_ptr<const tensor::Store> store_;  // when it is finished
 };
 
 /// Grows a tensor leaf by leaf (acquisition, fit and file loading do), and checks each.
@@ -154,7 +176,8 @@ class TensorBuilder {
   TensorBuilder(BlockTree camera, BlockTree projector, int channels);
 
   /// Adds a low-rank leaf, rank ≥ 1. factors: for each channel A [rows × rank] column-major, then B [cols ×
-  /// rank]. In a symmetric tensor give each unordered pair of blocks once.
+  /// rank]. In a symmetric tensor give each unordered pair of blocks once; a leaf with equal ranges must be
+  /// symmetric itself, and is stored in half the space where each column of B is ± that of A.
   void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
                 int rank, int level, std::span<const float> factors);
   /// Notes that no light goes between two blocks of a level (their indices in it).
@@ -162,16 +185,20 @@ class TensorBuilder {
   /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for
   /// T[col, row] too.
   void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
+  /// Adds a band (symmetric tensors only, radius ≥ 1): values as in BandLeaf, added to all other leaves.
+  void add_band(int radius, std::span<const float> values);
   /// Adds a measured column (general tensors only): T[rows[k], j] = values[k * channels + channel] for j in
   /// [col_begin, col_end).
   void add_column(std::int32_t col_begin, std::int32_t col_end, std::span<const std::int32_t> rows,
                   std::span<const float> values);
 
-  /// The tensor so far, complete and ready to be applied: acquisition subtracts it from the next photographs.
+  /// The tensor so far, in floats, slower to apply than a finished one; its bytes() are not known yet.
   const TransportTensor& current() const { return tensor_; }
+  /// Rounds and packs.
   TransportTensor finish() &&;
 
  private:
+  std::shared_ptr<tensor::Draft> draft_;
   TransportTensor tensor_;
 };
 

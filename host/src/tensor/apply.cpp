@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tensor/apply.hpp"
+
+#include <array>
+#include <string>
+
+namespace symrig {
+namespace {
+
+using tensor::kBatch;
+
+Result<void> check_light(const Image<float>& light, Grid expected) {
+  if (light.grid() == expected && light.channels() == 1) return {};
+  return Error{ErrorCode::size_mismatch,
+               "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
+                   " channels, the tensor takes " + to_string(expected) + " with 1",
+               "resize the picture to " + to_string(expected) + " (rows x columns)"};
+}
+
+/// Photographs of up to Width patterns. Lanes without a pattern read a dark picture and write to a spare one,
+/// so that the loops over lanes have a fixed length.
+template <std::size_t Width>
+void photograph(const TransportTensor& tensor, const tensor::Store& store, bool transposed,
+                std::span<const Image<float>> lights, std::span<Image<float>> out) {
+  const std::int32_t* const from =
+      (transposed ? tensor.camera_tree() : tensor.projector_tree()).order().data();
+  const std::int32_t* const to = (transposed ? tensor.projector_tree() : tensor.camera_tree()).order().data();
+  const Image<float> dark(out.size() < Width ? lights[0].grid() : Grid{1, 1});
+  Image<float> spare(out.size() < Width ? out[0].grid() : Grid{1, 1});
+  std::array<const float*, Width> lit{};
+  std::array<float*, Width> seen{};
+  for (std::size_t lane = 0; lane < Width; ++lane)
+    lit[lane] = (lane < lights.size() ? lights[lane] : dark).plane(0).data();
+  tensor::Application<Width> application(tensor, store, transposed);
+  application.light([&](std::int32_t begin, std::int32_t end, float* p) {
+    for (std::int32_t i = begin; i < end; ++i, p += Width)
+      for (std::size_t lane = 0; lane < Width; ++lane) p[lane] = lit[lane][from[i]];
+  });
+  for (int channel = 0; channel < tensor.channels(); ++channel) {
+    for (std::size_t lane = 0; lane < Width; ++lane)
+      seen[lane] = lane < out.size() ? out[lane].plane(channel).data() : spare.plane(0).data();
+    application.see(channel, [&](std::int32_t begin, std::int32_t end, const float* y) {
+      for (std::int32_t i = begin; i < end; ++i, y += Width)
+        for (std::size_t lane = 0; lane < Width; ++lane) seen[lane][to[i]] = y[lane];
+    });
+  }
+}
+
+}  // namespace
+
+Result<Image<float>> TransportTensor::apply_between(const Image<float>& light, const BlockTree& from,
+                                                    const BlockTree& to, bool transposed) const {
+  SYMRIG_CHECK(check_light(light, from.grid()));
+  Image<float> out(to.grid(), channels_);
+  if (draft_) {
+    std::vector<float> p(light.values().size()), y(static_cast<std::size_t>(to.grid().size()));
+    from.to_tree(light.plane(0), p);
+    for (int channel = 0; channel < channels_; ++channel) {
+      std::fill(y.begin(), y.end(), 0.0F);
+      apply_tree(p, y, channel, transposed);
+      to.to_raster(y, out.plane(channel));
+    }
+  } else {
+    photograph<1>(*this, store(), transposed, std::span(&light, 1), std::span(&out, 1));
+  }
+  return out;
+}
+
+Result<Image<float>> TransportTensor::apply(const Image<float>& pattern) const {
+  return apply_between(pattern, projector_tree(), camera_tree(), false);
+}
+
+Result<Image<float>> TransportTensor::apply_transposed(const Image<float>& light) const {
+  return apply_between(light, camera_tree(), projector_tree(), true);
+}
+
+Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const Image<float>> patterns) const {
+  for (const Image<float>& pattern : patterns) SYMRIG_CHECK(check_light(pattern, projector_grid()));
+  std::vector<Image<float>> out;
+  if (draft_) {
+    for (const Image<float>& pattern : patterns) {
+      SYMRIG_TRY(Image<float> photograph, apply(pattern));
+      out.push_back(std::move(photograph));
+    }
+    return out;
+  }
+  out.resize(patterns.size(), Image<float>(camera_grid(), channels_));
+  for (std::size_t first = 0; first < patterns.size(); first += kBatch) {
+    const std::size_t count = std::min(kBatch, patterns.size() - first);
+    photograph<kBatch>(*this, store(), false, patterns.subspan(first, count),
+                       std::span(out).subspan(first, count));
+  }
+  return out;
+}
+
+void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, int channel,
+                                 bool transposed) const {
+  if (draft_) return draft_->apply(*this, channel, transposed, p, y);
+  tensor::Application<1> application(*this, store(), transposed);
+  application.light([&](std::int32_t begin, std::int32_t end, float* to) {
+    std::copy(p.begin() + begin, p.begin() + end, to);
+  });
+  application.see(channel, [&](std::int32_t begin, std::int32_t end, const float* from) {
+    for (std::int32_t i = begin; i < end; ++i) y[static_cast<std::size_t>(i)] += from[i - begin];
+  });
+}
+
+}  // namespace symrig

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Single entries of T: the diagonal, which carries the direct light, and the others.
+#pragma once
+
+#include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/half.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::tensor {
+
+/// The diagonal as floats, one per pixel and channel (it is most of the light: halves would show), and which
+/// of its entries were stored at all.
+class Diagonal {
+ public:
+  Diagonal() = default;
+  explicit Diagonal(std::int64_t pixels, int channels);
+
+  void add(std::int32_t pixel, std::span<const float> values);
+  bool empty() const { return stored_.empty(); }
+  std::int64_t size() const;  ///< stored entries
+  bool holds(std::int32_t pixel) const {
+    return (stored_[static_cast<std::size_t>(pixel) / 8] >> (static_cast<unsigned>(pixel) % 8U) & 1U) != 0;
+  }
+  /// Values of one channel, tree order; 0 where nothing is stored.
+  std::span<const float> values(int channel) const {
+    return std::span(values_).subspan(static_cast<std::size_t>(channel) * pixels_, pixels_);
+  }
+  std::int64_t bytes() const {
+    return static_cast<std::int64_t>(values_.size() * sizeof(float) + stored_.size());
+  }
+
+ private:
+  std::size_t pixels_ = 0;
+  std::vector<float> values_;         // [channel][pixel]
+  std::vector<std::uint8_t> stored_;  // a bit a pixel
+};
+
+/// Entries sorted by the pixel that sees, so that each task adds to its own pixels only: halves with one
+/// power of two a channel, gathered in squares of 256 × 256 in which two bytes tell an entry's place. error:
+/// ≤ 2⁻¹¹ |value| + 2⁻³⁹ max|value of the channel|.
+class Entries {
+ public:
+  Entries() = default;
+  /// values: [entry * channels + channel].
+  Entries(std::span<const ScalarLeaf> at, std::span<const float> values, int channels);
+
+  std::size_t size() const { return local_.size(); }
+  ScalarLeaf at(std::size_t entry) const;
+  float value(std::size_t entry, int channel) const;
+  /// y += T p for the rows [begin, end), multiples of 256 or the last; y: the first of these rows, p: all
+  /// columns. Width patterns interleaved.
+  template <std::size_t Width>
+  void apply(int channel, std::int32_t begin, std::int32_t end, const float* p, float* y) const;
+  std::int64_t bytes() const;
+
+ private:
+  struct Square {
+    std::int32_t row = 0, col = 0;  ///< its first
+    std::uint32_t first = 0;        ///< its first entry
+  };
+  struct Local {
+    std::uint8_t row, col;
+  };
+
+  std::vector<Square> squares_;  // and one behind the last
+  std::vector<Local> local_;
+  std::vector<Half> values_;   // [channel][entry], and slack for the conversion
+  std::vector<float> scales_;  // [channel]
+};
+
+}  // namespace symrig::tensor

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/file.hpp"
+#include "tensor/h5.hpp"
+#include "tensor/read_tensor.hpp"
+#include "tensor/scene_file.hpp"
+#include "tensor/tree_file.hpp"
+
+#include <algorithm>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace scene_file;
+
+Error bad_file(const fs::path& path, const std::string& what) {
+  return {ErrorCode::bad_format, path.string() + ": " + what,
+          "the file is damaged or not a scene; capture or fit it again"};
+}
+
+Error named(const fs::path& path, Error error) {
+  error.what = path.string() + ": " + error.what;
+  return error;
+}
+
+Result<Grid> read_grid(const Source& source, const char* name) {
+  SYMRIG_TRY(const std::vector<std::int32_t> size, h5::read_integers(source.file.id(), name, 2));
+  const Grid grid{size[0], size[1]};
+  if (!grid.valid())
+    return Error{ErrorCode::bad_format,
+                 std::string("attribute '") + name + "' is not a grid of 1 to 2^30 pixels",
+                 "the file is damaged"};
+  return grid;
+}
+
+Result<Head> read_head(const Source& source) {
+  const hid_t file = source.file.id();
+  SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
+  if (format != "symrig-scene")
+    return Error{ErrorCode::bad_format, "attribute 'format' is not 'symrig-scene'", "is this a scene.h5?"};
+  SYMRIG_TRY(const std::vector<std::int32_t> major, h5::read_integers(file, "version_major", 1));
+  if (major[0] < 1 || major[0] > kVersionMajor)
+    return Error{ErrorCode::bad_format,
+                 "file version " + std::to_string(major[0]) + ", this program reads versions 1 and 2",
+                 "use the symrig release that wrote it"};
+  SYMRIG_TRY(const std::vector<std::int32_t> symmetric, h5::read_integers(file, "symmetric", 1));
+  SYMRIG_TRY(const std::vector<std::int32_t> channels, h5::read_integers(file, "channels", 1));
+  SYMRIG_TRY(const Grid camera, read_grid(source, "camera_grid"));
+  SYMRIG_TRY(const Grid projector, read_grid(source, "projector_grid"));
+  if (channels[0] < 1 || channels[0] > 64)
+    return Error{ErrorCode::bad_format, "attribute 'channels' is not in 1..64", "the file is damaged"};
+  if (symmetric[0] != 0 && !(camera == projector))
+    return Error{ErrorCode::bad_format, "a symmetric tensor with two different grids", "the file is damaged"};
+  return Head{major[0], symmetric[0] != 0, channels[0], camera, projector};
+}
+
+Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
+  const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
+  if (!group.ok())
+    return Error{ErrorCode::bad_format, "group '" + path + "' is missing or damaged", "the file is damaged"};
+  h5::Shape p, c;
+  SYMRIG_TRY(std::string name, h5::read_text(group.id(), "name"));
+  SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group.id(), "pattern", 2, source.bytes, p));
+  SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group.id(), "photograph", 3, source.bytes, c));
+  if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
+      c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
+    return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
+  if (!all_finite(pattern) || !all_finite(photograph)) return not_finite(path);
+  HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};
+  std::copy(pattern.begin(), pattern.end(), held.pattern.values().begin());
+  std::copy(photograph.begin(), photograph.end(), held.photograph.values().begin());
+  return held;
+}
+
+Result<StoredScene> read_all(const Source& source) {
+  SYMRIG_TRY(const Head head, read_head(source));
+  SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
+  SYMRIG_TRY(const BlockTree camera,
+             tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
+  SYMRIG_TRY(const BlockTree projector,
+             tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
+  TensorBuilder builder =
+      head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
+  SYMRIG_CHECK(read_tensor(source, head, camera, projector, builder));
+  SYMRIG_TRY(const std::vector<std::int32_t> held_out_count,
+             h5::read_integers(source.file.id(), "held_out_count", 1));
+  std::vector<HeldOut> held_out;
+  for (std::int32_t k = 0; k < held_out_count[0]; ++k) {
+    SYMRIG_TRY(HeldOut one_of, read_held_out(source, head, "held_out/" + std::to_string(k)));
+    held_out.push_back(std::move(one_of));
+  }
+  return StoredScene{std::move(builder).finish(), std::move(capture), std::move(held_out)};
+}
+
+}  // namespace
+
+Result<StoredScene> load_scene(const fs::path& path) {
+  const std::scoped_lock lock(hdf5_mutex());
+  h5::be_quiet();
+  std::error_code failed;
+  if (!fs::exists(path, failed))
+    return Error{ErrorCode::not_found, path.string() + ": no such file",
+                 "`symrig capture` makes scene files"};
+  if (!fs::is_regular_file(path, failed))
+    return Error{ErrorCode::bad_format, path.string() + ": not a file", "name a scene.h5"};
+  const std::uint64_t bytes = fs::file_size(path, failed);
+  const Source source{h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose), bytes};
+  if (!source.file.ok()) return bad_file(path, "cannot be read as HDF5");
+  auto scene = read_all(source);
+  if (!scene) return named(path, std::move(scene).error());
+  return scene;
+}
+
+}  // namespace symrig

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tensor/read_tensor.hpp"
+
+#include "tensor/half.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace symrig::scene_file {
+
+bool all_finite(std::span<const float> values) {
+  return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+}
+
+Error not_finite(const std::string& what) {
+  return {ErrorCode::bad_value, what + " has a value that is not a finite number", "the file is damaged"};
+}
+
+Error damaged(const std::string& what) {
+  return {ErrorCode::bad_format, what, "the file is damaged"};
+}
+
+namespace {
+
+using tensor::Half;
+
+struct Trees {
+  const BlockTree* camera;
+  const BlockTree* projector;
+
+  int levels() const { return std::max(camera->levels(), projector->levels()); }
+  /// Blocks of a level; 0 beyond the tree's last.
+  static std::int64_t blocks(const BlockTree& tree, int level) {
+    return level < tree.levels() ? std::ssize(tree.level(level)) : 0;
+  }
+};
+
+bool range_ok(std::int32_t begin, std::int32_t end, std::int64_t size) {
+  return 0 <= begin && begin < end && end <= size;
+}
+
+/// The floats of a dataset of `name`: as they are in version 1, halves without their exponents in version 2.
+Result<std::vector<float>> read_halves(const Source& source, const Head& head, const std::string& name,
+                                       std::size_t rank, h5::Shape& shape) {
+  const hid_t file = source.file.id();
+  std::vector<float> values;
+  if (head.version == 1) {
+    SYMRIG_TRY(values, h5::read_dataset<float>(file, name.c_str(), rank, source.bytes, shape));
+  } else {
+    SYMRIG_TRY(const auto halves, h5::read_dataset<Half>(file, name.c_str(), rank, source.bytes, shape));
+    values.resize(halves.size());
+    std::transform(halves.begin(), halves.end(), values.begin(), tensor::from_half);
+  }
+  if (!all_finite(values)) return not_finite("dataset '" + name + "'");
+  return values;
+}
+
+/// values · 2^exponent, exactly; false where the result is not finite or the exponent is not one of a float.
+bool scale(std::span<float> values, std::int32_t exponent) {
+  if (exponent < -200 || exponent > 200) return false;
+  for (float& v : values) v = std::ldexp(v, exponent);
+  return all_finite(values);
+}
+
+struct LeafTable {
+  std::vector<std::int32_t> range, rank, level, exponents;
+  std::vector<float> factors;
+};
+
+Result<LeafTable> read_leaf_table(const Source& source, const Head& head) {
+  const hid_t file = source.file.id();
+  h5::Shape s;
+  LeafTable table;
+  SYMRIG_TRY(table.range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
+  if (s[1] != 4) return damaged("dataset 'leaves/range' has not four columns");
+  const std::size_t n = s[0];
+  SYMRIG_TRY(table.rank, h5::read_dataset<std::int32_t>(file, "leaves/rank", 1, source.bytes, s));
+  SYMRIG_TRY(table.level, h5::read_dataset<std::int32_t>(file, "leaves/level", 1, source.bytes, s));
+  SYMRIG_TRY(table.factors, read_halves(source, head, "leaves/factors", 1, s));
+  if (head.version > 1) {
+    SYMRIG_TRY(table.exponents, h5::read_dataset<std::int32_t>(file, "leaves/exponents", 1, source.bytes, s));
+  }
+  if (table.rank.size() != n || table.level.size() != n)
+    return damaged("the datasets in 'leaves' differ in length");
+  return table;
+}
+
+/// Scales the columns of one leaf; `at` is the next exponent.
+bool scale_leaf(std::span<float> factors, const Leaf& leaf, int channels, const LeafTable& table,
+                std::size_t& at) {
+  for (int channel = 0; channel < channels; ++channel) {
+    for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
+      for (std::int32_t k = 0; k < leaf.rank; ++k, ++at) {
+        const auto size = static_cast<std::size_t>(side);
+        if (at >= table.exponents.size() || !scale(factors.first(size), table.exponents[at])) return false;
+        factors = factors.subspan(size);
+      }
+    }
+  }
+  return true;
+}
+
+Result<void> read_leaves(const Source& source, const Head& head, const Trees& trees, TensorBuilder& builder) {
+  SYMRIG_TRY(LeafTable table, read_leaf_table(source, head));
+  std::size_t used = 0, exponent = 0;
+  for (std::size_t k = 0; k < table.rank.size(); ++k) {
+    const std::int32_t* r = &table.range[4 * k];
+    const Leaf leaf{r[0], r[1], r[2], r[3], table.rank[k], table.level[k]};
+    bool ok = range_ok(r[0], r[1], head.camera.size()) && range_ok(r[2], r[3], head.projector.size()) &&
+              leaf.level >= 0 && leaf.level < trees.levels() && leaf.rank >= 1 &&
+              leaf.rank <= std::min(leaf.rows(), leaf.cols());
+    const std::size_t size = ok ? static_cast<std::size_t>(std::int64_t{head.channels} * leaf.rank *
+                                                           (std::int64_t{leaf.rows()} + leaf.cols()))
+                                : 0;
+    ok = ok && size <= table.factors.size() - used;
+    const auto factors = ok ? std::span(table.factors).subspan(used, size) : std::span<float>();
+    if (!ok || (head.version > 1 && !scale_leaf(factors, leaf, head.channels, table, exponent)))
+      return damaged("leaf " + std::to_string(k) + " in 'leaves' breaks the rules of the format");
+    builder.add_leaf(r[0], r[1], r[2], r[3], leaf.rank, leaf.level, factors);
+    used += size;
+  }
+  if (used != table.factors.size()) return damaged("'leaves/factors' has values of no leaf");
+  if (exponent != table.exponents.size()) return damaged("'leaves/exponents' has values of no leaf");
+  return {};
+}
+
+Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilder& builder) {
+  h5::Shape s;
+  SYMRIG_TRY(const auto rows,
+             h5::read_dataset<std::int32_t>(source.file.id(), "leaves/empty", 2, source.bytes, s));
+  if (s[1] != 3) return damaged("dataset 'leaves/empty' has not three columns");
+  for (std::size_t k = 0; k < s[0]; ++k) {
+    const std::int32_t level = rows[3 * k], row = rows[3 * k + 1], col = rows[3 * k + 2];
+    const bool ok = level >= 0 && level < trees.levels() && row >= 0 &&
+                    row < Trees::blocks(*trees.camera, level) && col >= 0 &&
+                    col < Trees::blocks(*trees.projector, level);
+    if (!ok) return damaged("empty leaf " + std::to_string(k) + " names blocks that are not there");
+    builder.add_empty(level, row, col);
+  }
+  return {};
+}
+
+/// One entry of each of `values`' channels: version 1 has them side by side, version 2 in planes.
+Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder& builder) {
+  const hid_t file = source.file.id();
+  h5::Shape s;
+  SYMRIG_TRY(const auto at, h5::read_dataset<std::int32_t>(file, "scalars/at", 2, source.bytes, s));
+  const std::size_t n = s[0];
+  if (s[1] != 2) return damaged("dataset 'scalars/at' has not two columns");
+  SYMRIG_TRY(std::vector<float> values, read_halves(source, head, "scalars/values", 2, s));
+  const auto channels = static_cast<std::size_t>(head.channels);
+  const h5::Shape expected = head.version == 1 ? h5::Shape{n, channels} : h5::Shape{channels, n};
+  if (s != expected) return damaged("dataset 'scalars/values' does not fit 'scalars/at'");
+  if (head.version > 1) {
+    SYMRIG_TRY(const auto exponents,
+               h5::read_dataset<std::int32_t>(file, "scalars/exponents", 1, source.bytes, s));
+    for (std::size_t c = 0; c < channels; ++c)
+      if (exponents.size() != channels || !scale(std::span(values).subspan(c * n, n), exponents[c]))
+        return damaged("dataset 'scalars/exponents' breaks the rules of the format");
+  }
+  std::vector<float> of_scalar(channels);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::int32_t row = at[2 * k], col = at[2 * k + 1];
+    if (row < 0 || row >= head.camera.size() || col < 0 || col >= head.projector.size())
+      return damaged("scalar " + std::to_string(k) + " points outside the grid");
+    for (std::size_t c = 0; c < channels; ++c)
+      of_scalar[c] = values[head.version == 1 ? k * channels + c : c * n + k];
+    builder.add_scalar(row, col, of_scalar);
+  }
+  return {};
+}
+
+Result<void> read_diagonal(const Source& source, const Head& head, TensorBuilder& builder) {
+  h5::Shape s;
+  SYMRIG_TRY(const auto at,
+             h5::read_dataset<std::int32_t>(source.file.id(), "diagonal/at", 1, source.bytes, s));
+  SYMRIG_TRY(const auto values,
+             h5::read_dataset<float>(source.file.id(), "diagonal/values", 2, source.bytes, s));
+  const auto channels = static_cast<std::size_t>(head.channels);
+  if (s != h5::Shape{at.size(), channels} || (!head.symmetric && !at.empty()))
+    return damaged("the datasets in 'diagonal' do not fit together");
+  if (!all_finite(values)) return not_finite("dataset 'diagonal/values'");
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    if (at[k] < 0 || at[k] >= head.camera.size())
+      return damaged("diagonal entry " + std::to_string(k) + " points outside the grid");
+    builder.add_scalar(at[k], at[k], std::span(values).subspan(k * channels, channels));
+  }
+  return {};
+}
+
+Result<void> read_columns(const Source& source, const Head& head, TensorBuilder& builder) {
+  const hid_t file = source.file.id();
+  h5::Shape s;
+  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "columns/range", 2, source.bytes, s));
+  const std::size_t n = s[0];
+  if (s[1] != 2) return damaged("dataset 'columns/range' has not two columns");
+  SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, source.bytes, s));
+  SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, source.bytes, s));
+  SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, source.bytes, s));
+  const auto channels = static_cast<std::size_t>(head.channels);
+  const bool fit = first.size() == n + 1 && first.front() == 0 && first.back() == std::ssize(rows) &&
+                   s[0] == rows.size() && s[1] == channels;
+  if (!fit || (head.symmetric && n > 0)) return damaged("the datasets in 'columns' do not fit together");
+  if (!all_finite(values)) return not_finite("dataset 'columns/values'");
+  for (const std::int32_t row : rows)
+    if (row < 0 || row >= head.camera.size())
+      return damaged("dataset 'columns/rows' points outside the grid");
+  for (std::size_t k = 0; k < n; ++k) {
+    const bool ok = range_ok(range[2 * k], range[2 * k + 1], head.projector.size()) &&
+                    first[k] <= first[k + 1] && first[k + 1] <= std::ssize(rows);
+    if (!ok) return damaged("column " + std::to_string(k) + " in 'columns' breaks the rules of the format");
+    const auto begin = static_cast<std::size_t>(first[k]);
+    const auto size = static_cast<std::size_t>(first[k + 1] - first[k]);
+    builder.add_column(range[2 * k], range[2 * k + 1], std::span(rows).subspan(begin, size),
+                       std::span(values).subspan(begin * channels, size * channels));
+  }
+  return {};
+}
+
+/// No light from a pixel to a neighbour that is off the grid.
+bool stays_on_grid(std::span<const float> plane, Grid grid, BandOffset d) {
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = 0; col < grid.cols; ++col)
+      if (row + d.dy >= grid.rows || col + d.dx < 0 || col + d.dx >= grid.cols)
+        if (plane[static_cast<std::size_t>(row) * grid.cols + col] != 0.0F) return false;
+  return true;
+}
+
+Result<void> read_band(const Source& source, const Head& head, const std::string& path,
+                       TensorBuilder& builder) {
+  const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
+  if (!group.ok()) return damaged("group '" + path + "' is missing or damaged");
+  SYMRIG_TRY(const auto radius, h5::read_integers(group.id(), "radius", 1));
+  if (!head.symmetric || radius[0] < 1 || radius[0] > 1024)
+    return damaged("'" + path + "' has no valid radius");
+  const std::vector<BandOffset> offsets = band_offsets(radius[0]);
+  h5::Shape s, e;
+  SYMRIG_TRY(std::vector<float> values, read_halves(source, head, path + "/values", 4, s));
+  SYMRIG_TRY(const auto exponents,
+             h5::read_dataset<std::int32_t>(group.id(), "exponents", 2, source.bytes, e));
+  const auto channels = static_cast<hsize_t>(head.channels);
+  if (s != h5::Shape{channels, offsets.size(), hsize_t(head.camera.rows), hsize_t(head.camera.cols)} ||
+      e != h5::Shape{channels, offsets.size()})
+    return damaged("the datasets in '" + path + "' do not fit together");
+  const auto pixels = static_cast<std::size_t>(head.camera.size());
+  for (std::size_t k = 0; k < exponents.size(); ++k) {
+    const auto plane = std::span(values).subspan(k * pixels, pixels);
+    if (!scale(plane, exponents[k]) || !stays_on_grid(plane, head.camera, offsets[k % offsets.size()]))
+      return damaged("'" + path + "' breaks the rules of the format");
+  }
+  builder.add_band(radius[0], values);
+  return {};
+}
+
+Result<void> read_bands(const Source& source, const Head& head, TensorBuilder& builder) {
+  SYMRIG_TRY(const auto count, h5::read_integers(source.file.id(), "band_count", 1));
+  for (std::int32_t k = 0; k < count[0]; ++k)
+    SYMRIG_CHECK(read_band(source, head, "bands/" + std::to_string(k), builder));
+  return {};
+}
+
+}  // namespace
+
+Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
+                         const BlockTree& projector, TensorBuilder& builder) {
+  const Trees trees{&camera, &projector};
+  SYMRIG_CHECK(read_leaves(source, head, trees, builder));
+  SYMRIG_CHECK(read_empties(source, trees, builder));
+  SYMRIG_CHECK(read_scalars(source, head, builder));
+  SYMRIG_CHECK(read_columns(source, head, builder));
+  if (head.version == 1) return {};
+  SYMRIG_CHECK(read_diagonal(source, head, builder));
+  return read_bands(source, head, builder);
+}
+
+}  // namespace symrig::scene_file

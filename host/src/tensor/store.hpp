@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a tensor holds: as it grows (floats, in the order of arrival) and as it is finished (packed).
+#pragma once
+
+#include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/band.hpp"
+#include "tensor/empty_list.hpp"
+#include "tensor/entries.hpp"
+#include "tensor/low_rank.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace symrig::tensor {
+
+/// Measured columns, as floats: they are all that such a tensor has.
+struct MeasuredColumns {
+  std::vector<SparseColumn> ranges;
+  std::vector<std::int32_t> rows;
+  std::vector<float> values;  ///< [entry * channels + channel]
+
+  /// y += T p over these columns (or Tᵀ p). Width patterns interleaved.
+  template <std::size_t Width>
+  void apply(int channels, int channel, bool transposed, const float* p, float* y) const;
+  std::int64_t bytes() const;
+};
+
+/// A tensor under construction.
+struct Draft {
+  std::vector<Leaf> leaves;
+  std::vector<float> factors;  ///< leaf after leaf, as TensorBuilder::add_leaf takes them
+  std::vector<std::vector<EmptyLeaf>> empties;
+  std::vector<ScalarLeaf> scalars;
+  std::vector<float> scalar_values;  ///< [scalar * channels + channel]
+  std::vector<BandLeaf> bands;
+  MeasuredColumns columns;
+
+  /// y += T p in tree order, leaf by leaf.
+  void apply(const TransportTensor& shape, int channel, bool transposed, std::span<const float> p,
+             std::span<float> y) const;
+};
+
+/// A finished tensor. Everything is summed: leaves, entries and bands may overlap.
+struct Store {
+  Store() = default;
+  Store(const Draft& draft, const TransportTensor& shape);
+
+  std::vector<Leaf> leaves;
+  LowRank low_rank;
+  Diagonal diagonal;
+  /// Off the diagonal, by the pixel that sees: camera pixels, and projector pixels for Tᵀ. Symmetric: the
+  /// first holds each entry and its mirror image.
+  Entries entries[2];
+  std::vector<Band> bands;
+  std::vector<EmptyList> empties;  ///< one a level
+  MeasuredColumns columns;
+
+  std::int64_t bytes() const;
+
+ private:
+  void add_scalars(const Draft& draft, const TransportTensor& shape);
+};
+
+}  // namespace symrig::tensor

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/tensor/file.hpp"
+#include "tensor/h5.hpp"
+#include "tensor/half.hpp"
+#include "tensor/scene_file.hpp"
+#include "tensor/tree_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using scene_file::kVersionMajor;
+using scene_file::kVersionMinor;
+using tensor::Half;
+
+/// The largest half of a column in the file: near 1, where h5py shows it best. The exponent beside it is
+/// free.
+constexpr int kTop = 0;
+
+/// Groups of values that share an exponent: values ≈ halves · 2^exponent.
+class Halves {
+ public:
+  explicit Halves(std::size_t size) { halves_.reserve(size); }
+
+  void add(std::span<const float> group) {
+    halves_.resize(halves_.size() + group.size());
+    exponents_.push_back(tensor::to_halves(group, kTop, halves_.data() + halves_.size() - group.size()));
+  }
+  std::span<const Half> halves() const { return halves_; }
+  std::span<const std::int32_t> exponents() const { return exponents_; }
+
+ private:
+  std::vector<Half> halves_;
+  std::vector<std::int32_t> exponents_;
+};
+
+Error io_error(const fs::path& path, const std::string& what) {
+  return {ErrorCode::io, path.string() + ": " + what + " (" + std::strerror(errno) + ")",
+          "check the folder, its permissions and the free space"};
+}
+
+std::span<const std::int32_t> one(const std::int32_t& value) {
+  return {&value, 1};
+}
+
+bool write_root(hid_t file, const StoredScene& scene) {
+  const TransportTensor& t = scene.tensor;
+  const std::array<std::int32_t, 2> camera{t.camera_grid().rows, t.camera_grid().cols};
+  const std::array<std::int32_t, 2> projector{t.projector_grid().rows, t.projector_grid().cols};
+  return h5::write_attribute(file, "format", std::string("symrig-scene")) &&
+         h5::write_attribute(file, "version_major", one(kVersionMajor)) &&
+         h5::write_attribute(file, "version_minor", one(kVersionMinor)) &&
+         h5::write_attribute(file, "symmetric", one(t.symmetric() ? 1 : 0)) &&
+         h5::write_attribute(file, "channels", one(t.channels())) &&
+         h5::write_attribute(file, "camera_grid", camera) &&
+         h5::write_attribute(file, "projector_grid", projector) &&
+         h5::write_attribute(file, "band_count", one(static_cast<std::int32_t>(t.bands().size()))) &&
+         h5::write_attribute(file, "held_out_count", one(static_cast<std::int32_t>(scene.held_out.size()))) &&
+         h5::write_attribute(file, "capture", scene.capture_json);
+}
+
+/// The factors of all leaves, an exponent for each column.
+Halves factors_of(const TransportTensor& t) {
+  const std::vector<float> factors = t.factors();
+  Halves halves(factors.size());
+  const float* at = factors.data();
+  for (const Leaf& leaf : t.leaves()) {
+    for (int channel = 0; channel < t.channels(); ++channel) {
+      for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
+        for (std::int32_t k = 0; k < leaf.rank; ++k, at += side)
+          halves.add(std::span(at, static_cast<std::size_t>(side)));
+      }
+    }
+  }
+  return halves;
+}
+
+bool write_leaves(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> range, rank, level;
+  for (const Leaf& leaf : t.leaves()) {
+    range.insert(range.end(), {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end});
+    rank.push_back(leaf.rank);
+    level.push_back(leaf.level);
+  }
+  const hsize_t n = rank.size();
+  const Halves factors = factors_of(t);
+  return h5::write_dataset<std::int32_t>(group, "range", {n, 4}, range) &&
+         h5::write_dataset<std::int32_t>(group, "rank", {n}, rank) &&
+         h5::write_dataset<std::int32_t>(group, "level", {n}, level) &&
+         h5::write_dataset<Half>(group, "factors", {factors.halves().size()}, factors.halves()) &&
+         h5::write_dataset<std::int32_t>(group, "exponents", {factors.exponents().size()},
+                                         factors.exponents());
+}
+
+bool write_empties(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> rows;
+  for (int l = 0; l < t.levels(); ++l)
+    for (const EmptyLeaf& empty : t.empties(l))
+      rows.insert(rows.end(), {l, empty.row_block, empty.col_block});
+  return h5::write_dataset<std::int32_t>(group, "empty", {rows.size() / 3, 3}, rows);
+}
+
+/// The diagonal as floats, the other entries as halves with one exponent a channel.
+bool write_scalars(hid_t diagonal, hid_t others, const TransportTensor& t) {
+  const auto channels = static_cast<std::size_t>(t.channels());
+  const std::vector<float> values = t.scalar_values();
+  std::vector<std::int32_t> pixels, at;
+  std::vector<float> on_diagonal;
+  std::vector<std::vector<float>> planes(channels);
+  std::size_t k = 0;
+  for (const ScalarLeaf& scalar : t.scalars()) {
+    const bool on = t.symmetric() && scalar.row == scalar.col;
+    on ? pixels.push_back(scalar.row) : static_cast<void>(at.insert(at.end(), {scalar.row, scalar.col}));
+    for (std::size_t c = 0; c < channels; ++c, ++k) (on ? on_diagonal : planes[c]).push_back(values[k]);
+  }
+  Halves halves(at.size() / 2 * channels);
+  for (const std::vector<float>& plane : planes) halves.add(plane);
+  const hsize_t count = channels;
+  return h5::write_dataset<std::int32_t>(diagonal, "at", {pixels.size()}, pixels) &&
+         h5::write_dataset<float>(diagonal, "values", {pixels.size(), count}, on_diagonal) &&
+         h5::write_dataset<std::int32_t>(others, "at", {at.size() / 2, 2}, at) &&
+         h5::write_dataset<Half>(others, "values", {count, at.size() / 2}, halves.halves()) &&
+         h5::write_dataset<std::int32_t>(others, "exponents", {count}, halves.exponents());
+}
+
+bool write_columns(hid_t group, const TransportTensor& t) {
+  std::vector<std::int32_t> range;
+  std::vector<std::int64_t> first{0};
+  for (const SparseColumn& column : t.columns()) {
+    range.insert(range.end(), {column.col_begin, column.col_end});
+    first.push_back(column.last);
+  }
+  const hsize_t entries = t.column_rows().size();
+  return h5::write_dataset<std::int32_t>(group, "range", {t.columns().size(), 2}, range) &&
+         h5::write_dataset<std::int64_t>(group, "first", {first.size()}, first) &&
+         h5::write_dataset<std::int32_t>(group, "rows", {entries}, t.column_rows()) &&
+         h5::write_dataset<float>(group, "values", {entries, static_cast<hsize_t>(t.channels())},
+                                  t.column_values());
+}
+
+h5::Handle new_group(hid_t place, const std::string& name) {
+  return {H5Gcreate2(place, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
+}
+
+bool write_bands(hid_t group, const TransportTensor& t) {
+  const Grid grid = t.camera_grid();
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::vector<BandLeaf> bands = t.bands();
+  for (std::size_t k = 0; k < bands.size(); ++k) {
+    const h5::Handle place = new_group(group, std::to_string(k));
+    Halves halves(bands[k].values.size());
+    for (std::size_t at = 0; at < bands[k].values.size(); at += pixels)
+      halves.add(std::span(bands[k].values).subspan(at, pixels));
+    const hsize_t channels = hsize_t(t.channels()), offsets = halves.exponents().size() / channels;
+    const bool ok =
+        place.ok() && h5::write_attribute(place.id(), "radius", one(bands[k].radius)) &&
+        h5::write_dataset<Half>(place.id(), "values",
+                                {channels, offsets, hsize_t(grid.rows), hsize_t(grid.cols)},
+                                halves.halves()) &&
+        h5::write_dataset<std::int32_t>(place.id(), "exponents", {channels, offsets}, halves.exponents());
+    if (!ok) return false;
+  }
+  return true;
+}
+
+bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const HeldOut& one_of = all[k];
+    const h5::Handle place = new_group(group, std::to_string(k));
+    const Grid p = one_of.pattern.grid();
+    const Grid c = one_of.photograph.grid();
+    const bool ok =
+        place.ok() && h5::write_attribute(place.id(), "name", one_of.name) &&
+        h5::write_dataset<float>(place.id(), "pattern", {hsize_t(p.rows), hsize_t(p.cols)},
+                                 one_of.pattern.plane(0)) &&
+        h5::write_dataset<float>(place.id(), "photograph",
+                                 {hsize_t(one_of.photograph.channels()), hsize_t(c.rows), hsize_t(c.cols)},
+                                 one_of.photograph.values());
+    if (!ok) return false;
+  }
+  return true;
+}
+
+bool write_all(hid_t file, const StoredScene& scene) {
+  const TransportTensor& t = scene.tensor;
+  const h5::Handle leaves = new_group(file, "leaves"), diagonal = new_group(file, "diagonal"),
+                   scalars = new_group(file, "scalars"), columns = new_group(file, "columns"),
+                   bands = new_group(file, "bands"), held_out = new_group(file, "held_out");
+  const bool made =
+      leaves.ok() && diagonal.ok() && scalars.ok() && columns.ok() && bands.ok() && held_out.ok();
+  return made && write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
+         tensor::write_tree(file, "projector", t.projector_tree()) && write_leaves(leaves.id(), t) &&
+         write_empties(leaves.id(), t) && write_scalars(diagonal.id(), scalars.id(), t) &&
+         write_columns(columns.id(), t) && write_bands(bands.id(), t) &&
+         write_held_out(held_out.id(), scene.held_out);
+}
+
+constexpr std::size_t kGrowBy = std::size_t{1} << 16;
+
+/// Put together in memory and written when it is closed: a data set that the disk has no room for would end
+/// the process inside the library. Metadata with checksums needs the library's newer file layout (HDF5
+/// ≥ 1.10).
+h5::Handle file_access() {
+  h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  H5Pset_fapl_core(access.id(), kGrowBy, true);
+  return access;
+}
+
+bool sync_file(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  const bool ok = ::fsync(fd) == 0;
+  return (::close(fd) == 0) && ok;
+}
+
+}  // namespace
+
+Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
+  const std::scoped_lock lock(scene_file::hdf5_mutex());
+  h5::be_quiet();
+  const fs::path temporary = path.string() + ".part" + std::to_string(::getpid());
+  const h5::Handle access = file_access();
+  h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
+  const bool written = file.ok() && write_all(file.id(), scene);
+  std::error_code ignored;
+  if (!file.close() || !written || !sync_file(temporary)) {
+    const Error error = io_error(path, "cannot be written");
+    fs::remove(temporary, ignored);
+    return error;
+  }
+  std::error_code failed;
+  fs::rename(temporary, path, failed);
+  if (failed) {
+    fs::remove(temporary, ignored);
+    return Error{ErrorCode::io, path.string() + ": cannot be put in place (" + failed.message() + ")",
+                 "check the folder and its permissions"};
+  }
+  return {};
+}
+
+}  // namespace symrig
