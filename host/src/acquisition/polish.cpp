@@ -16,6 +16,10 @@ namespace {
 /// Levenberg's share of the diagonal: numbers that the photographs hardly determine stay where they are.
 constexpr float kDamping = 0.1F;
 
+/// How far a factor may move in one step, as a share of its length: δa δb', which the linear model leaves out,
+/// is then at most kReach / 2 of what it predicts for the leaf.
+constexpr double kReach = 0.5;
+
 /// Where the numbers of one leaf and channel are, and its pixels.
 struct LeafNumbers {
   std::size_t a, b, rows, cols, row_begin, col_begin;
@@ -46,6 +50,17 @@ double inner(std::span<const float> a, std::span<const float> b) {
 /// A leaf of a block with itself has a = b and stays as it is.
 bool polished(const KnownLeaf& leaf) {
   return !leaf.removed && !leaf.diagonal();
+}
+
+double length(const float* v, std::size_t n) {
+  return std::sqrt(inner({v, n}, {v, n}));
+}
+
+/// Share of a move that keeps within kReach of where a factor is.
+double within_reach(const float* at, const float* move, std::size_t n) {
+  const double wanted = length(move, n);
+  const double allowed = kReach * length(at, n);
+  return wanted > allowed ? allowed / wanted : 1;
 }
 
 }  // namespace
@@ -180,6 +195,22 @@ Polish::Numbers Polish::numbers() const {
   return all;
 }
 
+/// A leaf that holds little but noise hardly changes the photographs to first order even where both factors
+/// grow a hundredfold, and then δa δb' outweighs the leaf.
+void Polish::shorten(Numbers& move) const {
+  const float* const value = context_.known.factors().data();
+  for (const KnownLeaf& leaf : context_.known.leaves()) {
+    if (!polished(leaf)) continue;
+    for (std::size_t channel = 0; channel < static_cast<std::size_t>(context_.channels); ++channel) {
+      const LeafNumbers at = numbers_of(leaf, channel);
+      const auto share = static_cast<float>(std::min(within_reach(value + at.a, &move[at.a], at.rows),
+                                                     within_reach(value + at.b, &move[at.b], at.cols)));
+      if (share == 1) continue;
+      for (std::size_t n = at.a; n < at.b + at.cols; ++n) move[n] *= share;
+    }
+  }
+}
+
 Result<Polish::Outcome> Polish::step(int steps) {
   Known& known = context_.known;
   const Numbers start = numbers();
@@ -231,6 +262,7 @@ Result<Polish::Outcome> Polish::step(int steps) {
     rho = next;
     for (std::size_t n = 0; n < direction.size(); ++n) direction[n] = z[n] + turn * direction[n];
   }
+  shorten(move);
   const auto set = [&](float share) {
     const std::size_t factors = known.factors().size();
     for (std::size_t n = 0; n < factors; ++n) known.factors()[n] = start[n] + share * move[n];

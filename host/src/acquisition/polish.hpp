@@ -41,6 +41,7 @@ class Polish {
   void image(const Numbers& direction, const TreePhotograph& photograph, std::span<float> y) const;
   void gather(std::span<const TreePhotograph> weighted, Numbers& gradient, Numbers* diagonal) const;
   Result<double> misfit_of(const Known& known) const;
+  void shorten(Numbers& move) const;
   Numbers numbers() const;
 
   Context& context_;
