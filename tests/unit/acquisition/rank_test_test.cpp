@@ -4,6 +4,8 @@
 #include "acquisition/node.hpp"
 #include "dense_scene.hpp"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 namespace symrig::acquisition {
@@ -35,8 +37,10 @@ class TwoHalves : public testing::Test {
     const auto r = photograph(t, i);
     const std::vector<PairNoise> noise{{0, 8}};
     level_.add(1, 0, std::span(c).subspan(static_cast<std::size_t>(i.begin), 8),
-               std::span(r).subspan(static_cast<std::size_t>(j.begin), 8), noise, noise);
-    level_.make_room();
+               std::span(r).subspan(static_cast<std::size_t>(j.begin), 8), noise, noise,
+               std::numeric_limits<double>::infinity());
+    const std::int32_t tested[] = {0};
+    level_.make_room(tested);
     const std::vector<float> variance(32);
     const std::vector<std::uint8_t> valid(32, 1);
     for (int k = 0; k < 4; ++k) {
@@ -69,7 +73,7 @@ TEST_F(TwoHalves, a_rank_one_block_is_recovered_from_its_two_photographs) {
   const DenseTransport t = transport([&](int i, int j) { return u(i) * v(j); });
   const Node& node = measure(t);
   const double flood_squared[] = {1.0};
-  const RankEvidence evidence = level_.evidence(node, flood_squared);
+  const Comparison evidence = level_.evidence(node, flood_squared).total();
   EXPECT_GT(evidence.signal, 0);
   // Each sample is a float of at most max(c): half a unit in the last place of each, squared and summed over
   // 64 samples, a few times.
@@ -135,7 +139,7 @@ TEST_F(TwoHalves, evidence_is_the_rms_error_of_the_paper) {
       transport([](int i, int j) { return 0.2 + 0.1 * std::sin(i * 1.7 + j * j * 0.3); });
   const Node& node = measure(t);
   const double flood_squared[] = {1.0};
-  const RankEvidence evidence = level_.evidence(node, flood_squared);
+  const Comparison evidence = level_.evidence(node, flood_squared).total();
   const double printed = garg06_rms_error(t, tree_, level_, node);
   EXPECT_GT(printed, 1e-3);
   EXPECT_NEAR(std::sqrt(evidence.misfit / evidence.samples), printed,
@@ -156,30 +160,31 @@ TEST_F(TwoHalves, energy_in_one_child_pair_deceives_the_paper_and_not_the_guard)
   });
   const double flood_squared[] = {1.0};
   const RankEvidence evidence = level_.evidence(measure(t), flood_squared);
-  EXPECT_TRUE(fits_rank1(evidence, default_rule(Algorithm::paper)));
+  EXPECT_TRUE(fits_rank1(evidence.total(), default_rule(Algorithm::paper)));
   EXPECT_TRUE(is_leaf(evidence, default_rule(Algorithm::paper)));
   EXPECT_FALSE(is_leaf(evidence, default_rule(Algorithm::symrig)));
+}
+
+/// Evidence with this total, the same in each of the 32 comparisons of a child pair.
+RankEvidence evenly(const Comparison& total) {
+  RankEvidence e;
+  for (PairTable* side : {&e.on_row, &e.on_col})
+    for (auto& row : *side)
+      row.fill({total.misfit / 32, total.signal / 32, total.noise / 32, total.samples / 32});
+  return e;
 }
 
 TEST(RankTest, noise_alone_passes_and_a_misfit_above_it_does_not) {
   RankRule rule = default_rule(Algorithm::symrig);
   rule.flood_fraction = rule.signal_fraction = 0;
-  RankEvidence e;
-  e.samples = 200;
-  e.noise = 2;
-  e.row_child = e.col_child = {1, 1, 1, 1};
-  e.misfit = 2 * (1 + 3 * 0.1) * 0.999;  // V (1 + k √(2/n)), k = 3, √(2/200) = 0.1
-  EXPECT_TRUE(is_leaf(e, rule));
-  e.misfit = 2 * (1 + 3 * 0.1) * 1.001;
-  EXPECT_FALSE(is_leaf(e, rule));
+  const double allowed = 2 * (1 + 3 * 0.1);  // V (1 + k √(2/n)), V = 2, n = 200, k = 3, √(2/200) = 0.1
+  EXPECT_TRUE(is_leaf(evenly({allowed * 0.999, 32, 2, 200}), rule));
+  EXPECT_FALSE(is_leaf(evenly({allowed * 1.001, 32, 2, 200}), rule));
 }
 
 TEST(RankTest, each_tolerance_acts_alone) {
   RankRule rule{0, 0, 0, 0, 1};
-  RankEvidence e;
-  e.samples = 100;
-  e.signal = 50;
-  e.misfit = 0.04;
+  const Comparison e{0.04, 50, 0, 100};
   EXPECT_FALSE(fits_rank1(e, rule));
   rule.signal_fraction = 0.03;  // 9e-4 · 50 = 0.045
   EXPECT_TRUE(fits_rank1(e, rule));
