@@ -4,6 +4,7 @@
 #include "tensor/kernels.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -28,7 +29,13 @@ void Known::add_scalar(std::int32_t row, std::int32_t col, std::span<const float
   scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
 }
 
+void Known::begin_band(int radius) {
+  band_radius_ = radius;
+  band_begin_ = scalars_.size();
+}
+
 void Known::rewind(const Mark& mark) {
+  if (mark.scalars <= band_begin_) band_radius_ = 0;
   leaves_.resize(mark.leaves);
   factors_.resize(mark.factors);
   empties_.resize(mark.empties);
@@ -105,6 +112,37 @@ void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel)
   subtract_lanes(y, pixels, channel, batch);
 }
 
+void Known::add_band_to(TensorBuilder& builder) const {
+  const Grid grid = tree_.grid();
+  const std::size_t pixels = tree_.order().size();
+  const auto offsets = band_offsets(band_radius_);
+  const auto channels = static_cast<std::size_t>(channels_);
+  std::vector<float> band(channels * offsets.size() * pixels);
+  const auto offset_of = [&](std::int32_t from, std::int32_t to) {
+    const BandOffset d{to / grid.cols - from / grid.cols, to % grid.cols - from % grid.cols};
+    for (std::size_t k = 0; k < offsets.size(); ++k)
+      if (offsets[k].dy == d.dy && offsets[k].dx == d.dx) return k;
+    return offsets.size();
+  };
+  for (std::size_t n = band_begin_; n < scalars_.size(); ++n) {
+    const auto values = std::span(scalar_values_).subspan(n * channels, channels);
+    if (scalars_[n].row == scalars_[n].col) {
+      builder.add_scalar(scalars_[n].row, scalars_[n].col, values);
+      continue;
+    }
+    std::int32_t from = tree_.order()[static_cast<std::size_t>(scalars_[n].row)];
+    std::int32_t to = tree_.order()[static_cast<std::size_t>(scalars_[n].col)];
+    std::size_t k = offset_of(from, to);
+    if (k == offsets.size()) {
+      std::swap(from, to);
+      k = offset_of(from, to);
+    }
+    for (std::size_t channel = 0; channel < channels; ++channel)
+      band[(channel * offsets.size() + k) * pixels + static_cast<std::size_t>(from)] = values[channel];
+  }
+  builder.add_band(band_radius_, band);
+}
+
 TransportTensor Known::tensor() const {
   TensorBuilder builder(tree_, channels_);
   for (const KnownLeaf& leaf : leaves_) {
@@ -115,11 +153,13 @@ TransportTensor Known::tensor() const {
                      std::span(factors_).subspan(static_cast<std::size_t>(leaf.factors), size));
   }
   for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);
-  for (std::size_t k = 0; k < scalars_.size(); ++k)
+  const std::size_t plain = band_radius_ > 0 ? band_begin_ : scalars_.size();
+  for (std::size_t k = 0; k < plain; ++k)
     builder.add_scalar(
         scalars_[k].row, scalars_[k].col,
         std::span(scalar_values_)
             .subspan(k * static_cast<std::size_t>(channels_), static_cast<std::size_t>(channels_)));
+  if (band_radius_ > 0) add_band_to(builder);
   return std::move(builder).finish();
 }
 

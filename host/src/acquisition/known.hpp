@@ -43,6 +43,10 @@ class Known {
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
 
+  /// Scalars that are added from now on lie within `radius` pixels of the diagonal: the tensor stores them as
+  /// a band, without an index.
+  void begin_band(int radius);
+
   /// What has been added since mark() is forgotten by rewind().
   struct Mark {
     std::size_t leaves, factors, empties, scalars;
@@ -77,6 +81,10 @@ class Known {
   std::vector<Empty> empties_;
   std::vector<ScalarLeaf> scalars_;
   std::vector<float> scalar_values_;  // [scalar][channel]
+  int band_radius_ = 0;               // 0: no band
+  std::size_t band_begin_ = 0;        // its first scalar
+
+  void add_band_to(TensorBuilder& builder) const;
 };
 
 }  // namespace symrig::acquisition

@@ -128,6 +128,7 @@ Result<void> add_band(Context& context, int radius) {
                                            for (TreePhotograph& p : photographs)
                                              seen.push_back(std::move(p.mean));
                                          }));
+  context.known.begin_band(radius);
   std::vector<float> value(static_cast<std::size_t>(context.channels));
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
