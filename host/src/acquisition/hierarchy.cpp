@@ -41,7 +41,7 @@ class Hierarchy {
   Result<CaptureResult> run() {
     const auto start = std::chrono::steady_clock::now();
     SYMRIG_CHECK(begin());
-    if (options_.economy.checks && any_open()) {
+    if (options_.economy.checks && any_open() && patterns_left() >= Checks::kCount) {
       SYMRIG_TRY(checks_, Checks::take(context_));
     }
     do {
