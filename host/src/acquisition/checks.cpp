@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint64_t kSeed = 0xC4EC;
 constexpr double kSignificant = 3;  // standard deviations
 enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural, kChecks };
+static_assert(kChecks == Checks::kCount);
 constexpr std::array<const char*, kChecks> kNames{
     "random half", "its complement", "random 1/32", "another 1/32", "bar", "picture"};
 

@@ -16,6 +16,8 @@ namespace symrig::acquisition {
 /// scales cut at its median.
 class Checks {
  public:
+  static constexpr std::int64_t kCount = 6;  ///< photographs
+
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(Context& context);
 

@@ -45,7 +45,7 @@ class Hierarchy {
   Result<CaptureResult> run() {
     const auto start = std::chrono::steady_clock::now();
     SYMRIG_CHECK(begin());
-    if (options_.economy.checks && any_open()) {
+    if (options_.economy.checks && any_open() && patterns_left() >= Checks::kCount) {
       SYMRIG_TRY(checks_, Checks::take(context_));
     }
     do {
@@ -96,6 +96,7 @@ class Hierarchy {
   std::optional<Checks> checks_;
   bool noisy_ = false;                           ///< photographs have a variance
   std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
+  std::int64_t reopened_at_ = -1;                ///< photographs taken when leaves were reopened last
   std::int64_t suspects_ = 0;
   std::set<int> refused_radii_;
   std::vector<double> error_per_level_;
@@ -247,7 +248,9 @@ Result<void> Hierarchy::reopen_suspects() {
     reopening_until_ =
         photographer_.taken() + std::max(photographer_.taken() / 10, pixels <= kSmallGrid ? 2 * pixels : 0);
   }
-  if (patterns_left() <= 0) return {};
+  // What is left of the budget may be too little for a single leaf: then they would come back for ever.
+  if (patterns_left() <= 0 || reopened_at_ == photographer_.taken()) return {};
+  reopened_at_ = photographer_.taken();
   for (const std::int32_t leaf : found)
     reopen(context_, leaf,
            open_[static_cast<std::size_t>(known_.leaves()[static_cast<std::size_t>(leaf)].level)]);

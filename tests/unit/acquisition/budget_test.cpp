@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dense_scene.hpp"
+#include "workbench.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using tests::default_options;
+using tests::DenseProbe;
+using tests::DenseTransport;
+using tests::facing_planes;
+
+/// A rig whose clock runs `seconds` a photograph.
+class ClockProbe : public DenseProbe {
+ public:
+  ClockProbe(const DenseTransport& scene, double seconds) : DenseProbe(scene), seconds_(seconds) {}
+  ProbeCost cost() const override {
+    ProbeCost spent = DenseProbe::cost();
+    spent.rig_seconds = seconds_ * static_cast<double>(spent.photographs);
+    return spent;
+  }
+
+ private:
+  double seconds_;
+};
+
+class Budget : public testing::Test {
+ protected:
+  struct Outcome {
+    std::int64_t patterns;
+    TransportErrors errors;
+    std::string stopped_by;
+  };
+  Outcome capture_within(std::int64_t most, double sigma = 0) const {
+    DenseProbe probe(scene, sigma);
+    CaptureOptions options = default_options();
+    options.max_patterns = most;
+    const auto result = capture(probe, options);
+    EXPECT_TRUE(result.ok()) << most;
+    EXPECT_EQ(result->patterns, probe.cost().photographs) << most;
+    return {result->patterns, *evaluate(result->tensor, scene.truth()), result->stopped_by};
+  }
+
+  DenseTransport scene = facing_planes(Grid{16, 16});
+};
+
+constexpr std::int64_t kBudgets[] = {1, 2, 7, 8, 20, 50, 100};
+
+TEST_F(Budget, the_most_photographs_are_never_exceeded) {
+  const std::int64_t all = capture_within(0).patterns;
+  for (const double sigma : {0.0, 1e-3})
+    for (const std::int64_t most : kBudgets) {
+      const Outcome outcome = capture_within(most, sigma);
+      EXPECT_LE(outcome.patterns, most) << sigma;
+      if (most < all) {
+        EXPECT_EQ(outcome.stopped_by, "max_patterns") << most << ' ' << sigma;
+      }
+    }
+}
+
+TEST_F(Budget, the_tensor_is_complete_whatever_the_budget) {
+  // Every block is stored as what its images say, so the flood-lit photograph is met: noise-free to what
+  // leaves below the tolerance of 3e-4 F miss and to rounding; and no error is that of an empty tensor, 1.
+  for (const std::int64_t most : kBudgets) {
+    const TransportErrors errors = capture_within(most).errors;
+    EXPECT_LE(errors.flood, 0.01) << most;
+    EXPECT_LT(errors.frobenius, 1) << most;
+    EXPECT_TRUE(std::isfinite(errors.indirect)) << most;
+  }
+}
+
+TEST_F(Budget, the_error_falls_with_the_budget_on_the_whole) {
+  std::vector<double> errors;
+  for (const std::int64_t most : kBudgets) errors.push_back(capture_within(most).errors.frobenius);
+  int rises = 0;
+  for (std::size_t k = 1; k < errors.size(); ++k) rises += errors[k] > errors[k - 1] * 1.01 ? 1 : 0;
+  EXPECT_LE(rises, 2) << testing::PrintToString(errors);
+  EXPECT_LT(errors.back(), errors.front() / 2);
+}
+
+TEST_F(Budget, a_budget_that_is_large_enough_changes_nothing) {
+  const Outcome free = capture_within(0);
+  const Outcome bound = capture_within(free.patterns);
+  EXPECT_EQ(bound.patterns, free.patterns);
+  EXPECT_EQ(free.stopped_by, "done");
+  EXPECT_EQ(bound.errors.frobenius, free.errors.frobenius);
+}
+
+TEST_F(Budget, time_on_the_clock_of_the_rig_is_never_exceeded) {
+  for (const double each : {0.25, 3.0})
+    for (const int photographs : {7, 12, 30}) {
+      ClockProbe probe(scene, each);
+      CaptureOptions options = default_options();
+      options.max_seconds = each * photographs;
+      const auto result = capture(probe, options);
+      ASSERT_TRUE(result.ok());
+      EXPECT_LE(probe.cost().rig_seconds, options.max_seconds) << each << ' ' << photographs;
+      EXPECT_GT(probe.cost().photographs, photographs / 2) << "the budget is used";
+      EXPECT_EQ(result->stopped_by, "max_seconds");
+      EXPECT_LE(evaluate(result->tensor, scene.truth())->flood, 0.01);
+    }
+}
+
+TEST_F(Budget, a_target_is_met_early) {
+  const DenseTransport large = facing_planes(Grid{32, 32});
+  DenseProbe probe(large), unbound(large);
+  CaptureOptions options = default_options();
+  const auto all = capture(unbound, options);
+  ASSERT_GE(all->error_per_level.size(), 3U);
+  // Between what two levels in the middle reach.
+  const std::size_t middle = all->error_per_level.size() / 2;
+  options.target_error = all->error_per_level[middle] * 1.1;
+  ASSERT_GT(all->error_per_level[0], options.target_error);
+  const auto result = capture(probe, options);
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->stopped_by, "target_error");
+  EXPECT_LT(result->patterns, all->patterns);
+  ASSERT_TRUE(result->estimated.has_value());
+  EXPECT_LE(result->estimated->frobenius, options.target_error);
+}
+
+}  // namespace
+}  // namespace symrig

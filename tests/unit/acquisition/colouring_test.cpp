@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/colouring.hpp"
+
+#include "symrig/base/random.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include <gtest/gtest.h>
+
+namespace symrig::acquisition {
+namespace {
+
+using Edge = std::pair<std::int32_t, std::int32_t>;
+using Classes = std::vector<std::set<std::int32_t>>;
+
+Edge edge(std::int32_t a, std::int32_t b) {
+  return {std::max(a, b), std::min(a, b)};
+}
+
+Edge random_edge(Random& random, std::int32_t blocks) {
+  const auto n = static_cast<std::uint64_t>(blocks);
+  const auto a = static_cast<std::int32_t>(random.bits() % n);
+  const auto b = static_cast<std::int32_t>(random.bits() % n);
+  return edge(a, b);
+}
+
+Classes classes_of(const Colouring& colouring) {
+  Classes classes;
+  for (const auto& c : colouring.classes()) classes.emplace_back(c.begin(), c.end());
+  return classes;
+}
+
+/// The Lemma of [Garg06 §5.2] read literally.
+bool may_share_a_colour(std::int32_t a, std::int32_t b, std::int32_t blocks, const std::set<Edge>& unknown) {
+  for (std::int32_t k = 0; k < blocks; ++k)
+    if (unknown.count(edge(a, k)) != 0 && unknown.count(edge(b, k)) != 0) return false;
+  return true;
+}
+
+/// How many blocks of a colour must not be lit together.
+int conflicts(const Colouring& colouring, std::int32_t blocks, const std::set<Edge>& unknown) {
+  int count = 0;
+  for (const auto& c : colouring.classes())
+    for (std::size_t i = 0; i < c.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) count += may_share_a_colour(c[i], c[j], blocks, unknown) ? 0 : 1;
+  return count;
+}
+
+/// Blocks with an unknown partner that are not lit exactly once, and others that are lit.
+int wrongly_lit(const Colouring& colouring, std::int32_t blocks, const std::set<Edge>& unknown) {
+  std::vector<int> lit(static_cast<std::size_t>(blocks)), wanted(static_cast<std::size_t>(blocks));
+  for (const auto& c : colouring.classes())
+    for (const std::int32_t b : c) ++lit[static_cast<std::size_t>(b)];
+  for (const auto& [a, b] : unknown)
+    wanted[static_cast<std::size_t>(a)] = wanted[static_cast<std::size_t>(b)] = 1;
+  int count = 0;
+  for (std::size_t b = 0; b < lit.size(); ++b) count += lit[b] == wanted[b] ? 0 : 1;
+  return count;
+}
+
+/// A random graph to which pairs are added one by one.
+struct Growing {
+  explicit Growing(std::uint64_t seed)
+      : random(seed),
+        blocks(2 + static_cast<std::int32_t>(random.bits() % 22)),
+        unknown(start()),
+        colouring(ConflictGraph(blocks, std::vector<Edge>(unknown.begin(), unknown.end()))) {}
+
+  std::set<Edge> start() {
+    std::set<Edge> edges;
+    const auto count = 1 + random.bits() % (2 * static_cast<std::uint64_t>(blocks));
+    for (std::uint64_t k = 0; k < count; ++k) edges.insert(random_edge(random, blocks));
+    return edges;
+  }
+  /// A pair that is known so far; none if there is no more.
+  Edge next() {
+    for (;;)
+      if (const Edge e = random_edge(random, blocks); unknown.count(e) == 0) return e;
+  }
+  bool full() const { return std::ssize(unknown) == std::ptrdiff_t{blocks} * (blocks + 1) / 2; }
+
+  Random random;
+  std::int32_t blocks;
+  std::set<Edge> unknown;
+  Colouring colouring;
+};
+
+constexpr std::uint64_t kGraphs = 60;
+constexpr int kAdds = 60;
+
+TEST(Colouring, pairs_are_added_without_a_conflict_or_not_at_all) {
+  int added = 0, refused = 0;
+  for (std::uint64_t seed = 0; seed < kGraphs; ++seed) {
+    Growing g(seed);
+    const std::size_t colours = g.colouring.classes().size();
+    for (int k = 0; k < kAdds && !g.full(); ++k) {
+      const Edge pair = g.next();
+      const Classes before = classes_of(g.colouring);
+      if (g.colouring.add(pair.first, pair.second)) {
+        g.unknown.insert(pair);
+        ++added;
+      } else {
+        ASSERT_EQ(classes_of(g.colouring), before) << "seed " << seed << ", pair " << k;
+        ++refused;
+      }
+      ASSERT_EQ(conflicts(g.colouring, g.blocks, g.unknown), 0) << "seed " << seed << ", pair " << k;
+      ASSERT_EQ(wrongly_lit(g.colouring, g.blocks, g.unknown), 0) << "seed " << seed << ", pair " << k;
+      ASSERT_EQ(g.colouring.classes().size(), colours) << "seed " << seed << ", pair " << k;
+    }
+  }
+  EXPECT_GT(added, 100);  // both happened often enough to mean something
+  EXPECT_GT(refused, 100);
+}
+
+TEST(Colouring, a_refused_pair_leaves_no_trace_in_later_answers) {
+  // Blocks 0 and 1 have loops and one colour. Neither a pair of the two nor with 2 fits: (0, 1) makes 0 and 1
+  // conflict, (2, 0) makes 2 and 0 conflict. Had the refused (0, 1) stayed, the loop of 2 would still fit.
+  const std::vector<Edge> loops{{0, 0}, {1, 1}};
+  Colouring colouring(ConflictGraph(3, loops));
+  ASSERT_EQ(colouring.classes().size(), 1U);
+  EXPECT_FALSE(colouring.add(1, 0));
+  EXPECT_FALSE(colouring.add(2, 0));
+  EXPECT_TRUE(colouring.add(2, 2));
+  EXPECT_EQ(classes_of(colouring), (Classes{{0, 1, 2}}));
+}
+
+TEST(Colouring, a_block_moves_to_another_colour_to_make_room) {
+  // 0 and 1 share the partner 4, so there are two colours; 3 has the partner 5 and starts in the colour of 0.
+  // With (3, 2) unknown it shares the partner 2 with 0 and has to leave.
+  const std::vector<Edge> unknown{{4, 0}, {4, 1}, {2, 0}, {5, 3}};
+  Colouring colouring(ConflictGraph(6, unknown));
+  const auto colour = [&](std::int32_t block) {
+    const Classes classes = classes_of(colouring);
+    return std::find_if(classes.begin(), classes.end(), [&](const auto& c) { return c.count(block) != 0; }) -
+           classes.begin();
+  };
+  ASSERT_EQ(colouring.classes().size(), 2U);
+  ASSERT_EQ(colour(3), colour(0));
+  EXPECT_TRUE(colouring.add(3, 2));
+  EXPECT_EQ(colour(3), colour(1));
+}
+
+}  // namespace
+}  // namespace symrig::acquisition

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/known.hpp"
+
+#include "symrig/base/random.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr int kChannels = 3;
+constexpr Grid kGrid{9, 7};
+constexpr std::size_t kPixels = 63;
+
+float signed_value(Random& random) {
+  return static_cast<float>(2 * random.uniform() - 1);
+}
+
+std::vector<float> signed_values(Random& random, std::size_t n) {
+  std::vector<float> values(n);
+  for (float& v : values) v = signed_value(random);
+  return values;
+}
+
+/// T as dense matrices in double, filled by the definition.
+class Oracle {
+ public:
+  void add(std::size_t channel, std::int32_t row, std::int32_t col, double value) {
+    at(t_, channel, row, col) += value;
+    at(size_, channel, row, col) += std::abs(value);
+  }
+  double image(const TreePhotograph& p, std::size_t channel, std::int32_t row) const {
+    return sum(t_, p, channel, row);
+  }
+  /// Σ_leaf |A| |B|' |p|, the scale of rounding.
+  double magnitude(const TreePhotograph& p, std::size_t channel, std::int32_t row) const {
+    return sum(size_, p, channel, row);
+  }
+
+ private:
+  using Matrix = std::vector<double>;
+  static std::size_t index(std::size_t channel, std::int32_t row, std::int32_t col) {
+    return (channel * kPixels + static_cast<std::size_t>(row)) * kPixels + static_cast<std::size_t>(col);
+  }
+  static double& at(Matrix& m, std::size_t channel, std::int32_t row, std::int32_t col) {
+    return m[index(channel, row, col)];
+  }
+  double sum(const Matrix& m, const TreePhotograph& p, std::size_t channel, std::int32_t row) const {
+    double total = 0;
+    for (std::size_t j = 0; j < kPixels; ++j) {
+      const double term =
+          m[index(channel, row, static_cast<std::int32_t>(j))] * static_cast<double>(p.pattern[j]);
+      total += &m == &size_ ? std::abs(term) : term;
+    }
+    return total;
+  }
+
+  Matrix t_ = Matrix(kChannels * kPixels * kPixels), size_ = t_;
+};
+
+/// Known transport and its oracle, told the same.
+class Both {
+ public:
+  Both() : known(tree, kChannels) {}
+
+  std::int32_t leaf(int level, const Block& i, const Block& j, Random& random, bool into_oracle = true) {
+    std::vector<float> factors;
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+      const auto a = signed_values(random, static_cast<std::size_t>(i.size()));
+      const auto b = &i == &j ? a : signed_values(random, static_cast<std::size_t>(j.size()));
+      factors.insert(factors.end(), a.begin(), a.end());
+      factors.insert(factors.end(), b.begin(), b.end());
+      if (into_oracle) add(channel, i, j, a, b);
+    }
+    return known.add_leaf(i.begin, i.end, j.begin, j.end, level, factors);
+  }
+  void scalar(std::int32_t row, std::int32_t col, Random& random) {
+    const auto values = signed_values(random, kChannels);
+    known.add_scalar(row, col, values);
+    for (std::size_t channel = 0; channel < kChannels; ++channel) {
+      oracle.add(channel, row, col, static_cast<double>(values[channel]));
+      if (row != col) oracle.add(channel, col, row, static_cast<double>(values[channel]));
+    }
+  }
+  /// Every pair of blocks of level 1 and some of level 2, some of them blocks with themselves, and scalars.
+  void fill(Random& random) {
+    for (int level = 1; level <= 2; ++level) {
+      const auto blocks = tree.level(level);
+      for (std::size_t i = 0; i < blocks.size(); ++i)
+        for (std::size_t j = 0; j <= i; j += static_cast<std::size_t>(level))
+          leaf(level, blocks[i], blocks[j], random);
+    }
+    for (std::int32_t k = 0; k < 60; ++k) scalar(k, (k * 5) % 63, random);
+  }
+
+  BlockTree tree{kGrid};
+  Known known;
+  Oracle oracle;
+
+ private:
+  void add(std::size_t channel, const Block& i, const Block& j, const std::vector<float>& a,
+           const std::vector<float>& b) {
+    for (std::int32_t x = 0; x < i.size(); ++x)
+      for (std::int32_t y = 0; y < j.size(); ++y) {
+        const double value = static_cast<double>(a[static_cast<std::size_t>(x)]) *
+                             static_cast<double>(b[static_cast<std::size_t>(y)]);
+        oracle.add(channel, i.begin + x, j.begin + y, value);
+        if (&i != &j) oracle.add(channel, j.begin + y, i.begin + x, value);
+      }
+  }
+};
+
+/// Photographs of ranges that are lit in part, so that leaves are dark in some batches and lit in others.
+std::vector<TreePhotograph> photographs(std::size_t count, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<TreePhotograph> all(count);
+  for (TreePhotograph& p : all) {
+    const auto begin = random.bits() % kPixels;
+    const auto end = begin + random.bits() % (kPixels - begin + 1);
+    p.pattern.assign(kPixels, 0);
+    for (std::size_t t = begin; t < end; ++t) p.pattern[t] = static_cast<float>(random.uniform());
+    p.mean = signed_values(random, kChannels * kPixels);
+    p.variance.assign(kChannels * kPixels, 0.25F);
+    p.valid.assign(kChannels * kPixels, 1);
+  }
+  return all;
+}
+
+std::vector<std::vector<float>> left_by(const Known& known, std::vector<TreePhotograph> all) {
+  known.subtract_from(all);
+  std::vector<std::vector<float>> means;
+  for (TreePhotograph& p : all) means.push_back(std::move(p.mean));
+  return means;
+}
+
+TEST(Known, subtracts_what_a_dense_matrix_says) {
+  Random random(3);
+  Both both;
+  both.fill(random);
+  // TransportTensor::apply: (|J| + leaves on the path + 4) ε of the magnitude; here no block has more than 20
+  // pixels, and a pixel is on at most 4 + 16 leaves and, row and column of them, 60 scalars. Then one
+  // subtraction.
+  constexpr double kEpsilon = 0x1p-24;
+  constexpr double kSums = 20 + 80 + 4;
+  for (const std::size_t count : {1U, 2U, 15U, 16U, 17U, 31U, 32U, 33U, 40U}) {
+    const auto before = photographs(count, count);
+    const auto left = left_by(both.known, before);
+    ASSERT_EQ(left.size(), count);
+    for (std::size_t k = 0; k < count; ++k)
+      for (std::size_t channel = 0; channel < kChannels; ++channel)
+        for (std::int32_t i = 0; i < std::int32_t{kPixels}; ++i) {
+          const std::size_t at = channel * kPixels + static_cast<std::size_t>(i);
+          const double mean = before[k].mean[at];
+          const double magnitude = both.oracle.magnitude(before[k], channel, i);
+          ASSERT_NEAR(left[k][at], mean - both.oracle.image(before[k], channel, i),
+                      kEpsilon * (kSums * magnitude + std::abs(mean) + magnitude))
+              << count << " photographs, number " << k << ", channel " << channel << ", pixel " << i;
+        }
+  }
+}
+
+TEST(Known, subtracts_the_same_bits_with_any_number_of_threads) {
+  Random random(4);
+  Both both;
+  both.fill(random);
+  const auto before = photographs(40, 9);
+  std::vector<std::vector<std::vector<float>>> answers;
+  for (std::size_t threads = 1; threads <= 4; ++threads) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    answers.push_back(left_by(both.known, before));
+  }
+  for (const auto& answer : answers) EXPECT_EQ(answer, answers[0]);
+}
+
+TEST(Known, only_the_mean_of_a_photograph_changes) {
+  Random random(5);
+  Both both;
+  both.fill(random);
+  const auto before = photographs(3, 2);
+  auto after = before;
+  both.known.subtract_from(after);
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    EXPECT_EQ(after[k].pattern, before[k].pattern);
+    EXPECT_EQ(after[k].variance, before[k].variance);
+    EXPECT_EQ(after[k].valid, before[k].valid);
+  }
+}
+
+TEST(Known, rewind_forgets_what_came_after_the_mark) {
+  Random random(6);
+  Both both;
+  both.fill(random);
+  const auto p = photographs(5, 1);
+  const auto left = left_by(both.known, p);
+  const auto empties = both.known.tensor().empties(1).size();
+  const Known::Mark mark = both.known.mark();
+  const auto blocks = both.tree.level(1);
+  both.leaf(1, blocks[2], blocks[0], random);
+  both.scalar(3, 3, random);
+  both.known.add_empty(1, 3, 0);
+  ASSERT_NE(left_by(both.known, p), left);
+  ASSERT_EQ(both.known.tensor().empties(1).size(), empties + 1);
+  both.known.rewind(mark);
+  EXPECT_EQ(left_by(both.known, p), left);
+  EXPECT_EQ(both.known.tensor().empties(1).size(), empties);
+  // What is added next takes the place of what was forgotten.
+  Random once(8), again(8);
+  both.leaf(1, blocks[2], blocks[0], once);
+  const auto first = left_by(both.known, p);
+  both.known.rewind(mark);
+  both.leaf(1, blocks[2], blocks[0], again);
+  EXPECT_EQ(left_by(both.known, p), first);
+}
+
+TEST(Known, a_removed_leaf_neither_shines_nor_is_stored) {
+  Random with(7), without(7);
+  Both both, never;
+  const auto blocks = both.tree.level(1);
+  const auto same = never.tree.level(1);
+  both.fill(with);
+  never.fill(without);
+  const std::int32_t leaf = both.leaf(1, blocks[3], blocks[1], with);
+  never.leaf(1, same[3], same[1], without);  // the same numbers are drawn
+  const std::int32_t kept = both.leaf(1, blocks[2], blocks[0], with);
+  const auto p = photographs(5, 1);
+  both.known.remove_leaf(leaf);
+  EXPECT_TRUE(both.known.leaves()[static_cast<std::size_t>(leaf)].removed);
+  EXPECT_FALSE(both.known.leaves()[static_cast<std::size_t>(kept)].removed);
+  never.known.rewind({never.known.leaves().size() - 1,
+                      static_cast<std::size_t>(never.known.leaves().back().factors),
+                      never.known.mark().empties, never.known.scalars().size()});
+  never.leaf(1, same[2], same[0], without);
+  EXPECT_EQ(left_by(both.known, p), left_by(never.known, p));
+  EXPECT_EQ(both.known.tensor().leaves().size(), never.known.tensor().leaves().size());
+}
+
+}  // namespace
+}  // namespace symrig::acquisition

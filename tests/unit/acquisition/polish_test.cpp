@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/polish.hpp"
+
+#include "dense_scene.hpp"
+#include "workbench.hpp"
+
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::acquisition {
+namespace {
+
+using tests::DenseProbe;
+using tests::DenseTransport;
+using tests::Workbench;
+
+constexpr Grid kGrid{4, 8};
+constexpr int kPixels = 32;
+
+double factor(int i) {
+  return 0.5 + Random(static_cast<std::uint64_t>(i) + 1).uniform();
+}
+bool right(int i) {
+  return i % 8 >= 4;
+}
+
+/// Direct light, and rank-1 light between the left and the right half.
+double entry(int i, int j) {
+  if (i == j) return 1 + factor(i + 100);
+  return right(i) != right(j) ? 0.05 * factor(i) * factor(j) : 0;
+}
+
+/// A log that fails after so many photographs have been read.
+class FailingLog : public PhotographLog {
+ public:
+  explicit FailingLog(const PhotographLog& log) : log_(log) {}
+  Grid grid() const override { return log_.grid(); }
+  int channels() const override { return log_.channels(); }
+  std::int64_t size() const override { return log_.size(); }
+  Result<void> append_run(std::span<const Pattern>, std::span<const Radiance>, const ProbeCost&) override {
+    return Error{ErrorCode::io, "read only", ""};
+  }
+  Result<Pattern> pattern(std::int64_t k) const override { return log_.pattern(k); }
+  Result<Radiance> photograph(std::int64_t k) const override {
+    if (reads_left-- <= 0) return Error{ErrorCode::io, "the disk is gone", "look for it"};
+    return log_.photograph(k);
+  }
+  Result<ProbeCost> spent(std::int64_t k) const override { return log_.spent(k); }
+
+  mutable std::atomic<std::int64_t> reads_left = std::numeric_limits<std::int64_t>::max();
+
+ private:
+  const PhotographLog& log_;
+};
+
+class PolishTest : public testing::Test {
+ protected:
+  explicit PolishTest(double sigma = 0)
+      : scene_(kGrid, entry), probe_(scene_, sigma), bench_(probe_), failing_(*bench_.log) {
+    take();
+    store();
+  }
+
+  /// Each pixel alone, and twelve random pictures: every entry is seen.
+  void take() {
+    std::vector<LitBlocks> patterns;
+    for (std::int32_t t = 0; t < kPixels; ++t) patterns.push_back({{t, t + 1}});
+    Random random(5);
+    for (int k = 0; k < 12; ++k) {
+      LitBlocks lit;
+      for (std::int32_t t = 0; t < kPixels; ++t)
+        if (random.uniform() < 0.5) lit.push_back({t, t + 1});
+      patterns.push_back(lit);
+    }
+    ASSERT_TRUE(bench_.photographer.take("all", patterns).ok());
+  }
+
+  /// The scene as leaves between blocks of the first level, and scalars.
+  void store() {
+    const auto blocks = bench_.tree.level(1);
+    const auto order = bench_.tree.order();
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        if (right(order[static_cast<std::size_t>(blocks[i].begin)]) ==
+            right(order[static_cast<std::size_t>(blocks[j].begin)]))
+          continue;
+        std::vector<float> factors;
+        for (std::int32_t t = blocks[i].begin; t < blocks[i].end; ++t)
+          factors.push_back(static_cast<float>(0.05 * factor(order[static_cast<std::size_t>(t)])));
+        for (std::int32_t t = blocks[j].begin; t < blocks[j].end; ++t)
+          factors.push_back(static_cast<float>(factor(order[static_cast<std::size_t>(t)])));
+        bench_.known.add_leaf(blocks[i].begin, blocks[i].end, blocks[j].begin, blocks[j].end, 1, factors);
+      }
+    for (std::int32_t t = 0; t < kPixels; ++t) {
+      const int i = order[static_cast<std::size_t>(t)];
+      const auto value = static_cast<float>(entry(i, i));
+      bench_.known.add_scalar(t, t, std::span(&value, 1));
+    }
+  }
+
+  void perturb(double share) {
+    Random random(9);
+    for (float& v : bench_.known.factors()) v *= static_cast<float>(1 + share * (2 * random.uniform() - 1));
+    for (float& v : bench_.known.scalar_values())
+      v *= static_cast<float>(1 + share * (2 * random.uniform() - 1));
+  }
+
+  Polish polish(double misfit = 1e-6) {
+    return {bench_.context, {{0, bench_.photographer.taken()}}, {misfit}};
+  }
+
+  std::vector<float> numbers() {
+    std::vector<float> all(bench_.known.factors().begin(), bench_.known.factors().end());
+    all.insert(all.end(), bench_.known.scalar_values().begin(), bench_.known.scalar_values().end());
+    return all;
+  }
+
+  /// Relative Frobenius error of what is stored, entry by entry.
+  double error() {
+    const TransportTensor tensor = bench_.known.tensor();
+    double squares = 0, total = 0;
+    for (int j = 0; j < kPixels; ++j) {
+      Image<float> lit(kGrid);
+      lit.values()[static_cast<std::size_t>(j)] = 1;
+      const Image<float> column = *tensor.apply(lit);
+      for (int i = 0; i < kPixels; ++i) {
+        squares +=
+            std::pow(static_cast<double>(column.values()[static_cast<std::size_t>(i)]) - entry(i, j), 2);
+        total += entry(i, j) * entry(i, j);
+      }
+    }
+    return std::sqrt(squares / total);
+  }
+
+  DenseTransport scene_;
+  DenseProbe probe_;
+  Workbench bench_;
+  FailingLog failing_;
+};
+
+class NoisyPolish : public PolishTest {
+ protected:
+  NoisyPolish() : PolishTest(0.01) {}
+};
+
+TEST_F(PolishTest, the_weighted_misfit_never_rises) {
+  for (const double share : {0.001, 0.1, 0.5, 2.0}) {
+    perturb(share);
+    Polish fit = polish();
+    for (int k = 0; k < 6; ++k) {
+      const auto outcome = fit.step(8);
+      ASSERT_TRUE(outcome.ok());
+      EXPECT_LE(outcome->after, outcome->before) << share << ", step " << k;
+    }
+  }
+}
+
+TEST_F(NoisyPolish, the_weighted_misfit_never_rises) {
+  perturb(0.2);
+  Polish fit = polish();
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < 12; ++k) {
+    const auto outcome = fit.step(8);
+    ASSERT_TRUE(outcome.ok());
+    EXPECT_LE(outcome->after, outcome->before) << k;
+    // What a step begins with is what the last one ended with: the same sums, weights and photographs.
+    EXPECT_LE(outcome->before, last * (1 + 1e-9)) << k;
+    last = outcome->after;
+  }
+}
+
+TEST_F(PolishTest, a_perturbed_exact_tensor_is_pulled_back) {
+  perturb(0.05);
+  const double wrong = error();
+  ASSERT_GT(wrong, 0.02);
+  Polish fit = polish();
+  for (int k = 0; k < 20; ++k) ASSERT_TRUE(fit.step(8).ok());
+  // The photographs are exact and see every entry, so the minimum is the scene. Levenberg's tenth of the
+  // diagonal slows a step down to leaving a share d/(d + 0.1) d⁻¹ of directions of curvature d; twenty steps
+  // leave less than a hundredth of all that curve by over a fortieth of the diagonal.
+  EXPECT_LE(error(), wrong / 100);
+}
+
+TEST_F(PolishTest, an_exact_tensor_stays) {
+  const double rounding = error();
+  Polish fit = polish();
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(fit.step(8).ok());
+  // Residuals are roundings of floats: up to 36 terms of at most their sum, which itself is rounded.
+  EXPECT_LE(error(), rounding + 40 * 0x1p-24);
+}
+
+TEST_F(NoisyPolish, noise_of_the_direct_light_falls_below_that_of_one_photograph) {
+  // The scalars begin as one photograph has them. A pixel is lit alone once and in half of the twelve random
+  // pictures: its entry becomes a mean of about seven samples less what the sixteen leaves' numbers take up.
+  const auto order = bench_.tree.order();
+  ASSERT_TRUE(bench_.photographer
+                  .read(0, kPixels,
+                        [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+                          for (std::size_t k = 0; k < photographs.size(); ++k) {
+                            const auto t = static_cast<std::size_t>(first) + k;
+                            bench_.known.scalar_values()[t] = photographs[k].mean[t];
+                          }
+                        })
+                  .ok());
+  const auto noise = [&] {
+    double squares = 0;
+    for (std::size_t t = 0; t < std::size_t{kPixels}; ++t)
+      squares +=
+          std::pow(static_cast<double>(bench_.known.scalar_values()[t]) - entry(order[t], order[t]), 2);
+    return squares / kPixels;
+  };
+  constexpr double kVariance = 1e-4;
+  // χ² of 32: √(2/32) = 1/4 a standard deviation.
+  ASSERT_NEAR(noise(), kVariance, 5 * kVariance / 4);
+  const double before = noise();
+  Polish fit = polish();
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(fit.step(8).ok());
+  EXPECT_LT(noise(), before / 2);
+}
+
+/// A step whose reads fail after so many photographs.
+TEST_F(PolishTest, a_log_that_fails_leaves_the_numbers_as_they_were) {
+  perturb(0.05);
+  const std::vector<float> before = numbers();
+  Photographer photographer(bench_.logged, &failing_, bench_.tree, {});
+  Context context{bench_.options,
+                  bench_.tree,
+                  1,
+                  photographer,
+                  bench_.known,
+                  bench_.context.flood_squared,
+                  bench_.context.patterns_per_level};
+  constexpr std::int64_t kTaken = kPixels + 12;
+  Polish fit(context, {{0, kTaken}}, {1e-6});
+  // Three conjugate-gradient steps: the residual, three products, at least one misfit.
+  int failed = 0;
+  for (std::int64_t reads = 0; reads < 5 * kTaken; reads += 11) {
+    failing_.reads_left = reads;
+    const auto outcome = fit.step(3);
+    ASSERT_FALSE(outcome.ok()) << reads;
+    EXPECT_EQ(outcome.error().code, ErrorCode::io);
+    ASSERT_EQ(numbers(), before) << reads;
+    ++failed;
+  }
+  EXPECT_GT(failed, 10);
+  failing_.reads_left = std::numeric_limits<std::int64_t>::max();
+  ASSERT_TRUE(fit.step(3).ok());
+  EXPECT_NE(numbers(), before) << "the same step, once the log can be read";
+}
+
+TEST_F(PolishTest, a_removed_leaf_takes_no_part) {
+  const std::vector<float> all = numbers();
+  bench_.known.remove_leaf(0);
+  Polish fit = polish();
+  ASSERT_TRUE(fit.step(4).ok());
+  const auto leaf = bench_.known.leaves()[0];
+  const std::vector<float> now = numbers();
+  for (std::int32_t k = 0; k < leaf.rows() + leaf.cols(); ++k) {
+    const auto at = static_cast<std::size_t>(leaf.factors + k);
+    EXPECT_EQ(now[at], all[at]);
+  }
+}
+
+}  // namespace
+}  // namespace symrig::acquisition

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the parts of a hierarchical capture need to be tested one by one.
+#pragma once
+
+#include "acquisition/context.hpp"
+#include "acquisition/known.hpp"
+#include "acquisition/photographer.hpp"
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/base/random.hpp"
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+namespace symrig::tests {
+
+/// Standard normal numbers, the same on every machine but for the last bit of log and cos (Box and Muller).
+class Gaussian {
+ public:
+  explicit Gaussian(std::uint64_t seed) : random_(seed) {}
+  double operator()() {
+    return std::sqrt(-2 * std::log(1 - random_.uniform())) * std::cos(6.283185307179586 * random_.uniform());
+  }
+
+ private:
+  Random random_;
+};
+
+/// A context around a probe and its log, with F = 1 in every channel and nothing known.
+struct Workbench {
+  explicit Workbench(Probe& probe)
+      : tree(probe.grid()),
+        log(make_memory_log(probe.grid(), probe.channels())),
+        logged(probe, *log, 32),
+        photographer(logged, log.get(), tree, {}),
+        known(tree, probe.channels()),
+        context{options,      tree,  probe.channels(),
+                photographer, known, std::vector<double>(static_cast<std::size_t>(probe.channels()), 1.0),
+                {0}} {}
+
+  CaptureOptions options;
+  BlockTree tree;
+  std::unique_ptr<PhotographLog> log;
+  LoggedProbe logged;
+  acquisition::Photographer photographer;
+  acquisition::Known known;
+  acquisition::Context context;
+};
+
+/// Runs the default capture.
+inline CaptureOptions default_options() {
+  CaptureOptions options;
+  options.rule = default_rule(Algorithm::symrig);
+  options.economy = default_economy(Algorithm::symrig);
+  return options;
+}
+
+}  // namespace symrig::tests
