@@ -30,7 +30,7 @@ Sixteen light(const float* v, const float* x, std::size_t n) {
 }
 
 std::vector<float> interleave(std::span<const TreePhotograph> photographs,
-                              std::vector<float> TreePhotograph::* part) {
+                              std::vector<float> TreePhotograph::*part) {
   const std::size_t size = (photographs[0].*part).size();
   std::vector<float> all(size * kBatch);
   constexpr std::size_t kTile = 1024;  // pixels of sixteen photographs that stay in the cache
@@ -113,8 +113,8 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs) {
 PolishJacobian::PolishJacobian(const Known& known, int channels)
     : known_(known), channels_(static_cast<std::size_t>(channels)) {}
 
-/// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for every
-/// scalar, from many threads.
+/// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for
+/// every scalar, from many threads.
 template <class UseLeaf, class UseScalar>
 void PolishJacobian::for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const {
   const auto leaves = known_.leaves();
@@ -141,7 +141,9 @@ PolishJacobian::Tangents PolishJacobian::tangents(const PolishNumbers& direction
         to = std::copy_n(direction.data() + at.a, at.rows + at.cols, to);
         std::copy_n(value + at.b, at.cols, to);
       },
-      [&](std::size_t at, const ScalarLeaf&, std::size_t) { all[known_.factors().size() + at] = direction[at]; });
+      [&](std::size_t at, const ScalarLeaf&, std::size_t) {
+        all[known_.factors().size() + at] = direction[at];
+      });
   return all;
 }
 

@@ -15,9 +15,9 @@ struct PhotographTerm {
   std::array<float, tensor::kBatch> weight;  ///< [kBatch]
 };
 
-/// to[i] += Σ_terms Σ_c samples[i][c] weight[c] over n pixels: batches of photographs collapse into one image.
-/// error: ≤ (terms × kBatch + 1) ε Σ|samples weight|; the same bits for any number of threads, not for any
-/// instruction set.
+/// to[i] += Σ_terms Σ_c samples[i][c] weight[c] over n pixels: batches of photographs collapse into one
+/// image. error: ≤ (terms × kBatch + 1) ε Σ|samples weight|; the same bits for any number of threads, not for
+/// any instruction set.
 void collapse(std::span<const PhotographTerm> terms, float* to, std::size_t n);
 
 }  // namespace symrig::acquisition
