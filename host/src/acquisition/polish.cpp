@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
@@ -205,8 +205,9 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
     for (std::size_t n = factors; n < start.size(); ++n)
       known.scalar_values()[n - factors] = start[n] + share * move[n];
   };
-  for (float share = 1; share > 0.05F; share /= 2) {
-    set(share);
+  constexpr int kHalvings = 4;
+  for (int halvings = 0; halvings <= kHalvings; ++halvings) {
+    set(std::ldexp(1.0F, -halvings));
     const Result<double> after = visit_residuals([](std::span<TreePhotograph>) {});
     if (!after) {
       set(0);
