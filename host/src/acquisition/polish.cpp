@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
@@ -15,8 +15,8 @@ namespace {
 /// Levenberg's share of the diagonal: numbers that the photographs hardly determine stay where they are.
 constexpr float kDamping = 0.1F;
 
-/// How far a factor may move in one step, as a share of its length: δa δb', which the linear model leaves out,
-/// is then at most kReach / 2 of what it predicts for the leaf.
+/// How far a factor may move in one step, as a share of its length: δa δb', which the linear model leaves
+/// out, is then at most kReach / 2 of what it predicts for the leaf.
 constexpr double kReach = 0.5;
 
 /// Photographs that are kept between conjugate-gradient steps: as much as 300 of a 310 x 350 grid.
@@ -114,7 +114,8 @@ Result<double> Polish::visit_residuals(const UseResiduals& use) const {
     SYMRIG_CHECK(context_.photographer.read(
         range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
           context_.known.subtract_from(photographs);
-          tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) { weigh(photographs[k]); });
+          tbb::parallel_for(std::size_t{0}, photographs.size(),
+                            [&](std::size_t k) { weigh(photographs[k]); });
           total += misfit_of(photographs);
           use(photographs);
         }));
@@ -140,7 +141,8 @@ Result<Polish::Numbers> Polish::curved(const Numbers& direction) const {
   for (const Range& range : ranges_)
     SYMRIG_CHECK(context_.photographer.read(
         range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
-          tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) { weigh(photographs[k]); });
+          tbb::parallel_for(std::size_t{0}, photographs.size(),
+                            [&](std::size_t k) { weigh(photographs[k]); });
           std::vector<PolishBatch> batches;
           for (const auto& batch : batches_of(photographs)) batches.emplace_back(batch);
           add(batches);
@@ -203,8 +205,9 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
     for (std::size_t n = factors; n < start.size(); ++n)
       known.scalar_values()[n - factors] = start[n] + share * move[n];
   };
-  for (float share = 1; share > 0.05F; share /= 2) {
-    set(share);
+  constexpr int kHalvings = 4;
+  for (int halvings = 0; halvings <= kHalvings; ++halvings) {
+    set(std::ldexp(1.0F, -halvings));
     const Result<double> after = visit_residuals([](std::span<TreePhotograph>) {});
     if (!after) {
       set(0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/polish_jacobian.hpp"
 
+#include "acquisition/polish_kernels.hpp"
+
 #include <algorithm>
 #include <array>
 
@@ -20,11 +22,6 @@ float sum_of(const float* x, const Sixteen& w) {
   return (sums[0] + sums[2]) + (sums[1] + sums[3]);
 }
 
-/// to[i] += Σ_c x[i][c] w[c]
-void add_sums(const float* x, const Sixteen& w, float* to, std::size_t n) {
-  for (std::size_t i = 0; i < n; ++i) to[i] += sum_of(x + i * kBatch, w);
-}
-
 /// Σ_i v[i] x[i][c]
 Sixteen light(const float* v, const float* x, std::size_t n) {
   Sixteen w;
@@ -33,7 +30,7 @@ Sixteen light(const float* v, const float* x, std::size_t n) {
 }
 
 std::vector<float> interleave(std::span<const TreePhotograph> photographs,
-                              std::vector<float> TreePhotograph::* part) {
+                              std::vector<float> TreePhotograph::*part) {
   const std::size_t size = (photographs[0].*part).size();
   std::vector<float> all(size * kBatch);
   constexpr std::size_t kTile = 1024;  // pixels of sixteen photographs that stay in the cache
@@ -62,6 +59,26 @@ Sixteen leverage(const float* v, const float* pattern, std::size_t n) {
   for (std::size_t c = 0; c < kBatch; ++c) w[c] = w[c] * w[c] + each * lit[c];
   return w;
 }
+
+/// Terms of the sums for one factor, added up together.
+class Sums {
+ public:
+  Sums(float* to, std::size_t n) : to_(to), n_(n) {}
+  void add(const float* samples, const Sixteen& weight) {
+    terms_[count_++] = {samples, weight};
+    if (count_ == terms_.size()) finish();
+  }
+  void finish() {
+    if (count_ > 0) collapse(std::span(terms_).first(count_), to_, n_);
+    count_ = 0;
+  }
+
+ private:
+  float* to_;
+  std::size_t n_;
+  std::size_t count_ = 0;
+  std::array<PhotographTerm, 8> terms_;
+};
 
 struct LitSides {
   bool rows, cols;
@@ -96,8 +113,8 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs) {
 PolishJacobian::PolishJacobian(const Known& known, int channels)
     : known_(known), channels_(static_cast<std::size_t>(channels)) {}
 
-/// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for every
-/// scalar, from many threads.
+/// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for
+/// every scalar, from many threads.
 template <class UseLeaf, class UseScalar>
 void PolishJacobian::for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const {
   const auto leaves = known_.leaves();
@@ -124,7 +141,9 @@ PolishJacobian::Tangents PolishJacobian::tangents(const PolishNumbers& direction
         to = std::copy_n(direction.data() + at.a, at.rows + at.cols, to);
         std::copy_n(value + at.b, at.cols, to);
       },
-      [&](std::size_t at, const ScalarLeaf&, std::size_t) { all[known_.factors().size() + at] = direction[at]; });
+      [&](std::size_t at, const ScalarLeaf&, std::size_t) {
+        all[known_.factors().size() + at] = direction[at];
+      });
   return all;
 }
 
@@ -175,6 +194,8 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
                             PolishNumbers& gradient) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
+    Sums of_a(&gradient[at.a], at.rows);
+    Sums of_b(&gradient[at.b], at.cols);
     for (std::size_t k = 0; k < batches.size(); ++k) {
       const LitSides lit(batches[k], leaf);
       const float* const p = batches[k].pattern.data();
@@ -184,14 +205,16 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
       const float* const p_row = p + at.row_begin * kBatch;
       const float* const p_col = p + at.col_begin * kBatch;
       if (lit.cols) {
-        add_sums(e_row, light(value + at.b, p_col, at.cols), &gradient[at.a], at.rows);
-        add_sums(p_col, light(value + at.a, e_row, at.rows), &gradient[at.b], at.cols);
+        of_a.add(e_row, light(value + at.b, p_col, at.cols));
+        of_b.add(p_col, light(value + at.a, e_row, at.rows));
       }
       if (lit.rows) {
-        add_sums(e_col, light(value + at.a, p_row, at.rows), &gradient[at.b], at.cols);
-        add_sums(p_row, light(value + at.b, e_col, at.cols), &gradient[at.a], at.rows);
+        of_b.add(e_col, light(value + at.a, p_row, at.rows));
+        of_a.add(p_row, light(value + at.b, e_col, at.cols));
       }
     }
+    of_a.finish();
+    of_b.finish();
   };
   const auto dot = [](const float* x, const float* y) {
     Sixteen w;
@@ -213,17 +236,19 @@ void PolishJacobian::gather(std::span<const PolishBatch> batches, std::span<cons
 void PolishJacobian::add_diagonal(std::span<const PolishBatch> batches, PolishNumbers& diagonal) const {
   const float* const value = known_.factors().data();
   const auto of_leaf = [&](const KnownLeaf& leaf, const LeafNumbers& at, std::size_t channel) {
+    Sums of_a(&diagonal[at.a], at.rows);
+    Sums of_b(&diagonal[at.b], at.cols);
     for (const PolishBatch& batch : batches) {
       const LitSides lit(batch, leaf);
       const float* const p = batch.pattern.data();
       const float* const w = batch.weight.data() + channel * batch.pattern.size();
       if (lit.cols)
-        add_sums(w + at.row_begin * kBatch, leverage(value + at.b, p + at.col_begin * kBatch, at.cols),
-                 &diagonal[at.a], at.rows);
+        of_a.add(w + at.row_begin * kBatch, leverage(value + at.b, p + at.col_begin * kBatch, at.cols));
       if (lit.rows)
-        add_sums(w + at.col_begin * kBatch, leverage(value + at.a, p + at.row_begin * kBatch, at.rows),
-                 &diagonal[at.b], at.cols);
+        of_b.add(w + at.col_begin * kBatch, leverage(value + at.a, p + at.row_begin * kBatch, at.rows));
     }
+    of_a.finish();
+    of_b.finish();
   };
   const auto squares = [](const float* p, const float* w) {
     Sixteen squared;
