@@ -106,6 +106,19 @@ TEST_F(Capture, wrong_settings_are_usage_errors) {
                      {option});
 }
 
+TEST_F(Capture, a_misaligned_rig_is_told_before_the_capture_is_wasted) {
+  const std::string rig = "sim:vgroove-textured?size=64x64";
+  expect_refusal({"capture", "--rig", rig + "&misalign=0.1", "--check-axis", "-o", "a.h5"}, kBadInput,
+                 {"--check-axis"});
+  EXPECT_EQ(symrig({"capture", "--rig", rig, "--check-axis", "--max-patterns", "20", "-o", "b.h5"}).code, 0);
+}
+
+TEST_F(Capture, wrong_budgets_splits_and_steps_are_usage_errors) {
+  expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--split", "sideways"}, kUsage, {"sideways"});
+  expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--polish=-1"}, kUsage, {"--polish"});
+  expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--polish=21"}, kUsage, {"--polish"});
+}
+
 // Checked before the first photograph: a long capture must not end in a message about its folder.
 TEST_F(Capture, places_that_cannot_be_written_are_refused_first) {
   const std::string endless = "sim:gummy?size=400x400";

@@ -9,6 +9,7 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
+#include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -30,7 +31,7 @@ struct Arguments {
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
-  bool dual_subtract = false;
+  bool dual_subtract = false, check_axis = false;
   LogOptions log;
 };
 
@@ -161,6 +162,13 @@ Result<void> save(const Arguments& arguments, Measured measured, const std::stri
   return write_text(arguments.json, json);
 }
 
+/// Stops before a rig whose camera and projector do not share their pixels wastes a capture.
+Result<void> check_axis(Probe& rig) {
+  SYMRIG_TRY(const CoaxialCheck check, check_coaxial(rig));
+  if (!check.misaligned() && !check.flaring()) return {};
+  return Error{ErrorCode::bad_value, check.to_string(), "or leave out --check-axis to capture all the same"};
+}
+
 Result<void> run(const Arguments& arguments) {
   const auto start = Clock::now();
   SYMRIG_TRY(CaptureOptions options, options_of(arguments));
@@ -168,6 +176,7 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_output(arguments.json));
   SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
   SYMRIG_TRY(const std::unique_ptr<sim::VirtualRig> rig, open_rig(arguments.rig));
+  if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
   const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options)};
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
@@ -222,6 +231,9 @@ Job add_capture(CLI::App& app) {
                    "Several views: flat, views-first, views-last, all-at-once or compensated; "
                    "without it, chosen from the flood-lit photograph")
       ->type_name("ORDER");
+  command->add_flag("--check-axis", arguments->check_axis,
+                    "First measure, with 8 photographs, whether camera and projector share their pixels; "
+                    "stop if they do not");
   command
       ->add_option("--polish", arguments->polish,
                    "Refit everything to all photographs in the end, so many steps; 0: not")
