@@ -23,7 +23,7 @@ TEST_F(Capture, writes_a_scene_and_the_promised_keys) {
   EXPECT_EQ(j.at("noise"), "off");
   EXPECT_EQ(j.at("patterns_brute_force"), 12 * 17);
   const auto per_level = j.at("patterns_per_level").get<std::vector<std::int64_t>>();
-  EXPECT_EQ(per_level.at(0), 1);  // flood-lit
+  EXPECT_EQ(per_level.at(0), 1 + 6);  // flood-lit, checks
   EXPECT_EQ(std::accumulate(per_level.begin(), per_level.end(), std::int64_t{0}), j.at("patterns"));
   EXPECT_GE(j.at("frames").get<std::int64_t>(),
             4 * j.at("patterns").get<std::int64_t>());  // four exposures each

@@ -3,6 +3,7 @@
 
 #include "acquisition/colouring.hpp"
 #include "acquisition/conflict_graph.hpp"
+#include "acquisition/short_range.hpp"
 
 #include <algorithm>
 #include <string>
@@ -49,7 +50,7 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
   std::vector<Tested> tested;
   while (!doubtful.empty()) {
     rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
-    for (const NodeIndex n : predicted) accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
+    for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
     SYMRIG_CHECK(photograph(rounds_.back()));
@@ -58,8 +59,17 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     learn(std::span(tested).last(rounds_.back().tested.size()));
     doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
   }
-  for (const NodeIndex n : predicted) add_leaf(context_, unknown_, node(n));
+  for (const NodeIndex n : predicted) accept(n);
   return tested;
+}
+
+/// A block with itself is accepted only where a budget ends, and then it is taken for direct light: a rank-1
+/// leaf would spread what comes straight back over the whole block.
+void LevelSearch::accept(NodeIndex n) {
+  if (node(n).diagonal())
+    add_direct(context_, unknown_, node(n));
+  else
+    accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
 }
 
 bool LevelSearch::expected_to_pass(const Node& of) const {

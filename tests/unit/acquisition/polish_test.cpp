@@ -236,9 +236,9 @@ TEST_F(PolishTest, a_log_that_fails_leaves_the_numbers_as_they_were) {
                   bench_.context.patterns_per_level};
   constexpr std::int64_t kTaken = kPixels + 12;
   Polish fit(context, {{0, kTaken}}, {1e-6});
-  // Three conjugate-gradient steps: the residual, three products, at least one misfit.
+  // The first pass needs every photograph; later ones may have kept them.
   int failed = 0;
-  for (std::int64_t reads = 0; reads < 5 * kTaken; reads += 11) {
+  for (std::int64_t reads = 0; reads < kTaken; reads += 5) {
     failing_.reads_left = reads;
     const auto outcome = fit.step(3);
     ASSERT_FALSE(outcome.ok()) << reads;
