@@ -238,7 +238,7 @@ TEST_F(PolishTest, a_log_that_fails_leaves_the_numbers_as_they_were) {
   Polish fit(context, {{0, kTaken}}, {1e-6});
   // The first pass needs every photograph; later ones may have kept them.
   int failed = 0;
-  for (std::int64_t reads = 0; reads < kTaken; reads += 5) {
+  for (std::int64_t reads = 0; reads < kTaken; reads += 2) {
     failing_.reads_left = reads;
     const auto outcome = fit.step(3);
     ASSERT_FALSE(outcome.ok()) << reads;
