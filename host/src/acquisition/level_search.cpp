@@ -63,10 +63,11 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
   return tested;
 }
 
-/// A block with itself is accepted only where a budget ends, and then it is taken for direct light: a rank-1
-/// leaf would spread what comes straight back over the whole block.
+/// A block with itself is accepted only where a budget ends. Then it is taken for direct light, since a
+/// rank-1 leaf would spread what comes straight back over the whole block; one that was a leaf before becomes
+/// that leaf again.
 void LevelSearch::accept(NodeIndex n) {
-  if (node(n).diagonal())
+  if (node(n).diagonal() && !node(n).distrusted)
     add_direct(context_, unknown_, node(n));
   else
     accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
