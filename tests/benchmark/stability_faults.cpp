@@ -76,6 +76,7 @@ void run(const std::string& uri, const Case& one) {
   Spoiled probe(**rig, one.spoil);
   CaptureOptions options;
   options.rule = default_rule(options.algorithm);
+  options.economy = default_economy(options.algorithm);
   const auto flood = (*rig)->measure(std::vector<Pattern>{Pattern((*rig)->grid(), 1, 1.F)});
   const auto result = capture(probe, options);
   if (!result || !flood) {
