@@ -83,6 +83,7 @@ bool LevelSearch::expected_to_pass(const Node& of) const {
 LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
                                          std::vector<NodeIndex>& predicted) const {
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+  edges.reserve(doubtful.size());
   for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
   Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
   std::stable_sort(predicted.begin(), predicted.end(),

@@ -51,7 +51,7 @@ class LevelSearch {
   };
 
   const Node& node(NodeIndex n) const { return unknown_.nodes()[static_cast<std::size_t>(n)]; }
-  bool expected_to_pass(const Node& node) const;
+  bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,

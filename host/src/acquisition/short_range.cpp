@@ -108,13 +108,21 @@ Result<void> add_band(Context& context, int radius) {
   std::vector<std::int32_t> tree_of(pixels);
   for (std::size_t t = 0; t < pixels; ++t)
     tree_of[static_cast<std::size_t>(context.tree.order()[t])] = static_cast<std::int32_t>(t);
+  const auto tree_at = [&](int row, int col) {
+    const int raster = row * grid.cols + col;
+    return tree_of[static_cast<std::size_t>(raster)];
+  };
+  const auto comb_at = [&](int row, int col) {
+    const int comb = row % step * step + col % step;
+    return static_cast<std::size_t>(comb);
+  };
   std::vector<LitBlocks> combs;
   for (int y = 0; y < step; ++y)
     for (int x = 0; x < step; ++x) {
       LitBlocks comb;
       for (int row = y; row < grid.rows; row += step)
         for (int col = x; col < grid.cols; col += step) {
-          const std::int32_t t = tree_of[static_cast<std::size_t>(row * grid.cols + col)];
+          const std::int32_t t = tree_at(row, col);
           comb.push_back({t, t + 1});
         }
       combs.push_back(std::move(comb));
@@ -137,11 +145,10 @@ Result<void> add_band(Context& context, int radius) {
       for (int dy = 0; dy <= radius && row + dy < grid.rows; ++dy)
         for (int dx = dy == 0 ? 0 : -radius; dx <= radius; ++dx) {
           if (col + dx < 0 || col + dx >= grid.cols) continue;
-          const auto i = static_cast<std::size_t>(tree_of[static_cast<std::size_t>(row * grid.cols + col)]);
-          const auto j =
-              static_cast<std::size_t>(tree_of[static_cast<std::size_t>((row + dy) * grid.cols + col + dx)]);
-          const auto comb_of_i = static_cast<std::size_t>(row % step * step + col % step);
-          const auto comb_of_j = static_cast<std::size_t>((row + dy) % step * step + (col + dx) % step);
+          const auto i = static_cast<std::size_t>(tree_at(row, col));
+          const auto j = static_cast<std::size_t>(tree_at(row + dy, col + dx));
+          const std::size_t comb_of_i = comb_at(row, col);
+          const std::size_t comb_of_j = comb_at(row + dy, col + dx);
           for (std::size_t channel = 0; channel < value.size(); ++channel)
             value[channel] =
                 (seen[comb_of_j][channel * pixels + i] + seen[comb_of_i][channel * pixels + j]) / 2;

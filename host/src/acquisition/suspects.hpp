@@ -14,6 +14,6 @@ namespace symrig::acquisition {
 /// beyond noise and by over half the size of its own entries, and the leaf shines there strongly enough to
 /// have a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test
 /// and is found here.
-std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& residuals);
+std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& all);
 
 }  // namespace symrig::acquisition

@@ -121,7 +121,7 @@ RawMap decode_pixels(const CodePhotographs& photographs, const DecodeOptions& op
       if (!lit.at(row, col)) continue;
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
-      const double contrast = static_cast<double>(map.contrast.at(row, col));
+      const auto contrast = static_cast<double>(map.contrast.at(row, col));
       const auto x = columns.position(pixel, contrast), y = rows.position(pixel, contrast);
       if (!x || !y) continue;
       raw.position[0].at(row, col) = *x;

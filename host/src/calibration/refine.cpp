@@ -20,8 +20,8 @@ std::optional<double> median_around(const Image<float>& position, const Image<st
     for (int c = std::max(col - 2, 0); c <= std::min(col + 2, grid.cols - 1); ++c)
       if (mask.at(r, c)) values[count++] = position.at(r, c);
   if (count < 13) return std::nullopt;  // fewer than half are decoded: the hole is not small
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(values.begin(), middle, values.begin() + static_cast<std::ptrdiff_t>(count));
+  float* const middle = values.data() + count / 2;
+  std::nth_element(values.data(), middle, values.data() + count);
   return static_cast<double>(*middle);
 }
 
