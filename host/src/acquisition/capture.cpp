@@ -41,6 +41,7 @@ Economy default_economy(Algorithm algorithm) {
   Economy economy;
   if (algorithm != Algorithm::symrig) return economy;
   economy.decay = 0.05;
+  economy.look_in_the_dark = true;
   economy.checks = true;
   economy.direct_share = 0.05;
   return economy;

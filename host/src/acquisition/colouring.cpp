@@ -66,15 +66,21 @@ bool Colouring::settle(std::int32_t block) {
 }
 
 bool Colouring::add(std::int32_t a, std::int32_t b) {
+  std::vector<std::int32_t>& of_a = partners_[static_cast<std::size_t>(a)];
+  std::vector<std::int32_t>& of_b = partners_[static_cast<std::size_t>(b)];
   const std::int32_t colour_a = colour_[static_cast<std::size_t>(a)];
   const std::int32_t colour_b = colour_[static_cast<std::size_t>(b)];
-  partners_[static_cast<std::size_t>(a)].push_back(b);
-  if (a != b) partners_[static_cast<std::size_t>(b)].push_back(a);
+  const std::size_t size_a = of_a.size();
+  const std::size_t size_b = of_b.size();
+  if (size_a == 0 && a != b) of_a.push_back(a);
+  if (size_b == 0 && a != b) of_b.push_back(b);
+  of_a.push_back(b);
+  if (a != b) of_b.push_back(a);
   if (settle(a) && settle(b)) return true;
   unlight(a);
   unlight(b);
-  partners_[static_cast<std::size_t>(a)].pop_back();
-  if (a != b) partners_[static_cast<std::size_t>(b)].pop_back();
+  of_a.resize(size_a);
+  of_b.resize(size_b);
   if (colour_a >= 0) light(a, static_cast<std::size_t>(colour_a));
   if (colour_b >= 0 && a != b) light(b, static_cast<std::size_t>(colour_b));
   return false;

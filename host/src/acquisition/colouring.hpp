@@ -16,7 +16,8 @@ class Colouring {
   explicit Colouring(const ConflictGraph& graph);
 
   /// Makes the pair (a, b) measurable as well, if that takes no further colour: blocks without a colour get
-  /// one, and one of the two may move to another. False: it does not fit, nothing has changed.
+  /// one, and one of the two may move to another. A block that had no partner becomes its own as well: it is
+  /// not lit while it is looked at. False: it does not fit, nothing has changed.
   bool add(std::int32_t a, std::int32_t b);
 
   /// Blocks that each pattern lights.

@@ -3,6 +3,7 @@
 
 #include "acquisition/checks.hpp"
 #include "acquisition/context.hpp"
+#include "acquisition/dark_excess.hpp"
 #include "acquisition/direct_light.hpp"
 #include "acquisition/level_search.hpp"
 #include "acquisition/node.hpp"
@@ -50,7 +51,7 @@ class Hierarchy {
     }
     do {
       SYMRIG_CHECK(search());
-      SYMRIG_CHECK(reopen_suspects());
+      reopen_suspects();
     } while (any_open());
     const double searched = seconds_since(start) - photographer_.measure_seconds();
     SYMRIG_CHECK(refine_direct_light());
@@ -67,7 +68,8 @@ class Hierarchy {
   Result<void> search_level(int level);
   Result<bool> finish_early();
   void tell_error();
-  Result<void> reopen_suspects();
+  void reopen_suspects();
+  void put_back();
   Result<void> refine_direct_light();
   std::vector<LogRange> whole_photographs() const;
   Result<void> polish();
@@ -99,7 +101,15 @@ class Hierarchy {
   std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
   std::int64_t reopened_at_ = -1;                ///< photographs taken when leaves were reopened last
   std::int64_t suspects_ = 0;
-  bool reopened_ = false;  ///< some leaf was
+  /// Leaves that were reopened last.
+  struct Reopening {
+    Known::Mark mark;  ///< of what was known then
+    std::vector<std::int32_t> leaves;
+    Comparison seen;          ///< by the checks then, where they are dark
+    std::size_t level_light;  ///< Context::level_light then
+  };
+  std::optional<Reopening> reopening_;
+  bool reopened_ = false;  ///< some were, and stayed so
   std::set<int> refused_radii_;
   std::vector<double> error_per_level_;
   std::string stopped_by_ = "done";
@@ -232,11 +242,21 @@ void Hierarchy::tell_error() {
 
 /// Leaves that the checks find wrong are split, as long as that costs little: a tenth of the photographs
 /// taken so far, or on a small grid twice as many as brute force. What remains is told
-/// (CaptureResult::suspects, the estimated errors).
-Result<void> Hierarchy::reopen_suspects() {
+/// (CaptureResult::suspects, the estimated errors). If the checks are missed by more than before, for
+/// instance because small blocks measure mostly noise, the leaves are put back.
+void Hierarchy::reopen_suspects() {
   constexpr std::int64_t kSmallGrid = 256;  // pixels
-  if (!checks_ || stopped_by_ != "done") return {};
+  // A pattern that deceives all blocks looks no better until single pixels are told apart.
+  constexpr double kWorse = 0.01;
+  if (!checks_) return;
   const auto& residuals = checks_->residuals(context_);
+  const Comparison seen = DarkExcess(Checks::random(residuals), context_.flood_squared)
+                              .of(0, static_cast<std::int32_t>(tree_.grid().size()));
+  if (reopening_ && seen.misfit - reopening_->seen.misfit > kWorse * reopening_->seen.excess())
+    return put_back();
+  reopened_ = reopened_ || reopening_;
+  reopening_.reset();
+  if (stopped_by_ != "done") return;
   const std::vector<std::int32_t> found = suspects(context_, residuals);
   suspects_ = std::ssize(found);
   if (!reopening_until_) {
@@ -245,13 +265,19 @@ Result<void> Hierarchy::reopen_suspects() {
         photographer_.taken() + std::max(photographer_.taken() / 10, pixels <= kSmallGrid ? 2 * pixels : 0);
   }
   // What is left of the budget may be too little for a single leaf: then they would come back for ever.
-  if (patterns_left() <= 0 || reopened_at_ == photographer_.taken()) return {};
+  if (found.empty() || patterns_left() <= 0 || reopened_at_ == photographer_.taken()) return;
   reopened_at_ = photographer_.taken();
-  reopened_ = reopened_ || !found.empty();
+  reopening_ = Reopening{known_.mark(), found, seen, context_.level_light.size()};
   for (const std::int32_t leaf : found)
     reopen(context_, leaf,
            open_[static_cast<std::size_t>(known_.leaves()[static_cast<std::size_t>(leaf)].level)]);
-  return {};
+}
+
+void Hierarchy::put_back() {
+  known_.rewind(reopening_->mark);
+  for (const std::int32_t leaf : reopening_->leaves) known_.restore_leaf(leaf);
+  context_.level_light.resize(reopening_->level_light, LevelLight(0, {}, 0, 0));
+  reopening_.reset();
 }
 
 /// Spends a few flood-lit photographs on the noise of the direct light, then refits it to all photographs but

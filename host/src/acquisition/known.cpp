@@ -27,8 +27,9 @@ void Known::add_empty(int level, std::int32_t row_block, std::int32_t col_block)
   empties_.push_back({level, row_block, col_block});
 }
 
-void Known::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values) {
+void Known::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise) {
   scalars_.push_back({row, col});
+  scalar_noise_.push_back(noise);
   scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
 }
 
@@ -43,6 +44,7 @@ void Known::rewind(const Mark& mark) {
   factors_.resize(mark.factors);
   empties_.resize(mark.empties);
   scalars_.resize(mark.scalars);
+  scalar_noise_.resize(mark.scalars);
   scalar_values_.resize(mark.scalars * static_cast<std::size_t>(channels_));
 }
 

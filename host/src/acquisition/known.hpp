@@ -39,12 +39,18 @@ class Known {
     leaves_[static_cast<std::size_t>(leaf)].row_noise = row;
     leaves_[static_cast<std::size_t>(leaf)].col_noise = col;
   }
+  /// Undoes remove_leaf().
+  void restore_leaf(std::int32_t leaf) {
+    leaves_[static_cast<std::size_t>(leaf)].removed = false;
+    ++rewritten_;
+  }
   void remove_leaf(std::int32_t leaf) {
     leaves_[static_cast<std::size_t>(leaf)].removed = true;
     ++rewritten_;
   }
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
-  void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
+  /// noise: variance, summed over channels, units of F².
+  void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise = 0);
 
   /// Scalars that are added from now on lie within `radius` pixels of the diagonal: the tensor stores them as
   /// a band, without an index.
@@ -69,6 +75,7 @@ class Known {
     return scalar_values_;
   }
   std::span<const float> scalar_values() const { return scalar_values_; }
+  std::span<const float> scalar_noise() const { return scalar_noise_; }
 
   /// mean −= T_known · pattern, sixteen photographs to one pass over the factors: what is left is the light
   /// of unknown transport.  error: rounding as TransportTensor::apply.  Bit-equal for any number of threads.
@@ -97,6 +104,7 @@ class Known {
   std::vector<Empty> empties_;
   std::vector<ScalarLeaf> scalars_;
   std::vector<float> scalar_values_;  // [scalar][channel]
+  std::vector<float> scalar_noise_;
   std::int64_t rewritten_ = 0;
   int band_radius_ = 0;         // 0: no band
   std::size_t band_begin_ = 0;  // its first scalar

@@ -85,6 +85,7 @@ LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
   edges.reserve(doubtful.size());
   for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
+  if (context_.options.economy.look_in_the_dark) add_loops(edges);
   Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
   std::stable_sort(predicted.begin(), predicted.end(),
                    [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
@@ -118,6 +119,17 @@ LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector
     (std::ssize(with_first(middle).shots) <= budget ? least : most) = middle;
   }
   return with_first(least);
+}
+
+/// Every block becomes its own partner.
+void LevelSearch::add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const {
+  std::vector<char> looped(static_cast<std::size_t>(unknown_.block_count()));
+  for (const auto& [a, b] : edges)
+    if (a == b) looped[static_cast<std::size_t>(a)] = 1;
+  const std::size_t pairs = edges.size();
+  for (std::size_t k = 0; k < pairs; ++k)
+    for (const std::int32_t block : {edges[k].first, edges[k].second})
+      if (std::exchange(looped[static_cast<std::size_t>(block)], 1) == 0) edges.emplace_back(block, block);
 }
 
 LitBlocks LevelSearch::lit_ranges(const Shot& shot) const {

@@ -9,6 +9,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace symrig::acquisition {
@@ -56,6 +57,7 @@ class LevelSearch {
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
+  void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
   void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);

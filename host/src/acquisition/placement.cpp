@@ -17,6 +17,7 @@ namespace {
 void add_pixel(Context& context, std::int32_t row, std::int32_t col, const Estimate& estimate) {
   std::vector<float> value(estimate.c_noise.size());
   const auto r = row == col ? estimate.c : estimate.r;
+  double noise = 0;
   for (std::size_t channel = 0; channel < value.size(); ++channel) {
     const PairNoise& c_noise = estimate.c_noise[channel];
     const PairNoise& r_noise = estimate.r_noise[channel];
@@ -25,8 +26,11 @@ void add_pixel(Context& context, std::int32_t row, std::int32_t col, const Estim
     if (c_noise.valid == 0 && r_noise.valid != 0) weight = 0;
     if (c_noise.valid != 0 && r_noise.valid == 0) weight = 1;
     value[channel] = weight * estimate.c[channel] + (1 - weight) * r[channel];
+    const double variance =
+        weight * weight * c_noise.variance + (1 - weight) * (1 - weight) * r_noise.variance;
+    if (context.flood_squared[channel] > 0) noise += variance / context.flood_squared[channel];
   }
-  context.known.add_scalar(row, col, value);
+  context.known.add_scalar(row, col, value, static_cast<float>(noise));
 }
 
 Energy energy_of(const Context& context, const Estimate& estimate, std::size_t rows, std::size_t cols) {

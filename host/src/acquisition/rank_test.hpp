@@ -25,6 +25,8 @@ struct Comparison {
   }
   /// Signal without what its noise adds.
   double energy() const { return signal > noise ? signal - noise : 0; }
+  /// Misfit without what noise adds.
+  double excess() const { return misfit > noise ? misfit - noise : 0; }
 };
 
 /// [a][b]: child a of the row block and child b of the column block.

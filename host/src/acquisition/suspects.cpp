@@ -50,24 +50,37 @@ std::vector<double> model_noise(const Context& context, std::span<const Checks::
     add(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.row_noise);
     if (!leaf.diagonal()) add(leaf.col_begin, leaf.col_end, leaf.row_begin, leaf.row_end, leaf.col_noise);
   }
+  const auto scalars = context.known.scalars();
+  for (std::size_t k = 0; k < scalars.size(); ++k) {
+    const ScalarLeaf& s = scalars[k];
+    if (s.row == s.col) continue;  // dark pixels do not see their own
+    add(s.row, s.row + 1, s.col, s.col + 1, context.known.scalar_noise()[k]);
+    add(s.col, s.col + 1, s.row, s.row + 1, context.known.scalar_noise()[k]);
+  }
   std::partial_sum(step.begin(), step.end(), step.begin());
   return step;
 }
 
-/// Running sums over dark pixels of Σ_j T_ij² p_j, units of F²: the energy that a pattern p of single pixels
-/// leaves at pixel i if the entries of row i are wrong by as much as they are.
-std::vector<double> row_energy_before(const Context& context, std::span<const float> pattern) {
+/// Running sums over dark pixels, units of F², of the energy that a pattern p of single pixels leaves at
+/// pixel i if entries are wrong by half of what they are, each on its own: ¼ Σ_j T_ij² p_j less their common
+/// part (random_share).
+std::vector<double> allowed_before(const Context& context, std::span<const float> pattern,
+                                   double random_share) {
   std::vector<double> energy(pattern.size() + 1);
+  const double single = kWrongShare * kWrongShare * random_share;
   const auto channels = static_cast<std::size_t>(context.channels);
   const auto add = [&](std::span<const float> seen, std::int32_t begin, std::span<const float> lit,
                        std::int32_t lit_begin, double f) {
-    double light = 0;
-    for (std::size_t j = 0; j < lit.size(); ++j)
-      light += static_cast<double>(lit[j]) * static_cast<double>(lit[j]) *
-               static_cast<double>(pattern[static_cast<std::size_t>(lit_begin) + j]);
+    double squares = 0;
+    for (std::size_t j = 0; j < lit.size(); ++j) {
+      const double light =
+          static_cast<double>(lit[j]) * static_cast<double>(pattern[static_cast<std::size_t>(lit_begin) + j]);
+      squares += light * static_cast<double>(lit[j]);
+    }
+    const double wrong = single * squares / f;
     for (std::size_t i = 0; i < seen.size(); ++i)
       energy[static_cast<std::size_t>(begin) + i + 1] +=
-          light / f * static_cast<double>(seen[i]) * static_cast<double>(seen[i]);
+          wrong * static_cast<double>(seen[i]) * static_cast<double>(seen[i]);
   };
   for (std::size_t channel = 0; channel < channels; ++channel) {
     const double f = context.flood_squared[channel];
@@ -84,8 +97,8 @@ std::vector<double> row_energy_before(const Context& context, std::span<const fl
       const auto row = static_cast<std::size_t>(scalars[k].row);
       const auto col = static_cast<std::size_t>(scalars[k].col);
       if (row == col) continue;  // dark pixels do not see their own
-      energy[row + 1] += value * value / f * static_cast<double>(pattern[col]);
-      energy[col + 1] += value * value / f * static_cast<double>(pattern[row]);
+      energy[row + 1] += single * value * value / f * static_cast<double>(pattern[col]);
+      energy[col + 1] += single * value * value / f * static_cast<double>(pattern[row]);
     }
   }
   for (std::size_t i = 0; i < pattern.size(); ++i)
@@ -103,9 +116,9 @@ std::vector<double> unexplained(const Context& context, std::span<const Checks::
   std::partial_sum(noise.begin(), noise.end() - 1, noise_before.begin() + 1);
   // Signs of errors are as good as random between pixels that are lit independently, but for their common
   // part.
-  const std::vector<double> own = row_energy_before(context, residuals[0].photograph.pattern);
   const auto pixels = static_cast<std::int32_t>(context.tree.order().size());
-  const double random_part = 1 - excess.lit(0, 0, pixels) / pixels;
+  const std::vector<double> allowed =
+      allowed_before(context, residuals[0].photograph.pattern, 1 - excess.lit(0, 0, pixels) / pixels);
   std::vector<double> energy(context.tree.order().size());
   for (int l = 0; l < context.tree.levels(); ++l) {
     for (const Block& block : context.tree.level(l)) {
@@ -117,8 +130,8 @@ std::vector<double> unexplained(const Context& context, std::span<const Checks::
       const double noise_of_model = sum(noise_before) / block.size() * seen.samples;
       const double left =
           (seen.misfit - noise_allowance(seen.noise + noise_of_model, seen.samples, kSigmas)) / seen.samples;
-      const double entries = kWrongShare * kWrongShare * random_part * sum(own) / seen.samples;
-      const bool wrong = left > std::max(kTolerances * kTolerances * context.tolerance(), entries);
+      const bool wrong =
+          left > std::max(kTolerances * kTolerances * context.tolerance(), sum(allowed) / seen.samples);
       std::fill(energy.begin() + block.begin, energy.begin() + block.end, wrong ? left : 0);
     }
   }

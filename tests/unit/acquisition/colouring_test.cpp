@@ -61,17 +61,23 @@ int wrongly_lit(const Colouring& colouring, std::int32_t blocks, const std::set<
 
 /// A random graph to which pairs are added one by one.
 struct Growing {
-  explicit Growing(std::uint64_t seed)
+  explicit Growing(std::uint64_t seed, bool loops = false)
       : random(seed),
         blocks(2 + static_cast<std::int32_t>(random.bits() % 22)),
-        unknown(start()),
+        unknown(start(loops)),
         colouring(ConflictGraph(blocks, std::vector<Edge>(unknown.begin(), unknown.end()))) {}
 
-  std::set<Edge> start() {
+  std::set<Edge> start(bool loops) {
     std::set<Edge> edges;
     const auto count = 1 + random.bits() % (2 * static_cast<std::uint64_t>(blocks));
     for (std::uint64_t k = 0; k < count; ++k) edges.insert(random_edge(random, blocks));
-    return edges;
+    if (!loops) return edges;
+    std::set<Edge> with_loops = edges;
+    for (const auto& [a, b] : edges) {
+      with_loops.insert({a, a});
+      with_loops.insert({b, b});
+    }
+    return with_loops;
   }
   /// A pair that is known so far; none if there is no more.
   Edge next() {
@@ -111,6 +117,25 @@ TEST(Colouring, pairs_are_added_without_a_conflict_or_not_at_all) {
   }
   EXPECT_GT(added, 100);  // both happened often enough to mean something
   EXPECT_GT(refused, 100);
+}
+
+TEST(Colouring, with_loops_no_block_is_lit_while_it_is_looked_at) {
+  int added = 0;
+  for (std::uint64_t seed = 0; seed < kGraphs; ++seed) {
+    Growing g(seed, true);
+    for (int k = 0; k < kAdds && !g.full(); ++k) {
+      const Edge pair = g.next();
+      if (g.colouring.add(pair.first, pair.second)) {
+        g.unknown.insert(pair);
+        ++added;
+      }
+      for (const auto& lit : classes_of(g.colouring))
+        for (const auto& [a, b] : g.unknown)
+          ASSERT_FALSE(a != b && lit.count(a) != 0 && lit.count(b) != 0)
+              << "seed " << seed << ": " << a << ", " << b;
+    }
+  }
+  EXPECT_GT(added, 100);
 }
 
 TEST(Colouring, a_refused_pair_leaves_no_trace_in_later_answers) {

@@ -54,6 +54,9 @@ struct Economy {
   double dominance = 0.45;
   /// Expected misfit over signal for the children of a diagonal node, whose signal is all there is to go by.
   double diagonal_spread = 3;
+  /// A block is not lit while it is looked at, even where its transport to itself is known: the shot noise
+  /// and the remaining error of its direct light would drown what comes from elsewhere.
+  bool look_in_the_dark = false;
   /// Holds out six photographs with patterns that have nothing to do with blocks. They tell the errors, end
   /// the search of a scene that is all direct light, and find leaves that are wrong although their own
   /// photographs fit.
