@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 namespace symrig::acquisition {
 namespace {
@@ -79,30 +80,45 @@ Result<Checks> Checks::take(Context& context) {
   checks.first_ = context.photographer.taken();
   std::vector<LitBlocks> patterns;
   for (const auto& lit : lit_pixels(context.tree.grid())) patterns.push_back(ranges_of(context.tree, lit));
-  SYMRIG_CHECK(context.photographer.take("checks", patterns));
+  SYMRIG_CHECK(
+      context.photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
+        for (const TreePhotograph& photograph : taken)
+          checks.residuals_.push_back({photograph, photograph.mean});
+      }));
   context.patterns_per_level.back() += std::ssize(patterns);
   return checks;
 }
 
-Result<std::vector<Checks::Residual>> Checks::residuals(const Context& context, std::int64_t count) const {
-  std::vector<Residual> result;
-  SYMRIG_CHECK(
-      context.photographer.read(first_, count, [&](std::int64_t, std::span<TreePhotograph> photographs) {
-        std::vector<TreePhotograph> left(photographs.begin(), photographs.end());
-        context.known.subtract_from(left);
-        for (std::size_t k = 0; k < photographs.size(); ++k)
-          result.push_back({std::move(photographs[k]), std::move(left[k].mean)});
-      }));
-  return result;
+const std::vector<Checks::Residual>& Checks::residuals(const Context& context) {
+  if (rewritten_ != context.known.rewritten()) {
+    for (Residual& one : residuals_) one.residual = one.photograph.mean;
+    mark_ = {};
+  }
+  std::vector<TreePhotograph> left(residuals_.size());
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    left[k].pattern = std::move(residuals_[k].photograph.pattern);
+    left[k].mean = std::move(residuals_[k].residual);
+  }
+  context.known.subtract_from(left, mark_);
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    residuals_[k].photograph.pattern = std::move(left[k].pattern);
+    residuals_[k].residual = std::move(left[k].mean);
+  }
+  mark_ = context.known.mark();
+  rewritten_ = context.known.rewritten();
+  return residuals_;
 }
 
-double Checks::frobenius(std::span<const Residual> halves) {
+double Checks::frobenius(const Context& context, const Known::Mark& since) const {
+  const TreePhotograph& p = residuals_[kHalf].photograph;
+  const TreePhotograph& q = residuals_[kOtherHalf].photograph;
+  std::vector<TreePhotograph> left{{p.pattern, residuals_[kHalf].residual, {}, {}},
+                                   {q.pattern, residuals_[kOtherHalf].residual, {}, {}}};
+  context.known.subtract_from(left, since);
   Squares squares;
-  const TreePhotograph& p = halves[kHalf].photograph;
-  const TreePhotograph& q = halves[kOtherHalf].photograph;
   for (std::size_t at = 0; at < p.mean.size(); ++at)
     if (p.valid[at] != 0 && q.valid[at] != 0)
-      squares.add(static_cast<double>(halves[kHalf].residual[at]) - halves[kOtherHalf].residual[at],
+      squares.add(static_cast<double>(left[0].mean[at]) - left[1].mean[at],
                   static_cast<double>(p.mean[at]) - q.mean[at],
                   static_cast<double>(p.variance[at]) + q.variance[at]);
   return squares.relative();
@@ -161,7 +177,7 @@ std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residual
   return mean;
 }
 
-Result<std::vector<HeldOut>> Checks::held_out(const Context& context) const {
+std::vector<HeldOut> Checks::held_out(const Context& context) const {
   std::vector<HeldOut> photographs;
   const auto raster = [&](std::span<const float> tree, int channels) {
     const auto pixels = context.tree.order().size();
@@ -171,45 +187,10 @@ Result<std::vector<HeldOut>> Checks::held_out(const Context& context) const {
                              image.plane(channel));
     return image;
   };
-  SYMRIG_CHECK(context.photographer.read(first_, kChecks, [&](std::int64_t, std::span<TreePhotograph> read) {
-    for (std::size_t k = 0; k < read.size(); ++k)
-      photographs.push_back({kNames[k], raster(read[k].pattern, 1), raster(read[k].mean, context.channels)});
-  }));
+  for (std::size_t k = 0; k < residuals_.size(); ++k)
+    photographs.push_back({kNames[k], raster(residuals_[k].photograph.pattern, 1),
+                           raster(residuals_[k].photograph.mean, context.channels)});
   return photographs;
-}
-
-DarkExcess::DarkExcess(std::span<const Checks::Residual> residuals, std::span<const double> flood_squared) {
-  const std::size_t pixels = residuals[0].photograph.pattern.size();
-  before_.resize(pixels + 1);
-  lit_before_.assign(residuals.size(), std::vector<double>(pixels + 1));
-  for (std::size_t t = 0; t < pixels; ++t) {
-    Comparison sum = before_[t];
-    for (std::size_t k = 0; k < residuals.size(); ++k) {
-      const TreePhotograph& p = residuals[k].photograph;
-      lit_before_[k][t + 1] = lit_before_[k][t] + static_cast<double>(p.pattern[t]);
-      if (p.pattern[t] != 0) continue;
-      for (std::size_t channel = 0; channel < flood_squared.size(); ++channel) {
-        const std::size_t at = channel * pixels + t;
-        if (p.valid[at] == 0 || flood_squared[channel] <= 0) continue;
-        const double e = residuals[k].residual[at];
-        const double y = p.mean[at];
-        sum += {e * e / flood_squared[channel], y * y / flood_squared[channel],
-                static_cast<double>(p.variance[at]) / flood_squared[channel], 1};
-      }
-    }
-    before_[t + 1] = sum;
-  }
-}
-
-Comparison DarkExcess::of(std::int32_t begin, std::int32_t end) const {
-  const Comparison& a = before_[static_cast<std::size_t>(begin)];
-  const Comparison& b = before_[static_cast<std::size_t>(end)];
-  return {b.misfit - a.misfit, b.signal - a.signal, b.noise - a.noise, b.samples - a.samples};
-}
-
-double DarkExcess::lit(std::size_t check, std::int32_t begin, std::int32_t end) const {
-  return lit_before_[check][static_cast<std::size_t>(end)] -
-         lit_before_[check][static_cast<std::size_t>(begin)];
 }
 
 }  // namespace symrig::acquisition

@@ -26,12 +26,13 @@ class Checks {
     TreePhotograph photograph;    ///< pattern as shown, mean as measured
     std::vector<float> residual;  ///< [channel][pixel]
   };
-  Result<std::vector<Residual>> residuals(const Context& context) const { return residuals(context, kAll); }
-  /// Only the two halves: enough for frobenius(), at a third of the price.
-  Result<std::vector<Residual>> residuals_of_halves(const Context& context) const {
-    return residuals(context, kHalves);
-  }
-  static double frobenius(std::span<const Residual> halves);
+  /// Of the transport known now: subtracts what has been added since the last time, or all of it if some was
+  /// changed. Valid until the next call.
+  const std::vector<Residual>& residuals(const Context& context);
+  /// Subtract everything anew next time: needed after Known::rewind() to before the last residuals().
+  void forget() { rewritten_ = -1; }
+  /// Frobenius error by the two halves with what was added after the last residuals(), at `since`.
+  double frobenius(const Context& context, const Known::Mark& since) const;
 
   /// The errors of DESIGN §4 as far as photographs can tell: squares of the residual less their noise, over
   /// squares of the photograph less its noise; never below what the noise of the check itself can resolve.
@@ -49,30 +50,13 @@ class Checks {
   std::int64_t last() const;
 
   /// The photographs as they are kept in scene.h5.
-  Result<std::vector<HeldOut>> held_out(const Context& context) const;
+  std::vector<HeldOut> held_out(const Context& context) const;
 
  private:
-  static constexpr std::int64_t kAll = 6, kHalves = 2;
-  Result<std::vector<Residual>> residuals(const Context& context, std::int64_t count) const;
-
   std::int64_t first_ = 0;  // log number
-};
-
-/// What the check photographs say of ranges of pixels, seen only where they are dark: there no direct light
-/// and little noise is in the way.
-class DarkExcess {
- public:
-  DarkExcess(std::span<const Checks::Residual> residuals, std::span<const double> flood_squared);
-
-  /// Σ residual² of pixels [begin, end) in units of F², and what noise explains of it, as the rank test
-  /// counts.
-  Comparison of(std::int32_t begin, std::int32_t end) const;
-  /// Σ of the light that check k puts into pixels [begin, end): Σ pattern.
-  double lit(std::size_t check, std::int32_t begin, std::int32_t end) const;
-
- private:
-  std::vector<Comparison> before_;               // running sums over pixels
-  std::vector<std::vector<double>> lit_before_;  // [check], running sums
+  std::vector<Residual> residuals_;
+  Known::Mark mark_;             // what residuals_ has been rid of
+  std::int64_t rewritten_ = -1;  // Known::rewritten() then
 };
 
 }  // namespace symrig::acquisition

@@ -13,6 +13,7 @@ Colouring::Colouring(const ConflictGraph& graph) {
     partners_[b].assign(of.begin(), of.end());
   }
   colour_.assign(blocks, -1);
+  place_.resize(blocks);
   const auto classes = graph.colour();
   lit_.assign(classes.size(), std::vector<char>(blocks));
   classes_.resize(classes.size());
@@ -22,16 +23,20 @@ Colouring::Colouring(const ConflictGraph& graph) {
 
 void Colouring::light(std::int32_t block, std::size_t colour) {
   lit_[colour][static_cast<std::size_t>(block)] = 1;
+  place_[static_cast<std::size_t>(block)] = static_cast<std::int32_t>(classes_[colour].size());
   classes_[colour].push_back(block);
-  if (colour_[static_cast<std::size_t>(block)] < 0)
-    colour_[static_cast<std::size_t>(block)] = static_cast<std::int32_t>(colour);
+  colour_[static_cast<std::size_t>(block)] = static_cast<std::int32_t>(colour);
 }
 
 void Colouring::unlight(std::int32_t block) {
   std::int32_t& colour = colour_[static_cast<std::size_t>(block)];
   if (colour < 0) return;
   lit_[static_cast<std::size_t>(colour)][static_cast<std::size_t>(block)] = 0;
-  std::erase(classes_[static_cast<std::size_t>(colour)], block);
+  std::vector<std::int32_t>& of_colour = classes_[static_cast<std::size_t>(colour)];
+  const std::int32_t place = place_[static_cast<std::size_t>(block)];
+  place_[static_cast<std::size_t>(of_colour.back())] = place;
+  of_colour[static_cast<std::size_t>(place)] = of_colour.back();
+  of_colour.pop_back();
   colour = -1;
 }
 

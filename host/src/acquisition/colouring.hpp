@@ -31,6 +31,7 @@ class Colouring {
 
   std::vector<std::vector<std::int32_t>> partners_;  // of each block, in the order they came
   std::vector<std::int32_t> colour_;                 // of each block; -1: none
+  std::vector<std::int32_t> place_;                  // of each block in its class
   std::vector<std::vector<char>> lit_;               // [colour][block]
   std::vector<std::vector<std::int32_t>> classes_;
 };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/known.hpp"
+#include "acquisition/level_light.hpp"
 #include "acquisition/photographer.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/tensor/block_tree.hpp"
@@ -20,6 +21,7 @@ struct Context {
   Known& known;
   std::vector<double> flood_squared;             ///< F² of each channel; F: RMS of the flood-lit photograph
   std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one and the checks
+  std::vector<LevelLight> level_light{};         ///< of the first photographs of each level that was searched
 
   /// τ_A², the mean square misfit that a leaf may have, in units of F².
   double tolerance() const { return options.rule.flood_fraction * options.rule.flood_fraction; }

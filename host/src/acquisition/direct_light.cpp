@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/direct_light.hpp"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -43,6 +44,27 @@ void DirectLight::add(std::span<const TreePhotograph> residuals) {
   });
 }
 
+void DirectLight::add(const LevelLight& level, const LaterLight& later, const Known& known) {
+  const std::size_t pixels = entry_.size();
+  const std::size_t channels = model_.least.size();
+  const int child_level = std::min(level.level + 1, later.levels() - 1);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, weight_.size(), 4096), [&](const auto& range) {
+    for (std::size_t at = range.begin(); at < range.end(); ++at) {
+      const std::size_t t = at % pixels;
+      if (entry_[t] < 0 || level.variance[at] < 0) continue;
+      const double share = level.lit_share[t];
+      const double variance = static_cast<double>(level.variance[at]) + model_.least[at / pixels] +
+                              4 * share * share * model_.half[at / pixels];
+      if (variance <= 0) continue;
+      const auto direct = static_cast<double>(
+          known.scalar_values()[static_cast<std::size_t>(entry_[t]) * channels + at / pixels]);
+      const auto within = static_cast<double>(later.within(child_level, at));
+      weighted_residual_[at] += (static_cast<double>(level.residual[at]) - direct - within) / variance;
+      weight_[at] += 1 / variance;
+    }
+  });
+}
+
 void DirectLight::apply(Known& known) const {
   const std::size_t pixels = entry_.size();
   const std::size_t channels = model_.least.size();
@@ -51,7 +73,7 @@ void DirectLight::apply(Known& known) const {
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const std::size_t at = channel * pixels + i;
       if (weight_[at] > 0)
-        known.scalar_values()[static_cast<std::size_t>(entry_[i]) * channels + channel] +=
+        known.change_scalar_values()[static_cast<std::size_t>(entry_[i]) * channels + channel] +=
             static_cast<float>(weighted_residual_[at] / weight_[at]);
     }
   }

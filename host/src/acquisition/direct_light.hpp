@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/known.hpp"
+#include "acquisition/level_light.hpp"
 #include "acquisition/photographer.hpp"
 
 #include <span>
@@ -27,6 +28,8 @@ class DirectLight {
 
   /// Adds photographs from which the known transport has been subtracted.
   void add(std::span<const TreePhotograph> residuals);
+  /// Adds the samples of a level; later: of the transport that is known now.
+  void add(const LevelLight& level, const LaterLight& later, const Known& known);
   /// Moves the diagonal entries of `known`.
   void apply(Known& known) const;
 

@@ -59,6 +59,7 @@ class FileLog final : public PhotographLog {
                           const ProbeCost& spent) override;
   Result<Pattern> pattern(std::int64_t k) const override;
   Result<Radiance> photograph(std::int64_t k) const override;
+  Result<void> read(std::int64_t k, LoggedPhotograph& to) const override;
   Result<ProbeCost> spent(std::int64_t k) const override;
 
  private:
@@ -70,7 +71,7 @@ class FileLog final : public PhotographLog {
   Result<std::optional<Place>> sound_record(std::uint64_t offset, Record& buffer) const;
   Result<void> append_record(const Record& record);
   Result<void> sync();
-  Result<Record> read(std::int64_t k, bool pattern_only) const;
+  Result<Record> record(std::int64_t k, bool pattern_only) const;
 
   AppendedFile file_;
   PhotographShape shape_;
@@ -149,7 +150,7 @@ Result<void> FileLog::append_record(const Record& record) {
   return {};
 }
 
-Result<Record> FileLog::read(std::int64_t k, bool pattern_only) const {
+Result<Record> FileLog::record(std::int64_t k, bool pattern_only) const {
   if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
   const Place& place = records_[static_cast<std::size_t>(k)];
   const auto bytes = static_cast<std::size_t>(place.bytes);
@@ -164,18 +165,24 @@ Result<Record> FileLog::read(std::int64_t k, bool pattern_only) const {
 }
 
 Result<Pattern> FileLog::pattern(std::int64_t k) const {
-  SYMRIG_TRY(const Record record, read(k, true));
-  return acquisition::record_pattern(shape_, record);
+  SYMRIG_TRY(const Record bytes, record(k, true));
+  return acquisition::record_pattern(shape_, bytes);
 }
 
 Result<Radiance> FileLog::photograph(std::int64_t k) const {
-  SYMRIG_TRY(const Record record, read(k, false));
-  return acquisition::record_photograph(shape_, record);
+  SYMRIG_TRY(const Record bytes, record(k, false));
+  return acquisition::record_photograph(shape_, bytes);
+}
+
+Result<void> FileLog::read(std::int64_t k, LoggedPhotograph& to) const {
+  SYMRIG_TRY(const Record bytes, record(k, false));
+  acquisition::read_record(shape_, bytes, to);
+  return {};
 }
 
 Result<ProbeCost> FileLog::spent(std::int64_t k) const {
-  SYMRIG_TRY(const Record record, read(k, true));
-  return acquisition::record_spent(record);
+  SYMRIG_TRY(const Record bytes, record(k, true));
+  return acquisition::record_spent(bytes);
 }
 
 PhotographShape shape_of(const LogIdentity& identity) {

@@ -66,9 +66,10 @@ class Hierarchy {
   Result<void> search();
   Result<void> search_level(int level);
   Result<bool> finish_early();
-  Result<void> tell_error();
+  void tell_error();
   Result<void> reopen_suspects();
   Result<void> refine_direct_light();
+  std::vector<LogRange> whole_photographs() const;
   Result<void> polish();
   Result<CaptureResult> finish();
 
@@ -77,14 +78,14 @@ class Hierarchy {
                        [](const NodeLevel& level) { return !level.nodes().empty(); });
   }
   std::int64_t patterns_left() const;
-  Result<void> accept_open();
+  void accept_open();
   void assume_open(bool direct);
   /// What is assumed of blocks that were not looked into, and the estimated frobenius error with it.
   struct Assumption {
     bool direct = true;
     double error = 0;
   };
-  Result<Assumption> better_assumption();
+  Assumption better_assumption();
 
   const CaptureOptions& options_;
   BlockTree tree_;
@@ -98,6 +99,7 @@ class Hierarchy {
   std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
   std::int64_t reopened_at_ = -1;                ///< photographs taken when leaves were reopened last
   std::int64_t suspects_ = 0;
+  bool reopened_ = false;  ///< some leaf was
   std::set<int> refused_radii_;
   std::vector<double> error_per_level_;
   std::string stopped_by_ = "done";
@@ -139,7 +141,7 @@ Result<void> Hierarchy::search() {
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));
-    SYMRIG_CHECK(tell_error());
+    tell_error();
   }
   return {};
 }
@@ -187,7 +189,7 @@ Result<bool> Hierarchy::finish_early() {
   if (!reached && !reopening_until_)
     stopped_by_ = options_.max_patterns > 0 && photographer_.taken() >= options_.max_patterns ? "max_patterns"
                                                                                               : "max_seconds";
-  SYMRIG_CHECK(accept_open());
+  accept_open();
   return true;
 }
 
@@ -203,35 +205,29 @@ void Hierarchy::assume_open(bool direct) {
 }
 
 /// The error if the search ended here, by the better of the two assumptions.
-Result<Hierarchy::Assumption> Hierarchy::better_assumption() {
+Hierarchy::Assumption Hierarchy::better_assumption() {
+  checks_->residuals(context_);
   Assumption best;
   for (const bool direct : {true, false}) {
     const Known::Mark mark = known_.mark();
     assume_open(direct);
-    SYMRIG_TRY(const auto halves, checks_->residuals_of_halves(context_));
+    const double error = checks_->frobenius(context_, mark);
     known_.rewind(mark);
-    const double error = Checks::frobenius(halves);
     if (direct || error < best.error) best = {direct, error};
   }
   return best;
 }
 
 /// The tensor is complete at any moment.
-Result<void> Hierarchy::accept_open() {
+void Hierarchy::accept_open() {
   Assumption assumption;
-  if (checks_) {
-    SYMRIG_TRY(assumption, better_assumption());
-  }
+  if (checks_) assumption = better_assumption();
   assume_open(assumption.direct);
   for (NodeLevel& level : open_) level = NodeLevel(tree_, level.level(), context_.channels);
-  return {};
 }
 
-Result<void> Hierarchy::tell_error() {
-  if (!checks_) return {};
-  SYMRIG_TRY(const Assumption best, better_assumption());
-  error_per_level_.push_back(best.error);
-  return {};
+void Hierarchy::tell_error() {
+  if (checks_) error_per_level_.push_back(better_assumption().error);
 }
 
 /// Leaves that the checks find wrong are split, as long as that costs little: a tenth of the photographs
@@ -240,7 +236,7 @@ Result<void> Hierarchy::tell_error() {
 Result<void> Hierarchy::reopen_suspects() {
   constexpr std::int64_t kSmallGrid = 256;  // pixels
   if (!checks_ || stopped_by_ != "done") return {};
-  SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+  const auto& residuals = checks_->residuals(context_);
   const std::vector<std::int32_t> found = suspects(context_, residuals);
   suspects_ = std::ssize(found);
   if (!reopening_until_) {
@@ -251,6 +247,7 @@ Result<void> Hierarchy::reopen_suspects() {
   // What is left of the budget may be too little for a single leaf: then they would come back for ever.
   if (patterns_left() <= 0 || reopened_at_ == photographer_.taken()) return {};
   reopened_at_ = photographer_.taken();
+  reopened_ = reopened_ || !found.empty();
   for (const std::int32_t leaf : found)
     reopen(context_, leaf,
            open_[static_cast<std::size_t>(known_.leaves()[static_cast<std::size_t>(leaf)].level)]);
@@ -273,24 +270,44 @@ Result<void> Hierarchy::refine_direct_light() {
   DirectLight::Model model{{}, std::vector<double>(context_.flood_squared.size())};
   for (const double f : context_.flood_squared) model.least.push_back(context_.tolerance() * f);
   if (checks_) {
-    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    const auto& residuals = checks_->residuals(context_);
     model.half = Checks::misfit_of_half(residuals);
   }
   DirectLight direct(known_, static_cast<std::size_t>(pixels), std::move(model));
-  const auto use = [&](std::int64_t, std::span<TreePhotograph> photographs) {
-    known_.subtract_from(photographs);
-    direct.add(photographs);
-  };
-  SYMRIG_CHECK(photographer_.read(0, checks_ ? checks_->first() : photographer_.taken(), use));
-  if (checks_)
-    SYMRIG_CHECK(photographer_.read(checks_->last(), photographer_.taken() - checks_->last(), use));
+  if (!reopened_) {
+    const LaterLight later(known_, tree_, context_.channels);
+    for (const LevelLight& level : context_.level_light) direct.add(level, later, known_);
+  }
+  for (const LogRange& range : whole_photographs())
+    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
+                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
+                                      known_.subtract_from(photographs);
+                                      direct.add(photographs);
+                                    }));
   direct.apply(known_);
   return {};
 }
 
+/// Photographs that the direct light is refitted to as a whole: all but the checks and, unless leaves were
+/// reopened (which changes what was subtracted at the time), those of which LevelLight holds what matters.
+std::vector<LogRange> Hierarchy::whole_photographs() const {
+  std::vector<LogRange> left_out;
+  if (checks_) left_out.push_back({checks_->first(), checks_->last()});
+  if (!reopened_)
+    for (const LevelLight& level : context_.level_light) left_out.push_back(level.photographs);
+  std::vector<LogRange> whole;
+  std::int64_t next = 0;
+  for (const LogRange& out : left_out) {
+    if (out.first > next) whole.push_back({next, out.first});
+    next = out.last;
+  }
+  if (photographer_.taken() > next) whole.push_back({next, photographer_.taken()});
+  return whole;
+}
+
 Result<void> Hierarchy::polish() {
   if (options_.economy.polish <= 0) return {};
-  std::vector<Polish::Range> ranges{{0, photographer_.taken()}};
+  std::vector<LogRange> ranges{{0, photographer_.taken()}};
   if (checks_) ranges = {{0, checks_->first()}, {checks_->last(), photographer_.taken()}};
   constexpr int kConjugateSteps = 8;
   std::vector<double> misfit;
@@ -306,9 +323,9 @@ Result<void> Hierarchy::polish() {
 Result<CaptureResult> Hierarchy::finish() {
   CaptureResult result;
   if (checks_) {
-    SYMRIG_TRY(const auto residuals, checks_->residuals(context_));
+    const auto& residuals = checks_->residuals(context_);
     result.estimated = Checks::errors(residuals);
-    SYMRIG_TRY(result.held_out, checks_->held_out(context_));
+    result.held_out = checks_->held_out(context_);
   }
   result.tensor = known_.tensor();
   result.patterns = photographer_.taken();

@@ -2,8 +2,11 @@
 #include "acquisition/known.hpp"
 
 #include "tensor/kernels.hpp"
+#include "tensor/lanes.hpp"
+#include "tensor/scratch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -43,12 +46,13 @@ void Known::rewind(const Mark& mark) {
   scalar_values_.resize(mark.scalars * static_cast<std::size_t>(channels_));
 }
 
-void Known::subtract_from(std::span<TreePhotograph> photographs) const {
+void Known::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
   const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
   const auto channels = static_cast<std::size_t>(channels_);
   tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
     const std::size_t first = task / channels * kBatch;
-    subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels);
+    subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels,
+                   since);
   });
 }
 
@@ -59,39 +63,45 @@ constexpr std::size_t kRun =
 
 /// p[pixel][lane] = pattern of photograph `lane`; lanes without a photograph stay dark. any: lit in any of
 /// them.
-void interleave(std::span<const TreePhotograph> batch, std::vector<float>& p, std::vector<float>& any) {
+void interleave(std::span<const TreePhotograph> batch, float* p, std::vector<float>& any) {
+  const std::array<float, kRun> dark{};
   for (std::size_t begin = 0; begin < any.size(); begin += kRun) {
     const std::size_t end = std::min(begin + kRun, any.size());
-    for (std::size_t k = 0; k < batch.size(); ++k) {
-      const float* const pattern = batch[k].pattern.data();
-      for (std::size_t t = begin; t < end; ++t) {
-        p[t * kBatch + k] = pattern[t];
-        any[t] += pattern[t];
-      }
+    tensor::LaneRows lanes{};
+    for (std::size_t k = 0; k < kBatch; ++k) {
+      lanes[k] = k < batch.size() ? batch[k].pattern.data() + begin : dark.data();
+      for (std::size_t t = begin; t < end; ++t) any[t] += lanes[k][t - begin];
     }
+    tensor::interleave(lanes, end - begin, p + begin * kBatch);
   }
 }
 
 /// mean −= y, lane by lane.
-void subtract_lanes(std::span<const float> y, std::size_t pixels, std::size_t channel,
+void subtract_lanes(const float* y, std::size_t pixels, std::size_t channel,
                     std::span<TreePhotograph> batch) {
+  std::array<float, kRun * kBatch> run{};
+  tensor::LaneRowsOut lanes{};
+  for (std::size_t k = 0; k < kBatch; ++k) lanes[k] = run.data() + k * kRun;
   for (std::size_t begin = 0; begin < pixels; begin += kRun) {
-    const std::size_t end = std::min(begin + kRun, pixels);
+    const std::size_t count = std::min(kRun, pixels - begin);
+    tensor::deinterleave(y + begin * kBatch, count, lanes);
     for (std::size_t k = 0; k < batch.size(); ++k) {
-      float* const mean = batch[k].mean.data() + channel * pixels;
-      for (std::size_t t = begin; t < end; ++t) mean[t] -= y[t * kBatch + k];
+      float* const mean = batch[k].mean.data() + channel * pixels + begin;
+      for (std::size_t t = 0; t < count; ++t) mean[t] -= lanes[k][t];
     }
   }
 }
 
 }  // namespace
 
-void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel) const {
+void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const {
   const std::size_t pixels = tree_.order().size();
-  std::vector<float> p(pixels * kBatch), y(pixels * kBatch), any(pixels);
-  interleave(batch, p, any);
+  const tensor::Scratch p(pixels * kBatch), y(pixels * kBatch);
+  std::vector<float> any(pixels);
+  interleave(batch, p.data(), any);
+  std::fill_n(y.data(), y.size(), 0.0F);
   const tensor::LitRanges lit(any);
-  for (const KnownLeaf& leaf : leaves_) {
+  for (const KnownLeaf& leaf : std::span(leaves_).subspan(since.leaves)) {
     if (leaf.removed || (!lit.any(leaf.col_begin, leaf.col_end) && !lit.any(leaf.row_begin, leaf.row_end)))
       continue;
     const auto rows = static_cast<std::size_t>(leaf.rows());
@@ -101,15 +111,20 @@ void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel)
                             static_cast<std::size_t>(leaf.col_begin), cols, 1},
                            !leaf.diagonal(), p.data(), y.data());
   }
-  for (std::size_t k = 0; k < scalars_.size(); ++k) {
+  for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
+    const float* const from = p.data();
+    float* const to = y.data();
+    if (any[static_cast<std::size_t>(scalars_[k].row)] == 0 &&
+        any[static_cast<std::size_t>(scalars_[k].col)] == 0)
+      continue;
     const auto row = static_cast<std::size_t>(scalars_[k].row) * kBatch;
     const auto col = static_cast<std::size_t>(scalars_[k].col) * kBatch;
     const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
-    for (std::size_t c = 0; c < kBatch; ++c) y[row + c] += value * p[col + c];
+    for (std::size_t c = 0; c < kBatch; ++c) to[row + c] += value * from[col + c];
     if (row != col)
-      for (std::size_t c = 0; c < kBatch; ++c) y[col + c] += value * p[row + c];
+      for (std::size_t c = 0; c < kBatch; ++c) to[col + c] += value * from[row + c];
   }
-  subtract_lanes(y, pixels, channel, batch);
+  subtract_lanes(y.data(), pixels, channel, batch);
 }
 
 void Known::add_band_to(TensorBuilder& builder) const {

@@ -39,7 +39,10 @@ class Known {
     leaves_[static_cast<std::size_t>(leaf)].row_noise = row;
     leaves_[static_cast<std::size_t>(leaf)].col_noise = col;
   }
-  void remove_leaf(std::int32_t leaf) { leaves_[static_cast<std::size_t>(leaf)].removed = true; }
+  void remove_leaf(std::int32_t leaf) {
+    leaves_[static_cast<std::size_t>(leaf)].removed = true;
+    ++rewritten_;
+  }
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values);
 
@@ -49,27 +52,40 @@ class Known {
 
   /// What has been added since mark() is forgotten by rewind().
   struct Mark {
-    std::size_t leaves, factors, empties, scalars;
+    std::size_t leaves = 0, factors = 0, empties = 0, scalars = 0;
   };
   Mark mark() const { return {leaves_.size(), factors_.size(), empties_.size(), scalars_.size()}; }
   void rewind(const Mark& mark);
 
   std::span<const KnownLeaf> leaves() const { return leaves_; }
-  std::span<float> factors() { return factors_; }
+  std::span<float> change_factors() {
+    ++rewritten_;
+    return factors_;
+  }
   std::span<const float> factors() const { return factors_; }
   std::span<const ScalarLeaf> scalars() const { return scalars_; }
-  std::span<float> scalar_values() { return scalar_values_; }
+  std::span<float> change_scalar_values() {
+    ++rewritten_;
+    return scalar_values_;
+  }
+  std::span<const float> scalar_values() const { return scalar_values_; }
 
   /// mean −= T_known · pattern, sixteen photographs to one pass over the factors: what is left is the light
   /// of unknown transport.  error: rounding as TransportTensor::apply.  Bit-equal for any number of threads.
   /// [Garg06 §5, eq. 6]
-  void subtract_from(std::span<TreePhotograph> photographs) const;
+  void subtract_from(std::span<TreePhotograph> photographs) const { subtract_from(photographs, {}); }
+  /// The same for what was added since `since` alone.
+  void subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const;
+
+  /// How often something was removed or handed out to be changed: what was subtracted at an equal count only
+  /// lacks what was added since.
+  std::int64_t rewritten() const { return rewritten_; }
 
   /// The finished tensor.
   TransportTensor tensor() const;
 
  private:
-  void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel) const;
+  void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const;
 
   const BlockTree& tree_;
   int channels_;
@@ -81,8 +97,9 @@ class Known {
   std::vector<Empty> empties_;
   std::vector<ScalarLeaf> scalars_;
   std::vector<float> scalar_values_;  // [scalar][channel]
-  int band_radius_ = 0;               // 0: no band
-  std::size_t band_begin_ = 0;        // its first scalar
+  std::int64_t rewritten_ = 0;
+  int band_radius_ = 0;         // 0: no band
+  std::size_t band_begin_ = 0;  // its first scalar
 
   void add_band_to(TensorBuilder& builder) const;
 };

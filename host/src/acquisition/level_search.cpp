@@ -54,7 +54,7 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
     SYMRIG_CHECK(photograph(rounds_.back()));
-    SYMRIG_CHECK(develop());
+    SYMRIG_CHECK(develop_again());
     tested = judge();
     learn(std::span(tested).last(rounds_.back().tested.size()));
     doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
@@ -120,6 +120,15 @@ LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector
   return with_first(least);
 }
 
+LitBlocks LevelSearch::lit_ranges(const Shot& shot) const {
+  LitBlocks ranges;
+  for (const std::int32_t b : shot.blocks) {
+    const Block& child = unknown_.child(unknown_.block(b), shot.slot);
+    ranges.push_back({child.begin, child.end});
+  }
+  return ranges;
+}
+
 Result<void> LevelSearch::photograph(Round& round) {
   const std::int64_t bytes = unknown_.room(round.tested);
   if (bytes > context_.options.memory_limit)
@@ -129,36 +138,59 @@ Result<void> LevelSearch::photograph(Round& round) {
                  "raise the tolerance or use a smaller grid; the scene may not be data-sparse"};
   unknown_.make_room(round.tested);
   std::vector<LitBlocks> patterns;
-  for (const Shot& shot : round.shots) {
-    LitBlocks ranges;
-    for (const std::int32_t b : shot.blocks) {
-      const Block& child = unknown_.child(unknown_.block(b), shot.slot);
-      ranges.push_back({child.begin, child.end});
-    }
-    patterns.push_back(std::move(ranges));
-  }
+  for (const Shot& shot : round.shots) patterns.push_back(lit_ranges(shot));
   round.first = context_.photographer.taken();
   context_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
-  return context_.photographer.take("level " + std::to_string(unknown_.level()), patterns);
+  const std::size_t r = rounds_.size() - 1;
+  if (r == 0)
+    context_.level_light.emplace_back(
+        unknown_.level(), LogRange{round.first, round.first + std::ssize(round.shots)},
+        context_.tree.order().size(), static_cast<std::size_t>(context_.channels));
+  return context_.photographer.take(
+      "level " + std::to_string(unknown_.level()), patterns,
+      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); });
 }
 
-/// Takes what is known out of the photographs of the level and keeps what is left as evidence. The last round
-/// is developed first; where a node of one round shines into a photograph of another, what its own round
-/// measured is taken out too.
-Result<void> LevelSearch::develop() {
-  for (std::size_t r = rounds_.size(); r-- > 0;) {
-    const Round& round = rounds_[r];
+/// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one
+/// round shines into a photograph of another, what its own round measured is taken out too.
+void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs) {
+  const Round& round = rounds_[r];
+  context_.known.subtract_from(photographs);
+  const auto shots =
+      std::span(round.shots).subspan(static_cast<std::size_t>(first - round.first), photographs.size());
+  for (std::size_t other = 0; other < rounds_.size(); ++other)
+    if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
+  record(round.tested, shots, photographs);
+  // Blocks with themselves are tested in the first round: its photographs hold their direct light.
+  if (r == 0) keep_direct(shots, photographs, context_.level_light.back());
+}
+
+/// The rounds before the last one, now that more is known of what shone into them.
+Result<void> LevelSearch::develop_again() {
+  for (std::size_t r = rounds_.size() - 1; r-- > 0;)
     SYMRIG_CHECK(context_.photographer.read(
-        round.first, std::ssize(round.shots), [&](std::int64_t first, std::span<TreePhotograph> photographs) {
-          context_.known.subtract_from(photographs);
-          const auto shots = std::span(round.shots)
-                                 .subspan(static_cast<std::size_t>(first - round.first), photographs.size());
-          for (std::size_t other = 0; other < rounds_.size(); ++other)
-            if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
-          record(round.tested, shots, photographs);
-        }));
-  }
+        rounds_[r].first, std::ssize(rounds_[r].shots),
+        [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); }));
   return {};
+}
+
+/// Direct light is unknown where a block with itself is tested.
+void LevelSearch::keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
+                              LevelLight& light) const {
+  std::vector<char> unknown(static_cast<std::size_t>(unknown_.block_count()));
+  for (const NodeIndex n : rounds_[0].tested)
+    if (node(n).diagonal()) unknown[static_cast<std::size_t>(node(n).row)] = 1;
+  for (std::size_t k = 0; k < shots.size(); ++k) {
+    const LitBlocks lit = lit_ranges(shots[k]);
+    std::int32_t area = 0;
+    LitBlocks kept;
+    for (std::size_t b = 0; b < lit.size(); ++b) {
+      area += lit[b].end - lit[b].begin;
+      if (unknown[static_cast<std::size_t>(shots[k].blocks[b])] != 0) kept.push_back(lit[b]);
+    }
+    light.keep(photographs[k], kept,
+               static_cast<float>(area) / static_cast<float>(context_.tree.order().size()));
+  }
 }
 
 void LevelSearch::subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
@@ -187,11 +219,23 @@ void LevelSearch::record(std::span<const NodeIndex> tested, std::span<const Shot
 std::vector<Tested> LevelSearch::judge() const {
   std::vector<Tested> tested;
   for (const Round& round : rounds_)
-    for (const NodeIndex n : round.tested) tested.push_back({n, {}});
-  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t k) {
-    tested[k].evidence = unknown_.evidence(node(tested[k].node), context_.flood_squared);
-  });
+    for (const NodeIndex n : round.tested) tested.push_back({n, false, {}, {}});
+  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t k) { judge(tested[k]); });
   return tested;
+}
+
+void LevelSearch::judge(Tested& tested) const {
+  const RankRule& rule = context_.options.rule;
+  const Node& of = node(tested.node);
+  const RankEvidence evidence = unknown_.evidence(of, context_.flood_squared);
+  tested.total = evidence.total();
+  tested.leaf = !of.split && is_leaf(evidence, rule);
+  if (tested.leaf) return;
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < 4; ++b)
+      tested.undecayed[static_cast<std::size_t>(4 * a + b)] =
+          of.distrusted ? std::numeric_limits<double>::infinity()
+                        : undecayed_misfit(evidence, a, b, unknown_.level(), rule, context_.options.economy);
 }
 
 /// Only nodes that were expected to pass teach: the others were tested because they are hard.
@@ -199,10 +243,10 @@ void LevelSearch::learn(std::span<const Tested> tested) {
   double found = 0;
   double nodes = 0;
   for (const Tested& t : tested) {
-    const Comparison total = t.evidence.total();
-    if (!expected_to_pass(node(t.node)) || total.samples <= 0) continue;
-    const double allowed = noise_allowance(total.noise, total.samples, context_.options.rule.noise_sigmas);
-    found += std::max(0.0, total.misfit - allowed) / total.samples / context_.tolerance();
+    if (!expected_to_pass(node(t.node)) || t.total.samples <= 0) continue;
+    const double allowed =
+        noise_allowance(t.total.noise, t.total.samples, context_.options.rule.noise_sigmas);
+    found += std::max(0.0, t.total.misfit - allowed) / t.total.samples / context_.tolerance();
     ++nodes;
   }
   decay_.learn(found, nodes);

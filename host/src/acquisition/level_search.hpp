@@ -56,13 +56,18 @@ class LevelSearch {
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
+  LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
-  Result<void> develop();
+  void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
+  Result<void> develop_again();
+  void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
+                   LevelLight& light) const;
   void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
                          std::span<TreePhotograph> photographs) const;
   void record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
               std::span<const TreePhotograph> photographs);
   std::vector<Tested> judge() const;
+  void judge(Tested& tested) const;
   void learn(std::span<const Tested> tested);
   std::vector<NodeIndex> take_back();
 

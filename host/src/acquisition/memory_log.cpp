@@ -36,6 +36,11 @@ class MemoryLog final : public PhotographLog {
     SYMRIG_TRY(const Record* record, at(k));
     return acquisition::record_photograph(shape_, *record);
   }
+  Result<void> read(std::int64_t k, LoggedPhotograph& to) const override {
+    SYMRIG_TRY(const Record* record, at(k));
+    acquisition::read_record(shape_, *record, to);
+    return {};
+  }
   Result<ProbeCost> spent(std::int64_t k) const override {
     SYMRIG_TRY(const Record* record, at(k));
     return acquisition::record_spent(*record);

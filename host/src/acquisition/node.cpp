@@ -2,6 +2,7 @@
 #include "acquisition/node.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -14,6 +15,31 @@ double sum(std::span<const float> v) {
 double energy(std::span<const float> v) {
   return std::inner_product(v.begin(), v.end(), v.begin(), 0.0, std::plus<>(),
                             [](float a, float b) { return static_cast<double>(a) * static_cast<double>(b); });
+}
+
+struct Samples {
+  std::span<const float> residual, variance;
+  std::span<const std::uint8_t> valid;
+};
+
+/// Copies samples; one that is not valid takes the estimate's value. Sums go in lanes, so that one does not
+/// wait for the other.
+PairNoise keep_samples(const Samples& from, float gain, std::span<const float> estimate, float* to) {
+  constexpr std::size_t kLanes = 8;
+  std::array<float, kLanes> variance{};
+  std::int32_t valid = 0;
+  const std::size_t size = estimate.size();
+  const auto keep = [&](std::size_t t, std::size_t lane) {
+    const bool ok = from.valid[t] != 0;
+    to[t] = ok ? from.residual[t] : gain * estimate[t];
+    variance[lane] += ok ? from.variance[t] : 0;
+    valid += ok ? 1 : 0;
+  };
+  std::size_t t = 0;
+  for (; t + kLanes <= size; t += kLanes)
+    for (std::size_t lane = 0; lane < kLanes; ++lane) keep(t + lane, lane);
+  for (; t < size; ++t) keep(t, 0);
+  return {std::accumulate(variance.begin(), variance.end(), 0.0F), valid};
 }
 
 std::span<const float> part(std::span<const float> whole, const Block& of, const Block& child) {
@@ -152,16 +178,13 @@ void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const flo
     PairNoise* noise = pairs_.data() + pair_offset(node, lit, slot, channel);
     const std::size_t base = static_cast<std::size_t>(channel) * pixels;
     for (int a = 0; a < seen.children; ++a, ++noise) {
-      *noise = {};
       const Block& seen_child = child(seen, a);
-      for (std::int32_t t = seen_child.begin; t < seen_child.end; ++t) {
-        const std::size_t at = base + static_cast<std::size_t>(t);
-        const auto local = static_cast<std::size_t>(t - seen.begin);
-        const bool ok = valid[at] != 0;
-        out[local] = ok ? residual[at] : gain * seen_estimate[local];
-        if (ok) noise->variance += variance[at];
-        noise->valid += ok ? 1 : 0;
-      }
+      const auto first = base + static_cast<std::size_t>(seen_child.begin);
+      const auto local = static_cast<std::size_t>(seen_child.begin - seen.begin);
+      const auto size = static_cast<std::size_t>(seen_child.size());
+      *noise = keep_samples(
+          {residual.subspan(first, size), variance.subspan(first, size), valid.subspan(first, size)}, gain,
+          seen_estimate.subspan(local, size), out + local);
     }
   }
 }

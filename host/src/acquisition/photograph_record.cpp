@@ -183,24 +183,44 @@ ProbeCost record_spent(std::span<const std::byte> record) {
   return {front.photographs, front.frames, front.rig_seconds, front.simulate_seconds, front.merge_seconds};
 }
 
-Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record) {
-  Pattern pattern(shape.grid);
+namespace {
+
+void get_pattern(const PhotographShape& shape, std::span<const std::byte> record, Pattern& to) {
+  if (!has_shape(to, {shape.grid, 1})) to = Pattern(shape.grid);
   const std::byte* bytes = record.data() + sizeof(Front);
   if (front_of(record).pattern_kind == kBinary)
-    unpack(bytes, pattern.values());
+    unpack(bytes, to.values());
   else
-    get(bytes, pattern.values());
+    get(bytes, to.values());
+}
+
+void get_photograph(const PhotographShape& shape, std::span<const std::byte> record, Radiance& to) {
+  if (!has_shape(to.mean, shape)) to.mean = Image<float>(shape.grid, shape.channels);
+  if (!has_shape(to.variance, shape)) to.variance = Image<float>(shape.grid, shape.channels);
+  if (!has_shape(to.valid, shape)) to.valid = Image<std::uint8_t>(shape.grid, shape.channels);
+  const Layout at(shape, front_of(record).pattern_kind);
+  get(record.data() + at.mean, to.mean.values());
+  get(record.data() + at.variance, to.variance.values());
+  unpack(record.data() + at.valid, to.valid.values());
+}
+
+}  // namespace
+
+Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record) {
+  Pattern pattern;
+  get_pattern(shape, record, pattern);
   return pattern;
 }
 
 Radiance record_photograph(const PhotographShape& shape, std::span<const std::byte> record) {
-  const Layout at(shape, front_of(record).pattern_kind);
-  Radiance photograph{Image<float>(shape.grid, shape.channels), Image<float>(shape.grid, shape.channels),
-                      Image<std::uint8_t>(shape.grid, shape.channels)};
-  get(record.data() + at.mean, photograph.mean.values());
-  get(record.data() + at.variance, photograph.variance.values());
-  unpack(record.data() + at.valid, photograph.valid.values());
+  Radiance photograph;
+  get_photograph(shape, record, photograph);
   return photograph;
+}
+
+void read_record(const PhotographShape& shape, std::span<const std::byte> record, LoggedPhotograph& to) {
+  get_pattern(shape, record, to.pattern);
+  get_photograph(shape, record, to.photograph);
 }
 
 Error no_such_photograph(std::int64_t k, std::int64_t size) {

@@ -2,6 +2,7 @@
 // One photograph of a log as bytes (docs/photograph-log.md). Little-endian, every part padded to 8 bytes.
 #pragma once
 
+#include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/result.hpp"
 
@@ -47,6 +48,8 @@ std::uint32_t record_left(std::span<const std::byte> record);
 ProbeCost record_spent(std::span<const std::byte> record);
 Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record);
 Radiance record_photograph(const PhotographShape& shape, std::span<const std::byte> record);
+/// The same into memory that is used again.
+void read_record(const PhotographShape& shape, std::span<const std::byte> record, LoggedPhotograph& to);
 
 /// The error of every log for a number that it does not have.
 Error no_such_photograph(std::int64_t k, std::int64_t size);

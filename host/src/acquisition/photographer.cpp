@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/photographer.hpp"
 
+#include "tensor/kernels.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
-#include <limits>
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 namespace symrig::acquisition {
@@ -16,43 +17,15 @@ constexpr std::size_t kBatchBytes =
     std::size_t{64} << 20;  // photographs in flight; the rig and the host overlap well before that
 constexpr std::size_t kLargestBatch = 32;
 
-std::vector<float> lit(const LitBlocks& blocks, std::size_t pixels) {
-  std::vector<float> pattern(pixels);
-  for (const LitRange& r : blocks) std::fill(pattern.begin() + r.begin, pattern.begin() + r.end, 1.0F);
+constexpr std::size_t kPoolBytes = std::size_t{256} << 20;  // photographs that are worked on at once
+
+Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
+  Pattern pattern(tree.grid());
+  const auto values = pattern.plane(0);
+  for (const LitRange& r : blocks)
+    for (std::int32_t t = r.begin; t < r.end; ++t)
+      values[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] = 1;
   return pattern;
-}
-
-constexpr float kLargest = std::numeric_limits<float>::max();
-
-/// Copies into tree order. False if a value that claims to be valid is not finite.
-bool to_tree(const BlockTree& tree, const Pattern& pattern, const Radiance& from, TreePhotograph& to) {
-  const std::size_t pixels = tree.order().size();
-  const auto channels = static_cast<std::size_t>(from.mean.channels());
-  to.pattern.resize(pixels);
-  tree.to_tree(pattern.plane(0), to.pattern);
-  to.mean.resize(channels * pixels);
-  to.variance.resize(channels * pixels);
-  to.valid.resize(channels * pixels);
-  unsigned wrong = 0;  // no branches: this runs over every sample of every photograph
-  for (std::size_t channel = 0; channel < channels; ++channel) {
-    const auto mean = from.mean.plane(static_cast<int>(channel));
-    const auto variance = from.variance.plane(static_cast<int>(channel));
-    const auto valid = from.valid.plane(static_cast<int>(channel));
-    float* const to_mean = to.mean.data() + channel * pixels;
-    float* const to_variance = to.variance.data() + channel * pixels;
-    std::uint8_t* const to_valid = to.valid.data() + channel * pixels;
-    for (std::size_t t = 0; t < pixels; ++t) {
-      const auto raster = static_cast<std::size_t>(tree.order()[t]);
-      const unsigned ok = valid[raster] != 0 ? 1 : 0;
-      const float m = mean[raster];
-      const float v = variance[raster];
-      wrong |= ok & static_cast<unsigned>(!(std::abs(m) <= kLargest) || !(v >= 0 && v <= kLargest));
-      to_mean[t] = ok != 0 ? m : 0;
-      to_variance[t] = ok != 0 ? v : 0;
-      to_valid[t] = static_cast<std::uint8_t>(ok);
-    }
-  }
-  return wrong == 0;
 }
 
 Error not_finite() {
@@ -103,10 +76,9 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
     if (progress_ && !progress_({stage, taken_, expected}))
       return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
                    "run it again"};
-    std::vector<Pattern> pictures(std::min(batch_size(), patterns.size() - first), Pattern(tree_.grid()));
-    tbb::parallel_for(std::size_t{0}, pictures.size(), [&](std::size_t k) {
-      tree_.to_raster(lit(patterns[first + k], tree_.order().size()), pictures[k].plane(0));
-    });
+    std::vector<Pattern> pictures(std::min(batch_size(), patterns.size() - first));
+    tbb::parallel_for(std::size_t{0}, pictures.size(),
+                      [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
     SYMRIG_TRY(std::vector<Radiance> answers, measure(pictures));
     SYMRIG_CHECK(use(first, pictures, answers));
   }
@@ -120,6 +92,36 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
       [](std::size_t, std::span<const Pattern>, std::vector<Radiance>&) -> Result<void> { return {}; });
 }
 
+Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use) {
+  const std::int64_t number = taken_;
+  std::size_t used = 0;
+  std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
+  const std::span<TreePhotograph> pool = this->pool(patterns.size());
+  const auto develop = [&](std::size_t first, std::span<const Pattern>,
+                           std::vector<Radiance>& answers) -> Result<void> {
+    for (std::size_t next = 0; next < answers.size();) {
+      const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
+      std::atomic<bool> finite = true;
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+        TreePhotograph& into = pool[filled + k];
+        into.pattern.assign(tree_.order().size(), 0);
+        for (const LitRange& r : patterns[first + next + k])
+          std::fill(into.pattern.begin() + r.begin, into.pattern.begin() + r.end, 1.0F);
+        if (!to_tree(tree_, answers[next + k], into)) finite = false;
+      });
+      if (!finite) return not_finite();
+      next += count;
+      filled += count;
+      if (filled < pool.size() && used + filled < patterns.size()) continue;
+      use(number + static_cast<std::int64_t>(used), pool.first(filled));
+      used += filled;
+      filled = 0;
+    }
+    return {};
+  };
+  return take_batches(stage, patterns, develop);
+}
+
 Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
                                      const UseOne& use) {
   const auto develop = [&](std::size_t first, std::span<const Pattern> pictures,
@@ -127,7 +129,9 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
     std::atomic<bool> finite = true;
     tbb::parallel_for(std::size_t{0}, answers.size(), [&](std::size_t k) {
       TreePhotograph photograph;
-      if (!to_tree(tree_, pictures[k], answers[k], photograph)) finite = false;
+      photograph.pattern.resize(tree_.order().size());
+      tree_.to_tree(pictures[k].plane(0), photograph.pattern);
+      if (!to_tree(tree_, answers[k], photograph)) finite = false;
       if (finite) use(first + k, photograph);
     });
     return finite ? Result<void>() : not_finite();
@@ -135,21 +139,34 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
   return take_batches(stage, patterns, develop);
 }
 
+std::span<TreePhotograph> Photographer::pool(std::size_t wanted) const {
+  const std::size_t bytes =
+      tree_.order().size() * (sizeof(float) + (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_));
+  const std::size_t batches =
+      std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(bytes, 1) / tensor::kBatch, 1, 2);
+  const std::size_t size = std::min(batches * tensor::kBatch, wanted);
+  if (pool_.size() < size) pool_.resize(size);
+  return std::span(pool_).first(size);
+}
+
 Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use) const {
-  constexpr std::int64_t kAtOnce = 32;  // two batches of the kernels that subtract what is known
-  for (std::int64_t begin = first; begin < first + count; begin += kAtOnce) {
-    std::vector<TreePhotograph> photographs(
-        static_cast<std::size_t>(std::min(kAtOnce, first + count - begin)));
-    std::vector<Result<void>> outcome(photographs.size());
-    tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+  const auto pool = this->pool(static_cast<std::size_t>(count));
+  tbb::enumerable_thread_specific<LoggedPhotograph> logged;
+  for (std::int64_t begin = first; begin < first + count; begin += std::ssize(pool)) {
+    const auto some =
+        pool.first(static_cast<std::size_t>(std::min<std::int64_t>(std::ssize(pool), first + count - begin)));
+    std::vector<Result<void>> outcome(some.size());
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
       outcome[k] = [&]() -> Result<void> {
-        SYMRIG_TRY(const Pattern pattern, log_->pattern(begin + static_cast<std::int64_t>(k)));
-        SYMRIG_TRY(const Radiance photograph, log_->photograph(begin + static_cast<std::int64_t>(k)));
-        return to_tree(tree_, pattern, photograph, photographs[k]) ? Result<void>() : not_finite();
+        LoggedPhotograph& one = logged.local();
+        SYMRIG_CHECK(log_->read(begin + static_cast<std::int64_t>(k), one));
+        some[k].pattern.resize(tree_.order().size());
+        tree_.to_tree(one.pattern.plane(0), some[k].pattern);
+        return to_tree(tree_, one.photograph, some[k]) ? Result<void>() : not_finite();
       }();
     });
     for (const Result<void>& one : outcome) SYMRIG_CHECK(one);
-    use(begin, photographs);
+    use(begin, some);
   }
   return {};
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/tree_photograph.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
@@ -15,13 +16,6 @@
 
 namespace symrig::acquisition {
 
-/// A photograph in tree order. mean, variance, valid: [channel][pixel].
-struct TreePhotograph {
-  std::vector<float> pattern;  ///< what was lit, [pixel]
-  std::vector<float> mean, variance;
-  std::vector<std::uint8_t> valid;
-};
-
 /// mean −= T_known · pattern: what is left is the light of unknown transport. [Garg06 §5, eq. 6]  Leaves
 /// pattern negated.
 void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels);
@@ -31,6 +25,11 @@ struct LitRange {
   std::int32_t begin, end;
 };
 using LitBlocks = std::vector<LitRange>;
+
+/// Photographs [first, last) of the log.
+struct LogRange {
+  std::int64_t first, last;
+};
 
 /// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
 /// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
@@ -55,9 +54,13 @@ class Photographer {
   /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
 
-  /// Reads photographs [first, first + count) again, some at a time: use(number of the first, photographs).
-  /// fails: as PhotographLog, bad_value (a photograph is not finite where it is said to be valid).
+  /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
+  /// Takes photographs and hands them on as they come, some at a time.
+  /// fails: also bad_value (a photograph is not finite where it is said to be valid).
+  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use);
+
+  /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
 
   /// Takes photographs that nobody needs twice: use() is called once a pattern, from several threads at once.
@@ -74,6 +77,7 @@ class Photographer {
   std::size_t batch_size() const;
   Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use);
   Result<std::vector<Radiance>> measure(std::span<const Pattern> pictures);
+  std::span<TreePhotograph> pool(std::size_t wanted) const;
 
   Probe& probe_;
   const PhotographLog* log_;
@@ -82,6 +86,7 @@ class Photographer {
   Progress progress_;
   std::int64_t taken_ = 0;
   double measure_seconds_ = 0;
+  mutable std::vector<TreePhotograph> pool_;  // kept for its memory
 };
 
 }  // namespace symrig::acquisition

@@ -47,17 +47,30 @@ Energy energy_of(const Context& context, const Estimate& estimate, std::size_t r
   return energy;
 }
 
+/// The images of one child pair, in memory that serves for all.
+struct ChildImages {
+  std::vector<float> c, r;
+  std::vector<PairNoise> c_noise, r_noise;
+
+  void clear() {
+    c.clear();
+    r.clear();
+    c_noise.clear();
+    r_noise.clear();
+  }
+};
+
 /// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
 /// child b.
 void add_child(Context& context, const NodeLevel& parent, const Node& node, int a, int b, double undecayed,
-               NodeLevel& next) {
+               NodeLevel& next, ChildImages& images) {
   const Block& i = parent.block(node.row);
   const Block& j = parent.block(node.col);
   const Block& child_i = parent.child(i, a);
   const Block& child_j = parent.child(j, b);
   const bool diagonal = node.diagonal() && a == b;
-  std::vector<float> c, r;
-  std::vector<PairNoise> c_noise, r_noise;
+  images.clear();
+  auto& [c, r, c_noise, r_noise] = images;
   for (int channel = 0; channel < context.channels; ++channel) {
     const auto on_i = parent.y(node, b, channel)
                           .subspan(static_cast<std::size_t>(child_i.begin - i.begin),
@@ -84,15 +97,17 @@ std::int32_t block_at(std::span<const Block> blocks, std::int32_t begin) {
 }  // namespace
 
 std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node) {
-  std::vector<float> factors;
+  const Block& i = level.block(node.row);
+  const Block& j = level.block(node.col);
+  std::vector<float> factors(static_cast<std::size_t>(context.channels) *
+                             static_cast<std::size_t>(i.size() + j.size()));
+  auto next = factors.begin();
   for (int channel = 0; channel < context.channels; ++channel) {
     const double s = level.sums(node, channel).s;
     const auto scale = s > 0 ? static_cast<float>(1 / std::sqrt(s)) : 0.0F;
-    for (const float v : level.c(node, channel)) factors.push_back(scale * v);
-    for (const float v : level.r(node, channel)) factors.push_back(scale * v);
+    for (const auto image : {level.c(node, channel), level.r(node, channel)})
+      next = std::transform(image.begin(), image.end(), next, [scale](float v) { return scale * v; });
   }
-  const Block& i = level.block(node.row);
-  const Block& j = level.block(node.col);
   const std::int32_t leaf = context.known.add_leaf(i.begin, i.end, j.begin, j.end, level.level(), factors);
   double row_noise = 0;
   double col_noise = 0;
@@ -122,20 +137,16 @@ void place(Context& context, NodeLevel& into, std::int32_t row, std::int32_t col
 }
 
 void settle(Context& context, const NodeLevel& level, std::span<const Tested> tested, NodeLevel& next) {
-  const RankRule& rule = context.options.rule;
+  ChildImages images;
   for (const Tested& t : tested) {
     const Node& node = level.nodes()[static_cast<std::size_t>(t.node)];
-    if (!node.split && is_leaf(t.evidence, rule)) {
+    if (t.leaf) {
       add_leaf(context, level, node);
       continue;
     }
     for (int a = 0; a < level.block(node.row).children; ++a)
       for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b)
-        add_child(context, level, node, a, b,
-                  node.distrusted
-                      ? std::numeric_limits<double>::infinity()
-                      : undecayed_misfit(t.evidence, a, b, level.level(), rule, context.options.economy),
-                  next);
+        add_child(context, level, node, a, b, t.undecayed[static_cast<std::size_t>(4 * a + b)], next, images);
   }
 }
 

@@ -5,6 +5,7 @@
 #include "acquisition/context.hpp"
 #include "acquisition/node.hpp"
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -13,7 +14,10 @@ namespace symrig::acquisition {
 /// A node of a level that was tested, and what its photographs said.
 struct Tested {
   std::int32_t node = 0;
-  RankEvidence evidence;
+  bool leaf = false;  ///< by all tests
+  Comparison total;   ///< of the evidence
+  std::array<double, 16>
+      undecayed{};  ///< of child pair (a, b) at 4a + b, unless it is a leaf (Node::undecayed)
 };
 
 /// The images of a new node, c seen on its row block and r on its column block (empty on the diagonal),

@@ -91,7 +91,7 @@ double misfit_of(std::span<const TreePhotograph> residuals) {
 
 }  // namespace
 
-Polish::Polish(Context& context, std::vector<Range> photographs, std::vector<double> misfit)
+Polish::Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit)
     : context_(context),
       ranges_(std::move(photographs)),
       misfit_(std::move(misfit)),
@@ -110,7 +110,7 @@ void Polish::weigh(TreePhotograph& photograph) const {
 /// Returns φ.
 Result<double> Polish::visit_residuals(const UseResiduals& use) const {
   double total = 0;
-  for (const Range& range : ranges_)
+  for (const LogRange& range : ranges_)
     SYMRIG_CHECK(context_.photographer.read(
         range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
           context_.known.subtract_from(photographs);
@@ -124,7 +124,7 @@ Result<double> Polish::visit_residuals(const UseResiduals& use) const {
 
 bool Polish::keeps() const {
   std::int64_t photographs = 0;
-  for (const Range& range : ranges_) photographs += range.last - range.first;
+  for (const LogRange& range : ranges_) photographs += range.last - range.first;
   const std::int64_t values = (1 + context_.channels) * context_.tree.grid().size();
   return photographs * values * static_cast<std::int64_t>(sizeof(float)) <= kKeptBytes;
 }
@@ -138,7 +138,7 @@ Result<Polish::Numbers> Polish::curved(const Numbers& direction) const {
   for (std::size_t first = 0; first < kept_.size(); first += kGroup)
     add(std::span(kept_).subspan(first, std::min(kGroup, kept_.size() - first)));
   if (!kept_.empty()) return sum;
-  for (const Range& range : ranges_)
+  for (const LogRange& range : ranges_)
     SYMRIG_CHECK(context_.photographer.read(
         range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
           tbb::parallel_for(std::size_t{0}, photographs.size(),
@@ -201,9 +201,9 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
   const Numbers start = numbers();
   const auto set = [&](float share) {
     const std::size_t factors = known.factors().size();
-    for (std::size_t n = 0; n < factors; ++n) known.factors()[n] = start[n] + share * move[n];
+    for (std::size_t n = 0; n < factors; ++n) known.change_factors()[n] = start[n] + share * move[n];
     for (std::size_t n = factors; n < start.size(); ++n)
-      known.scalar_values()[n - factors] = start[n] + share * move[n];
+      known.change_scalar_values()[n - factors] = start[n] + share * move[n];
   };
   constexpr int kHalvings = 4;
   for (int halvings = 0; halvings <= kHalvings; ++halvings) {

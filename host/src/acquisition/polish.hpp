@@ -27,12 +27,8 @@ namespace symrig::acquisition {
 /// photographs steps + 2 times. Bit-equal for any number of threads.
 class Polish {
  public:
-  /// Photographs [first, last) of the log, in several ranges. misfit: mean square a sample may miss, a
-  /// channel.
-  struct Range {
-    std::int64_t first, last;
-  };
-  Polish(Context& context, std::vector<Range> photographs, std::vector<double> misfit);
+  /// misfit: mean square a sample may miss, a channel.
+  Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit);
 
   /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
   /// fails: as PhotographLog; interrupted. The known transport is changed only when the step is complete.
@@ -56,7 +52,7 @@ class Polish {
   Numbers numbers() const;
 
   Context& context_;
-  std::vector<Range> ranges_;
+  std::vector<LogRange> ranges_;
   std::vector<double> misfit_;
   PolishJacobian jacobian_;
   std::vector<PolishBatch> kept_;  ///< all photographs, or none if they do not fit

@@ -25,14 +25,6 @@ double noise_allowance(double noise, double samples, double sigmas) {
   return noise * (1 + sigmas * std::sqrt(2 / samples));
 }
 
-Comparison& Comparison::operator+=(const Comparison& other) {
-  misfit += other.misfit;
-  signal += other.signal;
-  noise += other.noise;
-  samples += other.samples;
-  return *this;
-}
-
 Comparison RankEvidence::pair(int a, int b) const {
   const auto i = static_cast<std::size_t>(a);
   const auto j = static_cast<std::size_t>(b);

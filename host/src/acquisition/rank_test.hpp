@@ -16,7 +16,13 @@ struct Comparison {
   double noise = 0;   ///< V = Σ variance of (measured − estimate): the photographs' and the estimate's own
   double samples = 0;  ///< n: valid samples compared
 
-  Comparison& operator+=(const Comparison& other);
+  Comparison& operator+=(const Comparison& other) {
+    misfit += other.misfit;
+    signal += other.signal;
+    noise += other.noise;
+    samples += other.samples;
+    return *this;
+  }
   /// Signal without what its noise adds.
   double energy() const { return signal > noise ? signal - noise : 0; }
 };

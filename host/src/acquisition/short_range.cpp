@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/short_range.hpp"
 
+#include "acquisition/dark_excess.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -177,7 +179,7 @@ void add_direct(Context& context, const NodeLevel& level, const Node& node) {
   }
 }
 
-Result<bool> settle_short_range(Context& context, const Checks& checks, std::vector<NodeLevel>& open,
+Result<bool> settle_short_range(Context& context, Checks& checks, std::vector<NodeLevel>& open,
                                 std::int64_t budget, std::set<int>& refused) {
   const int radius = radius_of(context, open);
   const std::int64_t combs = radius == 0 ? 0 : (2 * radius + 1) * (2 * radius + 1);
@@ -191,12 +193,13 @@ Result<bool> settle_short_range(Context& context, const Checks& checks, std::vec
   } else {
     SYMRIG_CHECK(add_band(context, radius));
   }
-  SYMRIG_TRY(const auto residuals, checks.residuals(context));
+  const auto& residuals = checks.residuals(context);
   // Half of a pixel's (2p + 1)² - 1 neighbours are lit, each known to half the variance of a dark sample.
   const double model_noise = (static_cast<double>((2 * radius + 1) * (2 * radius + 1)) - 1) / 4;
   if (!dark(context, residuals, 1 + model_noise)) {
     refused.insert(radius);
     context.known.rewind(mark);
+    checks.forget();
     return false;
   }
   for (NodeLevel& level : open) level = NodeLevel(context.tree, level.level(), context.channels);

@@ -22,7 +22,7 @@ void add_direct(Context& context, const NodeLevel& level, const Node& node);
 /// are dark where they should be; not tried if the combs cost more than `budget` or than the levels that are
 /// left. Result: settled. refused: radii that the check photographs have refused before; they are not tried
 /// again.
-Result<bool> settle_short_range(Context& context, const Checks& checks, std::vector<NodeLevel>& open,
+Result<bool> settle_short_range(Context& context, Checks& checks, std::vector<NodeLevel>& open,
                                 std::int64_t budget, std::set<int>& refused);
 
 }  // namespace symrig::acquisition

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/suspects.hpp"
 
+#include "acquisition/dark_excess.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/tensor/block_tree.hpp"
 
+#include "tensor/lanes.hpp"
 #include "tensor/split.hpp"
 
 #include <algorithm>
@@ -184,7 +185,7 @@ std::vector<std::int8_t> BlockTree::boundaries() const {
 
 void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) const {
   assert(raster.size() == order_.size() && tree.size() == order_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) tree[i] = raster[static_cast<std::size_t>(order_[i])];
+  tensor::gather(order_.data(), raster.data(), tree.data(), order_.size());
 }
 
 void BlockTree::to_raster(std::span<const float> tree, std::span<float> raster) const {

@@ -192,6 +192,34 @@ TEST(Known, only_the_mean_of_a_photograph_changes) {
   }
 }
 
+TEST(Known, subtracting_what_came_since_a_mark_completes_what_went_before) {
+  Random random(8);
+  Both both;
+  both.fill(random);
+  const auto before = photographs(20, 3);
+  auto in_steps = before;
+  both.known.subtract_from(in_steps);
+  const Known::Mark mark = both.known.mark();
+  const std::int64_t rewritten = both.known.rewritten();
+  both.fill(random);
+  EXPECT_EQ(both.known.rewritten(), rewritten) << "adding changes nothing that was there";
+  both.known.subtract_from(in_steps, mark);
+  const auto at_once = left_by(both.known, before);
+  // As above, with twice the leaves, and once more for the step between.
+  constexpr double kEpsilon = 0x1p-24;
+  constexpr double kSums = 20 + 2 * 80 + 8;
+  for (std::size_t k = 0; k < before.size(); ++k)
+    for (std::size_t channel = 0; channel < kChannels; ++channel)
+      for (std::int32_t i = 0; i < std::int32_t{kPixels}; ++i) {
+        const std::size_t at = channel * kPixels + static_cast<std::size_t>(i);
+        const double size =
+            both.oracle.magnitude(before[k], channel, i) + std::abs(static_cast<double>(before[k].mean[at]));
+        ASSERT_NEAR(in_steps[k].mean[at], at_once[k][at], 2 * kEpsilon * kSums * size);
+      }
+  both.known.remove_leaf(0);
+  EXPECT_GT(both.known.rewritten(), rewritten);
+}
+
 TEST(Known, rewind_forgets_what_came_after_the_mark) {
   Random random(6);
   Both both;

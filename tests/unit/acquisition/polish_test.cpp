@@ -49,6 +49,10 @@ class FailingLog : public PhotographLog {
     if (reads_left-- <= 0) return Error{ErrorCode::io, "the disk is gone", "look for it"};
     return log_.photograph(k);
   }
+  Result<void> read(std::int64_t k, LoggedPhotograph& to) const override {
+    if (reads_left-- <= 0) return Error{ErrorCode::io, "the disk is gone", "look for it"};
+    return log_.read(k, to);
+  }
   Result<ProbeCost> spent(std::int64_t k) const override { return log_.spent(k); }
 
   mutable std::atomic<std::int64_t> reads_left = std::numeric_limits<std::int64_t>::max();
@@ -105,8 +109,9 @@ class PolishTest : public testing::Test {
 
   void perturb(double share) {
     Random random(9);
-    for (float& v : bench_.known.factors()) v *= static_cast<float>(1 + share * (2 * random.uniform() - 1));
-    for (float& v : bench_.known.scalar_values())
+    for (float& v : bench_.known.change_factors())
+      v *= static_cast<float>(1 + share * (2 * random.uniform() - 1));
+    for (float& v : bench_.known.change_scalar_values())
       v *= static_cast<float>(1 + share * (2 * random.uniform() - 1));
   }
 
@@ -203,7 +208,7 @@ TEST_F(NoisyPolish, noise_of_the_direct_light_falls_below_that_of_one_photograph
                         [&](std::int64_t first, std::span<TreePhotograph> photographs) {
                           for (std::size_t k = 0; k < photographs.size(); ++k) {
                             const auto t = static_cast<std::size_t>(first) + k;
-                            bench_.known.scalar_values()[t] = photographs[k].mean[t];
+                            bench_.known.change_scalar_values()[t] = photographs[k].mean[t];
                           }
                         })
                   .ok());

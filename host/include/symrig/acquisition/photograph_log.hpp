@@ -13,6 +13,12 @@
 
 namespace symrig {
 
+/// One entry of a log.
+struct LoggedPhotograph {
+  Pattern pattern;
+  Radiance photograph;
+};
+
 /// The photographs of one capture in the order they were taken, each with its pattern and with what the probe
 /// had spent by then. What went in comes out bit for bit. Number k counts from 0.
 /// Any number of threads may read at once, but none while append() runs.
@@ -41,6 +47,9 @@ class PhotographLog {
   /// 0 ≤ k < size().  fails: bad_argument (no such number), io, bad_format (the bytes have changed since).
   virtual Result<Pattern> pattern(std::int64_t k) const = 0;
   virtual Result<Radiance> photograph(std::int64_t k) const = 0;
+  /// Both into memory that is used again: pictures of the log's size in `to` are overwritten, others
+  /// replaced.
+  virtual Result<void> read(std::int64_t k, LoggedPhotograph& to) const = 0;
   /// By the end of the run that photograph k was taken in.
   virtual Result<ProbeCost> spent(std::int64_t k) const = 0;
 };
