@@ -16,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <exception>
 #include <vector>
 
 #include <tbb/global_control.h>
@@ -55,7 +56,7 @@ class Triad {
     for (std::size_t i = 0; i < kSize; i += 16) sum += c_[i];
     a_[0] = sum;
   }
-  double rate(double seconds) const { return 12.0 * static_cast<double>(kSize) / seconds; }
+  static double rate(double seconds) { return 12.0 * static_cast<double>(kSize) / seconds; }
 
  private:
   static constexpr std::size_t kSize = std::size_t{32} << 20;  // 128 MiB an array
@@ -91,7 +92,7 @@ Times measure(const TransportTensor& tensor, const std::vector<Image<float>>& pa
     keep_best(best.batch_wall, wall_time, 1, all);
     keep_best(best.batch_two, wall_time, 2, all);
   }
-  best.triad = triad.rate(best.triad);
+  best.triad = Triad::rate(best.triad);
   return best;
 }
 
@@ -131,16 +132,10 @@ double rounding(const TransportTensor& tensor, const Image<float>& pattern) {
   return std::sqrt(error / size);
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc < 2) {
-    std::fprintf(stderr, "usage: bench_apply scene.h5 [rounds]\n");
-    return 2;
-  }
-  const auto scene = symrig::load_scene(argv[1]);
+int print_times(const char* path, int rounds) {
+  const auto scene = symrig::load_scene(path);
   if (!scene) {
-    std::fprintf(stderr, "%s\n", scene.error().line().c_str());
+    static_cast<void>(std::fprintf(stderr, "%s\n", scene.error().line().c_str()));
     return symrig::exit_code(scene.error().code);
   }
   const TransportTensor& tensor = scene->tensor;
@@ -148,17 +143,30 @@ int main(int argc, char** argv) {
   std::vector<Image<float>> patterns(16, Image<float>(tensor.projector_grid()));
   for (Image<float>& pattern : patterns)
     for (float& v : pattern.values()) v = static_cast<float>(random.uniform());
-  const Times t = measure(tensor, patterns, argc > 2 ? std::atoi(argv[2]) : 15);
+  const Times t = measure(tensor, patterns, rounds);
   const auto bytes = static_cast<double>(tensor.bytes());
-  std::printf("{\"tensor_mb\": %.3f, \"triad_gb_per_s\": %.2f, \"cold_ms\": %.3f, \"hot_ms\": %.3f, ",
+  std::printf(R"({"tensor_mb": %.3f, "triad_gb_per_s": %.2f, "cold_ms": %.3f, "hot_ms": %.3f, )",
               1e-6 * bytes, 1e-9 * t.triad, 1e3 * t.cold, 1e3 * t.hot);
-  std::printf(
-      "\"cold_share_of_triad\": %.3f, \"two_threads_gain_cold\": %.2f, \"two_threads_gain_hot\": %.2f, ",
-      bytes / t.cold / t.triad, t.cold_wall / t.cold_two, t.hot_wall / t.hot_two);
-  std::printf("\"two_threads_gain_batch\": %.2f, ", t.batch_wall / t.batch_two);
-  std::printf("\"batch_of_16_ms_a_pattern\": %.3f, \"batch_gain\": %.2f", 1e3 * t.batch / 16,
+  std::printf(R"("cold_share_of_triad": %.3f, "two_threads_gain_cold": %.2f, "two_threads_gain_hot": %.2f, )",
+              bytes / t.cold / t.triad, t.cold_wall / t.cold_two, t.hot_wall / t.hot_two);
+  std::printf(R"("two_threads_gain_batch": %.2f, )", t.batch_wall / t.batch_two);
+  std::printf(R"("batch_of_16_ms_a_pattern": %.3f, "batch_gain": %.2f)", 1e3 * t.batch / 16,
               16 * t.cold / t.batch);
-  if (tensor.symmetric()) std::printf(", \"rounding\": %.2e", rounding(tensor, patterns[0]));
+  if (tensor.symmetric()) std::printf(R"(, "rounding": %.2e)", rounding(tensor, patterns[0]));
   std::printf("}\n");
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc > 1)
+      return print_times(argv[1], argc > 2 ? static_cast<int>(std::strtol(argv[2], nullptr, 10)) : 15);
+    static_cast<void>(std::fprintf(stderr, "usage: bench_apply scene.h5 [rounds]\n"));
+    return 2;
+  } catch (const std::exception& error) {
+    static_cast<void>(std::fprintf(stderr, "%s\n", error.what()));
+    return 5;
+  }
 }

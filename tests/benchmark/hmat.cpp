@@ -27,16 +27,19 @@ constexpr int kSide = 64, kPixels = kSide * kSide;
 
 /// A V-groove of 90 degrees seen along its bisector: columns 0..31 on one plane, 32..63 on the other.
 struct Scene {
-  std::vector<double> points = std::vector<double>(3 * kPixels), albedo = std::vector<double>(kPixels);
+  std::vector<double> points = std::vector<double>(std::size_t{3} * kPixels),
+                      albedo = std::vector<double>(kPixels);
   bool with_diagonal = true;
 
   Scene() {
     Random random(7);
     for (int i = 0; i < kPixels; ++i) {
-      const double from_edge = std::abs(i % kSide - kSide / 2 + 0.5);
-      points[3 * i] = left(i) ? from_edge : 0;
-      points[3 * i + 1] = left(i) ? 0 : from_edge;
-      points[3 * i + 2] = i / kSide;
+      const int from_middle = i % kSide - kSide / 2, row = i / kSide;
+      const double from_edge = std::abs(from_middle + 0.5);
+      double* const point = points.data() + 3 * std::ptrdiff_t{i};
+      point[0] = left(i) ? from_edge : 0;
+      point[1] = left(i) ? 0 : from_edge;
+      point[2] = row;
       albedo[i] = 0.2 + 0.7 * random.uniform();
     }
   }
@@ -45,8 +48,8 @@ struct Scene {
   double operator()(int i, int j) const {
     if (i == j) return with_diagonal ? albedo[i] : 0.0;
     if (left(i) == left(j)) return 0;
-    const double* const a = &points[3 * i];
-    const double* const b = &points[3 * j];
+    const double* const a = points.data() + 3 * std::ptrdiff_t{i};
+    const double* const b = points.data() + 3 * std::ptrdiff_t{j};
     const double dx = a[0] - b[0], dy = a[1] - b[1], dz = a[2] - b[2], r2 = dx * dx + dy * dy + dz * dz;
     return albedo[i] * albedo[j] * std::abs(dx * dy) / (3.141592653589793 * r2 * r2);
   }
@@ -60,8 +63,8 @@ class Compression {
 
   TransportTensor run() {
     for (int i = 0; i < kPixels; ++i) {
-      const auto raster = static_cast<int>(tree_.order()[static_cast<std::size_t>(i)]);
-      builder_.add_scalar(i, i, std::vector<float>{static_cast<float>(scene_(raster, raster))});
+      const int at = raster(i);
+      builder_.add_scalar(i, i, std::vector<float>{static_cast<float>(scene_(at, at))});
     }
     const auto blocks = tree_.level(kFirst);
     for (int i = 0; i < std::ssize(blocks); ++i)
@@ -76,12 +79,13 @@ class Compression {
     std::function<void()> keep;
   };
 
+  int raster(int index) const { return tree_.order()[static_cast<std::size_t>(index)]; }
+
   Matrix block(const Block& i, const Block& j) const {
     Matrix t(i.size(), j.size());
     for (int r = 0; r < i.size(); ++r) {
       for (int c = 0; c < j.size(); ++c) {
-        const int row = tree_.order()[static_cast<std::size_t>(i.begin + r)],
-                  col = tree_.order()[static_cast<std::size_t>(j.begin + c)];
+        const int row = raster(i.begin + r), col = raster(j.begin + c);
         t(r, c) = row == col ? 0 : scene_(row, col);
       }
     }
@@ -114,7 +118,7 @@ class Compression {
   /// Truncated singular value decomposition: A = U √S, B = V √S.
   Choice leaf(const Matrix& t, const Block& bi, const Block& bj, int level) {
     const Eigen::BDCSVD<Matrix> svd(t, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const Eigen::VectorXd s = svd.singularValues();
+    const Eigen::VectorXd& s = svd.singularValues();
     Eigen::Index rank = s.size();
     double tail = 0;
     while (rank > 1 && tail + s[rank - 1] * s[rank - 1] <= std::pow(tolerance_ * t.norm(), 2))
@@ -175,7 +179,7 @@ struct Light {
 void print(const std::string& what, double error, double bytes, double ms) {
   std::printf("{\"what\": \"%s\", \"error\": %.2e, \"mb\": %.3f, \"ms\": %.4f}\n", what.c_str(), error,
               1e-6 * bytes, ms);
-  std::fflush(stdout);
+  static_cast<void>(std::fflush(stdout));
 }
 
 void run_tensor(const Scene& scene, const Light& light, double tolerance) {
@@ -239,8 +243,8 @@ void run_hmat(Scene scene, const Light& light, const Setting& s) {
   const double error = light.error(y);
   const double ms = best_ms(apply);
   char name[160];
-  std::snprintf(name, sizeof name, "hmat-oss %s %.0e, leaf %d, eta %.0f%s", s.method.name, s.tolerance,
-                s.leaf, s.eta, s.diagonal_beside ? ", diagonal beside" : "");
+  static_cast<void>(std::snprintf(name, sizeof name, "hmat-oss %s %.0e, leaf %d, eta %.0f%s", s.method.name,
+                                  s.tolerance, s.leaf, s.eta, s.diagonal_beside ? ", diagonal beside" : ""));
   print(name, error, 4.0 * (static_cast<double>(info.compressed_size) + (s.diagonal_beside ? kPixels : 0)),
         ms);
   hmat_delete_compression(assemble.compression);

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <vector>
 
 namespace {
@@ -30,16 +31,10 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: bench_relight scene.h5\n");
-    return 2;
-  }
-  const auto scene = symrig::load_scene(argv[1]);
+int print_speed(const char* path) {
+  const auto scene = symrig::load_scene(path);
   if (!scene) {
-    std::fprintf(stderr, "%s\n", scene.error().line().c_str());
+    static_cast<void>(std::fprintf(stderr, "%s\n", scene.error().line().c_str()));
     return symrig::exit_code(scene.error().code);
   }
   const symrig::TransportTensor& tensor = scene->tensor;
@@ -65,4 +60,17 @@ int main(int argc, char** argv) {
       1e-6 * static_cast<double>(tensor.bytes()), 1e-9 * static_cast<double>(tensor.bytes()) / cold,
       1e-9 * fastest, static_cast<double>(tensor.bytes()) / cold / fastest);
   return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc == 2) return print_speed(argv[1]);
+    static_cast<void>(std::fprintf(stderr, "usage: bench_relight scene.h5\n"));
+    return 2;
+  } catch (const std::exception& error) {
+    static_cast<void>(std::fprintf(stderr, "%s\n", error.what()));
+    return 5;
+  }
 }

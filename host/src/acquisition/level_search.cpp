@@ -244,10 +244,12 @@ void LevelSearch::judge(Tested& tested) const {
   tested.leaf = !of.split && is_leaf(evidence, rule);
   if (tested.leaf) return;
   for (int a = 0; a < 4; ++a)
-    for (int b = 0; b < 4; ++b)
-      tested.undecayed[static_cast<std::size_t>(4 * a + b)] =
+    for (int b = 0; b < 4; ++b) {
+      const int pair = 4 * a + b;
+      tested.undecayed[static_cast<std::size_t>(pair)] =
           of.distrusted ? std::numeric_limits<double>::infinity()
                         : undecayed_misfit(evidence, a, b, unknown_.level(), rule, context_.options.economy);
+    }
 }
 
 /// Only nodes that were expected to pass teach: the others were tested because they are hard.

@@ -149,8 +149,10 @@ void settle(Context& context, const NodeLevel& level, std::span<const Tested> te
       continue;
     }
     for (int a = 0; a < level.block(node.row).children; ++a)
-      for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b)
-        add_child(context, level, node, a, b, t.undecayed[static_cast<std::size_t>(4 * a + b)], next, images);
+      for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b) {
+        const int pair = 4 * a + b;
+        add_child(context, level, node, a, b, t.undecayed[static_cast<std::size_t>(pair)], next, images);
+      }
   }
 }
 

@@ -69,7 +69,7 @@ TEST(Checks, halves_are_complements_and_sparse_patterns_are_disjoint) {
     const DenseTransport black(grid, [](int, int) { return 0.0; });
     const auto patterns = check(black, 0, exactly).patterns;
     ASSERT_EQ(patterns.size(), 6U);
-    const double n = static_cast<double>(grid.size());
+    const auto n = static_cast<double>(grid.size());
     for (std::size_t i = 0; i < static_cast<std::size_t>(grid.size()); ++i) {
       EXPECT_EQ(patterns[0].values()[i] + patterns[1].values()[i], 1);
       EXPECT_EQ(patterns[2].values()[i] * patterns[3].values()[i], 0);

@@ -34,7 +34,7 @@ Classes classes_of(const Colouring& colouring) {
 /// The Lemma of [Garg06 §5.2] read literally.
 bool may_share_a_colour(std::int32_t a, std::int32_t b, std::int32_t blocks, const std::set<Edge>& unknown) {
   for (std::int32_t k = 0; k < blocks; ++k)
-    if (unknown.count(edge(a, k)) != 0 && unknown.count(edge(b, k)) != 0) return false;
+    if (unknown.contains(edge(a, k)) && unknown.contains(edge(b, k))) return false;
   return true;
 }
 
@@ -82,7 +82,7 @@ struct Growing {
   /// A pair that is known so far; none if there is no more.
   Edge next() {
     for (;;)
-      if (const Edge e = random_edge(random, blocks); unknown.count(e) == 0) return e;
+      if (const Edge e = random_edge(random, blocks); !unknown.contains(e)) return e;
   }
   bool full() const { return std::ssize(unknown) == std::ptrdiff_t{blocks} * (blocks + 1) / 2; }
 

@@ -76,6 +76,7 @@ TEST(DirectLight, noise_falls_with_the_root_of_the_times_lit) {
     Direct scene;
     scene.store(0.03);  // where it starts does not matter
     std::vector<TreePhotograph> photographs;
+    photographs.reserve(static_cast<std::size_t>(times));
     for (int k = 0; k < times; ++k) photographs.push_back(scene.photograph(everything, kSigma));
     scene.refine(std::move(photographs), {{0}, {0}});
     double squares = 0;
@@ -100,7 +101,7 @@ TEST(DirectLight, each_pixel_gains_by_its_own_times_lit) {
     double squares = 0;
     for (std::size_t t = odd; t < kPixels; t += 2) squares += std::pow(scene.error(t), 2);
     const double variance = kSigma * kSigma / (odd == 0 ? 32 : 8);
-    EXPECT_NEAR(squares / (kPixels / 2), variance, kSigmas * variance * std::sqrt(4.0 / kPixels)) << odd;
+    EXPECT_NEAR(2 * squares / kPixels, variance, kSigmas * variance * std::sqrt(4.0 / kPixels)) << odd;
   }
 }
 

@@ -83,6 +83,7 @@ class Both {
     known.add_scalar(row, col, values);
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
       oracle.add(channel, row, col, static_cast<double>(values[channel]));
+      // NOLINTNEXTLINE(readability-suspicious-call-argument): the entry on the other side of the diagonal
       if (row != col) oracle.add(channel, col, row, static_cast<double>(values[channel]));
     }
   }
@@ -133,6 +134,7 @@ std::vector<TreePhotograph> photographs(std::size_t count, std::uint64_t seed) {
 std::vector<std::vector<float>> left_by(const Known& known, std::vector<TreePhotograph> all) {
   known.subtract_from(all);
   std::vector<std::vector<float>> means;
+  means.reserve(all.size());
   for (TreePhotograph& p : all) means.push_back(std::move(p.mean));
   return means;
 }

@@ -60,7 +60,7 @@ TEST(PolishJacobian, gather_is_the_transpose_of_image) {
   const Known known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
-  PolishNumbers direction = signs(random, known.factors().size() + 2 * kChannels);
+  PolishNumbers direction = signs(random, known.factors().size() + 2 * std::size_t{kChannels});
   const auto images = jacobian.image(seen, jacobian.tangents(direction));
   double forward = 0;
   std::vector<PolishSamples> weighted;
@@ -83,7 +83,7 @@ TEST(PolishJacobian, diagonal_of_an_entry_is_its_own_curvature) {
   const Known known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
-  const std::size_t count = known.factors().size() + 2 * kChannels;
+  const std::size_t count = known.factors().size() + 2 * std::size_t{kChannels};
   PolishNumbers diagonal(count);
   jacobian.add_diagonal(seen, diagonal);
   for (std::size_t n = known.factors().size(); n < count; ++n) {
@@ -102,7 +102,7 @@ TEST(PolishJacobian, a_removed_leaf_does_not_count) {
   const Known known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
-  PolishNumbers direction(known.factors().size() + 2 * kChannels);
+  PolishNumbers direction(known.factors().size() + 2 * std::size_t{kChannels});
   for (std::size_t n = 16; n < 32; ++n) direction[n] = 1;
   for (const PolishSamples& image : jacobian.image(seen, jacobian.tangents(direction)))
     for (const float v : image) EXPECT_EQ(v, 0);

@@ -72,6 +72,7 @@ class PolishTest : public testing::Test {
   /// Each pixel alone, and twelve random pictures: every entry is seen.
   void take() {
     std::vector<LitBlocks> patterns;
+    patterns.reserve(kPixels + 12);
     for (std::int32_t t = 0; t < kPixels; ++t) patterns.push_back({{t, t + 1}});
     Random random(5);
     for (int k = 0; k < 12; ++k) {
@@ -125,7 +126,7 @@ class PolishTest : public testing::Test {
   }
 
   /// Relative Frobenius error of what is stored, entry by entry.
-  double error() {
+  double error() const {
     const TransportTensor tensor = bench_.known.tensor();
     double squares = 0, total = 0;
     for (int j = 0; j < kPixels; ++j) {

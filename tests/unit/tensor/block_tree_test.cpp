@@ -14,6 +14,12 @@
 namespace symrig {
 namespace {
 
+/// Child k of a block of level l.
+const Block& child_of(const BlockTree& tree, int l, const Block& parent, int k) {
+  const std::int32_t index = parent.first_child + k;
+  return tree.level(l + 1)[static_cast<std::size_t>(index)];
+}
+
 class AnyGrid : public testing::TestWithParam<Grid> {};
 INSTANTIATE_TEST_SUITE_P(Sizes, AnyGrid,
                          testing::Values(Grid{1, 1}, Grid{1, 7}, Grid{97, 1}, Grid{2, 3}, Grid{16, 16},
@@ -31,7 +37,7 @@ TEST_P(AnyGrid, children_tile_their_parent_in_order) {
       ASSERT_LE(parent.children, 4);
       std::int32_t at = parent.begin;
       for (int k = 0; k < parent.children; ++k) {
-        const Block& child = tree.level(l + 1)[static_cast<std::size_t>(parent.first_child + k)];
+        const Block& child = child_of(tree, l, parent, k);
         EXPECT_EQ(child.begin, at);
         EXPECT_EQ(child.size(), child.rows * child.cols);
         EXPECT_GE(child.row, parent.row);
@@ -156,7 +162,7 @@ TEST_P(AnyOrder, blocks_are_ranges_that_two_to_four_children_tile) {
         ASSERT_EQ(parent.children == 1, parent.single_pixel());
         std::int32_t at = parent.begin;
         for (int k = 0; k < parent.children; ++k) {
-          const Block& child = tree.level(l + 1)[static_cast<std::size_t>(parent.first_child + k)];
+          const Block& child = child_of(tree, l, parent, k);
           EXPECT_EQ(child.begin, at);
           at = child.end;
         }

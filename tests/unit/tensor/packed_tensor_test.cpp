@@ -232,9 +232,9 @@ TEST(PackedTensor, a_band_adds_to_what_is_there) {
     return static_cast<std::int32_t>(at - tree.order().begin());
   };
   builder.add_scalar(index(1, 1), index(1, 2), std::vector<float>{4});
-  std::vector<float> planes(4 * 12);  // offsets (0, 1), (1, −1), (1, 0), (1, 1)
-  planes[0 * 12 + 5] = 2;             // (1, 1) ↔ (1, 2)
-  planes[1 * 12 + 5] = 8;             // (1, 1) ↔ (2, 0)
+  std::vector<float> planes(std::size_t{4} * 12);  // offsets (0, 1), (1, −1), (1, 0), (1, 1)
+  planes[0 * 12 + 5] = 2;                          // (1, 1) ↔ (1, 2)
+  planes[1 * 12 + 5] = 8;                          // (1, 1) ↔ (2, 0)
   builder.add_band(1, planes);
   const TransportTensor tensor = std::move(builder).finish();
   Image<float> light(grid);

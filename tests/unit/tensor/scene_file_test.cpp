@@ -103,7 +103,7 @@ TEST_F(SceneFile, version_1_is_read) {
 
 TEST_F(SceneFile, a_long_capture_record_survives) {
   StoredScene scene = example();
-  scene.capture_json = "{\"text\":\"" + std::string(200'000, 'x') + "\"}";
+  scene.capture_json = R"({"text":")" + std::string(200'000, 'x') + R"("})";
   ASSERT_TRUE(save_scene(path("scene.h5"), scene).ok());
   const auto read = load_scene(path("scene.h5"));
   ASSERT_TRUE(read.ok()) << read.error().line();

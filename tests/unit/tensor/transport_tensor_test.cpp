@@ -172,13 +172,16 @@ TEST(TransportTensor, slice_shows_the_matrix_between_the_pixels_of_a_row) {
   std::vector<std::size_t> tree_index(42);
   for (std::size_t t = 0; t < 42; ++t) tree_index[static_cast<std::size_t>(tree.order()[t])] = t;
   const int row = 3;
+  const auto index = [&](int col) {
+    const int raster = row * grid.cols + col;
+    return tree_index[static_cast<std::size_t>(raster)];
+  };
   const auto slice = made.tensor.slice(row, 0);
   const auto levels = made.tensor.level_map(row);
   ASSERT_TRUE(slice.ok() && levels.ok());
   for (int x = 0; x < grid.cols; ++x) {
     for (int u = 0; u < grid.cols; ++u) {
-      const std::size_t at = tree_index[static_cast<std::size_t>(row * grid.cols + x)] * made.cols +
-                             tree_index[static_cast<std::size_t>(row * grid.cols + u)];
+      const std::size_t at = index(x) * made.cols + index(u);
       EXPECT_NEAR(slice->at(x, u), made.matrix[at], (kStored + 8 * kEpsilon) * made.magnitude[at]);
       EXPECT_EQ(levels->at(x, u), made.magnitude[at] > 0 ? 2.0F : -1.0F);
     }

@@ -50,10 +50,10 @@ TEST(ViewRelight, is_the_block_of_the_matrix_between_two_views) {
           double sum = 0, size = 0;
           for (int r = 0; r < lit.grid.rows; ++r)
             for (int c = 0; c < lit.grid.cols; ++c) {
-              const std::size_t i =
-                  camera[static_cast<std::size_t>((seen.row + row) * kCamera.cols + seen.col + col)];
-              const std::size_t j =
-                  projector[static_cast<std::size_t>((lit.row + r) * kProjector.cols + lit.col + c)];
+              const int at_camera = (seen.row + row) * kCamera.cols + seen.col + col;
+              const int at_projector = (lit.row + r) * kProjector.cols + lit.col + c;
+              const std::size_t i = camera[static_cast<std::size_t>(at_camera)];
+              const std::size_t j = projector[static_cast<std::size_t>(at_projector)];
               sum += made.matrix[i * made.cols + j] * static_cast<double>(light.at(r, c));
               size += made.magnitude[i * made.cols + j] * static_cast<double>(light.at(r, c));
             }
