@@ -109,16 +109,22 @@ const std::vector<Checks::Residual>& Checks::residuals(const Context& context) {
   return residuals_;
 }
 
-double Checks::frobenius(const Context& context, const Known::Mark& since) const {
+std::vector<TreePhotograph> Checks::halves() const {
+  std::vector<TreePhotograph> both(2);
+  for (const std::size_t k : {kHalf, kOtherHalf}) {
+    both[k].pattern = residuals_[k].photograph.pattern;
+    both[k].mean = residuals_[k].residual;
+  }
+  return both;
+}
+
+double Checks::frobenius(std::span<const TreePhotograph> left) const {
+  Squares squares;
   const TreePhotograph& p = residuals_[kHalf].photograph;
   const TreePhotograph& q = residuals_[kOtherHalf].photograph;
-  std::vector<TreePhotograph> left{{p.pattern, residuals_[kHalf].residual, {}, {}},
-                                   {q.pattern, residuals_[kOtherHalf].residual, {}, {}}};
-  context.known.subtract_from(left, since);
-  Squares squares;
   for (std::size_t at = 0; at < p.mean.size(); ++at)
     if (p.valid[at] != 0 && q.valid[at] != 0)
-      squares.add(static_cast<double>(left[0].mean[at]) - left[1].mean[at],
+      squares.add(static_cast<double>(left[kHalf].mean[at]) - left[kOtherHalf].mean[at],
                   static_cast<double>(p.mean[at]) - q.mean[at],
                   static_cast<double>(p.variance[at]) + q.variance[at]);
   return squares.relative();

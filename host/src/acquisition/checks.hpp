@@ -31,8 +31,10 @@ class Checks {
   const std::vector<Residual>& residuals(const Context& context);
   /// Subtract everything anew next time: needed after Known::rewind() to before the last residuals().
   void forget() { rewritten_ = -1; }
-  /// Frobenius error by the two halves with what was added after the last residuals(), at `since`.
-  double frobenius(const Context& context, const Known::Mark& since) const;
+  /// Pattern and residual of the two halves, to see what more would leave of them.
+  std::vector<TreePhotograph> halves() const;
+  /// Frobenius error by what is left of the two halves.
+  double frobenius(std::span<const TreePhotograph> left) const;
 
   /// The errors of DESIGN §4 as far as photographs can tell: squares of the residual less their noise, over
   /// squares of the photograph less its noise; never below what the noise of the check itself can resolve.

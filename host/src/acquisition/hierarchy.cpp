@@ -81,7 +81,8 @@ class Hierarchy {
   }
   std::int64_t patterns_left() const;
   void accept_open();
-  void assume_open(bool direct);
+  void assume_pairs();
+  void assume_diagonal(bool direct);
   /// What is assumed of blocks that were not looked into, and the estimated frobenius error with it.
   struct Assumption {
     bool direct = true;
@@ -203,36 +204,46 @@ Result<bool> Hierarchy::finish_early() {
   return true;
 }
 
-/// A pair of blocks that is still unknown becomes what its images say; a block with itself all direct light,
-/// or what its image says too.
-void Hierarchy::assume_open(bool direct) {
+/// A pair of blocks that is still unknown becomes what its images say.
+void Hierarchy::assume_pairs() {
   for (const NodeLevel& level : open_)
     for (const Node& node : level.nodes())
-      if (node.diagonal() && direct)
-        add_direct(context_, level, node);
-      else
-        add_leaf(context_, level, node);
+      if (!node.diagonal()) add_leaf(context_, level, node);
+}
+
+/// A block with itself becomes all direct light, or what its image says too.
+void Hierarchy::assume_diagonal(bool direct) {
+  for (const NodeLevel& level : open_)
+    for (const Node& node : level.nodes())
+      if (node.diagonal()) direct ? add_direct(context_, level, node) : void(add_leaf(context_, level, node));
 }
 
 /// The error if the search ended here, by the better of the two assumptions.
 Hierarchy::Assumption Hierarchy::better_assumption() {
   checks_->residuals(context_);
+  const Known::Mark searched = known_.mark();
+  assume_pairs();
+  std::vector<TreePhotograph> without_pairs = checks_->halves();
+  known_.subtract_from(without_pairs, searched);
+  const Known::Mark pairs = known_.mark();
   Assumption best;
   for (const bool direct : {true, false}) {
-    const Known::Mark mark = known_.mark();
-    assume_open(direct);
-    const double error = checks_->frobenius(context_, mark);
-    known_.rewind(mark);
+    assume_diagonal(direct);
+    std::vector<TreePhotograph> left = without_pairs;
+    known_.subtract_from(left, pairs);
+    known_.rewind(pairs);
+    const double error = checks_->frobenius(left);
     if (direct || error < best.error) best = {direct, error};
   }
+  known_.rewind(searched);
   return best;
 }
 
 /// The tensor is complete at any moment.
 void Hierarchy::accept_open() {
-  Assumption assumption;
-  if (checks_) assumption = better_assumption();
-  assume_open(assumption.direct);
+  const bool direct = !checks_ || better_assumption().direct;
+  assume_pairs();
+  assume_diagonal(direct);
   for (NodeLevel& level : open_) level = NodeLevel(tree_, level.level(), context_.channels);
 }
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -63,6 +64,30 @@ namespace {
 constexpr std::size_t kRun =
     256;  // pixels whose sixteen lanes stay in the first cache while they are sorted in or out
 
+/// Which photographs light a pixel; empty if a pixel is neither lit nor dark. In words of one size, so that
+/// compilers make vectors of it.
+std::vector<tensor::LitMask> masks_of(std::span<const TreePhotograph> batch, std::size_t pixels) {
+  constexpr auto kLit = std::bit_cast<std::uint32_t>(1.0F);
+  std::vector<tensor::LitMask> masks(pixels);
+  std::uint32_t grey = 0;
+  for (std::size_t begin = 0; begin < pixels; begin += kRun) {
+    std::array<std::uint32_t, kRun> run{};
+    const std::size_t count = std::min(kRun, pixels - begin);
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      const float* const pattern = batch[k].pattern.data() + begin;
+      for (std::size_t t = 0; t < count; ++t) {
+        const auto bits = std::bit_cast<std::uint32_t>(pattern[t]);
+        const std::uint32_t lit = bits >> 29 & 1;  // set in 1.0, clear in 0.0
+        grey |= bits ^ (kLit & (0 - lit));
+        run[t] |= lit << k;
+      }
+    }
+    for (std::size_t t = 0; t < count; ++t) masks[begin + t] = static_cast<tensor::LitMask>(run[t]);
+  }
+  if (grey != 0) masks.clear();
+  return masks;
+}
+
 /// p[pixel][lane] = pattern of photograph `lane`; lanes without a photograph stay dark. any: lit in any of
 /// them.
 void interleave(std::span<const TreePhotograph> batch, float* p, std::vector<float>& any) {
@@ -76,6 +101,15 @@ void interleave(std::span<const TreePhotograph> batch, float* p, std::vector<flo
     }
     tensor::interleave(lanes, end - begin, p + begin * kBatch);
   }
+}
+
+/// y += value · pattern of one pixel.
+void add_pixel(float value, const float* p, std::size_t pixel, float* y) {
+  for (std::size_t c = 0; c < kBatch; ++c) y[c] += value * p[pixel * kBatch + c];
+}
+void add_pixel(float value, const tensor::LitMask* lit, std::size_t pixel, float* y) {
+  for (unsigned left = lit[pixel]; left != 0; left &= left - 1)  // rarely more than one
+    y[std::countr_zero(left)] += value;
 }
 
 /// mean −= y, lane by lane.
@@ -96,35 +130,45 @@ void subtract_lanes(const float* y, std::size_t pixels, std::size_t channel,
 
 }  // namespace
 
-void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const {
-  const std::size_t pixels = tree_.order().size();
-  const tensor::Scratch p(pixels * kBatch), y(pixels * kBatch);
-  std::vector<float> any(pixels);
-  interleave(batch, p.data(), any);
-  std::fill_n(y.data(), y.size(), 0.0F);
-  const tensor::LitRanges lit(any);
+template <class P>
+void Known::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
+                      float* y) const {
   for (const KnownLeaf& leaf : std::span(leaves_).subspan(since.leaves)) {
-    if (leaf.removed || (!lit.any(leaf.col_begin, leaf.col_end) && !lit.any(leaf.row_begin, leaf.row_end)))
-      continue;
+    if (leaf.removed) continue;
+    const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
+    const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
+    if (!row_lit && !col_lit) continue;
     const auto rows = static_cast<std::size_t>(leaf.rows());
     const auto cols = static_cast<std::size_t>(leaf.cols());
-    const float* a = factors_.data() + leaf.factors + static_cast<std::int64_t>(channel * (rows + cols));
-    tensor::add_leaf_batch({a, a + rows, static_cast<std::size_t>(leaf.row_begin), rows,
-                            static_cast<std::size_t>(leaf.col_begin), cols, 1},
-                           !leaf.diagonal(), p.data(), y.data());
+    const float* const a =
+        factors_.data() + leaf.factors + static_cast<std::int64_t>(channel * (rows + cols));
+    const auto row = static_cast<std::size_t>(leaf.row_begin);
+    const auto col = static_cast<std::size_t>(leaf.col_begin);
+    if (col_lit)
+      tensor::add_leaf_batch({a, a + rows, row, rows, col, cols, 1}, row_lit, p, y);
+    else
+      tensor::add_leaf_batch({a + rows, a, col, cols, row, rows, 1}, false, p, y);
   }
   for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
-    const float* const from = p.data();
-    float* const to = y.data();
-    if (any[static_cast<std::size_t>(scalars_[k].row)] == 0 &&
-        any[static_cast<std::size_t>(scalars_[k].col)] == 0)
-      continue;
-    const auto row = static_cast<std::size_t>(scalars_[k].row) * kBatch;
-    const auto col = static_cast<std::size_t>(scalars_[k].col) * kBatch;
+    const auto row = static_cast<std::size_t>(scalars_[k].row);
+    const auto col = static_cast<std::size_t>(scalars_[k].col);
     const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
-    for (std::size_t c = 0; c < kBatch; ++c) to[row + c] += value * from[col + c];
-    if (row != col)
-      for (std::size_t c = 0; c < kBatch; ++c) to[col + c] += value * from[row + c];
+    add_pixel(value, p, col, y + row * kBatch);
+    if (row != col) add_pixel(value, p, row, y + col * kBatch);
+  }
+}
+
+void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const {
+  const std::size_t pixels = tree_.order().size();
+  const tensor::Scratch y(pixels * kBatch);
+  std::fill_n(y.data(), y.size(), 0.0F);
+  if (const std::vector<tensor::LitMask> masks = masks_of(batch, pixels); !masks.empty()) {
+    add_light(masks.data(), tensor::LitRanges(masks), channel, since, y.data());
+  } else {
+    const tensor::Scratch p(pixels * kBatch);
+    std::vector<float> any(pixels);
+    interleave(batch, p.data(), any);
+    add_light(p.data(), tensor::LitRanges(any), channel, since, y.data());
   }
   subtract_lanes(y.data(), pixels, channel, batch);
 }

@@ -4,6 +4,7 @@
 #include "acquisition/photographer.hpp"
 #include "symrig/tensor/block_tree.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/kernels.hpp"
 
 #include <cstdint>
 #include <span>
@@ -92,6 +93,10 @@ class Known {
   TransportTensor tensor() const;
 
  private:
+  /// y += T_known p of a batch; p: floats or masks (tensor::add_leaf_batch).
+  template <class P>
+  void add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
+                 float* y) const;
   void subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const;
 
   const BlockTree& tree_;

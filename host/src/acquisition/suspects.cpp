@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 namespace symrig::acquisition {
 namespace {
 
@@ -166,11 +168,13 @@ double own_light(const Context& context, std::span<const Checks::Residual> resid
 std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& all) {
   const auto residuals = Checks::random(all);
   std::vector<double> energy(context.tree.order().size());
-  for (std::size_t k = 0; k < residuals.size(); ++k) {
+  std::vector<std::vector<double>> found_by(residuals.size());
+  tbb::parallel_for(std::size_t{0}, residuals.size(), [&](std::size_t k) {
     const auto one = residuals.subspan(k, 1);
-    const std::vector<double> found = unexplained(context, one, DarkExcess(one, context.flood_squared));
-    for (std::size_t t = 0; t < energy.size(); ++t) energy[t] = std::max(energy[t], found[t]);
-  }
+    found_by[k] = unexplained(context, one, DarkExcess(one, context.flood_squared));
+  });
+  for (const std::vector<double>& of_check : found_by)
+    for (std::size_t t = 0; t < energy.size(); ++t) energy[t] = std::max(energy[t], of_check[t]);
   if (std::all_of(energy.begin(), energy.end(), [](double e) { return e <= 0; })) return {};
   const auto largest = [&](std::int32_t begin, std::int32_t end) {
     return *std::max_element(energy.begin() + begin, energy.begin() + end);

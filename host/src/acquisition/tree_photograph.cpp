@@ -2,13 +2,11 @@
 #include "acquisition/tree_photograph.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+#include <bit>
+#include <cstring>
 
 namespace symrig::acquisition {
 namespace {
-
-constexpr float kLargest = std::numeric_limits<float>::max();
 
 /// Samples of one channel in tree order. No branches: this runs over every sample of every photograph.
 struct Samples {
@@ -16,11 +14,16 @@ struct Samples {
   std::span<std::uint8_t> valid;
 
   bool finite() const {
-    unsigned wrong = 0;
-    for (std::size_t t = 0; t < mean.size(); ++t)
-      wrong |= static_cast<unsigned>(!(std::abs(mean[t]) <= kLargest)) |
-               static_cast<unsigned>(!(variance[t] >= 0 && variance[t] <= kLargest));
-    return wrong == 0;
+    constexpr std::uint32_t kMagnitude = 0x7FFF'FFFF, kInfinity = 0x7F80'0000;
+    std::uint32_t wrong = 0;
+    for (std::size_t t = 0; t < mean.size(); ++t) {
+      const auto m = std::bit_cast<std::uint32_t>(mean[t]);
+      const auto v = std::bit_cast<std::uint32_t>(variance[t] + 0.0F);  // −0 is 0
+      // The top bit of |x| − ∞ is set below infinity, clear from there on and for NaN; of v − ∞ it is clear
+      // for negative numbers too.
+      wrong |= ~((m & kMagnitude) - kInfinity) | ~((v & kMagnitude) - kInfinity) | ~(v - kInfinity);
+    }
+    return wrong >> 31 == 0;
   }
   void clear_invalid() const {
     for (std::size_t t = 0; t < mean.size(); ++t) {
@@ -47,7 +50,7 @@ bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
     tree.to_tree(from.mean.plane(plane), samples.mean);
     tree.to_tree(from.variance.plane(plane), samples.variance);
     const auto valid = from.valid.plane(plane);
-    if (std::find(valid.begin(), valid.end(), 0) == valid.end()) {
+    if (std::memchr(valid.data(), 0, valid.size()) == nullptr) {
       std::fill(samples.valid.begin(), samples.valid.end(), std::uint8_t{1});
     } else {
       for (std::size_t t = 0; t < pixels; ++t)

@@ -32,6 +32,31 @@ HWY_INLINE void dot_batch(const float* b, const float* p, std::size_t n, float* 
   }
 }
 
+/// Lanes [part, part + lanes) of a pixel's mask.
+HWY_INLINE hn::Mask<Lanes> lit_lanes(Lanes d, const LitMask* lit, std::size_t part) {
+  const std::uint64_t bits = static_cast<std::uint64_t>(*lit) >> part;
+  return hn::LoadMaskBits(d, reinterpret_cast<const std::uint8_t*>(&bits));
+}
+
+HWY_INLINE void dot_batch(const float* b, const LitMask* lit, std::size_t n, float* w) {
+  const Lanes d;
+  const auto lit_part = [&](std::size_t j, std::size_t part) {
+    return hn::IfThenElseZero(lit_lanes(d, lit + j, part), hn::Set(d, b[j]));
+  };
+  for (std::size_t part = 0; part < kBatch; part += hn::Lanes(d)) {
+    auto s0 = hn::Zero(d), s1 = s0, s2 = s0, s3 = s0;
+    std::size_t j = 0;
+    for (; j + 4 <= n; j += 4) {
+      s0 = hn::Add(s0, lit_part(j, part));
+      s1 = hn::Add(s1, lit_part(j + 1, part));
+      s2 = hn::Add(s2, lit_part(j + 2, part));
+      s3 = hn::Add(s3, lit_part(j + 3, part));
+    }
+    for (; j < n; ++j) s0 = hn::Add(s0, lit_part(j, part));
+    hn::StoreU(hn::Add(hn::Add(s0, s1), hn::Add(s2, s3)), d, w + part);
+  }
+}
+
 HWY_INLINE void add_scaled_batch(const float* a, const float* w, float* y, std::size_t n) {
   const Lanes d;
   for (std::size_t part = 0; part < kBatch; part += hn::Lanes(d)) {
@@ -50,19 +75,29 @@ void add_scaled_batch_once(const float* a, const float* w, float* y, std::size_t
   add_scaled_batch(a, w, y, n);
 }
 
-void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y) {
+/// P: floats kBatch a pixel, or masks one a pixel.
+template <std::size_t kStride, class P>
+HWY_INLINE void add_leaf(const LeafFactors& leaf, bool mirrored, const P* p, float* y) {
   HWY_ALIGN float forward[kBatch];
   HWY_ALIGN float backward[kBatch];
   const float* a = leaf.a;
   const float* b = leaf.b;
-  const float* const p_col = p + kBatch * leaf.col_begin;
-  const float* const p_row = p + kBatch * leaf.row_begin;
+  const P* const p_col = p + kStride * leaf.col_begin;
+  const P* const p_row = p + kStride * leaf.row_begin;
   for (std::size_t k = 0; k < leaf.rank; ++k, a += leaf.rows, b += leaf.cols) {
     dot_batch(b, p_col, leaf.cols, forward);
     if (mirrored) dot_batch(a, p_row, leaf.rows, backward);
     add_scaled_batch(a, forward, y + kBatch * leaf.row_begin, leaf.rows);
     if (mirrored) add_scaled_batch(b, backward, y + kBatch * leaf.col_begin, leaf.cols);
   }
+}
+
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y) {
+  add_leaf<kBatch>(leaf, mirrored, p, y);
+}
+
+void add_lit_leaf_batch(const LeafFactors& leaf, bool mirrored, const LitMask* lit, float* y) {
+  add_leaf<1>(leaf, mirrored, lit, y);
 }
 
 }  // namespace symrig::tensor::HWY_NAMESPACE
@@ -74,6 +109,7 @@ namespace symrig::tensor {
 HWY_EXPORT(dot_batch_once);
 HWY_EXPORT(add_scaled_batch_once);
 HWY_EXPORT(add_leaf_batch);
+HWY_EXPORT(add_lit_leaf_batch);
 
 void dot_batch(const float* b, const float* p, std::size_t n, float* w) {
   HWY_DYNAMIC_DISPATCH(dot_batch_once)(b, p, n, w);
@@ -85,6 +121,10 @@ void add_scaled_batch(const float* a, const float* w, float* y, std::size_t n) {
 
 void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y) {
   HWY_DYNAMIC_DISPATCH(add_leaf_batch)(leaf, mirrored, p, y);
+}
+
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const LitMask* lit, float* y) {
+  HWY_DYNAMIC_DISPATCH(add_lit_leaf_batch)(leaf, mirrored, lit, y);
 }
 
 }  // namespace symrig::tensor

@@ -76,15 +76,6 @@ HWY_EXPORT(dot);
 HWY_EXPORT(add_scaled);
 HWY_EXPORT(add_scaled_and_dot);
 
-LitRanges::LitRanges(std::span<const float> values) : before_(values.size() + 1) {
-  std::int32_t count = 0;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    before_[i] = count;
-    count += values[i] != 0.0F ? 1 : 0;
-  }
-  before_[values.size()] = count;
-}
-
 float dot(const float* a, const float* b, std::size_t n) {
   return HWY_DYNAMIC_DISPATCH(dot)(a, b, n);
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -12,7 +13,15 @@ namespace symrig::tensor {
 /// its factors.
 class LitRanges {
  public:
-  explicit LitRanges(std::span<const float> values);
+  /// values: a range of numbers, one a pixel.
+  template <class Values>
+  explicit LitRanges(const Values& values) : before_(std::size(values) + 1) {
+    std::size_t i = 0;
+    for (const auto value : values) {
+      before_[i + 1] = before_[i] + (value != 0 ? 1 : 0);
+      ++i;
+    }
+  }
   /// Any non-zero value in [begin, end)?
   bool any(std::int32_t begin, std::int32_t end) const {
     return before_[static_cast<std::size_t>(end)] != before_[static_cast<std::size_t>(begin)];
@@ -53,5 +62,12 @@ struct LeafFactors {
 /// Y_I += A (Bᵀ P_J), and, when mirrored, Y_J += B (Aᵀ P_I): a whole leaf for one dispatch.
 /// p, y: all pixels in tree order, kBatch patterns interleaved; they must not overlap.
 void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y);
+
+/// Which of kBatch patterns light a pixel: bit k for pattern k.
+using LitMask = std::uint16_t;
+static_assert(8 * sizeof(LitMask) == kBatch);
+
+/// The same for patterns of pixels that are lit or dark: 2 bytes a pixel instead of 64. lit: of all pixels.
+void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const LitMask* lit, float* y);
 
 }  // namespace symrig::tensor

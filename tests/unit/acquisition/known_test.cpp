@@ -165,6 +165,32 @@ TEST(Known, subtracts_what_a_dense_matrix_says) {
   }
 }
 
+TEST(Known, patterns_that_are_lit_or_dark_are_no_special_case) {
+  Random random(7);
+  Both both;
+  both.fill(random);
+  auto before = photographs(20, 6);
+  for (TreePhotograph& p : before)
+    for (float& lit : p.pattern) lit = lit > 0.5F ? 1 : 0;
+  auto grey = before;
+  grey[3].pattern[11] = 0.5F;  // sends the whole batch the other way
+  const auto left = left_by(both.known, before);
+  const auto left_grey = left_by(both.known, grey);
+  constexpr double kEpsilon = 0x1p-24;
+  constexpr double kSums = 20 + 80 + 4;
+  for (std::size_t k = 0; k < before.size(); ++k)
+    for (std::size_t channel = 0; channel < kChannels; ++channel)
+      for (std::int32_t i = 0; i < std::int32_t{kPixels}; ++i) {
+        const std::size_t at = channel * kPixels + static_cast<std::size_t>(i);
+        const double size = both.oracle.magnitude(before[k], channel, i);
+        const double mean = before[k].mean[at];
+        ASSERT_NEAR(left[k][at], mean - both.oracle.image(before[k], channel, i),
+                    kEpsilon * (kSums * size + std::abs(mean) + size));
+        ASSERT_NEAR(left_grey[k][at], mean - both.oracle.image(grey[k], channel, i),
+                    kEpsilon * (kSums * both.oracle.magnitude(grey[k], channel, i) + std::abs(mean) + size));
+      }
+}
+
 TEST(Known, subtracts_the_same_bits_with_any_number_of_threads) {
   Random random(4);
   Both both;

@@ -53,6 +53,29 @@ TEST(BatchKernels, add_scaled_batch_adds_to_each_pattern_and_to_nothing_else) {
   }
 }
 
+// Products with 1 and 0 are exact, and both add in one order: the same bits.
+TEST(BatchKernels, masks_say_the_same_as_patterns_of_ones_and_zeros) {
+  constexpr std::size_t kRows = 6, kPixels = 40;
+  for (std::size_t cols = 1; cols < 20; ++cols) {
+    const auto a = random_values(kRows, 1), b = random_values(cols, cols);
+    Random random(cols);
+    std::vector<LitMask> lit(kPixels);
+    std::vector<float> p(kPixels * kBatch);
+    for (std::size_t j = 0; j < kPixels; ++j) {
+      lit[j] = static_cast<LitMask>(random.bits());
+      for (std::size_t c = 0; c < kBatch; ++c) p[j * kBatch + c] = (lit[j] >> c & 1) != 0 ? 1 : 0;
+    }
+    for (const bool mirrored : {false, true}) {
+      const LeafFactors leaf{a.data(), b.data(), 30, kRows, 3, cols, 1};
+      auto by_mask = random_values(kPixels * kBatch, 4);
+      auto by_pattern = by_mask;
+      add_leaf_batch(leaf, mirrored, lit.data(), by_mask.data());
+      add_leaf_batch(leaf, mirrored, p.data(), by_pattern.data());
+      EXPECT_EQ(by_mask, by_pattern) << cols << " columns";
+    }
+  }
+}
+
 TEST(BatchKernels, a_leaf_is_applied_both_ways_when_mirrored) {
   constexpr std::size_t kRows = 5, kCols = 9, kRank = 2, kPixels = 20;
   const auto a = random_values(kRows * kRank, 1), b = random_values(kCols * kRank, 2);
