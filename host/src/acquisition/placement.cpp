@@ -115,7 +115,7 @@ std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node
       rest = rest.subspan(image.size());
       std::copy(image.begin(), image.end(), to.begin());
       const double variance = static_cast<double>(noise) / block.size();
-      if (variance > 0 && is_noisy(to, variance))
+      if (context.options.economy.shrink_noise && variance > 0 && is_noisy(to, variance))
         shrink_noise(context.tree, level.level(), block, variance, to);
       for (float& v : to) v *= scale;
     };
