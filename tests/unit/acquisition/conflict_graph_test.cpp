@@ -15,7 +15,7 @@ using Edge = std::pair<std::int32_t, std::int32_t>;
 bool garg06_cannot_be_scheduled_together(std::int32_t i, std::int32_t j, std::int32_t blocks,
                                          const std::set<Edge>& unknown) {
   const auto is_unknown = [&](std::int32_t a, std::int32_t b) {
-    return unknown.count({std::max(a, b), std::min(a, b)}) != 0;
+    return unknown.contains({std::max(a, b), std::min(a, b)});
   };
   for (std::int32_t k = 0; k < blocks; ++k)
     if (is_unknown(i, k) && is_unknown(j, k)) return true;

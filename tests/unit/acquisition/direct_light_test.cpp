@@ -52,7 +52,7 @@ class Direct {
     direct.add(photographs);
     direct.apply(known);
   }
-  double error(std::size_t pixel, std::size_t channel = 0) {
+  double error(std::size_t pixel, std::size_t channel = 0) const {
     return static_cast<double>(known.scalar_values()[pixel * channels_ + channel]) -
            static_cast<double>(static_cast<float>(truth(pixel)));
   }

@@ -82,7 +82,7 @@ void fill(Both& both, Random& random) {
     for (std::size_t i = 0; i < blocks.size(); ++i)
       for (std::size_t j = 0; j < i; j += static_cast<std::size_t>(level)) both.leaf(level, i, j, random);
   }
-  const auto factors = values(random, kChannels * 2 * kPixels);
+  const auto factors = values(random, 2 * kPixels * kChannels);
   both.known.remove_leaf(both.known.add_leaf(0, kPixels, 0, kPixels, 0, factors));
   for (std::int32_t t = 1; t < std::int32_t{kPixels}; ++t) {
     both.scalar(t, t - 1, random);
@@ -146,7 +146,8 @@ TEST(LevelLight, moves_the_direct_light_as_whole_photographs_do) {
                      values(random, kChannels * kPixels), std::vector<std::uint8_t>(kChannels * kPixels, 1)};
     for (const Block& block : blocks) {
       if (slot >= block.children) continue;
-      const Block& child = both.tree.level(kLevel + 1)[static_cast<std::size_t>(block.first_child + slot)];
+      const std::int32_t lit_child = block.first_child + slot;
+      const Block& child = both.tree.level(kLevel + 1)[static_cast<std::size_t>(lit_child)];
       ranges.push_back({child.begin, child.end});
       for (std::int32_t t = child.begin; t < child.end; ++t) p.pattern[static_cast<std::size_t>(t)] = 1;
     }

@@ -119,7 +119,7 @@ class PolishTest : public testing::Test {
     return {bench_.context, {{0, bench_.photographer.taken()}}, {misfit}};
   }
 
-  std::vector<float> numbers() {
+  std::vector<float> numbers() const {
     std::vector<float> all(bench_.known.factors().begin(), bench_.known.factors().end());
     all.insert(all.end(), bench_.known.scalar_values().begin(), bench_.known.scalar_values().end());
     return all;

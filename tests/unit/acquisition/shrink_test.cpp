@@ -19,9 +19,9 @@ constexpr double kSigmas = 5;
 class Shrink : public testing::Test {
  protected:
   std::vector<float> image(double (*value)(double)) const {
-    std::vector<float> v;
-    for (std::int32_t t = 0; t < block().size(); ++t)
-      v.push_back(static_cast<float>(value(static_cast<double>(t) / block().size())));
+    std::vector<float> v(static_cast<std::size_t>(block().size()));
+    for (std::size_t t = 0; t < v.size(); ++t)
+      v[t] = static_cast<float>(value(static_cast<double>(t) / block().size()));
     return v;
   }
   std::vector<float> noisy(const std::vector<float>& clean, double sigma) {
