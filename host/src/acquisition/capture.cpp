@@ -44,6 +44,7 @@ Economy default_economy(Algorithm algorithm) {
   economy.look_in_the_dark = true;
   economy.checks = true;
   economy.direct_share = 0.05;
+  economy.rank = 3;
   return economy;
 }
 
