@@ -51,8 +51,8 @@ std::vector<std::vector<Piece>> pieces(const Context& context) {
   for (std::int32_t n = 0; n < std::ssize(leaves); ++n) {
     const KnownLeaf& leaf = leaves[static_cast<std::size_t>(n)];
     if (leaf.removed || leaf.diagonal()) continue;
-    const double noise = static_cast<double>(leaf.row_noise) * leaf.rows() +
-                         static_cast<double>(leaf.col_noise) * leaf.cols();
+    const double noise =
+        static_cast<double>(leaf.row_noise) * leaf.rows() + static_cast<double>(leaf.col_noise) * leaf.cols();
     at_level[static_cast<std::size_t>(leaf.level)].push_back(
         {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, n, 1, noise});
   }
@@ -116,8 +116,8 @@ Piece store(Known& known, const Merged& merged, int level) {
   const std::size_t size = merged.factors.size() / static_cast<std::size_t>(piece.rank);
   for (int k = 0; k < piece.rank; ++k) {
     const auto factors = std::span(merged.factors).subspan(static_cast<std::size_t>(k) * size, size);
-    const std::int32_t leaf = known.add_leaf(piece.row_begin, piece.row_end, piece.col_begin, piece.col_end,
-                                             level, factors);
+    const std::int32_t leaf =
+        known.add_leaf(piece.row_begin, piece.row_end, piece.col_begin, piece.col_end, level, factors);
     if (k == 0)
       piece.first = leaf;
     else
@@ -133,9 +133,8 @@ void merge_leaves(Context& context) {
   std::vector<std::vector<Piece>> at_level = pieces(context);
   for (int level = context.tree.levels() - 1; level > 0; --level) {
     auto grouped = families(at_level[static_cast<std::size_t>(level)], context.tree, level);
-    tbb::parallel_for(std::size_t{0}, grouped.size(), [&](std::size_t k) {
-      merge(grouped[k], context, context.tree.level(level));
-    });
+    tbb::parallel_for(std::size_t{0}, grouped.size(),
+                      [&](std::size_t k) { merge(grouped[k], context, context.tree.level(level)); });
     for (const Family& family : grouped) {
       for (const Merged& merged : family.merged) {
         const bool whole = family.fills(merged.piece);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/siblings.hpp"
 
+#include "acquisition/rank_test.hpp"
+
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -13,6 +15,7 @@ Siblings::Siblings(const Context& context, const Parents& parents, std::span<con
       flood_squared_(context.flood_squared),
       channels_(context.channels),
       most_(context.options.economy.rank),
+      sigmas_(context.options.rule.noise_sigmas),
       pieces_(pieces.begin(), pieces.end()),
       bases_(static_cast<std::size_t>(channels_) * 2 * BlockTree::kMaxChildren) {
   for (int channel = 0; channel < channels_; ++channel) {
@@ -86,16 +89,20 @@ Siblings::Matrix Siblings::sums(int channel, Side side, int first, int last) con
 Siblings::Core Siblings::core(const Rectangle& r, int channel) const {
   const std::vector<Eigen::Index> row_at = begins(channel, kRow, r.row_first, r.row_last);
   const std::vector<Eigen::Index> col_at = begins(channel, kCol, r.col_first, r.col_last);
-  Core core{Matrix::Zero(row_at.back(), col_at.back()), sums(channel, kRow, r.row_first, r.row_last),
-            sums(channel, kCol, r.col_first, r.col_last), {}, row_at.back() <= col_at.back()};
+  Core core{Matrix::Zero(row_at.back(), col_at.back()),
+            sums(channel, kRow, r.row_first, r.row_last),
+            sums(channel, kCol, r.col_first, r.col_last),
+            {},
+            row_at.back() <= col_at.back()};
   for (const Piece& piece : pieces_) {
     if (!r.holds(piece)) continue;
     const Matrix& a = basis(channel, kRow, piece.row_child).coordinates;
     const Matrix& b = basis(channel, kCol, piece.col_child).coordinates;
-    core.k.block(row_at[static_cast<std::size_t>(piece.row_child - r.row_first)],
-                 col_at[static_cast<std::size_t>(piece.col_child - r.col_first)], a.rows(), b.rows())
-        .noalias() = a.middleCols(piece.row_column, piece.rank) *
-                     b.middleCols(piece.col_column, piece.rank).transpose();
+    core.k
+        .block(row_at[static_cast<std::size_t>(piece.row_child - r.row_first)],
+               col_at[static_cast<std::size_t>(piece.col_child - r.col_first)], a.rows(), b.rows())
+        .noalias() =
+        a.middleCols(piece.row_column, piece.rank) * b.middleCols(piece.col_column, piece.rank).transpose();
   }
   return core;
 }
@@ -110,6 +117,16 @@ void Siblings::Core::decompose(int most) {
 Siblings::Matrix Siblings::Core::lost(int rank) const {
   const auto w = lead.leftCols(std::min<Eigen::Index>(rank, lead.cols()));
   return on_rows ? Matrix(k - w * (w.transpose() * k)) : Matrix(k - (k * w) * w.transpose());
+}
+
+/// The noise that a merge takes out of the images of its pieces: they see as many lit children as the
+/// rectangle has on the other side, of which rank k keeps k directions.
+double Siblings::lost_noise(const Piece& piece, const Rectangle& r, double samples) const {
+  const auto lost = [&](int children) {
+    return std::max(0.0, 1 - piece.rank / static_cast<double>(children));
+  };
+  const double share = 0.5 * (lost(r.row_last - r.row_first) + lost(r.col_last - r.col_first));
+  return noise_allowance(share * piece.noise, samples, sigmas_);
 }
 
 /// The two bounds of merge_leaves for a rank.
@@ -127,7 +144,7 @@ bool Siblings::good(std::span<const Core> cores, const Piece& piece, const Recta
   }
   const double samples = static_cast<double>(channels_) * ((r.col_last - r.col_first) * piece.rows() +
                                                            (r.row_last - r.row_first) * piece.cols());
-  const double mean = allowed + piece.noise / samples;
+  const double mean = allowed + lost_noise(piece, r, samples) / samples;
   return images <= samples * mean && all <= channels_ * 0.5 * (piece.rows() + piece.cols()) * mean;
 }
 

@@ -21,7 +21,8 @@ struct Piece {
   int rank = 1;
   double noise = 0;  ///< V: variance of its images c and r, summed, units of F²; 0 once merged
   int row_child = 0, col_child = 0;  ///< which children of the parents its blocks are
-  int row_column = 0, col_column = 0;  ///< where its factors begin among those of all pieces on these children
+  int row_column = 0,
+      col_column = 0;  ///< where its factors begin among those of all pieces on these children
 
   std::int32_t rows() const { return row_end - row_begin; }
   std::int32_t cols() const { return col_end - col_begin; }
@@ -96,6 +97,7 @@ class Siblings {
   /// Q_1 x_1 above Q_2 x_2 and so on: a column of coordinates as pixels.
   void append_pixels(const Rectangle& r, int channel, Side side, const Eigen::VectorXd& x,
                      std::vector<float>& out) const;
+  double lost_noise(const Piece& piece, const Rectangle& r, double samples) const;
   bool good(std::span<const Core> cores, const Piece& piece, const Rectangle& r, double allowed) const;
   std::int64_t bytes(const Piece& piece) const;
   Merged outline(const Rectangle& r) const;
@@ -103,7 +105,9 @@ class Siblings {
 
   Parents parents_;
   std::span<const double> flood_squared_;
-  int channels_, most_;
+  int channels_;
+  int most_;  ///< rank
+  double sigmas_;
   std::vector<Piece> pieces_;
   std::vector<Basis> bases_;
 };
