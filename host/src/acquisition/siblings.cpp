@@ -26,7 +26,7 @@ Siblings::Siblings(const Context& context, const Parents& parents, std::span<con
 
 const Block& Siblings::child(Side side, int k) const {
   const Block& parent = side == kRow ? parents_.row : parents_.col;
-  return parents_.children[static_cast<std::size_t>(parent.first_child + k)];
+  return parents_.children[static_cast<std::size_t>(parent.first_child) + static_cast<std::size_t>(k)];
 }
 
 /// The factors of all pieces on one child, side by side.
@@ -44,11 +44,13 @@ Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, in
   Eigen::Index column = 0;
   for (const Piece* piece : there) {
     const std::int64_t offset =
-        std::int64_t{channel} * (piece->rows() + piece->cols()) + (side == kRow ? 0 : piece->rows());
-    for (int rank = 0; rank < piece->rank; ++rank, ++column) {
-      const KnownLeaf& leaf = known.leaves()[static_cast<std::size_t>(piece->first + rank)];
+        channel * (std::int64_t{piece->rows()} + piece->cols()) + (side == kRow ? 0 : piece->rows());
+    const auto leaves =
+        known.leaves().subspan(static_cast<std::size_t>(piece->first), static_cast<std::size_t>(piece->rank));
+    for (const KnownLeaf& leaf : leaves) {
       const float* const from = known.factors().data() + leaf.factors + offset;
       for (std::int32_t t = 0; t < pixels; ++t) factors(t, column) = static_cast<double>(from[t]);
+      ++column;
     }
   }
   return factors;
@@ -56,7 +58,7 @@ Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, in
 
 void Siblings::make_basis(const Known& known, int channel, Side side, int k) {
   Matrix factors = gather(known, channel, side, k);
-  Basis& basis = bases_[static_cast<std::size_t>((channel * 2 + side) * BlockTree::kMaxChildren + k)];
+  Basis& basis = bases_[base(channel, side, k)];
   if (factors.cols() >= factors.rows()) {
     basis.q = Matrix::Identity(factors.rows(), factors.rows());
     basis.coordinates = std::move(factors);
@@ -151,8 +153,9 @@ bool Siblings::good(std::span<const Core> cores, const Piece& piece, const Recta
 /// What a leaf takes in a finished tensor: its range, and for each rank two columns of halves, their places
 /// and their weights.
 std::int64_t Siblings::bytes(const Piece& piece) const {
-  const std::int64_t a_rank = 2 * sizeof(std::uint32_t) +
-                              channels_ * (std::int64_t{sizeof(float)} + 2 * (piece.rows() + piece.cols()));
+  const std::int64_t a_rank =
+      2 * sizeof(std::uint32_t) +
+      channels_ * (std::int64_t{sizeof(float)} + 2 * (std::int64_t{piece.rows()} + piece.cols()));
   return std::int64_t{sizeof(Leaf)} + piece.rank * a_rank;
 }
 
@@ -162,7 +165,7 @@ void Siblings::append_pixels(const Rectangle& r, int channel, Side side, const E
   const int last = side == kRow ? r.row_last : r.col_last;
   for (int k = side == kRow ? r.row_first : r.col_first; k < last; ++k) {
     const Matrix& q = basis(channel, side, k).q;
-    const Eigen::VectorXd pixels = q * x.segment(at, q.cols());
+    const Eigen::VectorXd pixels = q.lazyProduct(x.segment(at, q.cols()));
     at += q.cols();
     for (const double v : pixels) out.push_back(static_cast<float>(v));
   }
@@ -190,9 +193,9 @@ void Siblings::append_rank(const Rectangle& r, std::span<const Core> cores, int 
     if (rank < core.lead.cols()) w = core.lead.col(rank);
     Eigen::VectorXd other(core.on_rows ? core.k.cols() : core.k.rows());
     if (core.on_rows)
-      other.noalias() = core.k.transpose() * w;
+      other = core.k.transpose().lazyProduct(w);
     else
-      other.noalias() = core.k * w;
+      other = core.k.lazyProduct(w);
     append_pixels(r, channel, kRow, core.on_rows ? w : other, out);
     append_pixels(r, channel, kCol, core.on_rows ? other : w, out);
   }

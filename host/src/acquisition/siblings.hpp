@@ -86,9 +86,11 @@ class Siblings {
   };
 
   const Block& child(Side side, int k) const;
-  const Basis& basis(int channel, Side side, int k) const {
-    return bases_[static_cast<std::size_t>((channel * 2 + side) * BlockTree::kMaxChildren + k)];
+  static std::size_t base(int channel, Side side, int k) {
+    const auto of = static_cast<std::size_t>(channel) * 2 + side;
+    return of * BlockTree::kMaxChildren + static_cast<std::size_t>(k);
   }
+  const Basis& basis(int channel, Side side, int k) const { return bases_[base(channel, side, k)]; }
   Matrix gather(const Known& known, int channel, Side side, int k);
   void make_basis(const Known& known, int channel, Side side, int k);
   std::vector<Eigen::Index> begins(int channel, Side side, int first, int last) const;

@@ -272,7 +272,7 @@ TEST_F(Merging, gives_the_same_bits_for_any_number_of_threads) {
 
 /// Light between two curved surfaces, smooth but of no low rank.
 double curved(int i, int j) {
-  const double x = i / 32 - j / 32, y = i % 32 - j % 32;
+  const int x = i / 32 - j / 32, y = i % 32 - j % 32;
   return i == j ? 1 : 0.02 / (2 + x * x + y * y);
 }
 
