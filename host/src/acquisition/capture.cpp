@@ -42,6 +42,7 @@ Economy default_economy(Algorithm algorithm) {
   if (algorithm != Algorithm::symrig) return economy;
   economy.decay = 0.05;
   economy.look_in_the_dark = true;
+  economy.shrink_noise = true;
   economy.checks = true;
   economy.direct_share = 0.05;
   economy.rank = 3;

@@ -228,7 +228,7 @@ void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, doubl
                : into.on_col[static_cast<std::size_t>(slot)][static_cast<std::size_t>(k)]) +=
           {scale * misfit, scale * energy(measured_part),
            scale * (static_cast<double>(noise.variance) + estimate_noise * seen_child.size()),
-           static_cast<double>(noise.valid)};
+           static_cast<double>(noise.valid), scale * static_cast<double>(noise.variance)};
     }
   }
 }

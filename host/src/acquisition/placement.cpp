@@ -2,6 +2,7 @@
 #include "acquisition/placement.hpp"
 
 #include "acquisition/prediction.hpp"
+#include "acquisition/shrink.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -105,12 +106,21 @@ std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node
   const Block& j = level.block(node.col);
   std::vector<float> factors(static_cast<std::size_t>(context.channels) *
                              static_cast<std::size_t>(i.size() + j.size()));
-  auto next = factors.begin();
+  auto rest = std::span(factors);
   for (int channel = 0; channel < context.channels; ++channel) {
-    const double s = level.sums(node, channel).s;
-    const auto scale = s > 0 ? static_cast<float>(1 / std::sqrt(s)) : 0.0F;
-    for (const auto image : {level.c(node, channel), level.r(node, channel)})
-      next = std::transform(image.begin(), image.end(), next, [scale](float v) { return scale * v; });
+    const EstimateSums& sums = level.sums(node, channel);
+    const auto scale = sums.s > 0 ? static_cast<float>(1 / std::sqrt(sums.s)) : 0.0F;
+    const auto take = [&](std::span<const float> image, const Block& block, float noise) {
+      const auto to = rest.first(image.size());
+      rest = rest.subspan(image.size());
+      std::copy(image.begin(), image.end(), to.begin());
+      const double variance = static_cast<double>(noise) / block.size();
+      if (context.options.economy.shrink_noise && variance > 0 && is_noisy(to, variance))
+        shrink_noise(context.tree, level.level(), block, variance, to);
+      for (float& v : to) v *= scale;
+    };
+    take(level.c(node, channel), i, sums.c_noise);
+    take(level.r(node, channel), j, sums.r_noise);
   }
   const std::int32_t leaf = context.known.add_leaf(i.begin, i.end, j.begin, j.end, level.level(), factors);
   double row_noise = 0;

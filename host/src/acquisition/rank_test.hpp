@@ -14,17 +14,19 @@ struct Comparison {
   double misfit = 0;  ///< E = Σ (measured − estimate)²
   double signal = 0;  ///< S = Σ measured²
   double noise = 0;   ///< V = Σ variance of (measured − estimate): the photographs' and the estimate's own
-  double samples = 0;  ///< n: valid samples compared
+  double samples = 0;       ///< n: valid samples compared
+  double signal_noise = 0;  ///< Σ variance of measured alone: what noise adds to the signal
 
   Comparison& operator+=(const Comparison& other) {
     misfit += other.misfit;
     signal += other.signal;
     noise += other.noise;
     samples += other.samples;
+    signal_noise += other.signal_noise;
     return *this;
   }
   /// Signal without what its noise adds.
-  double energy() const { return signal > noise ? signal - noise : 0; }
+  double energy() const { return signal > signal_noise ? signal - signal_noise : 0; }
   /// Misfit without what noise adds.
   double excess() const { return misfit > noise ? misfit - noise : 0; }
 };

@@ -20,8 +20,8 @@ RankEvidence alike(double e, double noise = 0) {
   const double allowed = noise_allowance(2 * noise, 2 * kSamples, kRule.noise_sigmas);
   const double misfit = e * e * kSamples + allowed / 2;
   RankEvidence evidence;
-  for (auto& row : evidence.on_row) row.fill({misfit, kRowSignal * kSamples + noise, noise, kSamples});
-  for (auto& row : evidence.on_col) row.fill({misfit, kColSignal * kSamples + noise, noise, kSamples});
+  for (auto& row : evidence.on_row) row.fill({misfit, kRowSignal * kSamples + noise, noise, kSamples, noise});
+  for (auto& row : evidence.on_col) row.fill({misfit, kColSignal * kSamples + noise, noise, kSamples, noise});
   return evidence;
 }
 
@@ -42,6 +42,16 @@ TEST(UndecayedMisfit, noise_counts_neither_as_misfit_nor_as_signal) {
   RankEvidence quiet = alike(0, 1.0);
   quiet.on_row[1][2].misfit = quiet.on_col[1][2].misfit = 0;  // below what noise explains
   EXPECT_EQ(predicted(quiet), 0);
+}
+
+TEST(UndecayedMisfit, noise_of_the_estimate_is_no_excuse_for_a_weak_signal) {
+  // A bright estimate's shot noise makes its misfit uncertain, not the light that was measured.
+  RankEvidence evidence = alike(1e-3);
+  for (auto* table : {&evidence.on_row, &evidence.on_col})
+    for (auto& row : *table)
+      for (Comparison& pair : row) pair.noise = 2 * pair.signal;
+  evidence.diagonal = true;
+  EXPECT_GT(predicted(evidence), kEconomy.diagonal_spread * kEconomy.diagonal_spread * 0.999 * kRowSignal);
 }
 
 TEST(UndecayedMisfit, each_pair_is_told_by_its_own_evidence) {
