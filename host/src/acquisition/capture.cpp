@@ -45,6 +45,7 @@ Economy default_economy(Algorithm algorithm) {
   economy.shrink_noise = true;
   economy.checks = true;
   economy.direct_share = 0.05;
+  economy.rank = 3;
   return economy;
 }
 

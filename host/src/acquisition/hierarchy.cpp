@@ -6,6 +6,7 @@
 #include "acquisition/dark_excess.hpp"
 #include "acquisition/direct_light.hpp"
 #include "acquisition/level_search.hpp"
+#include "acquisition/merging.hpp"
 #include "acquisition/node.hpp"
 #include "acquisition/placement.hpp"
 #include "acquisition/polish.hpp"
@@ -56,6 +57,7 @@ class Hierarchy {
     const double searched = seconds_since(start) - photographer_.measure_seconds();
     SYMRIG_CHECK(refine_direct_light());
     SYMRIG_CHECK(polish());
+    merge_leaves(context_);
     SYMRIG_TRY(CaptureResult result, finish());
     result.process_seconds = seconds_since(start) - photographer_.measure_seconds();
     result.refine_seconds = result.process_seconds - searched;

@@ -204,15 +204,32 @@ void Known::add_band_to(TensorBuilder& builder) const {
   builder.add_band(band_radius_, band);
 }
 
+void Known::add_leaves_to(TensorBuilder& builder) const {
+  std::vector<float> factors;
+  for (std::size_t first = 0, next = 0; first < leaves_.size(); first = next) {
+    const KnownLeaf& leaf = leaves_[first];
+    for (next = first + 1; next < leaves_.size() && leaves_[next].joined;) ++next;
+    if (leaf.removed) continue;
+    const auto rows = static_cast<std::int64_t>(leaf.rows());
+    factors.clear();
+    const auto append = [&](std::int64_t offset, std::int64_t size) {
+      for (std::size_t n = first; n < next; ++n) {
+        const auto from = factors_.begin() + leaves_[n].factors + offset;
+        factors.insert(factors.end(), from, from + size);
+      }
+    };
+    for (int channel = 0; channel < channels_; ++channel) {
+      append(channel * (rows + leaf.cols()), rows);
+      append(channel * (rows + leaf.cols()) + rows, leaf.cols());
+    }
+    builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
+                     static_cast<int>(next - first), leaf.level, factors);
+  }
+}
+
 TransportTensor Known::tensor() const {
   TensorBuilder builder(tree_, channels_);
-  for (const KnownLeaf& leaf : leaves_) {
-    if (leaf.removed) continue;
-    const auto size =
-        static_cast<std::size_t>(channels_) * static_cast<std::size_t>(leaf.rows() + leaf.cols());
-    builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, 1, leaf.level,
-                     std::span(factors_).subspan(static_cast<std::size_t>(leaf.factors), size));
-  }
+  add_leaves_to(builder);
   for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);
   const std::size_t plain = band_radius_ > 0 ? band_begin_ : scalars_.size();
   for (std::size_t k = 0; k < plain; ++k)

@@ -20,8 +20,9 @@ struct KnownLeaf {
   std::int32_t level = 0;
   float row_noise = 0,
         col_noise = 0;       ///< mean variance of its images c and r, summed over channels, units of F²
-  bool removed = false;      ///< taken back (reopened)
+  bool removed = false;      ///< taken back (reopened), or merged with others
   std::int64_t factors = 0;  ///< offset of a then b, channel after channel
+  bool joined = false;       ///< a further rank of the leaf before it, which has the same range
 
   std::int32_t rows() const { return row_end - row_begin; }
   std::int32_t cols() const { return col_end - col_begin; }
@@ -49,6 +50,8 @@ class Known {
     leaves_[static_cast<std::size_t>(leaf)].removed = true;
     ++rewritten_;
   }
+  /// Makes the leaf a further rank of the one before it.
+  void join(std::int32_t leaf) { leaves_[static_cast<std::size_t>(leaf)].joined = true; }
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   /// noise: variance, summed over channels, units of F².
   void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise = 0);
@@ -114,6 +117,7 @@ class Known {
   int band_radius_ = 0;         // 0: no band
   std::size_t band_begin_ = 0;  // its first scalar
 
+  void add_leaves_to(TensorBuilder& builder) const;
   void add_band_to(TensorBuilder& builder) const;
 };
 
