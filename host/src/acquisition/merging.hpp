@@ -13,9 +13,9 @@ namespace symrig::acquisition {
 ///   L = |ΔT|²                           ≤ N ε²   in that of a random pattern of ±1, N: mean of rows and
 /// columns,   ε² = (θ τ_A)² + V / n.
 /// The first is the rank-1 test's own measure [Garg06 §5.2], the second sees what cancels within a child. V:
-/// the noise of the images that the pieces were made of; no rank is spent on it. The channels share k, since
-/// they share a leaf's index, and sum their E and L. Leaves of a block with itself and scalars stay.
-/// Bit-equal for any number of threads.
+/// the noise that cutting to rank k takes out of the images of the pieces, so that no rank is spent on it.
+/// The channels share k, since they share a leaf's index, and sum their E and L. Leaves of a block with
+/// itself and scalars stay. Bit-equal for any number of threads.
 void merge_leaves(Context& context);
 
 }  // namespace symrig::acquisition
