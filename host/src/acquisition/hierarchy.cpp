@@ -81,7 +81,12 @@ class Hierarchy {
     return std::any_of(open_.begin(), open_.end(),
                        [](const NodeLevel& level) { return !level.nodes().empty(); });
   }
-  std::int64_t patterns_left() const;
+  struct Budget {
+    std::int64_t left = std::numeric_limits<std::int64_t>::max();  ///< photographs
+    const char* name = "done";                                     ///< what CaptureResult::stopped_by says
+  };
+  Budget tightest_budget() const;
+  std::int64_t patterns_left() const { return tightest_budget().left; }
   void accept_open();
   void assume_pairs();
   void assume_diagonal(bool direct);
@@ -164,27 +169,31 @@ Result<void> Hierarchy::search_level(int level) {
   open_[static_cast<std::size_t>(level)] = NodeLevel(tree_, level, context_.channels);
   while (std::ssize(context_.patterns_per_level) < level + 2) context_.patterns_per_level.push_back(0);
   LevelSearch search(context_, decay_, unknown);
-  SYMRIG_TRY(const std::vector<Tested> tested, search.run(patterns_left()));
-  if (search.cut_short() && !reopening_until_)
-    stopped_by_ = options_.max_patterns > 0 ? "max_patterns" : "max_seconds";
+  const Budget budget = tightest_budget();
+  SYMRIG_TRY(const std::vector<Tested> tested, search.run(budget.left));
+  if (search.cut_short() && !reopening_until_) stopped_by_ = budget.name;
   NodeLevel leftovers(tree_, std::min(level + 1, tree_.levels() - 1), context_.channels);
   settle(context_, unknown, tested,
          level + 1 < tree_.levels() ? open_[static_cast<std::size_t>(level) + 1] : leftovers);
   return {};
 }
 
-/// Photographs that the budgets leave.
-std::int64_t Hierarchy::patterns_left() const {
-  auto left = std::numeric_limits<std::int64_t>::max();
-  if (options_.max_patterns > 0) left = options_.max_patterns - photographer_.taken();
-  if (reopening_until_) left = std::min(left, *reopening_until_ - photographer_.taken());
+/// The budget that leaves the fewest photographs.
+Hierarchy::Budget Hierarchy::tightest_budget() const {
+  Budget tightest;
+  const auto consider = [&](std::int64_t left, const char* name) {
+    if (left < tightest.left) tightest = {std::max<std::int64_t>(0, left), name};
+  };
+  if (options_.max_patterns > 0) consider(options_.max_patterns - photographer_.taken(), "max_patterns");
   if (options_.max_seconds > 0) {
     const double spent = photographer_.rig_seconds();
     const double each = spent / static_cast<double>(std::max<std::int64_t>(1, photographer_.taken()));
     const double more = each > 0 ? (options_.max_seconds - spent) / each : 0;
-    left = std::min(left, static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)));
+    consider(static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)), "max_seconds");
   }
-  return std::max<std::int64_t>(0, left);
+  // What mending may cost is no budget of the user's: a search that it ends is done.
+  if (reopening_until_) consider(*reopening_until_ - photographer_.taken(), "done");
+  return tightest;
 }
 
 /// True if what is still unknown is settled without further levels: it is all direct or short-range light, a
@@ -197,11 +206,12 @@ Result<bool> Hierarchy::finish_early() {
   }
   const bool reached = options_.target_error > 0 && !error_per_level_.empty() &&
                        error_per_level_.back() <= options_.target_error;
-  if (reached) stopped_by_ = "target_error";
-  if (!reached && patterns_left() > 0) return false;
-  if (!reached && !reopening_until_)
-    stopped_by_ = options_.max_patterns > 0 && photographer_.taken() >= options_.max_patterns ? "max_patterns"
-                                                                                              : "max_seconds";
+  const Budget budget = tightest_budget();
+  if (!reached && budget.left > 0) return false;
+  if (reached)
+    stopped_by_ = "target_error";
+  else if (!reopening_until_)
+    stopped_by_ = budget.name;
   accept_open();
   return true;
 }

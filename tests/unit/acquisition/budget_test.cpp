@@ -2,6 +2,7 @@
 #include "dense_scene.hpp"
 #include "workbench.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -104,6 +105,19 @@ TEST_F(Budget, time_on_the_clock_of_the_rig_is_never_exceeded) {
       EXPECT_EQ(result->stopped_by, "max_seconds");
       EXPECT_LE(evaluate(result->tensor, scene.truth())->flood, 0.01);
     }
+}
+
+TEST_F(Budget, the_tighter_of_two_is_named) {
+  for (const int most : {12, 400}) {
+    ClockProbe probe(scene, 1.0);
+    CaptureOptions options = default_options();
+    options.max_patterns = most;
+    options.max_seconds = 20;  // at a second a photograph
+    const auto result = capture(probe, options);
+    ASSERT_TRUE(result.ok());
+    EXPECT_LE(result->patterns, std::min(most, 20));
+    EXPECT_EQ(result->stopped_by, most < 20 ? "max_patterns" : "max_seconds");
+  }
 }
 
 TEST_F(Budget, a_target_is_met_early) {
