@@ -24,6 +24,15 @@ std::int32_t Known::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::
   return static_cast<std::int32_t>(leaves_.size()) - 1;
 }
 
+LeafSides Known::sides(const KnownLeaf& leaf, int channel) const {
+  const auto rows = static_cast<std::size_t>(leaf.rows());
+  const auto cols = static_cast<std::size_t>(leaf.cols());
+  const auto both = std::span(factors_).subspan(
+      static_cast<std::size_t>(leaf.factors + channel * (std::int64_t{leaf.rows()} + leaf.cols())),
+      rows + cols);
+  return {both.first(rows), both.subspan(rows)};
+}
+
 void Known::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
   empties_.push_back({level, row_block, col_block});
 }
@@ -138,16 +147,13 @@ void Known::add_light(const P* p, const tensor::LitRanges& lit, std::size_t chan
     const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
     const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
     if (!row_lit && !col_lit) continue;
-    const auto rows = static_cast<std::size_t>(leaf.rows());
-    const auto cols = static_cast<std::size_t>(leaf.cols());
-    const float* const a =
-        factors_.data() + leaf.factors + static_cast<std::int64_t>(channel * (rows + cols));
+    const auto [a, b] = sides(leaf, static_cast<int>(channel));
     const auto row = static_cast<std::size_t>(leaf.row_begin);
     const auto col = static_cast<std::size_t>(leaf.col_begin);
     if (col_lit)
-      tensor::add_leaf_batch({a, a + rows, row, rows, col, cols, 1}, row_lit, p, y);
+      tensor::add_leaf_batch({a.data(), b.data(), row, a.size(), col, b.size(), 1}, row_lit, p, y);
     else
-      tensor::add_leaf_batch({a + rows, a, col, cols, row, rows, 1}, false, p, y);
+      tensor::add_leaf_batch({b.data(), a.data(), col, b.size(), row, a.size(), 1}, false, p, y);
   }
   for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
     const auto row = static_cast<std::size_t>(scalars_[k].row);

@@ -29,6 +29,11 @@ struct KnownLeaf {
   bool diagonal() const { return row_begin == col_begin; }
 };
 
+/// The factors of one channel of a leaf.
+struct LeafSides {
+  std::span<const float> a, b;
+};
+
 /// The transport known so far, in single precision and open to change, unlike the TransportTensor it ends as.
 class Known {
  public:
@@ -41,13 +46,13 @@ class Known {
     leaves_[static_cast<std::size_t>(leaf)].row_noise = row;
     leaves_[static_cast<std::size_t>(leaf)].col_noise = col;
   }
+  void remove_leaf(std::int32_t leaf) {
+    leaves_[static_cast<std::size_t>(leaf)].removed = true;
+    ++rewritten_;
+  }
   /// Undoes remove_leaf().
   void restore_leaf(std::int32_t leaf) {
     leaves_[static_cast<std::size_t>(leaf)].removed = false;
-    ++rewritten_;
-  }
-  void remove_leaf(std::int32_t leaf) {
-    leaves_[static_cast<std::size_t>(leaf)].removed = true;
     ++rewritten_;
   }
   /// Makes the leaf a further rank of the one before it.
@@ -73,6 +78,7 @@ class Known {
     return factors_;
   }
   std::span<const float> factors() const { return factors_; }
+  LeafSides sides(const KnownLeaf& leaf, int channel) const;
   std::span<const ScalarLeaf> scalars() const { return scalars_; }
   std::span<float> change_scalar_values() {
     ++rewritten_;

@@ -63,15 +63,12 @@ LaterLight::LaterLight(const Known& known, const BlockTree& tree, int channels) 
     for (std::size_t n = 0; n < level_of_leaf.size(); ++n) {
       const KnownLeaf& leaf = known.leaves()[n];
       if (leaf.removed) continue;
-      const auto rows = static_cast<std::size_t>(leaf.rows());
-      const auto cols = static_cast<std::size_t>(leaf.cols());
-      const auto factors = known.factors().subspan(static_cast<std::size_t>(leaf.factors) +
-                                                   static_cast<std::size_t>(channel) * (rows + cols));
+      const auto [a, b] = known.sides(leaf, channel);
       // A diagonal leaf lies in its own block.
       float* const into =
           within_[static_cast<std::size_t>(leaf.diagonal() ? leaf.level : level_of_leaf[n])].data() + plane;
-      add(factors.first(rows), sum(factors.subspan(rows, cols)), into + leaf.row_begin);
-      if (!leaf.diagonal()) add(factors.subspan(rows, cols), sum(factors.first(rows)), into + leaf.col_begin);
+      add(a, sum(b), into + leaf.row_begin);
+      if (!leaf.diagonal()) add(b, sum(a), into + leaf.col_begin);
     }
     for (std::size_t n = 0; n < level_of_scalar.size(); ++n) {
       if (level_of_scalar[n] < 0) continue;

@@ -59,12 +59,6 @@ std::vector<std::vector<Piece>> pieces(const Context& context) {
   return at_level;
 }
 
-std::int32_t block_at(std::span<const Block> blocks, std::int32_t pixel) {
-  const auto after = std::upper_bound(blocks.begin(), blocks.end(), pixel,
-                                      [](std::int32_t p, const Block& b) { return p < b.begin; });
-  return static_cast<std::int32_t>(after - blocks.begin()) - 1;
-}
-
 /// Leaves grouped by their parents' pair, in tree order.
 std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tree, int level) {
   struct Member {
@@ -73,12 +67,13 @@ std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tre
   };
   std::vector<Member> members;
   const auto parents = tree.level(level - 1);
-  const auto blocks = tree.level(level);
   for (Piece piece : pieces) {
-    const std::int32_t row = block_at(parents, piece.row_begin);
-    const std::int32_t col = block_at(parents, piece.col_begin);
-    piece.row_child = block_at(blocks, piece.row_begin) - parents[static_cast<std::size_t>(row)].first_child;
-    piece.col_child = block_at(blocks, piece.col_begin) - parents[static_cast<std::size_t>(col)].first_child;
+    const std::int32_t row = tree.block_at(level - 1, piece.row_begin);
+    const std::int32_t col = tree.block_at(level - 1, piece.col_begin);
+    piece.row_child =
+        tree.block_at(level, piece.row_begin) - parents[static_cast<std::size_t>(row)].first_child;
+    piece.col_child =
+        tree.block_at(level, piece.col_begin) - parents[static_cast<std::size_t>(col)].first_child;
     members.push_back({row, col, piece});
   }
   std::stable_sort(members.begin(), members.end(), [](const Member& x, const Member& y) {

@@ -92,13 +92,6 @@ void add_child(Context& context, const NodeLevel& parent, const Node& node, int 
         {c, r, c_noise, r_noise, undecayed, node.distrusted});
 }
 
-std::int32_t block_at(std::span<const Block> blocks, std::int32_t begin) {
-  const auto at =
-      std::lower_bound(blocks.begin(), blocks.end(), begin,
-                       [](const Block& block, std::int32_t value) { return block.begin < value; });
-  return static_cast<std::int32_t>(at - blocks.begin());
-}
-
 }  // namespace
 
 std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node) {
@@ -168,13 +161,9 @@ void settle(Context& context, const NodeLevel& level, std::span<const Tested> te
 
 void reopen(Context& context, std::int32_t leaf, NodeLevel& level) {
   const KnownLeaf& of = context.known.leaves()[static_cast<std::size_t>(leaf)];
-  const auto rows = static_cast<std::size_t>(of.rows());
-  const auto cols = static_cast<std::size_t>(of.cols());
-  const auto factors = context.known.factors().subspan(static_cast<std::size_t>(of.factors));
   std::vector<float> c, r;
-  for (std::size_t channel = 0; channel < static_cast<std::size_t>(context.channels); ++channel) {
-    const auto a = factors.subspan(channel * (rows + cols), rows);
-    const auto b = factors.subspan(channel * (rows + cols) + rows, cols);
+  for (int channel = 0; channel < context.channels; ++channel) {
+    const auto [a, b] = context.known.sides(of, channel);
     const double light_b = std::accumulate(b.begin(), b.end(), 0.0);
     const double light_a = std::accumulate(a.begin(), a.end(), 0.0);
     for (const float v : a) c.push_back(static_cast<float>(light_b * static_cast<double>(v)));
@@ -184,9 +173,8 @@ void reopen(Context& context, std::int32_t leaf, NodeLevel& level) {
   const auto channels = static_cast<std::size_t>(context.channels);
   const std::vector<PairNoise> c_noise(channels, {0, of.rows()});
   const std::vector<PairNoise> r_noise(channels, {0, of.cols()});
-  const auto blocks = context.tree.level(of.level);
-  const std::int32_t row = block_at(blocks, of.row_begin);
-  const std::int32_t col = block_at(blocks, of.col_begin);
+  const std::int32_t row = context.tree.block_at(of.level, of.row_begin);
+  const std::int32_t col = context.tree.block_at(of.level, of.col_begin);
   context.known.remove_leaf(leaf);
   level.add(row, col, c, r, c_noise, r_noise, std::numeric_limits<double>::infinity());
   level.split_last();

@@ -19,18 +19,6 @@ constexpr double kFewestSamples = 16;
 constexpr double kWrongShare = 0.5;  // of the entries' own size (RMS) that they must be wrong by
 constexpr double kPart = 0.1;        // of the excess that a leaf's own light must amount to
 
-struct LeafSides {
-  std::span<const float> a, b;
-};
-
-LeafSides sides_of(const Known& known, const KnownLeaf& leaf, std::size_t channel) {
-  const auto rows = static_cast<std::size_t>(leaf.rows());
-  const auto cols = static_cast<std::size_t>(leaf.cols());
-  const auto factors =
-      known.factors().subspan(static_cast<std::size_t>(leaf.factors) + channel * (rows + cols));
-  return {factors.first(rows), factors.subspan(rows, cols)};
-}
-
 /// Variance per pixel that the known transport's own noise puts into the check photographs, Σ over checks,
 /// units of F²: a leaf's image c has the noise of the photograph it came from, and shines in with the share
 /// of its lit side that is lit.
@@ -89,7 +77,7 @@ std::vector<double> allowed_before(const Context& context, std::span<const float
     if (f <= 0) continue;
     for (const KnownLeaf& leaf : context.known.leaves()) {
       if (leaf.removed) continue;
-      const LeafSides sides = sides_of(context.known, leaf, channel);
+      const LeafSides sides = context.known.sides(leaf, static_cast<int>(channel));
       add(sides.a, leaf.row_begin, sides.b, leaf.col_begin, f);
       if (!leaf.diagonal()) add(sides.b, leaf.col_begin, sides.a, leaf.row_begin, f);
     }
@@ -190,7 +178,7 @@ std::vector<std::int32_t> suspects(const Context& context, const std::vector<Che
     bool part = false;
     for (std::size_t channel = 0; channel < context.flood_squared.size() && !part; ++channel) {
       if (context.flood_squared[channel] <= 0) continue;
-      const LeafSides sides = sides_of(context.known, leaf, channel);
+      const LeafSides sides = context.known.sides(leaf, static_cast<int>(channel));
       part = (row > 0 && own_light(context, residuals, sides.a, leaf.row_begin, sides.b, leaf.col_begin,
                                    channel) > kPart * row) ||
              (col > 0 && own_light(context, residuals, sides.b, leaf.col_begin, sides.a, leaf.row_begin,

@@ -183,6 +183,13 @@ std::vector<std::int8_t> BlockTree::boundaries() const {
   return first;
 }
 
+std::int32_t BlockTree::block_at(int l, std::int32_t pixel) const {
+  const auto blocks = level(l);
+  const auto after = std::upper_bound(blocks.begin(), blocks.end(), pixel,
+                                      [](std::int32_t p, const Block& b) { return p < b.begin; });
+  return static_cast<std::int32_t>(after - blocks.begin()) - 1;
+}
+
 void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) const {
   assert(raster.size() == order_.size() && tree.size() == order_.size());
   tensor::gather(order_.data(), raster.data(), tree.data(), order_.size());

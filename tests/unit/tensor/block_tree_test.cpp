@@ -74,6 +74,16 @@ TEST_P(AnyGrid, to_tree_and_back_is_identity) {
   EXPECT_EQ(back, raster);
 }
 
+TEST(BlockTree, block_at_finds_the_block_that_holds_a_pixel) {
+  const BlockTree tree(Grid{13, 9});
+  for (int l = 0; l < tree.levels(); ++l)
+    for (std::int32_t pixel = 0; pixel < 13 * 9; ++pixel) {
+      const Block& block = tree.level(l)[static_cast<std::size_t>(tree.block_at(l, pixel))];
+      EXPECT_LE(block.begin, pixel);
+      EXPECT_GT(block.end, pixel);
+    }
+}
+
 TEST(BlockTree, block_sizes_of_a_level_differ_by_at_most_one_a_side) {
   const BlockTree tree(Grid{310, 350});
   EXPECT_EQ(tree.levels(), 10);

@@ -52,6 +52,9 @@ class BlockTree {
   int levels() const { return static_cast<int>(levels_.size()); }
   std::span<const Block> level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
 
+  /// Which block of a level holds a pixel (tree order).
+  std::int32_t block_at(int l, std::int32_t pixel) const;
+
   /// The first level at which a pixel (tree order) is a block of its own.
   int pixel_level(std::int32_t pixel) const { return pixel_level_[static_cast<std::size_t>(pixel)]; }
 
