@@ -21,6 +21,12 @@ DirectLight::DirectLight(const Known& known, std::size_t pixels, Model model)
       entry_[static_cast<std::size_t>(scalars[k].row)] = static_cast<std::int32_t>(k);
 }
 
+/// What a sample of channel · pixels + pixel may miss, with `share` of all pixels lit.
+double DirectLight::variance(std::size_t at, double measured, double share) const {
+  const std::size_t channel = at / entry_.size();
+  return measured + model_.least[channel] + 4 * share * share * model_.half[channel];
+}
+
 void DirectLight::add(std::span<const TreePhotograph> residuals) {
   const std::size_t pixels = entry_.size();
   std::vector<double> lit_share;
@@ -30,15 +36,13 @@ void DirectLight::add(std::span<const TreePhotograph> residuals) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, weight_.size(), 4096), [&](const auto& range) {
     for (std::size_t k = 0; k < residuals.size(); ++k) {
       const TreePhotograph& photograph = residuals[k];
-      const double share = 4 * lit_share[k] * lit_share[k];
       for (std::size_t at = range.begin(); at < range.end(); ++at) {
         const double lit = photograph.pattern[at % pixels];
         if (lit == 0 || photograph.valid[at] == 0) continue;
-        const double variance = static_cast<double>(photograph.variance[at]) + model_.least[at / pixels] +
-                                share * model_.half[at / pixels];
-        if (variance <= 0) continue;
-        weighted_residual_[at] += lit * static_cast<double>(photograph.mean[at]) / variance;
-        weight_[at] += lit * lit / variance;
+        const double v = variance(at, static_cast<double>(photograph.variance[at]), lit_share[k]);
+        if (v <= 0) continue;
+        weighted_residual_[at] += lit * static_cast<double>(photograph.mean[at]) / v;
+        weight_[at] += lit * lit / v;
       }
     }
   });
@@ -52,15 +56,14 @@ void DirectLight::add(const LevelLight& level, const LaterLight& later, const Kn
     for (std::size_t at = range.begin(); at < range.end(); ++at) {
       const std::size_t t = at % pixels;
       if (entry_[t] < 0 || level.variance[at] < 0) continue;
-      const double share = level.lit_share[t];
-      const double variance = static_cast<double>(level.variance[at]) + model_.least[at / pixels] +
-                              4 * share * share * model_.half[at / pixels];
-      if (variance <= 0) continue;
+      const double v =
+          variance(at, static_cast<double>(level.variance[at]), static_cast<double>(level.lit_share[t]));
+      if (v <= 0) continue;
       const auto direct = static_cast<double>(
           known.scalar_values()[static_cast<std::size_t>(entry_[t]) * channels + at / pixels]);
       const auto within = static_cast<double>(later.within(child_level, at));
-      weighted_residual_[at] += (static_cast<double>(level.residual[at]) - direct - within) / variance;
-      weight_[at] += 1 / variance;
+      weighted_residual_[at] += (static_cast<double>(level.residual[at]) - direct - within) / v;
+      weight_[at] += 1 / v;
     }
   });
 }
@@ -68,12 +71,13 @@ void DirectLight::add(const LevelLight& level, const LaterLight& later, const Kn
 void DirectLight::apply(Known& known) const {
   const std::size_t pixels = entry_.size();
   const std::size_t channels = model_.least.size();
+  const std::span<float> values = known.change_scalar_values();
   for (std::size_t i = 0; i < pixels; ++i) {
     if (entry_[i] < 0) continue;
     for (std::size_t channel = 0; channel < channels; ++channel) {
       const std::size_t at = channel * pixels + i;
       if (weight_[at] > 0)
-        known.change_scalar_values()[static_cast<std::size_t>(entry_[i]) * channels + channel] +=
+        values[static_cast<std::size_t>(entry_[i]) * channels + channel] +=
             static_cast<float>(weighted_residual_[at] / weight_[at]);
     }
   }

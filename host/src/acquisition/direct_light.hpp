@@ -34,6 +34,8 @@ class DirectLight {
   void apply(Known& known) const;
 
  private:
+  double variance(std::size_t at, double measured, double share) const;
+
   std::vector<std::int32_t> entry_;  // scalar number of each pixel's diagonal entry; -1: none
   Model model_;
   std::vector<double> weighted_residual_, weight_;  // [channel][pixel]

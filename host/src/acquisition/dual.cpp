@@ -35,6 +35,16 @@ Responses significant_responses(const TreePhotograph& photograph, const Seen& se
 
 namespace {
 
+/// mean −= T_known · pattern: what is left is the light of unknown transport.  Leaves pattern negated.
+void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels) {
+  const std::size_t pixels = photograph.pattern.size();
+  for (float& lit : photograph.pattern) lit = -lit;  // mean += T_known (−pattern)
+  for (int channel = 0; channel < channels; ++channel)
+    known.apply_tree(photograph.pattern,
+                     std::span(photograph.mean).subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                     channel, false);
+}
+
 /// A lit block that still has camera pixels to be told apart inside it.
 struct Active {
   std::int32_t block;

@@ -154,7 +154,7 @@ Result<void> LevelSearch::photograph(Round& round) {
   round.first = context_.photographer.taken();
   context_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
   const std::size_t r = rounds_.size() - 1;
-  if (r == 0)
+  if (r == 0 && context_.options.economy.direct_share > 0)
     context_.level_light.emplace_back(
         unknown_.level(), LogRange{round.first, round.first + std::ssize(round.shots)},
         context_.tree.order().size(), static_cast<std::size_t>(context_.channels));
@@ -174,7 +174,8 @@ void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhoto
     if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
   record(round.tested, shots, photographs);
   // Blocks with themselves are tested in the first round: its photographs hold their direct light.
-  if (r == 0) keep_direct(shots, photographs, context_.level_light.back());
+  if (r == 0 && context_.options.economy.direct_share > 0)
+    keep_direct(shots, photographs, context_.level_light.back());
 }
 
 /// The rounds before the last one, now that more is known of what shone into them.

@@ -28,21 +28,18 @@ Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
   return pattern;
 }
 
+/// The same in tree order.
+void light(const LitBlocks& blocks, std::size_t pixels, std::vector<float>& pattern) {
+  pattern.assign(pixels, 0);
+  for (const LitRange& r : blocks) std::fill(pattern.begin() + r.begin, pattern.begin() + r.end, 1.0F);
+}
+
 Error not_finite() {
   return {ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
           "check the camera and the merge"};
 }
 
 }  // namespace
-
-void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels) {
-  const std::size_t pixels = photograph.pattern.size();
-  for (float& lit : photograph.pattern) lit = -lit;  // mean += T_known (−pattern)
-  for (int channel = 0; channel < channels; ++channel)
-    known.apply_tree(photograph.pattern,
-                     std::span(photograph.mean).subspan(static_cast<std::size_t>(channel) * pixels, pixels),
-                     channel, false);
-}
 
 std::size_t Photographer::batch_size() const {
   const std::size_t bytes =
@@ -80,16 +77,15 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
     tbb::parallel_for(std::size_t{0}, pictures.size(),
                       [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
     SYMRIG_TRY(std::vector<Radiance> answers, measure(pictures));
-    SYMRIG_CHECK(use(first, pictures, answers));
+    SYMRIG_CHECK(use(first, answers));
   }
   if (progress_) progress_({stage, taken_, expected});
   return {};
 }
 
 Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns) {
-  return take_batches(
-      stage, patterns,
-      [](std::size_t, std::span<const Pattern>, std::vector<Radiance>&) -> Result<void> { return {}; });
+  return take_batches(stage, patterns,
+                      [](std::size_t, std::vector<Radiance>&) -> Result<void> { return {}; });
 }
 
 Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use) {
@@ -97,16 +93,13 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
   std::size_t used = 0;
   std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
   const std::span<TreePhotograph> pool = this->pool(patterns.size());
-  const auto develop = [&](std::size_t first, std::span<const Pattern>,
-                           std::vector<Radiance>& answers) -> Result<void> {
+  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     for (std::size_t next = 0; next < answers.size();) {
       const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
       std::atomic<bool> finite = true;
       tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
         TreePhotograph& into = pool[filled + k];
-        into.pattern.assign(tree_.order().size(), 0);
-        for (const LitRange& r : patterns[first + next + k])
-          std::fill(into.pattern.begin() + r.begin, into.pattern.begin() + r.end, 1.0F);
+        light(patterns[first + next + k], tree_.order().size(), into.pattern);
         if (!to_tree(tree_, answers[next + k], into)) finite = false;
       });
       if (!finite) return not_finite();
@@ -124,13 +117,11 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
 
 Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
                                      const UseOne& use) {
-  const auto develop = [&](std::size_t first, std::span<const Pattern> pictures,
-                           std::vector<Radiance>& answers) -> Result<void> {
+  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     std::atomic<bool> finite = true;
     tbb::parallel_for(std::size_t{0}, answers.size(), [&](std::size_t k) {
       TreePhotograph photograph;
-      photograph.pattern.resize(tree_.order().size());
-      tree_.to_tree(pictures[k].plane(0), photograph.pattern);
+      light(patterns[first + k], tree_.order().size(), photograph.pattern);
       if (!to_tree(tree_, answers[k], photograph)) finite = false;
       if (finite) use(first + k, photograph);
     });

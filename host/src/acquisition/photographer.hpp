@@ -6,7 +6,6 @@
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/tensor/block_tree.hpp"
-#include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -15,10 +14,6 @@
 #include <vector>
 
 namespace symrig::acquisition {
-
-/// mean −= T_known · pattern: what is left is the light of unknown transport. [Garg06 §5, eq. 6]  Leaves
-/// pattern negated.
-void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels);
 
 /// Lit ranges of tree pixels: what a pattern of blocks is before it is a picture.
 struct LitRange {
@@ -72,8 +67,7 @@ class Photographer {
   double rig_seconds() const { return probe_.cost().rig_seconds; }
 
  private:
-  using Answer = std::function<Result<void>(std::size_t first, std::span<const Pattern> pictures,
-                                            std::vector<Radiance>& answers)>;
+  using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
   Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use);
   Result<std::vector<Radiance>> measure(std::span<const Pattern> pictures);

@@ -200,10 +200,10 @@ Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
   Known& known = context_.known;
   const Numbers start = numbers();
   const auto set = [&](float share) {
-    const std::size_t factors = known.factors().size();
-    for (std::size_t n = 0; n < factors; ++n) known.change_factors()[n] = start[n] + share * move[n];
-    for (std::size_t n = factors; n < start.size(); ++n)
-      known.change_scalar_values()[n - factors] = start[n] + share * move[n];
+    const std::span<float> factors = known.change_factors();
+    const std::span<float> scalars = known.change_scalar_values();
+    for (std::size_t n = 0; n < start.size(); ++n)
+      (n < factors.size() ? factors[n] : scalars[n - factors.size()]) = start[n] + share * move[n];
   };
   constexpr int kHalvings = 4;
   for (int halvings = 0; halvings <= kHalvings; ++halvings) {
