@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Serves an emulated board on the virtual link:
+//   node tests/emulation/board/server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE]
+// Prints one line when it is ready. One client at a time; the board stays as it is when a client goes.
+
+import fs from 'node:fs';
+import net from 'node:net';
+import { parseArgs } from 'node:util';
+import { FrameReader, frame } from './link.mjs';
+import { BoardSession } from './session.mjs';
+
+export function serve(session) {
+  let client = null;
+  return net.createServer((socket) => {
+    if (client) {
+      socket.end(frame('x', Buffer.from('another client is connected')));
+      return;
+    }
+    client = socket;
+    socket.setNoDelay?.(true);
+    const reader = new FrameReader();
+    socket.on('data', (bytes) => {
+      try {
+        for (const message of reader.push(bytes)) socket.write(session.answer(message));
+      } catch (error) {
+        socket.end(frame('x', Buffer.from(error.message)));
+      }
+    });
+    socket.on('error', () => {});
+    socket.on('close', () => {
+      client = null;
+      session.writeVcd();
+    });
+  });
+}
+
+function usage() {
+  console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE]');
+  process.exit(2);
+}
+
+function main() {
+  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' } } });
+  if (!values.uf2 || Boolean(values.unix) === Boolean(values.tcp)) usage();
+  const session = new BoardSession(fs.readFileSync(values.uf2), { vcdFile: values.vcd });
+  if (session.failure) console.error(`warning: ${session.failure}`);
+  if (values.unix) fs.rmSync(values.unix, { force: true });
+  const at = values.tcp?.lastIndexOf(':');
+  const place = values.unix ? { path: values.unix } : { host: values.tcp.slice(0, at), port: Number(values.tcp.slice(at + 1)) };
+  const server = serve(session).listen(place, () => {
+    const address = server.address();
+    console.log(`ready virtual:${values.unix ? `unix:${values.unix}` : `tcp:${address.address}:${address.port}`}`);
+  });
+  server.on('error', (error) => {
+    console.error(`error: ${error.message}`);
+    process.exit(1);
+  });
+  for (const signal of ['SIGINT', 'SIGTERM']) process.on(signal, () => stop(session, values.unix));
+}
+
+function stop(session, path) {
+  session.writeVcd();
+  if (path) fs.rmSync(path, { force: true });
+  process.exit(0);
+}
+
+if (import.meta.url === `file://${process.argv[1]}` || process.argv[1]?.endsWith('board/server.mjs')) main();
