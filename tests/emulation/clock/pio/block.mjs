@@ -137,6 +137,7 @@ export class PioBlock {
 
   passIdle(cycles) {
     for (const machine of this.machines) {
+      if (machine.forced) machine.retryForced();
       if (!machine.enabled || machine.forced) continue;
       const phase = machine.phase + 256 * cycles;
       const clocks = Math.floor(phase / machine.divider);

@@ -113,7 +113,10 @@ export function idleClocks(m) {
 
 /** Passes `clocks` idle clocks, whole rounds of the loop at once. */
 export function passIdle(m, clocks) {
-  if (m.stalled) return;
+  if (m.stalled) {
+    if (clocks > 0) m.step(); // sets its stall flag again, should that have been cleared meanwhile
+    return;
+  }
   while (clocks > 0) {
     const { loop } = m;
     if (loop && m.delay === 0 && m.pc === loop.pc && clocks >= loop.period) {
