@@ -48,7 +48,13 @@ function main() {
     console.error('usage: run.mjs IMAGE.uf2 [--ms 500] [--no-usb] [--vcd FILE]');
     return 2;
   }
-  const board = new Board(fs.readFileSync(positionals[0]));
+  let board;
+  try {
+    board = new Board(fs.readFileSync(positionals[0]));
+  } catch (error) {
+    console.error(`error: ${error.message}`);
+    return 1;
+  }
   const started = process.hrtime.bigint();
   let status = 0;
   try {

@@ -26,6 +26,7 @@ const CONTROLLER_ENABLE = 1;
 
 const MAIN_CTRL = 0x40;
 const SIE_CTRL = 0x4c;
+const SIE_STATUS = 0x50;
 const SOF_RD = 0x48;
 const USB_PWR = 0x78;
 const BUFF_CPU_SHOULD_HANDLE = 0x5c;
@@ -63,6 +64,7 @@ export class UsbController {
     const write = usb.writeUint32.bind(usb);
     const read = usb.readUint32.bind(usb);
     usb.writeUint32 = (offset, value) => {
+      if (offset === SIE_STATUS) this.setStatus(usb.rawWriteValue & SIE_SUSPENDED, false);
       write(offset, value);
       if (offset === MAIN_CTRL || offset === SIE_CTRL || offset === USB_PWR) this.onChange();
     };
