@@ -128,16 +128,18 @@ export class UsbHost {
     });
   }
 
-  *controlStages({ setup, data }) {
+  *controlStages(control) {
+    const { setup, data } = control;
     const length = setup.readUInt16LE(6);
+    const stage = (transfer) => (control.stage = transfer);
     const reads = (setup[0] & IN) !== 0 && length > 0;
-    yield (done) => this.transfers.add(0, { setup, data: Buffer.alloc(0), done });
+    yield (done) => stage(this.transfers.add(0, { setup, data: Buffer.alloc(0), done }));
     let result = { status: 'ok', data: Buffer.alloc(0) };
-    if (reads) result = yield (done) => this.submitIn(0, length, done);
-    else if (length > 0) result = yield (done) => this.submitOut(0, data, done);
+    if (reads) result = yield (done) => stage(this.submitIn(0, length, done));
+    else if (length > 0) result = yield (done) => stage(this.submitOut(0, data, done));
     if (result.status !== 'ok') return result;
     for (const key of [0, IN]) this.transfers.toggles.set(key, 1); // the status stage is DATA1
-    const status = yield (done) => (reads ? this.submitOut(0, Buffer.alloc(0), done) : this.submitIn(0, 0, done));
+    const status = yield (done) => stage(reads ? this.submitOut(0, Buffer.alloc(0), done) : this.submitIn(0, 0, done));
     return { status: status.status, data: reads ? result.data : Buffer.alloc(0) };
   }
 
@@ -158,6 +160,30 @@ export class UsbHost {
 
   cancel(transfer) {
     return this.transfers.cancel(transfer);
+  }
+
+  /** Ends a control transfer in whatever stage it is. */
+  cancelControl(control) {
+    const at = this.controls.indexOf(control);
+    if (at < 0) return false;
+    if (at === 0) return this.cancel(control.stage);
+    this.controls.splice(at, 1);
+    control.done({ status: 'cancelled', data: Buffer.alloc(0) });
+    return true;
+  }
+
+  /** An OUT transfer that ends with an empty packet if its last one is full. */
+  submitTerminated(endpoint, data, done) {
+    const full = data.length > 0 && data.length % this.transfers.packetSize(endpoint) === 0;
+    if (!full) return this.submitOut(endpoint, data, done);
+    return this.submitOut(endpoint, data, (result) => (result.status === 'ok' ? this.submitOut(endpoint, Buffer.alloc(0), done) : done(result)));
+  }
+
+  /** Resets the bus of a device that is there, and enumerates it again: `done(device)`, null if that fails. */
+  restart(done) {
+    const listener = (what) => what === 'attached' && (this.listeners.delete(listener), done(this.device));
+    this.listeners.add(listener);
+    this.resetBus();
   }
 
   /** Runs the chip until `start(done)` has called back. */
