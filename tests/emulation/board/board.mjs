@@ -55,7 +55,7 @@ export class Board {
     chip.halted = false;
     this.rom = new BootRom({ ...this.flash.functions(), ...smallFunctions(chip), UB: (r) => this.enterBootloader(r[0], r[1]) });
     this.rom.install(chip);
-    this.flash.mapped = true;
+    this.flash.install();
     if (this.bootFromVector()) return;
     if (!boot2IsSound(this.flash.bytes)) {
       this.enterBootloader(0, 0, 'the CRC of the second stage is wrong');

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The flash chip behind the ROM's functions: 2 MiB as on the Pico, erased to ones by sectors of 4 KiB, programmed by pages of 256
-// bytes (bits only fall), and away from the address space between flash_exit_xip and flash_enter_cmd_xip.
+// bytes (bits only fall), and away from the address space between flash_exit_xip and flash_enter_cmd_xip (or a second stage that is
+// run again). While it is away, whatever reads it is an error.
 
 import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
+import { QSPI_SELECT_CONTROL, Ssi } from './ssi.mjs';
 
 export const FLASH_BYTES = 2 << 20;
 const SECTOR = 4096;
@@ -11,14 +13,46 @@ const PAGE = 256;
 const SECTOR_ERASE_CYCLES = 45_000 * CYCLES_PER_MICROSECOND;
 const PAGE_PROGRAM_CYCLES = 400 * CYCLES_PER_MICROSECOND;
 
-const inFlash = (address) => address >>> 24 === 0x10;
+const inFlash = (address) => address >>> 26 === 4; // 0x10 to 0x13: the four aliases
 
 export class Flash {
   constructor(chip) {
     this.chip = chip;
-    this.mapped = true; // execute in place works
     this.erased = 0; // sectors
     this.programmed = 0; // pages
+  }
+
+  /** Connects a (new) chip's serial interface. After a reset flash is there: the ROM saw to that. */
+  install() {
+    const { peripherals } = this.chip.rp2040;
+    const pins = peripherals[0x40018];
+    const ssi = new Ssi(() => pins.readUint32(QSPI_SELECT_CONTROL), (on) => this.map(on));
+    const write = pins.writeUint32Atomic.bind(pins);
+    pins.writeUint32Atomic = (offset, value, alias) => {
+      write(offset, value, alias);
+      if (offset === QSPI_SELECT_CONTROL) ssi.selectChanged();
+    };
+    peripherals[0x18000] = ssi;
+    this.mapped = true;
+  }
+
+  /** Execute in place on or off. */
+  map(on) {
+    if (on === this.mapped) return;
+    this.mapped = on;
+    const { rp2040 } = this.chip;
+    for (const name of ['readUint8', 'readUint16', 'readUint32']) {
+      if (on) delete rp2040[name];
+      else this.guard(rp2040, name);
+    }
+  }
+
+  guard(rp2040, name) {
+    const read = rp2040[name].bind(rp2040);
+    rp2040[name] = (address) => {
+      if (inFlash(address)) this.fault(`a read at 0x${(address >>> 0).toString(16)} while it is not mapped`);
+      return read(address);
+    };
   }
 
   get bytes() {
@@ -31,14 +65,12 @@ export class Flash {
       IF: () => this.checkCaller('connect_internal_flash'),
       EX: () => {
         this.checkCaller('flash_exit_xip');
-        this.mapped = false;
+        this.map(false);
       },
       RE: ([offset, count]) => this.erase(offset, count),
       RP: ([offset, source, count]) => this.program(offset, source, count),
       FC: () => this.checkCaller('flash_flush_cache'),
-      CX: () => {
-        this.mapped = true;
-      },
+      CX: () => this.map(true),
     };
   }
 
