@@ -39,6 +39,12 @@ export class Board {
     this.chip.rp2040.sram.fill(UNDEFINED_SRAM);
   }
 
+  /** After a power cycle: the flash of the former board, and all that is connected to it but the USB cable. */
+  inherit(former) {
+    this.flash.bytes.set(former.flash.bytes);
+    this.stimuli.inherit(former.stimuli, this.host.vbusPin);
+  }
+
   get cycle() {
     return this.chip.cycle;
   }

@@ -88,6 +88,23 @@ test('pins: drive, wire, pulse, and the edges of all', async () => {
   await client.close();
 });
 
+test('a power cycle begins time anew and leaves the wiring alone', async () => {
+  const client = await VirtualClient.connect({ path: place });
+  await client.must('i', Buffer.from([20, 1]));
+  await client.must('j', Buffer.from([20, 21]));
+  await client.read(50_000_000);
+  const before = (await client.must('n')).readBigUInt64LE();
+  await client.must('p');
+  assert.ok((await client.must('n')).readBigUInt64LE() < before);
+  const bytes = await client.must('e');
+  const rises = [];
+  for (let at = 0; at < bytes.length; at += 10) if (bytes[at + 9] === 1) rises.push(bytes[at + 8]);
+  assert.ok(rises.includes(20) && rises.includes(21));
+  await client.must('j', Buffer.from([255, 255]));
+  await client.must('i', Buffer.from([20, 2]));
+  await client.close();
+});
+
 test('cable and power; a client may go and another come', async () => {
   const first = await VirtualClient.connect({ path: place });
   await first.must('d', Buffer.from([0]));
@@ -101,6 +118,7 @@ test('cable and power; a client may go and another come', async () => {
   await second.write('second');
   assert.equal((await second.read(5_000_000)).bytes.toString(), 'second');
   await second.must('p');
+  assert.ok(fs.existsSync(path.join(folder, 'all.vcd')));
   await second.write('power');
   assert.equal((await second.read(5_000_000)).bytes.toString(), 'power');
   await second.close();
@@ -139,7 +157,7 @@ test('a recording is written when a client goes', async () => {
   await client.read(100_000);
   await client.close();
   await new Promise((resolve) => setTimeout(resolve, 100));
-  const text = fs.readFileSync(path.join(folder, 'all.vcd'), 'utf8');
+  const text = fs.readFileSync(path.join(folder, 'all-2.vcd'), 'utf8'); // after two power cycles
   assert.match(text, /\$var wire 1 \S GPIO20 \$end/);
   assert.match(text, /^#\d+\n1/m);
 });

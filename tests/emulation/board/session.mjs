@@ -3,6 +3,7 @@
 // enumeration needs.
 
 import fs from 'node:fs';
+import path from 'node:path';
 import { CLOCK_HZ, NANOSECONDS_PER_CYCLE } from '../clock/constants.mjs';
 import { pinNames, vcd } from '../edges/vcd.mjs';
 import { Board } from './board.mjs';
@@ -18,15 +19,17 @@ const ENUMERATION_MS = 2000;
 export class BoardSession {
   /** `vcdFile`: where to write all edges at power-off and at the end. */
   constructor(uf2, { vcdFile, fastForward = true, name = NAME } = {}) {
-    Object.assign(this, { uf2, vcdFile, fastForward, name });
+    Object.assign(this, { uf2, vcdFile, fastForward, name, powerCycles: -1 });
     this.powerUp();
   }
 
-  /** A fresh board with its cable in; the flash keeps what was written to it. */
+  /** A fresh board with its cable in; flash keeps what was written to it, and what is connected outside stays connected. */
   powerUp() {
-    const flash = this.board?.flash.bytes;
+    const former = this.board;
+    this.powerCycles++;
     this.board = new Board(this.uf2, { fastForward: this.fastForward });
-    if (flash) this.board.flash.bytes.set(flash);
+    this.board.recorder.keep = Boolean(this.vcdFile);
+    if (former) this.board.inherit(former);
     this.pipe = new BulkPipe(this.board.host);
     this.failure = null;
     this.plug(true);
@@ -99,8 +102,12 @@ export class BoardSession {
     return bytes;
   }
 
+  /** One file for each time that the board was switched on. */
   writeVcd() {
-    if (this.vcdFile) fs.writeFileSync(this.vcdFile, vcd(this.board.recorder.edges, pinNames(), this.board.recorder.initial));
+    if (!this.vcdFile) return;
+    const { dir, name, ext } = path.parse(this.vcdFile);
+    const file = this.powerCycles === 0 ? this.vcdFile : path.join(dir, `${name}-${this.powerCycles}${ext}`);
+    fs.writeFileSync(file, vcd(this.board.recorder.edges, pinNames(), this.board.recorder.initial));
   }
 }
 

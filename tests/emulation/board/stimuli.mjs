@@ -12,6 +12,13 @@ export class Stimuli {
     this.pulses = new Map(); // gpio -> {event, ...}
   }
 
+  /** Levels, wires and pulses of another board's surroundings; pulses begin anew. Cameras do not come along. */
+  inherit(former, exceptPin) {
+    former.chip.pads.outside.forEach((level, gpio) => gpio !== exceptPin && this.drive(gpio, level));
+    for (const { from, to } of former.chip.pads.wires) this.wire(from, to);
+    for (const [gpio, { period, width }] of former.pulses) this.pulse(gpio, period, width);
+  }
+
   drive(gpio, level) {
     this.chip.pads.drive(gpio, level);
   }
@@ -38,7 +45,7 @@ export class Stimuli {
     this.pulses.delete(gpio);
     if (period === 0) return this.drive(gpio, LET_GO);
     this.drive(gpio, 0);
-    const state = { begin: this.chip.cycle, count: 1, high: false };
+    const state = { begin: this.chip.cycle, count: 1, high: false, period, width };
     state.event = this.chip.createOutsideEvent(() => this.pulseEdge(gpio, state, period, width));
     this.pulses.set(gpio, state);
     return state.event.at(state.begin + toCycles(period));

@@ -7,6 +7,7 @@ export class EdgeRecorder {
   constructor(chip) {
     this.edges = []; // {cycle, gpio, level}
     this.taken = 0;
+    this.keep = true; // also what was taken
     this.initial = chip.pads.levels;
     chip.edgeListeners.add((cycle, gpio, level) => this.edges.push({ cycle, gpio, level }));
   }
@@ -14,7 +15,8 @@ export class EdgeRecorder {
   /** The edges since the last call. */
   take() {
     const fresh = this.edges.slice(this.taken);
-    this.taken = this.edges.length;
+    if (this.keep) this.taken = this.edges.length;
+    else this.clear();
     return fresh;
   }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes a page of flash through the ROM's functions, as a firmware that keeps settings does, then reads it back.
+// Writes a page of flash through the ROM's functions, as a firmware that keeps settings does, then reads it
+// back.
 #include "rp2040.hpp"
 
 RP_RESULTS;
@@ -14,7 +15,9 @@ using Plain = void (*)();
 using Erase = void (*)(u32 offset, u32 count, u32 block, u8 command);
 using Program = void (*)(u32 offset, const u8* data, u32 count);
 
-constexpr u32 code(char a, char b) { return static_cast<u32>(a) | (static_cast<u32>(b) << 8); }
+constexpr u32 code(char a, char b) {
+  return static_cast<u32>(a) | (static_cast<u32>(b) << 8);
+}
 
 template <typename Function>
 Function rom(char a, char b) {
@@ -45,8 +48,8 @@ __attribute__((section(".inram"), noinline)) void write_page(const Functions& ro
 void program() {
   start_clocks();
   results.count = 0;
-  const Functions functions = {rom<Plain>('I', 'F'), rom<Plain>('E', 'X'), rom<Plain>('F', 'C'), rom<Plain>('C', 'X'),
-                               rom<Erase>('R', 'E'), rom<Program>('R', 'P')};
+  const Functions functions = {rom<Plain>('I', 'F'), rom<Plain>('E', 'X'), rom<Plain>('F', 'C'),
+                               rom<Plain>('C', 'X'), rom<Erase>('R', 'E'), rom<Program>('R', 'P')};
   for (u32 i = 0; i < sizeof page; ++i) page[i] = static_cast<u8>(3 * i);
   tell(reinterpret_cast<u32>(rom<Plain>('?', '?')));
   tell(rom<u32 (*)(u32)>('P', '3')(0xf0f0));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Priorities, nesting, pending bits and sleep. Each step tells a letter; the test knows the order in which they must come.
+// Priorities, nesting, pending bits and sleep. Each step tells a letter; the test knows the order in which
+// they must come.
 #include "rp2040.hpp"
 
 RP_RESULTS;
@@ -19,8 +20,12 @@ extern "C" void on_spare() {
   }
   tell('S');
 }
-extern "C" void on_timer1() { tell('t'); }
-extern "C" void on_gpio() { tell('g'); }
+extern "C" void on_timer1() {
+  tell('t');
+}
+extern "C" void on_gpio() {
+  tell('g');
+}
 extern "C" void on_timer0() {
   reg(kTimer + 0x34) = 1;
   tell('a');

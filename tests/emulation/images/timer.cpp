@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An alarm every 50 us on an absolute schedule toggles GPIO2, SysTick every 1000 cycles GPIO4, beside a busy loop that takes stamps.
+// An alarm every 50 us on an absolute schedule toggles GPIO2, SysTick every 1000 cycles GPIO4, beside a busy
+// loop that takes stamps.
 #include "rp2040.hpp"
 
 RP_RESULTS;
@@ -18,7 +19,9 @@ extern "C" void on_timer0() {
   fired = fired + 1;
 }
 
-extern "C" void on_systick() { toggle(4); }
+extern "C" void on_systick() {
+  toggle(4);
+}
 
 void program() {
   start_clocks();

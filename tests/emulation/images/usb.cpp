@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A composite USB device for the tests: interface 0 is a vendor one (endpoint 1 echoes, endpoint 4 is a double-buffered sink),
-// interfaces 1 and 2 are a CDC ACM port (endpoint 2 notices, endpoint 3 echoes in capitals). Vendor requests make it misbehave.
+// A composite USB device for the tests: interface 0 is a vendor one (endpoint 1 echoes, endpoint 4 is a
+// double-buffered sink), interfaces 1 and 2 are a CDC ACM port (endpoint 2 notices, endpoint 3 echoes in
+// capitals). Vendor requests make it misbehave.
 #include "rp2040.hpp"
 #include "usb_descriptors.hpp"
 
@@ -9,7 +10,8 @@ using namespace rp;
 
 namespace {
 
-constexpr u32 kAvailable = 1U << 10, kStall = 1U << 11, kSelectReset = 1U << 12, kData1 = 1U << 13, kLast = 1U << 14, kFull = 1U << 15;
+constexpr u32 kAvailable = 1U << 10, kStall = 1U << 11, kSelectReset = 1U << 12, kData1 = 1U << 13,
+              kLast = 1U << 14, kFull = 1U << 15;
 constexpr u32 kLength = 0x3ff;
 constexpr u32 kPacket = 64;
 constexpr u32 kSink = 4;
@@ -17,17 +19,27 @@ constexpr u32 kSink = 4;
 // Vendor requests.
 constexpr u8 kWrongToggle = 2, kStallEcho = 3, kListen = 4, kReattach = 5, kSinkCount = 7, kMsOs = 1;
 
-volatile u32& buffer_control(u32 endpoint, bool out) { return reg(kUsbRam + 0x80 + 8 * endpoint + (out ? 4 : 0)); }
-volatile u32& endpoint_control(u32 endpoint, bool out) { return reg(kUsbRam + 8 * endpoint + (out ? 4 : 0)); }
-constexpr u32 buffer(u32 endpoint, bool out) { return endpoint == 0 ? 0x100 : 0x180 + 0x100 * (endpoint - 1) + (out ? 0x80 : 0); }
-volatile u8* memory(u32 offset) { return reinterpret_cast<volatile u8*>(kUsbRam + offset); }
+volatile u32& buffer_control(u32 endpoint, bool out) {
+  return reg(kUsbRam + 0x80 + 8 * endpoint + (out ? 4 : 0));
+}
+volatile u32& endpoint_control(u32 endpoint, bool out) {
+  return reg(kUsbRam + 8 * endpoint + (out ? 4 : 0));
+}
+constexpr u32 buffer(u32 endpoint, bool out) {
+  return endpoint == 0 ? 0x100 : 0x180 + 0x100 * (endpoint - 1) + (out ? 0x80 : 0);
+}
+volatile u8* memory(u32 offset) {
+  return reinterpret_cast<volatile u8*>(kUsbRam + offset);
+}
 
 bool toggle[5][2];
 bool listening = true, owed_echo;
 volatile u32 sunk;
 u32 sink_half;
 
-void pause() { asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop"); }
+void pause() {
+  asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
+}
 
 void arm(u32 endpoint, bool out, u32 size) {
   bool& next = toggle[endpoint][out];
@@ -99,7 +111,8 @@ void configure(bool on) {
       const u32 type = endpoint == 2 ? 3 : 2;
       const u32 two = endpoint == kSink ? 1U << 30 : 0;
       const bool used = on && !(endpoint == 2 && out) && !(endpoint == kSink && !out);
-      endpoint_control(endpoint, out != 0) = used ? (1U << 31) | (1U << 29) | two | (type << 26) | buffer(endpoint, out != 0) : 0;
+      endpoint_control(endpoint, out != 0) =
+          used ? (1U << 31) | (1U << 29) | two | (type << 26) | buffer(endpoint, out != 0) : 0;
     }
   }
   owed_echo = false;
@@ -156,7 +169,8 @@ void setup() {
   toggle[0][0] = toggle[0][1] = true;
   control = {nullptr, 0, false, false, false, control.address, false};
   if ((kind & 0x60) == 0x40) return vendor_request(request, value, index, wanted);
-  if (kind == 0x80 && request == 6) return descriptor(static_cast<u8>(value >> 8), static_cast<u8>(value), wanted);
+  if (kind == 0x80 && request == 6)
+    return descriptor(static_cast<u8>(value >> 8), static_cast<u8>(value), wanted);
   if (kind == 0xa1 && request == 0x21) return reply(line_coding, 7, wanted);
   if (kind == 0x21 && request == 0x20) {
     control.receiving = true;
