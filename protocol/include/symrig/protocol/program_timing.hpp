@@ -82,6 +82,7 @@ class TimingCheck {
         ++timing_.marks;
         return;
       case Op::end:
+        feed(refill_.record(0));
         return end(record.arg);
     }
   }
