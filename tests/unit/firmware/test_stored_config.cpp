@@ -119,44 +119,45 @@ hal::BoardTraits traits() {
 
 TEST(StoredConfig, comes_back_as_it_was_saved) {
   Memory memory;
-  StoredConfig saved;
-  saved.config = config_with_a_high_line();
-  std::string_view("a label of 23 bytes, abc").copy(saved.label, 23);
-  ASSERT_TRUE(save(memory, saved));
-  StoredConfig loaded;
-  ASSERT_TRUE(load(memory, traits(), loaded));
-  EXPECT_EQ(protocol::config_hash(loaded.config), protocol::config_hash(saved.config));
-  EXPECT_EQ(std::string(loaded.label), std::string(saved.label));
+  const protocol::BoardConfig saved = config_with_a_high_line();
+  Label name;
+  std::string_view("a label of 23 bytes, abc").copy(name.text, 23);
+  ASSERT_TRUE(save_config(memory, saved, name));
+  protocol::BoardConfig loaded;
+  Label label;
+  ASSERT_TRUE(load_config(memory, traits(), loaded, label));
+  EXPECT_EQ(protocol::config_hash(loaded), protocol::config_hash(saved));
+  EXPECT_EQ(std::string(label.text), std::string(name.text));
 }
 
 TEST(StoredConfig, no_damaged_byte_and_no_cut_record_is_taken) {
   Memory memory;
-  StoredConfig saved;
-  saved.config = config_with_a_high_line();
-  ASSERT_TRUE(save(memory, saved));
+  protocol::BoardConfig saved = config_with_a_high_line();
+  ASSERT_TRUE(save_config(memory, saved, {}));
   const std::vector<std::uint8_t> whole = memory.bytes;
-  StoredConfig loaded;
+  protocol::BoardConfig loaded;
+  Label label;
   for (std::size_t at = 0; at < whole.size(); ++at) {
     memory.bytes = whole;
     memory.bytes[at] ^= 0x10;
-    EXPECT_FALSE(load(memory, traits(), loaded)) << at;
+    EXPECT_FALSE(load_config(memory, traits(), loaded, label)) << at;
     memory.bytes.assign(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(at));
-    EXPECT_FALSE(load(memory, traits(), loaded)) << at;
+    EXPECT_FALSE(load_config(memory, traits(), loaded, label)) << at;
   }
 }
 
 TEST(StoredConfig, a_record_for_another_board_is_not_taken) {
   Memory memory;
-  StoredConfig saved;
-  saved.config = config_with_a_high_line();
-  ASSERT_TRUE(save(memory, saved));
-  StoredConfig loaded;
+  protocol::BoardConfig saved = config_with_a_high_line();
+  ASSERT_TRUE(save_config(memory, saved, {}));
+  protocol::BoardConfig loaded;
+  Label label;
   hal::BoardTraits fewer = traits();
   fewer.line_count = 3;
-  EXPECT_FALSE(load(memory, fewer, loaded));
-  saved.config.lines[3].output = true;  // an input here
-  ASSERT_TRUE(save(memory, saved));
-  EXPECT_FALSE(load(memory, traits(), loaded));
+  EXPECT_FALSE(load_config(memory, fewer, loaded, label));
+  saved.lines[3].output = true;  // an input here
+  ASSERT_TRUE(save_config(memory, saved, {}));
+  EXPECT_FALSE(load_config(memory, traits(), loaded, label));
 }
 
 }  // namespace
