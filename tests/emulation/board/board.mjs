@@ -18,9 +18,9 @@ const VECTOR_BOOT = 0xb007c0d3; // watchdog scratch 4: start at the address in s
 const UNDEFINED_SRAM = 0x5a;
 
 export class Board {
-  /** `uf2`: content of a UF2 file. `fastForward` as for Chip. The cable is out until `host.plug(true)`. */
-  constructor(uf2, { fastForward = true } = {}) {
-    this.chip = new Chip({ fastForward, boot: () => this.boot() });
+  /** `uf2`: content of a UF2 file. `fastForward` and `dmaCycles` as for Chip. The cable is out until `host.plug(true)`. */
+  constructor(uf2, { fastForward = true, dmaCycles = 1 } = {}) {
+    this.chip = new Chip({ fastForward, dmaCycles, boot: () => this.boot() });
     this.flash = new Flash(this.chip);
     this.load(uf2);
     this.recorder = new EdgeRecorder(this.chip);

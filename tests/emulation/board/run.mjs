@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The simplest way to try an image:  node tests/emulation/board/run.mjs IMAGE.uf2 [--ms 500] [--no-usb] [--vcd FILE]
+// The simplest way to try an image:  node tests/emulation/board/run.mjs IMAGE.uf2 [--ms 500] [--no-usb] [--vcd FILE] [--dma-cycles N]
 // Boots it, enumerates its USB device, runs, and tells what happened.
 
 import fs from 'node:fs';
@@ -10,7 +10,7 @@ import { Board } from './board.mjs';
 
 const { values: options, positionals } = parseArgs({
   allowPositionals: true,
-  options: { ms: { type: 'string', default: '100' }, 'no-usb': { type: 'boolean' }, vcd: { type: 'string' } },
+  options: { ms: { type: 'string', default: '100' }, 'no-usb': { type: 'boolean' }, vcd: { type: 'string' }, 'dma-cycles': { type: 'string', default: '1' } },
 });
 
 function tellDevice(device) {
@@ -45,12 +45,12 @@ function tell(board) {
 
 function main() {
   if (positionals.length !== 1) {
-    console.error('usage: run.mjs IMAGE.uf2 [--ms 500] [--no-usb] [--vcd FILE]');
+    console.error('usage: run.mjs IMAGE.uf2 [--ms 500] [--no-usb] [--vcd FILE] [--dma-cycles N]');
     return 2;
   }
   let board;
   try {
-    board = new Board(fs.readFileSync(positionals[0]));
+    board = new Board(fs.readFileSync(positionals[0]), { dmaCycles: Number(options['dma-cycles']) });
   } catch (error) {
     console.error(`error: ${error.message}`);
     return 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Serves an emulated board on the virtual link:
-//   node tests/emulation/board/server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE]
+//   node tests/emulation/board/server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N]
 // Prints one line when it is ready. One client at a time; the board stays as it is when a client goes.
 
 import fs from 'node:fs';
@@ -35,14 +35,14 @@ export function serve(session) {
 }
 
 function usage() {
-  console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE]');
+  console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N]');
   process.exit(2);
 }
 
 function main() {
-  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' } } });
+  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' }, 'dma-cycles': { type: 'string', default: '1' } } });
   if (!values.uf2 || Boolean(values.unix) === Boolean(values.tcp)) usage();
-  const session = new BoardSession(fs.readFileSync(values.uf2), { vcdFile: values.vcd });
+  const session = new BoardSession(fs.readFileSync(values.uf2), { vcdFile: values.vcd, dmaCycles: Number(values['dma-cycles']) });
   if (session.failure) console.error(`warning: ${session.failure}`);
   if (values.unix) fs.rmSync(values.unix, { force: true });
   const at = values.tcp?.lastIndexOf(':');

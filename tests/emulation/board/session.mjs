@@ -17,9 +17,9 @@ const REMOVE_ALL = 255;
 const ENUMERATION_MS = 2000;
 
 export class BoardSession {
-  /** `vcdFile`: where to write all edges at power-off and at the end. */
-  constructor(uf2, { vcdFile, fastForward = true, name = NAME } = {}) {
-    Object.assign(this, { uf2, vcdFile, fastForward, name, powerCycles: -1 });
+  /** `vcdFile`: where to write all edges at power-off and at the end; `options` as for Board. */
+  constructor(uf2, { vcdFile, name = NAME, ...options } = {}) {
+    Object.assign(this, { uf2, vcdFile, name, options, powerCycles: -1 });
     this.powerUp();
   }
 
@@ -27,7 +27,7 @@ export class BoardSession {
   powerUp() {
     const former = this.board;
     this.powerCycles++;
-    this.board = new Board(this.uf2, { fastForward: this.fastForward });
+    this.board = new Board(this.uf2, this.options);
     this.board.recorder.keep = Boolean(this.vcdFile);
     if (former) this.board.inherit(former);
     this.pipe = new BulkPipe(this.board.host);

@@ -24,10 +24,12 @@ const RESTART_DOMAINS = (1 << 3) | (1 << 14) | (1 << 15);
 export class Chip {
   /**
    * `fastForward`: pass over stretches in which the PIO only counts (same results, tested).
+   * `dmaCycles`: duration of a DMA transfer.
    * `boot(chip)`: what the ROM does after a reset; it must set the processor's PC and SP.
    */
-  constructor({ fastForward = true, boot = () => {} } = {}) {
+  constructor({ fastForward = true, dmaCycles = 1, boot = () => {} } = {}) {
     this.boot = boot;
+    this.dmaCycles = dmaCycles;
     this.warnings = new Map();
     this.edgeListeners = new Set();
     this.resetListeners = new Set();
@@ -57,7 +59,7 @@ export class Chip {
     this.timer = new Timer(this);
     this.watchdog = new Watchdog(this, survivor);
     this.sysTick = new SysTick(this);
-    repairDma(this, this.rp2040.dma);
+    repairDma(this, this.rp2040.dma, this.dmaCycles);
     this.pio = [new PioBlock(this, 0), new PioBlock(this, 1)];
     this.pioPins = [0, 0];
     this.install(former);

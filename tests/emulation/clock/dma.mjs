@@ -8,11 +8,12 @@ const CHAN_ABORT = 0x444;
 const SNIFF_CTRL = 0x434;
 const SNIFF_DATA = 0x438;
 
-export function repairDma(chip, dma) {
+/** `cycles`: how long a transfer takes; more than one is slower than silicon, to see what margin a program has. */
+export function repairDma(chip, dma, cycles) {
   for (const channel of dma.channels) {
     const { transferAlarm } = channel;
     const schedule = transferAlarm.schedule.bind(transferAlarm);
-    transferAlarm.schedule = (nanos) => schedule(nanos || NANOSECONDS_PER_CYCLE);
+    transferAlarm.schedule = (nanos) => schedule(nanos || cycles * NANOSECONDS_PER_CYCLE);
   }
   const read = dma.readUint32.bind(dma);
   dma.readUint32 = (offset) => {
