@@ -98,20 +98,21 @@ export class PioBlock {
   /** Raw interrupts: RX not empty, TX not full, flags 0 to 3. */
   get rawInterrupts() {
     let raw = (this.irq & 15) << 8;
-    this.machines.forEach((machine, i) => {
-      if (!machine.rx.empty) raw |= 1 << i;
-      if (!machine.tx.full) raw |= 16 << i;
-    });
+    for (const machine of this.machines) {
+      if (!machine.rx.empty) raw |= 1 << machine.index;
+      if (!machine.tx.full) raw |= 16 << machine.index;
+    }
     return raw;
   }
 
   lineStatus(line) {
+    if ((this.enables[line] | this.forces[line]) === 0) return 0;
     return (this.rawInterrupts & this.enables[line]) | this.forces[line];
   }
 
   updateLines() {
     this.linesStale = false;
-    for (const line of [0, 1]) this.chip.setInterrupt(7 + 2 * this.index + line, this.lineStatus(line) !== 0);
+    for (let line = 0; line < 2; line++) this.chip.setInterrupt(7 + 2 * this.index + line, this.lineStatus(line) !== 0);
   }
 
   /** Tells the DMA which of a machine's FIFOs want service. */

@@ -8,6 +8,9 @@ import { NONE } from './machine.mjs';
 const LONGEST_PATH = 16;
 const NOP = 0xa042; // mov y, y
 
+/** A copy of what jumps look at, tried on ahead of the machine itself. One is enough: it lives for one call. */
+const trial = { pc: 0, x: 0, y: 0, compares: false };
+
 /** True if this instruction, already stalled, stays so while nothing around it changes. */
 function staysStalled(m, opcode) {
   const block = m.block;
@@ -39,54 +42,44 @@ function sideSetIsQuiet(m, opcode) {
   return true;
 }
 
-/** Follows one jump on a trial copy {pc, x, y}; false if it would leave a counting loop. */
-function follow(m, opcode, trial) {
-  const condition = (opcode >>> 5) & 7;
-  const target = opcode & 31;
-  const next = trial.pc === m.exec.wrapTop ? m.exec.wrapBottom : (trial.pc + 1) & 31;
-  const go = (taken) => (trial.pc = taken ? target : next);
-  switch (condition) {
+/** Whether a jump is taken by the trial copy, which counts down if it has to. */
+function jumps(m, opcode) {
+  switch ((opcode >>> 5) & 7) {
     case 0:
-      go(true);
       return true;
     case 1:
-      go(trial.x === 0);
-      return true;
+      return trial.x === 0;
     case 2:
-    case 4: {
-      const register = condition === 2 ? 'x' : 'y';
-      if (trial[register] === 0) return false;
-      trial[register]--;
-      go(true);
+      trial.x--;
       return true;
-    }
     case 3:
-      go(trial.y === 0);
+      return trial.y === 0;
+    case 4:
+      trial.y--;
       return true;
     case 5:
       trial.compares = true;
-      go(trial.x !== trial.y);
-      return true;
+      return trial.x !== trial.y;
     case 6:
-      go(((m.block.inputs >>> m.exec.jumpPin) & 1) === 1);
-      return true;
+      return ((m.block.inputs >>> m.exec.jumpPin) & 1) === 1;
     default:
-      go(m.osrCount < m.shift.pullThreshold);
-      return true;
+      return m.osrCount < m.shift.pullThreshold;
   }
 }
+
+const nextPlace = (m, pc) => (pc === m.exec.wrapTop ? m.exec.wrapBottom : (pc + 1) & 31);
 
 /** Rounds of a loop that stay clear of zero by one round. */
 const safeRounds = (start, perRound) => (perRound === 0 ? Infinity : Math.floor((start - 1) / perRound) - 1);
 
 /** Clocks until a loop that has come back to its begin might change its way. */
-function loopClocks(m, trial, period) {
+function loopClocks(m, period) {
   const dx = m.x - trial.x;
   const dy = m.y - trial.y;
   if (trial.compares && dx + dy > 0) return 0;
   const rounds = Math.min(safeRounds(m.x, dx), safeRounds(m.y, dy));
   if (rounds < 1) return 0;
-  m.loop = { pc: m.pc, period, dx, dy };
+  m.loop = Object.assign(m.loopMemory, { pc: m.pc, period, dx, dy });
   return rounds * period;
 }
 
@@ -97,16 +90,20 @@ export function idleClocks(m) {
   if (refills) return 0;
   if (m.stalled) return staysStalled(m, m.latch !== NONE ? m.latch : m.block.memory[m.pc]) ? Infinity : 0;
   if (m.latch !== NONE) return 0;
-  const trial = { pc: m.pc, x: m.x, y: m.y, compares: false };
+  trial.pc = m.pc;
+  trial.x = m.x;
+  trial.y = m.y;
+  trial.compares = false;
   let clocks = m.delay;
   for (let i = 0; i < LONGEST_PATH; i++) {
     const opcode = m.block.memory[trial.pc];
     if (opcode >>> 13 !== 0 && (opcode & 0xe0ff) !== NOP) return clocks;
     if (!sideSetIsQuiet(m, opcode)) return clocks;
-    if (opcode >>> 13 !== 0) trial.pc = trial.pc === m.exec.wrapTop ? m.exec.wrapBottom : (trial.pc + 1) & 31;
-    else if (!follow(m, opcode, trial)) return clocks;
+    if (opcode >>> 13 !== 0 || !jumps(m, opcode)) trial.pc = nextPlace(m, trial.pc);
+    else trial.pc = opcode & 31;
+    if (trial.x < 0 || trial.y < 0) return clocks; // a counter passes zero here
     clocks += 1 + m.delayOf(opcode);
-    if (trial.pc === m.pc) return Math.max(clocks, m.delay + loopClocks(m, trial, clocks - m.delay));
+    if (trial.pc === m.pc) return Math.max(clocks, m.delay + loopClocks(m, clocks - m.delay));
   }
   return clocks;
 }

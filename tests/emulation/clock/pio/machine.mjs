@@ -16,6 +16,8 @@ export class Machine {
     this.index = index;
     this.tx = new Fifo(4);
     this.rx = new Fifo(4);
+    this.loopMemory = { pc: 0, period: 0, dx: 0, dy: 0 };
+    this.loop = null; // of what idle.mjs found
     this.reset();
   }
 
