@@ -212,3 +212,30 @@ test('an image that arms a buffer in one write is told so', () => {
   rp2040.writeUint32(0x50100080 + 8 * 3, (1 << 10) | 5);
   assert.match([...board.host.controller.lints.keys()].join(), /endpoint 3 IN: AVAILABLE is set together with other bits/);
 });
+
+test('a watchdog reset takes the device off the bus, and it comes back', () => {
+  const board = connected();
+  const told = [];
+  board.host.listeners.add((what) => told.push(what));
+  const { rp2040 } = board.chip;
+  rp2040.writeUint32(0x40010008, 0x1fffc); // PSM.WDSEL
+  rp2040.writeUint32(0x40058000, 0x80000000); // watchdog, TRIGGER
+  board.runMilliseconds(100, () => told.length === 2);
+  assert.deepEqual(told, ['detached', 'attached']);
+  assert.equal(board.chip.resetCount, 1);
+  board.host.write(1, pattern(33));
+  assert.deepEqual(board.host.read(1, 64).data, pattern(33));
+  assertClean(board);
+});
+
+test('a bus reset in the middle of everything', () => {
+  const board = connected();
+  board.host.submitOut(4, pattern(5000), () => {});
+  board.host.submitIn(1, 64, () => {});
+  board.runMilliseconds(1.5);
+  assert.ok(board.host.wait((done) => board.host.restart(done)));
+  board.host.write(1, pattern(12));
+  assert.deepEqual(board.host.read(1, 64).data, pattern(12));
+  assert.equal(String.fromCharCode(...results(board)), 'rr');
+  assertClean(board);
+});
