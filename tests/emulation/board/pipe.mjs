@@ -9,7 +9,9 @@ export class BulkPipe {
     this.unsent = [];
     this.received = [];
     this.sending = false;
-    host.listeners.add((what) => (what === 'attached' ? this.open(host.device) : this.close()));
+    this.deliveredAt = 0; // cycle at which the device acknowledged the last byte written
+    this.onBus = (what) => (what === 'attached' ? this.open(host.device) : this.close());
+    host.listeners.add(this.onBus);
   }
 
   get isOpen() {
@@ -33,6 +35,13 @@ export class BulkPipe {
     this.sending = false;
   }
 
+  /** Gives the interface up for another pipe. */
+  release() {
+    this.host.listeners.delete(this.onBus);
+    this.close();
+    if (this.reading) this.host.cancel(this.reading);
+  }
+
   write(bytes) {
     if (bytes.length > 0) this.unsent.push(Buffer.from(bytes));
     this.send();
@@ -44,12 +53,13 @@ export class BulkPipe {
     const bytes = this.unsent.shift();
     this.host.submitOut(this.out & 15, bytes, ({ status }) => {
       this.sending = false;
+      this.deliveredAt = this.host.chip.cycle;
       if (status === 'ok') this.send();
     });
   }
 
   listen() {
-    this.host.submitIn(this.in & 15, READ_BYTES, ({ status, data }) => {
+    this.reading = this.host.submitIn(this.in & 15, READ_BYTES, ({ status, data }) => {
       if (data.length > 0) this.received.push(data);
       if (status === 'ok') this.listen();
     });

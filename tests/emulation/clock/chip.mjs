@@ -6,6 +6,7 @@ import { RP2040 } from 'rp2040js';
 import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
 import { repairDma, resetDma } from './dma.mjs';
 import { ChipEvent, dropChipAlarms } from './events.mjs';
+import { installFastMemory } from './fastmemory.mjs';
 import { EmulationFault } from './fault.mjs';
 import { guardMemory } from './memory.mjs';
 import { ENTRY_CYCLES, Nvic } from './nvic.mjs';
@@ -78,6 +79,7 @@ export class Chip {
     this.installSystemBlock(rp2040.ppb);
     if (former) this.inherit(former);
     guardMemory(this, rp2040);
+    this.fastMemory = installFastMemory(rp2040);
   }
 
   /** What a watchdog reset leaves alone: SRAM, flash, the USB memory. */

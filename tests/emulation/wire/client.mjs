@@ -129,10 +129,14 @@ export class WireClient {
 
   /** Runs until an event of this name has come in. */
   waitFor(name, milliseconds = 1000) {
-    const seen = this.events.length;
-    const find = () => this.events.slice(seen).find((event) => event.event === name);
-    if (!find() && !this.runUntil(() => find() !== undefined, milliseconds * CYCLES_PER_MILLISECOND)) throw new Error(`no event ${name} within ${milliseconds} ms`);
-    return find();
+    let seen = this.events.length;
+    let found;
+    const look = () => {
+      while (!found && seen < this.events.length) if (this.events[seen++].event === name) found = this.events[seen - 1];
+      return found !== undefined;
+    };
+    if (!this.runUntil(look, milliseconds * CYCLES_PER_MILLISECOND)) throw new Error(`no event ${name} within ${milliseconds} ms`);
+    return found;
   }
 }
 
