@@ -6,7 +6,8 @@ import { RP2040 } from 'rp2040js';
 import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
 import { repairDma, resetDma } from './dma.mjs';
 import { ChipEvent, dropChipAlarms } from './events.mjs';
-import { installFastMemory } from './fastmemory.mjs';
+import { installFastMemory } from './core/access.mjs';
+import { installInstructions } from './core/index.mjs';
 import { EmulationFault } from './fault.mjs';
 import { guardMemory } from './memory.mjs';
 import { ENTRY_CYCLES, Nvic } from './nvic.mjs';
@@ -80,6 +81,7 @@ export class Chip {
     if (former) this.inherit(former);
     guardMemory(this, rp2040);
     this.fastMemory = installFastMemory(rp2040);
+    this.plainInstruction = installInstructions(this.core); // rp2040js' own, for comparison
   }
 
   /** What a watchdog reset leaves alone: SRAM, flash, the USB memory. */

@@ -58,7 +58,17 @@ export class Scheduler {
   }
 
   advance(target) {
-    while (this.cycle < target) this.chunk(target);
+    const { clock } = this.chip;
+    while (this.cycle < target) {
+      const then = target * NANOSECONDS_PER_CYCLE;
+      const nothingDue = target <= this.quietUntil && (clock.nextAlarm === null || clock.nextAlarm.nanos > then);
+      if (!nothingDue) {
+        this.chunk(target);
+        continue;
+      }
+      clock.nanosCounter = then; // what tick() does when no alarm is due
+      this.cycle = target;
+    }
   }
 
   /** Passes time up to `target` at most, and at least one cycle. */
