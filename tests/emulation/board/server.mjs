@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // Serves an emulated board on the virtual link:
-//   node tests/emulation/board/server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N]
-// Prints one line when it is ready. One client at a time; the board stays as it is when a client goes.
+//   node tests/emulation/board/server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N] [--drive FOLDER]
+// Prints one line when it is ready. One client at a time; the board stays as it is when a client goes. FOLDER becomes the boot
+// loader's drive while the board is in its boot loader.
 
 import fs from 'node:fs';
 import net from 'node:net';
 import { parseArgs } from 'node:util';
+import { BootDrive } from './drive.mjs';
 import { FrameReader, frame } from './link.mjs';
 import { BoardSession } from './session.mjs';
 
-export function serve(session) {
+const DRIVE_POLL_MS = 100;
+
+/** `onGone()`: a client has left. */
+export function serve(session, onGone = () => {}) {
   let client = null;
   return net.createServer((socket) => {
     if (client) {
@@ -30,24 +35,27 @@ export function serve(session) {
     socket.on('close', () => {
       client = null;
       session.writeVcd();
+      onGone();
     });
   });
 }
 
 function usage() {
-  console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N]');
+  console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N] [--drive FOLDER]');
   process.exit(2);
 }
 
 function main() {
-  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' }, 'dma-cycles': { type: 'string', default: '1' } } });
+  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' }, 'dma-cycles': { type: 'string', default: '1' }, drive: { type: 'string' } } });
   if (!values.uf2 || Boolean(values.unix) === Boolean(values.tcp)) usage();
   const session = new BoardSession(fs.readFileSync(values.uf2), { vcdFile: values.vcd, dmaCycles: Number(values['dma-cycles']) });
   if (session.failure) console.error(`warning: ${session.failure}`);
+  const drive = values.drive && new BootDrive(values.drive, session);
+  if (drive) setInterval(() => drive.poll(), DRIVE_POLL_MS);
   if (values.unix) fs.rmSync(values.unix, { force: true });
   const at = values.tcp?.lastIndexOf(':');
   const place = values.unix ? { path: values.unix } : { host: values.tcp.slice(0, at), port: Number(values.tcp.slice(at + 1)) };
-  const server = serve(session).listen(place, () => {
+  const server = serve(session, () => drive && session.goToBootloader()).listen(place, () => {
     const address = server.address();
     console.log(`ready virtual:${values.unix ? `unix:${values.unix}` : `tcp:${address.address}:${address.port}`}`);
   });

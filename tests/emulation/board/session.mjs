@@ -7,6 +7,7 @@ import path from 'node:path';
 import { CLOCK_HZ, NANOSECONDS_PER_CYCLE } from '../clock/constants.mjs';
 import { pinNames, vcd } from '../edges/vcd.mjs';
 import { Board } from './board.mjs';
+import { writeFlash } from './drive.mjs';
 import { frame, u64 } from './link.mjs';
 import { BulkPipe } from './pipe.mjs';
 
@@ -15,6 +16,7 @@ const NAME = 'pico-emulated';
 const PINS = 30;
 const REMOVE_ALL = 255;
 const ENUMERATION_MS = 2000;
+const REBOOT_MS = 50;
 
 export class BoardSession {
   /** `vcdFile`: where to write all edges at power-off and at the end; `options` as for Board. */
@@ -32,7 +34,16 @@ export class BoardSession {
     if (former) this.board.inherit(former);
     this.pipe = new BulkPipe(this.board.host);
     this.failure = null;
+    this.broken = false;
     this.plug(true);
+  }
+
+  /** New firmware through the boot loader: the board starts with it. */
+  flash(uf2) {
+    writeFlash(this.board.flash.bytes, uf2);
+    this.writeVcd();
+    this.uf2 = uf2;
+    this.powerUp();
   }
 
   plug(on) {
@@ -46,6 +57,11 @@ export class BoardSession {
   whyNoDevice() {
     if (this.board.bootloader) return `the board is in its bootloader: ${this.board.bootloader.reason}`;
     return this.board.host.failure ?? 'the board does not appear on USB as a vendor interface with bulk endpoints';
+  }
+
+  /** A client has gone that may have asked for the boot loader: the board gets the time to go there (it answers first). */
+  goToBootloader() {
+    this.advance(REBOOT_MS * 125_000, () => this.board.bootloader !== null);
   }
 
   /** Runs the board; what it cannot go on from is kept for every later answer. */
@@ -169,7 +185,6 @@ function cable(session, payload) {
 
 function power(session) {
   session.writeVcd();
-  session.broken = false;
   session.powerUp();
   return frame('p');
 }
