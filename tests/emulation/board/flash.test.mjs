@@ -4,6 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { boardWith, results } from '../testing/images.mjs';
+import { UNIQUE_ID } from './ssi.mjs';
 
 const SECTOR = 0x1f0000;
 
@@ -38,6 +39,36 @@ test('programming only lowers bits', () => {
   assert.equal(board.flash.bytes[SECTOR], 0x0c);
   functions.RE([SECTOR, 4096]);
   assert.equal(board.flash.bytes[SECTOR], 0xff);
+});
+
+test('serial commands: the unique number with the select held by hand, the status without', () => {
+  const { board } = prepared();
+  const { rp2040 } = board.chip;
+  const [select, data, status] = [0x4001800c, 0x18000060, 0x18000028];
+  const exchange = (bytes) => {
+    for (const byte of bytes) rp2040.writeUint32(data, byte);
+    return bytes.map(() => rp2040.readUint32(data));
+  };
+  rp2040.writeUint32(select, 2 << 8);
+  assert.deepEqual(exchange([0x4b, 0, 0, 0]), [0, 0, 0, 0]);
+  assert.equal(rp2040.readUint32(status) & 8, 0);
+  assert.deepEqual(Buffer.from(exchange(Array(9).fill(0))).subarray(1), UNIQUE_ID);
+  rp2040.writeUint32(select, 3 << 8);
+  assert.deepEqual(exchange([0x35, 0]), [2, 2]);
+  assert.deepEqual(exchange([0x9f, 0, 0, 0]), [0, 0xef, 0x40, 0x15]);
+  assert.deepEqual(exchange([0x05, 0]), [0, 0]);
+});
+
+test('flash cannot be read while it is away, until a second stage has run again', () => {
+  const { board } = prepared();
+  const { rp2040 } = board.chip;
+  assert.throws(() => rp2040.readUint32(0x10000000), /while it is not mapped/);
+  assert.throws(() => board.chip.core.readUint16(0x10000100), /while it is not mapped/);
+  rp2040.writeUint32(0x18000008, 0);
+  rp2040.writeUint32(0x18000000, (31 << 16) | (3 << 8));
+  rp2040.writeUint32(0x18000008, 1);
+  assert.notEqual(rp2040.readUint32(0x10000000), 0xffffffff);
+  assert.equal(board.chip.core.readUint16(0x10000100), rp2040.readUint16(0x10000100));
 });
 
 test('what would crash a real board is an error', () => {

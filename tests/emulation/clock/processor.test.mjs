@@ -4,6 +4,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { levels, statistics } from '../edges/statistics.mjs';
+import { Bench } from '../testing/bench.mjs';
 import { boardWith, results } from '../testing/images.mjs';
 import { CYCLES_PER_MICROSECOND } from './constants.mjs';
 
@@ -31,6 +32,41 @@ test('SysTick has a period of its reload value plus one', () => {
   const drift = edges[last].cycle - edges[0].cycle - 1000 * last;
   assert.ok(Math.abs(drift) < 60, `${drift} cycles over ${last} periods`);
   assert.equal(statistics(levels(edges).map((each) => Math.round(each.cycles / 100))).jitter, 0);
+});
+
+test('SysTick counts every cycle and reloads after 0; CVR clears it', () => {
+  const bench = new Bench();
+  const [csr, rvr, cvr] = [0xe000e010, 0xe000e014, 0xe000e018];
+  bench.write(rvr, 99);
+  bench.write(cvr, 1);
+  bench.write(csr, 5);
+  assert.equal(bench.read(cvr), 0);
+  const seen = [1, 1, 97, 1, 1, 1].map((cycles) => (bench.run(cycles), bench.read(cvr)));
+  assert.deepEqual(seen, [99, 98, 1, 0, 99, 98]);
+  assert.equal(bench.read(csr), 0x10005, 'it passed 0');
+  assert.equal(bench.read(csr), 5, 'reading clears that');
+  bench.run(1_000_000);
+  assert.equal(bench.read(cvr), 98, 'ten thousand periods later');
+});
+
+test('TIMER stands until the tick is on, counts microseconds, carries into the upper word, and can be paused', () => {
+  const bench = new Bench();
+  const [high, low, rawHigh, rawLow, pause] = [0x00, 0x04, 0x24, 0x28, 0x30].map((offset) => 0x40054000 + offset);
+  bench.run(1000);
+  assert.equal(bench.read(rawLow), 0);
+  bench.write(0x4005802c, 0x200 | 12);
+  bench.run(12_499);
+  assert.equal(bench.read(rawLow), 99);
+  bench.run(1);
+  assert.equal(bench.read(rawLow), 100);
+  bench.write(low, 0xfffffffe);
+  bench.write(high, 6);
+  bench.run(250);
+  assert.deepEqual([bench.read(rawHigh), bench.read(rawLow)], [7, 0]);
+  assert.deepEqual([bench.read(0x4005400c), bench.read(0x40054008)], [0, 7], 'the latched pair');
+  bench.write(pause, 1);
+  bench.run(10_000);
+  assert.equal(bench.read(rawLow), 0);
 });
 
 test('two runs are the same, with and without fast-forward', () => {
