@@ -40,25 +40,33 @@ export function serve(session, onGone = () => {}) {
   });
 }
 
+const text = { type: 'string' };
+const OPTIONS = { uf2: text, unix: text, tcp: text, vcd: text, drive: text, 'dma-cycles': { ...text, default: '1' } };
+
 function usage() {
   console.error('usage: server.mjs --uf2 FILE (--unix PATH | --tcp HOST:PORT) [--vcd FILE] [--dma-cycles N] [--drive FOLDER]');
   process.exit(2);
 }
 
+/** Where to listen, as node takes it. */
+function placeOf({ unix, tcp }) {
+  if (unix) return { path: unix };
+  const at = tcp.lastIndexOf(':');
+  return { host: tcp.slice(0, at), port: Number(tcp.slice(at + 1)) };
+}
+
+const nameOf = (address) => (typeof address === 'string' ? `unix:${address}` : `tcp:${address.address}:${address.port}`);
+
 function main() {
-  const { values } = parseArgs({ options: { uf2: { type: 'string' }, unix: { type: 'string' }, tcp: { type: 'string' }, vcd: { type: 'string' }, 'dma-cycles': { type: 'string', default: '1' }, drive: { type: 'string' } } });
+  const { values } = parseArgs({ options: OPTIONS });
   if (!values.uf2 || Boolean(values.unix) === Boolean(values.tcp)) usage();
   const session = new BoardSession(fs.readFileSync(values.uf2), { vcdFile: values.vcd, dmaCycles: Number(values['dma-cycles']) });
   if (session.failure) console.error(`warning: ${session.failure}`);
   const drive = values.drive && new BootDrive(values.drive, session);
   if (drive) setInterval(() => drive.poll(), DRIVE_POLL_MS);
   if (values.unix) fs.rmSync(values.unix, { force: true });
-  const at = values.tcp?.lastIndexOf(':');
-  const place = values.unix ? { path: values.unix } : { host: values.tcp.slice(0, at), port: Number(values.tcp.slice(at + 1)) };
-  const server = serve(session, () => drive && session.goToBootloader()).listen(place, () => {
-    const address = server.address();
-    console.log(`ready virtual:${values.unix ? `unix:${values.unix}` : `tcp:${address.address}:${address.port}`}`);
-  });
+  const server = serve(session, () => drive && session.goToBootloader());
+  server.listen(placeOf(values), () => console.log(`ready virtual:${nameOf(server.address())}`));
   server.on('error', (error) => {
     console.error(`error: ${error.message}`);
     process.exit(1);

@@ -21,7 +21,8 @@ let readyLine;
 before(async () => {
   folder = fs.mkdtempSync(path.join(os.tmpdir(), 'virtual-'));
   place = path.join(folder, 'board.sock');
-  process_ = spawn(process.execPath, [SERVER, '--uf2', imageFile('usb'), '--unix', place, '--vcd', path.join(folder, 'all.vcd')], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const options = ['--uf2', imageFile('usb'), '--unix', place, '--vcd', path.join(folder, 'all.vcd')];
+  process_ = spawn(process.execPath, [SERVER, ...options], { stdio: ['ignore', 'pipe', 'inherit'] });
   readyLine = await new Promise((resolve) => process_.stdout.once('data', (bytes) => resolve(bytes.toString())));
 });
 

@@ -45,7 +45,8 @@ function scene(fastForward, seed, { clkdiv = 0x10000 } = {}) {
   }
   bench.chip.settle();
   const state = bench.chip.pio.flatMap((block) => block.machines.map(({ pc, x, y, osr, isr, delay, phase }) => [pc, x, y, osr, isr, delay, phase]));
-  return { hash: bench.recorder.hash(), edges: bench.recorder.edges.length, words, state, debug: bench.pio(8), stepped: bench.chip.scheduler.stepped, cycles: bench.chip.cycle };
+  const { stepped, cycle: cycles } = bench.chip.scheduler;
+  return { hash: bench.recorder.hash(), edges: bench.recorder.edges.length, words, state, debug: bench.pio(8), stepped, cycles };
 }
 
 for (const clkdiv of [0x10000, (3 << 16) | (64 << 8)]) {

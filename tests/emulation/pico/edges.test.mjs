@@ -65,3 +65,16 @@ test('the same edges with slow DMA', { skip }, () => {
   });
   assert.deepEqual(edges[1], edges[0]);
 });
+
+test('fast-forward changes nothing: every pin and every event, to the cycle', { skip }, () => {
+  const [fast, slow] = [true, false].map((fastForward) => {
+    const rig = new PicoRig({ fastForward });
+    rig.configure([...outputs, input(VSYNC.line, 'LINE_ROLE_VSYNC', { capture: true })]);
+    rig.board.stimuli.pulse(VSYNC.gpio, 1_000_333, 20_000);
+    rig.start([records.loop(15, [records.wait(VSYNC.line, 'rising', 500_000), records.mark(1), records.word(2, 5000), records.word(0, 5000)]), records.end()]);
+    rig.finish();
+    return { hash: rig.board.recorder.hash(), events: rig.client.events, arrived: rig.client.arrived, instructions: rig.board.chip.scheduler.instructions };
+  });
+  assert.deepEqual(fast, slow);
+  assert.ok(fast.events.length > 40);
+});
