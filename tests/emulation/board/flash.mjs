@@ -40,8 +40,8 @@ export class Flash {
   map(on) {
     if (on === this.mapped) return;
     this.mapped = on;
-    const { rp2040, fastMemory } = this.chip;
-    fastMemory.direct = on;
+    const { rp2040, access } = this.chip;
+    access.direct = on;
     for (const name of ['readUint8', 'readUint16', 'readUint32']) {
       if (on) delete rp2040[name];
       else this.guard(rp2040, name);

@@ -6,7 +6,7 @@ import { RP2040 } from 'rp2040js';
 import { NANOSECONDS_PER_CYCLE } from './constants.mjs';
 import { repairDma, resetDma } from './dma.mjs';
 import { ChipEvent, dropChipAlarms } from './events.mjs';
-import { installFastMemory } from './core/access.mjs';
+import { installAccess } from './core/access.mjs';
 import { installInstructions } from './core/index.mjs';
 import { EmulationFault } from './fault.mjs';
 import { guardMemory } from './memory.mjs';
@@ -80,7 +80,7 @@ export class Chip {
     this.installSystemBlock(rp2040.ppb);
     if (former) this.inherit(former);
     guardMemory(this, rp2040);
-    this.fastMemory = installFastMemory(rp2040);
+    this.access = installAccess(this, rp2040);
     this.plainInstruction = installInstructions(this.core); // rp2040js' own, for comparison
   }
 
@@ -107,7 +107,7 @@ export class Chip {
   /** rp2040js' complaints: what it cannot do is an error here, the rest is counted. */
   logger() {
     const note = (name, text) => {
-      if (/not implemented|invalid memory|undefined address|nimplemented peripheral/.test(text)) this.fault(`${name}: ${text}`);
+      if (/not implemented|invalid memory|undefined address|nimplemented peripheral|aligned/.test(text)) this.fault(`${name}: ${text}`);
       this.warnings.set(`${name}: ${text}`, (this.warnings.get(`${name}: ${text}`) ?? 0) + 1);
     };
     return { debug() {}, info() {}, warn: note, error: note };

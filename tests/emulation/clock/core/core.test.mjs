@@ -129,3 +129,12 @@ test('BLX LR goes where LR pointed', () => {
 test('STM writes its base back even if it is in the list', () => {
   assert.equal(run(0xc003, [DATA, 7])[0], DATA + 8);
 });
+
+test('an address that is not aligned is an error that names it', () => {
+  const [strh, ldrh, str, ldr, strb] = [0x8008, 0x8808, 0x6008, 0x6808, 0x7008];
+  assert.throws(() => run(str, [0, DATA + 2]), /word store at 0x20010002, which is not aligned/);
+  assert.throws(() => run(ldr, [0, DATA + 1]), /word load at 0x20010001/);
+  assert.throws(() => run(strh, [0, DATA + 1]), /halfword store/);
+  assert.throws(() => run(ldrh, [0, DATA + 3]), /halfword load/);
+  run(strb, [0, DATA + 3]);
+});
