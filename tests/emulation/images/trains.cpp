@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pulse trains from a table in RAM by DMA, round and round, on GPIO2 and GPIO3, while the processor computes, is interrupted every
-// 100 us, and answers each rising edge of GPIO6 on GPIO7.
+// Pulse trains from a table in RAM by DMA, round and round, on GPIO2 and GPIO3, while the processor computes,
+// is interrupted every 100 us, and answers each rising edge of GPIO6 on GPIO7.
 #include "rp2040.hpp"
 
 RP_RESULTS;
@@ -10,7 +10,8 @@ namespace {
 
 constexpr u32 kDma = 0x50000000;
 constexpr u32 kPio0 = 0x50200000;
-// .side_set 1:  out x,32 side 0 / out y,32 side 0 / jmp x-- . side 0 / jmp y-- . side 1: low is x + 3 cycles, high y + 1
+// .side_set 1:  out x,32 side 0 / out y,32 side 0 / jmp x-- . side 0 / jmp y-- . side 1: low is x + 3 cycles,
+// high y + 1
 constexpr u16 kProgram[] = {0x6020, 0x6040, 0x0042, 0x1083};
 constexpr u32 kWords = 64;
 constexpr u32 kRing = (8U << 6);  // 256 bytes, on the read side
@@ -55,8 +56,8 @@ void program() {
   release((1U << 2) | (1U << 10));
   results.count = 0;
   for (u32 i = 0; i < kWords; i += 2) {
-    table[0][i] = 40 + i;          // low
-    table[0][i + 1] = i / 2;       // high: 1 to 32 cycles
+    table[0][i] = 40 + i;     // low
+    table[0][i + 1] = i / 2;  // high: 1 to 32 cycles
     table[1][i] = 300;
     table[1][i + 1] = 3 * i;
   }
