@@ -87,7 +87,9 @@ export class WireClient {
     return reply;
   }
 
+  /** Begins a session. A zero first: whatever was begun before is over then. */
   hello() {
+    this.pipe.write(Buffer.from([0]));
     const reply = this.must({ hello: { proto_major: 1, proto_minor: 0 } }, { sync: true });
     this.expected = reply.frame.seq;
     return reply.hello;
