@@ -262,14 +262,15 @@ Result<void> Board::Session::keep_alive(Nanoseconds ttl) {
 Result<TimeReading> Board::Session::time() {
   symrig_wire_Request request = make_request(symrig_wire_Request_time_ping_tag);
   TimeReading reading{};
-  reading.sent = wire_.now();
-  request.body.time_ping.host_ns = static_cast<std::uint64_t>(reading.sent.count());
+  reading.sent = {wire_.now()};
+  request.body.time_ping.host_ns = static_cast<std::uint64_t>(reading.sent.since.count());
   SYMRIG_TRY(const auto reply, ask(request, "the time"));
-  reading.received = wire_.now();
+  reading.received = {wire_.now()};
   const symrig_wire_TimeReply& time = reply.body.time;
   if (reply.which_body != symrig_wire_Reply_time_tag || time.host_ns != request.body.time_ping.host_ns)
     return nonsense("time");
-  reading.board = {time.rx_tick};
+  reading.taken = {Ticks{time.rx_tick}};
+  reading.answered = {Ticks{time.tx_tick}};
   return reading;
 }
 

@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/device/board_info.hpp"
+#include "symrig/device/clock_model.hpp"
 #include "symrig/device/link.hpp"
 #include "symrig/device/program.hpp"
 #include "symrig/device/receipt.hpp"
@@ -38,12 +39,6 @@ struct BoardStatus {
   std::uint32_t levels = 0;  ///< of all lines, bit k = line k
   std::optional<FaultInfo> fault;
   std::uint32_t bad_frames = 0;  ///< frames the board threw away since power-up
-};
-
-/// One question for the board's clock: it read `board` somewhere between `sent` and `received`.
-struct TimeReading {
-  Nanoseconds sent, received;  ///< on the link's clock
-  Ticks board;
 };
 
 struct BoardOptions {
