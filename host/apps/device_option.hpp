@@ -21,8 +21,10 @@ Result<device::Board> open_board(const device::DeviceUri& uri, const device::Boa
 
 /// Help text on how boards are named.
 inline constexpr const char* kDeviceHelp =
-    "A board is named by its serial number or how that begins, or by a URI: usb:SERIAL, serial:/dev/ttyACM0,\n"
-    "tcp:HOST:PORT, unix:PATH, virtual:unix:PATH, virtual:tcp:HOST:PORT, sim:. Not named, it is that of the environment's\n"
+    "A board is named by its serial number or how that begins, or by a URI: usb:SERIAL, "
+    "serial:/dev/ttyACM0,\n"
+    "tcp:HOST:PORT, unix:PATH, virtual:unix:PATH, virtual:tcp:HOST:PORT, sim:. Not named, it is that of the "
+    "environment's\n"
     "SYMRIG_DEVICE, or the only board that is connected; of several none is guessed.\n";
 
 }  // namespace symrig::apps

@@ -66,12 +66,9 @@ std::string or_dash(const std::string& text) {
 
 std::array<std::string, 6> cells(const Row& row) {
   if (!row.info) return {row.found.uri.text(), "-", or_dash(row.found.serial), "-", "-", "no answer"};
-  return {row.found.uri.text(),
-          row.info->board,
-          row.info->unique_id,
-          or_dash(row.info->label),
-          row.info->firmware_version,
-          row.status ? std::string(name(row.status->state)) : "unknown"};
+  return {row.found.uri.text(),       row.info->board,
+          row.info->unique_id,        or_dash(row.info->label),
+          row.info->firmware_version, row.status ? std::string(name(row.status->state)) : "unknown"};
 }
 
 std::string table(const std::vector<Row>& rows) {
@@ -91,7 +88,9 @@ std::string table(const std::vector<Row>& rows) {
 }
 
 nlohmann::ordered_json to_json(const Row& row) {
-  const auto known = [&](const std::string& text) { return row.info ? nlohmann::ordered_json(text) : nullptr; };
+  const auto known = [&](const std::string& text) {
+    return row.info ? nlohmann::ordered_json(text) : nullptr;
+  };
   const device::BoardInfo info = row.info.value_or(device::BoardInfo{});
   return {{"uri", row.found.uri.text()},
           {"board", known(info.board)},
@@ -102,7 +101,7 @@ nlohmann::ordered_json to_json(const Row& row) {
           {"state", row.status ? nlohmann::ordered_json(name(row.status->state)) : nullptr},
           {"port", row.found.port},
           {"simulated", row.found.uri.transport == device::Transport::sim},
-          {"error", row.error.empty() ? nlohmann::ordered_json(nullptr) : row.error}};
+          {"error", row.error.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.error)}};
 }
 
 Result<void> run(const Arguments& arguments) {
@@ -121,18 +120,20 @@ Result<void> run(const Arguments& arguments) {
 Job add_list(CLI::App& app) {
   CLI::App* command = app.add_subcommand("list", "The boards that are connected");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
+  command
+      ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
       ->type_name("URI")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
-                              "  symrig list\n"
-                              "\n"
-                              "Looks on USB and on USB serial ports and asks each board who it is; a board that "
-                              "another program\n"
-                              "has open is shown, but not asked. The simulated board sim: is always there.\n\n") +
-                  kExitCodes);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig list\n"
+                  "\n"
+                  "Looks on USB and on USB serial ports and asks each board who it is; a board that "
+                  "another program\n"
+                  "has open is shown, but not asked. The simulated board sim: is always there.\n\n") +
+      kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

@@ -287,6 +287,13 @@ Result<TimeReading> Board::Session::time() {
   return reading;
 }
 
+Result<void> Board::Session::idle(Nanoseconds duration) {
+  const Nanoseconds deadline = wire_.now() + duration;
+  for (Nanoseconds left = duration; left.count() > 0; left = deadline - wire_.now())
+    SYMRIG_CHECK(wire_.listen(left));
+  return {};
+}
+
 Result<std::uint32_t> Board::Session::find_line(std::string_view line, bool output) const {
   const int index = info_.line(line);
   if (index >= 0 && info_.lines[static_cast<std::size_t>(index)].output == output)
@@ -404,6 +411,9 @@ Result<void> Board::keep_alive(Nanoseconds ttl) {
 }
 Result<TimeReading> Board::time() {
   return session_->time();
+}
+Result<void> Board::idle(Nanoseconds duration) {
+  return session_->idle(duration);
 }
 Result<LineUse> Board::line_use(std::string_view line) {
   return session_->line_use(line);
