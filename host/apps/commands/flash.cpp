@@ -39,9 +39,9 @@ struct Known {
 
 std::string describe(const Arguments& arguments, const FirmwareFile& file) {
   return fmt::format(
-      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as {}.sha256 says\n",
+      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as its manifest says\n",
       arguments.file, file.manifest.version, file.manifest.board, file.manifest.firmware_hash,
-      byte_size(static_cast<double>(file.image.bytes.size())), file.sha256, arguments.file);
+      byte_size(static_cast<double>(file.image.bytes.size())), file.sha256);
 }
 
 /// Asks again and again until there is an answer, or the patience is over. fails: the last reason,
@@ -155,7 +155,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_flash(CLI::App& app) {
   CLI::App* command = app.add_subcommand("flash", "Puts firmware on a board, and checks that it runs there");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("file", arguments->file, "Firmware, with FILE.uf2.sha256 beside it")
+  command->add_option("file", arguments->file, "Firmware, with its manifest FILE.json beside it")
       ->required()
       ->type_name("FILE.uf2");
   add_device(*command, arguments->device);
