@@ -94,13 +94,25 @@ Result<std::optional<Known>> find_board(const Arguments& arguments) {
   return std::optional(Known{*uri, board.info()});
 }
 
-/// true: the board is on its way to the boot loader. false: it runs this firmware already.
+/// Until the board has left: it takes a moment after its answer.
+Result<bool> left(const Arguments& arguments, const DeviceUri& uri) {
+  constexpr device::BoardOptions kBrief{.reply_timeout = 50ms, .attempts = 2};
+  return wait_for<bool>(std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
+    if (!open_board(uri, kBrief)) return true;
+    return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
+                 "hold its BOOTSEL button while you plug it in, and run this again"};
+  });
+}
+
+/// true: the board is in its boot loader. false: it runs this firmware already.
 Result<bool> enter_boot_loader(const Arguments& arguments, const FirmwareFile& file, const Known& known) {
   SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
   if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
-  SYMRIG_TRY(auto board, open_board(known.uri));
-  SYMRIG_CHECK(board.reboot(true));
-  return true;
+  {
+    SYMRIG_TRY(auto board, open_board(known.uri));
+    SYMRIG_CHECK(board.reboot(true));
+  }
+  return left(arguments, known.uri);
 }
 
 /// The board is back: does it run what was put on it?
