@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emit.hpp"
+
+#include "names.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+namespace symrig::device {
+namespace {
+
+/// What happens at one moment of a stretch: an edge that is set, or a mark.
+struct Event {
+  Ticks tick;
+  const Move* move;
+};
+
+class Emitter {
+ public:
+  Emitter(const RigSetup& rig, const BoardInfo& board, Findings& findings)
+      : board_(board), findings_(findings), builder_(board) {
+    for (const RigLine& line : rig.lines) {
+      const int k = board.line(line.config.line);
+      if (k >= 0 && k < 32) delays_[static_cast<std::size_t>(k)] = board.rate.ticks(line.delay);
+    }
+  }
+
+  void take(const Move& move) {
+    switch (move.kind) {
+      case Move::Kind::set:
+        events_.push_back({now_ + delays_[static_cast<std::size_t>(move.line)], &move});
+        return;
+      case Move::Kind::mark:
+        events_.push_back({now_, &move});
+        return;
+      case Move::Kind::hold:
+        now_ = now_ + move.ticks;
+        return;
+      default:
+        flush(move.place);
+        write(move);
+    }
+  }
+
+  std::optional<Emitted> finish(int place) {
+    flush(place);
+    auto program = builder_.end();
+    note_place(place);
+    if (!program) findings_.error(place, "length", program.error().what, program.error().hint);
+    if (!program || broken_) return std::nullopt;
+    return Emitted{*std::move(program), std::move(places_)};
+  }
+
+ private:
+  void write(const Move& move) {
+    const std::string line = move.kind == Move::Kind::wait
+                                 ? board_.lines[static_cast<std::size_t>(move.line)].name
+                                 : std::string();
+    switch (move.kind) {
+      case Move::Kind::wait:
+        builder_.wait_edge(line, move.edge, board_.rate.nanoseconds(move.ticks), move.on_timeout);
+        break;
+      case Move::Kind::loop:
+        builder_.loop(static_cast<std::uint32_t>(move.count));
+        break;
+      case Move::Kind::end_loop:
+        builder_.end_loop();
+        break;
+      default:
+        break;
+    }
+    note_place(move.place);
+  }
+
+  /// Writes the stretch gathered so far; what comes next may begin at any time.
+  void flush(int place) {
+    std::stable_sort(events_.begin(), events_.end(),
+                     [](const Event& a, const Event& b) { return a.tick < b.tick; });
+    if (!events_.empty() && events_.back().tick > now_) {
+      crosses(events_.back());
+      now_ = events_.back().tick;
+    }
+    Ticks at;
+    int last = place;
+    for (const Event& event : events_) {
+      if (event.tick > at) hold(event.tick - at, last);
+      at = event.tick;
+      apply(*event.move);
+      last = event.move->place;
+    }
+    if (now_ > at) hold(now_ - at, last);
+    events_.clear();
+    now_ = Ticks{};
+  }
+
+  void apply(const Move& move) {
+    if (move.kind == Move::Kind::mark) {
+      builder_.mark(static_cast<std::uint32_t>(move.count));
+      note_place(move.place);
+    } else {
+      builder_.set(board_.lines[static_cast<std::size_t>(move.line)].name, move.level);
+    }
+  }
+
+  void hold(Ticks ticks, int place) {
+    if (ticks < board_.min_dwell) {
+      broken_ = true;
+      findings_.error(
+          place, "min_dwell",
+          fmt::format("levels stand for {} between two edges, the board's shortest is {}",
+                      ticks_text(board_, ticks.count), ticks_text(board_, board_.min_dwell.count)),
+          setting("hold", board_.rate.nanoseconds(board_.min_dwell)));
+      return;
+    }
+    builder_.hold(ticks);
+    note_place(place);
+  }
+
+  void crosses(const Event& event) {
+    broken_ = true;
+    const std::string& line = board_.lines[static_cast<std::size_t>(event.move->line)].name;
+    findings_.error(event.move->place, "delay.crosses",
+                    fmt::format("the delay of line '{}' carries its edge {} beyond the wait, loop's end or "
+                                "program's end that follows",
+                                line, ticks_text(board_, (event.tick - now_).count)),
+                    setting("hold", board_.rate.nanoseconds(event.tick - now_)) + " more before it");
+  }
+
+  void note_place(int place) { places_.resize(builder_.records(), place); }
+
+  const BoardInfo& board_;
+  Findings& findings_;
+  ProgramBuilder builder_;
+  std::array<Ticks, 32> delays_{};
+  std::vector<Event> events_;
+  std::vector<int> places_;
+  Ticks now_;
+  bool broken_ = false;
+};
+
+}  // namespace
+
+std::optional<Emitted> emit(const MoveList& moves, const RigSetup& rig, const BoardInfo& board,
+                            Findings& findings) {
+  Emitter emitter(rig, board, findings);
+  int place = 0;
+  for (const Move& move : moves.moves()) {
+    emitter.take(move);
+    if (move.place != 0) place = move.place;
+  }
+  return emitter.finish(place);
+}
+
+}  // namespace symrig::device
