@@ -125,9 +125,17 @@ class LineCheck {
 
 void note_assumptions(std::string_view table, std::string_view profile, const std::vector<std::string>& keys,
                       int place, Findings& findings) {
-  for (const std::string& key : keys)
-    findings.note(place, "profile.assumption", fmt::format("profile '{}': no source gives {}", profile, key),
-                  fmt::format("measure it, and set {} in [rig.{}]", key, table));
+  if (keys.empty()) return;
+  std::string all;
+  for (const std::string& key : keys) all += (all.empty() ? "" : ", ") + key;
+  findings.note(place, "profile.assumption", fmt::format("profile '{}': no source gives {}", profile, all),
+                fmt::format("measure, and set in [rig.{}]", table));
+}
+
+bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind) {
+  return std::any_of(steps.begin(), steps.end(), [kind](const FileStep& step) {
+    return step.kind == kind || has_step(step.steps, kind);
+  });
 }
 
 }  // namespace
@@ -136,9 +144,13 @@ void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& find
   LineCheck(file, board, findings).run();
 }
 
-void check_profiles(const RigSetup& rig, Findings& findings) {
-  note_assumptions("camera", rig.camera.name, rig.camera.assumptions, rig.camera_place, findings);
-  note_assumptions("projector", rig.projector.name, rig.projector.assumptions, rig.projector_place, findings);
+void check_profiles(const ProgramFile& file, Findings& findings) {
+  const RigSetup& rig = file.rig;
+  if (file.scan || has_step(file.steps, FileStep::Kind::expose))
+    note_assumptions("camera", rig.camera.name, rig.camera.assumptions, rig.camera_place, findings);
+  if (file.scan || has_step(file.steps, FileStep::Kind::pattern))
+    note_assumptions("projector", rig.projector.name, rig.projector.assumptions, rig.projector_place,
+                     findings);
 }
 
 }  // namespace symrig::device

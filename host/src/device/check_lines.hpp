@@ -9,7 +9,7 @@ namespace symrig::device {
 /// keep-alive.
 void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& findings);
 
-/// What of the device profiles is not from a source.
-void check_profiles(const RigSetup& rig, Findings& findings);
+/// What of the device profiles in use is not from a source.
+void check_profiles(const ProgramFile& file, Findings& findings);
 
 }  // namespace symrig::device

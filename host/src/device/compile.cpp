@@ -125,8 +125,7 @@ CompiledProgram assemble(const ProgramFile& file, const BoardInfo& board, Emitte
   compiled.keep_alive = file.rig.keep_alive;
   compiled.program = std::move(emitted.program);
   compiled.places = std::move(emitted.places);
-  if (const RigLine* strobe = file.rig.with_role(RigRole::strobe))
-    compiled.strobe_line = board.line(strobe->config.line);
+  compiled.wiring = wiring_of(file.rig);
   return compiled;
 }
 
@@ -136,7 +135,7 @@ Compilation compile_program(const ProgramFile& file, const BoardInfo& board) {
   Findings findings;
   check_lines(file, board, findings);
   check_times(file, board, findings);
-  check_profiles(file.rig, findings);
+  check_profiles(file, findings);
   if (file.scan) check_scan(file.rig, *file.scan, board, findings);
   Compilation out;
   std::optional<Emitted> emitted;

@@ -30,7 +30,8 @@ class Emitter {
   void take(const Move& move) {
     switch (move.kind) {
       case Move::Kind::set:
-        events_.push_back({now_ + delays_[static_cast<std::size_t>(move.line)], &move});
+        events_.push_back(
+            {now_ + (move.at_once ? Ticks{} : delays_[static_cast<std::size_t>(move.line)]), &move});
         return;
       case Move::Kind::mark:
         events_.push_back({now_, &move});

@@ -81,7 +81,7 @@ class RigMoves {
     for (const RigLine& line : rig_.lines)
       if (const int k = board.line(line.config.line);
           k >= 0 && board.lines[static_cast<std::size_t>(k)].output && line.active_low)
-        moves_.set(line.config.line, false, line.place);
+        moves_.is_off(line.config.line, line.place);
   }
 
  private:

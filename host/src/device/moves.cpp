@@ -12,6 +12,11 @@ void MoveList::set(std::string_view line, bool on, int place) {
       {.kind = Kind::set, .line = board_->line(line), .level = on != active_low, .place = place});
 }
 
+void MoveList::is_off(std::string_view line, int place) {
+  set(line, false, place);
+  moves_.back().at_once = true;
+}
+
 void MoveList::hold(Ticks ticks, int place) {
   if (ticks.count > 0) moves_.push_back({.kind = Kind::hold, .ticks = ticks, .place = place});
 }

@@ -15,9 +15,10 @@ struct Move {
   enum class Kind : std::uint8_t { set, hold, wait, mark, loop, end_loop };
 
   Kind kind = Kind::hold;
-  int line = 0;        ///< set, wait
-  bool level = false;  ///< set
-  Ticks ticks = {};    ///< hold, wait (time-out)
+  int line = 0;          ///< set, wait
+  bool level = false;    ///< set
+  bool at_once = false;  ///< set: without the delay of the line, for levels that stand already
+  Ticks ticks = {};      ///< hold, wait (time-out)
   EdgeKind edge = EdgeKind::rising;
   OnTimeout on_timeout = OnTimeout::abort;
   std::uint64_t count = 0;  ///< loop (rounds), mark (id)
@@ -31,6 +32,8 @@ class MoveList {
 
   /// To the line's active level, or back.
   void set(std::string_view line, bool on, int place);
+  /// The line is off already: says so to what counts levels.
+  void is_off(std::string_view line, int place);
   void hold(Ticks ticks, int place);
   void hold(Nanoseconds time, int place) { hold(board_->rate.ticks(time), place); }
   /// At least that long.

@@ -2,7 +2,8 @@
 # Program files, device profiles, the compiler, the linter, timelines and receipts.
 target_sources(symrig PRIVATE check_lines.cpp check_scan.cpp check_steps.cpp compile.cpp duration.cpp emit.cpp findings.cpp
   lint_rules.cpp lower.cpp moves.cpp profile.cpp profile_keys.cpp program_file.cpp rig_keys.cpp scan_keys.cpp step_keys.cpp
-  table_reader.cpp timeline.cpp toml_tree.cpp)
+  table_reader.cpp timeline.cpp toml_tree.cpp board_json.cpp compare.cpp run.cpp run_json.cpp sim_rig.cpp symprog.cpp vcd.cpp
+  wavedrom.cpp waveform.cpp)
 
 # Device profiles: built into libsymrig, beside the built command, and installed, where users can read and change them.
 file(GLOB profiles CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/host/profiles/*.toml)

@@ -130,6 +130,26 @@ const RigLine* RigSetup::find(std::string_view line) const {
   return found == lines.end() ? nullptr : &*found;
 }
 
+bool RigWiring::is_active_low(std::string_view line) const {
+  return std::find(active_low.begin(), active_low.end(), line) != active_low.end();
+}
+
+RigWiring wiring_of(const RigSetup& rig) {
+  const auto line_of = [&rig](RigRole role) {
+    const RigLine* line = rig.with_role(role);
+    return line == nullptr ? std::string() : line->config.line;
+  };
+  RigWiring wiring{line_of(RigRole::projector),
+                   line_of(RigRole::vsync),
+                   line_of(RigRole::camera),
+                   line_of(RigRole::strobe),
+                   {},
+                   rig.projector.refresh};
+  for (const RigLine& line : rig.lines)
+    if (line.active_low) wiring.active_low.push_back(line.config.line);
+  return wiring;
+}
+
 void read_rig(const TomlNode* node, const std::filesystem::path& folder, ReadContext& context,
               RigSetup& rig) {
   TomlNode nothing;

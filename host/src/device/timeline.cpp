@@ -103,9 +103,13 @@ class Expansion {
   Result<void> wait(const Record& record) {
     protocol::WaitEdge awaited;
     if (!protocol::parse_wait(record.arg, awaited)) return broken("a wait with bits that mean nothing");
-    const PlannedWait wait{
-        pc_,  awaited.line,       static_cast<EdgeKind>(awaited.edge), awaited.abort_on_timeout,
-        now_, Ticks{record.ticks}};
+    const PlannedWait wait{pc_,
+                           awaited.line,
+                           static_cast<EdgeKind>(awaited.edge),
+                           awaited.abort_on_timeout,
+                           now_,
+                           Ticks{record.ticks},
+                           out_.marks.size()};
     const std::optional<Ticks> edge = options_.edge_at ? options_.edge_at(wait) : now_;
     const bool late = !edge || *edge < now_ || *edge - now_ > wait.timeout;
     const bool ends = late && wait.abort;

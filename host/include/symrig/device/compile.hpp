@@ -47,7 +47,7 @@ struct CompiledProgram {
   Nanoseconds keep_alive{0};
   Program program;
   std::vector<int> places;      ///< line of the file for each record
-  int strobe_line = -1;         ///< board line that shows the camera's exposures; -1 = none
+  RigWiring wiring;             ///< its strobe line shows the camera's exposures
   bool is_scan = false;         ///< marks follow bracket.hpp, so that frames can be paired with exposures
   std::uint64_t patterns = 0;   ///< shown in all; 0 for programs written by hand
   std::uint64_t exposures = 0;  ///< in all, start-up exposures not counted

@@ -44,6 +44,16 @@ struct RigSetup {
   const RigLine* find(std::string_view line) const;
 };
 
+/// Which lines go where: what a simulated rig has to know.
+struct RigWiring {
+  std::string projector, vsync, camera, strobe;  ///< lines; empty: none
+  std::vector<std::string> active_low;           ///< lines that are on when low
+  Nanoseconds refresh{0};                        ///< of the projector; 0 = it has none of its own
+
+  bool is_active_low(std::string_view line) const;
+};
+RigWiring wiring_of(const RigSetup& rig);
+
 /// Patterns that are alike.
 struct PatternGroup {
   std::string name;

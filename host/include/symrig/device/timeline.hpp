@@ -32,6 +32,7 @@ struct PlannedWait {
   bool abort = false;  ///< the run ends if it runs out
   Ticks begin;
   Ticks timeout;
+  std::size_t marks = 0;  ///< marks passed before it
 };
 
 /// What became of a wait.

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "board_json.hpp"
+
+#include "symrig/device/board_file.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig::device {
+
+using Json = nlohmann::ordered_json;
+
+Json board_json(const BoardInfo& board) {
+  Json lines = Json::array();
+  for (const LineInfo& line : board.lines) lines.push_back({{"name", line.name}, {"output", line.output}});
+  return {{"name", board.board},
+          {"firmware_version", board.firmware_version},
+          {"unique_id", board.unique_id},
+          {"tick_hz", board.rate.hz},
+          {"min_dwell", board.min_dwell.count},
+          {"max_dwell", board.max_dwell.count},
+          {"wait_latency", board.wait_latency.count},
+          {"program_bytes", board.program_bytes},
+          {"loop_depth", board.loop_depth},
+          {"lines", std::move(lines)}};
+}
+
+BoardInfo board_from_json(const Json& json) {
+  BoardInfo board;
+  board.board = json.at("name").get<std::string>();
+  board.firmware_version = json.value("firmware_version", "");
+  board.unique_id = json.value("unique_id", "");
+  board.rate = {json.at("tick_hz").get<std::uint64_t>()};
+  board.min_dwell = {json.at("min_dwell").get<std::uint64_t>()};
+  board.max_dwell = {json.at("max_dwell").get<std::uint64_t>()};
+  board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
+  board.program_bytes = json.at("program_bytes").get<std::uint32_t>();
+  board.loop_depth = json.at("loop_depth").get<std::uint32_t>();
+  for (const Json& line : json.at("lines"))
+    board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>()});
+  return board;
+}
+
+Json line_json(const LineConfig& line) {
+  return {{"line", line.line},
+          {"safe_level", line.safe_level},
+          {"hazard", static_cast<int>(line.hazard)},
+          {"capture", line.capture},
+          {"max_on_ns", line.max_on.count()},
+          {"min_off_ns", line.min_off.count()},
+          {"max_duty", line.max_duty}};
+}
+
+LineConfig line_from_json(const Json& json) {
+  LineConfig line;
+  line.line = json.at("line").get<std::string>();
+  line.safe_level = json.at("safe_level").get<bool>();
+  line.hazard = static_cast<Hazard>(json.at("hazard").get<int>());
+  line.capture = json.at("capture").get<bool>();
+  line.max_on = Nanoseconds(json.at("max_on_ns").get<std::int64_t>());
+  line.min_off = Nanoseconds(json.at("min_off_ns").get<std::int64_t>());
+  line.max_duty = json.at("max_duty").get<double>();
+  return line;
+}
+
+std::string board_file_text(const BoardInfo& board) {
+  return board_json(board).dump(1) + "\n";
+}
+
+Result<BoardInfo> parse_board_file(std::string_view text) {
+  try {
+    const Json json = Json::parse(text);
+    return board_from_json(json.contains("board") ? json.at("board") : json);
+  } catch (const Json::exception& error) {
+    return Error{ErrorCode::bad_format, fmt::format("it does not describe a board: {}", error.what()),
+                 "give JSON with the keys of docs/program-file.md, or a receipt of that board"};
+  }
+}
+
+}  // namespace symrig::device
