@@ -11,7 +11,13 @@ using Json = nlohmann::ordered_json;
 
 Json board_json(const BoardInfo& board) {
   Json lines = Json::array();
-  for (const LineInfo& line : board.lines) lines.push_back({{"name", line.name}, {"output", line.output}});
+  for (const LineInfo& line : board.lines)
+    lines.push_back({{"name", line.name},
+                     {"output", line.output},
+                     {"pin", line.pin},
+                     {"waits", line.waits},
+                     {"trips", line.trips},
+                     {"stamp_ticks", line.stamp_ticks}});
   return {{"name", board.board},
           {"firmware_version", board.firmware_version},
           {"unique_id", board.unique_id},
@@ -21,6 +27,9 @@ Json board_json(const BoardInfo& board) {
           {"wait_latency", board.wait_latency.count},
           {"program_bytes", board.program_bytes},
           {"loop_depth", board.loop_depth},
+          {"queue_segments", board.queue_segments},
+          {"refill_ticks", board.refill_ticks},
+          {"poll_ticks", board.poll_ticks},
           {"lines", std::move(lines)}};
 }
 
@@ -35,8 +44,13 @@ BoardInfo board_from_json(const Json& json) {
   board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
   board.program_bytes = json.at("program_bytes").get<std::uint32_t>();
   board.loop_depth = json.at("loop_depth").get<std::uint32_t>();
+  board.queue_segments = json.value("queue_segments", board.queue_segments);
+  board.refill_ticks = json.value("refill_ticks", board.refill_ticks);
+  board.poll_ticks = json.value("poll_ticks", board.poll_ticks);
   for (const Json& line : json.at("lines"))
-    board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>()});
+    board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>(),
+                           line.value("pin", std::string()), line.value("waits", std::uint8_t{7}),
+                           line.value("trips", false), line.value("stamp_ticks", 1U)});
   return board;
 }
 
@@ -47,7 +61,8 @@ Json line_json(const LineConfig& line) {
           {"capture", line.capture},
           {"max_on_ns", line.max_on.count()},
           {"min_off_ns", line.min_off.count()},
-          {"max_duty", line.max_duty}};
+          {"max_duty", line.max_duty},
+          {"trip_level", line.trip_level ? Json(*line.trip_level) : Json()}};
 }
 
 LineConfig line_from_json(const Json& json) {
@@ -59,6 +74,8 @@ LineConfig line_from_json(const Json& json) {
   line.max_on = Nanoseconds(json.at("max_on_ns").get<std::int64_t>());
   line.min_off = Nanoseconds(json.at("min_off_ns").get<std::int64_t>());
   line.max_duty = json.at("max_duty").get<double>();
+  if (const Json trip = json.value("trip_level", Json()); trip.is_boolean())
+    line.trip_level = trip.get<bool>();
   return line;
 }
 

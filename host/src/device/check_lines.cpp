@@ -10,7 +10,8 @@
 namespace symrig::device {
 namespace {
 
-constexpr Nanoseconds kLongestKeepAlive{60'000'000'000};  // ttl_ms of the wire: at most 60,000
+constexpr Nanoseconds kLongestKeepAlive{60'000'000'000};    // ttl_ms of the wire: at most 60,000
+constexpr Nanoseconds kLongestLaserKeepAlive{500'000'000};  // as the board demands
 
 class LineCheck {
  public:
@@ -52,10 +53,21 @@ class LineCheck {
     const bool either = !input && !output;
     const bool is_output = k >= 0 && board_.lines[static_cast<std::size_t>(k)].output;
     look_up(line.config.line, either ? is_output : output, line.place);
+    check_interlock(line, k);
     if (!is_output && k >= 0 && line.delay.count() != 0)
       findings_.error(line.place, "line.direction",
                       fmt::format("line '{}' is an input: a delay is for outputs", line.config.line),
                       "delay = \"0 ns\"");
+  }
+
+  void check_interlock(const RigLine& line, int k) {
+    if (line.role != RigRole::interlock || k < 0 || board_.lines[static_cast<std::size_t>(k)].trips) return;
+    std::string able;
+    for (const LineInfo& one : board_.lines)
+      if (one.trips) able += (able.empty() ? "" : ", ") + one.name;
+    findings_.error(line.place, "interlock",
+                    fmt::format("board '{}' cannot stop on line '{}'", board_.board, line.config.line),
+                    able.empty() ? "none of its lines can" : "lines that can: " + able);
   }
 
   void need(RigRole role, bool output, int place) {
@@ -106,9 +118,15 @@ class LineCheck {
                                     "host falls silent",
                                     line.config.line),
                         "keep_alive = \"1 s\"");
+      const bool laser = line.config.hazard == Hazard::laser;
+      if (laser && rig.keep_alive > kLongestLaserKeepAlive)
+        findings_.error(rig.place, "keep_alive.needed",
+                        fmt::format("a keep-alive of {} is too long for the laser on line '{}'",
+                                    duration_text(rig.keep_alive), line.config.line),
+                        "keep_alive = \"500 ms\"");
       if (line.config.max_on.count() == 0)
-        findings_.warning(
-            line.place, "lamp.unlimited",
+        findings_.add(
+            laser ? Severity::error : Severity::warning, line.place, "lamp.unlimited",
             fmt::format("line '{}' is a lamp or laser and may stay on for any time", line.config.line),
             "max_on = the longest time that is harmless");
     }

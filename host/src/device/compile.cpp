@@ -37,6 +37,12 @@ std::set<std::string> lines_in_use(const ProgramFile& file) {
   return lines;
 }
 
+/// Can the board tell the edges of a line?
+bool is_seen(const BoardInfo& board, std::string_view line) {
+  const int k = board.line(line);
+  return k >= 0 && board.lines[static_cast<std::size_t>(k)].stamp_ticks != 0;
+}
+
 /// The configuration that the board is to have: lines of the file, and defaults that the board knows.
 std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& board) {
   std::vector<LineConfig> configs;
@@ -44,13 +50,14 @@ std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& b
   for (const RigLine& line : file.rig.lines) {
     if (board.line(line.config.line) < 0) continue;
     configs.push_back(line.config);
-    if (!line.capture_given) configs.back().capture = used.count(line.config.line) != 0;
+    if (!line.capture_given)
+      configs.back().capture = used.count(line.config.line) != 0 && is_seen(board, line.config.line);
   }
   for (const std::string& name : used) {
     const bool there = std::any_of(configs.begin(), configs.end(),
                                    [&name](const LineConfig& config) { return config.line == name; });
     if (there || board.line(name) < 0) continue;
-    configs.push_back({.line = name, .capture = true});
+    configs.push_back({.line = name, .capture = is_seen(board, name)});
   }
   return configs;
 }

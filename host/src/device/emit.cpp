@@ -37,6 +37,7 @@ class Emitter {
         events_.push_back({now_, &move});
         return;
       case Move::Kind::hold:
+        if (now_.count == 0) first_hold_ = move.place;
         now_ = now_ + move.ticks;
         return;
       default:
@@ -49,7 +50,7 @@ class Emitter {
     flush(place);
     auto program = builder_.end();
     note_place(place);
-    if (!program) findings_.error(place, "length", program.error().what, program.error().hint);
+    if (!program && !broken_) findings_.error(place, "length", program.error().what, program.error().hint);
     if (!program || broken_) return std::nullopt;
     return Emitted{*std::move(program), std::move(places_)};
   }
@@ -64,9 +65,11 @@ class Emitter {
         builder_.wait_edge(line, move.edge, board_.rate.nanoseconds(move.ticks), move.on_timeout);
         break;
       case Move::Kind::loop:
-        builder_.loop(static_cast<std::uint32_t>(move.count));
+        open_loop(move.place);
+        builder_.loop(move.count);
         break;
       case Move::Kind::end_loop:
+        close_loop(move.place);
         builder_.end_loop();
         break;
       default:
@@ -84,7 +87,7 @@ class Emitter {
       now_ = events_.back().tick;
     }
     Ticks at;
-    int last = place;
+    int last = now_.count > 0 ? first_hold_ : place;
     for (const Event& event : events_) {
       if (event.tick > at) hold(event.tick - at, last);
       at = event.tick;
@@ -102,6 +105,29 @@ class Emitter {
       note_place(move.place);
     } else {
       builder_.set(board_.lines[static_cast<std::size_t>(move.line)].name, move.level);
+      const std::uint32_t bit = 1U << static_cast<unsigned>(move.line);
+      levels_ = move.level ? levels_ | bit : levels_ & ~bit;
+    }
+  }
+
+  void open_loop(int place) {
+    loops_.push_back(levels_);
+    if (loops_.size() != board_.loop_depth + 1) return;
+    broken_ = true;
+    findings_.error(place, "loop_depth", "loops are nested too deeply",
+                    fmt::format("at most {} loops in each other", board_.loop_depth));
+  }
+
+  /// The first word of a loop's body is the same in every round, so the body has to end as it began.
+  void close_loop(int place) {
+    const std::uint32_t changed = loops_.back() ^ levels_;
+    loops_.pop_back();
+    for (std::size_t k = 0; k < board_.lines.size(); ++k) {
+      if (((changed >> k) & 1U) == 0) continue;
+      broken_ = true;
+      findings_.error(place, "loop.levels",
+                      fmt::format("the loop leaves line '{}' other than it found it", board_.lines[k].name),
+                      fmt::format("set \"{}\" back before the loop's end", board_.lines[k].name));
     }
   }
 
@@ -137,7 +163,10 @@ class Emitter {
   std::array<Ticks, 32> delays_{};
   std::vector<Event> events_;
   std::vector<int> places_;
+  std::vector<std::uint32_t> loops_;  // levels at the begin of each open loop
+  std::uint32_t levels_ = 0;
   Ticks now_;
+  int first_hold_ = 0;  // line of the file of the first hold in this stretch
   bool broken_ = false;
 };
 

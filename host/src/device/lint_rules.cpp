@@ -12,12 +12,14 @@ constexpr std::array kRules{
     LintRule{"camera.overlap", "an exposure would end before the readout of the frame before it"},
     LintRule{"camera.readout", "a trigger comes before the frame before it is read out"},
     LintRule{"delay.crosses", "the delay of a line carries an edge over a wait, a loop's end or the end"},
+    LintRule{"interlock", "a line that cannot be an interlock on this board"},
     LintRule{"keep_alive.needed", "a lamp or laser line without a keep-alive, or one out of range"},
     LintRule{"lamp.limit", "the lamp would be on for longer than its max_on"},
     LintRule{"lamp.unlimited", "a lamp or laser line without max_on"},
     LintRule{"line.direction", "a line is used the wrong way round"},
     LintRule{"line.role", "the program needs a line of a role that no line has"},
     LintRule{"line.unknown", "the board has no line of that name"},
+    LintRule{"loop.levels", "a loop leaves a line other than it found it"},
     LintRule{"marker.exposure", "the start marker would lengthen an exposure, or mark nothing"},
     LintRule{"profile.assumption", "a number of a device profile has no source"},
     LintRule{"projector.black_insertion", "an exposure reaches into the black at a pattern's end"},
@@ -44,6 +46,9 @@ constexpr std::array kRules{
     LintRule{"max_on", "board: a line is on for longer than its max_on"},
     LintRule{"min_off", "board: a line is off for less than its min_off"},
     LintRule{"duty", "board: a line rests too little after a pulse"},
+    LintRule{"refill", "board: short words follow each other for too long"},
+    LintRule{"wait_kind", "board: it cannot wait for this edge on this line"},
+    LintRule{"config", "board: the configuration of a line makes no sense"},
 };
 
 }  // namespace

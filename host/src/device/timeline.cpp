@@ -85,7 +85,7 @@ class Expansion {
   }
 
   std::uint64_t rounds(const Record& record) const {
-    return std::min<std::uint64_t>(record.arg, options_.max_rounds);
+    return std::min(protocol::loop_rounds(record), options_.max_rounds);
   }
 
   Result<void> turn_round() {

@@ -46,11 +46,11 @@ struct WaitOutcome {
 using AwaitedEdge = std::function<std::optional<Ticks>(const PlannedWait&)>;
 
 struct TimelineOptions {
-  Ticks start;                        ///< when the first record begins
+  Ticks start = {};                   ///< when the first record begins
   std::uint32_t initial_levels = 0;   ///< of all lines before that: the safe levels
   std::size_t max_edges = 1'000'000;  ///< stop after so many
   std::uint64_t max_rounds = ~0ULL;   ///< go through a loop at most that often; two show every neighbourhood
-  AwaitedEdge edge_at;                ///< empty: every awaited edge comes at once
+  AwaitedEdge edge_at = {};           ///< empty: every awaited edge comes at once
 };
 
 /// All edges that a program makes, as protocol/PROTOCOL.md defines it; worked out on the host from the
