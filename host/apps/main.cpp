@@ -24,7 +24,7 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 13> kCommands{{{"capture", add_capture},
+constexpr std::array<Command, 18> kCommands{{{"capture", add_capture},
                                              {"relight", add_relight},
                                              {"dual", add_dual},
                                              {"evaluate", add_evaluate},
@@ -33,6 +33,11 @@ constexpr std::array<Command, 13> kCommands{{{"capture", add_capture},
                                              {"calibrate", add_calibrate},
                                              {"fit", add_fit},
                                              {"bench", add_bench},
+                                             {"list", add_list},
+                                             {"info", add_info},
+                                             {"identify", add_identify},
+                                             {"selftest", add_selftest},
+                                             {"flash", add_flash},
                                              {"lint", add_lint},
                                              {"compile", add_compile},
                                              {"run", add_run},

@@ -33,24 +33,41 @@ Json board_json(const BoardInfo& board) {
           {"lines", std::move(lines)}};
 }
 
+namespace {
+
+/// Edges that can be awaited: a number of bits, or an object as `symrig info --json` has it.
+std::uint8_t waits_from(const Json& line) {
+  if (!line.contains("waits")) return 7;
+  const Json& waits = line.at("waits");
+  if (!waits.is_object()) return waits.get<std::uint8_t>();
+  const auto bit = [&waits](const char* edge, unsigned value) {
+    return waits.at(edge).get<bool>() ? value : 0U;
+  };
+  return static_cast<std::uint8_t>(bit("rising", 1) | bit("falling", 2) | bit("both", 4));
+}
+
+}  // namespace
+
 BoardInfo board_from_json(const Json& json) {
   BoardInfo board;
-  board.board = json.at("name").get<std::string>();
-  board.firmware_version = json.value("firmware_version", "");
-  board.unique_id = json.value("unique_id", "");
+  board.board = json.at(json.contains("name") ? "name" : "board").get<std::string>();
+  board.firmware_version = json.value(json.contains("firmware") ? "firmware" : "firmware_version", "");
+  board.unique_id = json.value(json.contains("serial") ? "serial" : "unique_id", "");
   board.rate = {json.at("tick_hz").get<std::uint64_t>()};
   board.min_dwell = {json.at("min_dwell").get<std::uint64_t>()};
   board.max_dwell = {json.at("max_dwell").get<std::uint64_t>()};
   board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
-  board.program_bytes = json.at("program_bytes").get<std::uint32_t>();
+  board.program_bytes = json.contains("program_records")
+                            ? json.at("program_records").get<std::uint32_t>() * 8
+                            : json.at("program_bytes").get<std::uint32_t>();
   board.loop_depth = json.at("loop_depth").get<std::uint32_t>();
   board.queue_segments = json.value("queue_segments", board.queue_segments);
   board.refill_ticks = json.value("refill_ticks", board.refill_ticks);
   board.poll_ticks = json.value("poll_ticks", board.poll_ticks);
   for (const Json& line : json.at("lines"))
     board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>(),
-                           line.value("pin", std::string()), line.value("waits", std::uint8_t{7}),
-                           line.value("trips", false), line.value("stamp_ticks", 1U)});
+                           line.value("pin", std::string()), waits_from(line), line.value("trips", false),
+                           line.value("stamp_ticks", 1U)});
   return board;
 }
 
@@ -86,10 +103,16 @@ std::string board_file_text(const BoardInfo& board) {
 Result<BoardInfo> parse_board_file(std::string_view text) {
   try {
     const Json json = Json::parse(text);
-    return board_from_json(json.contains("board") ? json.at("board") : json);
+    const bool inside = json.contains("board") && json.at("board").is_object();
+    BoardInfo board = board_from_json(inside ? json.at("board") : json);
+    if (board.rate.hz < 1000 || board.min_dwell.count == 0 || board.max_dwell < board.min_dwell ||
+        board.lines.size() > 32)
+      return Error{ErrorCode::bad_format, "it describes a board that there cannot be",
+                   "give what symrig info --json wrote, or a receipt of that board"};
+    return board;
   } catch (const Json::exception& error) {
     return Error{ErrorCode::bad_format, fmt::format("it does not describe a board: {}", error.what()),
-                 "give JSON with the keys of docs/program-file.md, or a receipt of that board"};
+                 "give what symrig info --json wrote, or a receipt of that board"};
   }
 }
 

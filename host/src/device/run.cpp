@@ -17,27 +17,45 @@ using namespace std::chrono_literals;
 constexpr Nanoseconds kSlice = 100ms;   // between two looks at the progress callback
 constexpr Nanoseconds kPatience = 10s;  // beyond the longest time that the program may take
 constexpr Nanoseconds kAbortPatience = 2s;
+constexpr int kBurst = 8;                 // readings at once, so that a bound is there soon
+constexpr Nanoseconds kClockPeriod = 1s;  // between two readings of the board's clock
 
-/// Half the quickest round trip bounds how well the two clocks are known against each other at that moment.
+/// Reads the board's clock before, during and after a run.
 class ClockWatch {
  public:
+  explicit ClockWatch(TickRate rate) : model_(rate) {}
+
   Result<void> ask(Board& board) {
     SYMRIG_TRY(const TimeReading reading, board.time());
-    const Nanoseconds half = (reading.received - reading.sent) / 2;
-    note_.bound = note_.readings == 0 ? half : std::min(note_.bound, half);
     ++note_.readings;
+    asked_ = reading.received;
+    if (const auto added = model_.add(reading); !added) note_.contradiction = added.error().what;
     return {};
   }
-  ClockNote note() const { return note_; }
+  /// What is known at the last reading.
+  ClockNote note() const {
+    ClockNote note = note_;
+    const auto there = model_.board_at(asked_);
+    const auto drift = model_.drift_at(asked_);
+    if (there) note.bound = model_.rate().nanoseconds(there->bound);
+    if (drift) {
+      note.drift_lowest = drift->lowest;
+      note.drift_highest = drift->highest;
+    }
+    note.known = there.ok();
+    return note;
+  }
 
  private:
-  ClockNote note_{"half the quickest round trip of a time request", Nanoseconds{0}, 0};
+  ClockModel model_;
+  HostTime asked_;
+  ClockNote note_;
 };
 
 class Run {
  public:
   Run(Board& board, const CompiledProgram& program, const RunOptions& options)
-      : board_(board), options_(options) {
+      : board_(board), options_(options), clock_(board.info().rate) {
     record_.program = program;
   }
 
@@ -46,7 +64,7 @@ class Run {
     record_.program.board = board_.info();
     SYMRIG_CHECK(board_.configure(record_.program.lines));
     SYMRIG_CHECK(board_.upload(record_.program.program));
-    for (int k = 0; k < 4; ++k) SYMRIG_CHECK(clock_.ask(board_));
+    for (int k = 0; k < kBurst; ++k) SYMRIG_CHECK(clock_.ask(board_));
     progress_ = {0, record_.program.patterns, 0, Nanoseconds{0}, record_.program.expected};
     board_.on_mark([this](const StepMark& mark) { count(mark); });
     SYMRIG_CHECK(board_.arm());
@@ -77,6 +95,7 @@ class Run {
       }
       if (receipt.error().code != ErrorCode::timeout) return receipt.error();
       progress_.elapsed = waited + kSlice;
+      if (progress_.elapsed % kClockPeriod < kSlice) SYMRIG_CHECK(clock_.ask(board_));
     }
     SYMRIG_CHECK(board_.abort());
     return Error{ErrorCode::timeout,
@@ -95,7 +114,7 @@ class Run {
   /// What should have been, against what was.
   Result<void> look_back() {
     const CompiledProgram& program = record_.program;
-    if (board_.status()) SYMRIG_CHECK(clock_.ask(board_));
+    SYMRIG_CHECK(clock_.ask(board_));
     record_.clock = clock_.note();
     SYMRIG_TRY(record_.plan, plan_of_run(program.program, program.board, program.lines, record_.receipt,
                                          options_.max_edges));

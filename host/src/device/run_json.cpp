@@ -122,6 +122,14 @@ Json reason_json(const RunRecord& record) {
   return error ? Json(error->line()) : Json();
 }
 
+Json clock_json(const ClockNote& clock) {
+  return {{"known", clock.known},
+          {"bound_ns", clock.known ? Json(clock.bound.count()) : Json()},
+          {"drift", Json::array({clock.drift_lowest, clock.drift_highest})},
+          {"readings", clock.readings},
+          {"contradiction", clock.contradiction.empty() ? Json() : Json(clock.contradiction)}};
+}
+
 Json time_json(const RunRecord& record) {
   const Receipt& receipt = record.receipt;
   return {{"started_tick", receipt.started.count},
@@ -146,9 +154,7 @@ std::string receipt_json(const RunRecord& record, std::size_t max_edges) {
                     {"firmware", fmt::format("{:016x}", receipt.firmware_hash)}};
   json["board"] = board_json(record.program.board);
   json["time"] = time_json(record);
-  json["clock"] = {{"method", record.clock.method},
-                   {"bound_ns", record.clock.bound.count()},
-                   {"readings", record.clock.readings}};
+  json["clock"] = clock_json(record.clock);
   json["counters"] = {{"steps", receipt.steps},
                       {"underruns", receipt.underruns},
                       {"late", receipt.late},

@@ -3,6 +3,8 @@
 #include "symrig/device/link.hpp"
 #include "symrig/device/ticks.hpp"
 
+#include <algorithm>
+
 namespace symrig::device {
 namespace {
 
@@ -17,7 +19,10 @@ class SimLink final : public Link {
   }
 
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
-    const std::uint64_t deadline = board_.now() + rate_.ticks(timeout).count;
+    // At least a tick: whoever waits for the rest of a time that is not whole ticks must come to its end.
+    const std::uint64_t wait =
+        std::max<std::uint64_t>(rate_.ticks(timeout).count, timeout.count() > 0 ? 1 : 0);
+    const std::uint64_t deadline = board_.now() + wait;
     std::vector<std::uint8_t> bytes = board_.read();
     while (bytes.empty() && board_.next_event() <= deadline) {
       board_.advance();

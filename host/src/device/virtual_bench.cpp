@@ -4,6 +4,8 @@
 #include "socket.hpp"
 #include "virtual_connection.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace symrig::device {
@@ -27,7 +29,9 @@ class VirtualLink final : public Link {
   Result<void> send(std::span<const std::uint8_t> bytes) override { return connection_->tell('w', bytes); }
 
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
-    SYMRIG_TRY(auto answer, connection_->ask('r', Packer().put(timeout.count()).bytes(), 8));
+    // A board's clock has steps: whoever waits for the rest of a time must come to its end.
+    const Nanoseconds wait = timeout.count() > 0 ? std::max<Nanoseconds>(timeout, 1us) : Nanoseconds{0};
+    SYMRIG_TRY(auto answer, connection_->ask('r', Packer().put(wait.count()).bytes(), 8));
     now_ = time_in(answer);
     answer.erase(answer.begin(), answer.begin() + 8);
     return answer;

@@ -134,7 +134,7 @@ class VirtualServer final : public boards::Peripheral {
       case 'h':
         return hello();
       case 'r':
-        return run(number(payload, 0, 8));
+        return run(number(payload, 0, 8) + 7);  // to the end of the last cycle
       case 'n':
         return now_payload();
       case 'e':
