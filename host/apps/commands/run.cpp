@@ -3,10 +3,11 @@
 
 #include "command.hpp"
 #include "console.hpp"
+#include "device_option.hpp"
 #include "files.hpp"
 #include "meter.hpp"
 #include "program_input.hpp"
-#include "symrig/device/device_uri.hpp"
+#include "symrig/device/discovery.hpp"
 #include "symrig/device/sim_rig.hpp"
 #include "symrig/device/waveform.hpp"
 
@@ -19,7 +20,7 @@ namespace symrig::apps {
 namespace {
 
 struct Arguments {
-  std::string file, device = "sim:", output, vcd;
+  std::string file, device, output, vcd;
 };
 
 /// What is known before there is a board: the program, and what its file says of the rig.
@@ -45,7 +46,7 @@ Result<Plan> load(const std::string& path) {
 /// "sim:" is a simulated rig wired as the program says.
 Result<std::unique_ptr<device::Link>> open(const std::string& device, const Plan& plan) {
   if (device == "sim:") return device::make_sim_rig(plan.wiring());
-  SYMRIG_TRY(const auto uri, device::DeviceUri::parse(device));
+  SYMRIG_TRY(const auto uri, device::choose_board(device));
   return device::open_link(uri);
 }
 
@@ -114,11 +115,7 @@ Job add_run(CLI::App& app) {
   command->add_option("file", arguments->file, "Program file (TOML), or a compiled one")
       ->required()
       ->type_name("scan.toml|scan.symprog");
-  command
-      ->add_option("--device", arguments->device,
-                   "The board; sim: is one in virtual time, wired as the file says")
-      ->type_name("URI")
-      ->capture_default_str();
+  add_device(*command, arguments->device);
   command->add_option("-o,--output", arguments->output, "Where to write the receipt; - is standard output")
       ->type_name("receipt.json");
   command
