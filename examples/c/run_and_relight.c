@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /* Runs a program on a board and writes the receipt; then shows a scene under half of its light.
  * usage: run_and_relight URI PROGRAM RECEIPT SCENE */
+#include <symrig/symrig.h>
+
 #include <stdio.h>
 #include <stdlib.h>
-#include <symrig/symrig.h>
 
 static int explain(const char* doing, const symrig_error* error) {
   fprintf(stderr, "%s: %s: %s; %s\n", doing, symrig_error_name(error->code), error->what, error->hint);
@@ -12,7 +13,8 @@ static int explain(const char* doing, const symrig_error* error) {
 
 static int on_progress(const symrig_progress* at, void* user) {
   (void)user;
-  fprintf(stderr, "\r%llu of %llu patterns", (unsigned long long)at->patterns, (unsigned long long)at->patterns_asked);
+  fprintf(stderr, "\r%llu of %llu patterns", (unsigned long long)at->patterns,
+          (unsigned long long)at->patterns_asked);
   return 0; /* go on */
 }
 
@@ -44,7 +46,8 @@ static int relight(const char* path) {
   if (symrig_tensor_load(path, &tensor, &error) != 0) return explain("scene", &error);
   const symrig_shape shape = symrig_tensor_shape(tensor);
   const size_t lights = (size_t)shape.pattern_rows * (size_t)shape.pattern_columns;
-  const size_t pixels = (size_t)shape.photograph_rows * (size_t)shape.photograph_columns * (size_t)shape.channels;
+  const size_t pixels =
+      (size_t)shape.photograph_rows * (size_t)shape.photograph_columns * (size_t)shape.channels;
   float* pattern = calloc(lights, sizeof *pattern);
   float* photograph = calloc(pixels, sizeof *photograph);
   int failed = pattern == NULL || photograph == NULL;

@@ -6,10 +6,9 @@ namespace {
 
 using Usage = CommandTest;
 
-const std::vector<std::string> kCommands{"capture", "relight",   "dual",     "evaluate", "inspect",
-                                         "report",  "calibrate", "fit",      "bench",    "list",
-                                         "info",    "identify",  "selftest", "flash",    "lint",
-                                         "compile", "run",       "trace"};
+const std::vector<std::string> kCommands{"capture",   "relight", "dual",  "evaluate", "inspect", "report",
+                                         "calibrate", "fit",     "bench", "list",     "info",    "identify",
+                                         "selftest",  "flash",   "lint",  "compile",  "run",     "trace"};
 
 TEST_F(Usage, help_names_every_command_and_exit_code) {
   const Outcome help = symrig({"--help"});

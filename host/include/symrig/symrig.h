@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /* The C interface of libsymrig: run timed programs on a trigger board, relight a measured scene.
  *
- * Every function that can fail returns 0, or the code of docs/errors.md (100 to 499), and then fills *error if
- * that is not null. Nothing is thrown, printed or ended by these functions.
+ * Every function that can fail returns 0, or the code of docs/errors.md (100 to 499), and then fills *error
+ * if that is not null. Nothing is thrown, printed or ended by these functions.
  *
  * Threads: a handle is used by one thread at a time, except symrig_board_abort(), which any thread may call,
- * and symrig_tensor_relight(), which several may call at once on one tensor. Different handles are independent.
+ * and symrig_tensor_relight(), which several may call at once on one tensor. Different handles are
+ * independent.
  *
  * Texts given in are UTF-8 and need to live only during the call. Texts given out belong to the caller:
  * symrig_free(). Link with the C++ run-time (docs/howto-c.md).
@@ -56,23 +57,24 @@ typedef struct symrig_board symrig_board;
  * program: what it will run, for its keep-alive and for the wiring of a simulated rig; may be null (then the
  * keep-alive is 1 s). It may be freed before the board.
  * fails: bad_argument, unknown_name, device_lost, protocol. */
-int symrig_board_open(const char* uri, const symrig_program* program, symrig_board** board, symrig_error* error);
+int symrig_board_open(const char* uri, const symrig_program* program, symrig_board** board,
+                      symrig_error* error);
 /* Aborts a run that is still going on, and disconnects. */
 void symrig_board_close(symrig_board* board);
 
 /* Who the board is and what it can do, as JSON: what `--board FILE` takes. */
 int symrig_board_info(const symrig_board* board, char** json, symrig_error* error);
 
-/* Outputs to their safe levels at once. Any thread may call it; during symrig_board_run() in another thread it
- * makes that end within 0.2 s with code 402 (interrupted). */
+/* Outputs to their safe levels at once. Any thread may call it; during symrig_board_run() in another thread
+ * it makes that end within 0.2 s with code 402 (interrupted). */
 int symrig_board_abort(symrig_board* board, symrig_error* error);
 /* Leaves the latched fault of an earlier run. */
 int symrig_board_clear_fault(symrig_board* board, symrig_error* error);
 
 /* What the linter says of a program on this board, as JSON: {"ok", "findings": [{"line", "severity", "rule",
- * "what", "alternative"}, ...]}. A program with errors is no failure of this call: see "ok". Compiled programs
- * have been linted before and give no findings.
- * fails: device_refused (compiled for another kind of board). */
+ * "what", "alternative"}, ...]}. A program with errors is no failure of this call: see "ok". Compiled
+ * programs have been linted before and give no findings. fails: device_refused (compiled for another kind of
+ * board). */
 int symrig_program_lint(const symrig_program* program, const symrig_board* board, char** json,
                         symrig_error* error);
 
@@ -111,9 +113,9 @@ void symrig_tensor_free(symrig_tensor* tensor);
 symrig_shape symrig_tensor_shape(const symrig_tensor* tensor);
 
 /* photograph = T pattern: what the camera would see under this light.
- * pattern: rows x columns values, row after row, 1 = full light. photograph: rows x columns x channels values,
- * channel after channel, in the units of the capture. The counts are numbers of floats and must fit the shape.
- * fails: size_mismatch, bad_value (a pattern that is not finite). */
+ * pattern: rows x columns values, row after row, 1 = full light. photograph: rows x columns x channels
+ * values, channel after channel, in the units of the capture. The counts are numbers of floats and must fit
+ * the shape. fails: size_mismatch, bad_value (a pattern that is not finite). */
 int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, size_t pattern_count,
                           float* photograph, size_t photograph_count, symrig_error* error);
 

@@ -38,10 +38,12 @@ Result<CompiledProgram> compile_for(const symrig_program& program, const BoardIn
 }
 
 symrig_progress to_c(const RunProgress& at) {
-  return {at.patterns, at.patterns_asked, at.marks, symrig::seconds(at.elapsed), symrig::seconds(at.expected)};
+  return {at.patterns, at.patterns_asked, at.marks, symrig::seconds(at.elapsed),
+          symrig::seconds(at.expected)};
 }
 
-Result<RunRecord> run(symrig_board& board, const symrig_program& program, symrig_on_progress on_progress, void* user) {
+Result<RunRecord> run(symrig_board& board, const symrig_program& program, symrig_on_progress on_progress,
+                      void* user) {
   SYMRIG_TRY(const auto compiled, compile_for(program, board.board.info()));
   RunOptions options;
   options.progress = [&board, on_progress, user](const RunProgress& at) {
@@ -55,7 +57,8 @@ Result<RunRecord> run(symrig_board& board, const symrig_program& program, symrig
 
 }  // namespace
 
-int symrig_board_open(const char* uri, const symrig_program* program, symrig_board** board, symrig_error* error) {
+int symrig_board_open(const char* uri, const symrig_program* program, symrig_board** board,
+                      symrig_error* error) {
   return guarded(error, [&] {
     if (uri == nullptr) return missing("uri", error);
     if (board == nullptr) return missing("board", error);

@@ -24,7 +24,8 @@ int guarded(symrig_error* error, Call call) {
   } catch (const std::bad_alloc&) {
     return report({ErrorCode::limit, "out of memory", "use a smaller scene or program"}, error);
   } catch (const std::exception& failure) {
-    return report({ErrorCode::fault, std::string("internal fault: ") + failure.what(), "please report it"}, error);
+    return report({ErrorCode::fault, std::string("internal fault: ") + failure.what(), "please report it"},
+                  error);
   } catch (...) {
     return report({ErrorCode::fault, "internal fault", "please report it"}, error);
   }

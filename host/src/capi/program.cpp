@@ -21,7 +21,8 @@ Result<symrig_program> load(const std::string& path) {
   symrig_program program;
   if (looks_like_symprog(records)) {
     auto compiled = read_symprog(records);
-    if (!compiled) return Error{compiled.error().code, path + ": " + compiled.error().what, compiled.error().hint};
+    if (!compiled)
+      return Error{compiled.error().code, path + ": " + compiled.error().what, compiled.error().hint};
     program.compiled = *std::move(compiled);
   } else {
     SYMRIG_TRY(program.file, read_program_file(path));
@@ -67,7 +68,8 @@ int symrig_program_lint(const symrig_program* program, const symrig_board* board
     *json = nullptr;
     const BoardInfo& info = board->board.info();
     if (program->file) return give_text(findings_json(compile_program(*program->file, info)), json, error);
-    if (const auto fits = check_board_fits(*program->compiled, info); !fits) return report(fits.error(), error);
+    if (const auto fits = check_board_fits(*program->compiled, info); !fits)
+      return report(fits.error(), error);
     return give_text(R"({"ok":true,"findings":[]})", json, error);
   });
 }

@@ -18,7 +18,8 @@ using symrig::TransportTensor;
 using namespace symrig::capi;
 
 Error wrong_count(const char* what, std::size_t given, std::size_t needed) {
-  return {ErrorCode::size_mismatch, std::string(what) + " has " + std::to_string(given) + " values, not " + std::to_string(needed),
+  return {ErrorCode::size_mismatch,
+          std::string(what) + " has " + std::to_string(given) + " values, not " + std::to_string(needed),
           "symrig_tensor_shape() tells the sizes"};
 }
 
@@ -47,8 +48,8 @@ void symrig_tensor_free(symrig_tensor* tensor) {
 symrig_shape symrig_tensor_shape(const symrig_tensor* tensor) {
   if (tensor == nullptr) return {};
   const TransportTensor& held = tensor->scene.tensor;
-  return {held.projector_grid().rows, held.projector_grid().cols, held.camera_grid().rows, held.camera_grid().cols,
-          held.channels()};
+  return {held.projector_grid().rows, held.projector_grid().cols, held.camera_grid().rows,
+          held.camera_grid().cols, held.channels()};
 }
 
 int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, size_t pattern_count,
@@ -63,7 +64,8 @@ int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, siz
     if (photograph_count != photograph_size(held))
       return report(wrong_count("photograph", photograph_count, photograph_size(held)), error);
     if (!std::all_of(pattern, pattern + pattern_count, [](float value) { return std::isfinite(value); }))
-      return report({ErrorCode::bad_value, "pattern holds a NaN or an infinity", "give light from 0 to 1"}, error);
+      return report({ErrorCode::bad_value, "pattern holds a NaN or an infinity", "give light from 0 to 1"},
+                    error);
     Image<float> light(held.projector_grid());
     std::copy_n(pattern, pattern_count, light.values().begin());
     const auto relit = held.apply(light);

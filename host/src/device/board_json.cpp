@@ -57,9 +57,8 @@ BoardInfo board_from_json(const Json& json) {
   board.min_dwell = {json.at("min_dwell").get<std::uint64_t>()};
   board.max_dwell = {json.at("max_dwell").get<std::uint64_t>()};
   board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
-  board.program_bytes = json.contains("program_records")
-                            ? json.at("program_records").get<std::uint32_t>() * 8
-                            : json.at("program_bytes").get<std::uint32_t>();
+  board.program_bytes = json.contains("program_records") ? json.at("program_records").get<std::uint32_t>() * 8
+                                                         : json.at("program_bytes").get<std::uint32_t>();
   board.loop_depth = json.at("loop_depth").get<std::uint32_t>();
   board.queue_segments = json.value("queue_segments", board.queue_segments);
   board.refill_ticks = json.value("refill_ticks", board.refill_ticks);

@@ -9,15 +9,23 @@
 
 static int failures = 0;
 
-#define EXPECT(condition)                                                      \
-  do {                                                                         \
-    if (!(condition)) {                                                        \
+#define EXPECT(condition)                                                     \
+  do {                                                                        \
+    if (!(condition)) {                                                       \
       fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
-      ++failures;                                                              \
-    }                                                                          \
+      ++failures;                                                             \
+    }                                                                         \
   } while (0)
 
-enum { kBadArgument = 100, kBadValue = 304, kBadFormat = 302, kNotFound = 300, kSizeMismatch = 303, kInterrupted = 402, kTimeout = 203 };
+enum {
+  kBadArgument = 100,
+  kBadValue = 304,
+  kBadFormat = 302,
+  kNotFound = 300,
+  kSizeMismatch = 303,
+  kInterrupted = 402,
+  kTimeout = 203
+};
 
 static char folder[512];
 
@@ -113,7 +121,9 @@ static void test_faults(void) {
   EXPECT(symrig_board_run(board, program, NULL, NULL, &json, &error) == kBadValue);
   EXPECT(json == NULL && strstr(error.what, "camera.min_exposure") != NULL);
   symrig_program_free(program);
-  program = load_text("waits.toml", "symrig = 1\n[program]\nsteps = [{ hold = \"1 ms\" }, { wait = \"camera_strobe\", timeout = \"1 ms\" }]\n");
+  program = load_text("waits.toml",
+                      "symrig = 1\n[program]\nsteps = [{ hold = \"1 ms\" }, { wait = \"camera_strobe\", "
+                      "timeout = \"1 ms\" }]\n");
   EXPECT(symrig_board_run(board, program, NULL, NULL, &json, &error) == kTimeout);
   EXPECT(json != NULL && strstr(json, "\"end\":\"wait_timeout\"") != NULL);
   symrig_free(json);

@@ -36,8 +36,8 @@ struct RunOptions {
 /// How well the board's clock was known against the host's, by a ClockModel fed before, during and after the
 /// run.
 struct ClockNote {
-  bool known = false;     ///< the readings agree with the limits of ClockLimits
-  Nanoseconds bound{0};   ///< |board's clock as the host knows it - the truth| at most, at the end of the run
+  bool known = false;    ///< the readings agree with the limits of ClockLimits
+  Nanoseconds bound{0};  ///< |board's clock as the host knows it - the truth| at most, at the end of the run
   double drift_lowest = 0, drift_highest = 0;  ///< rate of the board against the host's, minus 1
   std::uint32_t readings = 0;
   std::string contradiction;  ///< why a reading does not fit the others; empty if all do
