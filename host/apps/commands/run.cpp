@@ -21,6 +21,7 @@ namespace {
 
 struct Arguments {
   std::string file, device, output, vcd;
+  bool clear_fault = false;
 };
 
 /// What is known before there is a board: the program, and what its file says of the rig.
@@ -80,10 +81,12 @@ std::string summary(const device::RunRecord& record) {
   return text;
 }
 
-Result<device::RunRecord> run_it(device::Board& board, const device::CompiledProgram& program) {
+Result<device::RunRecord> run_it(device::Board& board, const device::CompiledProgram& program,
+                                 bool clear_fault) {
   Meter meter("run", program.is_scan ? "patterns" : "marks");
   const Progress report = meter.progress();
   device::RunOptions options;
+  options.clear_fault = clear_fault;
   options.progress = [&report, &program](const device::RunProgress& at) {
     const auto done = program.is_scan ? at.patterns : at.marks;
     return report({"running", static_cast<std::int64_t>(done), static_cast<std::int64_t>(at.patterns_asked)});
@@ -100,7 +103,7 @@ Result<void> run(const Arguments& arguments) {
   options.keep_alive = plan.keep_alive();
   SYMRIG_TRY(auto board, device::Board::connect(std::move(link), options));
   SYMRIG_TRY(const auto program, compile_for(plan, arguments.file, board.info()));
-  SYMRIG_TRY(const auto record, run_it(board, program));
+  SYMRIG_TRY(const auto record, run_it(board, program, arguments.clear_fault));
   SYMRIG_CHECK(write_text(arguments.output, device::receipt_json(record)));
   SYMRIG_CHECK(write_text(arguments.vcd, vcd_of(record)));
   if (const auto error = device::run_error(record)) return *error;
@@ -122,6 +125,7 @@ Job add_run(CLI::App& app) {
       ->add_option("--vcd", arguments->vcd,
                    "Where to write planned and captured edges, for a waveform viewer")
       ->type_name("FILE");
+  command->add_flag("--clear-fault", arguments->clear_fault, "Leave a fault that an earlier run has latched");
   command->footer(
       std::string(
           "Example:\n"

@@ -2,6 +2,9 @@
 #include "board_json.hpp"
 
 #include "symrig/device/board_file.hpp"
+#include "symrig/protocol/program.hpp"
+
+#include <algorithm>
 
 #include <fmt/format.h>
 
@@ -35,13 +38,16 @@ Json board_json(const BoardInfo& board) {
 
 namespace {
 
-/// Edges that can be awaited: a number of bits, or an object as `symrig info --json` has it.
+/// Edges that can be awaited: a number of bits, an object as `symrig info --json` has it, or a list of names
+/// as in a firmware's manifest.
 std::uint8_t waits_from(const Json& line) {
   if (!line.contains("waits")) return 7;
   const Json& waits = line.at("waits");
-  if (!waits.is_object()) return waits.get<std::uint8_t>();
+  if (waits.is_number()) return waits.get<std::uint8_t>();
   const auto bit = [&waits](const char* edge, unsigned value) {
-    return waits.at(edge).get<bool>() ? value : 0U;
+    const bool can = waits.is_array() ? std::find(waits.begin(), waits.end(), edge) != waits.end()
+                                      : waits.at(edge).get<bool>();
+    return can ? value : 0U;
   };
   return static_cast<std::uint8_t>(bit("rising", 1) | bit("falling", 2) | bit("both", 4));
 }
@@ -59,7 +65,7 @@ BoardInfo board_from_json(const Json& json) {
   board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
   board.program_bytes = json.contains("program_records") ? json.at("program_records").get<std::uint32_t>() * 8
                                                          : json.at("program_bytes").get<std::uint32_t>();
-  board.loop_depth = json.at("loop_depth").get<std::uint32_t>();
+  board.loop_depth = json.value("loop_depth", protocol::kMaxLoopDepth);
   board.queue_segments = json.value("queue_segments", board.queue_segments);
   board.refill_ticks = json.value("refill_ticks", board.refill_ticks);
   board.poll_ticks = json.value("poll_ticks", board.poll_ticks);
@@ -101,17 +107,18 @@ std::string board_file_text(const BoardInfo& board) {
 
 Result<BoardInfo> parse_board_file(std::string_view text) {
   try {
-    const Json json = Json::parse(text);
+    Json json = Json::parse(text);
+    if (json.contains("capabilities")) json.update(Json(json.at("capabilities")));  // a firmware's manifest
     const bool inside = json.contains("board") && json.at("board").is_object();
     BoardInfo board = board_from_json(inside ? json.at("board") : json);
     if (board.rate.hz < 1000 || board.min_dwell.count == 0 || board.max_dwell < board.min_dwell ||
         board.lines.size() > 32)
       return Error{ErrorCode::bad_format, "it describes a board that there cannot be",
-                   "give what symrig info --json wrote, or a receipt of that board"};
+                   "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
     return board;
   } catch (const Json::exception& error) {
     return Error{ErrorCode::bad_format, fmt::format("it does not describe a board: {}", error.what()),
-                 "give what symrig info --json wrote, or a receipt of that board"};
+                 "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
   }
 }
 

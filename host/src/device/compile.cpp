@@ -37,10 +37,13 @@ std::set<std::string> lines_in_use(const ProgramFile& file) {
   return lines;
 }
 
-/// Can the board tell the edges of a line?
+/// Does the board stamp the edges of a line to a microsecond? Coarser stamps come from interrupts: every edge
+/// costs the processor time, and none is asked for unless the file does.
 bool is_seen(const BoardInfo& board, std::string_view line) {
   const int k = board.line(line);
-  return k >= 0 && board.lines[static_cast<std::size_t>(k)].stamp_ticks != 0;
+  if (k < 0) return false;
+  const std::uint32_t ticks = board.lines[static_cast<std::size_t>(k)].stamp_ticks;
+  return ticks != 0 && board.rate.nanoseconds(Ticks{ticks}) <= Nanoseconds{1000};
 }
 
 /// The configuration that the board is to have: lines of the file, and defaults that the board knows.

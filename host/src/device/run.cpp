@@ -62,6 +62,7 @@ class Run {
   Result<RunRecord> go() {
     SYMRIG_CHECK(check_board_fits(record_.program, board_.info()));
     record_.program.board = board_.info();
+    SYMRIG_CHECK(leave_fault());
     SYMRIG_CHECK(board_.configure(record_.program.lines));
     SYMRIG_CHECK(board_.upload(record_.program.program));
     for (int k = 0; k < kBurst; ++k) SYMRIG_CHECK(clock_.ask(board_));
@@ -77,6 +78,18 @@ class Run {
   }
 
  private:
+  /// A fault of an earlier run stays latched until somebody has looked at it.
+  Result<void> leave_fault() {
+    SYMRIG_TRY(const BoardStatus status, board_.status());
+    if (status.state != BoardState::fault) return {};
+    if (options_.clear_fault) return board_.clear_fault();
+    const std::string fault = status.fault ? status.fault->name : std::string("unknown");
+    return Error{ErrorCode::fault,
+                 fmt::format("the board has latched the fault {} of an earlier run ({})", fault,
+                             status.fault ? status.fault->hint : ""),
+                 "when its cause is gone, clear it: symrig run --clear-fault"};
+  }
+
   void count(const StepMark& mark) {
     ++progress_.marks;
     if (record_.program.is_scan && mark.id == kMarkPattern) ++progress_.patterns;

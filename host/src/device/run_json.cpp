@@ -61,6 +61,10 @@ Json lines_json(const RunRecord& record) {
     const int k = board.line(line.line);
     Json one = line_json(line);
     one["index"] = k;
+    one["stamp_ns"] =
+        k < 0 ? Json()
+              : Json(board.rate.nanoseconds(Ticks{board.lines[static_cast<std::size_t>(k)].stamp_ticks})
+                         .count());
     one["captured"] = k < 0 ? Json() : statistics[static_cast<std::size_t>(k)].json(board.rate);
     lines.push_back(std::move(one));
   }

@@ -230,5 +230,19 @@ TEST(Compile, lines_in_use_are_captured_and_the_rest_not) {
                                                    {"vsync", true}}));
 }
 
+// Stamps of 2 us come from interrupts: nobody asks for them by accident.
+TEST(Compile, lines_that_are_stamped_coarsely_are_captured_only_if_asked_for) {
+  BoardInfo board = test::board();
+  board.lines[0].stamp_ticks = 250;
+  board.lines[1].stamp_ticks = 250;
+  const ProgramFile file = test::parse(
+      "symrig = 1\n[rig.lines.camera_trigger]\ncapture = true\n[program]\npatterns = 1\nbracket = [\"1 "
+      "ms\"]\n");
+  const Compilation out = compile_program(file, board);
+  ASSERT_TRUE(out.ok());
+  for (const LineConfig& line : out.program->lines)
+    EXPECT_EQ(line.capture, line.line != "projector_trigger") << line.line;
+}
+
 }  // namespace
 }  // namespace symrig::device

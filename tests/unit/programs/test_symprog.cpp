@@ -70,5 +70,22 @@ TEST(BoardFile, comes_back_as_it_was) {
   EXPECT_FALSE(parse_board_file("not json").ok());
 }
 
+TEST(BoardFile, may_be_the_manifest_of_a_firmware) {
+  const auto board = parse_board_file(
+      R"({"board": "pico", "capabilities": {"tick_hz": 125000000, "min_dwell": 6, "max_dwell": 4294967295,
+          "wait_latency": 5, "queue_segments": 1022, "refill_ticks": 400, "poll_ticks": 200000, "program_bytes": 128000},
+          "lines": [{"line": 0, "name": "lamp_enable", "pin": "GPIO2", "output": true, "waits": [], "trips": false, "stamp_ticks": 250},
+                    {"line": 1, "name": "vsync", "pin": "GPIO16", "output": false, "waits": ["rising", "falling"],
+                     "trips": false, "stamp_ticks": 2}]})");
+  ASSERT_OK(board);
+  EXPECT_EQ(board->board, "pico");
+  EXPECT_EQ(board->min_dwell, Ticks{6});
+  EXPECT_EQ(board->program_bytes, 128'000U);
+  EXPECT_EQ(board->loop_depth, 4U);
+  EXPECT_EQ(board->lines.at(0).waits, 0);
+  EXPECT_EQ(board->lines.at(1).waits, 3);
+  EXPECT_EQ(board->lines.at(1).stamp_ticks, 2U);
+}
+
 }  // namespace
 }  // namespace symrig::device

@@ -31,6 +31,7 @@ struct RunOptions {
   /// false: abort.
   std::function<bool(const RunProgress&)> progress;
   std::size_t max_edges = 1'000'000;  ///< planned edges kept for the comparison
+  bool clear_fault = false;           ///< leave a fault that an earlier run has latched
 };
 
 /// How well the board's clock was known against the host's, by a ClockModel fed before, during and after the
@@ -57,8 +58,8 @@ struct RunRecord {
 /// Configures the lines, uploads the program, arms and starts it, keeps the board alive and waits for the
 /// end. The board's keep-alive is its options' (BoardOptions), which should be program.keep_alive.
 /// A run that ends by a time-out of a wait, a fault or an abort is no error here: the record says so.
-/// fails: device_refused (another kind of board; what it refused), device_lost, protocol, timeout (it did not
-/// end in time; it was aborted).
+/// fails: device_refused (another kind of board; what it refused), fault (latched by an earlier run),
+/// device_lost, protocol, timeout (it did not end in time; it was aborted).
 Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options = {});
 
 /// The Error that a record stands for, if the run did not complete: fault, interrupted, timeout (a wait).
