@@ -150,12 +150,6 @@ void note_assumptions(std::string_view table, std::string_view profile, const st
                 fmt::format("measure, and set in [rig.{}]", table));
 }
 
-bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind) {
-  return std::any_of(steps.begin(), steps.end(), [kind](const FileStep& step) {
-    return step.kind == kind || has_step(step.steps, kind);
-  });
-}
-
 }  // namespace
 
 void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& findings) {

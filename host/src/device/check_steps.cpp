@@ -61,13 +61,49 @@ void check_list(const std::vector<FileStep>& steps, const RigSetup& rig, const B
   }
 }
 
+/// A pulse that the board cannot make would be none at all.
+void check_pulse(std::string_view key, Nanoseconds width, int place, const BoardInfo& board,
+                 Findings& findings) {
+  const Nanoseconds least = board.rate.nanoseconds(board.min_dwell);
+  if (width >= least) return;
+  findings.error(
+      place, "trigger_pulse",
+      fmt::format("{} of {}: the board's shortest is {}", key, duration_text(width), duration_text(least)),
+      setting(key, least));
+}
+
+void check_projector(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
+  const ProjectorProfile& projector = rig.projector;
+  const int place = rig.projector_place;
+  check_pulse("advance_pulse", projector.advance_pulse, place, board, findings);
+  if (projector.sync != PatternSync::vsync) return;
+  check_timeout(projector.vsync_timeout, place, "vsync_timeout", board, findings);
+  const Nanoseconds refresh = projector.refresh;
+  if (refresh.count() == 0) return;
+  if (projector.vsync_timeout < refresh)
+    findings.error(place, "wait.timeout",
+                   fmt::format("a vsync_timeout of {} is shorter than a refresh of {}",
+                               duration_text(projector.vsync_timeout), duration_text(refresh)),
+                   setting("vsync_timeout", 3 * refresh));
+  if (projector.advance_pulse >= refresh)
+    findings.error(place, "trigger_pulse",
+                   fmt::format("advance_pulse of {} is as long as a refresh: it would miss the vsync that it "
+                               "asks for",
+                               duration_text(projector.advance_pulse)),
+                   setting("advance_pulse", refresh / 2));
+}
+
+void check_camera(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
+  if (rig.camera.mode == ExposureMode::timed)
+    check_pulse("trigger_pulse", rig.camera.trigger_pulse, rig.camera_place, board, findings);
+}
+
 }  // namespace
 
 void check_times(const ProgramFile& file, const BoardInfo& board, Findings& findings) {
   check_list(file.steps, file.rig, board, findings);
-  const ProjectorProfile& projector = file.rig.projector;
-  if (file.scan && projector.sync == PatternSync::vsync)
-    check_timeout(projector.vsync_timeout, file.rig.projector_place, "vsync_timeout", board, findings);
+  if (file.scan || has_step(file.steps, FileStep::Kind::pattern)) check_projector(file.rig, board, findings);
+  if (file.scan || has_step(file.steps, FileStep::Kind::expose)) check_camera(file.rig, board, findings);
 }
 
 void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const Timeline& timeline,

@@ -54,7 +54,7 @@ std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& b
     if (board.line(line.config.line) < 0) continue;
     configs.push_back(line.config);
     if (!line.capture_given)
-      configs.back().capture = used.count(line.config.line) != 0 && is_seen(board, line.config.line);
+      configs.back().capture = used.contains(line.config.line) && is_seen(board, line.config.line);
   }
   for (const std::string& name : used) {
     const bool there = std::any_of(configs.begin(), configs.end(),

@@ -65,15 +65,19 @@ class RigMoves {
 
   /// An exposure with the projector's pulse inside: it takes in a whole triggered pattern.
   void expose_around(Nanoseconds exposure, int place) {
-    const Ticks width = board_.rate.ticks(exposure - rig_.camera.exposure_offset);
-    const Ticks lead = board_.min_dwell;
+    const CameraProfile& camera = rig_.camera;
+    const bool timed = camera.mode == ExposureMode::timed;
     const Ticks pulse = board_.rate.ticks(rig_.projector.advance_pulse);
+    const Ticks lead = timed ? board_.rate.ticks(camera.trigger_pulse) : board_.min_dwell;
+    const Ticks whole = board_.rate.ticks(timed ? exposure : exposure - camera.exposure_offset);
     moves_.set(camera_, true, place);
     moves_.hold(lead, place);
+    if (timed) moves_.set(camera_, false, place);
     moves_.pulse(projector_, pulse, place);
-    if (width > lead + pulse) moves_.hold(width - lead - pulse, place);
+    if (whole > lead + pulse) moves_.hold(whole - lead - pulse, place);
+    if (timed) return;
     moves_.set(camera_, false, place);
-    moves_.hold(rig_.camera.exposure_offset, place);
+    moves_.hold(camera.exposure_offset, place);
   }
 
   /// Lines whose "off" is high begin there.

@@ -6,6 +6,8 @@
 #include "step_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace symrig::device {
@@ -32,6 +34,12 @@ void read_program(TableReader& top, ProgramFile& file) {
 }
 
 }  // namespace
+
+bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind) {
+  return std::any_of(steps.begin(), steps.end(), [kind](const FileStep& step) {
+    return step.kind == kind || has_step(step.steps, kind);
+  });
+}
 
 Result<ProgramFile> parse_program_file(std::string_view text, const std::string& name,
                                        const std::filesystem::path& folder) {

@@ -141,6 +141,35 @@ TEST(Records, a_triggered_projector_is_given_its_delay) {
       "end 00000\n");
 }
 
+// An 8-bit pattern is itself only as a whole: the exposure begins before the trigger and ends after the
+// pattern.
+TEST(Records, triggered_patterns_made_up_in_time_are_exposed_all_around) {
+  EXPECT_EQ(records_of("symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 1\nbits = 8\n"
+                       "bracket = [\"5 ms\"]\n"),
+            "mark 0\n"
+            "mark 1\n"
+            "set 00010 5\n"
+            "set 00011 2500\n"
+            "set 00010 622495\n"
+            "set 00000 500000\n"
+            "end 00000\n");
+}
+
+TEST(Records, a_timed_camera_gets_its_trigger_pulse_and_time_to_expose) {
+  EXPECT_EQ(
+      records_of(
+          "symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[rig.camera]\nprofile = \"generic-strobed\"\n"
+          "exposure = \"timed\"\ntrigger_pulse = \"10 us\"\n[program]\npatterns = 1\nbracket = [\"1 ms\"]\n"
+          "start_marker = { line = \"camera_trigger\", stretch = \"5 us\" }\n"),
+      "mark 0\n"
+      "set 00001 2500\n"
+      "set 00000 11875\n"
+      "mark 1\n"
+      "set 00010 1875\n"    // 10 us, and 5 us that mark the start
+      "set 00000 623125\n"  // the rest of 1 ms, and 4 ms of readout
+      "end 00000\n");
+}
+
 TEST(Records, loops_of_2_to_the_32_rounds) {
   EXPECT_EQ(
       records_of("symrig = 1\n[program]\nsteps = [{ loop = 4294967296, steps = [{ hold = \"8 us\" }] }]\n"),

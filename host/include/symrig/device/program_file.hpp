@@ -118,6 +118,9 @@ struct FileStep {
   int place = 0;
 };
 
+/// Is there such a step, in loops or out of them?
+bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind);
+
 /// A program as people write it: docs/howto-programs.md.
 struct ProgramFile {
   std::string path;  ///< for messages
