@@ -7,7 +7,7 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/symrig)
 install(TARGETS symrig EXPORT symrigTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT symrigTargets NAMESPACE symrig:: DESTINATION ${package_dir})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/include/symrig DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.hpp")
+  FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 if(TARGET symrig_cli)
   install(TARGETS symrig_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

@@ -24,7 +24,7 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 14> kCommands{{{"capture", add_capture},
+constexpr std::array<Command, 18> kCommands{{{"capture", add_capture},
                                              {"relight", add_relight},
                                              {"dual", add_dual},
                                              {"evaluate", add_evaluate},
@@ -37,7 +37,11 @@ constexpr std::array<Command, 14> kCommands{{{"capture", add_capture},
                                              {"info", add_info},
                                              {"identify", add_identify},
                                              {"selftest", add_selftest},
-                                             {"flash", add_flash}}};
+                                             {"flash", add_flash},
+                                             {"lint", add_lint},
+                                             {"compile", add_compile},
+                                             {"run", add_run},
+                                             {"trace", add_trace}}};
 
 constexpr const char* kExample =
     "Example:\n"

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -61,6 +62,11 @@ class Listener {
   }
   /// The next client's descriptor.
   int accept() const { return ::accept(fd_, nullptr, nullptr); }
+  /// The same, or -1 if none comes within `patience`.
+  int accept_within(std::chrono::milliseconds patience) const {
+    pollfd one{fd_, POLLIN, 0};
+    return poll(&one, 1, static_cast<int>(patience.count())) > 0 ? accept() : -1;
+  }
 
  private:
   explicit Listener(int family) : fd_(socket(family, SOCK_STREAM, 0)) {}
