@@ -39,9 +39,9 @@ struct Known {
 
 std::string describe(const Arguments& arguments, const FirmwareFile& file) {
   return fmt::format(
-      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as {}.sha256 says\n",
+      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as its manifest says\n",
       arguments.file, file.manifest.version, file.manifest.board, file.manifest.firmware_hash,
-      byte_size(static_cast<double>(file.image.bytes.size())), file.sha256, arguments.file);
+      byte_size(static_cast<double>(file.image.bytes.size())), file.sha256);
 }
 
 /// Asks again and again until there is an answer, or the patience is over. fails: the last reason,
@@ -94,13 +94,25 @@ Result<std::optional<Known>> find_board(const Arguments& arguments) {
   return std::optional(Known{*uri, board.info()});
 }
 
-/// true: the board is on its way to the boot loader. false: it runs this firmware already.
+/// Until the board has left: it takes a moment after its answer.
+Result<bool> left(const Arguments& arguments, const DeviceUri& uri) {
+  constexpr device::BoardOptions kBrief{.reply_timeout = 50ms, .attempts = 2};
+  return wait_for<bool>(std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
+    if (!open_board(uri, kBrief)) return true;
+    return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
+                 "hold its BOOTSEL button while you plug it in, and run this again"};
+  });
+}
+
+/// true: the board is in its boot loader. false: it runs this firmware already.
 Result<bool> enter_boot_loader(const Arguments& arguments, const FirmwareFile& file, const Known& known) {
   SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
   if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
-  SYMRIG_TRY(auto board, open_board(known.uri));
-  SYMRIG_CHECK(board.reboot(true));
-  return true;
+  {
+    SYMRIG_TRY(auto board, open_board(known.uri));
+    SYMRIG_CHECK(board.reboot(true));
+  }
+  return left(arguments, known.uri);
 }
 
 /// The board is back: does it run what was put on it?
@@ -155,7 +167,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_flash(CLI::App& app) {
   CLI::App* command = app.add_subcommand("flash", "Puts firmware on a board, and checks that it runs there");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("file", arguments->file, "Firmware, with FILE.uf2.sha256 beside it")
+  command->add_option("file", arguments->file, "Firmware, with its manifest FILE.json beside it")
       ->required()
       ->type_name("FILE.uf2");
   add_device(*command, arguments->device);

@@ -108,6 +108,7 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_output(arguments.json));
   SYMRIG_TRY(const auto boards, boards_to_ask(arguments.devices));
   std::vector<Row> rows;
+  rows.reserve(boards.size());
   for (const auto& board : boards) rows.push_back(ask(board));
   nlohmann::ordered_json json{{"command", "list"}, {"boards", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) json["boards"].push_back(to_json(row));

@@ -55,17 +55,27 @@ std::optional<std::string_view> take_option(std::string_view& rest, std::string_
   return option.substr(key.size() + 1);
 }
 
-Result<DeviceUri> parse_sim(std::string_view text, std::string_view rest) {
+/// Takes "?jumper=OUT:IN" off `rest`, if it is there. sim: has lines by name, virtual links have pins by
+/// number.
+Result<void> take_jumper(std::string_view text, std::string_view& rest, DeviceUri& uri) {
   const auto jumper = take_option(rest, "jumper");
-  if (!jumper) return malformed(text, "the only option of sim: is ?jumper=OUT:IN");
-  if (!rest.empty()) return malformed(text, "nothing may stand between sim: and its options");
-  DeviceUri uri{.transport = Transport::sim};
-  if (jumper->empty()) return uri;
+  if (!jumper) return malformed(text, "its only option is ?jumper=OUT:IN");
+  if (jumper->empty()) return {};
   const std::size_t colon = jumper->find(':');
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == jumper->size())
-    return malformed(text, "a jumper is OUT:IN, two names of lines");
+    return malformed(text, "a jumper is OUT:IN, two lines");
   uri.jumper_from = jumper->substr(0, colon);
   uri.jumper_to = jumper->substr(colon + 1);
+  const auto pin = [](const std::string& name) { return number(name).value_or(255) < 255; };
+  if (uri.transport != Transport::sim && !(pin(uri.jumper_from) && pin(uri.jumper_to)))
+    return malformed(text, "its jumper is GPIO:GPIO, two numbers of pins");
+  return {};
+}
+
+Result<DeviceUri> parse_sim(std::string_view text, std::string_view rest) {
+  DeviceUri uri{.transport = Transport::sim};
+  SYMRIG_CHECK(take_jumper(text, rest, uri));
+  if (!rest.empty()) return malformed(text, "nothing may stand between sim: and its options");
   return uri;
 }
 
@@ -81,7 +91,7 @@ Result<DeviceUri> parse_serial(std::string_view text, std::string_view rest) {
   return uri;
 }
 
-Result<DeviceUri> parse_socket(std::string_view text, std::string_view rest, Transport transport) {
+Result<DeviceUri> parse_socket(std::string_view text, std::string_view rest, DeviceUri uri) {
   const std::size_t colon = rest.rfind(':');
   if (colon == std::string_view::npos) return malformed(text, "the port is missing");
   std::string_view host = rest.substr(0, colon);
@@ -93,13 +103,21 @@ Result<DeviceUri> parse_socket(std::string_view text, std::string_view rest, Tra
   const auto port = number(rest.substr(colon + 1));
   if (!port || *port == 0 || *port > 65'535)
     return malformed(text, fmt::format("'{}' is no port, 1 to 65535", rest.substr(colon + 1)));
-  return DeviceUri{
-      .transport = transport, .place = std::string(host), .port = static_cast<std::uint16_t>(*port)};
+  uri.place = host;
+  uri.port = static_cast<std::uint16_t>(*port);
+  return uri;
 }
 
-Result<DeviceUri> parse_path(std::string_view text, std::string_view rest, Transport transport) {
+Result<DeviceUri> parse_path(std::string_view text, std::string_view rest, DeviceUri uri) {
   if (rest.empty()) return malformed(text, "the path of the socket is missing");
-  return DeviceUri{.transport = transport, .place = std::string(rest)};
+  uri.place = rest;
+  return uri;
+}
+
+Result<DeviceUri> parse_virtual(std::string_view text, std::string_view rest, Transport transport) {
+  DeviceUri uri{.transport = transport};
+  SYMRIG_CHECK(take_jumper(text, rest, uri));
+  return transport == Transport::virtual_tcp ? parse_socket(text, rest, uri) : parse_path(text, rest, uri);
 }
 
 }  // namespace
@@ -120,33 +138,25 @@ Result<DeviceUri> DeviceUri::parse(std::string_view text) {
       case Transport::serial:
         return parse_serial(text, rest);
       case Transport::tcp:
-      case Transport::virtual_tcp:
-        return parse_socket(text, rest, scheme.transport);
+        return parse_socket(text, rest, {.transport = Transport::tcp});
       case Transport::unix_socket:
+        return parse_path(text, rest, {.transport = Transport::unix_socket});
+      case Transport::virtual_tcp:
       case Transport::virtual_unix:
-        return parse_path(text, rest, scheme.transport);
+        return parse_virtual(text, rest, scheme.transport);
     }
   }
   return malformed(text, "it begins with no known kind of link");
 }
 
 std::string DeviceUri::text() const {
+  const bool bracketed = place.find(':') != std::string::npos && port != 0;
   std::string text(scheme_of(transport));
-  switch (transport) {
-    case Transport::sim:
-      return jumper_from.empty() ? text : fmt::format("{}?jumper={}:{}", text, jumper_from, jumper_to);
-    case Transport::serial:
-      return text + place + (baud == DeviceUri{}.baud ? "" : fmt::format("?baud={}", baud));
-    case Transport::tcp:
-    case Transport::virtual_tcp:
-      return place.find(':') == std::string::npos ? fmt::format("{}{}:{}", text, place, port)
-                                                  : fmt::format("{}[{}]:{}", text, place, port);
-    case Transport::usb:
-    case Transport::unix_socket:
-    case Transport::virtual_unix:
-      break;
-  }
-  return text + place;
+  text += bracketed ? "[" + place + "]" : place;
+  if (port != 0) text += fmt::format(":{}", port);
+  if (transport == Transport::serial && baud != DeviceUri{}.baud) text += fmt::format("?baud={}", baud);
+  if (!jumper_from.empty()) text += fmt::format("?jumper={}:{}", jumper_from, jumper_to);
+  return text;
 }
 
 }  // namespace symrig::device

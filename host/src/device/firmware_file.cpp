@@ -6,10 +6,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <optional>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace symrig::device {
 namespace {
@@ -22,12 +21,12 @@ constexpr std::uint32_t kFamilyRp2040 = 0xE48BFF56;
 constexpr std::uint32_t kFlashRp2040 = 0x10000000;
 constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage; its checksum follows
 
-// Our record: "SYMRIGFW", u32 version of the record, u32 bytes of it, 24 bytes each for board and firmware
-// version, u64 hash of the sources.
+// Our record (boards/pico/README.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash of the sources,
+// 16 bytes each for board and version.
 constexpr std::string_view kMagic = "SYMRIGFW";
-constexpr std::uint32_t kRecordVersion = 1;
-constexpr std::size_t kRecordBytes = 72;
-constexpr std::size_t kText = 24;
+constexpr std::uint32_t kLayout = 1;
+constexpr std::size_t kRecordBytes = 56;
+constexpr std::size_t kText = 16;
 
 Error broken(const std::string& file, std::string_view what) {
   return {ErrorCode::bad_format, fmt::format("{}: {}", file, what),
@@ -53,23 +52,27 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   return result;
 }
 
-/// The digest that FILE.sha256 tells: the first word of the line.
-Result<std::string> promised_digest(const fs::path& uf2) {
-  const fs::path path = uf2.string() + ".sha256";
+/// What FILE.json beside FILE.uf2 promises.
+struct Promise {
+  std::string sha256, board, version, firmware_hash;
+};
+
+Result<Promise> read_promise(const fs::path& uf2) {
+  const fs::path path = fs::path(uf2).replace_extension(".json");
   std::error_code error;
   if (!fs::exists(path, error))
-    return Error{
-        ErrorCode::not_found, fmt::format("{} is not there", path.string()),
-        "firmware files come with it; after a build of your own: sha256sum FILE.uf2 > FILE.uf2.sha256"};
+    return Error{ErrorCode::not_found, fmt::format("{} is not there", path.string()),
+                 "firmware files come with it: keep the two together"};
   SYMRIG_TRY(const auto bytes, read_bytes(path));
-  const auto end =
-      std::find_if(bytes.begin(), bytes.end(), [](unsigned char c) { return std::isspace(c) != 0; });
-  std::string digest(bytes.begin(), end);
-  const bool sound = digest.size() == 64 && std::all_of(digest.begin(), digest.end(), [](unsigned char c) {
-                       return std::isxdigit(c) != 0 && std::isupper(c) == 0;
-                     });
-  if (!sound) return broken(path.string(), "it does not begin with a SHA-256 digest");
-  return digest;
+  const auto json = nlohmann::json::parse(bytes, nullptr, false);
+  const auto word = [&](const char* key) -> std::string {
+    return json.is_object() && json.contains(key) && json[key].is_string() ? json[key].get<std::string>()
+                                                                           : "";
+  };
+  Promise promise{word("sha256"), word("board"), word("version"), word("firmware_hash")};
+  if (promise.sha256.empty() || promise.board.empty())
+    return broken(path.string(), "it is no manifest of firmware");
+  return promise;
 }
 
 /// CRC-32 as the RP2040's boot ROM checks it (RP2040 datasheet, 2.8.1.3.1): polynomial 04c11db7, from the
@@ -102,27 +105,35 @@ Result<FirmwareManifest> find_manifest(const std::string& file, const FlashImage
   if (at + kRecordBytes > image.bytes.size())
     return broken(file, "it is no firmware of symrig: our record is not in it");
   const Bytes record(image.bytes.data() + at, kRecordBytes);
-  if (const auto version = number(record, 8, 4); version != kRecordVersion)
-    return broken(file,
-                  fmt::format("its record is of version {}, this host knows {}", version, kRecordVersion));
-  return FirmwareManifest{text(record.subspan(16, kText)), text(record.subspan(16 + kText, kText)),
-                          number(record, 16 + 2 * kText, 8)};
+  if (const auto layout = number(record, 8, 4); layout != kLayout)
+    return broken(file, fmt::format("its record is of layout {}, this host knows {}", layout, kLayout));
+  return FirmwareManifest{text(record.subspan(24, kText)), text(record.subspan(24 + kText, kText)),
+                          number(record, 16, 8)};
+}
+
+Result<void> compare(const std::string& file, const Promise& promise, const FirmwareManifest& manifest) {
+  if (promise.board == manifest.board && promise.version == manifest.version &&
+      promise.firmware_hash == fmt::format("{:016x}", manifest.firmware_hash))
+    return {};
+  return broken(file, fmt::format("it is firmware {} for board '{}', its manifest says {} for '{}'",
+                                  manifest.version, manifest.board, promise.version, promise.board));
 }
 
 }  // namespace
 
 Result<FirmwareFile> read_firmware(const fs::path& uf2) {
   SYMRIG_TRY(const auto bytes, read_bytes(uf2));
-  SYMRIG_TRY(const auto promised, promised_digest(uf2));
+  SYMRIG_TRY(const auto promise, read_promise(uf2));
   FirmwareFile file;
   file.sha256 = sha256(bytes);
-  if (file.sha256 != promised)
-    return broken(uf2.string(), fmt::format("its SHA-256 is {}, not {}", file.sha256, promised));
+  if (file.sha256 != promise.sha256)
+    return broken(uf2.string(), fmt::format("its SHA-256 is {}, not {}", file.sha256, promise.sha256));
   auto image = parse_uf2(bytes);
   if (!image) return broken(uf2.string(), image.error().what);
   file.image = std::move(image).value();
   SYMRIG_CHECK(check_processor(uf2.string(), file.image));
   SYMRIG_TRY(file.manifest, find_manifest(uf2.string(), file.image));
+  SYMRIG_CHECK(compare(uf2.string(), promise, file.manifest));
   return file;
 }
 

@@ -19,7 +19,7 @@ template <std::size_t Cuts>
 class ConvexPolygon {
  public:
   ConvexPolygon(double x_low, double x_high, double y_low, double y_high)
-      : corners_{{{x_low, y_low}, {x_high, y_low}, {x_high, y_high}, {x_low, y_high}}}, count_(4) {
+      : corners_{{{x_low, y_low}, {x_high, y_low}, {x_high, y_high}, {x_low, y_high}}} {
     if (x_low > x_high || y_low > y_high) count_ = 0;
   }
 
@@ -58,7 +58,7 @@ class ConvexPolygon {
 
  private:
   std::array<DriftAndClock, Cuts + 4> corners_;
-  std::size_t count_;
+  std::size_t count_ = 4;
 };
 
 }  // namespace symrig::device

@@ -7,6 +7,8 @@
 #include "symrig/device/virtual_bench.hpp"
 #include "usb_link.hpp"
 
+#include <string>
+
 namespace symrig::device {
 namespace {
 
@@ -20,6 +22,9 @@ Result<std::unique_ptr<Link>> over(Result<Fd> fd, const DeviceUri& uri) {
 
 Result<std::unique_ptr<Link>> open_virtual(const DeviceUri& uri) {
   SYMRIG_TRY(const VirtualBench bench, VirtualBench::connect(uri));
+  if (!uri.jumper_from.empty())
+    SYMRIG_CHECK(bench.jumper(static_cast<std::uint8_t>(std::stoul(uri.jumper_from)),
+                              static_cast<std::uint8_t>(std::stoul(uri.jumper_to))));
   return bench.link();
 }
 

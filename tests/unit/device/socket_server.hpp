@@ -55,6 +55,11 @@ class Listener {
     EXPECT_EQ(getsockname(fd_, reinterpret_cast<sockaddr*>(&address), &size), 0);
     return ntohs(address.sin_port);
   }
+  /// Does a client wait, within `milliseconds`?
+  bool ready(int milliseconds) const {
+    pollfd one{fd_, POLLIN, 0};
+    return poll(&one, 1, milliseconds) > 0;
+  }
   /// The next client's descriptor.
   int accept() const { return ::accept(fd_, nullptr, nullptr); }
   /// The same, or -1 if none comes within `patience`.

@@ -12,7 +12,8 @@ TEST(DeviceUri, every_form_comes_back_as_it_was_written) {
   for (const std::string text :
        {"sim:", "sim:?jumper=lamp_enable:vsync", "usb:", "usb:E66038B713", "serial:/dev/ttyACM0",
         "serial:/dev/ttyUSB0?baud=921600", "tcp:bench.local:4000", "tcp:[::1]:4000", "unix:/run/board",
-        "unix:board", "virtual:tcp:127.0.0.1:3241", "virtual:unix:/tmp/a:b"}) {
+        "unix:board", "virtual:tcp:127.0.0.1:3241", "virtual:unix:/tmp/a:b", "virtual:unix:v?jumper=5:17",
+        "virtual:tcp:[::1]:9?jumper=0:28"}) {
     const auto uri = DeviceUri::parse(text);
     ASSERT_TRUE(uri.ok()) << uri.error().line();
     EXPECT_EQ(uri->text(), text);
@@ -60,10 +61,13 @@ TEST(DeviceUri, what_is_wrong_is_named) {
                           Case{"virtual:", "no known kind"},
                           Case{"virtual:unix:", "path of the socket"},
                           Case{"virtual:tcp:h", "port is missing"},
+                          Case{"virtual:unix:v?jumper=aux0:vsync", "two numbers of pins"},
+                          Case{"virtual:unix:v?jumper=3:300", "two numbers of pins"},
+                          Case{"virtual:unix:v?x=3:3", "its only option"},
                           Case{"sim:x", "nothing may stand"},
                           Case{"sim:?jumper=a", "a jumper is OUT:IN"},
                           Case{"sim:?jumper=:b", "a jumper is OUT:IN"},
-                          Case{"sim:?drift=3", "only option of sim:"}}) {
+                          Case{"sim:?drift=3", "its only option"}}) {
     const auto uri = DeviceUri::parse(one.text);
     ASSERT_FALSE(uri.ok()) << one.text;
     EXPECT_EQ(uri.error().code, ErrorCode::bad_argument);

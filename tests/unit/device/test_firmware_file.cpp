@@ -91,12 +91,12 @@ TEST(Uf2, every_damage_is_named) {
   }
 }
 
-/// Writes file and digest; damage changes the image, and the digest fits what results.
+/// Writes the file and a manifest whose digest fits.
 Result<FirmwareFile> read_back(const std::vector<std::uint8_t>& file) {
   const Scratch scratch;
   const std::string path = (scratch / "pico.uf2").string();
   write_file(path, file);
-  std::ofstream(path + ".sha256") << sha256(file) << "  pico.uf2\n";
+  write_manifest((scratch / "pico.json").string(), sha256(file), "pico", "0.1.0", "1122334455667788");
   return read_firmware(path);
 }
 
@@ -129,17 +129,17 @@ TEST(FirmwareFile, what_a_board_could_not_run_is_refused) {
   expect(make_uf2(strange), "no firmware of symrig");
   auto newer = image();
   newer[0x208] = 2;
-  expect(make_uf2(newer), "record is of version 2");
+  expect(make_uf2(newer), "record is of layout 2");
   auto shifted = make_uf2(image());
   for (std::size_t k = 0; k < 8; ++k) put_number(shifted, k * 512 + 12, 0x10010000 + 256 * k, 4);
   expect(shifted, "not where the flash begins");
   auto cut = image();  // the magic so near the end that the record cannot be whole
-  std::copy_n(cut.begin() + 0x200, 8, cut.end() - 71);
+  std::copy_n(cut.begin() + 0x200, 8, cut.end() - 55);
   cut[0x200] = 'X';
   expect(make_uf2(cut), "no firmware of symrig");
 }
 
-TEST(FirmwareFile, the_digest_beside_it_must_fit) {
+TEST(FirmwareFile, the_manifest_beside_it_must_fit) {
   const Scratch scratch;
   const std::string path = (scratch / "pico.uf2").string();
   EXPECT_EQ(read_firmware(path).error().code, ErrorCode::not_found);
@@ -147,13 +147,24 @@ TEST(FirmwareFile, the_digest_beside_it_must_fit) {
   const auto alone = read_firmware(path);
   ASSERT_FALSE(alone.ok());
   EXPECT_EQ(alone.error().code, ErrorCode::not_found);
-  EXPECT_NE(alone.error().what.find("pico.uf2.sha256"), std::string::npos);
-  std::ofstream(path + ".sha256") << "not a digest\n";
-  EXPECT_EQ(read_firmware(path).error().code, ErrorCode::bad_format);
-  std::ofstream(path + ".sha256") << std::string(64, '0') << "  pico.uf2\n";
-  const auto other = read_firmware(path);
-  ASSERT_FALSE(other.ok());
-  EXPECT_NE(other.error().what.find("its SHA-256 is"), std::string::npos);
+  EXPECT_NE(alone.error().what.find("pico.json"), std::string::npos);
+  const std::string manifest = (scratch / "pico.json").string();
+  for (const char* text : {"not JSON", "[]", "{}", R"({"sha256": 5, "board": "pico"})"}) {
+    std::ofstream(manifest) << text;
+    EXPECT_EQ(read_firmware(path).error().code, ErrorCode::bad_format) << text;
+  }
+  const std::string hash = "1122334455667788";
+  write_manifest(manifest, std::string(64, '0'), "pico", "0.1.0", hash);
+  EXPECT_NE(read_firmware(path).error().what.find("its SHA-256 is"), std::string::npos);
+  const std::string digest = sha256(make_uf2(image()));
+  write_manifest(manifest, digest, "mega2560", "0.1.0", hash);
+  EXPECT_NE(read_firmware(path).error().what.find("its manifest says"), std::string::npos);
+  write_manifest(manifest, digest, "pico", "0.2.0", hash);
+  EXPECT_FALSE(read_firmware(path).ok());
+  write_manifest(manifest, digest, "pico", "0.1.0", "1122334455667789");
+  EXPECT_FALSE(read_firmware(path).ok());
+  write_manifest(manifest, digest, "pico", "0.1.0", hash);
+  EXPECT_TRUE(read_firmware(path).ok());
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench.hpp"
+#include "symrig/device/self_test.hpp"
 #include "symrig/device/virtual_bench.hpp"
 #include "virtual_server.hpp"
 
@@ -61,6 +62,19 @@ TEST(VirtualLink, open_link_leads_to_it) {
   ASSERT_OK(link);
   const Board board = Bench::connect(std::move(link).value());
   EXPECT_EQ(board.info().board, "sim");
+}
+
+TEST(VirtualLink, a_uri_brings_a_jumper_along) {
+  const Served served;
+  DeviceUri uri = served.uri();
+  uri.jumper_from = "1";
+  uri.jumper_to = "3";
+  auto link = open_link(uri);
+  ASSERT_OK(link);
+  Board board = Bench::connect(std::move(link).value());
+  const auto test = self_test(board, {.pings = 1, .jumper = Jumper{"camera_trigger", "vsync"}});
+  ASSERT_OK(test);
+  EXPECT_TRUE(test->passed());
 }
 
 TEST(VirtualLink, time_passes_only_while_the_link_waits) {

@@ -28,13 +28,12 @@ inline std::vector<std::uint8_t> make_image(std::size_t size, const std::string&
   }
   put_number(image, 252, crc, 4);
   const std::string magic = "SYMRIGFW";
-  std::fill_n(image.begin() + 0x200, 72, std::uint8_t{0});
+  std::fill_n(image.begin() + 0x200, 56, std::uint8_t{0});
   std::copy(magic.begin(), magic.end(), image.begin() + 0x200);
   put_number(image, 0x208, 1, 4);
-  put_number(image, 0x20C, 72, 4);
-  std::copy(board.begin(), board.end(), image.begin() + 0x210);
+  put_number(image, 0x210, hash, 8);
+  std::copy(board.begin(), board.end(), image.begin() + 0x218);
   std::copy(version.begin(), version.end(), image.begin() + 0x228);
-  put_number(image, 0x240, hash, 8);
   return image;
 }
 
@@ -58,6 +57,13 @@ inline std::vector<std::uint8_t> make_uf2(const std::vector<std::uint8_t>& image
     put_number(file, at + 508, 0x0AB16F30, 4);
   }
   return file;
+}
+
+/// The manifest that stands beside it. hash: 16 hexadecimal digits.
+inline void write_manifest(const std::string& path, const std::string& sha256, const std::string& board,
+                           const std::string& version, const std::string& hash) {
+  std::ofstream(path) << R"({"board": ")" << board << R"(", "version": ")" << version
+                      << R"(", "firmware_hash": ")" << hash << R"(", "sha256": ")" << sha256 << "\"}\n";
 }
 
 inline void write_file(const std::string& path, const std::vector<std::uint8_t>& bytes) {

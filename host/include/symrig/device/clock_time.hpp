@@ -14,7 +14,8 @@ template <class Clock, class Span>
 struct PointOnClock {
   Span since{};  ///< since the clock began
 
-  constexpr auto operator<=>(const PointOnClock&) const = default;
+  constexpr auto operator<=>(const PointOnClock&) const =
+      default;  // NOLINT(modernize-use-nullptr): not a pointer
   constexpr PointOnClock operator+(Span span) const { return {since + span}; }
   constexpr PointOnClock operator-(Span span) const { return {since - span}; }
   constexpr Span operator-(PointOnClock other) const { return since - other.since; }

@@ -25,7 +25,7 @@ enum class Transport : std::uint8_t {
 ///   usb:                       usb:SERIAL
 ///   serial:/dev/ttyACM0        serial:/dev/ttyUSB0?baud=921600
 ///   tcp:HOST:PORT              unix:PATH
-///   virtual:tcp:HOST:PORT      virtual:unix:PATH
+///   virtual:tcp:HOST:PORT      virtual:unix:PATH          either with ?jumper=GPIO:GPIO
 /// An IPv6 address stands in brackets: tcp:[::1]:4000.
 struct DeviceUri {
   Transport transport = Transport::sim;
@@ -34,7 +34,7 @@ struct DeviceUri {
   std::string place = {};
   std::uint16_t port = 0;        ///< tcp
   std::uint32_t baud = 115'200;  ///< serial; a USB serial port takes any
-  std::string jumper_from = {};  ///< sim: a wire from this output ...
+  std::string jumper_from = {};  ///< sim and virtual: a wire from this output ...
   std::string jumper_to = {};    ///< ... to this input, in place of the projector and the camera
 
   bool operator==(const DeviceUri&) const = default;

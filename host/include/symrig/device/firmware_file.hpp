@@ -37,9 +37,9 @@ struct FirmwareFile {
   std::string sha256;  ///< of the UF2 file
 };
 
-/// Reads FILE.uf2 and FILE.uf2.sha256 beside it (as sha256sum writes it) and checks all that can be checked
-/// without a board: the digest, the UF2 blocks, the processor, the second boot stage's checksum, our record.
-/// fails: not_found, io, bad_format (naming the check that failed).
+/// Reads FILE.uf2 and its manifest FILE.json beside it and checks all that can be checked without a board:
+/// the SHA-256, the UF2 blocks, the processor, the second boot stage's checksum, our record and that the
+/// manifest says the same. fails: not_found, io, bad_format (naming the check that failed).
 Result<FirmwareFile> read_firmware(const std::filesystem::path& uf2);
 
 /// Is this file for that board? fails: bad_value (naming both).
