@@ -14,6 +14,7 @@
 #ifndef SYMRIG_SYMRIG_H
 #define SYMRIG_SYMRIG_H
 
+/* NOLINTBEGIN(modernize-use-using,modernize-deprecated-headers): this is C */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -122,5 +123,6 @@ int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, siz
 #ifdef __cplusplus
 }
 #endif
+/* NOLINTEND(modernize-use-using,modernize-deprecated-headers) */
 
 #endif

@@ -12,7 +12,6 @@ namespace {
 
 using symrig::Error;
 using symrig::ErrorCode;
-using symrig::Grid;
 using symrig::Image;
 using symrig::TransportTensor;
 using namespace symrig::capi;

@@ -1,4 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
+# toml++ is read as headers, in one source file only: nothing of it is linked or passed on to users of libsymrig.
+find_path(SYMRIG_TOMLPLUSPLUS_DIR toml++/toml.h REQUIRED)
+
 # Program files, device profiles, the compiler, the linter, timelines and receipts.
 target_sources(symrig PRIVATE check_lines.cpp check_scan.cpp check_steps.cpp compile.cpp duration.cpp emit.cpp findings.cpp
   lint_rules.cpp lower.cpp moves.cpp profile.cpp profile_keys.cpp program_file.cpp rig_keys.cpp scan_keys.cpp step_keys.cpp
