@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stddef.h>  // NOLINT(modernize-deprecated-headers)
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
+
+namespace symrig::pico {
+
+/// Bytes between an interrupt and the main loop: one side puts, the other takes. Size is a power of two.
+template <size_t kSize>
+class ByteRing {
+  static_assert((kSize & (kSize - 1)) == 0);
+
+ public:
+  size_t used() const { return put_ - taken_; }
+  size_t room() const { return kSize - used(); }
+  void put(uint8_t byte) {
+    bytes_[put_ % kSize] = byte;
+    put_ = put_ + 1;
+  }
+  uint8_t take() {
+    const uint8_t byte = bytes_[taken_ % kSize];
+    taken_ = taken_ + 1;
+    return byte;
+  }
+  void clear() { taken_ = put_; }
+
+ private:
+  uint8_t bytes_[kSize];
+  volatile size_t put_ = 0;
+  volatile size_t taken_ = 0;
+};
+
+}  // namespace symrig::pico

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "edge_engine.hpp"
+
+#include "board_pins.hpp"
+#include "edge_program.hpp"
+#include "lines.hpp"
+
+namespace symrig::pico {
+
+using hal::Segment;
+using hal::Tick;
+using hal::Until;
+using hal::WaitOutcome;
+namespace code = edge_program;
+
+namespace {
+
+constexpr uint32_t kEndFlag = 1U << code::kEndFlag;
+constexpr uint32_t kHaltFlag = 1U << code::kHaltFlag;
+constexpr uint32_t kStalled = 1U << 24U;   // FDEBUG: machine 0 waited for the second word of a segment
+constexpr uint32_t kRestart = 1U << 4U;    // CTRL: machine 0
+constexpr Tick kLaunchLead = 500;          // a start "now" is that much later: time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;       // a start later than this is held back by firmware
+constexpr uint32_t kQueueDepth = 8;
+
+void machine(uint32_t control) { reg(pio::pio0 + pio::ctrl) = control; }
+void execute(uint16_t instruction) { reg(pio::pio0 + pio::instr) = instruction; }
+/// Gives a word to a machine that stands still, by way of its queue, which is empty.
+void pull_in(uint32_t word) {
+  reg(pio::pio0 + pio::txf0) = word;
+  execute(code::kPull);
+}
+
+/// Writes the count that ends the launch: count - (cycles since SysTick stood at `reference`). The instructions
+/// are fixed, so what passes between reading SysTick and writing is a constant (part of kLaunchLatency).
+SYMRIG_RAM __attribute__((noinline)) void write_count_down(uint32_t reference, uint32_t count) {
+  uint32_t passed = 0;
+  asm volatile(
+      "ldr  %[passed], [%[systick]]\n"
+      "subs %[passed], %[reference], %[passed]\n"
+      "lsls %[passed], %[passed], #8\n"
+      "lsrs %[passed], %[passed], #8\n"
+      "subs %[passed], %[count], %[passed]\n"
+      "str  %[passed], [%[queue]]\n"
+      : [passed] "=&l"(passed)
+      : [systick] "l"(core::systick), [reference] "l"(reference), [count] "l"(count),
+        [queue] "l"(pio::pio0 + pio::txf0)
+      : "cc", "memory");
+}
+
+/// Enables the machine; returns where SysTick stood a fixed number of cycles before.
+SYMRIG_RAM __attribute__((noinline)) uint32_t enable_timed() {
+  uint32_t stood = 0;
+  asm volatile(
+      "ldr %[stood], [%[systick]]\n"
+      "str %[enable], [%[control]]\n"
+      : [stood] "=&l"(stood)
+      : [systick] "l"(core::systick), [control] "l"(pio::pio0 + pio::ctrl), [enable] "l"(1)
+      : "memory");
+  return stood;
+}
+
+}  // namespace
+
+void PicoEngine::begin(TripWatch& trips) {
+  trips_ = &trips;
+  for (uint32_t i = 0; i < code::kCodeSize; ++i) reg(pio::pio0 + pio::instr_mem + 4 * i) = code::kCode[i];
+  reg(pio::pio0 + pio::clkdiv) = 1U << 16U;
+  reg(pio::pio0 + pio::execctrl) = (code::kWrapTop << 12U) | (code::kNext << 7U);
+  reg(pio::pio0 + pio::shiftctrl) = (1U << 30U) | (1U << 19U);  // 8 deep from the CPU; OSR shifts right
+  reg(pio::pio0 + pio::pinctrl) = kOutputs << 20U;
+  ring_.reset();
+  set_safe(0);
+  put_out(0);
+  pull_in(kOutputMask);
+  execute(code::kOutPinDirections);
+  for (uint32_t pin = 0; pin < kOutputs; ++pin) {
+    reg(pads::pin(pin)) = pads::input_enable | pads::drive_4ma | pads::pull_down | pads::schmitt;
+    reg(io::ctrl(pin)) = io::function_pio0;
+  }
+  reg(pio::pio0 + pio::irq0_inte) = (kEndFlag | kHaltFlag) << 8U;
+}
+
+size_t PicoEngine::room() const {
+  if (!fresh_ && !playing_) return SegmentRing::kCapacity - 1;
+  const uint32_t used = ring_.used();
+  return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used : 0;  // one is kept for the end
+}
+
+SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
+  if (!playing_ && !fresh_) forget_queue();
+  if (segment.until == Until::elapsed) {
+    last_levels_ = segment.levels & kOutputMask;
+    ring_.write(code::first_word(last_levels_, code::kDwell), code::dwell_word(segment.ticks));
+    offset_ += segment.ticks;
+  } else {
+    const bool rising = segment.until == Until::rising;
+    ring_.write(code::first_word(last_levels_, code::kWait), code::wait_word(rising, kLinePins[segment.line]));
+    waits_[next_wait_ % kWaits] = {pushed_, offset_, segment.ticks, segment.line, rising, segment.stop_on_timeout};
+    ++next_wait_;
+    offset_ = 0;
+  }
+  ++pushed_;
+}
+
+void PicoEngine::close() {
+  ring_.write(code::first_word(last_levels_, code::kEnd), 0);
+  ring_.grant();
+  closed_ = true;
+}
+
+Tick PicoEngine::start(Tick tick) {
+  const uint32_t at_trip = lines_at_trip();
+  if (at_trip != 0) {
+    trip(at_trip);
+    return clock_.now();
+  }
+  ring_.grant();
+  machine(kRestart);
+  execute(code::jmp(code::kDwell));
+  reg(pio::pio0 + pio::irq) = kEndFlag | kHaltFlag;
+  underrun_ = false;
+  played_at_stop_ = 0;
+  launched_ = false;
+  launch_at_ = tick;
+  playing_ = true;
+  fresh_ = false;
+  machine(1);  // stands at `pull` until launch() gives it a count
+  const Tick now = clock_.now();
+  if (tick > now && tick - now > kFarAway) return tick;
+  launch();
+  return anchor_;
+}
+
+/// The first word goes out at launch_at_, or kLaunchLead from now if that is later.
+SYMRIG_RAM void PicoEngine::launch() {
+  const IrqLock lock;
+  if (!playing_) return;  // tripped meanwhile
+  const uint32_t reference = read_systick();
+  const Tick now = clock_.at(reference);
+  anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
+  write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
+  ring_.open();
+  reg(pio::pio0 + pio::fdebug) = kStalled;
+  launched_ = true;
+}
+
+bool PicoEngine::idle() const { return !playing_; }
+
+uint32_t PicoEngine::levels() const { return reg(pio::pio0 + pio::padout) & kOutputMask; }
+
+bool PicoEngine::underrun() const { return underrun_; }
+
+/// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has read
+/// and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer smaller
+/// by as much, never larger.
+SYMRIG_RAM uint32_t PicoEngine::pulled() const {
+  const uint32_t read = ring_.read_words();
+  asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
+  const uint32_t standing = reg(pio::pio0 + pio::flevel) & 0xfU;
+  return read > standing ? read - standing : 0;
+}
+
+uint32_t PicoEngine::played() const {
+  if (!playing_) return played_at_stop_;
+  if (!launched_) return 0;
+  uint32_t begun = (pulled() + 1) / 2;
+  if (begun > pushed_) begun = pushed_;  // the end is no word
+  uint32_t waits = first_wait_;
+  while (waits != next_wait_ && waits_[waits % kWaits].segment < begun) ++waits;
+  return begun - waits;
+}
+
+bool PicoEngine::pop_wait(WaitOutcome& outcome) {
+  settle();
+  if (first_outcome_ == next_outcome_) return false;
+  outcome = outcomes_[first_outcome_++ % kWaits];
+  return true;
+}
+
+/// Outputs first.
+SYMRIG_RAM void PicoEngine::halt_machine() {
+  machine(0);
+  execute(code::kMovPinsX);
+}
+
+SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
+  halt_machine();
+  tripped_ = tripped_ | lines;
+  if (!playing_) return;
+  played_at_stop_ = played();
+  playing_ = false;
+}
+
+SYMRIG_RAM void PicoEngine::program_stopped() {
+  const uint32_t flags = reg(pio::pio0 + pio::irq) & (kEndFlag | kHaltFlag);
+  reg(pio::pio0 + pio::irq) = flags;
+  if (!playing_ || flags == 0) return;
+  played_at_stop_ = played();
+  underrun_ = (flags & kHaltFlag) != 0;
+  playing_ = false;
+}
+
+void PicoEngine::force(uint32_t levels) {
+  {
+    const IrqLock lock;
+    machine(0);
+    if ((levels & kOutputMask) == safe_) execute(code::kMovPinsX);
+    if (playing_) played_at_stop_ = played();
+    playing_ = false;
+    underrun_ = false;
+  }
+  forget_queue();
+  put_out(levels & kOutputMask);
+}
+
+/// Only while the machine stands still with an empty queue.
+void PicoEngine::put_out(uint32_t levels) {
+  pull_in(levels);
+  execute(code::kOutPins27);
+  last_levels_ = levels;
+}
+
+void PicoEngine::forget_queue() {
+  machine(kRestart);
+  ring_.reset();
+  for (uint32_t i = 0; i < kQueueDepth; ++i) execute(code::kPullOrX);
+  first_wait_ = next_wait_ = 0;
+  first_outcome_ = next_outcome_ = 0;
+  pushed_ = 0;
+  offset_ = 0;
+  closed_ = false;
+  launched_ = false;
+  fresh_ = true;
+}
+
+void PicoEngine::set_safe(uint32_t levels) {
+  safe_ = levels & kOutputMask;
+  if (playing_) return;  // the core changes it only at rest
+  forget_queue();
+  pull_in(code::first_word(safe_, code::kHalt));
+  execute(code::kMovXOsr);
+}
+
+void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
+  {
+    const IrqLock lock;
+    trip_lines_ = lines;
+    trip_levels_ = levels;
+    tripped_ = 0;
+  }
+  trips_->watch_trips(lines, levels);
+  const uint32_t now = lines_at_trip();
+  if (now != 0) trip(now);
+}
+
+uint32_t PicoEngine::lines_at_trip() const { return trip_lines_ & ~(line_levels() ^ trip_levels_); }
+
+void PicoEngine::service() {
+  if (!playing_) return;
+  if (!launched_) {
+    if (launch_at_ <= clock_.now() + kFarAway) launch();
+    return;
+  }
+  ring_.service();
+  if ((reg(pio::pio0 + pio::fdebug) & kStalled) != 0 && playing_) {
+    const IrqLock lock;
+    halt_machine();
+    played_at_stop_ = played();
+    underrun_ = true;
+    playing_ = false;
+  }
+  settle();
+}
+
+Tick PicoEngine::next_deadline() const {
+  if (!playing_) return hal::kNever;
+  if (!launched_) return launch_at_ - kFarAway;
+  if (first_wait_ == next_wait_) return hal::kNever;
+  return wait_begin() + waits_[first_wait_ % kWaits].timeout;
+}
+
+void PicoEngine::settle() {
+  while (launched_ && first_wait_ != next_wait_ && settle_wait()) {
+  }
+}
+
+/// true: the oldest wait has ended.
+bool PicoEngine::settle_wait() {
+  const Wait& wait = waits_[first_wait_ % kWaits];
+  const bool over = pulled() > 2 * wait.segment + 2;
+  if (over) {
+    WaitOutcome outcome;
+    // The machine looks at the pin from kWaitBlind after the wait's begin.
+    if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, wait_begin() + kWaitBlind, outcome.tick))
+      outcome.tick = clock_.now();  // more edges since than are kept
+    outcome.resumed = outcome.tick + kWaitLatency;
+    conclude_wait(outcome);
+    return true;
+  }
+  const Tick out_at = wait_begin() + wait.timeout;
+  return playing_ && clock_.now() >= out_at && run_out(wait, out_at);
+}
+
+/// The wait's time is out. false: an edge came after all.
+SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
+  const IrqLock lock;
+  if (!playing_) return false;
+  machine(0);
+  if (pulled() > 2 * wait.segment + 2) {
+    machine(1);
+    return false;
+  }
+  WaitOutcome outcome{when, 0, true};
+  if (wait.stop) {
+    execute(code::kMovPinsX);
+    outcome.resumed = clock_.now();
+    played_at_stop_ = played();
+    playing_ = false;
+  } else {
+    machine(kRestart);  // forgets the instruction that waits
+    execute(code::jmp(code::kNext));
+    outcome.resumed = clock_.at(enable_timed()) + kEnableLatency;
+  }
+  conclude_wait(outcome);
+  return true;
+}
+
+void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
+  outcomes_[next_outcome_++ % kWaits] = outcome;
+  anchor_ = outcome.resumed;
+  ++first_wait_;
+}
+
+}  // namespace symrig::pico

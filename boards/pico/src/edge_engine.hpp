@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "segment_ring.hpp"
+#include "stampers.hpp"
+#include "tick_clock.hpp"
+
+#include "symrig/hal/edge_engine.hpp"
+
+namespace symrig::pico {
+
+/// Who watches the trip lines (pin_capture.hpp).
+class TripWatch {
+ public:
+  virtual void watch_trips(uint32_t lines, uint32_t levels) = 0;
+
+ protected:
+  ~TripWatch() = default;
+};
+
+/// hal::EdgeEngine by one PIO state machine fed by DMA. README.md, "The edge engine".
+class PicoEngine final : public hal::EdgeEngine {
+ public:
+  PicoEngine(const TickClock& clock, const Stampers& stampers) : clock_(clock), stampers_(stampers) {}
+
+  /// Takes the output pins: all low. trips lives as long as the engine.
+  void begin(TripWatch& trips);
+
+  size_t room() const override;
+  void push(const hal::Segment& segment) override;
+  void close() override;
+  hal::Tick start(hal::Tick tick) override;
+  bool idle() const override;
+  uint32_t levels() const override;
+  bool underrun() const override;
+  uint32_t played() const override;
+  bool pop_wait(hal::WaitOutcome& outcome) override;
+  void force(uint32_t levels) override;
+  void set_safe(uint32_t levels) override;
+  void set_trips(uint32_t lines, uint32_t levels) override;
+  uint32_t tripped() const override { return tripped_; }
+
+  /// What no interrupt does: keeps the ring going, ends waits. At every round of the main loop.
+  void service();
+  /// Tick at which service() has something to do; kNever if none.
+  hal::Tick next_deadline() const;
+  /// Firmware must keep pushing: the queue is open and not full.
+  bool hungry() const { return playing_ && !closed_ && room() > 0; }
+
+  /// Interrupt: the input `lines` have gone to a trip level, or stand there.
+  void trip(uint32_t lines);
+  /// Interrupt: the program has come to its end or to a halt.
+  void program_stopped();
+
+ private:
+  struct Wait {
+    uint32_t segment = 0;  // its number since the first push
+    uint64_t offset = 0;   // ticks from the wait before, or from the start, to its begin
+    uint32_t timeout = 0;
+    uint8_t line = 0;
+    bool rising = false;
+    bool stop = false;
+  };
+  static constexpr uint32_t kWaits = 2 * hal::kMaxWaits;
+
+  void halt_machine();
+  void put_out(uint32_t levels);
+  void load_safe();
+  void forget_queue();
+  void stop(bool to_safe);
+  void launch();
+  uint32_t pulled() const;
+  void settle();
+  bool settle_wait();
+  bool run_out(const Wait& wait, hal::Tick when);
+  void conclude_wait(const hal::WaitOutcome& outcome);
+  hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].offset; }
+  uint32_t lines_at_trip() const;
+
+  const TickClock& clock_;
+  const Stampers& stampers_;
+  TripWatch* trips_ = nullptr;
+  mutable SegmentRing ring_;
+  volatile bool playing_ = false;
+  bool closed_ = false;
+  bool launched_ = false;
+  bool fresh_ = true;  // nothing of an earlier run is left in the queue
+  volatile bool underrun_ = false;
+  uint32_t safe_ = 0;
+  uint32_t last_levels_ = 0;
+
+  hal::Tick launch_at_ = 0;
+  hal::Tick anchor_ = 0;  // when the first word went out, or the first after the last wait that ended
+  uint64_t offset_ = 0;   // ticks pushed since the last wait
+  uint32_t pushed_ = 0;   // segments, waits included
+  uint32_t played_at_stop_ = 0;
+
+  Wait waits_[kWaits];
+  uint32_t first_wait_ = 0;
+  uint32_t next_wait_ = 0;
+  hal::WaitOutcome outcomes_[kWaits];
+  uint32_t first_outcome_ = 0;
+  uint32_t next_outcome_ = 0;
+
+  uint32_t trip_lines_ = 0;
+  uint32_t trip_levels_ = 0;
+  volatile uint32_t tripped_ = 0;
+};
+
+}  // namespace symrig::pico

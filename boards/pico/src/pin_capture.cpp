@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pin_capture.hpp"
+
+#include "board_pins.hpp"
+
+namespace symrig::pico {
+
+using hal::CapturedEdge;
+using hal::Tick;
+
+namespace {
+
+constexpr uint32_t kNoLine = 0xff;
+constexpr uint32_t kInputGroup = 2;      // GPIO 16..23
+constexpr uint32_t kInterruptDelay = 24;  // ticks from an edge to its stamp, typically
+
+constexpr uint32_t line_of(uint32_t pin) {
+  if (pin < kOutputs) return pin;
+  for (uint32_t line = kOutputs; line < kLines; ++line)
+    if (kLinePins[line] == pin) return line;
+  return kNoLine;
+}
+
+struct LineTable {
+  uint8_t of_pin[24];
+};
+constexpr LineTable make_table() {
+  LineTable table{};
+  for (uint32_t pin = 0; pin < 24; ++pin) table.of_pin[pin] = static_cast<uint8_t>(line_of(pin));
+  return table;
+}
+// In RAM, as what uses it.
+__attribute__((section(".data.lines"))) LineTable lines = make_table();
+
+constexpr bool stamped(uint32_t line) { return line - kFirstStampedLine < kStampedLines; }
+
+}  // namespace
+
+SYMRIG_RAM uint32_t line_levels() {
+  const uint32_t in = reg(sio::gpio_in);
+  static_assert(kLinePins[kOutputs] == 16 && kLinePins[kLines - 1] == 16 + kLines - kOutputs - 1);
+  constexpr uint32_t inputs = (1U << (kLines - kOutputs)) - 1;
+  return (in & kOutputMask) | (((in >> 16U) & inputs) << kOutputs);
+}
+
+void PinCapture::begin() {
+  for (uint32_t line = kOutputs; line < kLines; ++line) {
+    reg(pads::pin(kLinePins[line])) = pads::input_enable | pads::drive_4ma | pads::pull_down | pads::schmitt;
+    reg(io::ctrl(kLinePins[line])) = io::function_sio;
+  }
+  for (uint32_t group = 0; group < kGroups; ++group) reg(io::intr(group)) = 0xffffffff;
+  watch((1U << kLines) - 1);
+  enable_irq(irq::gpio, 0);
+}
+
+void PinCapture::watch(uint32_t wanted) {
+  const IrqLock lock;
+  watched_ = wanted;
+  enable_interrupts(true);
+}
+
+void PinCapture::watch_trips(uint32_t wanted, uint32_t trip_levels) {
+  const IrqLock lock;
+  trip_flags_ = 0;
+  for (uint32_t line = kOutputs; line < kLines; ++line) {
+    if (((wanted >> line) & 1U) == 0 || !kLineTable[line].trips) continue;
+    const bool high = ((trip_levels >> line) & 1U) != 0;
+    trip_flags_ |= (high ? io::edge_high : io::edge_low) << (4 * (kLinePins[line] % 8U));
+  }
+  enable_interrupts(true);
+}
+
+/// watched: false lets only trips through.
+SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
+  uint32_t flags[kGroups] = {};
+  flags[kInputGroup] = trip_flags_;
+  for (uint32_t pin = 0; watched && pin < sizeof lines.of_pin; ++pin) {
+    const uint32_t line = lines.of_pin[pin];
+    if (line == kNoLine || stamped(line) || ((watched_ >> line) & 1U) == 0) continue;
+    flags[pin / 8] |= (io::edge_low | io::edge_high) << (4 * (pin % 8));
+  }
+  for (uint32_t group = 0; group < kGroups; ++group) reg(io::inte(group)) = flags[group];
+}
+
+SYMRIG_RAM void PinCapture::handle() {
+  const uint32_t hit = reg(io::ints(kInputGroup)) & trip_flags_;
+  if (hit != 0) {
+    engine_.trip(0);  // outputs first, then which line it was
+    uint32_t tripped = 0;
+    for (uint32_t pin = 0; pin < 8; ++pin)
+      if (((hit >> (4 * pin)) & 0xfU) != 0) tripped |= 1U << lines.of_pin[8 * kInputGroup + pin];
+    engine_.trip(tripped);
+  }
+  for (uint32_t group = 0; group < kGroups; ++group) {
+    const uint32_t flags = reg(io::ints(group));
+    if (flags == 0) continue;
+    reg(io::intr(group)) = flags;
+    record(group, flags);
+  }
+  if (in_this_millisecond_ > kMostPerMillisecond) {
+    overflow_ = true;
+    enable_interrupts(false);
+  }
+}
+
+/// A pulse shorter than the interrupt takes shows as both edges with one stamp.
+SYMRIG_RAM void PinCapture::record(uint32_t group, uint32_t flags) {
+  const Tick tick = clock_.now() - kInterruptDelay;
+  const uint32_t levels = line_levels();
+  for (uint32_t pin = 8 * group; flags != 0; ++pin, flags >>= 4U) {
+    if ((flags & 0xfU) == 0) continue;
+    in_this_millisecond_ = in_this_millisecond_ + 1;
+    const uint32_t line = lines.of_pin[pin];
+    const bool both = (flags & 0xfU) == (io::edge_low | io::edge_high);
+    const bool level = both ? ((levels >> line) & 1U) != 0 : (flags & io::edge_high) != 0;
+    if (both) add(line, !level, tick);
+    add(line, level, tick);
+  }
+}
+
+SYMRIG_RAM void PinCapture::add(uint32_t line, bool level, Tick tick) {
+  if (next_ - first_ == kRing) {
+    overflow_ = true;
+    return;
+  }
+  edges_[next_ % kRing] = {tick, static_cast<uint8_t>(line), level};
+  next_ = next_ + 1;
+}
+
+bool PinCapture::peek(uint32_t source, CapturedEdge& edge) {
+  if (source < Stampers::kCount) {
+    edge.line = static_cast<uint8_t>(kFirstStampedLine + source);
+    return stampers_.peek(source, edge.tick, edge.level);
+  }
+  if (first_ == next_) return false;
+  edge = edges_[first_ % kRing];
+  return true;
+}
+
+bool PinCapture::pop(CapturedEdge& edge) {
+  uint32_t oldest = kSources;
+  for (uint32_t source = 0; source < kSources; ++source) {
+    CapturedEdge candidate;
+    if (!peek(source, candidate) || (oldest != kSources && candidate.tick >= edge.tick)) continue;
+    edge = candidate;
+    oldest = source;
+  }
+  if (oldest == kSources || edge.tick + kOutOfTurn > clock_.now()) return false;
+  if (oldest < Stampers::kCount) {
+    stampers_.drop(oldest);
+  } else {
+    first_ = first_ + 1;
+  }
+  return true;
+}
+
+bool PinCapture::pending() const {
+  return first_ != next_ || stampers_.pending();
+}
+
+bool PinCapture::take_overflow() {
+  const bool lost = stampers_.take_overflow() || overflow_;
+  overflow_ = false;
+  return lost;
+}
+
+void PinCapture::service() {
+  const uint64_t now = microseconds();
+  if (now < millisecond_end_) return;
+  millisecond_end_ = now + 1000;
+  const IrqLock lock;
+  const bool held_back = in_this_millisecond_ > kMostPerMillisecond;
+  in_this_millisecond_ = 0;
+  if (held_back) enable_interrupts(true);
+}
+
+}  // namespace symrig::pico
