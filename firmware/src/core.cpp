@@ -11,21 +11,34 @@ Core::Core(const hal::Board& board, const Memory& memory)
       events_(memory.events, memory.event_count),
       link_(board.link, events_, board.traits.tick_hz),
       store_(memory.program),
-      sequencer_(board.engine) {}
+      sequencer_(board.engine, memory.marks),
+      beacon_(board.indicator, board.traits.tick_hz) {}
 
 void Core::boot() {
-  reset_fault_ = board_.faults.load().code;
+  load_stored_config();
+  reset_fault_ = board_.faults.load();
+  const bool stood_still = board_.system.reset_cause() == hal::ResetCause::watchdog;
+  if (stood_still && reset_fault_.code == 0)
+    reset_fault_ = {static_cast<uint32_t>(symrig_wire_FaultCode_FAULT_WATCHDOG), 0, 0};
+  board_.faults.save({});  // told from memory until the next reset
+  board_.engine.set_trips(0, 0);
+  use_safe_levels(safe_levels_);
   apply(Condition::boot_done);
 }
 
 void Core::poll() {
   watch_edges();
   watch_limits();
+  watch_trips();
   run_on();
   received_ = board_.clock.now();
   link_.receive(*this, received_);
   watch_host();
+  read_program();
   link_.send_events(board_.clock.now());
+  leave();
+  beacon_.show(state_, board_.clock.now());
+  board_.watchdog.feed();
 }
 
 bool Core::apply(Condition condition) {
@@ -54,6 +67,25 @@ void Core::act(uint8_t actions) {
   if (state_ == State::safe) config_hash_ = 0;
 }
 
+void Core::use_safe_levels(uint32_t levels) {
+  safe_levels_ = levels;
+  board_.engine.set_safe(levels);
+}
+
+bool Core::exposed() const {
+  switch (state_) {
+    case State::armed:
+    case State::running:
+      return true;
+    case State::configured:
+    case State::loaded:
+    case State::done:
+      return board_.engine.levels() != safe_levels_;
+    default:
+      return false;
+  }
+}
+
 void Core::watch_edges() {
   hal::CapturedEdge edge;
   while (board_.capture.pop(edge)) watch_edge(edge);
@@ -64,7 +96,6 @@ void Core::watch_edges() {
 void Core::watch_edge(const hal::CapturedEdge& edge) {
   Breach found;
   if (guard_.edge(edge, found)) breach(found);
-  sequencer_.edge(edge);
   if (edge.line >= protocol::kMaxLines || !config_.lines[edge.line].capture) return;
   symrig_wire_Event event = symrig_wire_Event_init_zero;
   event.which_body = symrig_wire_Event_edge_tag;
@@ -75,6 +106,18 @@ void Core::watch_edge(const hal::CapturedEdge& edge) {
 void Core::watch_limits() {
   Breach found;
   if (guard_.check(board_.clock.now(), found)) breach(found);
+}
+
+/// The engine has fallen to its safe word by itself; the rest follows.
+void Core::watch_trips() {
+  const uint32_t tripped = board_.engine.tripped();
+  if (tripped == 0) return;
+  const bool armed = state_ == State::armed || state_ == State::running || state_ == State::configured ||
+                     state_ == State::loaded || state_ == State::done;
+  board_.engine.set_trips(0, 0);
+  if (armed)
+    raise(symrig_wire_FaultCode_FAULT_INTERLOCK, static_cast<uint64_t>(__builtin_ctz(tripped)),
+          board_.clock.now());
 }
 
 void Core::breach(const Breach& breach) {
@@ -102,6 +145,8 @@ void Core::send_marks() {
 }
 
 void Core::conclude(Sequencer::Outcome outcome) {
+  // An interlock may have stopped the engine since watch_trips(): then that is what ended the run.
+  if (board_.engine.tripped() != 0) return watch_trips();
   if (outcome == Sequencer::Outcome::underrun) {
     raise(symrig_wire_FaultCode_FAULT_UNDERRUN, sequencer_.tally().steps, board_.clock.now());
   } else if (outcome == Sequencer::Outcome::wait_timeout) {
@@ -126,29 +171,35 @@ void Core::report_run(symrig_wire_RunEnd end) {
                          tally.steps,
                          tally.underruns,
                          tally.late,
-                         waited ? sequencer_.record() : 0,
+                         waited ? sequencer_.waited_at() : 0,
                          events_.lost()};
   events_.push_important(event, tally.ended);
 }
 
-/// The host must be there whenever outputs may move, or stand where they should not be left alone.
+/// The host must be there whenever outputs may move, or stand where they should not be left alone; unless the
+/// run was armed to go on without it, which no lamp or laser line is.
 void Core::watch_host() {
   const Tick now = board_.clock.now();
-  const bool left_on = state_ == State::done && board_.engine.levels() != safe_levels_;
-  const bool exposed = state_ == State::armed || state_ == State::running || left_on;
   const bool silent = ttl_ms_ != 0 && now >= alive_until_;
   const bool gone = !board_.link.attached();
-  if (!silent && !(gone && exposed)) return;
+  const bool at_risk = exposed() && !autonomous_;
+  if (!silent && !(gone && at_risk)) return;
   const uint64_t ttl = ttl_ms_;
   ttl_ms_ = 0;
   alive_until_ = hal::kNever;
-  if (!exposed) {
-    apply(Condition::host_lost);
-  } else if (silent) {
+  if (at_risk && silent) {
     raise(symrig_wire_FaultCode_FAULT_KEEP_ALIVE, ttl, now);
-  } else {
+  } else if (at_risk) {
     raise(symrig_wire_FaultCode_FAULT_LINK_LOST, 0, now);
+  } else if (!autonomous_) {
+    apply(Condition::host_lost);
   }
+}
+
+void Core::leave() {
+  if (board_.clock.now() < reboot_at_) return;
+  reboot_at_ = hal::kNever;
+  board_.system.reboot(to_bootloader_);
 }
 
 /// Outputs first, then everything else.
@@ -166,10 +217,17 @@ void Core::raise(symrig_wire_FaultCode code, uint64_t arg, Tick tick) {
   if (running) report_run(symrig_wire_RunEnd_RUN_END_FAULT);
 }
 
+bool Core::busy() const {
+  const bool reading = store_.working() && state_ != State::armed && state_ != State::running;
+  return link_.hungry() || reading;
+}
+
 Tick Core::next_deadline() const {
-  if (link_.hungry()) return board_.clock.now();
-  const Tick deadlines[] = {guard_.next_deadline(), sequencer_.next_deadline(), link_.next_deadline(),
-                            alive_until_};
+  const Tick now = board_.clock.now();
+  if (busy()) return now;
+  const Tick deadlines[] = {
+      guard_.next_deadline(),    sequencer_.next_deadline(), link_.next_deadline(), alive_until_, reboot_at_,
+      beacon_.next_deadline(now)};
   Tick first = hal::kNever;
   for (const Tick deadline : deadlines)
     if (deadline < first) first = deadline;

@@ -65,9 +65,9 @@ Tick Guard::rest_needed(unsigned line) const {
   return rest > config_.lines[line].min_off ? rest : config_.lines[line].min_off;
 }
 
-int Guard::cooling_line(Tick tick, Tick& needed) const {
+int Guard::cooling_line(uint32_t mask, Tick tick, Tick& needed) const {
   for (unsigned k = 0; k < protocol::kMaxOutputs; ++k) {
-    if (!watches(k) || watches_[k].on || watches_[k].rested) continue;
+    if (((mask >> k) & 1U) == 0 || !watches(k) || watches_[k].on || watches_[k].rested) continue;
     const Tick ready = watches_[k].since + rest_needed(k);
     if (ready <= tick) continue;
     needed = ready - tick;

@@ -29,6 +29,13 @@ void Link::receive(Requests& requests, Tick now) {
   hungry_ = got == sizeof chunk;
 }
 
+void Link::complete(const symrig_wire_Reply& reply) {
+  if (!pending_) return;
+  pending_ = false;
+  keep_reply(static_cast<uint16_t>(expected_ - 1), reply);
+  send_kept_reply();
+}
+
 void Link::take(const Frame& frame, Requests& requests, Tick now) {
   const bool sync = frame.header.kind == Kind::request && (frame.header.flags & flag::sync) != 0;
   const bool urgent = frame.header.kind == Kind::request && (frame.header.flags & flag::urgent) != 0;
@@ -63,6 +70,7 @@ void Link::take_sync(const Frame& frame, Requests& requests) {
     return;
   }
   session_ = true;
+  pending_ = false;
   expected_ = static_cast<uint16_t>(frame.header.seq + 1);
   credit_ = frame.header.credit;
   events_.rewind();
@@ -72,23 +80,27 @@ void Link::take_sync(const Frame& frame, Requests& requests) {
   send_kept_reply();
 }
 
-/// Abort must get through whatever has become of the sequence; it is the same done once or twice.
+/// Abort must get through whatever has become of the sequence, and a time ping should not wait in a queue;
+/// either is the same done once or twice.
 void Link::take_urgent(const Frame& frame, Requests& requests) {
   symrig_wire_Request request;
   symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
   if (!decode(frame.body, request)) {
     reply.code = symrig_wire_Code_CODE_DECODE;
-  } else if (request.which_body != symrig_wire_Request_abort_tag) {
+  } else if (request.which_body != symrig_wire_Request_abort_tag &&
+             request.which_body != symrig_wire_Request_time_ping_tag) {
     reply.code = symrig_wire_Code_CODE_NOT_URGENT;
   } else {
     requests.answer(request, reply);
   }
-  protocol::BodyBuffer body;
-  const size_t size = encode(reply, body);
-  send(Kind::reply, frame.header.seq, flag::urgent, {body.bytes, size});
+  const uint16_t token = frame.header.seq;
+  const size_t size = encode(reply, body_);
+  send(Kind::reply, token, flag::urgent, {body_.bytes, size});
 }
 
 bool Link::in_turn(uint16_t seq) {
+  // The host has to wait for its answer: what it sends meanwhile is not taken, and asked for again later.
+  if (pending_) return false;
   if (seq == expected_) {
     ++expected_;
     return true;
@@ -110,8 +122,10 @@ void Link::take_request(const Frame& frame, Requests& requests) {
     reply.code = symrig_wire_Code_CODE_VERSION;
   } else if (!decode(frame.body, request)) {
     reply.code = symrig_wire_Code_CODE_DECODE;
-  } else {
-    requests.answer(request, reply);
+  } else if (requests.answer(request, reply) == Answer::later) {
+    pending_ = true;
+    reply_kept_ = false;
+    return;
   }
   keep_reply(frame.header.seq, reply);
   send_kept_reply();
@@ -143,34 +157,35 @@ void Link::send_kept_reply() {
 
 /// A frame that finds no room is not sent: the host asks again.
 void Link::send(Kind kind, uint16_t ack, uint8_t flags, ByteView body) {
-  uint8_t wire[protocol::kMaxWire];
   const protocol::FrameHeader header{
       protocol::kProtoMajor, kind, events_.next_to_send(), ack, kWindow, flags};
-  const size_t size = protocol::encode_frame(header, body, {wire, sizeof wire});
-  if (size <= bytes_.room()) bytes_.write(wire, size);
+  const size_t size = protocol::encode_frame(header, body, {wire_, sizeof wire_});
+  if (size <= bytes_.room()) bytes_.write(wire_, size);
 }
 
 void Link::send_events(Tick now) {
+  unsent_ = false;
   if (!session_) return;
   if (events_.in_flight() > 0 && now - progress_ >= resend_after_) {
     events_.rewind();
     progress_ = now;
   }
+  unsigned left = kEventsPerPoll;
   while (events_.has_unsent() && events_.in_flight() < credit_) {
+    unsent_ = left == 0;
+    if (left-- == 0) return;
     if (events_.in_flight() == 0) progress_ = now;
     if (!send_event()) return;
   }
 }
 
 bool Link::send_event() {
-  protocol::BodyBuffer body;
-  uint8_t wire[protocol::kMaxWire];
-  const size_t body_size = encode(events_.unsent(), body);
+  const size_t body_size = encode(events_.unsent(), body_);
   const protocol::FrameHeader header{
       protocol::kProtoMajor, Kind::event, events_.next_to_send(), expected_, kWindow, 0};
-  const size_t size = protocol::encode_frame(header, {body.bytes, body_size}, {wire, sizeof wire});
+  const size_t size = protocol::encode_frame(header, {body_.bytes, body_size}, {wire_, sizeof wire_});
   if (size > bytes_.room()) return false;
-  bytes_.write(wire, size);
+  bytes_.write(wire_, size);
   events_.mark_sent();
   return true;
 }

@@ -5,7 +5,6 @@ namespace symrig::firmware {
 
 using protocol::DataChunk;
 using protocol::ProgramRules;
-using protocol::Violation;
 
 bool ProgramStore::begin(uint32_t program_id, uint32_t length) {
   drop();
@@ -17,7 +16,7 @@ bool ProgramStore::begin(uint32_t program_id, uint32_t length) {
 }
 
 bool ProgramStore::add(const DataChunk& chunk) {
-  const bool fits = open_ && chunk.program_id == program_id_ && chunk.offset == received_ &&
+  const bool fits = open_ && !working() && chunk.program_id == program_id_ && chunk.offset == received_ &&
                     chunk.bytes.size <= length_ - received_;
   if (!fits) {
     broken_ = true;
@@ -28,22 +27,58 @@ bool ProgramStore::add(const DataChunk& chunk) {
   return true;
 }
 
-ProgramStore::Commit ProgramStore::commit(uint32_t program_id, uint32_t crc, const ProgramRules& rules) {
-  if (!open_ || program_id != program_id_) return Commit::wrong_program;
-  if (broken_ || received_ != length_) return Commit::incomplete;
-  crc_ = protocol::crc32c(program().bytes);
-  if (crc_ != crc) return Commit::crc_mismatch;
-  violation_ = {};
-  loaded_ = protocol::check_program(program(), rules, timing_, [this](const Violation& found) {
-    violation_ = found;
-    return false;
-  });
-  if (!loaded_) return Commit::broken_rule;
+ProgramStore::Verdict ProgramStore::commit(uint32_t program_id, uint32_t crc, const ProgramRules& rules) {
+  if (!open_ || program_id != program_id_) return Verdict::wrong_program;
+  if (broken_ || received_ != length_) return Verdict::incomplete;
+  expected_ = crc;
+  rules_ = rules;
+  read_from_start(Job::read_to_commit);
+  return Verdict::pending;
+}
+
+ProgramStore::Verdict ProgramStore::verify() {
+  expected_ = committed_;
+  read_from_start(Job::read_to_verify);
+  return Verdict::pending;
+}
+
+void ProgramStore::read_from_start(Job job) {
+  job_ = job;
+  reading_ = {};
+  read_ = 0;
+}
+
+ProgramStore::Verdict ProgramStore::work() {
+  const Verdict verdict = job_ == Job::check ? check_on() : read_on();
+  if (verdict != Verdict::pending) job_ = Job::none;
+  return verdict;
+}
+
+ProgramStore::Verdict ProgramStore::read_on() {
+  const protocol::ByteView slice = program().bytes.part(read_, size_t{kLooks} * protocol::kRecordSize);
+  reading_.add(slice);
+  read_ += static_cast<uint32_t>(slice.size);
+  if (read_ < length_) return Verdict::pending;
+  crc_ = reading_.value();
+  if (crc_ != expected_) return Verdict::crc_mismatch;
+  if (job_ == Job::read_to_verify) return Verdict::good;
+  job_ = Job::check;
+  first_ = {};
+  check_ = protocol::ProgramCheck<First>(rules_, first_);
+  return Verdict::pending;
+}
+
+ProgramStore::Verdict ProgramStore::check_on() {
+  if (!check_.advance(program(), kLooks)) return Verdict::pending;
+  loaded_ = check_.sound();
+  if (!loaded_) return Verdict::broken_rule;
+  committed_ = crc_;
   open_ = false;
-  return Commit::good;
+  return Verdict::good;
 }
 
 void ProgramStore::drop() {
+  job_ = Job::none;
   open_ = false;
   broken_ = false;
   loaded_ = false;

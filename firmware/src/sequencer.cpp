@@ -6,34 +6,25 @@ namespace symrig::firmware {
 using hal::Tick;
 using protocol::Op;
 using protocol::Record;
-using protocol::WaitFor;
 
-void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, uint32_t wait_latency, Tick at,
-                      Tick now) {
+void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at) {
   program_ = program;
   min_dwell_ = min_dwell;
-  wait_latency_ = wait_latency;
   pc_ = 0;
   depth_ = 0;
+  levels_ = engine_.levels();
+  stretch_ = 0;
+  known_ = 0;
+  offset_ = 0;
+  mark_first_ = 0;
   mark_count_ = 0;
   ordinal_ = 0;
   tally_ = {};
-  begin_stretch(at > now ? at : now);
-  tally_.started = base_;
-}
-
-void Sequencer::begin_stretch(Tick at) {
-  base_ = at;
-  offset_ = 0;
-  pushed_ = 0;
-  engine_on_ = false;
-  final_word_ = 0;
   phase_ = Phase::filling;
   fill();
-  if (pushed_ == 0) return;
-  base_ = engine_.start(at);
-  engine_on_ = true;
-  if (base_ > at) ++tally_.late;
+  base(0) = engine_.start(at);
+  if (at != 0 && base(0) > at) ++tally_.late;
+  tally_.started = base(0);
 }
 
 void Sequencer::fill() {
@@ -49,17 +40,13 @@ bool Sequencer::expand(const Record& record) {
     case Op::mark:
       return add_mark(record.arg);
     case Op::loop:
-      loops_[depth_++] = {++pc_, record.arg};
+      loops_[depth_++] = {++pc_, protocol::loop_rounds(record)};
       return true;
     case Op::end_loop:
       turn_round();
       return true;
     case Op::wait_edge:
-      protocol::parse_wait(record.arg, awaited_);
-      timeout_ = record.ticks;
-      edge_seen_ = false;
-      end_stretch(Phase::before_wait);
-      return true;
+      return add_wait(record);
     case Op::end:
       return finish(record.arg);
   }
@@ -68,16 +55,30 @@ bool Sequencer::expand(const Record& record) {
 
 bool Sequencer::add_word(const Record& record) {
   if (engine_.room() == 0) return false;
+  levels_ = record.arg;
   engine_.push({record.arg, record.ticks});
-  ++pushed_;
   offset_ += record.ticks;
   ++pc_;
   return true;
 }
 
+bool Sequencer::add_wait(const Record& record) {
+  if (engine_.room() == 0 || stretch_ - known_ == hal::kMaxWaits) return false;
+  protocol::WaitEdge wait;
+  protocol::parse_wait(record.arg, wait);
+  const auto until = static_cast<hal::Until>(static_cast<uint8_t>(wait.edge) + 1U);
+  engine_.push({levels_, record.ticks, until, wait.line, wait.abort_on_timeout});
+  waits_[stretch_ % hal::kMaxWaits] = {pc_, wait.abort_on_timeout};
+  ++stretch_;
+  offset_ = 0;
+  ++pc_;
+  return true;
+}
+
 bool Sequencer::add_mark(uint32_t id) {
-  if (mark_count_ == kMarks) return false;
-  marks_[(mark_first_ + mark_count_++) % kMarks] = {id, offset_};
+  if (mark_count_ == marks_.count) return false;
+  marks_.slots[(mark_first_ + mark_count_) % marks_.count] = {id, stretch_, offset_};
+  ++mark_count_;
   ++pc_;
   return true;
 }
@@ -97,54 +98,35 @@ void Sequencer::turn_round() {
 bool Sequencer::finish(uint32_t levels) {
   if (engine_.room() == 0) return false;
   engine_.push({levels, min_dwell_});
-  ++pushed_;
-  final_word_ = 1;
-  end_stretch(Phase::before_end);
+  engine_.close();
+  phase_ = Phase::closing;
   return true;
 }
 
-void Sequencer::end_stretch(Phase phase) {
-  if (pushed_ > 0) engine_.close();
-  phase_ = phase;
-}
-
-void Sequencer::edge(const hal::CapturedEdge& edge) {
-  const bool waits = phase_ == Phase::before_wait || phase_ == Phase::waiting;
-  if (!waits || edge_seen_ || edge.line != awaited_.line) return;
-  if (edge.tick < barrier() || edge.tick - barrier() > timeout_) return;
-  if (awaited_.edge == (edge.level ? WaitFor::falling : WaitFor::rising)) return;
-  edge_seen_ = true;
-  edge_tick_ = edge.tick;
+bool Sequencer::take_waits() {
+  hal::WaitOutcome outcome;
+  while (engine_.pop_wait(outcome)) {
+    const Wait& wait = waits_[known_ % hal::kMaxWaits];
+    waited_at_ = wait.record;
+    base(++known_) = outcome.resumed;
+    if (!outcome.timed_out || !wait.abort) continue;
+    conclude(Outcome::wait_timeout, outcome.tick);
+    return true;
+  }
+  return false;
 }
 
 Sequencer::Outcome Sequencer::poll(Tick now) {
   if (phase_ == Phase::idle) return Outcome::idle;
-  if (engine_on_ && engine_.underrun()) {
+  if (take_waits()) return Outcome::wait_timeout;
+  if (engine_.underrun()) {
     ++tally_.underruns;
     return conclude(Outcome::underrun, now);
   }
-  if (phase_ == Phase::filling) fill();
-  const bool played = now >= barrier() && (!engine_on_ || engine_.idle());
-  if (phase_ == Phase::before_end && played) return conclude(Outcome::complete, barrier());
-  if (phase_ == Phase::before_wait && played) phase_ = Phase::waiting;
-  return phase_ == Phase::waiting ? wait(now) : Outcome::running;
-}
-
-Sequencer::Outcome Sequencer::wait(Tick now) {
-  const Tick runs_out = barrier() + timeout_;
-  if (edge_seen_) {
-    resume(edge_tick_ + wait_latency_);
-  } else if (now >= runs_out) {
-    if (awaited_.abort_on_timeout) return conclude(Outcome::wait_timeout, runs_out);
-    resume(runs_out + wait_latency_);
-  }
+  fill();
+  if (phase_ == Phase::closing && engine_.idle() && known_ == stretch_)
+    return conclude(Outcome::complete, base(stretch_) + offset_);
   return Outcome::running;
-}
-
-void Sequencer::resume(Tick at) {
-  if (engine_on_) tally_.steps += engine_.played();
-  ++pc_;
-  begin_stretch(at);
 }
 
 Sequencer::Outcome Sequencer::conclude(Outcome outcome, Tick tick) {
@@ -154,18 +136,25 @@ Sequencer::Outcome Sequencer::conclude(Outcome outcome, Tick tick) {
 
 void Sequencer::stop(Tick now) {
   if (phase_ == Phase::idle) return;
-  const bool end_shown = phase_ == Phase::before_end && now >= barrier();
-  if (engine_on_) tally_.steps += engine_.played() - (end_shown ? final_word_ : 0);
+  const bool at_end = phase_ == Phase::closing && known_ == stretch_;
+  const bool end_shown = at_end && now >= base(stretch_) + offset_;
+  tally_.steps = engine_.played() - (end_shown ? 1 : 0);
   tally_.ended = now;
   phase_ = Phase::idle;
-  while (mark_count_ > 0 && base_ + marks_[(mark_first_ + mark_count_ - 1) % kMarks].offset > now)
+  while (mark_count_ > 0) {
+    const QueuedMark& last = mark(mark_count_ - 1);
+    if (known(last) && base(last.stretch) + last.offset <= now) break;
     --mark_count_;
+  }
 }
 
-bool Sequencer::take_mark(Tick now, PassedMark& mark) {
-  if (mark_count_ == 0 || base_ + marks_[mark_first_].offset > now) return false;
-  mark = {marks_[mark_first_].id, ordinal_++, base_ + marks_[mark_first_].offset};
-  mark_first_ = (mark_first_ + 1) % kMarks;
+bool Sequencer::take_mark(Tick now, PassedMark& passed) {
+  if (mark_count_ == 0 || !known(mark(0))) return false;
+  const QueuedMark& oldest = mark(0);
+  const Tick tick = base(oldest.stretch) + oldest.offset;
+  if (tick > now) return false;
+  passed = {oldest.id, ordinal_++, tick};
+  mark_first_ = (mark_first_ + 1) % marks_.count;
   --mark_count_;
   return true;
 }
@@ -173,12 +162,10 @@ bool Sequencer::take_mark(Tick now, PassedMark& mark) {
 Tick Sequencer::next_deadline() const {
   if (phase_ == Phase::idle) return hal::kNever;
   Tick deadline = hal::kNever;
-  if (mark_count_ > 0) deadline = base_ + marks_[mark_first_].offset;
-  Tick phase_end = hal::kNever;
-  if (phase_ == Phase::before_wait) phase_end = barrier();
-  if (phase_ == Phase::before_end) phase_end = barrier() + min_dwell_;
-  if (phase_ == Phase::waiting) phase_end = edge_seen_ ? edge_tick_ : barrier() + timeout_;
-  return phase_end < deadline ? phase_end : deadline;
+  if (mark_count_ > 0 && known(mark(0))) deadline = base(mark(0).stretch) + mark(0).offset;
+  if (phase_ != Phase::closing || known_ != stretch_) return deadline;
+  const Tick end = base(stretch_) + offset_ + min_dwell_;
+  return end < deadline ? end : deadline;
 }
 
 }  // namespace symrig::firmware

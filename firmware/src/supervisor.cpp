@@ -29,47 +29,56 @@ constexpr auto kFault = State::fault;
 //   program_begin  program_chunk  program_good   program_bad
 //   arm            start          run_complete   run_cut
 //   abort          host_lost      fault          clear_fault
+//   manual_set     reboot
 constexpr Transition kTable[kStates][kConditions] = {
   /* boot */
   {go(kSafeState, kSafe), kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
-   go(kBoot, kSafe), go(kBoot), go(kFault, kSafe), kNo},
+   go(kBoot, kSafe), go(kBoot), go(kFault, kSafe), kNo,
+   kNo, kNo},
   /* safe */
   {kNo, go(kSafeState), go(kConfigured, kSafe), go(kSafeState, kForget),
    kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
-   go(kSafeState, kSafe), go(kSafeState, kSafe), go(kFault, kSafe), kNo},
+   go(kSafeState, kSafe), go(kSafeState, kSafe), go(kFault, kSafe), kNo,
+   kNo, go(kSafeState, kSafe)},
   /* configured */
   {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
    go(kConfigured, kUnload), go(kConfigured), go(kLoaded), go(kConfigured, kUnload),
    kNo, kNo, kNo, kNo,
-   go(kConfigured, kSafe), go(kConfigured, kSafe), go(kFault, kSafe), kNo},
+   go(kConfigured, kSafe), go(kConfigured, kSafe), go(kFault, kSafe), kNo,
+   go(kConfigured), go(kConfigured, kSafe)},
   /* loaded */
   {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
    go(kConfigured, kUnload), kNo, kNo, kNo,
    go(kArmed), kNo, kNo, kNo,
-   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo},
+   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo,
+   go(kLoaded), go(kLoaded, kSafe)},
   /* armed */
   {kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
    kNo, go(kRunning), kNo, kNo,
-   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo,
+   kNo, kNo},
   /* running */
   {kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
    kNo, kNo, go(kDone), go(kLoaded, kSafe),
-   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo},
+   go(kLoaded, kSafe), go(kFault, kSafe), go(kFault, kSafe), kNo,
+   kNo, kNo},
   /* done */
   {kNo, go(kSafeState, kSafe | kUnload), kNo, go(kSafeState, kForget),
    go(kConfigured, kUnload), kNo, kNo, kNo,
    go(kArmed), kNo, kNo, kNo,
-   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo},
+   go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo,
+   go(kLoaded), go(kLoaded, kSafe)},
   /* fault: the first fault stays latched, whatever comes after it */
   {kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
-   go(kFault, kSafe), go(kFault, kSafe), go(kFault, kSafe), go(kSafeState, kForget)},
+   go(kFault, kSafe), go(kFault, kSafe), go(kFault, kSafe), go(kSafeState, kForget),
+   kNo, go(kFault, kSafe)},
 };
 // clang-format on
 

@@ -132,7 +132,7 @@ class Player {
       const std::uint8_t b = byte();
       switch (a >> 5U) {
         case 0:
-          test::pack(protocol::make_record(protocol::Op::loop, b % 20U, 0), out);
+          test::pack(protocol::make_loop(b % 20U), out);
           break;
         case 1:
           test::pack(protocol::make_record(protocol::Op::end_loop, 0, 0), out);

@@ -88,15 +88,24 @@ MESSAGES = {
     "request.config_line": message(
         3, uint(1, 2) + uint(2, 1) + uint(3, 3) + uint(4, 1) + uint(6, 1) + uint(7, 250000000) + uint(8, 125000)
         + uint(9, 500)),
+    "request.config_interlock": message(3, uint(1, 5) + uint(3, 6) + uint(10, 1)),
     "request.finalize_config": message(4, uint(1, 0xDEADBEEF)),
     "request.program_begin": message(6, uint(1, 7) + uint(2, 1024)),
     "request.program_commit": message(7, uint(1, 7) + uint(2, 0x01020304)),
     "request.arm": message(8, uint(1, 0x01020304) + uint(2, 0xDEADBEEF)),
+    "request.arm_autonomous": message(8, uint(1, 0x01020304) + uint(2, 0xDEADBEEF) + uint(3, 1)),
     "request.start_now": message(9, varint(1 << 3) + varint(1)),
     "request.start_at": message(9, varint(2 << 3) + varint(1 << 40)),
     "request.abort": message(10, b""),
     "request.keep_alive": message(13, uint(1, 1000)),
     "request.time_ping": message(14, uint(1, 123456789012345)),
+    "request.capabilities_line": message(15, uint(1, 31)),
+    "request.identify": message(16, uint(1, 10)),
+    "request.manual_set": message(17, uint(1, 0x0FFFFFFF) + uint(2, 5)),
+    "request.program_verify": message(18, b""),
+    "request.program_line": message(19, uint(1, 2)),
+    "request.store_config": message(20, text(1, b"left rig")),
+    "request.reboot": message(21, fixed32(1, 0x89ABCDEF) + uint(2, 1)),
     # replies
     "reply.ok": b"",
     "reply.bad_state": uint(1, 3) + uint(3, 5),
@@ -108,7 +117,15 @@ MESSAGES = {
     "reply.violation": uint(1, 11) + message(10, uint(1, 15) + uint(2, 5) + uint(3, 2) + uint(4, 500) + uint(5, 400)),
     "reply.status": message(
         8, uint(1, 7) + fixed32(2, 0xDEADBEEF) + fixed32(3, 0x01020304) + uint(4, 1 << 33) + fixed32(5, 0x1F)
-        + message(6, uint(1, 2) + uint(2, 99) + uint(3, 2)) + uint(7, 3) + uint(8, 12)),
+        + message(6, uint(1, 2) + uint(2, 99) + uint(3, 2)) + uint(7, 3) + uint(8, 12)
+        + uint(9, 2) + message(10, uint(1, 10)) + fixed32(11, 0xCAFEF00D)),
+    "reply.capabilities": message(
+        5, uint(1, 125_000_000) + uint(2, 18) + uint(3, 6) + uint(4, 0xFFFFFFFF) + uint(5, 9) + uint(6, 131_072)
+        + uint(7, 4) + uint(8, 512) + uint(9, 8) + uint(10, 256) + uint(11, 1024) + uint(12, 120) + uint(13, 60_000)
+        + text(14, b"left rig")),
+    "reply.line": message(
+        6, uint(1, 15) + text(3, b"interlock") + text(4, b"GPIO19") + uint(5, 3) + uint(6, 1) + uint(7, 2)),
+    "reply.line_use": message(11, uint(1, 2) + uint(2, 12_500) + uint(3, 333)),
     # events
     "event.step_mark": message(1, uint(1, 4) + uint(2, 17) + uint(3, 5_000_000_000)),
     "event.edge": message(2, uint(1, 4) + uint(2, 1) + uint(3, 77)),
@@ -131,15 +148,16 @@ FRAMES = {
 
 PROGRAMS = {
     # camera line 1 high for 12500 ticks, three times, with a mark and a wait before; ends with all lines low
-    "bracket": [(5, 0, 0), (1, 1, 12500), (1, 0, 5), (4, 3 | 0 << 5 | 1 << 7, 6250000), (2, 3, 0), (5, 1, 0),
+    "bracket": [(5, 0, 0), (1, 1, 12500), (1, 0, 5), (4, 3 | 0 << 5 | 1 << 7, 6250000), (2, 0, 3), (5, 1, 0),
                 (1, 2, 12500), (1, 0, 500000), (3, 0, 0), (6, 0, 0)],
-    "extremes": [(1, 0x0FFFFFFF, 0xFFFFFFFF), (2, 0x0FFFFFFF, 0), (1, 0, 1), (3, 0, 0), (6, 0x0FFFFFFF, 0)],
+    "extremes": [(1, 0x0FFFFFFF, 0xFFFFFFFF), (2, 1, 0), (1, 0, 1), (3, 0, 0), (6, 0x0FFFFFFF, 0)],
 }
 
 # line, output, role, hazard, safe level, capture, duty, max on, min off
 CONFIGS = {
     "default_board": [(0, 1, 1, 0, 0, 0, 0, 0, 0), (1, 1, 2, 0, 0, 0, 0, 0, 0), (2, 1, 3, 0, 0, 0, 0, 0, 0),
                       (3, 0, 4, 0, 0, 0, 0, 0, 0), (4, 0, 5, 0, 0, 0, 0, 0, 0)],
+    "interlock": [(5, 0, 6, 0, 0, 2, 0, 0, 0)],
     "lamp": [(2, 1, 3, 1, 1, 1, 250, 125_000_000, 1 << 40)],
 }
 

@@ -98,6 +98,12 @@ TEST(GoldenWire, frames_are_read_as_the_vectors_say) {
   }
 }
 
+template <std::size_t N>
+void put_text(std::string_view text, char (&out)[N]) {
+  ASSERT_LT(text.size(), N);
+  out[text.copy(out, N - 1)] = 0;
+}
+
 symrig_wire_Request request(pb_size_t which) {
   symrig_wire_Request message = symrig_wire_Request_init_zero;
   message.which_body = which;
@@ -118,7 +124,19 @@ std::map<std::string, symrig_wire_Request> requests() {
                                          true,
                                          250'000'000,
                                          125'000,
-                                         500};
+                                         500,
+                                         false};
+  all["config_interlock"] = request(symrig_wire_Request_config_line_tag);
+  all["config_interlock"].body.config_line = {5,
+                                              symrig_wire_Direction_DIRECTION_INPUT,
+                                              symrig_wire_LineRole_LINE_ROLE_INTERLOCK,
+                                              symrig_wire_Hazard_HAZARD_BENIGN,
+                                              false,
+                                              false,
+                                              0,
+                                              0,
+                                              0,
+                                              true};
   all["finalize_config"] = request(symrig_wire_Request_finalize_config_tag);
   all["finalize_config"].body.finalize_config.hash = 0xDEADBEEF;
   all["program_begin"] = request(symrig_wire_Request_program_begin_tag);
@@ -126,7 +144,9 @@ std::map<std::string, symrig_wire_Request> requests() {
   all["program_commit"] = request(symrig_wire_Request_program_commit_tag);
   all["program_commit"].body.program_commit = {7, 0x01020304};
   all["arm"] = request(symrig_wire_Request_arm_tag);
-  all["arm"].body.arm = {0x01020304, 0xDEADBEEF};
+  all["arm"].body.arm = {0x01020304, 0xDEADBEEF, false};
+  all["arm_autonomous"] = request(symrig_wire_Request_arm_tag);
+  all["arm_autonomous"].body.arm = {0x01020304, 0xDEADBEEF, true};
   all["start_now"] = request(symrig_wire_Request_start_tag);
   all["start_now"].body.start.which_when = symrig_wire_Start_now_tag;
   all["start_now"].body.start.when.now = true;
@@ -138,6 +158,19 @@ std::map<std::string, symrig_wire_Request> requests() {
   all["keep_alive"].body.keep_alive.ttl_ms = 1000;
   all["time_ping"] = request(symrig_wire_Request_time_ping_tag);
   all["time_ping"].body.time_ping.host_ns = 123'456'789'012'345;
+  all["capabilities_line"] = request(symrig_wire_Request_capabilities_line_tag);
+  all["capabilities_line"].body.capabilities_line.line = 31;
+  all["identify"] = request(symrig_wire_Request_identify_tag);
+  all["identify"].body.identify.seconds = 10;
+  all["manual_set"] = request(symrig_wire_Request_manual_set_tag);
+  all["manual_set"].body.manual_set = {0x0FFFFFFF, 5};
+  all["program_verify"] = request(symrig_wire_Request_program_verify_tag);
+  all["program_line"] = request(symrig_wire_Request_program_line_tag);
+  all["program_line"].body.program_line.line = 2;
+  all["store_config"] = request(symrig_wire_Request_store_config_tag);
+  put_text("left rig", all["store_config"].body.store_config.label);
+  all["reboot"] = request(symrig_wire_Request_reboot_tag);
+  all["reboot"].body.reboot = {0x89ABCDEF, true};
   return all;
 }
 
@@ -147,10 +180,8 @@ symrig_wire_Reply hello_reply() {
   symrig_wire_HelloReply& hello = reply.body.hello;
   hello.proto_major = 1;
   hello.schema_hash = 0x11223344;
-  std::strcpy(hello.board,
-              "sim");  // NOLINT(clang-analyzer-security.insecureAPI.strcpy): fits, and is a constant
-  std::strcpy(hello.firmware_version,
-              "0.1.0");  // NOLINT(clang-analyzer-security.insecureAPI.strcpy): the same
+  put_text("sim", hello.board);
+  put_text("0.1.0", hello.firmware_version);
   hello.unique_id.size = 3;
   hello.unique_id.bytes[0] = 1;
   hello.unique_id.bytes[2] = 255;
@@ -171,7 +202,33 @@ symrig_wire_Reply status_reply() {
                        true,
                        {symrig_wire_FaultCode_FAULT_MAX_ON, 99, 2},
                        3,
-                       12};
+                       12,
+                       symrig_wire_ResetCause_RESET_CAUSE_WATCHDOG,
+                       true,
+                       {symrig_wire_FaultCode_FAULT_WATCHDOG, 0, 0},
+                       0xCAFEF00D};
+  return reply;
+}
+
+symrig_wire_Reply capabilities_reply() {
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  reply.which_body = symrig_wire_Reply_capabilities_tag;
+  symrig_wire_CapabilitiesReply& can = reply.body.capabilities;
+  can = {125'000'000, 18, 6, 0xFFFFFFFF, 9, 131'072, 4, 512, 8, 256, 1024, 120, 60'000, ""};
+  put_text("left rig", can.label);
+  return reply;
+}
+
+symrig_wire_Reply line_reply() {
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  reply.which_body = symrig_wire_Reply_line_tag;
+  symrig_wire_LineReply& line = reply.body.line;
+  line.line = 15;
+  put_text("interlock", line.name);
+  put_text("GPIO19", line.pin);
+  line.waits = 3;
+  line.trips = true;
+  line.stamp_ticks = 2;
   return reply;
 }
 
@@ -193,6 +250,11 @@ std::map<std::string, symrig_wire_Reply> replies() {
   all["violation"].which_body = symrig_wire_Reply_violation_tag;
   all["violation"].body.violation = {15, 5, 2, 500, 400};
   all["status"] = status_reply();
+  all["capabilities"] = capabilities_reply();
+  all["line"] = line_reply();
+  all["line_use"] = symrig_wire_Reply_init_zero;
+  all["line_use"].which_body = symrig_wire_Reply_line_use_tag;
+  all["line_use"].body.line_use = {2, 12'500, 333};
   return all;
 }
 
@@ -278,11 +340,11 @@ std::map<std::string, std::vector<Record>> programs() {
   return {
       {"bracket",
        {make_record(Op::mark, 0, 0), make_record(Op::set_word, 1, 12500), make_record(Op::set_word, 0, 5),
-        make_wait(vsync, 6'250'000), make_record(Op::loop, 3, 0), make_record(Op::mark, 1, 0),
+        make_wait(vsync, 6'250'000), make_loop(3), make_record(Op::mark, 1, 0),
         make_record(Op::set_word, 2, 12500), make_record(Op::set_word, 0, 500'000),
         make_record(Op::end_loop, 0, 0), make_record(Op::end, 0, 0)}},
       {"extremes",
-       {make_record(Op::set_word, kMaxArg, 0xFFFFFFFF), make_record(Op::loop, kMaxArg, 0),
+       {make_record(Op::set_word, kMaxArg, 0xFFFFFFFF), make_loop(kMaxRounds),
         make_record(Op::set_word, 0, 1), make_record(Op::end_loop, 0, 0), make_record(Op::end, kMaxArg, 0)}}};
 }
 
@@ -315,7 +377,10 @@ TEST(GoldenWire, configurations_hash_as_the_vectors_say) {
     line.output = k < 3;
     line.role = static_cast<std::uint8_t>(k + 1);
   }
-  ours["lamp"].lines[2] = {true, true, 3, 1, true, true, 125'000'000, std::uint64_t{1} << 40U, 250};
+  ours["lamp"].lines[2] = {true, true, 3, 1, true, true, 125'000'000, std::uint64_t{1} << 40U, 250, false};
+  ours["interlock"].lines[5].configured = true;
+  ours["interlock"].lines[5].role = 6;
+  ours["interlock"].lines[5].trip_level = true;
   for (const Words& vector : read_vectors("configs.txt"))
     EXPECT_EQ(config_hash(ours.at(vector.at(0))), number<std::uint32_t>(vector.at(1), 16)) << vector.at(0);
 }

@@ -98,6 +98,62 @@ class SimFaultStore final : public hal::FaultStore {
   hal::FaultRecord record_;
 };
 
+class SimSettings final : public hal::Settings {
+ public:
+  std::size_t load(std::uint8_t* out, std::size_t room) const override {
+    if (record_.size() > room) return 0;
+    std::copy(record_.begin(), record_.end(), out);
+    return record_.size();
+  }
+  bool save(const std::uint8_t* bytes, std::size_t size) override {
+    if (broken_ || size > kRoom) return false;
+    record_.assign(bytes, bytes + size);
+    return true;
+  }
+  void break_down() { broken_ = true; }
+
+ private:
+  std::vector<std::uint8_t> record_;
+  bool broken_ = false;
+};
+
+/// Outputs stand at their power-up levels for no time at all: resets take none here.
+class SimSystem final : public hal::System {
+ public:
+  hal::ResetCause reset_cause() const override { return cause_; }
+  void reboot(bool bootloader) override {
+    asked_ = true;
+    bootloader_ = bootloader;
+  }
+
+  bool take_reboot() { return std::exchange(asked_, false); }
+  bool bootloader() const { return bootloader_; }
+  void started(hal::ResetCause cause) {
+    cause_ = cause;
+    bootloader_ = false;
+  }
+
+ private:
+  hal::ResetCause cause_ = hal::ResetCause::power;
+  bool asked_ = false;
+  bool bootloader_ = false;
+};
+
+/// Real ones count time themselves; here a stall tells how long the firmware did not feed it.
+class SimWatchdog final : public hal::Watchdog {
+ public:
+  void feed() override {}
+};
+
+class SimIndicator final : public hal::Indicator {
+ public:
+  void show(bool on) override { on_ = on; }
+  bool on() const { return on_; }
+
+ private:
+  bool on_ = false;
+};
+
 class SimClock final : public hal::Clock {
  public:
   explicit SimClock(std::uint64_t tick) : tick_(tick) {}
@@ -111,24 +167,23 @@ class SimClock final : public hal::Clock {
 }  // namespace
 
 std::vector<SimLine> default_sim_lines() {
-  return {{"projector_trigger", true},
-          {"camera_trigger", true},
-          {"lamp_enable", true},
-          {"vsync", false},
-          {"camera_strobe", false}};
+  return {{"projector_trigger", true}, {"camera_trigger", true}, {"lamp_enable", true}, {"vsync", false},
+          {"camera_strobe", false},    {"interlock", false}};
 }
 
 struct SimBoard::Impl final : Pins {
-  Impl(SimBoard& board, SimBoardConfig settings)
+  Impl(SimBoard& board, SimBoardConfig wanted)
       : self(board),
-        config(std::move(settings)),
+        config(std::move(wanted)),
         clock(config.start_tick),
-        engine(*this, std::max<std::uint32_t>(config.engine_segments, 2)),
+        engine(*this, std::max<std::uint32_t>(config.engine_segments, 2), config.wait_latency),
         program(std::size_t{config.program_records} * protocol::kRecordSize),
-        events(kEvents) {
+        events(kEvents),
+        marks(std::max<std::uint32_t>(config.engine_segments, protocol::kMaxMarksInARow)) {
     for (const SimLine& line : config.lines) {
       if (line.output) output_mask |= 1U << lines.size();
-      lines.push_back({line.name.c_str(), line.output});
+      const std::uint8_t waits = line.output ? std::uint8_t{0} : hal::waits::all;
+      lines.push_back({line.name.c_str(), "", line.output, waits, !line.output, 1});
     }
     traits = {"sim",
               kUniqueId.data(),
@@ -138,16 +193,24 @@ struct SimBoard::Impl final : Pins {
               config.tick_hz,
               config.min_dwell,
               UINT32_MAX,
-              config.wait_latency};
-    power_up();
+              config.wait_latency,
+              std::max<std::uint32_t>(config.engine_segments, 2),
+              config.refill_ticks,
+              config.poll_ticks};
+    start_up(hal::ResetCause::power);
   }
 
-  void power_up() {
+  void start_up(hal::ResetCause cause) {
     engine.force(0);  // pull-downs
+    watchdog_at = kNever;
+    stalled_until = 0;
+    system.started(cause);
     core.emplace(hardware, firmware::Memory{{program.data(), program.size()},
                                             events.data(),
-                                            static_cast<std::uint16_t>(events.size())});
+                                            static_cast<std::uint16_t>(events.size()),
+                                            {marks.data(), static_cast<std::uint32_t>(marks.size())}});
     core->boot();
+    wake = true;
   }
 
   // Pins
@@ -156,6 +219,7 @@ struct SimBoard::Impl final : Pins {
     for (Peripheral* peripheral : peripherals)
       peripheral->outputs_changed(clock.now(), capture.levels(), self);
   }
+  std::uint32_t levels() const override { return capture.levels(); }
   std::uint64_t now() const override { return clock.now(); }
 
   std::uint64_t peripherals_next() const {
@@ -164,11 +228,13 @@ struct SimBoard::Impl final : Pins {
     return next;
   }
   std::uint64_t firmware_next() const {
+    if (system.bootloader()) return kNever;
     const std::uint64_t wanted = wake ? clock.now() : core->next_deadline();
     return wanted == kNever ? kNever : std::max(wanted, stalled_until);
   }
   std::uint64_t next_event() const {
-    const std::uint64_t next = std::min({engine.next_event(), peripherals_next(), firmware_next()});
+    const std::uint64_t next =
+        std::min({engine.next_event(), peripherals_next(), firmware_next(), watchdog_at});
     return next == kNever ? kNever : std::max(next, clock.now());
   }
 
@@ -181,16 +247,34 @@ struct SimBoard::Impl final : Pins {
     for (Peripheral* peripheral : peripherals)
       if (peripheral->next_event() <= clock.now()) peripheral->on_event(clock.now(), self);
     wake = wake || capture.pending();
+    if (watchdog_at <= clock.now()) start_up(hal::ResetCause::watchdog);
     if (firmware_next() <= clock.now()) run_firmware();
   }
 
   void run_firmware() {
+    if (system.bootloader()) return;
     if (clock.now() < stalled_until) {
       wake = true;
       return;
     }
     wake = false;
-    core->poll();
+    watchdog_at = kNever;
+    do {
+      core->poll();
+    } while (core->busy());  // it takes no time here
+    if (!system.take_reboot()) return;
+    if (system.bootloader()) {
+      engine.force(0);
+    } else {
+      start_up(hal::ResetCause::request);
+    }
+  }
+
+  void stall(std::uint64_t until) {
+    stalled_until = until;
+    watchdog_at = kNever;
+    const std::uint64_t patience = config.tick_hz * kSimWatchdogMs / 1000;
+    if (until > clock.now() + patience) watchdog_at = clock.now() + patience;
   }
 
   SimBoard& self;
@@ -202,14 +286,20 @@ struct SimBoard::Impl final : Pins {
   SimFaultStore faults;
   std::vector<std::uint8_t> program;
   std::vector<symrig_wire_Event> events;
+  std::vector<firmware::QueuedMark> marks;
+  SimWatchdog watchdog;
+  SimIndicator indicator;
+  SimSettings settings;
+  SimSystem system;
   std::vector<hal::Line> lines;
   std::uint32_t output_mask = 0;
   hal::BoardTraits traits;
-  hal::Board hardware{traits, clock, engine, capture, link, faults};
+  hal::Board hardware{traits, clock, engine, capture, link, faults, watchdog, indicator, settings, system};
   std::optional<firmware::Core> core;
   std::vector<Peripheral*> peripherals;
   std::uint64_t stalled_until = 0;
-  bool wake = false;  // something happened that the firmware has not seen
+  std::uint64_t watchdog_at = kNever;  // the firmware stands still, and this is when that ends
+  bool wake = false;                   // something happened that the firmware has not seen
 };
 
 SimBoard::SimBoard(SimBoardConfig config) : impl_(std::make_unique<Impl>(*this, std::move(config))) {}
@@ -243,7 +333,9 @@ void SimBoard::set_input(int line, bool level) {
   if (line < 0 || static_cast<std::size_t>(line) >= impl_->lines.size()) return;
   const std::uint32_t bit = 1U << static_cast<unsigned>(line);
   if ((impl_->output_mask & bit) != 0) return;
-  if (impl_->capture.set(bit, level ? bit : 0, now())) impl_->wake = true;
+  if (!impl_->capture.set(bit, level ? bit : 0, now())) return;
+  impl_->engine.input_changed(static_cast<std::uint8_t>(line), level);
+  impl_->wake = true;
 }
 
 void SimBoard::write(std::span<const std::uint8_t> bytes) {
@@ -281,12 +373,23 @@ std::uint32_t SimBoard::safe_levels() const {
 }
 
 void SimBoard::stall_firmware_until(std::uint64_t tick) {
-  impl_->stalled_until = tick;
+  impl_->stall(tick);
 }
 
 void SimBoard::reboot() {
-  impl_->power_up();
-  impl_->wake = true;
+  impl_->start_up(hal::ResetCause::power);
+}
+
+bool SimBoard::light() const {
+  return impl_->indicator.on();
+}
+
+bool SimBoard::in_bootloader() const {
+  return impl_->system.bootloader();
+}
+
+void SimBoard::break_settings() {
+  impl_->settings.break_down();
 }
 
 void SimBoard::set_attached(bool attached) {

@@ -38,6 +38,7 @@ symrig_wire_ConfigLine to_wire(std::uint32_t line, const protocol::LineConfig& c
   out.max_on = config.max_on;
   out.min_off = config.min_off;
   out.max_duty_permille = config.max_duty_permille;
+  out.trip_level = config.trip_level;
   return out;
 }
 
@@ -77,6 +78,7 @@ Result<void> Board::Session::learn_identity() {
   info_.required = hello.required;
   for (pb_size_t i = 0; i < hello.unique_id.size; ++i)
     info_.unique_id += fmt::format("{:02x}", hello.unique_id.bytes[i]);
+  reboot_token_ = protocol::crc32c({hello.unique_id.bytes, hello.unique_id.size});
   if (info_.protocol_major != protocol::kProtoMajor)
     return Error{ErrorCode::protocol,
                  fmt::format("board '{}' speaks protocol {}, this host {}", info_.board, info_.protocol_major,
@@ -107,6 +109,10 @@ Result<void> Board::Session::learn_capabilities() {
   info_.loop_depth = can.loop_depth;
   info_.mtu = can.mtu;
   info_.window = can.window;
+  info_.queue_segments = can.queue_segments;
+  info_.refill_ticks = can.refill_ticks;
+  info_.poll_ticks = can.poll_ticks;
+  info_.label = can.label;
   return {};
 }
 
@@ -115,8 +121,10 @@ Result<void> Board::Session::learn_line(std::uint32_t line) {
   request.body.capabilities_line.line = line;
   SYMRIG_TRY(const auto reply, ask(request, "capabilities"));
   if (reply.which_body != symrig_wire_Reply_line_tag) return nonsense("capabilities");
-  info_.lines[line] = {reply.body.line.name,
-                       protocol::raw(reply.body.line.direction) == symrig_wire_Direction_DIRECTION_OUTPUT};
+  const symrig_wire_LineReply& told = reply.body.line;
+  info_.lines[line] = {told.name,  protocol::raw(told.direction) == symrig_wire_Direction_DIRECTION_OUTPUT,
+                       told.pin,   static_cast<std::uint8_t>(told.waits & 7U),
+                       told.trips, told.stamp_ticks};
   return {};
 }
 
@@ -168,10 +176,10 @@ Result<void> Board::Session::commit(std::uint32_t program_id, std::uint32_t hash
   return {};
 }
 
-Result<void> Board::Session::arm() {
+Result<void> Board::Session::arm(bool autonomous) {
   if (options_.keep_alive.count() > 0) SYMRIG_CHECK(keep_alive(options_.keep_alive));
   symrig_wire_Request request = make_request(symrig_wire_Request_arm_tag);
-  request.body.arm = {program_hash_, config_hash_};
+  request.body.arm = {program_hash_, config_hash_, autonomous};
   SYMRIG_CHECK(ask(request, "to arm"));
   return {};
 }
@@ -245,6 +253,11 @@ Result<BoardStatus> Board::Session::status() {
   status.levels = now.levels;
   status.bad_frames = now.bad_frames;
   if (now.has_fault) status.fault = to_fault(now.fault);
+  const std::uint32_t cause = protocol::raw(now.reset_cause);
+  if (cause <= static_cast<std::uint32_t>(ResetCause::request))
+    status.reset_cause = static_cast<ResetCause>(cause);
+  if (now.has_reset_fault) status.reset_fault = to_fault(now.reset_fault);
+  status.stored_config = now.stored_config;
   return status;
 }
 
@@ -273,6 +286,66 @@ Result<TimeReading> Board::Session::time() {
   return reading;
 }
 
+Result<std::uint32_t> Board::Session::find_line(std::string_view line, bool output) const {
+  const int index = info_.line(line);
+  if (index >= 0 && info_.lines[static_cast<std::size_t>(index)].output == output)
+    return static_cast<std::uint32_t>(index);
+  return Error{ErrorCode::unknown_name,
+               fmt::format("the board has no {} '{}'", output ? "output" : "input", line),
+               fmt::format("{}: {}", output ? "outputs" : "inputs", known_lines(info_, output))};
+}
+
+Result<LineUse> Board::Session::line_use(std::string_view line) {
+  symrig_wire_Request request = make_request(symrig_wire_Request_program_line_tag);
+  SYMRIG_TRY(request.body.program_line.line, find_line(line, true));
+  SYMRIG_TRY(const auto reply, ask(request, "the use of a line"));
+  if (reply.which_body != symrig_wire_Reply_line_use_tag) return nonsense("the use of a line");
+  const symrig_wire_LineUse& use = reply.body.line_use;
+  return LineUse{{use.worst_on}, static_cast<double>(use.worst_duty_permille) / 1000};
+}
+
+Result<void> Board::Session::verify_program() {
+  SYMRIG_CHECK(ask(make_request(symrig_wire_Request_program_verify_tag), "to verify the program"));
+  return {};
+}
+
+Result<void> Board::Session::set_line(std::string_view line, bool level) {
+  SYMRIG_TRY(const std::uint32_t index, find_line(line, true));
+  symrig_wire_Request request = make_request(symrig_wire_Request_manual_set_tag);
+  const std::uint32_t bit = 1U << index;
+  request.body.manual_set = {bit, level ? bit : 0};
+  SYMRIG_CHECK(ask(request, "to set a line by hand"));
+  return {};
+}
+
+Result<void> Board::Session::identify(Nanoseconds duration) {
+  symrig_wire_Request request = make_request(symrig_wire_Request_identify_tag);
+  const auto seconds = std::chrono::ceil<std::chrono::seconds>(duration).count();
+  request.body.identify.seconds =
+      static_cast<std::uint32_t>(std::clamp<std::int64_t>(seconds, 0, UINT32_MAX));
+  SYMRIG_CHECK(ask(request, "to identify"));
+  return {};
+}
+
+Result<void> Board::Session::store_config(std::string_view label) {
+  symrig_wire_Request request = make_request(symrig_wire_Request_store_config_tag);
+  constexpr std::size_t kRoom = sizeof request.body.store_config.label - 1;
+  if (label.size() > kRoom)
+    return Error{ErrorCode::bad_argument, fmt::format("the label '{}' is too long", label),
+                 fmt::format("at most {} bytes", kRoom)};
+  label.copy(request.body.store_config.label, label.size());
+  SYMRIG_CHECK(ask(request, "to store its configuration"));
+  info_.label = label;
+  return {};
+}
+
+Result<void> Board::Session::reboot(bool bootloader) {
+  symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
+  request.body.reboot = {reboot_token_, bootloader};
+  SYMRIG_CHECK(ask(request, "to start anew"));
+  return {};
+}
+
 Board::Board(std::unique_ptr<Session> session) : session_(std::move(session)) {}
 Board::Board(Board&&) noexcept = default;
 Board& Board::operator=(Board&&) noexcept = default;
@@ -294,7 +367,10 @@ Result<void> Board::upload(const Program& program) {
   return session_->upload(program);
 }
 Result<void> Board::arm() {
-  return session_->arm();
+  return session_->arm(false);
+}
+Result<void> Board::arm_autonomous() {
+  return session_->arm(true);
 }
 Result<void> Board::start() {
   return session_->start(std::nullopt);
@@ -327,6 +403,24 @@ Result<void> Board::keep_alive(Nanoseconds ttl) {
 }
 Result<TimeReading> Board::time() {
   return session_->time();
+}
+Result<LineUse> Board::line_use(std::string_view line) {
+  return session_->line_use(line);
+}
+Result<void> Board::verify_program() {
+  return session_->verify_program();
+}
+Result<void> Board::set_line(std::string_view line, bool level) {
+  return session_->set_line(line, level);
+}
+Result<void> Board::identify(Nanoseconds duration) {
+  return session_->identify(duration);
+}
+Result<void> Board::store_config(std::string_view label) {
+  return session_->store_config(label);
+}
+Result<void> Board::reboot(bool bootloader) {
+  return session_->reboot(bootloader);
 }
 void Board::on_mark(std::function<void(const StepMark&)> callback) {
   session_->log().on_mark = std::move(callback);

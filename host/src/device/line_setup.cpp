@@ -31,7 +31,8 @@ bool has_limits(const LineConfig& line) {
   return line.max_on.count() != 0 || line.min_off.count() != 0 || line.max_duty != 1;
 }
 
-Result<void> check(const LineConfig& line, bool output) {
+Result<void> check(const LineConfig& line, const LineInfo& wired) {
+  const bool output = wired.output;
   const auto bad = [&line](const char* what, const char* hint) {
     return Error{ErrorCode::bad_argument, fmt::format("line '{}': {}", line.line, what), hint};
   };
@@ -39,6 +40,12 @@ Result<void> check(const LineConfig& line, bool output) {
     return bad("a limit is negative", "give max_on and min_off as durations, 0 for none");
   if (!(line.max_duty >= 0.001 && line.max_duty <= 1))
     return bad("max_duty is out of range", "give a share from 0.001 to 1 (1 = no limit)");
+  if (line.trip_level && !wired.trips && !output)
+    return bad("this board cannot stop on it", "use a line whose `trips` is true in `symrig info`");
+  if (output && line.trip_level)
+    return bad("a trip level is for inputs, and it is an output", "leave it out");
+  if (output && line.hazard == Hazard::laser && line.max_on.count() == 0)
+    return bad("a laser line needs a longest time on", "give max_on");
   if (!output && (has_limits(line) || line.safe_level))
     return bad("limits and a safe level are for outputs, and it is an input", "leave them out");
   return {};
@@ -57,6 +64,9 @@ void fill(const BoardInfo& info, const LineConfig& line, protocol::LineConfig& c
   // Rounded down: the board must not allow more than was asked for.
   const auto permille = static_cast<std::uint16_t>(std::floor(line.max_duty * 1000 + 1e-9));
   config.max_duty_permille = permille >= 1000 ? 0 : permille;
+  if (!line.trip_level) return;
+  config.role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  config.trip_level = *line.trip_level;
 }
 
 }  // namespace
@@ -80,7 +90,7 @@ Result<protocol::BoardConfig> line_setup(const BoardInfo& info, std::span<const 
                    "name each line once"};
     named |= bit;
     protocol::LineConfig& target = config.lines[k];
-    SYMRIG_CHECK(check(line, target.output));
+    SYMRIG_CHECK(check(line, info.lines[static_cast<std::size_t>(k)]));
     fill(info, line, target);
   }
   return config;
@@ -94,6 +104,11 @@ protocol::ProgramRules program_rules(const BoardInfo& info, const protocol::Boar
   rules.wait_latency = static_cast<std::uint32_t>(info.wait_latency.count);
   rules.max_bytes = info.program_bytes;
   rules.loop_depth = info.loop_depth;
+  for (std::size_t k = 0; k < info.lines.size() && k < protocol::kMaxLines; ++k)
+    rules.no_waits[k] = static_cast<std::uint8_t>(7U & ~info.lines[k].waits);
+  rules.queue_segments = info.queue_segments;
+  rules.refill_ticks = info.refill_ticks;
+  rules.poll_ticks = info.poll_ticks;
   return rules;
 }
 

@@ -47,6 +47,20 @@ std::string_view name(BoardState state) {
   return "unknown";
 }
 
+std::string_view name(ResetCause cause) {
+  switch (cause) {
+    case ResetCause::power:
+      return "power";
+    case ResetCause::pin:
+      return "pin";
+    case ResetCause::watchdog:
+      return "watchdog";
+    case ResetCause::request:
+      return "request";
+  }
+  return "unknown";
+}
+
 Explained explain_fault(std::uint32_t fault) {
   switch (fault) {
     case symrig_wire_FaultCode_FAULT_UNDERRUN:
@@ -68,6 +82,10 @@ Explained explain_fault(std::uint32_t fault) {
               "edges came faster than the board can watch them: use longer holds or slower inputs"};
     case symrig_wire_FaultCode_FAULT_INTERNAL:
       return {"internal", "the firmware contradicts itself: please report it with the receipt"};
+    case symrig_wire_FaultCode_FAULT_INTERLOCK:
+      return {"interlock", "an interlock line opened: close it, then clear the fault"};
+    case symrig_wire_FaultCode_FAULT_WATCHDOG:
+      return {"watchdog", "the firmware stood still and was reset: please report it with the receipt"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }
@@ -98,7 +116,9 @@ Explained explain_code(std::uint32_t code) {
     case symrig_wire_Code_CODE_BAD_PROGRAM:
       return {"bad_program", "lint the program before uploading it"};
     case symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED:
-      return {"keep_alive_needed", "lamp and laser lines need a keep-alive: set BoardOptions::keep_alive"};
+      return {"keep_alive_needed",
+              "lamp and laser lines need a keep-alive (a laser one of at most 500 ms): set "
+              "BoardOptions::keep_alive"};
     case symrig_wire_Code_CODE_COOLING:
       return {"cooling", "wait for the rest, then start again"};
     case symrig_wire_Code_CODE_IN_PAST:
@@ -106,7 +126,13 @@ Explained explain_code(std::uint32_t code) {
     case symrig_wire_Code_CODE_VERSION:
       return {"version", "host and board speak different versions: update the older one"};
     case symrig_wire_Code_CODE_NOT_URGENT:
-      return {"not_urgent", "only abort goes out of turn"};
+      return {"not_urgent", "only abort and time pings go out of turn"};
+    case symrig_wire_Code_CODE_INTERLOCK_OPEN:
+      return {"interlock_open", "close the interlock, then try again"};
+    case symrig_wire_Code_CODE_NOT_STORED:
+      return {"not_stored", "the board's memory did not take it: it may be worn out"};
+    case symrig_wire_Code_CODE_BUSY:
+      return {"busy", "try again in a moment"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }

@@ -111,15 +111,17 @@ void ProgramBuilder::flush() {
   if (pending_) hold(board_.min_dwell);
 }
 
-ProgramBuilder& ProgramBuilder::loop(std::uint32_t rounds) {
+ProgramBuilder& ProgramBuilder::loop(std::uint64_t rounds) {
   flush();
-  if (rounds == 0 || rounds > protocol::kMaxArg)
-    fail(ErrorCode::bad_argument, fmt::format("a loop of {} rounds", rounds), "give 1 to 268435455 rounds");
+  if (rounds == 0 || rounds > protocol::kMaxRounds)
+    fail(ErrorCode::bad_argument, fmt::format("a loop of {} rounds", rounds),
+         "give 1 to 4294967296 rounds, or nest loops");
   if (loops_.size() == board_.loop_depth)
     fail(ErrorCode::bad_argument, "loops are nested too deeply",
          fmt::format("the board allows {} levels", board_.loop_depth));
   loops_.push_back({levels_});
-  put(word_of(Op::loop, rounds & protocol::kMaxArg), 0);
+  const protocol::Record record = protocol::make_loop(std::min(rounds, protocol::kMaxRounds));
+  put(word_of(Op::loop, record.arg), record.ticks);
   return *this;
 }
 

@@ -44,9 +44,12 @@ Words structure_words(const Violation& v, const BoardInfo& info) {
     case Rule::loop_balance:
       return {"loop_balance", "loop and end_loop do not pair", "close each loop once"};
     case Rule::loop_rounds:
-      return {"loop_rounds", "0 rounds", "use 1 round, or leave the loop out"};
+      return {"loop_rounds", fmt::format("{} rounds", v.actual), "use 1 to 4294967296 rounds, or nest loops"};
     case Rule::idle_loop:
       return {"idle_loop", "the body takes no time", "put a hold into it"};
+    case Rule::wait_kind:
+      return {"wait_kind", "the board cannot wait for this edge on this line",
+              "`symrig info` lists the edges each line can be awaited for"};
     case Rule::mark_crowd:
       return {"mark_crowd", fmt::format("{} marks in a row", v.actual),
               fmt::format("put a hold after {} marks", v.limit)};
@@ -55,6 +58,20 @@ Words structure_words(const Violation& v, const BoardInfo& info) {
     default:
       return {"unknown", "a rule this host does not know", "update the host"};
   }
+}
+
+/// A word (actual and limit in ticks), or a loop whose rounds add up (in rounds; limits of rounds are even
+/// smaller than the rounds, while a word's limit is larger than the word).
+Words refill_words(const Violation& v, const BoardInfo& info) {
+  if (v.actual <= v.limit)
+    return {"refill",
+            fmt::format("words of {} follow each other for too long: the board could not keep up",
+                        ticks_text(info, v.actual)),
+            fmt::format("after some hundred short words hold for longer, or for {} each",
+                        ticks_text(info, v.limit))};
+  return {
+      "refill", fmt::format("{} rounds of short words: the board could not keep up", v.actual),
+      fmt::format("at most {} rounds, or words of {} each", v.limit, ticks_text(info, info.refill_ticks))};
 }
 
 Words words(const Violation& v, const BoardInfo& info) {
@@ -75,6 +92,8 @@ Words words(const Violation& v, const BoardInfo& info) {
       return {"duty", "rests for " + actual + " after its pulse",
               v.limit >= protocol::kMaxDuration ? "turn it off before the end"
                                                 : "let it rest for at least " + limit};
+    case Rule::refill:
+      return refill_words(v, info);
     default:
       return structure_words(v, info);
   }
@@ -82,7 +101,7 @@ Words words(const Violation& v, const BoardInfo& info) {
 
 bool about_a_line(Rule rule) {
   return rule == Rule::not_an_output || rule == Rule::not_an_input || rule == Rule::max_on ||
-         rule == Rule::min_off || rule == Rule::duty;
+         rule == Rule::min_off || rule == Rule::duty || rule == Rule::wait_kind;
 }
 
 std::string detail_text(const symrig_wire_Reply& reply, const BoardInfo& info) {
@@ -94,6 +113,7 @@ std::string detail_text(const symrig_wire_Reply& reply, const BoardInfo& info) {
     case symrig_wire_Code_CODE_NO_SUCH_LINE:
     case symrig_wire_Code_CODE_WRONG_DIRECTION:
     case symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED:
+    case symrig_wire_Code_CODE_INTERLOCK_OPEN:
       return line_text(info, reply.detail);
     case symrig_wire_Code_CODE_HASH_MISMATCH:
       return fmt::format("the board's hash is {:08x}", reply.detail);

@@ -20,7 +20,7 @@ class Board::Session {
   Result<void> introduce();
   Result<void> configure(std::span<const LineConfig> lines);
   Result<void> upload(const Program& program);
-  Result<void> arm();
+  Result<void> arm(bool autonomous);
   Result<void> start(std::optional<Ticks> at);
   Result<Receipt> wait(Nanoseconds timeout);
   Result<void> abort();
@@ -28,6 +28,12 @@ class Board::Session {
   Result<BoardStatus> status();
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
+  Result<LineUse> line_use(std::string_view line);
+  Result<void> verify_program();
+  Result<void> set_line(std::string_view line, bool level);
+  Result<void> identify(Nanoseconds duration);
+  Result<void> store_config(std::string_view label);
+  Result<void> reboot(bool bootloader);
 
   const BoardInfo& info() const { return info_; }
   RunLog& log() { return log_; }
@@ -41,9 +47,12 @@ class Board::Session {
   Result<bool> holds(const Program& program);
   Result<void> commit(std::uint32_t program_id, std::uint32_t hash);
   Result<void> stay_alive();
+  /// Number of a line of that name and direction. fails: unknown_name.
+  Result<std::uint32_t> find_line(std::string_view line, bool output) const;
 
   BoardOptions options_;
   BoardInfo info_;
+  std::uint32_t reboot_token_ = 0;  // CRC-32C of the board's unique id
   RunLog log_;
   Wire wire_;
 

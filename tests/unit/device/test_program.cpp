@@ -39,7 +39,7 @@ TEST(ProgramBuilder, writes_the_records_that_the_steps_mean) {
                            .hold(40ns)
                            .end();
   ASSERT_OK(program);
-  const std::vector<std::uint32_t> expected{0x50000009, 0,      0x10000004, 125,  0x20000003, 0,
+  const std::vector<std::uint32_t> expected{0x50000009, 0,      0x10000004, 125,  0x20000000, 3,
                                             0x10000006, 1000,   0x10000004, 2000, 0x30000000, 0,
                                             0x400000A3, 125000, 0x10000000, 5,    0x60000000, 0};
   EXPECT_EQ(words(*program), expected);

@@ -27,7 +27,7 @@ TEST(Board, learns_who_is_at_the_other_end) {
   EXPECT_EQ(info.board, "sim");
   EXPECT_EQ(info.unique_id, "73696d2d30303031");
   EXPECT_EQ(info.rate.hz, 125'000'000U);
-  EXPECT_EQ(info.lines.size(), 5U);
+  EXPECT_EQ(info.lines.size(), 6U);
   EXPECT_EQ(info.line("vsync"), 3);
   EXPECT_EQ(info.line("nothing"), -1);
   EXPECT_NE(info.firmware_hash, 0U);
@@ -146,8 +146,7 @@ TEST(Board, lamps_are_not_armed_without_keep_alive) {
   ASSERT_FALSE(armed.ok());
   EXPECT_EQ(armed.error().line(),
             "the board refused to arm: keep_alive_needed, line 'lamp_enable'; lamp and laser lines need a "
-            "keep-alive: set "
-            "BoardOptions::keep_alive");
+            "keep-alive (a laser one of at most 500 ms): set BoardOptions::keep_alive");
 }
 
 TEST(Board, abort_ends_a_run_at_once) {
@@ -212,7 +211,7 @@ TEST(Board, a_line_that_does_not_exist_is_named) {
   EXPECT_EQ(result.error().code, ErrorCode::unknown_name);
   EXPECT_EQ(result.error().line(),
             "the board has no line 'laser'; outputs: projector_trigger, camera_trigger, lamp_enable; "
-            "inputs: vsync, camera_strobe");
+            "inputs: vsync, camera_strobe, interlock");
 }
 
 TEST(Board, a_board_that_restarted_is_noticed) {

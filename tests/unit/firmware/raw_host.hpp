@@ -106,7 +106,8 @@ class RawHost {
         config.capture,
         config.max_on,
         config.min_off,
-        config.max_duty_permille};
+        config.max_duty_permille,
+        config.trip_level};
     return code(request);
   }
   std::uint32_t finalize(std::uint32_t hash) {
@@ -157,7 +158,7 @@ class RawHost {
 
   std::uint32_t arm() {
     symrig_wire_Request request = make(symrig_wire_Request_arm_tag);
-    request.body.arm = {program_hash, config_hash};
+    request.body.arm = {program_hash, config_hash, false};
     return code(request);
   }
   std::uint32_t start() { return code(make(symrig_wire_Request_start_tag)); }

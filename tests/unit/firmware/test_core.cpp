@@ -52,7 +52,7 @@ TEST(Core, capabilities_tell_what_it_can_do) {
   const auto reply = bench.host.ask(RawHost::make(symrig_wire_Request_capabilities_tag));
   ASSERT_TRUE(reply && reply->which_body == symrig_wire_Reply_capabilities_tag);
   EXPECT_EQ(reply->body.capabilities.tick_hz, 125'000'000U);
-  EXPECT_EQ(reply->body.capabilities.lines, 5U);
+  EXPECT_EQ(reply->body.capabilities.lines, 6U);
   EXPECT_EQ(reply->body.capabilities.loop_depth, 4U);
   EXPECT_EQ(reply->body.capabilities.mtu, 512U);
   symrig_wire_Request request = RawHost::make(symrig_wire_Request_capabilities_line_tag);
@@ -61,7 +61,7 @@ TEST(Core, capabilities_tell_what_it_can_do) {
   ASSERT_TRUE(line && line->which_body == symrig_wire_Reply_line_tag);
   EXPECT_EQ(std::string(line->body.line.name), "vsync");
   EXPECT_EQ(line->body.line.direction, symrig_wire_Direction_DIRECTION_INPUT);
-  request.body.capabilities_line.line = 5;
+  request.body.capabilities_line.line = 6;
   EXPECT_EQ(bench.host.code(request), symrig_wire_Code_CODE_NO_SUCH_LINE);
 }
 
@@ -141,7 +141,8 @@ TEST(Core, each_field_of_a_line_is_checked) {
                                 config.capture,
                                 config.max_on,
                                 config.min_off,
-                                config.max_duty_permille};
+                                config.max_duty_permille,
+                                config.trip_level};
     const auto reply = bench.host.ask(request);
     return reply && reply->code == symrig_wire_Code_CODE_BAD_VALUE ? reply->field : 0;
   };
@@ -169,7 +170,7 @@ TEST(Core, lines_are_what_they_are) {
   LineConfig input{true, false, 4, 0, false, true, 0, 0, 0};
   EXPECT_EQ(bench.host.config_line(3, input), 0U);
   EXPECT_EQ(bench.host.config_line(2, input), symrig_wire_Code_CODE_WRONG_DIRECTION);
-  EXPECT_EQ(bench.host.config_line(5, input), symrig_wire_Code_CODE_NO_SUCH_LINE);
+  EXPECT_EQ(bench.host.config_line(6, input), symrig_wire_Code_CODE_NO_SUCH_LINE);
   input.max_on = 5;  // limits are for outputs
   EXPECT_EQ(bench.host.config_line(3, input), symrig_wire_Code_CODE_BAD_VALUE);
 }

@@ -67,9 +67,9 @@ TEST(Guard, duty_and_what_is_still_missing_of_a_rest) {
   guard.edge({1000, 0, true}, breach);
   guard.edge({1100, 0, false}, breach);  // 100 on: 300 of rest
   hal::Tick needed = 0;
-  EXPECT_EQ(guard.cooling_line(1399, needed), 0);
+  EXPECT_EQ(guard.cooling_line(protocol::kOutputMask, 1399, needed), 0);
   EXPECT_EQ(needed, 1U);
-  EXPECT_EQ(guard.cooling_line(1400, needed), -1);
+  EXPECT_EQ(guard.cooling_line(protocol::kOutputMask, 1400, needed), -1);
   ASSERT_TRUE(guard.edge({1399, 0, true}, breach));
   EXPECT_EQ(breach.rule, Rule::duty);
 }
@@ -82,7 +82,7 @@ TEST(Guard, a_new_configuration_does_not_make_a_hot_lamp_cold) {
   guard.edge({20, 0, false}, breach);
   guard.configure(lamp_on_line(0, 0, 1000, 0), 0, 30);
   hal::Tick needed = 0;
-  EXPECT_EQ(guard.cooling_line(30, needed), 0);
+  EXPECT_EQ(guard.cooling_line(protocol::kOutputMask, 30, needed), 0);
   EXPECT_TRUE(guard.edge({100, 0, true}, breach));
 }
 

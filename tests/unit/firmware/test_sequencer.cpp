@@ -54,7 +54,7 @@ bool matches(protocol::WaitFor wanted, std::size_t edge) {
 
 std::uint64_t wait_ends(const Step& wait, std::uint64_t begin, const std::vector<std::uint64_t>& edges) {
   for (std::size_t k = 0; k < edges.size(); ++k)
-    if (edges[k] >= begin && edges[k] <= begin + wait.ticks && matches(wait.edge, k)) return edges[k];
+    if (edges[k] >= begin && edges[k] < begin + wait.ticks && matches(wait.edge, k)) return edges[k];
   return begin + wait.ticks;
 }
 

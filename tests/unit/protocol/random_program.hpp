@@ -116,7 +116,7 @@ inline void pack_steps(const std::vector<Step>& steps, std::vector<std::uint8_t>
              out);
         break;
       case Step::Kind::loop:
-        pack(protocol::make_record(Op::loop, step.value, 0), out);
+        pack(protocol::make_loop(step.value), out);
         pack_steps(step.body, out);
         pack(protocol::make_record(Op::end_loop, 0, 0), out);
         break;

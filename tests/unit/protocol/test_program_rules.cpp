@@ -62,7 +62,7 @@ constexpr Record word(std::uint32_t levels, std::uint32_t ticks) {
   return make_record(Op::set_word, levels, ticks);
 }
 constexpr Record loop(std::uint32_t rounds) {
-  return make_record(Op::loop, rounds, 0);
+  return make_loop(rounds);
 }
 constexpr Record kEndLoop = make_record(Op::end_loop, 0, 0);
 constexpr Record kEnd = make_record(Op::end, 0, 0);

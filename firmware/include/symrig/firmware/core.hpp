@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/firmware/beacon.hpp"
 #include "symrig/firmware/event_queue.hpp"
 #include "symrig/firmware/guard.hpp"
 #include "symrig/firmware/link.hpp"
@@ -16,6 +17,7 @@ struct Memory {
   protocol::ByteRoom program;           ///< room for one program
   symrig_wire_Event* events = nullptr;  ///< room for events until the host has them
   uint16_t event_count = 0;             ///< a power of two, 8 to 16384
+  MarkRoom marks;
 };
 
 /// The firmware: everything a trigger board does, but for the hardware. A board constructs one, calls boot(),
@@ -26,12 +28,15 @@ class Core final : private Requests {
   Core(const Core&) = delete;
   Core& operator=(const Core&) = delete;
 
-  /// Outputs to their safe levels (all low, before a host says otherwise), then SAFE.
+  /// Outputs to their safe levels (those stored by the last store_config; all low if there are none), then
+  /// SAFE.
   void boot();
   /// One round: edges, guard, sequencer, host, keep-alive, events. Bounded work; never waits.
   void poll();
   /// Tick at which poll() must be called even if nothing else happens; kNever if there is none.
   hal::Tick next_deadline() const;
+  /// The last poll left something undone that the next one can do at once.
+  bool busy() const;
 
   State state() const { return state_; }
   /// The latched fault; code 0 = none.
@@ -39,25 +44,47 @@ class Core final : private Requests {
   uint32_t safe_levels() const { return safe_levels_; }
 
  private:
-  // Requests (requests.cpp)
-  void answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) override;
+  // Requests: requests.cpp tells them apart.
+  Answer answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) override;
   void take_chunk(const protocol::DataChunk& chunk, symrig_wire_Reply& reply) override;
+  void answer_now(const symrig_wire_Request& request, symrig_wire_Reply& reply);
+  // describe.cpp
   void hello(symrig_wire_Reply& reply) const;
   void capabilities(symrig_wire_Reply& reply) const;
   void describe_line(uint32_t line, symrig_wire_Reply& reply) const;
+  void status(symrig_wire_Reply& reply) const;
+  void time(uint64_t host_ns, symrig_wire_Reply& reply) const;
+  // configuring.cpp
   void configure_line(const symrig_wire_ConfigLine& line, symrig_wire_Reply& reply);
   void finalize_config(uint32_t hash, symrig_wire_Reply& reply);
+  void store_config(const symrig_wire_StoreConfig& store, symrig_wire_Reply& reply);
+  void load_stored_config();
+  // programming.cpp
   void begin_program(const symrig_wire_ProgramBegin& begin, symrig_wire_Reply& reply);
-  void commit_program(const symrig_wire_ProgramCommit& commit, symrig_wire_Reply& reply);
-  void report_commit(ProgramStore::Commit outcome, symrig_wire_Reply& reply) const;
+  Answer commit_program(const symrig_wire_ProgramCommit& commit, symrig_wire_Reply& reply);
+  Answer verify_program(symrig_wire_Reply& reply);
+  void tell_line_use(uint32_t line, symrig_wire_Reply& reply) const;
+  void read_program();
+  void conclude_commit(ProgramStore::Verdict verdict, symrig_wire_Reply& reply);
+  void report_program(ProgramStore::Verdict verdict, symrig_wire_Reply& reply) const;
+  protocol::ProgramRules rules() const;
+  // running.cpp
   void arm(const symrig_wire_Arm& arm, symrig_wire_Reply& reply);
   void start(const symrig_wire_Start& start, symrig_wire_Reply& reply);
+  void set_by_hand(const symrig_wire_ManualSet& set, symrig_wire_Reply& reply);
   void abort();
   void clear_fault(uint32_t code, symrig_wire_Reply& reply);
-  void status(symrig_wire_Reply& reply) const;
-  void keep_alive(uint32_t ttl_ms);
-  void time(uint64_t host_ns, symrig_wire_Reply& reply) const;
+  void keep_alive(uint32_t ttl_ms, symrig_wire_Reply& reply);
+  void identify(uint32_t seconds, symrig_wire_Reply& reply);
+  void reboot(const symrig_wire_Reboot& reboot, symrig_wire_Reply& reply);
+  bool may_move(uint32_t mask, hal::Tick tick, symrig_wire_Reply& reply) const;
+  int unguarded_line(uint32_t mask) const;
   int hazardous_line() const;
+  int open_interlock() const;
+  void arm_trips();
+  static bool is_interlock(const protocol::LineConfig& line) {
+    return line.configured && line.role == symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  }
 
   // core.cpp
   /// Goes through the supervisor's table. false: not allowed in this state, nothing was done.
@@ -65,16 +92,22 @@ class Core final : private Requests {
   /// The same for a request: a refusal fills in the reply.
   bool permit(Condition condition, symrig_wire_Reply& reply);
   void act(uint8_t actions);
+  void use_safe_levels(uint32_t levels);
+  /// Outputs may move, or stand where they should not be left alone.
+  bool exposed() const;
   void watch_edges();
   void watch_edge(const hal::CapturedEdge& edge);
   void watch_limits();
+  void watch_trips();
   void run_on();
   void send_marks();
   void conclude(Sequencer::Outcome outcome);
   void watch_host();
+  void leave();
   void raise(symrig_wire_FaultCode code, uint64_t arg, hal::Tick tick);
   void report_run(symrig_wire_RunEnd end);
   void breach(const Breach& breach);
+  hal::Tick ticks_of_ms(uint32_t ms) const { return board_.traits.tick_hz * ms / 1000; }
 
   const hal::Board& board_;
   EventQueue events_;
@@ -82,16 +115,22 @@ class Core final : private Requests {
   ProgramStore store_;
   Sequencer sequencer_;
   Guard guard_;
+  Beacon beacon_;
 
   State state_ = State::boot;
   protocol::BoardConfig config_;
   uint32_t config_hash_ = 0;
+  uint32_t stored_config_ = 0;
   uint32_t safe_levels_ = 0;
+  char label_[24] = {};
   hal::FaultRecord fault_;
-  uint32_t reset_fault_ = 0;
-  hal::Tick received_ = 0;  // when the bytes now being worked on were taken
-  uint32_t ttl_ms_ = 0;     // keep-alive; 0 = off
+  hal::FaultRecord reset_fault_;
+  hal::Tick received_ = 0;   // when the bytes now being worked on were taken
+  bool autonomous_ = false;  // the run goes on without a host
+  uint32_t ttl_ms_ = 0;      // keep-alive; 0 = off
   hal::Tick alive_until_ = hal::kNever;
+  hal::Tick reboot_at_ = hal::kNever;
+  bool to_bootloader_ = false;
 };
 
 }  // namespace symrig::firmware

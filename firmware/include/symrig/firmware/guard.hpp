@@ -30,9 +30,9 @@ class Guard {
   bool check(hal::Tick now, Breach& breach) const;
   /// First tick at which check() can find something new.
   hal::Tick next_deadline() const;
-  /// First line that would break min_off or duty if it were turned on at `tick`; -1: none. needed: the rest
-  /// it still lacks then, in ticks.
-  int cooling_line(hal::Tick tick, hal::Tick& needed) const;
+  /// First line in `mask` that would break min_off or duty if it were turned on at `tick`; -1: none. needed:
+  /// the rest it still lacks then, in ticks.
+  int cooling_line(uint32_t mask, hal::Tick tick, hal::Tick& needed) const;
 
   /// Some line has a limit.
   bool watching() const { return watched_ != 0; }

@@ -9,11 +9,17 @@
 
 namespace symrig::firmware {
 
+/// When a request is answered.
+enum class Answer : uint8_t {
+  now,   ///< the reply is complete
+  later  ///< Link::complete() will bring it
+};
+
 /// Whoever carries out what the host asks for.
 class Requests {
  public:
   /// Carries out a request and fills in the reply (which comes empty: code OK).
-  virtual void answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) = 0;
+  virtual Answer answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) = 0;
   /// Takes a program chunk. code OK in the reply: it is acknowledged without a reply.
   virtual void take_chunk(const protocol::DataChunk& chunk, symrig_wire_Reply& reply) = 0;
 
@@ -33,17 +39,22 @@ class Link {
 
   /// Takes at most kBytesPerPoll bytes from the host.
   void receive(Requests& requests, hal::Tick now);
-  /// Sends events as far as the host's credit and the link's room go.
+  /// The reply to the request that was to be answered later. Nothing happens if the host has begun a new
+  /// session meanwhile.
+  void complete(const symrig_wire_Reply& reply);
+  /// Sends events as far as the host's credit and the link's room go, at most kEventsPerPoll.
   void send_events(hal::Tick now);
 
   /// When unacknowledged events are sent again.
   hal::Tick next_deadline() const;
   /// Bytes may be waiting that one receive() did not take.
-  bool hungry() const { return hungry_; }
+  bool hungry() const { return hungry_ || unsent_; }
   uint32_t bad_frames() const { return bad_frames_; }
 
  private:
-  static constexpr size_t kBytesPerPoll = 4096;
+  // What one poll does at most: both count towards poll_ticks of the board (hal/board.hpp).
+  static constexpr size_t kBytesPerPoll = 512;
+  static constexpr unsigned kEventsPerPoll = 4;
 
   void take(const protocol::Frame& frame, Requests& requests, hal::Tick now);
   void take_request(const protocol::Frame& frame, Requests& requests);
@@ -64,6 +75,8 @@ class Link {
 
   bool session_ = false;
   bool hungry_ = false;
+  bool unsent_ = false;     // events could be sent that one poll did not send
+  bool pending_ = false;    // the request before expected_ will be answered later
   uint16_t expected_ = 0;   // number of the host's next frame
   uint8_t credit_ = 0;      // events the host is ready to take
   hal::Tick progress_ = 0;  // when an event was last sent afresh or acknowledged
@@ -73,6 +86,9 @@ class Link {
   uint16_t reply_seq_ = 0;  // of the request it answers
   size_t reply_size_ = 0;
   protocol::BodyBuffer reply_{};
+  // Scratch that would be large on a small board's stack.
+  protocol::BodyBuffer body_{};
+  uint8_t wire_[protocol::kMaxWire] = {};
 };
 
 }  // namespace symrig::firmware

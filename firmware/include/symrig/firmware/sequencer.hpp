@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/capture.hpp"
 #include "symrig/hal/edge_engine.hpp"
 #include "symrig/protocol/program.hpp"
+#include "symrig/protocol/program_rules.hpp"
 
 namespace symrig::firmware {
 
@@ -23,83 +23,96 @@ struct RunTally {
   uint32_t late = 0;
 };
 
+/// A mark on its way: `offset` ticks into its stretch.
+struct QueuedMark {
+  uint32_t id = 0;
+  uint32_t stretch = 0;
+  uint64_t offset = 0;
+};
+
+/// Room for marks between their expansion and their tick, lent by the board. At least as many as the engine's
+/// queue takes words, or marks would keep it from being filled (protocol/refill.hpp).
+struct MarkRoom {
+  QueuedMark* slots = nullptr;
+  uint32_t count = 0;
+};
+
 /// Expands a program's loops into segments for the edge engine and keeps its queue filled.
 ///
-/// A run is a chain of stretches: from the start or from the end of a wait to the next wait or the end.
-/// Within a stretch every edge is the engine's; between stretches the last word stands.
+/// A run is a chain of stretches: from the start or from the end of a wait to the next wait or the end. All
+/// edges are the engine's, waits included; the sequencer learns from it when each stretch began, which dates
+/// the marks.
 class Sequencer {
  public:
   enum class Outcome : uint8_t { idle, running, complete, wait_timeout, underrun };
 
-  explicit Sequencer(hal::EdgeEngine& engine) : engine_(engine) {}
+  Sequencer(hal::EdgeEngine& engine, MarkRoom marks) : engine_(engine), marks_(marks) {}
 
-  /// Begins to run a committed program at `at` (now, if that is past). The engine is idle.
-  void begin(protocol::ProgramView program, uint32_t min_dwell, uint32_t wait_latency, hal::Tick at,
-             hal::Tick now);
-  /// Tells of an edge on any line; edges come in order of time, before poll() for the same tick.
-  void edge(const hal::CapturedEdge& edge);
+  /// Begins to run a committed program at `at` (at once if that has gone by, which counts as late; 0: at
+  /// once). The engine is idle.
+  void begin(protocol::ProgramView program, uint32_t min_dwell, hal::Tick at);
   /// Goes on with the run as far as it can. Marks that are due must have been taken before.
   Outcome poll(hal::Tick now);
   /// Takes the oldest mark that is due.
   bool take_mark(hal::Tick now, PassedMark& mark);
-  /// Forgets the run (the engine has been forced to other levels); the tally is completed.
+  /// Forgets the run (the engine is about to be forced to other levels); the tally is completed.
   void stop(hal::Tick now);
 
   bool running() const { return phase_ != Phase::idle; }
-  /// Record that waits or waited last.
-  uint32_t record() const { return pc_; }
+  /// Record that waited last.
+  uint32_t waited_at() const { return waited_at_; }
   const RunTally& tally() const { return tally_; }
-  uint64_t steps() const { return tally_.steps + (running() ? engine_.played() : 0); }
-  /// First tick at which poll() or take_mark() has something to do, but for edges and the engine's needs.
+  uint64_t steps() const { return running() ? engine_.played() : tally_.steps; }
+  /// First tick at which poll() or take_mark() has something to do, but for the engine's needs.
   hal::Tick next_deadline() const;
 
  private:
-  enum class Phase : uint8_t { idle, filling, before_wait, waiting, before_end };
+  enum class Phase : uint8_t { idle, filling, closing };
   struct Loop {
     uint32_t body = 0;
-    uint32_t left = 0;
+    uint64_t left = 0;
   };
-  struct Mark {
-    uint32_t id = 0;
-    uint64_t offset = 0;
+  struct Wait {
+    uint32_t record = 0;
+    bool abort = false;
   };
 
-  void begin_stretch(hal::Tick at);
   void fill();
   bool expand(const protocol::Record& record);
   bool add_word(const protocol::Record& record);
+  bool add_wait(const protocol::Record& record);
   bool add_mark(uint32_t id);
   bool finish(uint32_t levels);
-  void end_stretch(Phase phase);
   void turn_round();
-  void await();
-  Outcome wait(hal::Tick now);
-  void resume(hal::Tick at);
-  hal::Tick barrier() const { return base_ + offset_; }
+  /// Learns when stretches began. true: a wait that ran out has ended the run.
+  bool take_waits();
+  hal::Tick& base(uint32_t stretch) { return bases_[stretch % kBases]; }
+  hal::Tick base(uint32_t stretch) const { return bases_[stretch % kBases]; }
+  const QueuedMark& mark(uint32_t index) const { return marks_.slots[(mark_first_ + index) % marks_.count]; }
+  bool known(const QueuedMark& mark) const { return mark.stretch <= known_; }
   Outcome conclude(Outcome outcome, hal::Tick tick);
 
-  static constexpr uint32_t kMarks = 32;
+  // Marks of an older stretch are taken before waits are, and at most kMaxWaits stretches are ahead of the
+  // one that plays.
+  static constexpr uint32_t kBases = 2 * hal::kMaxWaits;
+  static_assert(hal::kMaxWaits == protocol::kMaxWaitsQueued);
 
   hal::EdgeEngine& engine_;
+  MarkRoom marks_;
   protocol::ProgramView program_;
   uint32_t min_dwell_ = 1;
-  uint32_t wait_latency_ = 0;
   Phase phase_ = Phase::idle;
   uint32_t pc_ = 0;
-  hal::Tick base_ = 0;   // when this stretch begins
-  uint64_t offset_ = 0;  // length of this stretch as far as it is expanded
-  uint32_t pushed_ = 0;  // segments in this stretch
-  bool engine_on_ = false;
-  uint32_t final_word_ = 0;  // 1 if End's word was pushed, which is no step
+  uint32_t levels_ = 0;   // of the last word pushed
+  uint32_t stretch_ = 0;  // that is being expanded
+  uint64_t offset_ = 0;   // length of this stretch as far as it is expanded
+  uint32_t known_ = 0;    // last stretch whose begin is known
+  hal::Tick bases_[kBases] = {};
+  Wait waits_[hal::kMaxWaits];
+  uint32_t waited_at_ = 0;
   Loop loops_[protocol::kMaxLoopDepth];
   uint32_t depth_ = 0;
 
-  protocol::WaitEdge awaited_;
-  uint64_t timeout_ = 0;
-  bool edge_seen_ = false;
-  hal::Tick edge_tick_ = 0;
-
-  Mark marks_[kMarks];
   uint32_t mark_first_ = 0;
   uint32_t mark_count_ = 0;
   uint32_t ordinal_ = 0;

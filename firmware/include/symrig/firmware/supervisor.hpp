@@ -35,9 +35,11 @@ enum class Condition : uint8_t {
   abort,      ///< asked for by the host
   host_lost,  ///< keep-alive ran out, or the link went away
   fault,
-  clear_fault
+  clear_fault,
+  manual_set,  ///< levels by hand
+  reboot       ///< asked for by the host
 };
-constexpr unsigned kConditions = 16;
+constexpr unsigned kConditions = 18;
 
 /// What goes with a transition. Bits of Transition::actions.
 namespace action {

@@ -6,13 +6,29 @@
 #include "symrig/hal/clock.hpp"
 #include "symrig/hal/edge_engine.hpp"
 #include "symrig/hal/fault_store.hpp"
+#include "symrig/hal/indicator.hpp"
+#include "symrig/hal/settings.hpp"
+#include "symrig/hal/system.hpp"
+#include "symrig/hal/watchdog.hpp"
 
 namespace symrig::hal {
 
-/// A line as the board's maker wired and named it. `name` lives as long as the board.
+/// Edges of a line that the engine can wait for. Bits of Line::waits.
+namespace waits {
+constexpr uint8_t rising = 1;
+constexpr uint8_t falling = 2;
+constexpr uint8_t both = 4;
+constexpr uint8_t all = 7;
+}  // namespace waits
+
+/// A line as the board's maker wired and named it. Texts live as long as the board.
 struct Line {
   const char* name = "";
+  const char* pin = "";  ///< as the board's silk screen or data sheet calls it ("GPIO16")
   bool output = false;
+  uint8_t waits = 0;         ///< inputs: edges that programs may wait for
+  bool trips = false;        ///< inputs: may be an interlock
+  uint32_t stamp_ticks = 0;  ///< resolution of its time-stamps; 0 = its edges are not seen
 };
 
 /// What a board is and can do. Everything lives as long as the board.
@@ -25,7 +41,11 @@ struct BoardTraits {
   uint64_t tick_hz = 0;
   uint32_t min_dwell = 1;  ///< shortest word the edge engine can play, ticks
   uint32_t max_dwell = UINT32_MAX;
-  uint32_t wait_latency = 0;  ///< ticks from a captured edge to the first word after it, at most
+  uint32_t wait_latency = 0;  ///< ticks from an awaited edge to the first word after it
+  // What it takes to keep the engine's queue filled; refill_ticks = 0: nothing worth counting (virtual time).
+  uint32_t queue_segments = 2;  ///< depth of the engine's queue
+  uint32_t refill_ticks = 0;    ///< to expand one record of a program and push it, at most
+  uint32_t poll_ticks = 0;      ///< between two polls' refills while a program runs, at most
 };
 
 /// All that the firmware core needs to run.
@@ -36,6 +56,10 @@ struct Board {
   Capture& capture;
   ByteLink& link;
   FaultStore& faults;
+  Watchdog& watchdog;
+  Indicator& indicator;
+  Settings& settings;
+  System& system;
 };
 
 }  // namespace symrig::hal

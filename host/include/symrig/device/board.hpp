@@ -30,6 +30,17 @@ enum class BoardState : std::uint8_t {
 };
 std::string_view name(BoardState state);
 
+/// Why the board started. Values are those of the wire.
+enum class ResetCause : std::uint8_t { power = 0, pin = 1, watchdog = 2, request = 3 };
+std::string_view name(ResetCause cause);
+
+/// How a committed program uses an output at worst.
+struct LineUse {
+  Ticks worst_on;  ///< longest time away from the safe level
+  double worst_duty =
+      0;  ///< share of a pulse in the pulse and the rest after it, steps of 1/1000, rounded up
+};
+
 struct BoardStatus {
   BoardState state = BoardState::boot;
   std::uint32_t config_hash = 0;   ///< 0 = not configured
@@ -38,6 +49,9 @@ struct BoardStatus {
   std::uint32_t levels = 0;  ///< of all lines, bit k = line k
   std::optional<FaultInfo> fault;
   std::uint32_t bad_frames = 0;  ///< frames the board threw away since power-up
+  ResetCause reset_cause = ResetCause::power;
+  std::optional<FaultInfo> reset_fault;  ///< kept over the last reset
+  std::uint32_t stored_config = 0;       ///< hash of the configuration kept over power-off; 0 = none
 };
 
 /// One question for the board's clock: it read `board` somewhere between `sent` and `received`.
@@ -76,6 +90,8 @@ class Board {
   /// configuration.
   Result<void> upload(const Program& program);
   Result<void> arm();
+  /// The same for a run that goes on without a host. fails: device_refused with a lamp or laser line.
+  Result<void> arm_autonomous();
   /// Starts now.
   Result<void> start();
   /// Starts when the board's clock reads `tick`.
@@ -94,6 +110,21 @@ class Board {
   /// The board goes safe if it hears no keep-alive for `ttl`; 0 = no longer. wait() repeats it by itself.
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
+  /// How the program that the board holds uses an output at worst. fails: unknown_name.
+  Result<LineUse> line_use(std::string_view line);
+  /// Lets the board read its program again and compare it with what was committed.
+  Result<void> verify_program();
+
+  /// Sets an output by hand, while nothing runs. Limits, interlock and keep-alive hold as in a run.
+  /// fails: unknown_name.
+  Result<void> set_line(std::string_view line, bool level);
+  /// The board's light blinks fast for so long (at most 60 s; 0 = stop).
+  Result<void> identify(Nanoseconds duration);
+  /// Keeps the configuration in force over power-off, so that its safe levels hold from power-up on, and
+  /// gives the board a name (at most 23 bytes). fails: bad_argument.
+  Result<void> store_config(std::string_view label);
+  /// Starts the board anew, in its boot loader if asked for. The session is over afterwards.
+  Result<void> reboot(bool bootloader);
 
   /// Called for each mark as it arrives during wait(). Empty: none.
   void on_mark(std::function<void(const StepMark&)> callback);

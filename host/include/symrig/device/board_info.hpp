@@ -5,6 +5,7 @@
 #include "symrig/device/ticks.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,10 @@ namespace symrig::device {
 struct LineInfo {
   std::string name;
   bool output = false;
+  std::string pin = std::string();  ///< as the board's maker calls it ("GPIO16"); may be empty
+  std::uint8_t waits = 7;           ///< inputs, edges to wait for: bit 0 rising, 1 falling, 2 both
+  bool trips = false;               ///< inputs: may be an interlock
+  std::uint32_t stamp_ticks = 0;    ///< resolution of its time-stamps; 0 = its edges are not seen
 };
 
 /// Who a board is (Hello) and what it can do (Capabilities).
@@ -38,6 +43,11 @@ struct BoardInfo {
   std::uint32_t loop_depth = 0;
   std::uint32_t mtu = 0;     ///< bytes of a decoded frame, at most
   std::uint32_t window = 0;  ///< frames in flight to the board, at most
+  std::string label;         ///< as stored on the board by its user; may be empty
+  // What the board needs to keep its edge engine fed (rule refill); refill_ticks 0 = nothing.
+  std::uint32_t queue_segments = 2;
+  std::uint32_t refill_ticks = 0;
+  std::uint32_t poll_ticks = 0;
 
   /// -1 if there is no such line.
   int line(std::string_view name) const;
@@ -55,7 +65,10 @@ struct LineConfig {
   bool capture = false;    ///< report the line's edges (inputs and outputs)
   Nanoseconds max_on{0};   ///< longest time away from the safe level
   Nanoseconds min_off{0};  ///< shortest time at the safe level between two times away from it
-  double max_duty = 1;     ///< on / (on + the off that follows), each pulse, in (0, 1], steps of 1/1000
+  /// inputs: the line is an interlock. While it stands at this level nothing may be armed, and when it comes
+  /// to it the board falls to its safe levels by itself and faults.
+  std::optional<bool> trip_level = std::nullopt;
+  double max_duty = 1;  ///< on / (on + the off that follows), each pulse, in (0, 1], steps of 1/1000
 };
 
 }  // namespace symrig::device

@@ -47,8 +47,8 @@ class ProgramBuilder {
   ProgramBuilder& hold(Ticks duration);
   /// set(line, true), hold(width), set(line, false).
   ProgramBuilder& pulse(std::string_view line, Nanoseconds width);
-  /// Runs what follows, up to end_loop(), `rounds` times (1 to 2^28 - 1).
-  ProgramBuilder& loop(std::uint32_t rounds);
+  /// Runs what follows, up to end_loop(), `rounds` times (1 to 2^32).
+  ProgramBuilder& loop(std::uint64_t rounds);
   ProgramBuilder& end_loop();
   /// Holds the lines until an edge comes that is later than the beginning of the wait. Lines set before the
   /// wait without a hold are held for min_dwell first.

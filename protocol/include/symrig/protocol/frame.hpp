@@ -55,16 +55,22 @@ struct Frame {
 };
 
 /// Writes COBS(header | body | crc) and the closing zero. Returns the bytes written; 0 if the body is longer
-/// than kMaxBody or `out` too small (kMaxWire always suffices).
+/// than kMaxBody or `out` too small (kMaxWire always suffices). body and out do not overlap.
 constexpr size_t encode_frame(const FrameHeader& header, ByteView body, ByteRoom out) {
-  if (body.size > kMaxBody) return 0;
-  uint8_t plain[kMtu] = {};
-  put_header(header, plain);
-  for (size_t i = 0; i < body.size; ++i) plain[kHeaderSize + i] = body[i];
-  const size_t covered = kHeaderSize + body.size;
-  put_u32(plain + covered, crc32c({plain, covered}));
-  const size_t written = cobs_encode({plain, covered + kCrcSize}, out);
-  if (written == 0 || written == out.size) return 0;
+  const size_t plain_size = kHeaderSize + body.size + kCrcSize;
+  if (body.size > kMaxBody || out.size < cobs_bound(plain_size) + 1) return 0;
+  uint8_t head[kHeaderSize] = {};
+  put_header(header, head);
+  Crc32c crc;
+  crc.add({head, kHeaderSize});
+  crc.add(body);
+  uint8_t tail[kCrcSize] = {};
+  put_u32(tail, crc.value());
+  CobsWriter writer(out.data);
+  writer.add({head, kHeaderSize});
+  writer.add(body);
+  writer.add({tail, kCrcSize});
+  const size_t written = writer.finish();
   out[written] = 0;
   return written + 1;
 }

@@ -21,6 +21,7 @@ struct LineConfig {
   uint64_t max_on = 0;
   uint64_t min_off = 0;
   uint16_t max_duty_permille = 0;
+  bool trip_level = false;  ///< of an interlock input
 
   constexpr bool limited() const { return max_on != 0 || min_off != 0 || max_duty_permille != 0; }
 };
@@ -38,18 +39,45 @@ struct BoardConfig {
   }
 };
 
-/// What FinalizeConfig names a configuration by: CRC-32C over a 24-byte record for every configured line, in
-/// order of line number (PROTOCOL.md gives the bytes).
+constexpr size_t kLineRecordSize = 24;
+
+/// A configured line as it is hashed and stored (PROTOCOL.md gives the bytes).
+constexpr void put_line_record(uint8_t number, const LineConfig& line, uint8_t* out) {
+  out[0] = number;
+  out[1] = line.output ? 1 : 0;
+  out[2] = line.role;
+  out[3] = line.hazard;
+  out[4] = line.safe_level ? 1 : 0;
+  out[5] = static_cast<uint8_t>((line.capture ? 1U : 0U) | (line.trip_level ? 2U : 0U));
+  put_u16(out + 6, line.max_duty_permille);
+  put_u64(out + 8, line.max_on);
+  put_u64(out + 16, line.min_off);
+}
+
+/// The line's number is in[0].
+constexpr LineConfig get_line_record(const uint8_t* in) {
+  LineConfig line;
+  line.configured = true;
+  line.output = in[1] != 0;
+  line.role = in[2];
+  line.hazard = in[3];
+  line.safe_level = in[4] != 0;
+  line.capture = (in[5] & 1U) != 0;
+  line.trip_level = (in[5] & 2U) != 0;
+  line.max_duty_permille = get_u16(in + 6);
+  line.max_on = get_u64(in + 8);
+  line.min_off = get_u64(in + 16);
+  return line;
+}
+
+/// What FinalizeConfig names a configuration by: CRC-32C over the record of every configured line, in order
+/// of line number.
 constexpr uint32_t config_hash(const BoardConfig& config) {
   Crc32c crc;
   for (unsigned k = 0; k < kMaxLines; ++k) {
-    const LineConfig& line = config.lines[k];
-    if (!line.configured) continue;
-    uint8_t record[24] = {static_cast<uint8_t>(k), line.output, line.role, line.hazard,
-                          line.safe_level,         line.capture};
-    put_u16(record + 6, line.max_duty_permille);
-    put_u64(record + 8, line.max_on);
-    put_u64(record + 16, line.min_off);
+    if (!config.lines[k].configured) continue;
+    uint8_t record[kLineRecordSize] = {};
+    put_line_record(static_cast<uint8_t>(k), config.lines[k], record);
     crc.add({record, sizeof record});
   }
   return crc.value();

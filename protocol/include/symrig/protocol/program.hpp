@@ -8,11 +8,12 @@ namespace symrig::protocol {
 constexpr size_t kRecordSize = 8;
 constexpr unsigned kMaxLoopDepth = 4;
 constexpr uint32_t kMaxArg = (1U << 28U) - 1;
+constexpr uint64_t kMaxRounds = uint64_t{1} << 32U;
 
 /// Operations of a program; values are those of the wire. 0 is none, so that empty memory is no program.
 enum class Op : uint8_t {
   set_word = 1,   ///< arg = levels of lines 0..27; ticks = how long
-  loop = 2,       ///< arg = rounds
+  loop = 2,       ///< ticks = rounds, bit 0 of arg = bit 32 of the rounds
   end_loop = 3,   //
   wait_edge = 4,  ///< arg = line | edge << 5 | abort << 7; ticks = time-out
   mark = 5,       ///< arg = id
@@ -32,6 +33,15 @@ struct Record {
 
 constexpr Record make_record(Op op, uint32_t arg, uint32_t ticks) {
   return {static_cast<uint8_t>(op), arg & kMaxArg, ticks};
+}
+
+/// rounds: 1 to kMaxRounds.
+constexpr Record make_loop(uint64_t rounds) {
+  return make_record(Op::loop, static_cast<uint32_t>(rounds >> 32U), static_cast<uint32_t>(rounds));
+}
+
+constexpr uint64_t loop_rounds(const Record& record) {
+  return (uint64_t{record.arg} << 32U) | record.ticks;
 }
 
 struct WaitEdge {

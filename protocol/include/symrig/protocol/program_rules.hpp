@@ -18,18 +18,21 @@ enum class Rule : uint8_t {
   not_an_input = 7,   ///< a wait on a line that is not an input
   loop_depth = 8,
   loop_balance = 9,  ///< a loop without end_loop, or the reverse
-  loop_rounds = 10,  ///< 0 rounds
+  loop_rounds = 10,  ///< 0 rounds, or more than kMaxRounds
   idle_loop = 11,    ///< a loop whose body takes no time
   mark_crowd = 12,   ///< more marks in a row than the board can keep
   no_end = 13,       ///< the last record is not End, or an End stands before it
   too_long = 14,     ///< runs longer than kMaxDuration
   max_on = 15,       ///< a line away from its safe level for too long
   min_off = 16,      ///< a line back from its safe level too soon
-  duty = 17          ///< too short a rest after a pulse
+  duty = 17,         ///< too short a rest after a pulse
+  refill = 18,       ///< words too short for too long: the engine's queue would run dry
+  wait_kind = 19     ///< this board cannot wait for this edge on this line
 };
 
 constexpr uint64_t kMaxDuration = uint64_t{1} << 50U;  ///< ticks; 104 days at 125 MHz
 constexpr uint32_t kMaxMarksInARow = 8;
+constexpr uint32_t kMaxWaitsQueued = 64;  ///< waits that a board expands ahead of time
 
 /// The board and its configuration, as far as programs must respect them.
 struct ProgramRules {
@@ -39,6 +42,12 @@ struct ProgramRules {
   uint32_t wait_latency = 0;  ///< ticks from an awaited edge, or its time-out, to the next word
   uint32_t max_bytes = 0;
   uint32_t loop_depth = kMaxLoopDepth;
+  /// Edges that the board can NOT wait for, by line: bit 0 rising, 1 falling, 2 both.
+  uint8_t no_waits[kMaxLines] = {};
+  // What keeping the engine fed takes (hal/board.hpp). refill_ticks 0 = nothing.
+  uint32_t queue_segments = 2;
+  uint32_t refill_ticks = 0;
+  uint32_t poll_ticks = 0;
 };
 
 /// One broken rule: actual against limit, in ticks where the rule is about time.
@@ -56,6 +65,13 @@ struct ProgramTiming {
   uint64_t max = 0;    ///< every wait runs out
   uint64_t steps = 0;  ///< words put out, End's not counted
   uint64_t marks = 0;
+};
+
+/// How a sound program uses one output at worst: waits at their longest while it is on, at their shortest
+/// while it rests. A line is off and rested before the program and after it.
+struct LineUse {
+  uint64_t worst_on = 0;             ///< ticks
+  uint32_t worst_duty_permille = 0;  ///< of a pulse and the rest that follows it, rounded up
 };
 
 /// The rest that a duty limit asks for after a pulse of `on` ticks: off >= on (1000 - d) / d. on <=

@@ -10,20 +10,23 @@ namespace symrig::protocol {
 template <class Sink>
 class StructureCheck {
  public:
-  StructureCheck(const ProgramRules& rules, Sink& sink) : rules_(rules), sink_(sink) {}
+  StructureCheck(const ProgramRules& rules, Sink& sink) : rules_(&rules), sink_(&sink) {}
 
-  /// true: nothing found.
-  bool run(ProgramView program) {
+  /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
+  bool advance(ProgramView program, uint32_t looks) {
     const size_t bytes = program.bytes.size;
-    if (bytes == 0 || bytes % kRecordSize != 0 || bytes > rules_.max_bytes) {
-      report(Rule::length, bytes, rules_.max_bytes);
-      return false;
+    if (bytes == 0 || bytes % kRecordSize != 0 || bytes > rules_->max_bytes) {
+      report(Rule::length, bytes, rules_->max_bytes);
+      return true;
     }
-    for (index_ = 0; index_ < program.size() && going_; ++index_)
+    for (; looks > 0 && going_ && index_ < program.size(); --looks, ++index_)
       look(program[index_], index_ + 1 == program.size());
+    if (going_ && index_ < program.size()) return false;
     if (going_ && depth_ > 0) report_at(opened_[depth_ - 1], Rule::loop_balance, depth_, 0);
-    return sound_;
+    return true;
   }
+
+  bool sound() const { return sound_; }
 
  private:
   void look(const Record& record, bool last) {
@@ -48,16 +51,16 @@ class StructureCheck {
 
   void word(const Record& record) {
     outputs_only(record.arg);
-    if (record.ticks < rules_.min_dwell) report(Rule::min_dwell, record.ticks, rules_.min_dwell);
-    if (record.ticks > rules_.max_dwell) report(Rule::max_dwell, record.ticks, rules_.max_dwell);
+    if (record.ticks < rules_->min_dwell) report(Rule::min_dwell, record.ticks, rules_->min_dwell);
+    if (record.ticks > rules_->max_dwell) report(Rule::max_dwell, record.ticks, rules_->max_dwell);
     took_time();
   }
 
   void loop(const Record& record) {
-    if (record.ticks != 0) report(Rule::bad_arg, record.ticks, 0);
-    if (record.arg == 0) report(Rule::loop_rounds, 0, 1);
-    if (depth_ == kMaxLoopDepth || depth_ >= rules_.loop_depth) {
-      report(Rule::loop_depth, depth_ + 1, rules_.loop_depth);
+    const uint64_t rounds = loop_rounds(record);
+    if (rounds == 0 || rounds > kMaxRounds) report(Rule::loop_rounds, rounds, rounds == 0 ? 1 : kMaxRounds);
+    if (depth_ == kMaxLoopDepth || depth_ >= rules_->loop_depth) {
+      report(Rule::loop_depth, depth_ + 1, rules_->loop_depth);
       going_ = false;  // what follows cannot be paired with its loop any more
       return;
     }
@@ -74,11 +77,17 @@ class StructureCheck {
   void wait(const Record& record) {
     WaitEdge edge;
     if (!parse_wait(record.arg, edge)) return report(Rule::bad_arg, record.arg, 0);
-    const LineConfig& line = rules_.config->lines[edge.line];
-    if (!line.configured || line.output) report_line(edge.line, Rule::not_an_input);
-    if (record.ticks == 0 || record.ticks > rules_.max_dwell)
-      report(Rule::max_dwell, record.ticks, rules_.max_dwell);
+    const LineConfig& line = rules_->config->lines[edge.line];
+    const bool input = line.configured && !line.output;
+    if (!input) report_line(edge.line, Rule::not_an_input);
+    if (input && !can_wait(edge)) report_line(edge.line, Rule::wait_kind);
+    if (record.ticks == 0 || record.ticks > rules_->max_dwell)
+      report(Rule::max_dwell, record.ticks, rules_->max_dwell);
     took_time();
+  }
+
+  bool can_wait(const WaitEdge& wait) const {
+    return ((rules_->no_waits[wait.line] >> static_cast<unsigned>(wait.edge)) & 1U) == 0;
   }
 
   void mark(const Record& record) {
@@ -93,7 +102,7 @@ class StructureCheck {
 
   void outputs_only(uint32_t levels) {
     for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      const LineConfig& line = rules_.config->lines[k];
+      const LineConfig& line = rules_->config->lines[k];
       if (((levels >> k) & 1U) != 0 && !(line.configured && line.output)) report_line(k, Rule::not_an_output);
     }
   }
@@ -109,11 +118,11 @@ class StructureCheck {
   void report_line(uint32_t line, Rule rule) { emit({rule, index_, line, 0, 0}); }
   void emit(const Violation& violation) {
     sound_ = false;
-    if (going_) going_ = sink_(violation);
+    if (going_) going_ = (*sink_)(violation);
   }
 
-  const ProgramRules& rules_;
-  Sink& sink_;
+  const ProgramRules* rules_;
+  Sink* sink_;
   uint32_t index_ = 0;
   uint32_t depth_ = 0;
   uint32_t marks_ = 0;

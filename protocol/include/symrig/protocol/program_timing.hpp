@@ -2,10 +2,12 @@
 #pragma once
 
 #include "symrig/protocol/program_rules.hpp"
+#include "symrig/protocol/refill.hpp"
 
 namespace symrig::protocol {
 
-/// Interprets a structurally sound program to find how long it takes and whether a line breaks its limits.
+/// Interprets a structurally sound program to find how long it takes, whether a line breaks its limits, and
+/// whether the board can keep up with it.
 ///
 /// A loop body is gone through twice, whatever its rounds. Twice is enough: a line that changes in the second
 /// round leaves it in the same state as it left every later one (the run it ends with began inside the body,
@@ -16,37 +18,46 @@ namespace symrig::protocol {
 template <class Sink>
 class TimingCheck {
  public:
-  TimingCheck(const ProgramRules& rules, Sink& sink) : rules_(rules), sink_(sink) {}
+  TimingCheck(const ProgramRules& rules, Sink& sink) : rules_(&rules), sink_(&sink), refill_(rules) {
+    if (rules.config == nullptr) return;  // no board yet: nothing will be looked at
+    for (unsigned k = 0; k < kMaxOutputs; ++k) {
+      const LineConfig& line = rules.config->lines[k];
+      if (line.configured && line.output) outputs_ |= 1U << k;
+    }
+  }
 
-  /// true: nothing found. timing() is meaningful then.
-  bool run(ProgramView program) {
-    pc_ = 0;
-    while (pc_ < program.size() && going_) {
+  /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
+  bool advance(ProgramView program, uint32_t looks) {
+    for (; looks > 0 && going_ && pc_ < program.size(); --looks) {
       step(program[pc_]);
       ++pc_;
     }
-    if (going_ && timing_.max >= kMaxDuration) emit({Rule::too_long, pc_ - 1, 0, timing_.max, kMaxDuration});
-    return sound_;
+    return !going_ || pc_ >= program.size();
   }
 
+  bool sound() const { return sound_; }
+  /// Meaningful if all has been looked at and is sound.
   const ProgramTiming& timing() const { return timing_; }
+  const LineUse& use(unsigned line) const { return uses_[line]; }
 
  private:
   /// One line's present run at one level. "on" is away from the safe level. Lines start off, rested.
   struct Run {
     bool on = false;
+    bool rested = true;  // off since before the program
     bool reported = false;
-    uint64_t longest = 0;              // this run, waits run out
-    uint64_t shortest = kMaxDuration;  // this run, awaited edges come at once
-    uint64_t on_before = 0;            // the pulse before this rest, at its longest
+    uint64_t longest_from = 0;   // timing_.max when it began
+    uint64_t shortest_from = 0;  // timing_.min when it began
+    uint64_t pulse = 0;          // the pulse before this rest, at its longest
   };
 
-  struct Frame {
+  struct Loop {
     uint32_t body = 0;
-    uint32_t rounds = 0;
+    uint64_t rounds = 0;
     bool second = false;
     uint32_t moved = 0;  // lines that changed in this round
     ProgramTiming at;    // timing at the begin of this round
+    Refill::Map refill;  // what this round does to the queue so far
   };
 
   void step(const Record& record) {
@@ -54,15 +65,20 @@ class TimingCheck {
       case Op::set_word:
         move(record.arg);
         ++timing_.steps;
+        feed(refill_.record(record.ticks));
         return pass(record.ticks, record.ticks);
       case Op::wait_edge:
-        return pass(rules_.wait_latency, uint64_t{record.ticks} + rules_.wait_latency);
+        feed(refill_.wait(rules_->wait_latency));
+        return pass(rules_->wait_latency, uint64_t{record.ticks} + rules_->wait_latency);
       case Op::loop:
-        frames_[depth_++] = {pc_ + 1, record.arg, false, 0, timing_};
+        feed(refill_.record(0));
+        loops_[depth_++] = {pc_ + 1, loop_rounds(record), false, 0, timing_, {}};
         return;
       case Op::end_loop:
+        feed(refill_.record(0));
         return end_loop();
       case Op::mark:
+        feed(refill_.record(0));
         ++timing_.marks;
         return;
       case Op::end:
@@ -71,91 +87,121 @@ class TimingCheck {
   }
 
   void end_loop() {
-    Frame& frame = frames_[depth_ - 1];
-    if (frame.rounds >= 2 && !frame.second) {
-      frame.second = true;
-      frame.moved = 0;
-      frame.at = timing_;
-      pc_ = frame.body - 1;
+    Loop& loop = loops_[depth_ - 1];
+    if (loop.rounds >= 2 && !loop.second) {
+      loop.second = true;
+      loop.moved = 0;
+      loop.at = timing_;
+      loop.refill = {};
+      pc_ = loop.body - 1;
       return;
     }
-    if (frame.rounds > 2) repeat(frame, frame.rounds - 2);
     --depth_;
+    if (loop.rounds > 2) repeat(loop, loop.rounds - 2);
   }
 
   /// Adds `rounds` further rounds without going through them.
-  void repeat(const Frame& frame, uint64_t rounds) {
-    const uint64_t shortest = scaled(timing_.min - frame.at.min, rounds);
-    const uint64_t longest = scaled(timing_.max - frame.at.max, rounds);
-    timing_.steps = sum(timing_.steps, scaled(timing_.steps - frame.at.steps, rounds));
-    timing_.marks = sum(timing_.marks, scaled(timing_.marks - frame.at.marks, rounds));
-    pass_except(frame.moved, shortest, longest);
+  void repeat(const Loop& loop, uint64_t rounds) {
+    const uint64_t shortest = scaled(timing_.min - loop.at.min, rounds);
+    const uint64_t longest = scaled(timing_.max - loop.at.max, rounds);
+    timing_.steps = sum(timing_.steps, scaled(timing_.steps - loop.at.steps, rounds));
+    timing_.marks = sum(timing_.marks, scaled(timing_.marks - loop.at.marks, rounds));
+    feed_rounds(loop, rounds);
+    // A line that moved ends these rounds with the run it has now: its begin moves on with the clock.
+    for (uint32_t left = loop.moved; left != 0; left &= left - 1) {
+      Run& run = runs_[lowest(left)];
+      run.longest_from = sum(run.longest_from, longest);
+      run.shortest_from = sum(run.shortest_from, shortest);
+    }
+    pass(shortest, longest);
   }
 
-  void pass(uint64_t shortest, uint64_t longest) { pass_except(0, shortest, longest); }
-
-  /// Time goes by; the lines in `moved` are known to end it with the run they have now.
-  void pass_except(uint32_t moved, uint64_t shortest, uint64_t longest) {
+  void pass(uint64_t shortest, uint64_t longest) {
     timing_.min = sum(timing_.min, shortest);
     timing_.max = sum(timing_.max, longest);
-    for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      if (!limited(k) || ((moved >> k) & 1U) != 0) continue;
-      Run& run = runs_[k];
-      run.shortest = sum(run.shortest, shortest);
-      run.longest = sum(run.longest, longest);
-      const uint64_t limit = rules_.config->lines[k].max_on;
-      if (run.on && limit != 0 && run.longest > limit) report(k, Rule::max_on, run.longest, limit);
+    if (timing_.max >= kMaxDuration) {
+      emit({Rule::too_long, pc_, 0, timing_.max, kMaxDuration});
+      going_ = false;  // the sums below are not sums any more
+      return;
+    }
+    for (uint32_t left = burning_; left != 0; left &= left - 1) {
+      const unsigned k = lowest(left);
+      const uint64_t limit = rules_->config->lines[k].max_on;
+      if (limit != 0 && longest_of(runs_[k]) > limit) report(k, Rule::max_on, longest_of(runs_[k]), limit);
     }
   }
 
   void move(uint32_t levels) {
-    for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      if (!limited(k)) continue;
-      const bool on = (((levels >> k) & 1U) != 0) != rules_.config->lines[k].safe_level;
+    for (uint32_t left = outputs_; left != 0; left &= left - 1) {
+      const unsigned k = lowest(left);
+      const bool on = (((levels >> k) & 1U) != 0) != rules_->config->lines[k].safe_level;
       if (on != runs_[k].on) turn(k, on);
     }
   }
 
   void turn(unsigned k, bool on) {
     Run& run = runs_[k];
-    if (on) check_rest(k);
-    run.on_before = run.longest;  // meaningful when the pulse ends
-    run.on = on;
-    run.reported = false;
-    run.longest = 0;
-    run.shortest = 0;
-    for (unsigned d = 0; d < depth_; ++d) frames_[d].moved |= 1U << k;
+    if (on && !run.rested) check_rest(k);
+    if (!on) {
+      run.pulse = longest_of(run);
+      if (run.pulse > uses_[k].worst_on) uses_[k].worst_on = run.pulse;
+    }
+    burning_ ^= 1U << k;
+    run = {on, false, false, timing_.max, timing_.min, run.pulse};
+    for (unsigned d = 0; d < depth_; ++d) loops_[d].moved |= 1U << k;
   }
 
   void check_rest(unsigned k) {
-    const Run& run = runs_[k];
-    const LineConfig& line = rules_.config->lines[k];
-    if (run.shortest < line.min_off) report(k, Rule::min_off, run.shortest, line.min_off);
-    const uint64_t rest = rest_after(run.on_before, line.max_duty_permille);
-    if (run.shortest < rest) report(k, Rule::duty, run.shortest, rest);
+    const LineConfig& line = rules_->config->lines[k];
+    const uint64_t pulse = runs_[k].pulse;
+    const uint64_t off = timing_.min - runs_[k].shortest_from;
+    if (off < line.min_off) report(k, Rule::min_off, off, line.min_off);
+    const uint64_t rest = rest_after(pulse, line.max_duty_permille);
+    if (off < rest) report(k, Rule::duty, off, rest);
+    const uint64_t cycle = pulse + off;
+    const auto permille = static_cast<uint32_t>((pulse * 1000U + cycle - 1U) / cycle);
+    if (permille > uses_[k].worst_duty_permille) uses_[k].worst_duty_permille = permille;
   }
 
   /// A line left on is on for ever.
   void end(uint32_t levels) {
     move(levels);
-    for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      const LineConfig& line = rules_.config->lines[k];
-      if (!limited(k) || !runs_[k].on) continue;
+    for (uint32_t left = burning_; left != 0; left &= left - 1) {
+      const unsigned k = lowest(left);
+      const LineConfig& line = rules_->config->lines[k];
+      uses_[k] = {kMaxDuration, 1000};
       if (line.max_on != 0) report(k, Rule::max_on, kMaxDuration, line.max_on);
       if (rest_after(1, line.max_duty_permille) != 0) report(k, Rule::duty, 0, kMaxDuration);
     }
   }
 
-  bool limited(unsigned k) const {
-    const LineConfig& line = rules_.config->lines[k];
-    return line.configured && line.output && line.limited();
+  void feed(const Refill::Map& map) {
+    if (refill_.idle()) return;
+    for (unsigned d = 0; d < depth_; ++d) loops_[d].refill = loops_[d].refill.then(map);
+    if (!refill_.pass(map)) starve(static_cast<uint64_t>(map.gain + map.need), rules_->refill_ticks);
   }
+
+  void feed_rounds(const Loop& loop, uint64_t rounds) {
+    if (refill_.idle()) return;
+    const Refill::Map all = Refill::power(loop.refill, rounds);
+    for (unsigned d = 0; d < depth_; ++d) loops_[d].refill = loops_[d].refill.then(all);
+    const uint64_t fed = refill_.rounds_fed(loop.refill, rounds);
+    if (!refill_.pass(all)) starve(loop.rounds, fed + 2);
+  }
+
+  void starve(uint64_t actual, uint64_t limit) {
+    refill_.forgive();
+    emit({Rule::refill, pc_, 0, actual, limit});
+  }
+
+  uint64_t longest_of(const Run& run) const { return timing_.max - run.longest_from; }
 
   // All sums stop at kMaxDuration: a program that long is refused, whatever else it does.
   static uint64_t sum(uint64_t a, uint64_t b) { return a + b < kMaxDuration ? a + b : kMaxDuration; }
   static uint64_t scaled(uint64_t a, uint64_t rounds) {
     return a != 0 && rounds > kMaxDuration / a ? kMaxDuration : a * rounds;
   }
+  static unsigned lowest(uint32_t bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
 
   void report(unsigned line, Rule rule, uint64_t actual, uint64_t limit) {
     if (runs_[line].reported) return;  // one finding a run: a pulse that is too long stays too long
@@ -164,14 +210,18 @@ class TimingCheck {
   }
   void emit(const Violation& violation) {
     sound_ = false;
-    if (going_) going_ = sink_(violation);
+    if (going_) going_ = (*sink_)(violation);
   }
 
-  const ProgramRules& rules_;
-  Sink& sink_;
+  const ProgramRules* rules_;
+  Sink* sink_;
+  Refill refill_;
   ProgramTiming timing_;
+  uint32_t outputs_ = 0;  // lines that programs may move
+  uint32_t burning_ = 0;  // lines that are on
   Run runs_[kMaxOutputs];
-  Frame frames_[kMaxLoopDepth];
+  LineUse uses_[kMaxOutputs];
+  Loop loops_[kMaxLoopDepth];
   uint32_t depth_ = 0;
   uint32_t pc_ = 0;
   bool going_ = true;

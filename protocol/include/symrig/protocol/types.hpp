@@ -47,5 +47,8 @@ constexpr uint16_t get_u16(const uint8_t* in) {
 constexpr uint32_t get_u32(const uint8_t* in) {
   return in[0] | (uint32_t{in[1]} << 8U) | (uint32_t{in[2]} << 16U) | (uint32_t{in[3]} << 24U);
 }
+constexpr uint64_t get_u64(const uint8_t* in) {
+  return get_u32(in) | (uint64_t{get_u32(in + 4)} << 32U);
+}
 
 }  // namespace symrig::protocol

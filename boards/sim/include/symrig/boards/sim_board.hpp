@@ -40,7 +40,8 @@ struct SimLine {
   bool output = false;
 };
 
-/// projector_trigger, camera_trigger, lamp_enable (outputs 0..2), vsync, camera_strobe (inputs 3, 4).
+/// projector_trigger, camera_trigger, lamp_enable (outputs 0..2), vsync, camera_strobe, interlock (inputs 3,
+/// 4, 5).
 std::vector<SimLine> default_sim_lines();
 
 struct SimBoardConfig {
@@ -51,7 +52,14 @@ struct SimBoardConfig {
   std::uint32_t min_dwell = 5;                       ///< shortest hold of a word, ticks
   std::uint32_t wait_latency = 125;     ///< ticks from an awaited edge (or its time-out) to the next word
   std::uint32_t engine_segments = 256;  ///< depth of the edge engine's queue
+  // The firmware takes no virtual time. A board that says it does (refill_ticks > 0) refuses what it could
+  // not keep up with.
+  std::uint32_t refill_ticks = 0;  ///< to refill one record
+  std::uint32_t poll_ticks = 0;    ///< before refilling begins
 };
+
+/// The watchdog resets a board whose firmware has not run for so long, in thousandths of a second.
+inline constexpr std::uint32_t kSimWatchdogMs = 400;
 
 /// The firmware core on a board in virtual time, linked in process and speaking only bytes. Time stands still
 /// except inside advance(): nothing here depends on the wall clock, so that every run is repeatable.
@@ -92,15 +100,22 @@ class SimBoard {
   int supervisor_state() const;
   /// Levels that the firmware takes for safe at present.
   std::uint32_t safe_levels() const;
+  /// The light that shows the state, as last set.
+  bool light() const;
+  /// The board has gone to its boot loader (and stays there until reboot()).
+  bool in_bootloader() const;
 
   // What tests break on purpose.
 
-  /// The firmware is not given the processor until `tick` (a stuck main loop); hardware goes on.
+  /// The firmware is not given the processor until `tick` (a stuck main loop); hardware goes on. The watchdog
+  /// resets it after kSimWatchdogMs.
   void stall_firmware_until(std::uint64_t tick);
-  /// Power cycle: the clock goes on, the firmware starts anew; the non-volatile fault record survives.
+  /// Power cycle: the clock goes on, the firmware starts anew; the fault record and stored settings survive.
   void reboot();
   /// The host end of the link is (not) there.
   void set_attached(bool attached);
+  /// The memory for settings takes nothing any more (a worn flash).
+  void break_settings();
   /// Feeds a word straight to the edge engine behind the firmware's back, as broken validation would.
   void force_segment(std::uint32_t levels, std::uint32_t ticks);
 

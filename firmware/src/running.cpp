@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests that move outputs, and those that keep them from moving.
+#include "replies.hpp"
+#include "symrig/firmware/core.hpp"
+
+namespace symrig::firmware {
+namespace {
+
+constexpr uint32_t kMaxTtlMs = 60'000;
+// A laser may be without its host for no longer.
+constexpr uint32_t kMaxLaserTtlMs = 500;
+constexpr uint32_t kMaxIdentifySeconds = 60;
+// Time for the answer to get out before the board is gone.
+constexpr uint32_t kRebootDelayMs = 20;
+
+}  // namespace
+
+/// The first lamp or laser among the lines in `mask` whose host-loss policy is not met, -1 if there is none.
+int Core::unguarded_line(uint32_t mask) const {
+  for (unsigned k = 0; k < protocol::kMaxOutputs; ++k) {
+    const protocol::LineConfig& line = config_.lines[k];
+    if (((mask >> k) & 1U) == 0 || !line.configured || !line.output || line.hazard == 0) continue;
+    const bool laser = line.hazard == symrig_wire_Hazard_HAZARD_LASER;
+    if (ttl_ms_ == 0 || (laser && ttl_ms_ > kMaxLaserTtlMs)) return static_cast<int>(k);
+  }
+  return -1;
+}
+
+/// The first lamp or laser line, -1 if there is none.
+int Core::hazardous_line() const {
+  for (unsigned k = 0; k < protocol::kMaxOutputs; ++k)
+    if (config_.lines[k].configured && config_.lines[k].output && config_.lines[k].hazard != 0)
+      return static_cast<int>(k);
+  return -1;
+}
+
+/// The first interlock line that stands at its trip level, -1 if there is none.
+int Core::open_interlock() const {
+  const uint32_t levels = board_.capture.levels();
+  for (unsigned k = 0; k < protocol::kMaxLines; ++k)
+    if (is_interlock(config_.lines[k]) && (((levels >> k) & 1U) != 0) == config_.lines[k].trip_level)
+      return static_cast<int>(k);
+  return -1;
+}
+
+/// From now on the engine itself falls to its safe word when an interlock opens.
+void Core::arm_trips() {
+  uint32_t lines = 0;
+  uint32_t levels = 0;
+  for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
+    if (!is_interlock(config_.lines[k])) continue;
+    lines |= 1U << k;
+    if (config_.lines[k].trip_level) levels |= 1U << k;
+  }
+  board_.engine.set_trips(lines, levels);
+}
+
+/// What must hold before the lines in `mask` may be moved at `tick`. false: the reply says what does not.
+bool Core::may_move(uint32_t mask, hal::Tick tick, symrig_wire_Reply& reply) const {
+  const int open = open_interlock();
+  if (open >= 0) {
+    refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, static_cast<uint64_t>(open));
+    return false;
+  }
+  const int unguarded = autonomous_ ? -1 : unguarded_line(mask);
+  if (unguarded >= 0) {
+    refuse(reply, symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED, static_cast<uint64_t>(unguarded));
+    return false;
+  }
+  hal::Tick needed = 0;
+  const int cooling = guard_.cooling_line(mask, tick, needed);
+  if (cooling >= 0) {
+    reply.which_body = symrig_wire_Reply_violation_tag;
+    reply.body.violation = {static_cast<uint32_t>(protocol::Rule::duty), 0, static_cast<uint32_t>(cooling), 0,
+                            needed};
+    refuse(reply, symrig_wire_Code_CODE_COOLING, static_cast<uint64_t>(cooling));
+    return false;
+  }
+  return true;
+}
+
+void Core::arm(const symrig_wire_Arm& arm, symrig_wire_Reply& reply) {
+  if (!transition(state_, Condition::arm).allowed) {
+    permit(Condition::arm, reply);
+    return;
+  }
+  reply.field = arm.program_hash != store_.hash() ? symrig_wire_Arm_program_hash_tag : 0;
+  if (reply.field != 0) return refuse(reply, symrig_wire_Code_CODE_HASH_MISMATCH, store_.hash());
+  reply.field = arm.config_hash != config_hash_ ? symrig_wire_Arm_config_hash_tag : 0;
+  if (reply.field != 0) return refuse(reply, symrig_wire_Code_CODE_HASH_MISMATCH, config_hash_);
+  const int hazard = arm.autonomous ? hazardous_line() : -1;
+  if (hazard >= 0)
+    return refuse(reply, symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED, static_cast<uint64_t>(hazard));
+  autonomous_ = arm.autonomous;
+  if (!may_move(protocol::kOutputMask, hal::kNever, reply)) return;
+  if (permit(Condition::arm, reply)) arm_trips();
+}
+
+void Core::start(const symrig_wire_Start& start, symrig_wire_Reply& reply) {
+  if (!transition(state_, Condition::start).allowed) {
+    permit(Condition::start, reply);
+    return;
+  }
+  const hal::Tick now = board_.clock.now();
+  const bool timed = start.which_when == symrig_wire_Start_at_tick_tag;
+  const hal::Tick at = timed ? start.when.at_tick : now;
+  if (at < now) return refuse(reply, symrig_wire_Code_CODE_IN_PAST, now);
+  if (at - now > protocol::kMaxDuration) return bad_value(reply, symrig_wire_Start_at_tick_tag);
+  if (!may_move(protocol::kOutputMask, at, reply)) return;
+  permit(Condition::start, reply);
+  events_.restart_count();
+  sequencer_.begin(store_.program(), board_.traits.min_dwell, timed ? at : 0);
+  symrig_wire_Event event = symrig_wire_Event_init_zero;
+  event.which_body = symrig_wire_Event_run_started_tag;
+  event.body.run_started = {store_.hash(), sequencer_.tally().started};
+  events_.push_important(event, now);
+}
+
+void Core::set_by_hand(const symrig_wire_ManualSet& set, symrig_wire_Reply& reply) {
+  if (!transition(state_, Condition::manual_set).allowed) {
+    permit(Condition::manual_set, reply);
+    return;
+  }
+  for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
+    const bool asked = ((set.mask >> k) & 1U) != 0;
+    const protocol::LineConfig& line = config_.lines[k];
+    if (asked && !(line.configured && line.output))
+      return refuse(reply, symrig_wire_Code_CODE_WRONG_DIRECTION, k);
+  }
+  const uint32_t levels = (board_.engine.levels() & ~set.mask) | (set.levels & set.mask);
+  const uint32_t turned_on = (levels ^ safe_levels_) & set.mask;
+  autonomous_ = false;
+  if (turned_on != 0 && !may_move(turned_on, board_.clock.now(), reply)) return;
+  permit(Condition::manual_set, reply);
+  arm_trips();
+  board_.engine.force(levels);
+}
+
+void Core::abort() {
+  const bool running = state_ == State::running;
+  apply(Condition::abort);
+  if (running) report_run(symrig_wire_RunEnd_RUN_END_ABORTED);
+}
+
+void Core::clear_fault(uint32_t code, symrig_wire_Reply& reply) {
+  if (state_ == State::fault && code != fault_.code)
+    return refuse(reply, symrig_wire_Code_CODE_BAD_VALUE, fault_.code);
+  if (!permit(Condition::clear_fault, reply)) return;
+  fault_ = {};
+  board_.faults.save(fault_);
+}
+
+void Core::keep_alive(uint32_t ttl_ms, symrig_wire_Reply& reply) {
+  if (ttl_ms > kMaxTtlMs) return bad_value(reply, symrig_wire_KeepAlive_ttl_ms_tag);
+  const uint32_t before = ttl_ms_;
+  ttl_ms_ = ttl_ms;
+  const int unguarded = exposed() ? unguarded_line(protocol::kOutputMask) : -1;
+  if (unguarded >= 0) {
+    ttl_ms_ = before;
+    return refuse(reply, symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED, static_cast<uint64_t>(unguarded));
+  }
+  alive_until_ = ttl_ms == 0 ? hal::kNever : board_.clock.now() + ticks_of_ms(ttl_ms);
+}
+
+void Core::identify(uint32_t seconds, symrig_wire_Reply& reply) {
+  if (seconds > kMaxIdentifySeconds) return bad_value(reply, symrig_wire_Identify_seconds_tag);
+  beacon_.identify_until(board_.clock.now() + ticks_of_ms(seconds * 1000));
+}
+
+/// The board goes when its answer has had time to leave.
+void Core::reboot(const symrig_wire_Reboot& reboot, symrig_wire_Reply& reply) {
+  const protocol::ByteView id{board_.traits.unique_id, board_.traits.unique_id_size};
+  if (reboot.token != protocol::crc32c(id)) return bad_value(reply, symrig_wire_Reboot_token_tag);
+  if (!permit(Condition::reboot, reply)) return;
+  reboot_at_ = board_.clock.now() + ticks_of_ms(kRebootDelayMs);
+  to_bootloader_ = reboot.bootloader;
+}
+
+}  // namespace symrig::firmware

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/hal/types.hpp"
+
+namespace symrig::hal {
+
+/// Why the board started. Values are those of the wire.
+enum class ResetCause : uint8_t { power = 0, pin = 1, watchdog = 2, request = 3 };
+
+/// The chip as a whole.
+class System {
+ public:
+  virtual ResetCause reset_cause() const = 0;
+  /// Starts anew, in the boot loader if asked for and if there is one. May return where it takes effect
+  /// later.
+  virtual void reboot(bool bootloader) = 0;
+
+ protected:
+  ~System() = default;
+};
+
+}  // namespace symrig::hal
