@@ -154,17 +154,17 @@ bool PicoEngine::underrun() const { return underrun_; }
 /// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has read
 /// and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer smaller
 /// by as much, never larger.
-SYMRIG_RAM uint32_t PicoEngine::pulled() const {
-  const uint32_t read = ring_.read_words();
+SYMRIG_RAM uint64_t PicoEngine::pulled() const {
+  const uint64_t read = ring_.read_words();
   asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
   const uint32_t standing = reg(pio::pio0 + pio::flevel) & 0xfU;
   return read > standing ? read - standing : 0;
 }
 
-uint32_t PicoEngine::played() const {
+uint64_t PicoEngine::played() const {
   if (!playing_) return played_at_stop_;
   if (!launched_) return 0;
-  uint32_t begun = (pulled() + 1) / 2;
+  uint64_t begun = (pulled() + 1) / 2;
   if (begun > pushed_) begun = pushed_;  // the end is no word
   uint32_t waits = first_wait_;
   while (waits != next_wait_ && waits_[waits % kWaits].segment < begun) ++waits;

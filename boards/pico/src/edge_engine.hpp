@@ -33,7 +33,7 @@ class PicoEngine final : public hal::EdgeEngine {
   bool idle() const override;
   uint32_t levels() const override;
   bool underrun() const override;
-  uint32_t played() const override;
+  uint64_t played() const override;
   bool pop_wait(hal::WaitOutcome& outcome) override;
   void force(uint32_t levels) override;
   void set_safe(uint32_t levels) override;
@@ -54,14 +54,14 @@ class PicoEngine final : public hal::EdgeEngine {
 
  private:
   struct Wait {
-    uint32_t segment = 0;  // its number since the first push
+    uint64_t segment = 0;  // its number since the first push
     uint64_t offset = 0;   // ticks from the wait before, or from the start, to its begin
     uint32_t timeout = 0;
     uint8_t line = 0;
     bool rising = false;
     bool stop = false;
   };
-  static constexpr uint32_t kWaits = 2 * hal::kMaxWaits;
+  static constexpr uint32_t kWaits = hal::kMaxWaits;
 
   void halt_machine();
   void put_out(uint32_t levels);
@@ -69,7 +69,7 @@ class PicoEngine final : public hal::EdgeEngine {
   void forget_queue();
   void stop(bool to_safe);
   void launch();
-  uint32_t pulled() const;
+  uint64_t pulled() const;
   void settle();
   bool settle_wait();
   bool run_out(const Wait& wait, hal::Tick when);
@@ -92,8 +92,8 @@ class PicoEngine final : public hal::EdgeEngine {
   hal::Tick launch_at_ = 0;
   hal::Tick anchor_ = 0;  // when the first word went out, or the first after the last wait that ended
   uint64_t offset_ = 0;   // ticks pushed since the last wait
-  uint32_t pushed_ = 0;   // segments, waits included
-  uint32_t played_at_stop_ = 0;
+  uint64_t pushed_ = 0;   // segments, waits included
+  uint64_t played_at_stop_ = 0;
 
   Wait waits_[kWaits];
   uint32_t first_wait_ = 0;

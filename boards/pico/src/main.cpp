@@ -16,6 +16,7 @@ namespace {
 
 __attribute__((section(".store"))) uint8_t program_store[kProgramRecords * protocol::kRecordSize];
 symrig_wire_Event events[kEvents];
+firmware::QueuedMark marks[kQueueSegments];
 
 uint8_t unique_id[8];
 char serial[17];
@@ -36,7 +37,7 @@ constexpr hal::BoardTraits kTraits = {kBoardName, unique_id,    sizeof unique_id
                                       kWaitLatency, kQueueSegments, kRefillTicks,  kPollTicks};
 const hal::Board board = {kTraits,        tick_clock, engine,   capture,     usb_device, fault_store,
                           board_watchdog, indicator,  settings, board_system};
-firmware::Core core(board, {{program_store, sizeof program_store}, events, kEvents});
+firmware::Core core(board, {{program_store, sizeof program_store}, events, kEvents, {marks, kQueueSegments}});
 Console console(usb_device, core);
 
 // Counts interrupts: whoever is about to sleep sees by it whether something has come meanwhile.

@@ -6,7 +6,7 @@
 namespace symrig::pico {
 namespace {
 
-constexpr uint32_t kRingBits = 14;
+constexpr uint32_t kRingBits = 13;
 constexpr uint32_t kGrantBits = 8;
 
 __attribute__((section(".rings.segments"), aligned(1U << kRingBits))) volatile uint32_t words[SegmentRing::kWords];
@@ -54,7 +54,7 @@ SYMRIG_RAM void SegmentRing::write(uint32_t first, uint32_t second) {
 }
 
 SYMRIG_RAM void SegmentRing::grant() {
-  const uint32_t fresh = written_ - granted_;
+  const auto fresh = static_cast<uint32_t>(written_ - granted_);
   if (fresh == 0 || grants_unread() >= kGrants - 2) return;
   grants[(grants_ + 1) % kGrants] = 0;
   asm volatile("dmb" ::: "memory");
@@ -89,9 +89,9 @@ SYMRIG_RAM void SegmentRing::restart() {
   reg(kControl + dma::al3_read_addr_trig) = address_of(grants + zero % kGrants);
 }
 
-SYMRIG_RAM uint32_t SegmentRing::read_words() {
+SYMRIG_RAM uint64_t SegmentRing::read_words() {
   const uint32_t at = (reg(kData + dma::read_addr) - address_of(words)) / 4;
-  read_ += (at - read_) % kWords;
+  read_ += (at - static_cast<uint32_t>(read_)) % kWords;
   return read_;
 }
 

@@ -15,7 +15,7 @@ namespace symrig::pico {
 /// channel tells of that by its interrupt flag (it is "quiet": it flags nothing but a zero).
 class SegmentRing {
  public:
-  static constexpr uint32_t kSegments = 2048;
+  static constexpr uint32_t kSegments = 1024;
   static constexpr uint32_t kWords = 2 * kSegments;
   /// One slot stays free, so that "all read" and "none read" differ.
   static constexpr uint32_t kCapacity = kSegments - 1;
@@ -33,10 +33,9 @@ class SegmentRing {
   void service();
 
   /// Segments written and not yet read.
-  uint32_t used() { return (written_ - read_words()) / 2; }
+  uint32_t used() { return static_cast<uint32_t>(written_ - read_words()) / 2; }
   /// Words read since reset().
-  uint32_t read_words();
-  uint32_t written_words() const { return written_; }
+  uint64_t read_words();
 
  private:
   static constexpr uint32_t kGrants = 64;
@@ -45,9 +44,9 @@ class SegmentRing {
   uint32_t grants_unread() const;
   void restart();
 
-  uint32_t written_ = 0;  // words since reset
-  uint32_t granted_ = 0;  // of them
-  uint32_t read_ = 0;
+  uint64_t written_ = 0;  // words since reset
+  uint64_t granted_ = 0;  // of them
+  uint64_t read_ = 0;
   uint32_t grants_ = 0;  // grants written since reset
   bool open_ = false;
 };

@@ -75,8 +75,8 @@ constexpr Microsoft make_microsoft() {
   w.u16(8), w.u16(1), w.u8(0), w.u8(0), w.u16(kSubsetSize);
   w.u16(8), w.u16(2), w.u8(0), w.u8(0), w.u16(kFunctionSize);
   w.u16(20), w.u16(3);
-  for (const char c : {'W', 'I', 'N', 'U', 'S', 'B', '\0', '\0'}) w.u8(static_cast<uint8_t>(c));
-  for (int i = 0; i < 8; ++i) w.u8(0);
+  constexpr char kDriver[16] = "WINUSB";  // 8 bytes of compatible id, 8 of sub-compatible id
+  for (const char c : kDriver) w.u8(static_cast<uint8_t>(c));
   w.u16(kPropertySize), w.u16(4), w.u16(7);  // a list of strings
   w.u16(kGuidNameSize);
   w.utf16(kGuidName, sizeof kGuidName);

@@ -133,7 +133,8 @@ void UsbDevice::configure(uint8_t value) {
   forget_ = true;
   to_host_.clear();
   for (uint32_t endpoint = 1; endpoint < kEndpoints; ++endpoint) {
-    for (const bool out : {false, true}) {
+    for (uint32_t side = 0; side < 2; ++side) {
+      const bool out = side == 1;
       toggle_[endpoint][out ? 1 : 0] = false;
       buffer_control(endpoint, out) = 0;
       const uint32_t type = endpoint == desc::kNotice ? 3U : 2U;
