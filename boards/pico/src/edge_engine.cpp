@@ -82,13 +82,16 @@ void PicoEngine::begin(TripWatch& trips) {
 }
 
 size_t PicoEngine::room() const {
-  if (!fresh_ && !playing_) return SegmentRing::kCapacity - 1;
+  if (!playing_ && !fresh_) return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
   const uint32_t used = ring_.used();
   return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used : 0;  // one is kept for the end
 }
 
 SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
-  if (!playing_ && !fresh_) forget_queue();
+  if (!playing_ && !fresh_) {
+    if (!ended_) return;  // it has just fallen to safe levels: whoever pushes does not know yet
+    forget_queue();
+  }
   if (segment.until == Until::elapsed) {
     last_levels_ = segment.levels & kOutputMask;
     ring_.write(code::first_word(last_levels_, code::kDwell), code::dwell_word(segment.ticks));
@@ -120,6 +123,8 @@ Tick PicoEngine::start(Tick tick) {
   execute(code::jmp(code::kDwell));
   reg(pio::pio0 + pio::irq) = kEndFlag | kHaltFlag;
   underrun_ = false;
+  ended_ = false;
+  fallen_ = false;
   played_at_stop_ = 0;
   launched_ = false;
   launch_at_ = tick;
@@ -145,7 +150,7 @@ SYMRIG_RAM void PicoEngine::launch() {
   launched_ = true;
 }
 
-bool PicoEngine::idle() const { return !playing_; }
+bool PicoEngine::idle() const { return !playing_ && !fallen_; }
 
 uint32_t PicoEngine::levels() const { return reg(pio::pio0 + pio::padout) & kOutputMask; }
 
@@ -192,12 +197,22 @@ SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
   playing_ = false;
 }
 
+SYMRIG_RAM void PicoEngine::fall() {
+  halt_machine();
+  if (!playing_) return;
+  played_at_stop_ = played();
+  playing_ = false;
+  fallen_at_ = clock_.now();
+  fallen_ = true;
+}
+
 SYMRIG_RAM void PicoEngine::program_stopped() {
   const uint32_t flags = reg(pio::pio0 + pio::irq) & (kEndFlag | kHaltFlag);
   reg(pio::pio0 + pio::irq) = flags;
   if (!playing_ || flags == 0) return;
   played_at_stop_ = played();
   underrun_ = (flags & kHaltFlag) != 0;
+  ended_ = !underrun_;
   playing_ = false;
 }
 
@@ -209,6 +224,7 @@ void PicoEngine::force(uint32_t levels) {
     if (playing_) played_at_stop_ = played();
     playing_ = false;
     underrun_ = false;
+    fallen_ = false;
   }
   forget_queue();
   put_out(levels & kOutputMask);
@@ -257,6 +273,10 @@ void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
 uint32_t PicoEngine::lines_at_trip() const { return trip_lines_ & ~(line_levels() ^ trip_levels_); }
 
 void PicoEngine::service() {
+  if (fallen_ && clock_.now() - fallen_at_ > kPatience) {
+    underrun_ = true;
+    fallen_ = false;
+  }
   if (!playing_) return;
   if (!launched_) {
     if (launch_at_ <= clock_.now() + kFarAway) launch();

@@ -49,6 +49,9 @@ class PicoEngine final : public hal::EdgeEngine {
 
   /// Interrupt: the input `lines` have gone to a trip level, or stand there.
   void trip(uint32_t lines);
+  /// Interrupt: safe levels at once. Whoever fell the engine will force() it soon; it says that it is playing until
+  /// then, and that it ran dry if nobody does within kPatience.
+  void fall();
   /// Interrupt: the program has come to its end or to a halt.
   void program_stopped();
 
@@ -61,6 +64,7 @@ class PicoEngine final : public hal::EdgeEngine {
     bool rising = false;
     bool stop = false;
   };
+  static constexpr uint32_t kPatience = 1'250'000;  // 10 ms
   static constexpr uint32_t kWaits = hal::kMaxWaits;
 
   void halt_machine();
@@ -86,6 +90,9 @@ class PicoEngine final : public hal::EdgeEngine {
   bool launched_ = false;
   bool fresh_ = true;  // nothing of an earlier run is left in the queue
   volatile bool underrun_ = false;
+  volatile bool fallen_ = false;
+  hal::Tick fallen_at_ = 0;
+  volatile bool ended_ = false;  // by itself, at the end of a closed queue
   uint32_t safe_ = 0;
   uint32_t last_levels_ = 0;
 

@@ -25,7 +25,7 @@ TickClock tick_clock;
 Stampers stampers;
 PicoEngine engine(tick_clock, stampers);
 PinCapture capture(tick_clock, stampers, engine);
-UsbDevice usb_device;
+UsbDevice usb_device(engine);
 PicoFaultStore fault_store;
 PicoWatchdog board_watchdog;
 PicoIndicator indicator;

@@ -83,17 +83,12 @@ SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
 }
 
 SYMRIG_RAM void PinCapture::handle() {
-  const uint32_t hit = reg(io::ints(kInputGroup)) & trip_flags_;
-  if (hit != 0) {
-    engine_.trip(0);  // outputs first, then which line it was
-    uint32_t tripped = 0;
-    for (uint32_t pin = 0; pin < 8; ++pin)
-      if (((hit >> (4 * pin)) & 0xfU) != 0) tripped |= 1U << lines.of_pin[8 * kInputGroup + pin];
-    engine_.trip(tripped);
-  }
-  for (uint32_t group = 0; group < kGroups; ++group) {
+  for (uint32_t left = kGroups; left > 0; --left) {
+    const uint32_t group = left - 1;  // the inputs' first
     const uint32_t flags = reg(io::ints(group));
     if (flags == 0) continue;
+    // What is judged here is what is cleared: an edge that comes later interrupts again.
+    if (group == kInputGroup) judge_trips(flags & trip_flags_);
     reg(io::intr(group)) = flags;
     record(group, flags);
   }
@@ -101,6 +96,15 @@ SYMRIG_RAM void PinCapture::handle() {
     overflow_ = true;
     enable_interrupts(false);
   }
+}
+
+SYMRIG_RAM void PinCapture::judge_trips(uint32_t hit) {
+  if (hit == 0) return;
+  engine_.trip(0);  // outputs first, then which line it was
+  uint32_t tripped = 0;
+  for (uint32_t pin = 0; pin < 8; ++pin)
+    if (((hit >> (4 * pin)) & 0xfU) != 0) tripped |= 1U << lines.of_pin[8 * kInputGroup + pin];
+  engine_.trip(tripped);
 }
 
 /// A pulse shorter than the interrupt takes shows as both edges with one stamp.

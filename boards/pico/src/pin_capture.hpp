@@ -44,6 +44,7 @@ class PinCapture final : public hal::Capture, public TripWatch {
   static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may still be on its way
 
   bool peek(uint32_t source, hal::CapturedEdge& edge);
+  void judge_trips(uint32_t hit);
   void record(uint32_t group, uint32_t flags);
   void add(uint32_t line, bool level, hal::Tick tick);
   void enable_interrupts(bool watched);

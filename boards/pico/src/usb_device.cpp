@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usb_device.hpp"
 
+#include "abort_scan.hpp"
+
 namespace symrig::pico {
 
 namespace desc = usb_descriptors;
@@ -186,11 +188,11 @@ SYMRIG_RAM void UsbDevice::listen() {
 SYMRIG_RAM void UsbDevice::take_packet() {
   const uint32_t size = buffer_control(desc::kWire, true) & kLengthMask;
   const uint32_t from = usb::ram + buffer(desc::kWire, true);
-  uint32_t word = 0;
-  for (uint32_t i = 0; i < size; ++i, word >>= 8U) {
-    if (i % 4 == 0) word = reg(from + i);
-    from_host_.put(static_cast<uint8_t>(word));
-  }
+  uint32_t words[kPacket / 4] = {};
+  for (uint32_t i = 0; i < size; i += 4) words[i / 4] = reg(from + i);
+  const auto* bytes = reinterpret_cast<const uint8_t*>(words);
+  if (ends_with_abort(bytes, size)) engine_.fall();
+  for (uint32_t i = 0; i < size; ++i) from_host_.put(bytes[i]);
   listening_ = false;
   listen();
 }

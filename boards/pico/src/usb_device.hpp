@@ -2,6 +2,7 @@
 #pragma once
 
 #include "byte_ring.hpp"
+#include "edge_engine.hpp"
 #include "registers.hpp"
 #include "usb_descriptors.hpp"
 
@@ -13,6 +14,9 @@ namespace symrig::pico {
 /// interrupt; the main loop meets it at the byte rings. README.md, "USB".
 class UsbDevice final : public hal::ByteLink {
  public:
+  /// engine falls to its safe levels as soon as an urgent Abort has come in.
+  explicit UsbDevice(PicoEngine& engine) : engine_(engine) {}
+
   /// serial lives as long as the device. Pulls the bus up: from now on the host sees the board.
   void begin(const char* serial);
 
@@ -66,6 +70,7 @@ class UsbDevice final : public hal::ByteLink {
   void send_wire();
   void send_log();
 
+  PicoEngine& engine_;
   const char* serial_ = "";
   ByteRing<kFromHost> from_host_;
   ByteRing<kToHost> to_host_;
