@@ -81,7 +81,7 @@ void PicoEngine::begin(TripWatch& trips) {
   reg(pio::pio0 + pio::irq0_inte) = (kEndFlag | kHaltFlag) << 8U;
 }
 
-size_t PicoEngine::room() const {
+SYMRIG_RAM size_t PicoEngine::room() const {
   if (!playing_ && !fresh_) return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
   const uint32_t used = ring_.used();
   return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used : 0;  // one is kept for the end

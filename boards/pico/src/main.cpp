@@ -93,11 +93,12 @@ void sleep(hal::Tick until, uint32_t seen) {
   for (;;) {
     const uint32_t seen = wakes;
     usb_device.begin_round();
+    capture.begin_round();
     core.poll();
     engine.service();
     capture.service();
     console.service();
-    if (engine.hungry() || capture.pending()) continue;
+    if (engine.hungry() || capture.pending() || usb_device.waiting()) continue;
     const hal::Tick deadline = core.next_deadline();
     const hal::Tick engines = engine.next_deadline();
     sleep(deadline < engines ? deadline : engines, seen);

@@ -142,6 +142,7 @@ bool PinCapture::peek(uint32_t source, CapturedEdge& edge) {
 }
 
 bool PinCapture::pop(CapturedEdge& edge) {
+  if (round_left_ == 0) return false;
   uint32_t oldest = kSources;
   for (uint32_t source = 0; source < kSources; ++source) {
     CapturedEdge candidate;
@@ -150,6 +151,7 @@ bool PinCapture::pop(CapturedEdge& edge) {
     oldest = source;
   }
   if (oldest == kSources || edge.tick + kOutOfTurn > clock_.now()) return false;
+  --round_left_;
   if (oldest < Stampers::kCount) {
     stampers_.drop(oldest);
   } else {

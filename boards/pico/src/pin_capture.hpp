@@ -28,6 +28,8 @@ class PinCapture final : public hal::Capture, public TripWatch {
   /// Lines whose edges are wanted. PIO stamps come anyway.
   void watch(uint32_t lines);
   void watch_trips(uint32_t lines, uint32_t levels) override;
+  /// Edges that one round of the main loop may take; the rest waits for the next.
+  void begin_round() { round_left_ = kPerRound; }
   /// Edges are waiting to be taken.
   bool pending() const;
   /// Once a millisecond: lets lines interrupt again that came too fast.
@@ -41,6 +43,7 @@ class PinCapture final : public hal::Capture, public TripWatch {
   static constexpr uint32_t kSources = Stampers::kCount + 1;
   static constexpr uint32_t kGroups = 3;
   static constexpr uint32_t kMostPerMillisecond = 64;
+  static constexpr uint32_t kPerRound = 16;
   static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may still be on its way
 
   bool peek(uint32_t source, hal::CapturedEdge& edge);
@@ -58,6 +61,7 @@ class PinCapture final : public hal::Capture, public TripWatch {
   volatile bool overflow_ = false;
   volatile uint32_t in_this_millisecond_ = 0;
   uint64_t millisecond_end_ = 0;  // us
+  uint32_t round_left_ = 0;
   uint32_t watched_ = 0;
   uint32_t trip_flags_ = 0;  // in the inputs' group
 };

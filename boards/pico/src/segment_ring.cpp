@@ -53,7 +53,10 @@ SYMRIG_RAM void SegmentRing::write(uint32_t first, uint32_t second) {
   if (written_ - granted_ >= kGrantEvery) grant();
 }
 
+SYMRIG_RAM uint32_t SegmentRing::place() { return (reg(kData + dma::read_addr) - address_of(words)) / 4; }
+
 SYMRIG_RAM void SegmentRing::grant() {
+  read_words();
   const auto fresh = static_cast<uint32_t>(written_ - granted_);
   if (fresh == 0 || grants_unread() >= kGrants - 2) return;
   grants[(grants_ + 1) % kGrants] = 0;
@@ -90,8 +93,7 @@ SYMRIG_RAM void SegmentRing::restart() {
 }
 
 SYMRIG_RAM uint64_t SegmentRing::read_words() {
-  const uint32_t at = (reg(kData + dma::read_addr) - address_of(words)) / 4;
-  read_ += (at - static_cast<uint32_t>(read_)) % kWords;
+  read_ += (place() - static_cast<uint32_t>(read_)) % kWords;
   return read_;
 }
 

@@ -33,14 +33,16 @@ class SegmentRing {
   void service();
 
   /// Segments written and not yet read.
-  uint32_t used() { return static_cast<uint32_t>(written_ - read_words()) / 2; }
-  /// Words read since reset().
+  uint32_t used() const { return (static_cast<uint32_t>(written_) - place()) % kWords / 2; }
+  /// Words read since reset(). Must be asked (grant() does) before another ring's worth has been read.
   uint64_t read_words();
 
  private:
   static constexpr uint32_t kGrants = 64;
   static constexpr uint32_t kGrantEvery = 2 * 128;  // words; a DMA interrupt each
 
+  /// Index of the word that is read next.
+  static uint32_t place();
   uint32_t grants_unread() const;
   void restart();
 

@@ -27,6 +27,8 @@ class UsbDevice final : public hal::ByteLink {
 
   /// Bytes that one round of the main loop may read; the rest waits for the next.
   void begin_round() { round_left_ = kPerRound; }
+  /// Bytes are left for the next round.
+  bool waiting() const { return from_host_.used() > 0; }
 
   /// What of a console text fits is taken. Returns how much.
   size_t print(const char* text, size_t size);
@@ -38,7 +40,7 @@ class UsbDevice final : public hal::ByteLink {
 
  private:
   static constexpr size_t kPacket = 64;
-  static constexpr size_t kPerRound = 2 * kPacket;
+  static constexpr size_t kPerRound = kPacket / 2;  // two requests: what they cost is part of poll_ticks
   static constexpr size_t kFromHost = 2048;
   static constexpr size_t kToHost = 2048;
   static constexpr size_t kLog = 1024;
