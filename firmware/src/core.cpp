@@ -63,7 +63,7 @@ void Core::act(uint8_t actions) {
     sequencer_.stop(board_.clock.now());
   }
   if ((actions & action::drop_program) != 0) store_.drop();
-  if ((actions & action::drop_config) != 0) config_ = {};
+  if ((actions & action::drop_config) != 0) config_.clear();
   if (state_ == State::safe) config_hash_ = 0;
 }
 

@@ -261,7 +261,7 @@ struct SimBoard::Impl final : Pins {
     watchdog_at = kNever;
     do {
       core->poll();
-    } while (core->busy());  // it takes no time here
+    } while (core->busy() || capture.pending());  // it takes no time here
     if (!system.take_reboot()) return;
     if (system.bootloader()) {
       engine.force(0);

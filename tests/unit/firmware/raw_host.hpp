@@ -156,9 +156,14 @@ class RawHost {
     return commit(1, program_hash);
   }
 
-  std::uint32_t arm() {
+  std::uint32_t arm(bool autonomous = false) {
     symrig_wire_Request request = make(symrig_wire_Request_arm_tag);
-    request.body.arm = {program_hash, config_hash, false};
+    request.body.arm = {program_hash, config_hash, autonomous};
+    return code(request);
+  }
+  std::uint32_t set_by_hand(std::uint32_t mask, std::uint32_t levels) {
+    symrig_wire_Request request = make(symrig_wire_Request_manual_set_tag);
+    request.body.manual_set = {mask, levels};
     return code(request);
   }
   std::uint32_t start() { return code(make(symrig_wire_Request_start_tag)); }

@@ -7,6 +7,7 @@
 #include "symrig/firmware/link.hpp"
 #include "symrig/firmware/program_store.hpp"
 #include "symrig/firmware/sequencer.hpp"
+#include "symrig/firmware/stored_config.hpp"
 #include "symrig/firmware/supervisor.hpp"
 #include "symrig/hal/board.hpp"
 
@@ -122,7 +123,7 @@ class Core final : private Requests {
   uint32_t config_hash_ = 0;
   uint32_t stored_config_ = 0;
   uint32_t safe_levels_ = 0;
-  char label_[24] = {};
+  Label label_;
   hal::FaultRecord fault_;
   hal::FaultRecord reset_fault_;
   hal::Tick received_ = 0;   // when the bytes now being worked on were taken
