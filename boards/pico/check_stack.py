@@ -7,7 +7,7 @@ usage: boards/pico/check_stack.py BUILD_FOLDER [--show]
 Adds up frames (-fcallgraph-info=su) along the deepest path from main() and, on top, one path for each priority of
 interrupts. Fails if main's path is deeper than [resources].stack_limit of board.toml, if all together do not fit the
 memory that link.ld gives to the stack, if a frame has no fixed size, if a call's target cannot be told, or if a
-function can call itself: but for nanopb's decoder, which descends once a level of nested messages.
+function can call itself: but for nanopb, which descends once a level of nested messages.
 """
 
 import collections
@@ -26,8 +26,9 @@ INDIRECT = "__indirect_call"
 # disassembly are 44 bytes), and the boot ROM's flash functions (data sheet: less than 256).
 LIBRARY = 64
 ROM = 256
-# Nested messages of symrig.proto: Reply, its body, a Fault inside; the decoder's loop may stand on the stack so often.
-NESTED = 3
+# Messages in messages of symrig.proto, and so how often nanopb's loops can stand on the stack: a board decodes
+# requests (Request, its body) and encodes replies (Reply, its body, a Fault inside).
+NESTED = {"decode": 2, "encode": 3}
 EXCEPTION_FRAME = 36  # eight words, and one to align
 
 INTERRUPTS = {0: ["gpio_handler"], 1: ["pio0_handler"], 2: ["usb_handler"], 3: ["dma0_handler", "timer1_handler"]}
@@ -38,7 +39,9 @@ POINTERS = [
     (r"4pico.*(enter_xip|replace_sector|ask_unique_id|PicoSystem6reboot)", "ROM"),
     (r"reset_handler", r"_GLOBAL__sub_I"),
     (r"(^|[/:])(pb_|decode_|encode_)|pb_(en|de)code\.c", r"\.c:buf_(read|write)$|pb_default_field_callback$"),
-    (r"6symrig8firmware4Link", r"Core(6answer|10take_chunk)|4pico.*(UsbDevice(4read|5write)|UsbDevice4room|9attached)"),
+    (r"firmware4Link9take_data", r"Core10take_chunk"),
+    (r"firmware4Link1?\d?take_(request|sync|urgent)", r"Core6answer"),
+    (r"firmware4Link", r"9UsbDevice(4read|4room|5write)"),
     (r"6symrig8firmware", r"^_ZNK?6symrig4pico(9TickClock3now|10PicoEngine(?!5begin|7service|4trip|4fall|15program)|10PinCapture(?!6handle|5begin)|9UsbDevice(4read|4room|5write|8attached)|14PicoFaultStore|12PicoWatchdog4feed|13PicoIndicator4show|12PicoSettings|10PicoSystem)"),
 ]
 
@@ -109,6 +112,10 @@ class Graph:
                     low[name] = min(low[name], index[follow])
         return found
 
+    @staticmethod
+    def turns(component):
+        return NESTED["decode" if any("decode" in name for name in component) else "encode"]
+
     def depths(self):
         """Name -> (bytes from its frame down, the path)."""
         depth = {}
@@ -116,7 +123,7 @@ class Graph:
             loop = len(component) > 1 or component[0] in self.calls.get(component[0], ())
             if loop and not all(re.search(r"pb_|nanopb|decode_|encode_", name) for name in component):
                 self.problems.append("can call itself: " + ", ".join(sorted(component)))
-            own = sum(self.frame(name) for name in component) * (NESTED if loop else 1)
+            own = sum(self.frame(name) for name in component) * (self.turns(component) if loop else 1)
             below = max(
                 (depth[to] for name in component for to in self.calls.get(name, ()) if to not in component),
                 default=(0, ()),

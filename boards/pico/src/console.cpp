@@ -77,9 +77,8 @@ void Console::service() {
 
 void Console::line(const char* first, const char* second) {
   if (lost_ != 0 && usb_.console_open()) {
-    const uint64_t lost = lost_;
     lost_ = 0;
-    line("... characters lost: ", lost);
+    print("... some lines were lost\r\n");
   }
   print(first);
   print(second);

@@ -26,7 +26,7 @@ class Console {
   const firmware::Core& core_;
   firmware::State told_state_ = firmware::State::boot;
   uint32_t told_fault_ = 0;
-  uint32_t lost_ = 0;  // characters
+  uint32_t lost_ = 0;  // characters since it was last told
 };
 
 }  // namespace symrig::pico
