@@ -23,7 +23,14 @@ class ByteRing {
     taken_ = taken_ + 1;
     return byte;
   }
+  /// The taker's: forgets all.
   void clear() { taken_ = put_; }
+  /// The putter's: a place for drop_to().
+  size_t mark() const { return put_; }
+  /// The taker's: forgets what was put before `mark`.
+  void drop_to(size_t mark) {
+    if (static_cast<ptrdiff_t>(mark - taken_) > 0) taken_ = mark;
+  }
 
  private:
   uint8_t bytes_[kSize];

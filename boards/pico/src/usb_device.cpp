@@ -57,8 +57,8 @@ void UsbDevice::begin(const char* serial) {
 
 SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
   if (forget_) {
-    from_host_.clear();
     forget_ = false;
+    from_host_.drop_to(forget_to_);
   }
   size_t count = from_host_.used();
   if (count > room) count = room;
@@ -132,6 +132,7 @@ void UsbDevice::configure(uint8_t value) {
   console_open_ = false;
   listening_ = sending_ = sending_log_ = false;
   zero_owed_ = log_zero_owed_ = false;
+  forget_to_ = from_host_.mark();
   forget_ = true;
   to_host_.clear();
   for (uint32_t endpoint = 1; endpoint < kEndpoints; ++endpoint) {

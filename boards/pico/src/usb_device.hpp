@@ -82,7 +82,8 @@ class UsbDevice final : public hal::ByteLink {
   volatile bool configured_ = false;
   volatile bool suspended_ = false;
   volatile bool console_open_ = false;
-  volatile bool forget_ = false;  // what has come in belongs to an earlier session
+  volatile bool forget_ = false;  // what has come in up to forget_to_ belongs to an earlier session
+  volatile size_t forget_to_ = 0;
   bool listening_ = false;    // the wire's OUT buffer belongs to the controller
   bool sending_ = false;      // the wire's IN buffer does
   bool sending_log_ = false;
