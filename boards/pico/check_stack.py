@@ -36,6 +36,7 @@ INTERRUPTS = {0: ["gpio_handler"], 1: ["pio0_handler"], 2: ["usb_handler"], 3: [
 # Who calls through a pointer, and what that can be. First match counts; names are mangled.
 POINTERS = [
     (r"PicoEngine9set_trips", r"PinCapture11watch_trips"),
+    (r"PicoEngine4idle", r"PinCapture9caught_up"),
     (r"4pico.*(enter_xip|replace_sector|ask_unique_id|PicoSystem6reboot)", "ROM"),
     (r"reset_handler", r"_GLOBAL__sub_I"),
     (r"(^|[/:])(pb_|decode_|encode_)|pb_(en|de)code\.c", r"\.c:buf_(read|write)$|pb_default_field_callback$"),

@@ -2,7 +2,6 @@
 #include "abort_scan.hpp"
 
 #include "registers.hpp"
-
 #include "symrig/protocol/frame.hpp"
 #include "symrig/protocol/messages.hpp"
 
@@ -37,8 +36,8 @@ SYMRIG_RAM bool ends_with_abort(const uint8_t* bytes, size_t size) {
   uint8_t plain[kPlain];
   if (!decode(bytes + size - kWire, plain)) return false;
   const bool is_abort = plain[1] == static_cast<uint8_t>(protocol::Kind::request) &&
-                        (plain[7] & protocol::flag::urgent) != 0 && plain[protocol::kHeaderSize] == kAbortTag &&
-                        plain[protocol::kHeaderSize + 1] == 0;
+                        (plain[7] & protocol::flag::urgent) != 0 &&
+                        plain[protocol::kHeaderSize] == kAbortTag && plain[protocol::kHeaderSize + 1] == 0;
   if (!is_abort) return false;
   constexpr size_t covered = kPlain - protocol::kCrcSize;
   return protocol::crc32c({plain, covered}) == protocol::get_u32(plain + covered);

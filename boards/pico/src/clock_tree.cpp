@@ -29,8 +29,8 @@ void start_pll(uint32_t base, uint32_t block, uint32_t feedback, uint32_t post1,
 }
 
 void start_crystal() {
-  reg(xosc::ctrl) = 0xaa0;      // 1..15 MHz
-  reg(xosc::startup) = 47;      // 1 ms
+  reg(xosc::ctrl) = 0xaa0;  // 1..15 MHz
+  reg(xosc::startup) = 47;  // 1 ms
   reg(xosc::ctrl + kSet) = 0xfabU << 12U;
   while ((reg(xosc::status) >> 31U) == 0) {
   }

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "usb_device.hpp"
-
 #include "symrig/firmware/core.hpp"
+#include "usb_device.hpp"
 
 namespace symrig::pico {
 
-/// The log on the USB serial port, in plain words: the start, each change of state, each fault. Never waits: what
-/// does not fit is counted and told later.
+/// The log on the USB serial port, in plain words: the start, each change of state, each fault. Never waits:
+/// what does not fit is counted and told later.
 class Console {
  public:
   Console(UsbDevice& usb, const firmware::Core& core) : usb_(usb), core_(core) {}

@@ -17,22 +17,27 @@ namespace {
 
 constexpr uint32_t kEndFlag = 1U << code::kEndFlag;
 constexpr uint32_t kHaltFlag = 1U << code::kHaltFlag;
-constexpr uint32_t kStalled = 1U << 24U;   // FDEBUG: machine 0 waited for the second word of a segment
-constexpr uint32_t kRestart = 1U << 4U;    // CTRL: machine 0
-constexpr Tick kLaunchLead = 500;          // a start "now" is that much later: time to fill the queue
-constexpr Tick kFarAway = 1U << 30U;       // a start later than this is held back by firmware
+constexpr uint32_t kStalled = 1U << 24U;  // FDEBUG: machine 0 waited for the second word of a segment
+constexpr uint32_t kRestart = 1U << 4U;   // CTRL: machine 0
+constexpr Tick kLaunchLead = 500;         // a start "now" is that much later: time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;      // a start later than this is held back by firmware
 constexpr uint32_t kQueueDepth = 8;
 
-void machine(uint32_t control) { reg(pio::pio0 + pio::ctrl) = control; }
-void execute(uint16_t instruction) { reg(pio::pio0 + pio::instr) = instruction; }
+void machine(uint32_t control) {
+  reg(pio::pio0 + pio::ctrl) = control;
+}
+void execute(uint16_t instruction) {
+  reg(pio::pio0 + pio::instr) = instruction;
+}
 /// Gives a word to a machine that stands still, by way of its queue, which is empty.
 void pull_in(uint32_t word) {
   reg(pio::pio0 + pio::txf0) = word;
   execute(code::kPull);
 }
 
-/// Writes the count that ends the launch: count - (cycles since SysTick stood at `reference`). The instructions
-/// are fixed, so what passes between reading SysTick and writing is a constant (part of kLaunchLatency).
+/// Writes the count that ends the launch: count - (cycles since SysTick stood at `reference`). The
+/// instructions are fixed, so what passes between reading SysTick and writing is a constant (part of
+/// kLaunchLatency).
 SYMRIG_RAM __attribute__((noinline)) void write_count_down(uint32_t reference, uint32_t count) {
   uint32_t passed = 0;
   asm volatile(
@@ -62,8 +67,8 @@ SYMRIG_RAM __attribute__((noinline)) uint32_t enable_timed() {
 
 }  // namespace
 
-void PicoEngine::begin(TripWatch& trips) {
-  trips_ = &trips;
+void PicoEngine::begin(PinWatch& pins) {
+  pins_ = &pins;
   for (uint32_t i = 0; i < code::kCodeSize; ++i) reg(pio::pio0 + pio::instr_mem + 4 * i) = code::kCode[i];
   reg(pio::pio0 + pio::clkdiv) = 1U << 16U;
   reg(pio::pio0 + pio::execctrl) = (code::kWrapTop << 12U) | (code::kNext << 7U);
@@ -82,9 +87,11 @@ void PicoEngine::begin(TripWatch& trips) {
 }
 
 SYMRIG_RAM size_t PicoEngine::room() const {
-  if (!playing_ && !fresh_) return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
+  if (!playing_ && !fresh_)
+    return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
   const uint32_t used = ring_.used();
-  return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used : 0;  // one is kept for the end
+  return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used
+                                           : 0;  // one is kept for the end
 }
 
 SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
@@ -98,8 +105,10 @@ SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
     offset_ += segment.ticks;
   } else {
     const bool rising = segment.until == Until::rising;
-    ring_.write(code::first_word(last_levels_, code::kWait), code::wait_word(rising, kLinePins[segment.line]));
-    waits_[next_wait_ % kWaits] = {pushed_, offset_, segment.ticks, segment.line, rising, segment.stop_on_timeout};
+    ring_.write(code::first_word(last_levels_, code::kWait),
+                code::wait_word(rising, kLinePins[segment.line]));
+    waits_[next_wait_ % kWaits] = {pushed_,      offset_, segment.ticks,
+                                   segment.line, rising,  segment.stop_on_timeout};
     ++next_wait_;
     offset_ = 0;
   }
@@ -150,15 +159,23 @@ SYMRIG_RAM void PicoEngine::launch() {
   launched_ = true;
 }
 
-bool PicoEngine::idle() const { return !playing_ && !fallen_; }
+/// A run has not ended before its last edges have been looked at: limits and receipts need them.
+bool PicoEngine::idle() const {
+  if (playing_ || fallen_) return false;
+  return !ended_ || pins_->caught_up() >= ended_at_;
+}
 
-uint32_t PicoEngine::levels() const { return reg(pio::pio0 + pio::padout) & kOutputMask; }
+uint32_t PicoEngine::levels() const {
+  return reg(pio::pio0 + pio::padout) & kOutputMask;
+}
 
-bool PicoEngine::underrun() const { return underrun_; }
+bool PicoEngine::underrun() const {
+  return underrun_;
+}
 
-/// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has read
-/// and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer smaller
-/// by as much, never larger.
+/// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has
+/// read and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer
+/// smaller by as much, never larger.
 SYMRIG_RAM uint64_t PicoEngine::pulled() const {
   const uint64_t read = ring_.read_words();
   asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
@@ -213,6 +230,7 @@ SYMRIG_RAM void PicoEngine::program_stopped() {
   played_at_stop_ = played();
   underrun_ = (flags & kHaltFlag) != 0;
   ended_ = !underrun_;
+  ended_at_ = clock_.now();
   playing_ = false;
 }
 
@@ -265,12 +283,14 @@ void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
     trip_levels_ = levels;
     tripped_ = 0;
   }
-  trips_->watch_trips(lines, levels);
+  pins_->watch_trips(lines, levels);
   const uint32_t now = lines_at_trip();
   if (now != 0) trip(now);
 }
 
-uint32_t PicoEngine::lines_at_trip() const { return trip_lines_ & ~(line_levels() ^ trip_levels_); }
+uint32_t PicoEngine::lines_at_trip() const {
+  return trip_lines_ & ~(line_levels() ^ trip_levels_);
+}
 
 void PicoEngine::service() {
   if (fallen_ && clock_.now() - fallen_at_ > kPatience) {

@@ -3,19 +3,20 @@
 
 #include "segment_ring.hpp"
 #include "stampers.hpp"
-#include "tick_clock.hpp"
-
 #include "symrig/hal/edge_engine.hpp"
+#include "tick_clock.hpp"
 
 namespace symrig::pico {
 
-/// Who watches the trip lines (pin_capture.hpp).
-class TripWatch {
+/// Who watches the pins (pin_capture.hpp).
+class PinWatch {
  public:
   virtual void watch_trips(uint32_t lines, uint32_t levels) = 0;
+  /// All edges before this tick have been taken.
+  virtual hal::Tick caught_up() const = 0;
 
  protected:
-  ~TripWatch() = default;
+  ~PinWatch() = default;
 };
 
 /// hal::EdgeEngine by one PIO state machine fed by DMA. README.md, "The edge engine".
@@ -23,8 +24,8 @@ class PicoEngine final : public hal::EdgeEngine {
  public:
   PicoEngine(const TickClock& clock, const Stampers& stampers) : clock_(clock), stampers_(stampers) {}
 
-  /// Takes the output pins: all low. trips lives as long as the engine.
-  void begin(TripWatch& trips);
+  /// Takes the output pins: all low. pins lives as long as the engine.
+  void begin(PinWatch& pins);
 
   size_t room() const override;
   void push(const hal::Segment& segment) override;
@@ -47,10 +48,13 @@ class PicoEngine final : public hal::EdgeEngine {
   /// Firmware must keep pushing: the queue is open and not full.
   bool hungry() const { return playing_ && !closed_ && room() > 0; }
 
+  /// A run has just ended, and somebody waits for idle().
+  bool ending() const { return !playing_ && ended_ && !idle(); }
+
   /// Interrupt: the input `lines` have gone to a trip level, or stand there.
   void trip(uint32_t lines);
-  /// Interrupt: safe levels at once. Whoever fell the engine will force() it soon; it says that it is playing until
-  /// then, and that it ran dry if nobody does within kPatience.
+  /// Interrupt: safe levels at once. Whoever fell the engine will force() it soon; it says that it is playing
+  /// until then, and that it ran dry if nobody does within kPatience.
   void fall();
   /// Interrupt: the program has come to its end or to a halt.
   void program_stopped();
@@ -83,7 +87,7 @@ class PicoEngine final : public hal::EdgeEngine {
 
   const TickClock& clock_;
   const Stampers& stampers_;
-  TripWatch* trips_ = nullptr;
+  PinWatch* pins_ = nullptr;
   mutable SegmentRing ring_;
   volatile bool playing_ = false;
   bool closed_ = false;
@@ -92,6 +96,7 @@ class PicoEngine final : public hal::EdgeEngine {
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
   hal::Tick fallen_at_ = 0;
+  hal::Tick ended_at_ = 0;
   volatile bool ended_ = false;  // by itself, at the end of a closed queue
   uint32_t safe_ = 0;
   uint32_t last_levels_ = 0;

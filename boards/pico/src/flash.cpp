@@ -4,7 +4,6 @@
 #include "board_pins.hpp"
 #include "registers.hpp"
 #include "rom.hpp"
-
 #include "symrig/protocol/crc32c.hpp"
 
 namespace symrig::pico {
@@ -26,7 +25,9 @@ struct Header {
   uint32_t crc;
 };
 
-constexpr uint32_t offset_of(uint32_t slot) { return kFlashBytes - (2 - slot) * kSector; }
+constexpr uint32_t offset_of(uint32_t slot) {
+  return kFlashBytes - (2 - slot) * kSector;
+}
 const uint8_t* memory(uint32_t slot) {
   return reinterpret_cast<const uint8_t*>(kFlash + offset_of(slot));  // NOLINT(performance-no-int-to-ptr)
 }
@@ -55,7 +56,8 @@ int newest(Header& header) {
   const bool is_sound[2] = {sound(0, headers[0]), sound(1, headers[1])};
   if (!is_sound[0] && !is_sound[1]) return -1;
   int slot = is_sound[0] ? 0 : 1;
-  if (is_sound[0] && is_sound[1] && static_cast<int32_t>(headers[1].sequence - headers[0].sequence) > 0) slot = 1;
+  if (is_sound[0] && is_sound[1] && static_cast<int32_t>(headers[1].sequence - headers[0].sequence) > 0)
+    slot = 1;
   header = headers[slot];
   return slot;
 }
@@ -95,7 +97,8 @@ SYMRIG_RAM void enter_xip() {
 }
 
 /// Nothing may touch flash in here: interrupts are off and all that runs is in RAM or in the ROM.
-SYMRIG_RAM __attribute__((noinline)) void replace_sector(const FlashRom& rom, uint32_t offset, const uint8_t* bytes) {
+SYMRIG_RAM __attribute__((noinline)) void replace_sector(const FlashRom& rom, uint32_t offset,
+                                                         const uint8_t* bytes) {
   constexpr uint32_t kBlock = 65536;
   constexpr uint8_t kEraseBlock = 0xd8;
   rom.connect();

@@ -7,9 +7,8 @@
 #include "flash.hpp"
 #include "peripherals.hpp"
 #include "pin_capture.hpp"
-#include "usb_device.hpp"
-
 #include "symrig/firmware/core.hpp"
+#include "usb_device.hpp"
 
 namespace symrig::pico {
 namespace {
@@ -32,11 +31,11 @@ PicoIndicator indicator;
 PicoSettings settings;
 PicoSystem board_system;
 
-constexpr hal::BoardTraits kTraits = {kBoardName, unique_id,    sizeof unique_id, kLineTable,
-                                      kLines,     kTickHz,      kMinDwell,        kMaxDwell,
-                                      kWaitLatency, kQueueSegments, kRefillTicks,  kPollTicks};
-const hal::Board board = {kTraits,        tick_clock, engine,   capture,     usb_device, fault_store,
-                          board_watchdog, indicator,  settings, board_system};
+constexpr hal::BoardTraits kTraits = {kBoardName,   unique_id,      sizeof unique_id, kLineTable,
+                                      kLines,       kTickHz,        kMinDwell,        kMaxDwell,
+                                      kWaitLatency, kQueueSegments, kRefillTicks,     kPollTicks};
+const hal::Board board = {kTraits,     tick_clock,     engine,    capture,  usb_device,
+                          fault_store, board_watchdog, indicator, settings, board_system};
 firmware::Core core(board, {{program_store, sizeof program_store}, events, kEvents, {marks, kQueueSegments}});
 Console console(usb_device, core);
 
@@ -98,7 +97,7 @@ void sleep(hal::Tick until, uint32_t seen) {
     engine.service();
     capture.service();
     console.service();
-    if (engine.hungry() || capture.pending() || usb_device.waiting()) continue;
+    if (engine.hungry() || engine.ending() || capture.pending() || usb_device.waiting()) continue;
     const hal::Tick deadline = core.next_deadline();
     const hal::Tick engines = engine.next_deadline();
     sleep(deadline < engines ? deadline : engines, seen);

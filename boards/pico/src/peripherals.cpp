@@ -4,9 +4,8 @@
 #include "board_pins.hpp"
 #include "registers.hpp"
 #include "rom.hpp"
-#include "tick_clock.hpp"
-
 #include "symrig/protocol/crc32c.hpp"
+#include "tick_clock.hpp"
 
 namespace symrig::pico {
 namespace {
@@ -69,9 +68,13 @@ void PicoFaultStore::save(const hal::FaultRecord& record) {
   kept.check = check_of(record);
 }
 
-void PicoIndicator::begin() { make_output(kLedPin); }
+void PicoIndicator::begin() {
+  make_output(kLedPin);
+}
 
-void PicoIndicator::show(bool on) { reg(on ? sio::gpio_out_set : sio::gpio_out_clear) = 1U << kLedPin; }
+void PicoIndicator::show(bool on) {
+  reg(on ? sio::gpio_out_set : sio::gpio_out_clear) = 1U << kLedPin;
+}
 
 void PicoSystem::begin() {
   constexpr uint32_t kTimer = 1;

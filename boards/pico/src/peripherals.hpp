@@ -8,7 +8,8 @@
 
 namespace symrig::pico {
 
-/// The chip's watchdog, 400 ms, and the "alive" pin: a square wave of 2 ms that stands still with the firmware.
+/// The chip's watchdog, 400 ms, and the "alive" pin: a square wave of 2 ms that stands still with the
+/// firmware.
 class PicoWatchdog final : public hal::Watchdog {
  public:
   void begin();

@@ -11,7 +11,7 @@ using hal::Tick;
 namespace {
 
 constexpr uint32_t kNoLine = 0xff;
-constexpr uint32_t kInputGroup = 2;      // GPIO 16..23
+constexpr uint32_t kInputGroup = 2;       // GPIO 16..23
 constexpr uint32_t kInterruptDelay = 24;  // ticks from an edge to its stamp, typically
 
 constexpr uint32_t line_of(uint32_t pin) {
@@ -32,7 +32,9 @@ constexpr LineTable make_table() {
 // In RAM, as what uses it.
 __attribute__((section(".data.lines"))) LineTable lines = make_table();
 
-constexpr bool stamped(uint32_t line) { return line - kFirstStampedLine < kStampedLines; }
+constexpr bool stamped(uint32_t line) {
+  return line - kFirstStampedLine < kStampedLines;
+}
 
 }  // namespace
 
@@ -54,37 +56,41 @@ void PinCapture::begin() {
 }
 
 void PinCapture::watch(uint32_t wanted) {
+  uint32_t flags[kGroups] = {};
+  for (uint32_t pin = 0; pin < sizeof lines.of_pin; ++pin) {
+    const uint32_t line = lines.of_pin[pin];
+    if (line == kNoLine || stamped(line) || ((wanted >> line) & 1U) == 0) continue;
+    flags[pin / 8] |= (io::edge_low | io::edge_high) << (4 * (pin % 8));
+  }
   const IrqLock lock;
-  watched_ = wanted;
+  for (uint32_t group = 0; group < kGroups; ++group) watch_flags_[group] = flags[group];
   enable_interrupts(true);
 }
 
 void PinCapture::watch_trips(uint32_t wanted, uint32_t trip_levels) {
-  const IrqLock lock;
-  trip_flags_ = 0;
+  uint32_t flags = 0;
   for (uint32_t line = kOutputs; line < kLines; ++line) {
     if (((wanted >> line) & 1U) == 0 || !kLineTable[line].trips) continue;
     const bool high = ((trip_levels >> line) & 1U) != 0;
-    trip_flags_ |= (high ? io::edge_high : io::edge_low) << (4 * (kLinePins[line] % 8U));
+    flags |= (high ? io::edge_high : io::edge_low) << (4 * (kLinePins[line] % 8U));
   }
+  const IrqLock lock;
+  trip_flags_ = flags;
   enable_interrupts(true);
 }
 
 /// watched: false lets only trips through.
 SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
-  uint32_t flags[kGroups] = {};
-  flags[kInputGroup] = trip_flags_;
-  for (uint32_t pin = 0; watched && pin < sizeof lines.of_pin; ++pin) {
-    const uint32_t line = lines.of_pin[pin];
-    if (line == kNoLine || stamped(line) || ((watched_ >> line) & 1U) == 0) continue;
-    flags[pin / 8] |= (io::edge_low | io::edge_high) << (4 * (pin % 8));
+  for (uint32_t group = 0; group < kGroups; ++group) {
+    const uint32_t trips = group == kInputGroup ? trip_flags_ : 0;
+    reg(io::inte(group)) = trips | (watched ? watch_flags_[group] : 0);
   }
-  for (uint32_t group = 0; group < kGroups; ++group) reg(io::inte(group)) = flags[group];
 }
 
 SYMRIG_RAM void PinCapture::handle() {
   for (uint32_t left = kGroups; left > 0; --left) {
     const uint32_t group = left - 1;  // the inputs' first
+    judge_trips(reg(io::ints(kInputGroup)) & trip_flags_);
     const uint32_t flags = reg(io::ints(group));
     if (flags == 0) continue;
     // What is judged here is what is cleared: an edge that comes later interrupts again.
@@ -150,7 +156,12 @@ bool PinCapture::pop(CapturedEdge& edge) {
     edge = candidate;
     oldest = source;
   }
-  if (oldest == kSources || edge.tick + kOutOfTurn > clock_.now()) return false;
+  const Tick settled = clock_.now() - kOutOfTurn;
+  if (oldest == kSources || edge.tick > settled) {
+    caught_up_ = settled;
+    return false;
+  }
+  caught_up_ = edge.tick;
   --round_left_;
   if (oldest < Stampers::kCount) {
     stampers_.drop(oldest);
@@ -174,6 +185,7 @@ void PinCapture::service() {
   const uint64_t now = microseconds();
   if (now < millisecond_end_) return;
   millisecond_end_ = now + 1000;
+  stampers_.service();
   const IrqLock lock;
   const bool held_back = in_this_millisecond_ > kMostPerMillisecond;
   in_this_millisecond_ = 0;

@@ -4,7 +4,6 @@
 #include "edge_engine.hpp"
 #include "lines.hpp"
 #include "stampers.hpp"
-
 #include "symrig/hal/capture.hpp"
 
 namespace symrig::pico {
@@ -12,8 +11,9 @@ namespace symrig::pico {
 /// hal::Capture: PIO stamps of the stamped inputs, and an interrupt for each edge of every other line that is
 /// watched: outputs too, so that a guard sees the pins and not what PIO and DMA believe.
 ///
-/// Also where trips come in: the same interrupt, at the highest priority, stops the engine before anything else.
-class PinCapture final : public hal::Capture, public TripWatch {
+/// Also where trips come in: the same interrupt, at the highest priority, stops the engine before anything
+/// else.
+class PinCapture final : public hal::Capture, public PinWatch {
  public:
   PinCapture(const TickClock& clock, Stampers& stampers, PicoEngine& engine)
       : clock_(clock), stampers_(stampers), engine_(engine) {}
@@ -28,6 +28,7 @@ class PinCapture final : public hal::Capture, public TripWatch {
   /// Lines whose edges are wanted. PIO stamps come anyway.
   void watch(uint32_t lines);
   void watch_trips(uint32_t lines, uint32_t levels) override;
+  hal::Tick caught_up() const override { return caught_up_; }
   /// Edges that one round of the main loop may take; the rest waits for the next.
   void begin_round() { round_left_ = kPerRound; }
   /// Edges are waiting to be taken.
@@ -62,7 +63,8 @@ class PinCapture final : public hal::Capture, public TripWatch {
   volatile uint32_t in_this_millisecond_ = 0;
   uint64_t millisecond_end_ = 0;  // us
   uint32_t round_left_ = 0;
-  uint32_t watched_ = 0;
+  hal::Tick caught_up_ = 0;
+  uint32_t watch_flags_[kGroups] = {};
   uint32_t trip_flags_ = 0;  // in the inputs' group
 };
 

@@ -9,7 +9,8 @@ namespace {
 constexpr uint32_t kRingBits = 13;
 constexpr uint32_t kGrantBits = 8;
 
-__attribute__((section(".rings.segments"), aligned(1U << kRingBits))) volatile uint32_t words[SegmentRing::kWords];
+__attribute__((section(".rings.segments"),
+               aligned(1U << kRingBits))) volatile uint32_t words[SegmentRing::kWords];
 __attribute__((section(".rings.grants"), aligned(1U << kGrantBits))) volatile uint32_t grants[64];
 static_assert(sizeof words == 1U << kRingBits && sizeof grants == 1U << kGrantBits);
 
@@ -53,7 +54,9 @@ SYMRIG_RAM void SegmentRing::write(uint32_t first, uint32_t second) {
   if (written_ - granted_ >= kGrantEvery) grant();
 }
 
-SYMRIG_RAM uint32_t SegmentRing::place() { return (reg(kData + dma::read_addr) - address_of(words)) / 4; }
+SYMRIG_RAM uint32_t SegmentRing::place() {
+  return (reg(kData + dma::read_addr) - address_of(words)) / 4;
+}
 
 SYMRIG_RAM void SegmentRing::grant() {
   read_words();

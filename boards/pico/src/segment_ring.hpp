@@ -5,14 +5,14 @@
 
 namespace symrig::pico {
 
-/// Words on their way from firmware to the edge engine's queue, by DMA, so that DMA can never read a word that
-/// firmware has not finished.
+/// Words on their way from firmware to the edge engine's queue, by DMA, so that DMA can never read a word
+/// that firmware has not finished.
 ///
-/// The data channel copies words from a ring to the state machine's queue. It is given a count and stops after
-/// it; the control channel then hands it the next count from a list of counts ("grants"), or a zero, which
-/// stops both. Firmware writes words first and their grant after them, so every word granted is a finished
-/// one. If the channels have met the zero before a new grant stood there, firmware starts them again: the data
-/// channel tells of that by its interrupt flag (it is "quiet": it flags nothing but a zero).
+/// The data channel copies words from a ring to the state machine's queue. It is given a count and stops
+/// after it; the control channel then hands it the next count from a list of counts ("grants"), or a zero,
+/// which stops both. Firmware writes words first and their grant after them, so every word granted is a
+/// finished one. If the channels have met the zero before a new grant stood there, firmware starts them
+/// again: the data channel tells of that by its interrupt flag (it is "quiet": it flags nothing but a zero).
 class SegmentRing {
  public:
   static constexpr uint32_t kSegments = 1024;
@@ -28,8 +28,8 @@ class SegmentRing {
   void grant();
   /// Lets the channels run: from now on grants reach the queue.
   void open();
-  /// Grants what is written if the channels are about to run out of grants, and starts them again if they have
-  /// stopped. To be called at every round of the main loop.
+  /// Grants what is written if the channels are about to run out of grants, and starts them again if they
+  /// have stopped. To be called at every round of the main loop.
   void service();
 
   /// Segments written and not yet read.

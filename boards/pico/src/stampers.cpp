@@ -45,7 +45,9 @@ __attribute__((section(".rings.stamps"),
                aligned(1U << kRingBits))) volatile uint32_t stamps[Stampers::kCount][Stampers::kRing];
 static_assert(sizeof stamps[0] == 1U << kRingBits);
 
-uint32_t channel(uint32_t index) { return dma::channel(kDmaStampers + index); }
+uint32_t channel(uint32_t index) {
+  return dma::channel(kDmaStampers + index);
+}
 
 void set_up_machine(uint32_t index) {
   const uint32_t machine = pio::pio1 + pio::machine(index);
@@ -74,7 +76,8 @@ SYMRIG_RAM uint32_t enable_machines() {
       "ldr %[stood], [%[systick]]\n"
       "str %[enable], [%[control]]\n"
       : [stood] "=&l"(stood)
-      : [systick] "l"(core::systick), [control] "l"(pio::pio1 + pio::ctrl), [enable] "l"((1U << Stampers::kCount) - 1)
+      : [systick] "l"(core::systick), [control] "l"(pio::pio1 + pio::ctrl),
+        [enable] "l"((1U << Stampers::kCount) - 1)
       : "memory");
   return stood;
 }
@@ -83,7 +86,8 @@ SYMRIG_RAM uint32_t enable_machines() {
 
 void Stampers::start(const TickClock& clock) {
   clock_ = &clock;
-  for (uint32_t i = 0; i < sizeof kCode / sizeof kCode[0]; ++i) reg(pio::pio1 + pio::instr_mem + 4 * i) = kCode[i];
+  for (uint32_t i = 0; i < sizeof kCode / sizeof kCode[0]; ++i)
+    reg(pio::pio1 + pio::instr_mem + 4 * i) = kCode[i];
   for (uint32_t i = 0; i < kCount; ++i) {
     set_up_machine(i);
     set_up_channel(i);
@@ -120,6 +124,14 @@ bool Stampers::pending() const {
   for (uint32_t i = 0; i < kCount; ++i)
     if (written(i) != taken_[i]) return true;
   return false;
+}
+
+void Stampers::service() {
+  for (uint32_t i = 0; i < kCount; ++i) {
+    if ((reg(channel(i) + dma::al1_ctrl) & dma::busy) != 0 || written(i) != taken_[i]) continue;
+    taken_[i] = 0;
+    set_up_channel(i);
+  }
 }
 
 bool Stampers::take_overflow() {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tick_clock.hpp"
-
 #include "symrig/hal/capture.hpp"
+#include "tick_clock.hpp"
 
 namespace symrig::pico {
 
@@ -21,6 +20,8 @@ class Stampers {
   bool peek(uint32_t index, hal::Tick& tick, bool& level) const;
   void drop(uint32_t index) { ++taken_[index]; }
   bool pending() const;
+  /// Now and then: a DMA channel stops after 2^32 - 1 edges, and is set going again.
+  void service();
   /// Edges were lost since the last call.
   bool take_overflow();
 

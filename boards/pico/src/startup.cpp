@@ -49,8 +49,8 @@ struct Vectors {
 
 __attribute__((section(".vectors"), used)) const Vectors kVectors = {
     &__stack_top,
-    {reset_handler, crash_handler, crash_handler, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
-     crash_handler, nullptr, nullptr, crash_handler, crash_handler},
+    {reset_handler, crash_handler, crash_handler, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+     nullptr, crash_handler, nullptr, nullptr, crash_handler, crash_handler},
     {crash_handler, timer1_handler, crash_handler, crash_handler, crash_handler, usb_handler,   crash_handler,
      pio0_handler,  crash_handler,  crash_handler, crash_handler, dma0_handler,  crash_handler, gpio_handler,
      crash_handler, crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler, crash_handler,

@@ -32,6 +32,8 @@ SYMRIG_RAM Tick TickClock::at(uint32_t systick) const {
   return coarse + static_cast<Tick>(static_cast<int64_t>(static_cast<int32_t>(ahead) >> 8));
 }
 
-SYMRIG_RAM Tick TickClock::now() const { return at(read_systick()); }
+SYMRIG_RAM Tick TickClock::now() const {
+  return at(read_systick());
+}
 
 }  // namespace symrig::pico

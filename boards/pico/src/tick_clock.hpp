@@ -2,7 +2,6 @@
 #pragma once
 
 #include "registers.hpp"
-
 #include "symrig/hal/clock.hpp"
 
 namespace symrig::pico {
@@ -24,7 +23,9 @@ class TickClock final : public hal::Clock {
   uint32_t phase_ = 0;
 };
 
-inline uint32_t read_systick() { return reg(core::systick); }
+inline uint32_t read_systick() {
+  return reg(core::systick);
+}
 /// Of TIMER, 64 bits.
 uint64_t microseconds();
 

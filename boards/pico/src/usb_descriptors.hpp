@@ -3,14 +3,14 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// What the device says of itself: a vendor interface (bulk, the wire) and a CDC-ACM console (the log), with the
-/// Microsoft OS 2.0 descriptors that give the vendor interface the WinUSB driver.
+/// What the device says of itself: a vendor interface (bulk, the wire) and a CDC-ACM console (the log), with
+/// the Microsoft OS 2.0 descriptors that give the vendor interface the WinUSB driver.
 namespace symrig::pico::usb_descriptors {
 
 /// Endpoints.
-constexpr uint8_t kWire = 1;      // bulk, both ways
-constexpr uint8_t kNotice = 2;    // interrupt, to the host: never used, but CDC wants it
-constexpr uint8_t kConsole = 3;   // bulk, both ways
+constexpr uint8_t kWire = 1;             // bulk, both ways
+constexpr uint8_t kNotice = 2;           // interrupt, to the host: never used, but CDC wants it
+constexpr uint8_t kConsole = 3;          // bulk, both ways
 constexpr uint8_t kMsVendorCode = 0x20;  // bRequest that asks for the Microsoft descriptors
 
 /// Bytes that live for ever.

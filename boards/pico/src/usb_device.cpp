@@ -14,9 +14,10 @@ constexpr uint32_t kAvailable = 1U << 10U, kStall = 1U << 11U, kData1 = 1U << 13
                    kFull = 1U << 15U;
 constexpr uint32_t kLengthMask = 0x3ff;
 // SIE_STATUS and interrupts.
-constexpr uint32_t kSieSuspended = 1U << 4U, kSieResume = 1U << 11U, kSieSetup = 1U << 17U, kSieReset = 1U << 19U;
-constexpr uint32_t kIntBuffer = 1U << 4U, kIntReset = 1U << 12U, kIntSuspend = 1U << 14U, kIntResume = 1U << 15U,
-                   kIntSetup = 1U << 16U;
+constexpr uint32_t kSieSuspended = 1U << 4U, kSieResume = 1U << 11U, kSieSetup = 1U << 17U,
+                   kSieReset = 1U << 19U;
+constexpr uint32_t kIntBuffer = 1U << 4U, kIntReset = 1U << 12U, kIntSuspend = 1U << 14U,
+                   kIntResume = 1U << 15U, kIntSetup = 1U << 16U;
 
 // The controller's memory: control words first, then a 64-byte buffer for each end of each endpoint.
 constexpr uint32_t kControlBuffer = 0x100;
@@ -29,7 +30,9 @@ volatile uint32_t& buffer_control(uint32_t endpoint, bool out) {
 volatile uint32_t& endpoint_control(uint32_t endpoint, bool out) {
   return reg(usb::ram + 8 * endpoint + (out ? 4 : 0));
 }
-constexpr uint32_t buff_status_bit(uint32_t endpoint, bool out) { return 1U << (2 * endpoint + (out ? 1 : 0)); }
+constexpr uint32_t buff_status_bit(uint32_t endpoint, bool out) {
+  return 1U << (2 * endpoint + (out ? 1 : 0));
+}
 
 uint8_t memory_byte(uint32_t at) {
   return static_cast<uint8_t>(reg(usb::ram + (at & ~3U)) >> (8 * (at & 3U)));
@@ -44,16 +47,17 @@ constexpr uint8_t kStandard = 0;
 void UsbDevice::begin(const char* serial) {
   serial_ = serial;
   for (uint32_t at = 0; at < 0x1000; at += 4) reg(usb::ram + at) = 0;
-  reg(usb::muxing) = 9;           // to the PHY, soft connect
-  reg(usb::power) = 0xc;          // VBUS is taken to be there
-  reg(usb::main_ctrl) = 1;        // on, device
+  reg(usb::muxing) = 9;            // to the PHY, soft connect
+  reg(usb::power) = 0xc;           // VBUS is taken to be there
+  reg(usb::main_ctrl) = 1;         // on, device
   reg(usb::sie_ctrl) = 1U << 29U;  // tell of each buffer of endpoint 0
   reg(usb::inte) = kIntBuffer | kIntReset | kIntSuspend | kIntResume | kIntSetup;
   enable_irq(irq::usb, 2);
   reg(usb::sie_ctrl + kSet) = 1U << 16U;  // pull-up
 }
 
-// ------------------------------------------------------------------------------------------- the main loop's side
+// ------------------------------------------------------------------------------------------- the main loop's
+// side
 
 SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
   if (forget_) {
@@ -66,29 +70,32 @@ SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
   for (size_t i = 0; i < count; ++i) out[i] = from_host_.take();
   round_left_ -= count;
   if (!listening_) {
-    const IrqLock lock;
+    const IrqHold hold(irq::usb);
     listen();
   }
   return count;
 }
 
-size_t UsbDevice::room() const { return attached() ? to_host_.room() : 0; }
+size_t UsbDevice::room() const {
+  return attached() ? to_host_.room() : 0;
+}
 
 SYMRIG_RAM void UsbDevice::write(const uint8_t* bytes, size_t size) {
   for (size_t i = 0; i < size; ++i) to_host_.put(bytes[i]);
-  const IrqLock lock;
+  const IrqHold hold(irq::usb);
   send_wire();
 }
 
 size_t UsbDevice::print(const char* text, size_t size) {
   size_t count = 0;
   for (; count < size && log_.room() > 0; ++count) log_.put(static_cast<uint8_t>(text[count]));
-  const IrqLock lock;
+  const IrqHold hold(irq::usb);
   send_log();
   return count;
 }
 
-// ------------------------------------------------------------------------------------------------ the interrupt
+// ------------------------------------------------------------------------------------------------ the
+// interrupt
 
 SYMRIG_RAM void UsbDevice::handle() {
   const uint32_t status = reg(usb::ints);
@@ -153,8 +160,8 @@ void UsbDevice::configure(uint8_t value) {
   send_log();
 }
 
-/// Hands an endpoint's buffer to the controller: the word first, then, when it has surely arrived in the other
-/// clock domain, the bit that makes it valid.
+/// Hands an endpoint's buffer to the controller: the word first, then, when it has surely arrived in the
+/// other clock domain, the bit that makes it valid.
 SYMRIG_RAM void UsbDevice::arm(uint32_t endpoint, bool out, uint32_t size) {
   bool& toggle = toggle_[endpoint][out ? 1 : 0];
   const uint32_t word = size | kLast | (toggle ? kData1 : 0) | (out ? 0 : kFull);
@@ -172,7 +179,8 @@ SYMRIG_RAM void UsbDevice::buffers_done(uint32_t done) {
     sending_ = false;
     send_wire();
   }
-  if ((done & buff_status_bit(desc::kConsole, true)) != 0) arm(desc::kConsole, true, kPacket);  // nobody reads it
+  if ((done & buff_status_bit(desc::kConsole, true)) != 0)
+    arm(desc::kConsole, true, kPacket);  // nobody reads it
   if ((done & buff_status_bit(desc::kConsole, false)) != 0) {
     sending_log_ = false;
     send_log();
@@ -223,7 +231,8 @@ SYMRIG_RAM void UsbDevice::send_log() {
   if (console_open() && !sending_log_) sending_log_ = send_packet(desc::kConsole, log_, log_zero_owed_);
 }
 
-// -------------------------------------------------------------------------------------------------- endpoint 0
+// -------------------------------------------------------------------------------------------------- endpoint
+// 0
 
 void UsbDevice::setup() {
   const uint8_t type = memory_byte(0);
@@ -301,7 +310,8 @@ bool UsbDevice::endpoint_feature(uint8_t request, uint16_t index) {
   return true;
 }
 
-bool UsbDevice::class_or_vendor(uint8_t type, uint8_t request, uint16_t value, uint16_t index, uint16_t length) {
+bool UsbDevice::class_or_vendor(uint8_t type, uint8_t request, uint16_t value, uint16_t index,
+                                uint16_t length) {
   constexpr uint8_t kClassToInterface = 0x21;
   constexpr uint8_t kClassFromInterface = 0xa1;
   constexpr uint8_t kVendorFromDevice = 0xc0;

@@ -4,9 +4,8 @@
 #include "byte_ring.hpp"
 #include "edge_engine.hpp"
 #include "registers.hpp"
-#include "usb_descriptors.hpp"
-
 #include "symrig/hal/byte_link.hpp"
+#include "usb_descriptors.hpp"
 
 namespace symrig::pico {
 
@@ -84,10 +83,10 @@ class UsbDevice final : public hal::ByteLink {
   volatile bool console_open_ = false;
   volatile bool forget_ = false;  // what has come in up to forget_to_ belongs to an earlier session
   volatile size_t forget_to_ = 0;
-  bool listening_ = false;    // the wire's OUT buffer belongs to the controller
-  bool sending_ = false;      // the wire's IN buffer does
+  bool listening_ = false;  // the wire's OUT buffer belongs to the controller
+  bool sending_ = false;    // the wire's IN buffer does
   bool sending_log_ = false;
-  bool zero_owed_ = false;    // the last packet was full: one more, even empty, tells that this was all
+  bool zero_owed_ = false;  // the last packet was full: one more, even empty, tells that this was all
   bool log_zero_owed_ = false;
 
   Stage stage_ = Stage::none;
