@@ -31,7 +31,7 @@ ROM = 256
 NESTED = {"decode": 2, "encode": 3}
 EXCEPTION_FRAME = 36  # eight words, and one to align
 
-INTERRUPTS = {0: ["gpio_handler"], 1: ["pio0_handler"], 2: ["usb_handler"], 3: ["dma0_handler", "timer1_handler"]}
+INTERRUPTS = {0: ["gpio_handler"], 1: ["pio0_handler", "timer0_handler"], 2: ["usb_handler"], 3: ["dma0_handler", "timer1_handler"]}
 
 # Who calls through a pointer, and what that can be. First match counts; names are mangled.
 POINTERS = [

@@ -109,7 +109,8 @@ SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
                 code::wait_word(rising, kLinePins[segment.line]));
     waits_[next_wait_ % kWaits] = {pushed_,      offset_, segment.ticks,
                                    segment.line, rising,  segment.stop_on_timeout};
-    ++next_wait_;
+    asm volatile("" ::: "memory");  // an interrupt may look from here on
+    next_wait_ = next_wait_ + 1;
     offset_ = 0;
   }
   ++pushed_;
@@ -157,6 +158,7 @@ SYMRIG_RAM void PicoEngine::launch() {
   ring_.open();
   reg(pio::pio0 + pio::fdebug) = kStalled;
   launched_ = true;
+  set_alarm();
 }
 
 /// A run has not ended before its last edges have been looked at: limits and receipts need them.
@@ -194,9 +196,14 @@ uint64_t PicoEngine::played() const {
 }
 
 bool PicoEngine::pop_wait(WaitOutcome& outcome) {
-  settle();
+  {
+    const IrqHold hold(irq::timer0);
+    settle();
+    set_alarm();
+  }
   if (first_outcome_ == next_outcome_) return false;
-  outcome = outcomes_[first_outcome_++ % kWaits];
+  outcome = outcomes_[first_outcome_ % kWaits];
+  first_outcome_ = first_outcome_ + 1;
   return true;
 }
 
@@ -256,15 +263,17 @@ void PicoEngine::put_out(uint32_t levels) {
 }
 
 void PicoEngine::forget_queue() {
+  launched_ = false;
   machine(kRestart);
   ring_.reset();
   for (uint32_t i = 0; i < kQueueDepth; ++i) execute(code::kPullOrX);
-  first_wait_ = next_wait_ = 0;
-  first_outcome_ = next_outcome_ = 0;
+  first_wait_ = 0;
+  next_wait_ = 0;
+  first_outcome_ = 0;
+  next_outcome_ = 0;
   pushed_ = 0;
   offset_ = 0;
   closed_ = false;
-  launched_ = false;
   fresh_ = true;
 }
 
@@ -310,23 +319,40 @@ void PicoEngine::service() {
     underrun_ = true;
     playing_ = false;
   }
+  const IrqHold hold(irq::timer0);
   settle();
+  set_alarm();
+}
+
+SYMRIG_RAM void PicoEngine::time_is_up() {
+  settle();
+  set_alarm();
+}
+
+/// The alarm comes at the end of the first wait that has not ended, or before, and is then set again.
+SYMRIG_RAM void PicoEngine::set_alarm() const {
+  constexpr uint32_t kMost = 1U << 30U;
+  if (!playing_ || !launched_ || first_wait_ == next_wait_) return;
+  const Tick now = clock_.now();
+  const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].timeout;
+  uint32_t ticks = 0;
+  if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
+  // Two more: an alarm that is set to a time gone by never comes.
+  reg(timer::alarm0) = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 2;
 }
 
 Tick PicoEngine::next_deadline() const {
   if (!playing_) return hal::kNever;
-  if (!launched_) return launch_at_ - kFarAway;
-  if (first_wait_ == next_wait_) return hal::kNever;
-  return wait_begin() + waits_[first_wait_ % kWaits].timeout;
+  return launched_ ? hal::kNever : launch_at_ - kFarAway;
 }
 
-void PicoEngine::settle() {
+SYMRIG_RAM void PicoEngine::settle() {
   while (launched_ && first_wait_ != next_wait_ && settle_wait()) {
   }
 }
 
 /// true: the oldest wait has ended.
-bool PicoEngine::settle_wait() {
+SYMRIG_RAM bool PicoEngine::settle_wait() {
   const Wait& wait = waits_[first_wait_ % kWaits];
   const bool over = pulled() > 2 * wait.segment + 2;
   if (over) {
@@ -367,9 +393,10 @@ SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
 }
 
 void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
-  outcomes_[next_outcome_++ % kWaits] = outcome;
+  outcomes_[next_outcome_ % kWaits] = outcome;
+  next_outcome_ = next_outcome_ + 1;
   anchor_ = outcome.resumed;
-  ++first_wait_;
+  first_wait_ = first_wait_ + 1;
 }
 
 }  // namespace symrig::pico

@@ -56,6 +56,8 @@ class PicoEngine final : public hal::EdgeEngine {
   /// Interrupt: safe levels at once. Whoever fell the engine will force() it soon; it says that it is playing
   /// until then, and that it ran dry if nobody does within kPatience.
   void fall();
+  /// Interrupt: the alarm set for the end of a wait.
+  void time_is_up();
   /// Interrupt: the program has come to its end or to a halt.
   void program_stopped();
 
@@ -79,6 +81,7 @@ class PicoEngine final : public hal::EdgeEngine {
   void launch();
   uint64_t pulled() const;
   void settle();
+  void set_alarm() const;
   bool settle_wait();
   bool run_out(const Wait& wait, hal::Tick when);
   void conclude_wait(const hal::WaitOutcome& outcome);
@@ -88,10 +91,10 @@ class PicoEngine final : public hal::EdgeEngine {
   const TickClock& clock_;
   const Stampers& stampers_;
   PinWatch* pins_ = nullptr;
-  mutable SegmentRing ring_;
+  SegmentRing ring_;
   volatile bool playing_ = false;
   bool closed_ = false;
-  bool launched_ = false;
+  volatile bool launched_ = false;
   bool fresh_ = true;  // nothing of an earlier run is left in the queue
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
@@ -108,11 +111,11 @@ class PicoEngine final : public hal::EdgeEngine {
   uint64_t played_at_stop_ = 0;
 
   Wait waits_[kWaits];
-  uint32_t first_wait_ = 0;
-  uint32_t next_wait_ = 0;
+  volatile uint32_t first_wait_ = 0;
+  volatile uint32_t next_wait_ = 0;
   hal::WaitOutcome outcomes_[kWaits];
-  uint32_t first_outcome_ = 0;
-  uint32_t next_outcome_ = 0;
+  volatile uint32_t first_outcome_ = 0;
+  volatile uint32_t next_outcome_ = 0;
 
   uint32_t trip_lines_ = 0;
   uint32_t trip_levels_ = 0;

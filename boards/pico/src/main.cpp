@@ -63,7 +63,8 @@ void set_up() {
   enable_irq(irq::pio0_0, 1);
   reg(dma::inte0) = 1U << kDmaEngineControl;
   enable_irq(irq::dma0, 3);
-  reg(timer::inte) = 2;
+  reg(timer::inte) = 3;
+  enable_irq(irq::timer0, 1);
   enable_irq(irq::timer1, 3);
   core.boot();
   usb_device.begin(serial);
@@ -127,6 +128,12 @@ SYMRIG_RAM void pio0_handler() {
 SYMRIG_RAM void dma0_handler() {
   symrig::pico::wakes = symrig::pico::wakes + 1;
   symrig::pico::reg(symrig::pico::dma::ints0) = 1U << symrig::pico::kDmaEngineControl;
+}
+
+SYMRIG_RAM void timer0_handler() {
+  symrig::pico::wakes = symrig::pico::wakes + 1;
+  symrig::pico::reg(symrig::pico::timer::intr) = 1;
+  symrig::pico::engine.time_is_up();
 }
 
 SYMRIG_RAM void timer1_handler() {

@@ -80,8 +80,8 @@ constexpr uint32_t sys = 0x40028000, usb = 0x4002c000;
 
 namespace timer {
 constexpr uint32_t base = 0x40054000;
-constexpr uint32_t alarm1 = base + 0x14, raw_high = base + 0x24, raw_low = base + 0x28, intr = base + 0x34,
-                   inte = base + 0x38;
+constexpr uint32_t alarm0 = base + 0x10, alarm1 = base + 0x14, raw_high = base + 0x24, raw_low = base + 0x28,
+                   intr = base + 0x34, inte = base + 0x38;
 }  // namespace timer
 
 namespace watchdog {
@@ -152,7 +152,7 @@ constexpr uint32_t irq_set_enable = 0xe000e100, irq_clear_enable = 0xe000e180, i
 
 // Numbers of interrupts.
 namespace irq {
-constexpr uint32_t timer1 = 1, usb = 5, pio0_0 = 7, dma0 = 11, gpio = 13;
+constexpr uint32_t timer0 = 0, timer1 = 1, usb = 5, pio0_0 = 7, dma0 = 11, gpio = 13;
 }
 
 /// Enables an interrupt. priority: 0 (first) to 3.

@@ -59,7 +59,10 @@ SYMRIG_RAM uint32_t SegmentRing::place() {
 }
 
 SYMRIG_RAM void SegmentRing::grant() {
-  read_words();
+  {
+    const IrqLock lock;  // 64 bits that interrupts read
+    read_ = read_words();
+  }
   const auto fresh = static_cast<uint32_t>(written_ - granted_);
   if (fresh == 0 || grants_unread() >= kGrants - 2) return;
   grants[(grants_ + 1) % kGrants] = 0;
@@ -95,9 +98,8 @@ SYMRIG_RAM void SegmentRing::restart() {
   reg(kControl + dma::al3_read_addr_trig) = address_of(grants + zero % kGrants);
 }
 
-SYMRIG_RAM uint64_t SegmentRing::read_words() {
-  read_ += (place() - static_cast<uint32_t>(read_)) % kWords;
-  return read_;
+SYMRIG_RAM uint64_t SegmentRing::read_words() const {
+  return read_ + (place() - static_cast<uint32_t>(read_)) % kWords;
 }
 
 }  // namespace symrig::pico

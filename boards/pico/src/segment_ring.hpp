@@ -35,7 +35,7 @@ class SegmentRing {
   /// Segments written and not yet read.
   uint32_t used() const { return (static_cast<uint32_t>(written_) - place()) % kWords / 2; }
   /// Words read since reset(). Must be asked (grant() does) before another ring's worth has been read.
-  uint64_t read_words();
+  uint64_t read_words() const;
 
  private:
   static constexpr uint32_t kGrants = 64;

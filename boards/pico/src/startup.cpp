@@ -12,6 +12,7 @@ void usb_handler();
 void gpio_handler();
 void pio0_handler();
 void dma0_handler();
+void timer0_handler();
 void timer1_handler();
 
 /// A fault of the processor, or an interrupt that nobody asked for: the watchdog starts the board anew, and
@@ -51,10 +52,11 @@ __attribute__((section(".vectors"), used)) const Vectors kVectors = {
     &__stack_top,
     {reset_handler, crash_handler, crash_handler, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
      nullptr, crash_handler, nullptr, nullptr, crash_handler, crash_handler},
-    {crash_handler, timer1_handler, crash_handler, crash_handler, crash_handler, usb_handler,   crash_handler,
-     pio0_handler,  crash_handler,  crash_handler, crash_handler, dma0_handler,  crash_handler, gpio_handler,
-     crash_handler, crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler, crash_handler,
-     crash_handler, crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler, crash_handler,
-     crash_handler, crash_handler,  crash_handler, crash_handler}};
+    {timer0_handler, timer1_handler, crash_handler, crash_handler, crash_handler, usb_handler,
+     crash_handler,  pio0_handler,   crash_handler, crash_handler, crash_handler, dma0_handler,
+     crash_handler,  gpio_handler,   crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler}};
 
 }  // namespace

@@ -40,7 +40,7 @@ class UsbDevice final : public hal::ByteLink {
  private:
   static constexpr size_t kPacket = 64;
   static constexpr size_t kPerRound = kPacket / 2;  // two requests: what they cost is part of poll_ticks
-  static constexpr size_t kFromHost = 2048;
+  static constexpr size_t kFromHost = 1024;
   static constexpr size_t kToHost = 2048;
   static constexpr size_t kLog = 1024;
   static constexpr uint32_t kEndpoints = 4;
