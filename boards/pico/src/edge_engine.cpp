@@ -2,7 +2,7 @@
 #include "edge_engine.hpp"
 
 #include "board_pins.hpp"
-#include "edge_program.hpp"
+#include "edge_machine.hpp"
 #include "lines.hpp"
 
 namespace symrig::pico {
@@ -12,58 +12,12 @@ using hal::Tick;
 using hal::Until;
 using hal::WaitOutcome;
 namespace code = edge_program;
+namespace machine = edge_machine;
 
 namespace {
 
-constexpr uint32_t kEndFlag = 1U << code::kEndFlag;
-constexpr uint32_t kHaltFlag = 1U << code::kHaltFlag;
-constexpr uint32_t kStalled = 1U << 24U;  // FDEBUG: machine 0 waited for the second word of a segment
-constexpr uint32_t kRestart = 1U << 4U;   // CTRL: machine 0
-constexpr Tick kLaunchLead = 500;         // a start "now" is that much later: time to fill the queue
-constexpr Tick kFarAway = 1U << 30U;      // a start later than this is held back by firmware
-constexpr uint32_t kQueueDepth = 8;
-
-void machine(uint32_t control) {
-  reg(pio::pio0 + pio::ctrl) = control;
-}
-void execute(uint16_t instruction) {
-  reg(pio::pio0 + pio::instr) = instruction;
-}
-/// Gives a word to a machine that stands still, by way of its queue, which is empty.
-void pull_in(uint32_t word) {
-  reg(pio::pio0 + pio::txf0) = word;
-  execute(code::kPull);
-}
-
-/// Writes the count that ends the launch: count - (cycles since SysTick stood at `reference`). The
-/// instructions are fixed, so what passes between reading SysTick and writing is a constant (part of
-/// kLaunchLatency).
-SYMRIG_RAM __attribute__((noinline)) void write_count_down(uint32_t reference, uint32_t count) {
-  uint32_t passed = 0;
-  asm volatile(
-      "ldr  %[passed], [%[systick]]\n"
-      "subs %[passed], %[reference], %[passed]\n"
-      "lsls %[passed], %[passed], #8\n"
-      "lsrs %[passed], %[passed], #8\n"
-      "subs %[passed], %[count], %[passed]\n"
-      "str  %[passed], [%[queue]]\n"
-      : [passed] "=&l"(passed)
-      : [systick] "l"(core::systick), [reference] "l"(reference), [count] "l"(count),
-        [queue] "l"(pio::pio0 + pio::txf0)
-      : "cc", "memory");
-}
-
-/// Enables the machine; returns where SysTick stood a fixed number of cycles before.
-SYMRIG_RAM __attribute__((noinline)) uint32_t enable_timed() {
-  uint32_t stood = 0;
-  asm volatile(
-      "ldr %[stood], [%[systick]]\n"
-      "str %[enable], [%[control]]\n"
-      : [stood] "=&l"(stood)
-      : [systick] "l"(core::systick), [control] "l"(pio::pio0 + pio::ctrl), [enable] "l"(1)
-      : "memory");
-  return stood;
-}
+constexpr Tick kLaunchLead = 500;     // a start "now" is that much later: time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;  // a start later than this is held back by firmware
 
 }  // namespace
 
@@ -77,13 +31,13 @@ void PicoEngine::begin(PinWatch& pins) {
   ring_.reset();
   set_safe(0);
   put_out(0);
-  pull_in(kOutputMask);
-  execute(code::kOutPinDirections);
+  machine::pull_in(kOutputMask);
+  machine::execute(code::kOutPinDirections);
   for (uint32_t pin = 0; pin < kOutputs; ++pin) {
     reg(pads::pin(pin)) = pads::input_enable | pads::drive_4ma | pads::pull_down | pads::schmitt;
     reg(io::ctrl(pin)) = io::function_pio0;
   }
-  reg(pio::pio0 + pio::irq0_inte) = (kEndFlag | kHaltFlag) << 8U;
+  reg(pio::pio0 + pio::irq0_inte) = (machine::kEndFlag | machine::kHaltFlag) << 8U;
 }
 
 SYMRIG_RAM size_t PicoEngine::room() const {
@@ -129,9 +83,9 @@ Tick PicoEngine::start(Tick tick) {
     return clock_.now();
   }
   ring_.grant();
-  machine(kRestart);
-  execute(code::jmp(code::kDwell));
-  reg(pio::pio0 + pio::irq) = kEndFlag | kHaltFlag;
+  machine::control(machine::kRestart);
+  machine::execute(code::jmp(code::kDwell));
+  reg(pio::pio0 + pio::irq) = machine::kEndFlag | machine::kHaltFlag;
   underrun_ = false;
   ended_ = false;
   fallen_ = false;
@@ -140,7 +94,7 @@ Tick PicoEngine::start(Tick tick) {
   launch_at_ = tick;
   playing_ = true;
   fresh_ = false;
-  machine(1);  // stands at `pull` until launch() gives it a count
+  machine::control(machine::kEnable);  // stands at `pull` until launch() gives it a count
   const Tick now = clock_.now();
   if (tick > now && tick - now > kFarAway) return tick;
   launch();
@@ -154,9 +108,9 @@ SYMRIG_RAM void PicoEngine::launch() {
   const uint32_t reference = read_systick();
   const Tick now = clock_.at(reference);
   anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
-  write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
+  machine::write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
   ring_.open();
-  reg(pio::pio0 + pio::fdebug) = kStalled;
+  reg(pio::pio0 + pio::fdebug) = machine::kStalled;
   launched_ = true;
   set_alarm();
 }
@@ -195,22 +149,10 @@ uint64_t PicoEngine::played() const {
   return begun - waits;
 }
 
-bool PicoEngine::pop_wait(WaitOutcome& outcome) {
-  {
-    const IrqHold hold(irq::timer0);
-    settle();
-    set_alarm();
-  }
-  if (first_outcome_ == next_outcome_) return false;
-  outcome = outcomes_[first_outcome_ % kWaits];
-  first_outcome_ = first_outcome_ + 1;
-  return true;
-}
-
 /// Outputs first.
 SYMRIG_RAM void PicoEngine::halt_machine() {
-  machine(0);
-  execute(code::kMovPinsX);
+  machine::control(0);
+  machine::execute(code::kMovPinsX);
 }
 
 SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
@@ -231,11 +173,11 @@ SYMRIG_RAM void PicoEngine::fall() {
 }
 
 SYMRIG_RAM void PicoEngine::program_stopped() {
-  const uint32_t flags = reg(pio::pio0 + pio::irq) & (kEndFlag | kHaltFlag);
+  const uint32_t flags = reg(pio::pio0 + pio::irq) & (machine::kEndFlag | machine::kHaltFlag);
   reg(pio::pio0 + pio::irq) = flags;
   if (!playing_ || flags == 0) return;
   played_at_stop_ = played();
-  underrun_ = (flags & kHaltFlag) != 0;
+  underrun_ = (flags & machine::kHaltFlag) != 0;
   ended_ = !underrun_;
   ended_at_ = clock_.now();
   playing_ = false;
@@ -244,8 +186,8 @@ SYMRIG_RAM void PicoEngine::program_stopped() {
 void PicoEngine::force(uint32_t levels) {
   {
     const IrqLock lock;
-    machine(0);
-    if ((levels & kOutputMask) == safe_) execute(code::kMovPinsX);
+    machine::control(0);
+    if ((levels & kOutputMask) == safe_) machine::execute(code::kMovPinsX);
     if (playing_) played_at_stop_ = played();
     playing_ = false;
     underrun_ = false;
@@ -257,16 +199,16 @@ void PicoEngine::force(uint32_t levels) {
 
 /// Only while the machine stands still with an empty queue.
 void PicoEngine::put_out(uint32_t levels) {
-  pull_in(levels);
-  execute(code::kOutPins27);
+  machine::pull_in(levels);
+  machine::execute(code::kOutPins27);
   last_levels_ = levels;
 }
 
 void PicoEngine::forget_queue() {
   launched_ = false;
-  machine(kRestart);
+  machine::control(machine::kRestart);
   ring_.reset();
-  for (uint32_t i = 0; i < kQueueDepth; ++i) execute(code::kPullOrX);
+  for (uint32_t i = 0; i < machine::kQueueDepth; ++i) machine::execute(code::kPullOrX);
   first_wait_ = 0;
   next_wait_ = 0;
   first_outcome_ = 0;
@@ -281,8 +223,8 @@ void PicoEngine::set_safe(uint32_t levels) {
   safe_ = levels & kOutputMask;
   if (playing_) return;  // the core changes it only at rest
   forget_queue();
-  pull_in(code::first_word(safe_, code::kHalt));
-  execute(code::kMovXOsr);
+  machine::pull_in(code::first_word(safe_, code::kHalt));
+  machine::execute(code::kMovXOsr);
 }
 
 void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
@@ -312,7 +254,7 @@ void PicoEngine::service() {
     return;
   }
   ring_.service();
-  if ((reg(pio::pio0 + pio::fdebug) & kStalled) != 0 && playing_) {
+  if ((reg(pio::pio0 + pio::fdebug) & machine::kStalled) != 0 && playing_) {
     const IrqLock lock;
     halt_machine();
     played_at_stop_ = played();
@@ -324,79 +266,9 @@ void PicoEngine::service() {
   set_alarm();
 }
 
-SYMRIG_RAM void PicoEngine::time_is_up() {
-  settle();
-  set_alarm();
-}
-
-/// The alarm comes at the end of the first wait that has not ended, or before, and is then set again.
-SYMRIG_RAM void PicoEngine::set_alarm() const {
-  constexpr uint32_t kMost = 1U << 30U;
-  if (!playing_ || !launched_ || first_wait_ == next_wait_) return;
-  const Tick now = clock_.now();
-  const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].timeout;
-  uint32_t ticks = 0;
-  if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
-  // Two more: an alarm that is set to a time gone by never comes.
-  reg(timer::alarm0) = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 2;
-}
-
 Tick PicoEngine::next_deadline() const {
   if (!playing_) return hal::kNever;
   return launched_ ? hal::kNever : launch_at_ - kFarAway;
-}
-
-SYMRIG_RAM void PicoEngine::settle() {
-  while (launched_ && first_wait_ != next_wait_ && settle_wait()) {
-  }
-}
-
-/// true: the oldest wait has ended.
-SYMRIG_RAM bool PicoEngine::settle_wait() {
-  const Wait& wait = waits_[first_wait_ % kWaits];
-  const bool over = pulled() > 2 * wait.segment + 2;
-  if (over) {
-    WaitOutcome outcome;
-    // The machine looks at the pin from kWaitBlind after the wait's begin.
-    if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, wait_begin() + kWaitBlind, outcome.tick))
-      outcome.tick = clock_.now();  // more edges since than are kept
-    outcome.resumed = outcome.tick + kWaitLatency;
-    conclude_wait(outcome);
-    return true;
-  }
-  const Tick out_at = wait_begin() + wait.timeout;
-  return playing_ && clock_.now() >= out_at && run_out(wait, out_at);
-}
-
-/// The wait's time is out. false: an edge came after all.
-SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
-  const IrqLock lock;
-  if (!playing_) return false;
-  machine(0);
-  if (pulled() > 2 * wait.segment + 2) {
-    machine(1);
-    return false;
-  }
-  WaitOutcome outcome{when, 0, true};
-  if (wait.stop) {
-    execute(code::kMovPinsX);
-    outcome.resumed = clock_.now();
-    played_at_stop_ = played();
-    playing_ = false;
-  } else {
-    machine(kRestart);  // forgets the instruction that waits
-    execute(code::jmp(code::kNext));
-    outcome.resumed = clock_.at(enable_timed()) + kEnableLatency;
-  }
-  conclude_wait(outcome);
-  return true;
-}
-
-void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
-  outcomes_[next_outcome_ % kWaits] = outcome;
-  next_outcome_ = next_outcome_ + 1;
-  anchor_ = outcome.resumed;
-  first_wait_ = first_wait_ + 1;
 }
 
 }  // namespace symrig::pico

@@ -11,7 +11,7 @@ namespace symrig::pico {
 /// Who watches the pins (pin_capture.hpp).
 class PinWatch {
  public:
-  virtual void watch_trips(uint32_t lines, uint32_t levels) = 0;
+  virtual void watch_trips(uint32_t wanted, uint32_t trip_levels) = 0;
   /// All edges before this tick have been taken.
   virtual hal::Tick caught_up() const = 0;
 
@@ -73,7 +73,7 @@ class PicoEngine final : public hal::EdgeEngine {
   static constexpr uint32_t kPatience = 1'250'000;  // 10 ms
   static constexpr uint32_t kWaits = hal::kMaxWaits;
 
-  void halt_machine();
+  static void halt_machine();
   void put_out(uint32_t levels);
   void load_safe();
   void forget_queue();

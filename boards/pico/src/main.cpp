@@ -56,8 +56,8 @@ void set_up() {
   start_clocks();
   tick_clock.start();
   engine.begin(capture);
-  board_watchdog.begin();
-  indicator.begin();
+  PicoWatchdog::begin();
+  PicoIndicator::begin();
   stampers.start(tick_clock);
   capture.begin();
   enable_irq(irq::pio0_0, 1);

@@ -12,7 +12,7 @@ namespace symrig::pico {
 /// firmware.
 class PicoWatchdog final : public hal::Watchdog {
  public:
-  void begin();
+  static void begin();
   void feed() override;
 
  private:
@@ -29,7 +29,7 @@ class PicoFaultStore final : public hal::FaultStore {
 /// The LED on the board.
 class PicoIndicator final : public hal::Indicator {
  public:
-  void begin();
+  static void begin();
   void show(bool on) override;
 };
 

@@ -26,8 +26,8 @@ class PinCapture final : public hal::Capture, public PinWatch {
   bool take_overflow() override;
 
   /// Lines whose edges are wanted. PIO stamps come anyway.
-  void watch(uint32_t lines);
-  void watch_trips(uint32_t lines, uint32_t levels) override;
+  void watch(uint32_t wanted);
+  void watch_trips(uint32_t wanted, uint32_t trip_levels) override;
   hal::Tick caught_up() const override { return caught_up_; }
   /// Edges that one round of the main loop may take; the rest waits for the next.
   void begin_round() { round_left_ = kPerRound; }

@@ -90,7 +90,7 @@ SYMRIG_RAM void SegmentRing::service() {
   if (open_) restart();
 }
 
-SYMRIG_RAM void SegmentRing::restart() {
+SYMRIG_RAM void SegmentRing::restart() const {
   if ((reg(dma::intr) & (1U << kDmaEngineData)) == 0) return;
   const uint32_t zero = (reg(kControl + dma::read_addr) - address_of(grants)) / 4 - 1;
   if (zero % kGrants == grants_ % kGrants) return;  // nothing new yet

@@ -44,7 +44,7 @@ class SegmentRing {
   /// Index of the word that is read next.
   static uint32_t place();
   uint32_t grants_unread() const;
-  void restart();
+  void restart() const;
 
   uint64_t written_ = 0;  // words since reset
   uint64_t granted_ = 0;  // of them

@@ -34,7 +34,6 @@ constexpr uint16_t kCode[] = {
 constexpr uint32_t kWrapBottom = 0;
 constexpr uint32_t kWrapTop = 17;
 
-constexpr uint16_t kPull = 0x80a0;
 constexpr uint16_t kMovXNotNull = 0xa02b;
 constexpr uint16_t kSetY1 = 0xe041;
 
@@ -95,7 +94,7 @@ void Stampers::start(const TickClock& clock) {
   epoch_ = clock.at(enable_machines()) + kStampOffset;
 }
 
-SYMRIG_RAM uint32_t Stampers::written(uint32_t index) const {
+SYMRIG_RAM uint32_t Stampers::written(uint32_t index) {
   return kMost - reg(channel(index) + dma::trans_count);
 }
 

@@ -29,7 +29,7 @@ class Stampers {
   bool find(uint32_t index, bool level, hal::Tick from, hal::Tick& tick) const;
 
  private:
-  uint32_t written(uint32_t index) const;
+  static uint32_t written(uint32_t index);
   hal::Tick tick_of(uint32_t stamp, hal::Tick now) const;
 
   const TickClock* clock_ = nullptr;

@@ -27,7 +27,7 @@ void timer1_handler();
   const uint32_t* from = &__data_load;
   for (uint32_t* to = &__data_start; to < &__data_end;) *to++ = *from++;
   for (uint32_t* to = &__bss_start; to < &__bss_end;) *to++ = 0;
-  for (auto init = __init_start; init < __init_end; ++init) (*init)();
+  for (auto* init = __init_start; init < __init_end; ++init) (*init)();
   main();
   crash_handler();
 }

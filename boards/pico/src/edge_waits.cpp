@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the engine learns that a wait has ended, and ends those whose time is out.
+#include "board_pins.hpp"
+#include "edge_engine.hpp"
+#include "edge_machine.hpp"
+
+namespace symrig::pico {
+
+using hal::Tick;
+using hal::WaitOutcome;
+namespace code = edge_program;
+namespace machine = edge_machine;
+
+bool PicoEngine::pop_wait(WaitOutcome& outcome) {
+  {
+    const IrqHold hold(irq::timer0);
+    settle();
+    set_alarm();
+  }
+  if (first_outcome_ == next_outcome_) return false;
+  outcome = outcomes_[first_outcome_ % kWaits];
+  first_outcome_ = first_outcome_ + 1;
+  return true;
+}
+
+SYMRIG_RAM void PicoEngine::time_is_up() {
+  settle();
+  set_alarm();
+}
+
+/// The alarm comes at the end of the first wait that has not ended, or before, and is then set again.
+SYMRIG_RAM void PicoEngine::set_alarm() const {
+  constexpr uint32_t kMost = 1U << 30U;
+  if (!playing_ || !launched_ || first_wait_ == next_wait_) return;
+  const Tick now = clock_.now();
+  const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].timeout;
+  uint32_t ticks = 0;
+  if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
+  // Two more: an alarm that is set to a time gone by never comes.
+  reg(timer::alarm0) = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 2;
+}
+
+SYMRIG_RAM void PicoEngine::settle() {
+  while (launched_ && first_wait_ != next_wait_ && settle_wait()) {
+  }
+}
+
+/// true: the oldest wait has ended.
+SYMRIG_RAM bool PicoEngine::settle_wait() {
+  const Wait& wait = waits_[first_wait_ % kWaits];
+  const bool over = pulled() > 2 * wait.segment + 2;
+  if (over) {
+    WaitOutcome outcome;
+    // The machine looks at the pin from kWaitBlind after the wait's begin.
+    if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, wait_begin() + kWaitBlind, outcome.tick))
+      outcome.tick = clock_.now();  // more edges since than are kept
+    outcome.resumed = outcome.tick + kWaitLatency;
+    conclude_wait(outcome);
+    return true;
+  }
+  const Tick out_at = wait_begin() + wait.timeout;
+  return playing_ && clock_.now() >= out_at && run_out(wait, out_at);
+}
+
+/// The wait's time is out. false: an edge came after all.
+SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
+  const IrqLock lock;
+  if (!playing_) return false;
+  machine::control(0);
+  if (pulled() > 2 * wait.segment + 2) {
+    machine::control(machine::kEnable);
+    return false;
+  }
+  WaitOutcome outcome{when, 0, true};
+  if (wait.stop) {
+    machine::execute(code::kMovPinsX);
+    outcome.resumed = clock_.now();
+    played_at_stop_ = played();
+    playing_ = false;
+  } else {
+    machine::control(machine::kRestart);  // forgets the instruction that waits
+    machine::execute(code::jmp(code::kNext));
+    outcome.resumed = clock_.at(machine::enable_timed()) + kEnableLatency;
+  }
+  conclude_wait(outcome);
+  return true;
+}
+
+void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
+  outcomes_[next_outcome_ % kWaits] = outcome;
+  next_outcome_ = next_outcome_ + 1;
+  anchor_ = outcome.resumed;
+  first_wait_ = first_wait_ + 1;
+}
+
+}  // namespace symrig::pico
