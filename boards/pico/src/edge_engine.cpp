@@ -10,7 +10,6 @@ namespace symrig::pico {
 using hal::Segment;
 using hal::Tick;
 using hal::Until;
-using hal::WaitOutcome;
 namespace code = edge_program;
 namespace machine = edge_machine;
 
