@@ -110,6 +110,8 @@ class Core final : private Requests {
   void breach(const Breach& breach);
   hal::Tick ticks_of_ms(uint32_t ms) const { return board_.traits.tick_hz * ms / 1000; }
 
+  static constexpr unsigned kEdgesPerPoll = 16;
+
   const hal::Board& board_;
   EventQueue events_;
   Link link_;
@@ -127,6 +129,7 @@ class Core final : private Requests {
   hal::FaultRecord fault_;
   hal::FaultRecord reset_fault_;
   hal::Tick received_ = 0;   // when the bytes now being worked on were taken
+  bool more_edges_ = false;  // the last poll left edges to the next one
   bool autonomous_ = false;  // the run goes on without a host
   uint32_t ttl_ms_ = 0;      // keep-alive; 0 = off
   hal::Tick alive_until_ = hal::kNever;
