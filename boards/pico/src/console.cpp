@@ -44,8 +44,12 @@ const char* words_for(uint32_t fault) {
       return "USB went away; outputs are safe";
     case symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW:
       return "edges came faster than they can be watched; outputs are safe";
+    case symrig_wire_FaultCode_FAULT_INTERLOCK:
+      return "an interlock tripped; outputs are safe";
+    case symrig_wire_FaultCode_FAULT_WATCHDOG:
+      return "the firmware stood still and was started anew; outputs are safe";
     default:
-      return "see docs/errors.md; outputs are safe";
+      return "the firmware contradicts itself; outputs are safe";
   }
 }
 
