@@ -103,13 +103,15 @@ Tick PicoEngine::start(Tick tick) {
 /// The first word goes out at launch_at_, or kLaunchLead from now if that is later.
 SYMRIG_RAM void PicoEngine::launch() {
   const IrqLock lock;
-  if (!playing_) return;  // tripped meanwhile
+  if (tripped_ != 0) playing_ = false;
+  if (!playing_) return;  // it fell meanwhile
   const uint32_t reference = read_systick();
   const Tick now = clock_.at(reference);
   anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
   machine::write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
   ring_.open();
   reg(pio::pio0 + pio::fdebug) = machine::kStalled;
+  not_before_ = 0;
   launched_ = true;
   set_alarm();
 }

@@ -83,6 +83,7 @@ class PicoEngine final : public hal::EdgeEngine {
   void settle();
   void set_alarm() const;
   bool settle_wait();
+  hal::WaitOutcome edge_that_ended(const Wait& wait) const;
   bool run_out(const Wait& wait, hal::Tick when);
   void conclude_wait(const hal::WaitOutcome& outcome);
   hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].offset; }
@@ -111,6 +112,7 @@ class PicoEngine final : public hal::EdgeEngine {
   uint64_t played_at_stop_ = 0;
 
   Wait waits_[kWaits];
+  hal::Tick not_before_ = 0;  // the edge that ends the oldest wait
   volatile uint32_t first_wait_ = 0;
   volatile uint32_t next_wait_ = 0;
   hal::WaitOutcome outcomes_[kWaits];

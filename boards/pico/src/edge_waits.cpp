@@ -48,18 +48,25 @@ SYMRIG_RAM void PicoEngine::settle() {
 /// true: the oldest wait has ended.
 SYMRIG_RAM bool PicoEngine::settle_wait() {
   const Wait& wait = waits_[first_wait_ % kWaits];
-  const bool over = pulled() > 2 * wait.segment + 2;
-  if (over) {
-    WaitOutcome outcome;
-    // The machine looks at the pin from kWaitBlind after the wait's begin.
-    if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, wait_begin() + kWaitBlind, outcome.tick))
-      outcome.tick = clock_.now();  // more edges since than are kept
-    outcome.resumed = outcome.tick + kWaitLatency;
-    conclude_wait(outcome);
+  const Tick now = clock_.now();
+  if (pulled() > 2 * wait.segment + 2) {
+    conclude_wait(edge_that_ended(wait));
     return true;
   }
+  // The machine takes the next word kWaitLatency after the edge: no edge before that long ago has ended it.
+  not_before_ = now - 2 * kWaitLatency;
   const Tick out_at = wait_begin() + wait.timeout;
-  return playing_ && clock_.now() >= out_at && run_out(wait, out_at);
+  return playing_ && now >= out_at && run_out(wait, out_at);
+}
+
+SYMRIG_RAM WaitOutcome PicoEngine::edge_that_ended(const Wait& wait) const {
+  const Tick first_seen = wait_begin() + kWaitBlind;
+  const Tick from = first_seen > not_before_ ? first_seen : not_before_;
+  WaitOutcome outcome;
+  if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, from, outcome.tick))
+    outcome.tick = clock_.now();  // more edges since than are kept
+  outcome.resumed = outcome.tick + kWaitLatency;
+  return outcome;
 }
 
 /// The wait's time is out. false: an edge came after all.
@@ -90,6 +97,7 @@ void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
   outcomes_[next_outcome_ % kWaits] = outcome;
   next_outcome_ = next_outcome_ + 1;
   anchor_ = outcome.resumed;
+  not_before_ = 0;
   first_wait_ = first_wait_ + 1;
 }
 
