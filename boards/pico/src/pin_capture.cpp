@@ -62,6 +62,8 @@ void PinCapture::watch(uint32_t wanted) {
     if (line == kNoLine || stamped(line) || ((wanted >> line) & 1U) == 0) continue;
     flags[pin / 8] |= (io::edge_low | io::edge_high) << (4 * (pin % 8));
   }
+  for (uint32_t index = 0; index < Stampers::kCount; ++index)
+    stampers_.show(index, ((wanted >> (kFirstStampedLine + index)) & 1U) != 0);
   const IrqLock lock;
   for (uint32_t group = 0; group < kGroups; ++group) watch_flags_[group] = flags[group];
   enable_interrupts(true);

@@ -25,8 +25,7 @@ class PinCapture final : public hal::Capture, public PinWatch {
   bool pop(hal::CapturedEdge& edge) override;
   bool take_overflow() override;
 
-  /// Lines whose edges are wanted. PIO stamps come anyway.
-  void watch(uint32_t wanted);
+  void watch(uint32_t wanted) override;
   void watch_trips(uint32_t wanted, uint32_t trip_levels) override;
   hal::Tick caught_up() const override { return caught_up_; }
   /// Edges that one round of the main loop may take; the rest waits for the next.

@@ -106,7 +106,13 @@ SYMRIG_RAM Tick Stampers::tick_of(uint32_t stamp, Tick now) const {
   return epoch_ + 2 * (present - age);
 }
 
+void Stampers::show(uint32_t index, bool shown) {
+  taken_[index] = written(index);
+  shown_[index] = shown;
+}
+
 SYMRIG_RAM bool Stampers::peek(uint32_t index, Tick& tick, bool& level) const {
+  if (!shown_[index]) return false;
   const uint32_t there = written(index);
   if (there - taken_[index] > kRing - 8) {
     taken_[index] = there - kRing / 2;
@@ -121,13 +127,13 @@ SYMRIG_RAM bool Stampers::peek(uint32_t index, Tick& tick, bool& level) const {
 
 bool Stampers::pending() const {
   for (uint32_t i = 0; i < kCount; ++i)
-    if (written(i) != taken_[i]) return true;
+    if (shown_[i] && written(i) != taken_[i]) return true;
   return false;
 }
 
 void Stampers::service() {
   for (uint32_t i = 0; i < kCount; ++i) {
-    if ((reg(channel(i) + dma::al1_ctrl) & dma::busy) != 0 || written(i) != taken_[i]) continue;
+    if ((reg(channel(i) + dma::al1_ctrl) & dma::busy) != 0 || (shown_[i] && written(i) != taken_[i])) continue;
     taken_[i] = 0;
     set_up_channel(i);
   }

@@ -16,6 +16,8 @@ class Stampers {
   /// Starts them all in one cycle. clock runs.
   void start(const TickClock& clock);
 
+  /// Whether peek() shows the edges of input `index` from now on; find() sees them in any case.
+  void show(uint32_t index, bool shown);
   /// The oldest edge of input `index` not yet taken. false: none.
   bool peek(uint32_t index, hal::Tick& tick, bool& level) const;
   void drop(uint32_t index) { ++taken_[index]; }
@@ -34,6 +36,7 @@ class Stampers {
 
   const TickClock* clock_ = nullptr;
   hal::Tick epoch_ = 0;  // of count 0
+  bool shown_[kCount] = {};
   mutable uint32_t taken_[kCount] = {};
   mutable bool overflow_ = false;
 };
