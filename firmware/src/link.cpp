@@ -10,6 +10,15 @@ using protocol::FrameDecoder;
 using protocol::Kind;
 namespace flag = protocol::flag;
 
+namespace {
+
+/// All fields zero, as the schema's own initialiser has it, without a copy on the stack.
+void blank(symrig_wire_Reply& reply) {
+  __builtin_memset(&reply, 0, sizeof reply);
+}
+
+}  // namespace
+
 void Link::receive(Requests& requests, Tick now) {
   uint8_t chunk[64];
   size_t taken = 0;
@@ -63,8 +72,7 @@ void Link::take(const Frame& frame, Requests& requests, Tick now) {
 
 /// Hello, and only Hello, may begin a session; it is answered whatever version the host speaks.
 void Link::take_sync(const Frame& frame, Requests& requests) {
-  symrig_wire_Request request;
-  const bool hello = decode(frame.body, request) && request.which_body == symrig_wire_Request_hello_tag;
+  const bool hello = decode(frame.body, request_) && request_.which_body == symrig_wire_Request_hello_tag;
   if (!hello) {
     ++bad_frames_;
     return;
@@ -74,27 +82,26 @@ void Link::take_sync(const Frame& frame, Requests& requests) {
   expected_ = static_cast<uint16_t>(frame.header.seq + 1);
   credit_ = frame.header.credit;
   events_.rewind();
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
-  requests.answer(request, reply);
-  keep_reply(frame.header.seq, reply);
+  blank(answer_);
+  requests.answer(request_, answer_);
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 
 /// Abort must get through whatever has become of the sequence, and a time ping should not wait in a queue;
 /// either is the same done once or twice.
 void Link::take_urgent(const Frame& frame, Requests& requests) {
-  symrig_wire_Request request;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
-  if (!decode(frame.body, request)) {
-    reply.code = symrig_wire_Code_CODE_DECODE;
-  } else if (request.which_body != symrig_wire_Request_abort_tag &&
-             request.which_body != symrig_wire_Request_time_ping_tag) {
-    reply.code = symrig_wire_Code_CODE_NOT_URGENT;
+  blank(answer_);
+  if (!decode(frame.body, request_)) {
+    answer_.code = symrig_wire_Code_CODE_DECODE;
+  } else if (request_.which_body != symrig_wire_Request_abort_tag &&
+             request_.which_body != symrig_wire_Request_time_ping_tag) {
+    answer_.code = symrig_wire_Code_CODE_NOT_URGENT;
   } else {
-    requests.answer(request, reply);
+    requests.answer(request_, answer_);
   }
   const uint16_t token = frame.header.seq;
-  const size_t size = encode(reply, body_);
+  const size_t size = encode(answer_, body_);
   send(Kind::reply, token, flag::urgent, {body_.bytes, size});
 }
 
@@ -116,32 +123,31 @@ bool Link::in_turn(uint16_t seq) {
 
 void Link::take_request(const Frame& frame, Requests& requests) {
   if (!in_turn(frame.header.seq)) return;
-  symrig_wire_Request request;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  blank(answer_);
   if (frame.header.proto_major != protocol::kProtoMajor) {
-    reply.code = symrig_wire_Code_CODE_VERSION;
-  } else if (!decode(frame.body, request)) {
-    reply.code = symrig_wire_Code_CODE_DECODE;
-  } else if (requests.answer(request, reply) == Answer::later) {
+    answer_.code = symrig_wire_Code_CODE_VERSION;
+  } else if (!decode(frame.body, request_)) {
+    answer_.code = symrig_wire_Code_CODE_DECODE;
+  } else if (requests.answer(request_, answer_) == Answer::later) {
     pending_ = true;
     reply_kept_ = false;
     return;
   }
-  keep_reply(frame.header.seq, reply);
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 
 void Link::take_data(const Frame& frame, Requests& requests) {
   if (!in_turn(frame.header.seq)) return;
   protocol::DataChunk chunk;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  blank(answer_);
   if (protocol::decode_chunk(frame.body, chunk)) {
-    requests.take_chunk(chunk, reply);
+    requests.take_chunk(chunk, answer_);
   } else {
-    reply.code = symrig_wire_Code_CODE_DECODE;
+    answer_.code = symrig_wire_Code_CODE_DECODE;
   }
-  if (reply.code == symrig_wire_Code_CODE_OK) return send(Kind::ack, expected_, 0, {});
-  keep_reply(frame.header.seq, reply);
+  if (answer_.code == symrig_wire_Code_CODE_OK) return send(Kind::ack, expected_, 0, {});
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 

@@ -86,7 +86,9 @@ class Link {
   uint16_t reply_seq_ = 0;  // of the request it answers
   size_t reply_size_ = 0;
   protocol::BodyBuffer reply_{};
-  // Scratch that would be large on a small board's stack.
+  // Scratch that would be large on a small board's stack; one frame is worked on at a time.
+  symrig_wire_Request request_ = symrig_wire_Request_init_zero;
+  symrig_wire_Reply answer_ = symrig_wire_Reply_init_zero;
   protocol::BodyBuffer body_{};
   uint8_t wire_[protocol::kMaxWire] = {};
 };
