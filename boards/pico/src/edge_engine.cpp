@@ -60,8 +60,8 @@ SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
     const bool rising = segment.until == Until::rising;
     ring_.write(code::first_word(last_levels_, code::kWait),
                 code::wait_word(rising, kLinePins[segment.line]));
-    waits_[next_wait_ % kWaits] = {pushed_,      offset_, segment.ticks,
-                                   segment.line, rising,  segment.stop_on_timeout};
+    waits_[next_wait_ % kWaits].wait = {pushed_,      offset_, segment.ticks,
+                                        segment.line, rising,  segment.stop_on_timeout};
     asm volatile("" ::: "memory");  // an interrupt may look from here on
     next_wait_ = next_wait_ + 1;
     offset_ = 0;
@@ -146,7 +146,7 @@ uint64_t PicoEngine::played() const {
   uint64_t begun = (pulled() + 1) / 2;
   if (begun > pushed_) begun = pushed_;  // the end is no word
   uint32_t waits = first_wait_;
-  while (waits != next_wait_ && waits_[waits % kWaits].segment < begun) ++waits;
+  while (waits != next_wait_ && waits_[waits % kWaits].wait.segment < begun) ++waits;
   return begun - waits;
 }
 
@@ -213,7 +213,6 @@ void PicoEngine::forget_queue() {
   first_wait_ = 0;
   next_wait_ = 0;
   first_outcome_ = 0;
-  next_outcome_ = 0;
   pushed_ = 0;
   offset_ = 0;
   closed_ = false;

@@ -86,7 +86,7 @@ class PicoEngine final : public hal::EdgeEngine {
   hal::WaitOutcome edge_that_ended(const Wait& wait) const;
   bool run_out(const Wait& wait, hal::Tick when);
   void conclude_wait(const hal::WaitOutcome& outcome);
-  hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].offset; }
+  hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].wait.offset; }
   uint32_t lines_at_trip() const;
 
   const TickClock& clock_;
@@ -111,13 +111,18 @@ class PicoEngine final : public hal::EdgeEngine {
   uint64_t pushed_ = 0;   // segments, waits included
   uint64_t played_at_stop_ = 0;
 
-  Wait waits_[kWaits];
+  // Waits pushed and not yet popped are at most kWaits: [first_outcome_, first_wait_) have ended,
+  // [first_wait_, next_wait_) have not.
+  union Slot {
+    Slot() : wait() {}
+    Wait wait;
+    hal::WaitOutcome outcome;
+  };
+  Slot waits_[kWaits];
   hal::Tick not_before_ = 0;  // the edge that ends the oldest wait
   volatile uint32_t first_wait_ = 0;
   volatile uint32_t next_wait_ = 0;
-  hal::WaitOutcome outcomes_[kWaits];
   volatile uint32_t first_outcome_ = 0;
-  volatile uint32_t next_outcome_ = 0;
 
   uint32_t trip_lines_ = 0;
   uint32_t trip_levels_ = 0;

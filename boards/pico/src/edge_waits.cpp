@@ -17,8 +17,8 @@ bool PicoEngine::pop_wait(WaitOutcome& outcome) {
     settle();
     set_alarm();
   }
-  if (first_outcome_ == next_outcome_) return false;
-  outcome = outcomes_[first_outcome_ % kWaits];
+  if (first_outcome_ == first_wait_) return false;
+  outcome = waits_[first_outcome_ % kWaits].outcome;
   first_outcome_ = first_outcome_ + 1;
   return true;
 }
@@ -33,7 +33,7 @@ SYMRIG_RAM void PicoEngine::set_alarm() const {
   constexpr uint32_t kMost = 1U << 30U;
   if (!playing_ || !launched_ || first_wait_ == next_wait_) return;
   const Tick now = clock_.now();
-  const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].timeout;
+  const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].wait.timeout;
   uint32_t ticks = 0;
   if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
   // Two more: an alarm that is set to a time gone by never comes.
@@ -47,7 +47,7 @@ SYMRIG_RAM void PicoEngine::settle() {
 
 /// true: the oldest wait has ended.
 SYMRIG_RAM bool PicoEngine::settle_wait() {
-  const Wait& wait = waits_[first_wait_ % kWaits];
+  const Wait wait = waits_[first_wait_ % kWaits].wait;  // a copy: its outcome takes its place
   const Tick now = clock_.now();
   if (pulled() > 2 * wait.segment + 2) {
     conclude_wait(edge_that_ended(wait));
@@ -94,8 +94,7 @@ SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
 }
 
 void PicoEngine::conclude_wait(const WaitOutcome& outcome) {
-  outcomes_[next_outcome_ % kWaits] = outcome;
-  next_outcome_ = next_outcome_ + 1;
+  waits_[first_wait_ % kWaits].outcome = outcome;
   anchor_ = outcome.resumed;
   not_before_ = 0;
   first_wait_ = first_wait_ + 1;

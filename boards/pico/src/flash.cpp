@@ -14,8 +14,7 @@ constexpr uint32_t kSector = 4096;
 constexpr uint32_t kPage = 256;
 constexpr uint32_t kMagic = 0x53796d53;
 constexpr uint32_t kHeader = 16;
-constexpr uint32_t kRecord = 5 * kPage;  // header and at most kRoom bytes, in whole pages
-static_assert(kHeader + hal::Settings::kRoom <= kRecord && kSettingsSectors == 2);
+static_assert(kHeader + hal::Settings::kRoom <= kSector && kSettingsSectors == 2);
 
 /// At the start of a sector: magic, sequence, size, CRC of sequence, size and bytes.
 struct Header {
@@ -96,15 +95,25 @@ SYMRIG_RAM void enter_xip() {
   reinterpret_cast<Plain>(address_of(boot2_copy) | 1U)();  // NOLINT(performance-no-int-to-ptr)
 }
 
-/// Nothing may touch flash in here: interrupts are off and all that runs is in RAM or in the ROM.
+uint8_t page[kPage];
+
+/// Writes `header`, then `size` bytes. Nothing may touch flash in here: interrupts are off and all that runs
+/// is in RAM or in the ROM.
 SYMRIG_RAM __attribute__((noinline)) void replace_sector(const FlashRom& rom, uint32_t offset,
-                                                         const uint8_t* bytes) {
+                                                         const uint8_t (&header)[kHeader],
+                                                         const uint8_t* bytes, uint32_t size) {
   constexpr uint32_t kBlock = 65536;
   constexpr uint8_t kEraseBlock = 0xd8;
   rom.connect();
   rom.leave_xip();
   rom.erase(offset, kSector, kBlock, kEraseBlock);
-  rom.program(offset, bytes, kRecord);
+  for (uint32_t at = 0; at < kHeader + size; at += kPage) {
+    for (uint32_t i = at; i < at + kPage; ++i) {
+      volatile uint8_t* to = page + (i - at);  // not a call of memset: that is in flash
+      *to = i < kHeader ? header[i] : i < kHeader + size ? bytes[i - kHeader] : 0xff;
+    }
+    rom.program(offset + at, page, kPage);
+  }
   rom.flush();
   enter_xip();
 }
@@ -162,25 +171,24 @@ size_t PicoSettings::load(uint8_t* out, size_t room) const {
 }
 
 bool PicoSettings::save(const uint8_t* bytes, size_t size) {
-  static uint8_t record[kRecord];
   FlashRom rom;
   if (size > kRoom || !find_rom(rom)) return false;
   Header header{};
   const int old = newest(header);
   const uint32_t slot = old == 0 ? 1 : 0;
   const uint32_t sequence = old < 0 ? 1 : header.sequence + 1;
-  for (uint8_t& byte : record) byte = 0xff;
-  for (size_t i = 0; i < size; ++i) record[kHeader + i] = bytes[i];
-  protocol::put_u32(record, kMagic);
-  protocol::put_u32(record + 4, sequence);
-  protocol::put_u32(record + 8, static_cast<uint32_t>(size));
-  protocol::put_u32(record + 12, crc_of(sequence, bytes, static_cast<uint32_t>(size)));
+  const auto count = static_cast<uint32_t>(size);
+  uint8_t numbers[kHeader];
+  protocol::put_u32(numbers, kMagic);
+  protocol::put_u32(numbers + 4, sequence);
+  protocol::put_u32(numbers + 8, count);
+  protocol::put_u32(numbers + 12, crc_of(sequence, bytes, count));
   copy_boot2();
   {
     const IrqLock lock;
     // A sector takes up to 400 ms to erase, as long as the watchdog: it gets three times that for once.
     reg(watchdog::load) = 2 * 1'200'000;
-    replace_sector(rom, offset_of(slot), record);
+    replace_sector(rom, offset_of(slot), numbers, bytes, count);
   }
   Header written{};
   return sound(slot, written) && written.sequence == sequence;

@@ -133,7 +133,8 @@ bool Stampers::pending() const {
 
 void Stampers::service() {
   for (uint32_t i = 0; i < kCount; ++i) {
-    if ((reg(channel(i) + dma::al1_ctrl) & dma::busy) != 0 || (shown_[i] && written(i) != taken_[i])) continue;
+    if ((reg(channel(i) + dma::al1_ctrl) & dma::busy) != 0 || (shown_[i] && written(i) != taken_[i]))
+      continue;
     taken_[i] = 0;
     set_up_channel(i);
   }

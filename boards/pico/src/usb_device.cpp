@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usb_device.hpp"
 
-#include "abort_scan.hpp"
 #include "usb_registers.hpp"
 
 namespace symrig::pico {
@@ -101,6 +100,7 @@ void UsbDevice::configure(uint8_t value) {
   console_open_ = false;
   listening_ = sending_ = sending_log_ = false;
   zero_owed_ = log_zero_owed_ = false;
+  urgent_.restart();
   forget_to_ = from_host_.mark();
   forget_ = true;
   to_host_.clear();
@@ -162,8 +162,10 @@ SYMRIG_RAM void UsbDevice::take_packet() {
   uint32_t words[kPacket / 4] = {};
   for (uint32_t i = 0; i < size; i += 4) words[i / 4] = reg(from + i);
   const auto* bytes = reinterpret_cast<const uint8_t*>(words);
-  if (ends_with_abort(bytes, size)) engine_.fall();
-  for (uint32_t i = 0; i < size; ++i) from_host_.put(bytes[i]);
+  for (uint32_t i = 0; i < size; ++i) {
+    if (urgent_.push(bytes[i])) engine_.fall();
+    from_host_.put(bytes[i]);
+  }
   listening_ = false;
   listen();
 }

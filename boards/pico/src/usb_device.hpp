@@ -4,6 +4,7 @@
 #include "byte_ring.hpp"
 #include "edge_engine.hpp"
 #include "registers.hpp"
+#include "symrig/firmware/urgent_scan.hpp"
 #include "symrig/hal/byte_link.hpp"
 #include "usb_descriptors.hpp"
 
@@ -41,7 +42,7 @@ class UsbDevice final : public hal::ByteLink {
   static constexpr size_t kPacket = 64;
   static constexpr size_t kPerRound = kPacket / 2;  // two requests: what they cost is part of poll_ticks
   static constexpr size_t kFromHost = 1024;
-  static constexpr size_t kToHost = 2048;
+  static constexpr size_t kToHost = 1024;
   static constexpr size_t kLog = 1024;
   static constexpr uint32_t kEndpoints = 4;
 
@@ -72,6 +73,7 @@ class UsbDevice final : public hal::ByteLink {
   void send_log();
 
   PicoEngine& engine_;
+  firmware::UrgentScan urgent_;
   const char* serial_ = "";
   ByteRing<kFromHost> from_host_;
   ByteRing<kToHost> to_host_;
