@@ -92,7 +92,6 @@ SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
 SYMRIG_RAM void PinCapture::handle() {
   for (uint32_t left = kGroups; left > 0; --left) {
     const uint32_t group = left - 1;  // the inputs' first
-    judge_trips(reg(io::ints(kInputGroup)) & trip_flags_);
     const uint32_t flags = reg(io::ints(group));
     if (flags == 0) continue;
     // What is judged here is what is cleared: an edge that comes later interrupts again.
@@ -120,6 +119,7 @@ SYMRIG_RAM void PinCapture::record(uint32_t group, uint32_t flags) {
   const Tick tick = clock_.now() - kInterruptDelay;
   const uint32_t levels = line_levels();
   for (uint32_t pin = 8 * group; flags != 0; ++pin, flags >>= 4U) {
+    judge_trips(reg(io::ints(kInputGroup)) & trip_flags_);
     if ((flags & 0xfU) == 0) continue;
     in_this_millisecond_ = in_this_millisecond_ + 1;
     const uint32_t line = lines.of_pin[pin];
