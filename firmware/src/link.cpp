@@ -20,14 +20,13 @@ void blank(symrig_wire_Reply& reply) {
 }  // namespace
 
 void Link::receive(Requests& requests, Tick now) {
-  uint8_t chunk[64];
   size_t taken = 0;
-  size_t got = sizeof chunk;
-  while (got == sizeof chunk && taken < kBytesPerPoll) {
-    got = bytes_.read(chunk, sizeof chunk);
+  size_t got = sizeof input_;
+  while (got == sizeof input_ && taken < kBytesPerPoll) {
+    got = bytes_.read(input_, sizeof input_);
     taken += got;
     for (size_t i = 0; i < got; ++i) {
-      const FrameDecoder::Event event = decoder_.push(chunk[i]);
+      const FrameDecoder::Event event = decoder_.push(input_[i]);
       if (event == FrameDecoder::Event::frame) {
         take(decoder_.frame(), requests, now);
       } else if (event != FrameDecoder::Event::none) {
@@ -35,7 +34,7 @@ void Link::receive(Requests& requests, Tick now) {
       }
     }
   }
-  hungry_ = got == sizeof chunk;
+  hungry_ = got == sizeof input_;
 }
 
 void Link::complete(const symrig_wire_Reply& reply) {

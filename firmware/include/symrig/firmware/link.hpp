@@ -90,6 +90,7 @@ class Link {
   symrig_wire_Request request_ = symrig_wire_Request_init_zero;
   symrig_wire_Reply answer_ = symrig_wire_Reply_init_zero;
   protocol::BodyBuffer body_{};
+  uint8_t input_[64] = {};
   uint8_t wire_[protocol::kMaxWire] = {};
 };
 
