@@ -20,6 +20,7 @@ void blank(symrig_wire_Reply& reply) {
 }  // namespace
 
 void Link::receive(Requests& requests, Tick now) {
+  now_ = now;
   size_t taken = 0;
   size_t got = sizeof input_;
   while (got == sizeof input_ && taken < kBytesPerPoll) {
@@ -28,7 +29,7 @@ void Link::receive(Requests& requests, Tick now) {
     for (size_t i = 0; i < got; ++i) {
       const FrameDecoder::Event event = decoder_.push(input_[i]);
       if (event == FrameDecoder::Event::frame) {
-        take(decoder_.frame(), requests, now);
+        take(decoder_.frame(), requests);
       } else if (event != FrameDecoder::Event::none) {
         ++bad_frames_;
       }
@@ -44,14 +45,14 @@ void Link::complete(const symrig_wire_Reply& reply) {
   send_kept_reply();
 }
 
-void Link::take(const Frame& frame, Requests& requests, Tick now) {
+void Link::take(const Frame& frame, Requests& requests) {
   const bool sync = frame.header.kind == Kind::request && (frame.header.flags & flag::sync) != 0;
   const bool urgent = frame.header.kind == Kind::request && (frame.header.flags & flag::urgent) != 0;
   if (sync) return take_sync(frame, requests);
   if (urgent) return take_urgent(frame, requests);
   if (!session_) return send(Kind::nak, expected_, 0, {});
   credit_ = frame.header.credit;
-  if (events_.acknowledge(frame.header.ack)) progress_ = now;
+  if (events_.acknowledge(frame.header.ack)) progress_ = now_;
   switch (frame.header.kind) {
     case Kind::request:
       return take_request(frame, requests);
