@@ -20,22 +20,22 @@ void blank(symrig_wire_Reply& reply) {
 }  // namespace
 
 void Link::receive(Requests& requests, Tick now) {
-  uint8_t chunk[64];
+  now_ = now;
   size_t taken = 0;
-  size_t got = sizeof chunk;
-  while (got == sizeof chunk && taken < kBytesPerPoll) {
-    got = bytes_.read(chunk, sizeof chunk);
+  size_t got = sizeof input_;
+  while (got == sizeof input_ && taken < kBytesPerPoll) {
+    got = bytes_.read(input_, sizeof input_);
     taken += got;
     for (size_t i = 0; i < got; ++i) {
-      const FrameDecoder::Event event = decoder_.push(chunk[i]);
+      const FrameDecoder::Event event = decoder_.push(input_[i]);
       if (event == FrameDecoder::Event::frame) {
-        take(decoder_.frame(), requests, now);
+        take(decoder_.frame(), requests);
       } else if (event != FrameDecoder::Event::none) {
         ++bad_frames_;
       }
     }
   }
-  hungry_ = got == sizeof chunk;
+  hungry_ = got == sizeof input_;
 }
 
 void Link::complete(const symrig_wire_Reply& reply) {
@@ -45,14 +45,14 @@ void Link::complete(const symrig_wire_Reply& reply) {
   send_kept_reply();
 }
 
-void Link::take(const Frame& frame, Requests& requests, Tick now) {
+void Link::take(const Frame& frame, Requests& requests) {
   const bool sync = frame.header.kind == Kind::request && (frame.header.flags & flag::sync) != 0;
   const bool urgent = frame.header.kind == Kind::request && (frame.header.flags & flag::urgent) != 0;
   if (sync) return take_sync(frame, requests);
   if (urgent) return take_urgent(frame, requests);
   if (!session_) return send(Kind::nak, expected_, 0, {});
   credit_ = frame.header.credit;
-  if (events_.acknowledge(frame.header.ack)) progress_ = now;
+  if (events_.acknowledge(frame.header.ack)) progress_ = now_;
   switch (frame.header.kind) {
     case Kind::request:
       return take_request(frame, requests);
