@@ -54,7 +54,7 @@ SYMRIG_RAM bool PicoEngine::settle_wait() {
     return true;
   }
   // The machine takes the next word kWaitLatency after the edge: no edge before that long ago has ended it.
-  not_before_ = now - 2 * kWaitLatency;
+  not_before_ = now - Tick{2} * kWaitLatency;
   const Tick out_at = wait_begin() + wait.timeout;
   return playing_ && now >= out_at && run_out(wait, out_at);
 }

@@ -96,7 +96,10 @@ void sleep(hal::Tick until, uint32_t seen) {
     capture.begin_round();
     core.poll();
     engine.service();
+    board_watchdog.pass(PicoWatchdog::engine);
     capture.service();
+    board_watchdog.pass(PicoWatchdog::pins);
+    if (tick_clock.sound()) board_watchdog.pass(PicoWatchdog::clock);
     console.service();
     if (engine.hungry() || engine.ending() || capture.pending() || usb_device.waiting()) continue;
     const hal::Tick deadline = core.next_deadline();

@@ -52,6 +52,8 @@ void PicoWatchdog::begin() {
 }
 
 void PicoWatchdog::feed() {
+  if (passed_ != all) return;
+  passed_ = 0;
   reg(watchdog::load) = kWatchdogLoad;
   const uint64_t now = microseconds();
   if (now < toggle_at_) return;

@@ -9,14 +9,19 @@
 namespace symrig::pico {
 
 /// The chip's watchdog, 400 ms, and the "alive" pin: a square wave of 2 ms that stands still with the
-/// firmware.
+/// firmware. Both go on
+/// only if every checkpoint has been passed since the last feed().
 class PicoWatchdog final : public hal::Watchdog {
  public:
   static void begin();
   void feed() override;
 
+  enum Checkpoint : uint8_t { engine = 1, pins = 2, clock = 4, all = 7 };
+  void pass(Checkpoint point) { passed_ = static_cast<uint8_t>(passed_ | point); }
+
  private:
   uint64_t toggle_at_ = 0;  // us
+  uint8_t passed_ = all;
 };
 
 /// In RAM that start-up leaves alone, with a check word: survives a reset, not a loss of power.

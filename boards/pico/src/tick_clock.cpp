@@ -24,16 +24,34 @@ void TickClock::start() {
   phase_ = coarse + read_systick();
 }
 
-// SysTick counts down, so phase - systick counts up. It is right modulo 2^24; TIMER is right to a few us.
-SYMRIG_RAM Tick TickClock::at(uint32_t systick) const {
+namespace {
+
+SYMRIG_RAM Tick coarse_now() {
   const uint64_t us = microseconds();
-  const Tick coarse = (us << 7U) - (us << 1U) - us;  // * 125
-  const uint32_t ahead = (phase_ - systick - static_cast<uint32_t>(coarse)) << 8U;
-  return coarse + static_cast<Tick>(static_cast<int64_t>(static_cast<int32_t>(ahead) >> 8));
+  return (us << 7U) - (us << 1U) - us;  // * 125
+}
+
+}  // namespace
+
+// SysTick counts down, so phase - systick counts up. It is right modulo 2^24; TIMER is right to a few us.
+SYMRIG_RAM int32_t TickClock::ahead(uint32_t systick, Tick coarse) const {
+  return static_cast<int32_t>((phase_ - systick - static_cast<uint32_t>(coarse)) << 8U) >> 8;
+}
+
+SYMRIG_RAM Tick TickClock::at(uint32_t systick) const {
+  const Tick coarse = coarse_now();
+  return coarse + static_cast<Tick>(static_cast<int64_t>(ahead(systick, coarse)));
 }
 
 SYMRIG_RAM Tick TickClock::now() const {
   return at(read_systick());
+}
+
+bool TickClock::sound() const {
+  constexpr int32_t kMost = 100 * static_cast<int32_t>(kTicksPerMicrosecond);
+  const IrqLock lock;
+  const int32_t apart = ahead(read_systick(), coarse_now());
+  return apart > -kMost && apart < kMost;
 }
 
 }  // namespace symrig::pico

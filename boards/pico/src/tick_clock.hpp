@@ -18,8 +18,12 @@ class TickClock final : public hal::Clock {
   hal::Tick now() const override;
   /// The tick at which SysTick stood (or will stand) at `systick`, the one nearest to now.
   hal::Tick at(uint32_t systick) const;
+  /// SysTick (PLL) and TIMER (crystal) still agree: to within 100 us for as long as the board runs.
+  bool sound() const;
 
  private:
+  int32_t ahead(uint32_t systick, hal::Tick coarse) const;
+
   uint32_t phase_ = 0;
 };
 
