@@ -64,7 +64,7 @@ RigLine read_line(const TomlNode& node, const RigSetup& rig, ReadContext& contex
   table.read_share("max_duty", line.config.max_duty);
   bool trips_low = false;
   if (table.read_choice<bool>("trip", trips_low, kLevels)) line.config.trip_level = !trips_low;
-  if (line.role == RigRole::interlock) table.require("trip", "the level that stops: \"high\" or \"low\"");
+  if (line.role == RigRole::interlock) table.require("trip", R"(the level that stops: "high" or "low")");
   if (line.role != RigRole::interlock && line.config.trip_level)
     table.fail("trip", "is for interlocks", "role = \"interlock\"");
   line.capture_given = table.read("capture", line.config.capture);

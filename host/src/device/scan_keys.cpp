@@ -80,7 +80,7 @@ void read_series(TableReader& table, Scan& scan) {
 }
 
 void read_bracket(TableReader& table, Scan& scan) {
-  table.require("bracket", "[\"1 ms\", ...] or { shortest = \"100 us\", ratio = 4, count = 5 }");
+  table.require("bracket", R"(["1 ms", ...] or { shortest = "100 us", ratio = 4, count = 5 })");
   const TomlNode* node = table.find("bracket");
   if (node == nullptr) return;
   scan.bracket_place = node->line;
@@ -90,7 +90,7 @@ void read_bracket(TableReader& table, Scan& scan) {
   }
   if (node->kind != TomlNode::Kind::array || node->children.empty() || node->children.size() > kMaxBracket)
     return table.fail("bracket", "is no list of exposures",
-                      "give [\"1 ms\", ...] or { shortest = \"100 us\", ratio = 4, count = 5 }");
+                      R"(give ["1 ms", ...] or { shortest = "100 us", ratio = 4, count = 5 })");
   for (const TomlNode& item : node->children) {
     Nanoseconds exposure{0};
     read_duration(item, "program.bracket", table.context(), exposure);

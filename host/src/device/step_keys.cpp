@@ -48,7 +48,7 @@ FileStep read_step(const TomlNode& node, const std::string& path, ReadContext& c
   switch (step.kind) {
     case Kind::set:
       table.read("set", step.line);
-      table.require("to", "to = \"on\" or to = \"off\"");
+      table.require("to", R"(to = "on" or to = "off")");
       table.read_choice<bool>("to", step.on, kOn);
       break;
     case Kind::hold:
