@@ -2,7 +2,6 @@
 // Requests about lines and what is kept over power-off.
 #include "replies.hpp"
 #include "symrig/firmware/core.hpp"
-#include "symrig/firmware/stored_config.hpp"
 
 namespace symrig::firmware {
 namespace {
@@ -76,11 +75,11 @@ void Core::finalize_config(uint32_t hash, symrig_wire_Reply& reply) {
 
 /// What a board goes safe to before a host has told it anything.
 void Core::load_stored_config() {
-  StoredConfig stored;
-  if (!load(board_.settings, board_.traits, stored)) return;
-  use_safe_levels(stored.config.safe_levels());
-  stored_config_ = protocol::config_hash(stored.config);
-  put_text(stored.label, label_);
+  if (load_config(board_.settings, board_.traits, config_, label_)) {
+    safe_levels_ = config_.safe_levels();
+    stored_config_ = protocol::config_hash(config_);
+  }
+  config_.clear();  // the host configures lines; this was about their levels until then
 }
 
 void Core::store_config(const symrig_wire_StoreConfig& store, symrig_wire_Reply& reply) {
@@ -88,12 +87,12 @@ void Core::store_config(const symrig_wire_StoreConfig& store, symrig_wire_Reply&
   // Writing flash stops everything else for a while.
   if (!configured || board_.engine.levels() != safe_levels_)
     return refuse(reply, symrig_wire_Code_CODE_BAD_STATE, static_cast<uint64_t>(state_));
-  StoredConfig stored;
-  stored.config = config_;
-  put_text(store.label, stored.label);
-  if (!save(board_.settings, stored)) return refuse(reply, symrig_wire_Code_CODE_NOT_STORED, 0);
+  Label label;
+  put_text(store.label, label.text);
+  if (!save_config(board_.settings, config_, label))
+    return refuse(reply, symrig_wire_Code_CODE_NOT_STORED, 0);
   stored_config_ = config_hash_;
-  put_text(store.label, label_);
+  label_ = label;
 }
 
 }  // namespace symrig::firmware

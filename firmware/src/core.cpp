@@ -63,7 +63,7 @@ void Core::act(uint8_t actions) {
     sequencer_.stop(board_.clock.now());
   }
   if ((actions & action::drop_program) != 0) store_.drop();
-  if ((actions & action::drop_config) != 0) config_ = {};
+  if ((actions & action::drop_config) != 0) config_.clear();
   if (state_ == State::safe) config_hash_ = 0;
 }
 
@@ -88,7 +88,12 @@ bool Core::exposed() const {
 
 void Core::watch_edges() {
   hal::CapturedEdge edge;
-  while (board_.capture.pop(edge)) watch_edge(edge);
+  unsigned left = kEdgesPerPoll;
+  while (left > 0 && board_.capture.pop(edge)) {
+    watch_edge(edge);
+    --left;
+  }
+  more_edges_ = left == 0;
   if (board_.capture.take_overflow() && guard_.watching())
     raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0, board_.clock.now());
 }
@@ -136,7 +141,8 @@ void Core::run_on() {
 
 void Core::send_marks() {
   PassedMark mark;
-  while (sequencer_.take_mark(board_.clock.now(), mark)) {
+  const Tick now = board_.clock.now();
+  while (sequencer_.take_mark(now, mark)) {
     symrig_wire_Event event = symrig_wire_Event_init_zero;
     event.which_body = symrig_wire_Event_step_mark_tag;
     event.body.step_mark = {mark.id, mark.ordinal, mark.tick};
@@ -219,7 +225,7 @@ void Core::raise(symrig_wire_FaultCode code, uint64_t arg, Tick tick) {
 
 bool Core::busy() const {
   const bool reading = store_.working() && state_ != State::armed && state_ != State::running;
-  return link_.hungry() || reading;
+  return link_.hungry() || reading || more_edges_;
 }
 
 Tick Core::next_deadline() const {

@@ -47,7 +47,7 @@ void Core::capabilities(symrig_wire_Reply& reply) const {
   can.queue_segments = traits.queue_segments;
   can.refill_ticks = traits.refill_ticks;
   can.poll_ticks = traits.poll_ticks;
-  put_text(label_, can.label);
+  put_text(label_.text, can.label);
 }
 
 void Core::describe_line(uint32_t line, symrig_wire_Reply& reply) const {

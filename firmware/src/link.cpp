@@ -179,8 +179,23 @@ void Link::send_events(Tick now) {
   }
 }
 
+namespace {
+
+size_t encode_event(const symrig_wire_Event& event, protocol::BodyBuffer& out) {
+  switch (event.which_body) {
+    case symrig_wire_Event_step_mark_tag:
+      return encode(event.body.step_mark, out);
+    case symrig_wire_Event_edge_tag:
+      return encode(event.body.edge, out);
+    default:
+      return encode(event, out);
+  }
+}
+
+}  // namespace
+
 bool Link::send_event() {
-  const size_t body_size = encode(events_.unsent(), body_);
+  const size_t body_size = encode_event(events_.unsent(), body_);
   const protocol::FrameHeader header{
       protocol::kProtoMajor, Kind::event, events_.next_to_send(), expected_, kWindow, 0};
   const size_t size = protocol::encode_frame(header, {body_.bytes, body_size}, {wire_, sizeof wire_});

@@ -64,7 +64,7 @@ ProgramStore::Verdict ProgramStore::read_on() {
   if (job_ == Job::read_to_verify) return Verdict::good;
   job_ = Job::check;
   first_ = {};
-  check_ = protocol::ProgramCheck<First>(rules_, first_);
+  check_.restart();
   return Verdict::pending;
 }
 

@@ -27,9 +27,17 @@ void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at
   tally_.started = base(0);
 }
 
+/// The engine is asked for its room once, and again when that is used up: asking costs as much as pushing.
 void Sequencer::fill() {
+  room_ = engine_.room();
   while (phase_ == Phase::filling && expand(program_[pc_])) {
+    if (room_ == 0) room_ = engine_.room();
   }
+}
+
+void Sequencer::push(const hal::Segment& segment) {
+  engine_.push(segment);
+  --room_;
 }
 
 /// false: no room for this record yet.
@@ -54,20 +62,20 @@ bool Sequencer::expand(const Record& record) {
 }
 
 bool Sequencer::add_word(const Record& record) {
-  if (engine_.room() == 0) return false;
+  if (room_ == 0) return false;
   levels_ = record.arg;
-  engine_.push({record.arg, record.ticks});
+  push({record.arg, record.ticks});
   offset_ += record.ticks;
   ++pc_;
   return true;
 }
 
 bool Sequencer::add_wait(const Record& record) {
-  if (engine_.room() == 0 || stretch_ - known_ == hal::kMaxWaits) return false;
+  if (room_ == 0 || stretch_ - known_ == hal::kMaxWaits) return false;
   protocol::WaitEdge wait;
   protocol::parse_wait(record.arg, wait);
   const auto until = static_cast<hal::Until>(static_cast<uint8_t>(wait.edge) + 1U);
-  engine_.push({levels_, record.ticks, until, wait.line, wait.abort_on_timeout});
+  push({levels_, record.ticks, until, wait.line, wait.abort_on_timeout});
   waits_[stretch_ % hal::kMaxWaits] = {pc_, wait.abort_on_timeout};
   ++stretch_;
   offset_ = 0;
@@ -96,8 +104,8 @@ void Sequencer::turn_round() {
 /// The run ends with the edge to the final levels; the engine holds them for its shortest dwell before it
 /// idles.
 bool Sequencer::finish(uint32_t levels) {
-  if (engine_.room() == 0) return false;
-  engine_.push({levels, min_dwell_});
+  if (room_ == 0) return false;
+  push({levels, min_dwell_});
   engine_.close();
   phase_ = Phase::closing;
   return true;

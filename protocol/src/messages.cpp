@@ -19,6 +19,51 @@ bool decode_message(const pb_msgdesc_t* fields, ByteView body, void* message) {
 
 }  // namespace
 
+namespace {
+
+/// Writes proto3 varint fields of a message that is a member of a oneof: tag, length, fields. No field here
+/// has a number above 15, and all together take less than 128 bytes.
+class MemberWriter {
+ public:
+  MemberWriter(BodyBuffer& out, unsigned member) : out_(out) {
+    out_.bytes[0] = static_cast<uint8_t>(member << 3U | 2U);
+  }
+
+  /// A zero is not written.
+  MemberWriter& field(unsigned number, uint64_t value) {
+    if (value == 0) return *this;
+    out_.bytes[size_++] = static_cast<uint8_t>(number << 3U);
+    for (; value >= 0x80; value >>= 7U) out_.bytes[size_++] = static_cast<uint8_t>(value | 0x80U);
+    out_.bytes[size_++] = static_cast<uint8_t>(value);
+    return *this;
+  }
+  size_t finish() {
+    out_.bytes[1] = static_cast<uint8_t>(size_ - 2);
+    return size_;
+  }
+
+ private:
+  BodyBuffer& out_;
+  size_t size_ = 2;
+};
+
+}  // namespace
+
+size_t encode(const symrig_wire_StepMark& mark, BodyBuffer& out) {
+  return MemberWriter(out, symrig_wire_Event_step_mark_tag)
+      .field(symrig_wire_StepMark_id_tag, mark.id)
+      .field(symrig_wire_StepMark_ordinal_tag, mark.ordinal)
+      .field(symrig_wire_StepMark_tick_tag, mark.tick)
+      .finish();
+}
+size_t encode(const symrig_wire_Edge& edge, BodyBuffer& out) {
+  return MemberWriter(out, symrig_wire_Event_edge_tag)
+      .field(symrig_wire_Edge_line_tag, edge.line)
+      .field(symrig_wire_Edge_level_tag, edge.level ? 1 : 0)
+      .field(symrig_wire_Edge_tick_tag, edge.tick)
+      .finish();
+}
+
 size_t encode(const symrig_wire_Request& message, BodyBuffer& out) {
   return encode_message(symrig_wire_Request_fields, &message, out);
 }

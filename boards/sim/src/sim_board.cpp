@@ -259,10 +259,9 @@ struct SimBoard::Impl final : Pins {
     }
     wake = false;
     watchdog_at = kNever;
-    // It takes no time here. What a poll does to the pins is there for the next one to see.
     do {
       core->poll();
-    } while (core->busy() || capture.pending());
+    } while (core->busy() || capture.pending());  // it takes no time here
     if (!system.take_reboot()) return;
     if (system.bootloader()) {
       engine.force(0);

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <ranges>
 #include <vector>
 
 namespace symrig::test {
@@ -71,10 +72,10 @@ class RawHost {
     return last_reply();
   }
   std::optional<symrig_wire_Reply> last_reply() const {
-    for (auto frame = frames.rbegin(); frame != frames.rend(); ++frame) {
-      if (frame->header.kind != protocol::Kind::reply) continue;
+    for (const auto& frame : std::ranges::reverse_view(frames)) {
+      if (frame.header.kind != protocol::Kind::reply) continue;
       symrig_wire_Reply reply;
-      if (protocol::decode({frame->body.data(), frame->body.size()}, reply)) return reply;
+      if (protocol::decode({frame.body.data(), frame.body.size()}, reply)) return reply;
     }
     return std::nullopt;
   }
@@ -156,9 +157,14 @@ class RawHost {
     return commit(1, program_hash);
   }
 
-  std::uint32_t arm() {
+  std::uint32_t arm(bool autonomous = false) {
     symrig_wire_Request request = make(symrig_wire_Request_arm_tag);
-    request.body.arm = {program_hash, config_hash, false};
+    request.body.arm = {program_hash, config_hash, autonomous};
+    return code(request);
+  }
+  std::uint32_t set_by_hand(std::uint32_t mask, std::uint32_t levels) {
+    symrig_wire_Request request = make(symrig_wire_Request_manual_set_tag);
+    request.body.manual_set = {mask, levels};
     return code(request);
   }
   std::uint32_t start() { return code(make(symrig_wire_Request_start_tag)); }
@@ -199,15 +205,16 @@ class RawHost {
     return done();
   }
   bool done() const {
-    for (const symrig_wire_Event& event : events)
-      if (event.which_body == symrig_wire_Event_run_done_tag) return true;
-    return false;
+    return std::any_of(events.begin(), events.end(), [](const symrig_wire_Event& event) {
+      return event.which_body == symrig_wire_Event_run_done_tag;
+    });
   }
   /// The last event of a kind, if any came.
   const symrig_wire_Event* last(pb_size_t which) const {
-    for (auto event = events.rbegin(); event != events.rend(); ++event)
-      if (event->which_body == which) return &*event;
-    return nullptr;
+    const auto found = std::find_if(events.rbegin(), events.rend(), [which](const symrig_wire_Event& event) {
+      return event.which_body == which;
+    });
+    return found == events.rend() ? nullptr : &*found;
   }
 
   std::uint32_t config_hash = 0;

@@ -57,6 +57,35 @@ TEST(Messages, truncated_bodies_are_refused_or_shorter) {
   }
 }
 
+template <class Body>
+Bytes by_hand(const Body& body) {
+  BodyBuffer buffer{};
+  const std::size_t size = encode(body, buffer);
+  return {buffer.bytes, buffer.bytes + size};
+}
+
+Bytes in_general(const symrig_wire_Event& event) {
+  BodyBuffer buffer{};
+  const std::size_t size = encode(event, buffer);
+  return {buffer.bytes, buffer.bytes + size};
+}
+
+TEST(Messages, marks_and_edges_by_hand_are_the_bytes_of_the_general_encoder) {
+  test::Random random(7);
+  for (int k = 0; k < 20'000; ++k) {
+    // All lengths of varints, zeros among them.
+    const auto number = [&] { return random.chance(10) ? 0 : random.next() >> random.range(0, 63); };
+    symrig_wire_Event event = symrig_wire_Event_init_zero;
+    event.which_body = symrig_wire_Event_step_mark_tag;
+    event.body.step_mark = {static_cast<std::uint32_t>(number()), static_cast<std::uint32_t>(number()),
+                            number()};
+    ASSERT_EQ(by_hand(event.body.step_mark), in_general(event));
+    event.which_body = symrig_wire_Event_edge_tag;
+    event.body.edge = {static_cast<std::uint32_t>(number()), random.chance(50), number()};
+    ASSERT_EQ(by_hand(event.body.edge), in_general(event));
+  }
+}
+
 /// Random bytes either fail or give a message that can be written again and read back as the same.
 template <class Message>
 void expect_decoder_survives(const Bytes& bytes) {

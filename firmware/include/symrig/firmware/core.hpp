@@ -7,6 +7,7 @@
 #include "symrig/firmware/link.hpp"
 #include "symrig/firmware/program_store.hpp"
 #include "symrig/firmware/sequencer.hpp"
+#include "symrig/firmware/stored_config.hpp"
 #include "symrig/firmware/supervisor.hpp"
 #include "symrig/hal/board.hpp"
 
@@ -109,6 +110,8 @@ class Core final : private Requests {
   void breach(const Breach& breach);
   hal::Tick ticks_of_ms(uint32_t ms) const { return board_.traits.tick_hz * ms / 1000; }
 
+  static constexpr unsigned kEdgesPerPoll = 16;
+
   const hal::Board& board_;
   EventQueue events_;
   Link link_;
@@ -122,10 +125,11 @@ class Core final : private Requests {
   uint32_t config_hash_ = 0;
   uint32_t stored_config_ = 0;
   uint32_t safe_levels_ = 0;
-  char label_[24] = {};
+  Label label_;
   hal::FaultRecord fault_;
   hal::FaultRecord reset_fault_;
   hal::Tick received_ = 0;   // when the bytes now being worked on were taken
+  bool more_edges_ = false;  // the last poll left edges to the next one
   bool autonomous_ = false;  // the run goes on without a host
   uint32_t ttl_ms_ = 0;      // keep-alive; 0 = off
   hal::Tick alive_until_ = hal::kNever;

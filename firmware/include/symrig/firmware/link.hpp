@@ -53,8 +53,8 @@ class Link {
 
  private:
   // What one poll does at most: both count towards poll_ticks of the board (hal/board.hpp).
-  static constexpr size_t kBytesPerPoll = 512;
-  static constexpr unsigned kEventsPerPoll = 4;
+  static constexpr size_t kBytesPerPoll = 128;
+  static constexpr unsigned kEventsPerPoll = 2;
 
   void take(const protocol::Frame& frame, Requests& requests, hal::Tick now);
   void take_request(const protocol::Frame& frame, Requests& requests);

@@ -54,7 +54,7 @@ class Sequencer {
   /// Goes on with the run as far as it can. Marks that are due must have been taken before.
   Outcome poll(hal::Tick now);
   /// Takes the oldest mark that is due.
-  bool take_mark(hal::Tick now, PassedMark& mark);
+  bool take_mark(hal::Tick now, PassedMark& passed);
   /// Forgets the run (the engine is about to be forced to other levels); the tally is completed.
   void stop(hal::Tick now);
 
@@ -78,6 +78,7 @@ class Sequencer {
   };
 
   void fill();
+  void push(const hal::Segment& segment);
   bool expand(const protocol::Record& record);
   bool add_word(const protocol::Record& record);
   bool add_wait(const protocol::Record& record);
@@ -103,6 +104,7 @@ class Sequencer {
   uint32_t min_dwell_ = 1;
   Phase phase_ = Phase::idle;
   uint32_t pc_ = 0;
+  size_t room_ = 0;       // segments that the engine takes without being asked again
   uint32_t levels_ = 0;   // of the last word pushed
   uint32_t stretch_ = 0;  // that is being expanded
   uint64_t offset_ = 0;   // length of this stretch as far as it is expanded

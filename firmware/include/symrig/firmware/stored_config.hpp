@@ -6,18 +6,19 @@
 
 namespace symrig::firmware {
 
-/// What a board keeps over power-off.
-struct StoredConfig {
-  protocol::BoardConfig config;
-  char label[24] = {};  ///< as its user calls the board
+/// As its user calls the board; ends with a 0.
+struct Label {
+  char text[24] = {};
 };
 
 // The record: "SRC1", 24 bytes of label, u8 lines, 3 bytes 0, then protocol's 24-byte record for each
 // configured line, then CRC-32C over all before it.
 
-/// false: the board's memory did not take it.
-bool save(hal::Settings& settings, const StoredConfig& stored);
-/// false: nothing is kept, it is damaged, or it is not for this board's lines.
-bool load(const hal::Settings& settings, const hal::BoardTraits& board, StoredConfig& stored);
+/// Keeps both over power-off. false: the board's memory did not take it.
+bool save_config(hal::Settings& settings, const protocol::BoardConfig& config, const Label& label);
+/// Fills in both; config comes empty. false: nothing is kept, it is damaged, or it is not for this board's
+/// lines (config may have been touched then).
+bool load_config(const hal::Settings& settings, const hal::BoardTraits& board, protocol::BoardConfig& config,
+                 Label& label);
 
 }  // namespace symrig::firmware

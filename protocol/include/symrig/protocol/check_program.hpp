@@ -15,6 +15,14 @@ class ProgramCheck {
   /// rules and sink outlive the check.
   ProgramCheck(const ProgramRules& rules, Sink& sink) : structure_(rules, sink), time_(rules, sink) {}
 
+  /// Begins again, with what rules and sink are now.
+  void restart() {
+    structure_.restart();
+    time_.restart();
+    structured_ = false;
+    done_ = false;
+  }
+
   /// Looks at up to `looks` records. true: done.
   bool advance(ProgramView program, uint32_t looks) {
     if (done_) return true;

@@ -30,6 +30,11 @@ struct LineConfig {
 struct BoardConfig {
   LineConfig lines[kMaxLines];
 
+  /// Line by line: the whole is large for a small board's stack.
+  constexpr void clear() {
+    for (LineConfig& line : lines) line = {};
+  }
+
   /// Levels that mean "nothing happens": bit k is line k.
   constexpr uint32_t safe_levels() const {
     uint32_t levels = 0;

@@ -12,6 +12,8 @@ class StructureCheck {
  public:
   StructureCheck(const ProgramRules& rules, Sink& sink) : rules_(&rules), sink_(&sink) {}
 
+  void restart() { *this = StructureCheck(*rules_, *sink_); }
+
   /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
   bool advance(ProgramView program, uint32_t looks) {
     const size_t bytes = program.bytes.size;

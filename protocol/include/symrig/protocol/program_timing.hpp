@@ -19,11 +19,22 @@ template <class Sink>
 class TimingCheck {
  public:
   TimingCheck(const ProgramRules& rules, Sink& sink) : rules_(&rules), sink_(&sink), refill_(rules) {
-    if (rules.config == nullptr) return;  // no board yet: nothing will be looked at
-    for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      const LineConfig& line = rules.config->lines[k];
-      if (line.configured && line.output) outputs_ |= 1U << k;
-    }
+    find_outputs();
+  }
+
+  /// Begins again, with what the rules are now. Member by member: the whole is large for a small board's
+  /// stack.
+  void restart() {
+    refill_ = Refill(*rules_);
+    timing_ = {};
+    burning_ = 0;
+    for (Run& run : runs_) run = {};
+    for (LineUse& use : uses_) use = {};
+    depth_ = 0;
+    pc_ = 0;
+    going_ = true;
+    sound_ = true;
+    find_outputs();
   }
 
   /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
@@ -60,6 +71,15 @@ class TimingCheck {
     Refill::Map refill;  // what this round does to the queue so far
   };
 
+  void find_outputs() {
+    outputs_ = 0;
+    if (rules_->config == nullptr) return;  // no board yet: nothing will be looked at
+    for (unsigned k = 0; k < kMaxOutputs; ++k) {
+      const LineConfig& line = rules_->config->lines[k];
+      if (line.configured && line.output) outputs_ |= 1U << k;
+    }
+  }
+
   void step(const Record& record) {
     switch (static_cast<Op>(record.op)) {
       case Op::set_word:
@@ -82,6 +102,7 @@ class TimingCheck {
         ++timing_.marks;
         return;
       case Op::end:
+        feed(refill_.record(0));
         return end(record.arg);
     }
   }

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "raw_host.hpp"
+#include "symrig/firmware/urgent_scan.hpp"
+
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::firmware {
+namespace {
+
+using protocol::Kind;
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes frame(Kind kind, std::uint8_t flags, const Bytes& body) {
+  Bytes wire(protocol::kMaxWire);
+  wire.resize(protocol::encode_frame({protocol::kProtoMajor, kind, 0x1234, 7, 8, flags},
+                                     {body.data(), body.size()}, {wire.data(), wire.size()}));
+  return wire;
+}
+
+Bytes abort_body() {
+  symrig_wire_Request request = symrig_wire_Request_init_zero;
+  request.which_body = symrig_wire_Request_abort_tag;
+  protocol::BodyBuffer buffer{};
+  const std::size_t size = encode(request, buffer);
+  return {buffer.bytes, buffer.bytes + size};
+}
+
+/// Bytes after which it says "abort", counted from 1; 0 = never.
+std::size_t found_at(UrgentScan& scan, const Bytes& bytes) {
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    if (scan.push(bytes[i])) found = i + 1;
+  return found;
+}
+
+TEST(UrgentScan, finds_an_abort_with_its_last_byte) {
+  UrgentScan scan;
+  const Bytes urgent = frame(Kind::request, protocol::flag::urgent, abort_body());
+  EXPECT_EQ(found_at(scan, urgent), urgent.size());
+  EXPECT_EQ(found_at(scan, urgent), urgent.size());  // and again
+}
+
+TEST(UrgentScan, finds_nothing_else) {
+  UrgentScan scan;
+  symrig_wire_Request ping = symrig_wire_Request_init_zero;
+  ping.which_body = symrig_wire_Request_time_ping_tag;
+  protocol::BodyBuffer buffer{};
+  const std::size_t size = encode(ping, buffer);
+  EXPECT_EQ(found_at(scan, frame(Kind::request, protocol::flag::urgent, {buffer.bytes, buffer.bytes + size})),
+            0U);
+  EXPECT_EQ(found_at(scan, frame(Kind::request, 0, abort_body())), 0U);
+  EXPECT_EQ(found_at(scan, frame(Kind::data, protocol::flag::urgent, abort_body())), 0U);
+  EXPECT_EQ(found_at(scan, frame(Kind::request, protocol::flag::urgent | protocol::flag::sync, abort_body())),
+            0U);
+  EXPECT_EQ(found_at(scan, frame(Kind::request, protocol::flag::urgent, {})), 0U);
+}
+
+TEST(UrgentScan, a_damaged_abort_is_none_and_the_next_one_is_found) {
+  const Bytes urgent = frame(Kind::request, protocol::flag::urgent, abort_body());
+  for (std::size_t at = 0; at + 1 < urgent.size(); ++at) {
+    UrgentScan scan;
+    Bytes damaged = urgent;
+    damaged[at] ^= 0x41;
+    EXPECT_EQ(found_at(scan, damaged), 0U) << at;
+    EXPECT_EQ(found_at(scan, urgent), urgent.size()) << at;
+  }
+}
+
+TEST(UrgentScan, a_new_end_of_the_link_begins_afresh) {
+  UrgentScan scan;
+  const Bytes urgent = frame(Kind::request, protocol::flag::urgent, abort_body());
+  for (std::size_t i = 0; i < 5; ++i) scan.push(urgent[i]);
+  scan.restart();
+  EXPECT_EQ(found_at(scan, urgent), urgent.size());
+}
+
+}  // namespace
+}  // namespace symrig::firmware
