@@ -11,6 +11,9 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/include/symrig DESTINATION ${CMAKE_
 if(TARGET symrig_cli)
   install(TARGETS symrig_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# Who may open a board: read by udev where the prefix is /usr or /usr/local; else copy it to /etc/udev/rules.d.
+install(FILES ${PROJECT_SOURCE_DIR}/host/udev/60-symrig.rules DESTINATION lib/udev/rules.d)
+install(FILES ${PROJECT_SOURCE_DIR}/host/udev/61-symrig-group.rules DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/symrigConfig.cmake.in
   ${PROJECT_BINARY_DIR}/symrigConfig.cmake INSTALL_DESTINATION ${package_dir})

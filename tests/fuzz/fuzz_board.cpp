@@ -244,9 +244,9 @@ class Player {
 
   void finish() {
     board_.set_attached(true);
-    if (board_.in_bootloader()) board_.reboot();
     advance(stalled_until_ > board_.now() ? stalled_until_ - board_.now() : 0);
     board_.write(std::vector<std::uint8_t>{0});
+    if (board_.in_bootloader()) board_.reboot();
     host_.abort();
     require(safe(), "an abort makes safe");
     host_.listen();

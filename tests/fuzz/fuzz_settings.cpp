@@ -42,21 +42,22 @@ hal::BoardTraits traits() {
 }
 
 void expect_sound(Flash& flash) {
-  firmware::StoredConfig stored;
-  if (!load(flash, traits(), stored)) return;
-  require(std::memchr(stored.label, 0, sizeof stored.label) != nullptr, "a label ends");
+  protocol::BoardConfig config;
+  firmware::Label label;
+  if (!load_config(flash, traits(), config, label)) return;
+  require(std::memchr(label.text, 0, sizeof label.text) != nullptr, "a label ends");
   for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
-    const protocol::LineConfig& line = stored.config.lines[k];
+    const protocol::LineConfig& line = config.lines[k];
     if (!line.configured) continue;
     require(k < kLines.size() && line.output == kLines.at(k).output, "a stored line is the board's");
   }
-  require((stored.config.safe_levels() & ~7U) == 0, "only outputs have safe levels");
-  require(save(flash, stored), "what was loaded can be stored");
-  firmware::StoredConfig again;
-  require(load(flash, traits(), again), "what was stored can be loaded");
-  require(protocol::config_hash(again.config) == protocol::config_hash(stored.config),
-          "and is the same configuration");
-  require(std::memcmp(again.label, stored.label, sizeof again.label) == 0, "with the same label");
+  require((config.safe_levels() & ~7U) == 0, "only outputs have safe levels");
+  require(save_config(flash, config, label), "what was loaded can be stored");
+  protocol::BoardConfig again;
+  firmware::Label same;
+  require(load_config(flash, traits(), again, same), "what was stored can be loaded");
+  require(protocol::config_hash(again) == protocol::config_hash(config), "and is the same configuration");
+  require(std::strcmp(same.text, label.text) == 0, "with the same label");
 }
 
 }  // namespace

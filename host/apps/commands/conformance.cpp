@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/conformance.hpp"
 
-#include "board_link.hpp"
 #include "command.hpp"
 #include "console.hpp"
+#include "device_option.hpp"
 #include "files.hpp"
 #include "meter.hpp"
 
@@ -87,7 +87,8 @@ Result<void> run(const Arguments& arguments) {
     if (talks && printed) printed = print(line_of(result));
   };
   options.stop = [] { return interrupted(); };
-  SYMRIG_TRY(auto link, open_board_link(arguments.uri));
+  SYMRIG_TRY(const auto uri, device::choose_board(arguments.uri));
+  SYMRIG_TRY(auto link, device::open_link(uri));
   SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
   SYMRIG_CHECK(printed);
   SYMRIG_CHECK(write_text(arguments.json, json_of(report)));
@@ -100,15 +101,15 @@ Job add_conformance(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("conformance", "Whether a board does all that the protocol asks for: a list of named checks");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("uri", arguments->uri, "The board: sim:, usb:, serial:PATH, tcp:HOST:PORT, unix:PATH, ...")
+  command->add_option("uri", arguments->uri, "The board (see below)")
       ->required()
-      ->type_name("URI");
+      ->type_name("URI|SERIAL");
   command->add_option("--filter", arguments->filter, "Only checks whose name this regular expression finds")
       ->type_name("REGEX");
   command->add_option("--jumper", arguments->jumper, "A wire from an output to an input that is time-stamped")
       ->type_name("OUTPUT:INPUT");
   add_json(*command, arguments->json);
-  command->footer(std::string(kExample) + "\n\n" + kExitCodes);
+  command->footer(std::string(kExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

@@ -3,6 +3,8 @@
 #include "symrig/device/link.hpp"
 #include "symrig/device/ticks.hpp"
 
+#include <algorithm>
+
 namespace symrig::device {
 namespace {
 

@@ -169,12 +169,13 @@ Verdict start_in_past(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_ARMED);
 }
 
-/// An input and an edge that it can be awaited on.
+/// An input and an edge that it can be awaited on. The last one: boards name the busy ones first.
 std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const Subject& board) {
+  std::optional<std::pair<std::uint32_t, WaitFor>> found;
   for (const std::uint32_t input : board.inputs())
     for (unsigned edge = 0; edge < 3; ++edge)
-      if (((board.lines[input].waits >> edge) & 1U) != 0) return {{input, static_cast<WaitFor>(edge)}};
-  return std::nullopt;
+      if (((board.lines[input].waits >> edge) & 1U) != 0) found = {input, static_cast<WaitFor>(edge)};
+  return found;
 }
 
 constexpr std::string_view kNoWaits = "no input can be awaited";

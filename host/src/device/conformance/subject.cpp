@@ -79,7 +79,7 @@ std::optional<std::uint32_t> Subject::seen_output() const {
 }
 
 std::uint32_t Subject::word() const {
-  const std::uint64_t fed = 2 * std::uint64_t{can.refill_ticks} + can.min_dwell;
+  const std::uint64_t fed = 4 * std::uint64_t{can.refill_ticks} + can.min_dwell;
   return static_cast<std::uint32_t>(std::max(fed, ticks(200us)));
 }
 

@@ -40,7 +40,7 @@ class Subject {
   /// First output whose edges the board sees; none: limits cannot be watched.
   std::optional<std::uint32_t> seen_output() const;
   std::uint64_t ticks(Nanoseconds time) const { return TickRate{can.tick_hz}.ticks(time).count; }
-  /// A length that any board can play for ever: 200 us, or more where its engine asks for more.
+  /// A length that any board can play for ever: 200 us, or four records where its engine asks for more.
   std::uint32_t word() const;
   protocol::ProgramRules rules() const;
 
