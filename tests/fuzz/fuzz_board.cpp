@@ -20,8 +20,8 @@ constexpr std::uint32_t kOutputs = 7;
 constexpr std::uint32_t kInterlock = 32;
 constexpr int kMostEvents = 3000;  // of the board, a move
 
-/// Sees that the lamp keeps to its limits: the guard may be one tick late, and cannot see while the firmware stands
-/// still.
+/// Sees that the lamp keeps to its limits: the guard may be one tick late, and cannot see while the firmware
+/// stands still.
 class LampWatch final : public boards::Peripheral {
  public:
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The board's end of the wire alone: what it lets through to the core against the rules of sequence, kept here in a
-// few lines; and the urgent abort found in an interrupt against the one that the link obeys.
+// The board's end of the wire alone: what it lets through to the core against the rules of sequence, kept
+// here in a few lines; and the urgent abort found in an interrupt against the one that the link obeys.
 #include "compact_program.hpp"
 #include "symrig/firmware/link.hpp"
 #include "symrig/firmware/urgent_scan.hpp"
@@ -126,13 +126,12 @@ class Player {
   void feed_frame(Kind kind, std::uint16_t seq, std::uint8_t flags, const std::vector<std::uint8_t>& body) {
     std::vector<std::uint8_t> wire(protocol::kMaxWire);
     const protocol::FrameHeader header{protocol::kProtoMajor, kind, seq, input_.byte(), input_.byte(), flags};
-    wire.resize(
-        protocol::encode_frame(header, {body.data(), body.size()}, {wire.data(), wire.size()}));
+    wire.resize(protocol::encode_frame(header, {body.data(), body.size()}, {wire.data(), wire.size()}));
     feed(wire);
   }
 
-  /// Byte by byte: the scan in the interrupt and the link must agree on every abort as encoders write it, and the
-  /// link must do with each frame what the rules say.
+  /// Byte by byte: the scan in the interrupt and the link must agree on every abort as encoders write it, and
+  /// the link must do with each frame what the rules say.
   void feed(const std::vector<std::uint8_t>& bytes) {
     for (const std::uint8_t byte : bytes) {
       const Counter before = counter_;
@@ -166,8 +165,7 @@ class Player {
       require(done == (may ? 1U : 0U), "abort and time are carried out at once, nothing else");
     } else {
       const bool numbered = kind == Kind::request || kind == Kind::data;
-      const bool in_turn =
-          model_session_ && numbered && before.pending == 0 && seq == model_expected_;
+      const bool in_turn = model_session_ && numbered && before.pending == 0 && seq == model_expected_;
       if (in_turn) ++model_expected_;
       require(done <= (in_turn ? 1U : 0U), "a frame is carried out once, in its turn");
       const bool must = in_turn && kind == Kind::request && sound && major == protocol::kProtoMajor;

@@ -43,8 +43,8 @@ void expect_twin(const std::uint8_t* data, std::size_t size) {
           "both encoders of marks and edges agree");
 }
 
-/// The first byte names a field of the outer message, the rest is what it holds: each kind of message is reached at
-/// once.
+/// The first byte names a field of the outer message, the rest is what it holds: each kind of message is
+/// reached at once.
 void expect_each_stable(const std::uint8_t* data, std::size_t size) {
   if (size == 0 || size > protocol::kMaxBody - 6) return;
   std::array<std::uint8_t, protocol::kMaxBody> body{};

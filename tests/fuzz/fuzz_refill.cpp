@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program that passes rule `refill` against a filler that is as slow as the board says it may be, and that comes
-// as late as it may, in a queue written here from the words of hal/board.hpp.
+// A program that passes rule `refill` against a filler that is as slow as the board says it may be, and that
+// comes as late as it may, in a queue written here from the words of hal/board.hpp.
 #include "compact_program.hpp"
 #include "symrig/protocol/check_program.hpp"
 #include "targets.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The host's end: a board that answers whatever it likes. Nothing crashes, and every call ends within its attempts.
+// The host's end: a board that answers whatever it likes. Nothing crashes, and every call ends within its
+// attempts.
 #include "compact_program.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/device/board.hpp"
@@ -21,8 +22,8 @@ using protocol::Kind;
 using Bytes = std::vector<std::uint8_t>;
 
 constexpr int kAttempts = 2;
-// Calls below, each with at most this many requests (configure: 2 and one a line), each sent kAttempts times; an
-// acknowledgement for each thing received; urgent and chunk frames.
+// Calls below, each with at most this many requests (configure: 2 and one a line), each sent kAttempts times;
+// an acknowledgement for each thing received; urgent and chunk frames.
 constexpr std::size_t kMostSends = 64 * 40 * kAttempts;
 
 void put_frame(Kind kind, std::uint16_t seq, std::uint16_t ack, std::uint8_t flags, const Bytes& body,

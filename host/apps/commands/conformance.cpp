@@ -27,10 +27,12 @@ struct Arguments {
 constexpr const char* kExample =
     "Example:\n"
     "  symrig conformance sim:                                    the simulated board\n"
-    "  symrig conformance usb: --jumper projector_trigger:vsync   a board with one wire from an output to an input\n"
+    "  symrig conformance usb: --jumper projector_trigger:vsync   a board with one wire from an output to an "
+    "input\n"
     "  symrig conformance usb: --filter '^limits'                 some of the checks\n"
     "\n"
-    "Outputs move: nothing that lights, heats or shoots may be wired to them. The board ends safe and without a\n"
+    "Outputs move: nothing that lights, heats or shoots may be wired to them. The board ends safe and "
+    "without a\n"
     "configuration; what it keeps over power-off is not touched. docs/conformance.md lists the checks.";
 
 Result<device::Jumper> parse_jumper(const std::string& text) {
@@ -64,13 +66,15 @@ std::string json_of(const ConformanceReport& report) {
 Result<void> sum_up(const ConformanceReport& report, bool talks) {
   const std::size_t failed = report.count(CheckOutcome::failed);
   if (talks)
-    SYMRIG_CHECK(print(fmt::format("board '{}' {} ({}): {} passed, {} failed, {} skipped\n", report.board,
-                                   report.unique_id, report.firmware_version, report.count(CheckOutcome::passed),
-                                   failed, report.count(CheckOutcome::skipped))));
+    SYMRIG_CHECK(
+        print(fmt::format("board '{}' {} ({}): {} passed, {} failed, {} skipped\n", report.board,
+                          report.unique_id, report.firmware_version, report.count(CheckOutcome::passed),
+                          failed, report.count(CheckOutcome::skipped))));
   if (report.passed()) return {};
   if (failed == 0)
     return Error{ErrorCode::bad_argument, "all checks were skipped", "give --jumper, or another --filter"};
-  return Error{ErrorCode::protocol, fmt::format("the board fails {} of {} checks", failed, report.results.size()),
+  return Error{ErrorCode::protocol,
+               fmt::format("the board fails {} of {} checks", failed, report.results.size()),
                "update its firmware; docs/conformance.md says what each check asks for"};
 }
 
@@ -98,12 +102,10 @@ Result<void> run(const Arguments& arguments) {
 }  // namespace
 
 Job add_conformance(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("conformance", "Whether a board does all that the protocol asks for: a list of named checks");
+  CLI::App* command = app.add_subcommand(
+      "conformance", "Whether a board does all that the protocol asks for: a list of named checks");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("uri", arguments->uri, "The board (see below)")
-      ->required()
-      ->type_name("URI|SERIAL");
+  command->add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
   command->add_option("--filter", arguments->filter, "Only checks whose name this regular expression finds")
       ->type_name("REGEX");
   command->add_option("--jumper", arguments->jumper, "A wire from an output to an input that is time-stamped")

@@ -60,7 +60,8 @@ class FaultyLink final : public Link {
     ++frames_;
     const Bytes overtaken = std::exchange(half.late, {});
     if (chance(faults_.rubbish))
-      for (std::uint64_t k = random_.range(1, 40); k > 0; --k) out.push_back(static_cast<std::uint8_t>(random_.next()));
+      for (std::uint64_t k = random_.range(1, 40); k > 0; --k)
+        out.push_back(static_cast<std::uint8_t>(random_.next()));
     if (chance(faults_.corrupted))
       frame[random_.range(0, frame.size() - 1)] ^= static_cast<std::uint8_t>(1U << random_.range(0, 7));
     if (chance(faults_.cut)) frame.resize(random_.range(0, frame.size() - 1));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs over channels that lose, repeat, swap, cut and damage frames: whatever comes through, the run is that of a
-// clean channel. A million frames are sent; with SYMRIG_LONG set, thirty million.
+// Runs over channels that lose, repeat, swap, cut and damage frames: whatever comes through, the run is that
+// of a clean channel. A million frames are sent; with SYMRIG_LONG set, thirty million.
 #include "bench.hpp"
 #include "faulty_link.hpp"
 
@@ -34,7 +34,9 @@ class Scribe final : public boards::Peripheral {
 Result<Program> long_program(const BoardInfo& info) {
   ProgramBuilder program(info);
   for (int k = 0; k < 180; ++k) {
-    program.mark(static_cast<std::uint32_t>(k)).set("camera_trigger", true).hold(Ticks{2000U + static_cast<unsigned>(k)});
+    program.mark(static_cast<std::uint32_t>(k))
+        .set("camera_trigger", true)
+        .hold(Ticks{2000U + static_cast<unsigned>(k)});
     program.set("camera_trigger", false).hold(3us);
   }
   program.loop(40).mark(1000).pulse("projector_trigger", 5us).hold(5us).end_loop();
@@ -108,7 +110,8 @@ TEST(Channel, whatever_comes_through_is_the_run_of_a_clean_one) {
   for (std::uint64_t seed = 1; frames < wanted; ++seed) {
     const auto some = [&random](unsigned most) { return static_cast<unsigned>(random.range(0, most)); };
     Outcome outcome;
-    ASSERT_NO_FATAL_FAILURE(run_over({seed, some(12), some(12), some(12), some(6), some(12), some(6)}, outcome))
+    ASSERT_NO_FATAL_FAILURE(
+        run_over({seed, some(12), some(12), some(12), some(6), some(12), some(6)}, outcome))
         << "seed " << seed;
     ASSERT_EQ(outcome.first, clean.first) << "seed " << seed;
     ASSERT_EQ(outcome.second, clean.first) << "seed " << seed;

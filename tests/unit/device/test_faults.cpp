@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can go wrong beyond the channel: hosts that die, processors that stand still, clocks that run over or drift,
-// limits of which only one layer is left. Outputs are watched by something wired to them, never by the board's word.
+// What can go wrong beyond the channel: hosts that die, processors that stand still, clocks that run over or
+// drift, limits of which only one layer is left. Outputs are watched by something wired to them, never by the
+// board's word.
 #include "bench.hpp"
 #include "faulty_link.hpp"
 #include "symrig/device/lint.hpp"
@@ -84,8 +85,9 @@ struct Rig {
   }
 };
 
-constexpr std::array kStates{BoardState::safe,  BoardState::configured, BoardState::loaded, BoardState::armed,
-                             BoardState::running, BoardState::done,       BoardState::fault};
+constexpr std::array kStates{BoardState::safe,  BoardState::configured, BoardState::loaded,
+                             BoardState::armed, BoardState::running,    BoardState::done,
+                             BoardState::fault};
 
 TEST(HostDeath, silence_in_every_state_is_safe_in_time) {
   for (const BoardState state : kStates) {
@@ -137,7 +139,8 @@ TEST(Standstill, the_watchdog_makes_safe_in_every_state_and_is_told) {
   }
 }
 
-/// Short stalls are survived, long ones are an underrun: the engine is safe in the very tick in which it ran dry.
+/// Short stalls are survived, long ones are an underrun: the engine is safe in the very tick in which it ran
+/// dry.
 TEST(Standstill, an_underrun_is_safe_in_its_tick_and_named) {
   for (const std::uint64_t stall : {1ULL, 5ULL, 20ULL, 60ULL, 200ULL}) {
     boards::SimBoardConfig config;
@@ -168,10 +171,9 @@ TEST(Standstill, an_underrun_is_safe_in_its_tick_and_named) {
   }
 }
 
-constexpr std::array<std::uint64_t, 5> kBegins{0, (std::uint64_t{1} << 32U) - 5 * kMs,
-                                               (std::uint64_t{1} << 63U) - 5 * kMs,
-                                               UINT64_MAX - (std::uint64_t{1} << 40U),
-                                               UINT64_MAX - (std::uint64_t{1} << 36U)};
+constexpr std::array<std::uint64_t, 5> kBegins{
+    0, (std::uint64_t{1} << 32U) - 5 * kMs, (std::uint64_t{1} << 63U) - 5 * kMs,
+    UINT64_MAX - (std::uint64_t{1} << 40U), UINT64_MAX - (std::uint64_t{1} << 36U)};
 
 /// The same run, wherever the board's clock stands.
 TEST(Clock, running_over_changes_nothing) {
@@ -208,7 +210,8 @@ TEST(Clock, running_over_changes_nothing) {
 TEST(Clock, drift_changes_nothing) {
   for (const int ppm : {-100, 0, 100}) {
     boards::SimBoard sim;
-    auto board = Board::connect(std::make_unique<test::DriftingLink>(make_sim_link(sim), ppm), {.keep_alive = 30ms});
+    auto board =
+        Board::connect(std::make_unique<test::DriftingLink>(make_sim_link(sim), ppm), {.keep_alive = 30ms});
     ASSERT_OK(board);
     ASSERT_OK(board->configure(kLines));
     const auto receipt = board->run(blinking(board->info(), 50'000), 11s);
@@ -277,7 +280,8 @@ TEST(LimitsAlone, the_guard_without_linter_and_commit) {
     ASSERT_OK(board->configure(lines));
     const std::uint64_t begin = sim.now();
     for (const std::uint32_t levels : {4U, 0U, 4U, 0U}) sim.force_segment(levels, 2 * kMs);
-    // max_on: 1 ms after the first pulse began, the others when the second begins; the guard may be a tick late.
+    // max_on: 1 ms after the first pulse began, the others when the second begins; the guard may be a tick
+    // late.
     const std::uint64_t broken = begin + (limit.rule == "max_on" ? 1 : 4) * kMs;
     sim.advance_to(broken - 1);
     EXPECT_NE(sim.supervisor_state(), static_cast<int>(BoardState::fault)) << limit.rule;

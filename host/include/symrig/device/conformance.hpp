@@ -36,10 +36,10 @@ struct Jumper {
 };
 
 struct ConformanceOptions {
-  std::string filter;             ///< regular expression; only checks whose name it finds. Empty: all
-  std::optional<Jumper> jumper;   ///< without one, checks that need it are skipped
+  std::string filter;            ///< regular expression; only checks whose name it finds. Empty: all
+  std::optional<Jumper> jumper;  ///< without one, checks that need it are skipped
   std::function<void(const CheckResult&)> on_result;  ///< called after each check
-  std::function<bool()> stop;     ///< asked before each check: true = end here, with the board safe
+  std::function<bool()> stop;  ///< asked before each check: true = end here, with the board safe
 };
 
 struct ConformanceReport {
@@ -54,12 +54,12 @@ struct ConformanceReport {
 /// All checks, in the order in which they are made.
 std::vector<CheckInfo> conformance_checks();
 
-/// Makes the checks against whatever board is at the other end. Needs nothing but the link, and runs on the link's
-/// clock: in virtual time as on a cable. Outputs move: nothing that lights, heats or shoots may be wired to them. The
-/// board is never left armed; at the end it is safe and has forgotten its configuration (what it keeps over power-off
-/// is not touched).
-/// fails: device_lost (the link, or no board says hello), bad_argument (filter, a jumper between lines that do not
-/// exist), interrupted (stop).
-Result<ConformanceReport> check_conformance(std::unique_ptr<Link> link, const ConformanceOptions& options = {});
+/// Makes the checks against whatever board is at the other end. Needs nothing but the link, and runs on the
+/// link's clock: in virtual time as on a cable. Outputs move: nothing that lights, heats or shoots may be
+/// wired to them. The board is never left armed; at the end it is safe and has forgotten its configuration
+/// (what it keeps over power-off is not touched). fails: device_lost (the link, or no board says hello),
+/// bad_argument (filter, a jumper between lines that do not exist), interrupted (stop).
+Result<ConformanceReport> check_conformance(std::unique_ptr<Link> link,
+                                            const ConformanceOptions& options = {});
 
 }  // namespace symrig::device

@@ -56,7 +56,7 @@ std::span<const Check> jumper_checks();
 }  // namespace symrig::device::conformance
 
 /// `SYMRIG_MUST(same("steps", 3, done.steps));` ends the check with that verdict unless it is a pass.
-#define SYMRIG_MUST(expression)                              \
-  do {                                                       \
+#define SYMRIG_MUST(expression)                                \
+  do {                                                         \
     if (auto verdict = (expression); !verdict) return verdict; \
   } while (false)

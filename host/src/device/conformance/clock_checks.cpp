@@ -14,7 +14,8 @@ Verdict monotone(Subject& board) {
   for (int k = 0; k < 100; ++k) {
     const auto told = board.time();
     if (!told) return failed("no answer to time_ping");
-    SYMRIG_MUST(that(last <= told->rx_tick && told->rx_tick <= told->tx_tick, "a clock that never goes back"));
+    SYMRIG_MUST(
+        that(last <= told->rx_tick && told->rx_tick <= told->tx_tick, "a clock that never goes back"));
     last = told->tx_tick;
   }
   return {};
@@ -44,8 +45,8 @@ bool read(Subject& board, Reading& reading) {
   return told.has_value();
 }
 
-/// Over half a second: the tick rate that the board claims, within 500 ppm (two poor crystals) and what the two
-/// readings do not tell.
+/// Over half a second: the tick rate that the board claims, within 500 ppm (two poor crystals) and what the
+/// two readings do not tell.
 Verdict rate(Subject& board) {
   Reading first;
   Reading second;

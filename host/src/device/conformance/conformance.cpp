@@ -20,10 +20,9 @@ using conformance::Verdict;
 std::vector<Check> all_checks() {
   using namespace conformance;
   std::vector<Check> all;
-  for (const auto group :
-       {identity_checks(), wire_checks(), event_checks(), state_checks(), upload_checks(), rule_checks(),
-        program_checks(), limit_checks(), interlock_checks(), host_loss_checks(), receipt_checks(), clock_checks(),
-        jumper_checks()})
+  for (const auto group : {identity_checks(), wire_checks(), event_checks(), state_checks(), upload_checks(),
+                           rule_checks(), program_checks(), limit_checks(), interlock_checks(),
+                           host_loss_checks(), receipt_checks(), clock_checks(), jumper_checks()})
     all.insert(all.end(), group.begin(), group.end());
   return all;
 }
@@ -88,8 +87,9 @@ Result<void> make_all(std::span<const Check> checks, Subject& board, const Confo
 }  // namespace
 
 std::size_t ConformanceReport::count(CheckOutcome outcome) const {
-  return static_cast<std::size_t>(std::count_if(
-      results.begin(), results.end(), [outcome](const CheckResult& result) { return result.outcome == outcome; }));
+  return static_cast<std::size_t>(
+      std::count_if(results.begin(), results.end(),
+                    [outcome](const CheckResult& result) { return result.outcome == outcome; }));
 }
 
 bool ConformanceReport::passed() const {
@@ -107,7 +107,8 @@ Result<ConformanceReport> check_conformance(std::unique_ptr<Link> link, const Co
   Subject board(std::move(link));
   if (const Verdict met = board.meet(); !met) {
     if (board.session.lost()) return *board.session.lost();
-    return Error{ErrorCode::device_lost, met.detail, "check its power and cable, and that no other program holds it"};
+    return Error{ErrorCode::device_lost, met.detail,
+                 "check its power and cable, and that no other program holds it"};
   }
   if (options.jumper) SYMRIG_CHECK(wire_jumper(board, *options.jumper));
   ConformanceReport report{board.who.board, board.who.firmware_version, "", {}};

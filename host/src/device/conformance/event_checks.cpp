@@ -90,7 +90,8 @@ Verdict nak(Subject& board) {
   return same("number of the first event after NAK", first, again->header.seq);
 }
 
-/// More marks than the board can keep: the lost ones are counted where they would have stood, and in run_done.
+/// More marks than the board can keep: the lost ones are counted where they would have stood, and in
+/// run_done.
 Verdict lost_are_counted(Subject& board) {
   const std::uint32_t marks = board.can.event_ring + 40;
   board.session.credit = 0;
@@ -98,7 +99,8 @@ Verdict lost_are_counted(Subject& board) {
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   board.session.forget();
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
-  board.session.listen_for(TickRate{board.can.tick_hz}.nanoseconds({std::uint64_t{marks} * board.word()}) + 20ms);
+  board.session.listen_for(TickRate{board.can.tick_hz}.nanoseconds({std::uint64_t{marks} * board.word()}) +
+                           20ms);
   board.session.credit = 64;
   board.session.send(Kind::ack, board.session.seq, 0, {});
   SYMRIG_MUST(board.await_done(5s));

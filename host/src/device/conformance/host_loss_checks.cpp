@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host that falls silent: safe at the latest 10 ms after the keep-alive has run out, by the board's own clock.
+// A host that falls silent: safe at the latest 10 ms after the keep-alive has run out, by the board's own
+// clock.
 #include "plan.hpp"
 #include "subject.hpp"
 
@@ -120,7 +121,8 @@ Verdict autonomous(Subject& board) {
 
 constexpr std::array<Check, 7> kChecks{{
     {"host_loss.while_armed", "armed: safe within the ttl and 10 ms", while_armed},
-    {"host_loss.while_running", "running: safe within the ttl and 10 ms, and the run's end is told", while_running},
+    {"host_loss.while_running", "running: safe within the ttl and 10 ms, and the run's end is told",
+     while_running},
     {"host_loss.by_hand", "levels by hand: safe within the ttl and 10 ms", by_hand},
     {"host_loss.while_idle", "at rest: no fault", while_idle},
     {"host_loss.kept_alive", "a host that speaks in time keeps the run going", kept_alive},

@@ -61,7 +61,8 @@ Verdict no_such_line(Subject& board) {
   symrig_wire_Request request = make_request(symrig_wire_Request_capabilities_line_tag);
   request.body.capabilities_line.line = board.can.lines;
   const auto reply = board.session.ask(request);
-  SYMRIG_MUST(code_is("capabilities_line", symrig_wire_Code_CODE_NO_SUCH_LINE, reply ? raw(reply->code) : kNoCode));
+  SYMRIG_MUST(
+      code_is("capabilities_line", symrig_wire_Code_CODE_NO_SUCH_LINE, reply ? raw(reply->code) : kNoCode));
   return same("detail", board.can.lines, reply->detail);
 }
 
@@ -85,8 +86,7 @@ Verdict wrong_direction(Subject& board) {
 
 Verdict reboot_token(Subject& board) {
   symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
-  request.body.reboot.token =
-      protocol::crc32c({board.who.unique_id.bytes, board.who.unique_id.size}) ^ 1U;
+  request.body.reboot.token = protocol::crc32c({board.who.unique_id.bytes, board.who.unique_id.size}) ^ 1U;
   const auto reply = board.session.ask(request);
   SYMRIG_MUST(code_is("reboot with a wrong token", symrig_wire_Code_CODE_BAD_VALUE,
                       reply ? raw(reply->code) : kNoCode));

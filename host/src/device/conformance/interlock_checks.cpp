@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An input that stops everything. Without a wire it is "opened" by calling its present level the one that trips.
+// An input that stops everything. Without a wire it is "opened" by calling its present level the one that
+// trips.
 #include "plan.hpp"
 #include "subject.hpp"
 
@@ -71,7 +72,8 @@ Verdict trips(Subject& board) {
   board.config.lines[input].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
   board.config.lines[input].trip_level = true;
   const std::uint32_t bit = 1U << output;
-  SYMRIG_MUST(board.load(pack({word(0, board.word()), loop(10'000), word(bit, board.word()), end_loop(), end(bit)})));
+  SYMRIG_MUST(
+      board.load(pack({word(0, board.word()), loop(10'000), word(bit, board.word()), end_loop(), end(bit)})));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
   board.session.listen_for(50ms);

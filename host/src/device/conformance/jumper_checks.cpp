@@ -16,12 +16,12 @@ constexpr std::string_view kNeeds = "needs --jumper OUTPUT:INPUT";
 
 Bytes pulses(const Subject& board, std::uint32_t output) {
   const std::uint32_t bit = 1U << output;
-  return pack({word(0, board.word()), loop(100), word(bit, board.word()), word(0, board.word() + 1), end_loop(),
-               word(bit, 2 * board.word()), end()});
+  return pack({word(0, board.word()), loop(100), word(bit, board.word()), word(0, board.word() + 1),
+               end_loop(), word(bit, 2 * board.word()), end()});
 }
 
-/// Each edge of the plan comes back, all late by the same few ticks: the resolution of the time-stamps, and 1 us at
-/// most for pads and synchronisers.
+/// Each edge of the plan comes back, all late by the same few ticks: the resolution of the time-stamps, and 1
+/// us at most for pads and synchronisers.
 Verdict stamps(Subject& board) {
   if (!board.jumper) return skipped(std::string(kNeeds));
   const auto [output, input] = *board.jumper;
@@ -41,7 +41,8 @@ Verdict stamps(Subject& board) {
     SYMRIG_MUST(same(fmt::format("level of edge {}", k), plan.edges[k].level, event.body.edge.level));
     const std::uint64_t delay = event.body.edge.tick - (begun->body.run_started.tick + plan.edges[k].tick);
     if (k == 0) first_delay = delay;
-    SYMRIG_MUST(within(fmt::format("ticks from edge {} to its time-stamp", k), 0, board.ticks(1us) + grain, delay));
+    SYMRIG_MUST(
+        within(fmt::format("ticks from edge {} to its time-stamp", k), 0, board.ticks(1us) + grain, delay));
     SYMRIG_MUST(within(fmt::format("jitter of edge {}, offset by the resolution", k), 0, 2 * (grain - 1),
                        delay + (grain - 1) - first_delay));
     ++k;
@@ -55,7 +56,8 @@ Verdict levels(Subject& board) {
   const auto [output, input] = *board.jumper;
   SYMRIG_MUST(board.configure());
   for (const std::uint32_t level : {1U, 0U, 1U}) {
-    SYMRIG_MUST(code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << output, level << output)));
+    SYMRIG_MUST(
+        code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << output, level << output)));
     const auto now = board.status();
     if (!now) return failed("no answer to get_status");
     SYMRIG_MUST(same("level at the jumper's input", level, (now->levels >> input) & 1U));

@@ -103,7 +103,8 @@ Verdict guard_max_on(Subject& board) {
   SYMRIG_MUST(same("state", symrig_wire_State_STATE_FAULT, raw(now->state)));
   SYMRIG_MUST(same("fault", symrig_wire_FaultCode_FAULT_MAX_ON, raw(now->fault.code)));
   SYMRIG_MUST(same("fault arg, the line", *line, now->fault.arg));
-  SYMRIG_MUST(within("tick of the fault", before + limit, after + limit + board.ticks(10ms), now->fault.tick));
+  SYMRIG_MUST(
+      within("tick of the fault", before + limit, after + limit + board.ticks(10ms), now->fault.tick));
   return board.outputs_safe();
 }
 
@@ -148,7 +149,8 @@ Verdict by_hand_wrong_line(Subject& board) {
   if (board.inputs().empty()) return skipped("the board has no inputs");
   SYMRIG_MUST(board.configure());
   const std::uint32_t line = board.inputs().front();
-  return code_is("manual_set of an input", symrig_wire_Code_CODE_WRONG_DIRECTION, board.manual_set(1U << line, 0));
+  return code_is("manual_set of an input", symrig_wire_Code_CODE_WRONG_DIRECTION,
+                 board.manual_set(1U << line, 0));
 }
 
 /// Safe levels need not be low.
@@ -183,7 +185,8 @@ constexpr std::array<Check, 12> kChecks{{
     {"limits.lamp_needs_keep_alive", "a lamp is armed only with a keep-alive", lamp_needs_keep_alive},
     {"limits.lamp_not_autonomous", "a lamp does not run without a host", lamp_not_autonomous},
     {"limits.laser_needs_max_on", "a laser needs a max_on", laser_needs_max_on},
-    {"limits.laser_needs_short_keep_alive", "a laser needs a keep-alive of 500 ms at most", laser_needs_short_keep_alive},
+    {"limits.laser_needs_short_keep_alive", "a laser needs a keep-alive of 500 ms at most",
+     laser_needs_short_keep_alive},
     {"limits.keep_alive_stays_on", "no keep-alive is switched off under an armed lamp", keep_alive_stays_on},
     {"limits.bad_numbers", "limits out of range are refused", bad_numbers},
     {"limits.guard_max_on", "a line left on is switched off within 10 ms of its max_on", guard_max_on},

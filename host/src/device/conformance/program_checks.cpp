@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that run: marks, edges, lengths and counts to the tick, against the host's own reading of the records.
+// Programs that run: marks, edges, lengths and counts to the tick, against the host's own reading of the
+// records.
 #include "plan.hpp"
 #include "subject.hpp"
 #include "symrig/protocol/check_program.hpp"
@@ -61,8 +62,8 @@ Verdict edges_as_planned(const Subject& board, const Plan& plan) {
       if (k == seen.size()) return failed(fmt::format("line {}: edge {} is missing", line, k));
       const std::uint64_t tick = started(board) + edge.tick;
       SYMRIG_MUST(same(fmt::format("line {}: level of edge {}", line, k), edge.level, seen[k].level));
-      SYMRIG_MUST(within(fmt::format("line {}: tick of edge {}", line, k), tick - (grain - 1), tick + (grain - 1),
-                         seen[k].tick));
+      SYMRIG_MUST(within(fmt::format("line {}: tick of edge {}", line, k), tick - (grain - 1),
+                         tick + (grain - 1), seen[k].tick));
       ++k;
     }
     SYMRIG_MUST(same(fmt::format("line {}: edges", line), k, seen.size()));
@@ -102,7 +103,8 @@ Verdict words(Subject& board) {
 }
 
 Verdict edges(Subject& board) {
-  if (!board.seen_output()) return skipped("the board sees the edges of none of its outputs; a jumper can show them");
+  if (!board.seen_output())
+    return skipped("the board sees the edges of none of its outputs; a jumper can show them");
   capture_outputs(board);
   return runs_as_planned(board, scale(board));
 }
@@ -110,8 +112,9 @@ Verdict edges(Subject& board) {
 Verdict loops(Subject& board) {
   const std::uint32_t bit = 1U << board.outputs().front();
   const std::uint32_t ticks = board.word();
-  Bytes program = pack({mark(1), loop(3), word(bit, ticks), loop(4), mark(2), word(0, ticks + 3), end_loop(),
-                        word(bit, ticks + 1), end_loop(), mark(3), loop(1), word(0, ticks), end_loop(), end()});
+  Bytes program =
+      pack({mark(1), loop(3), word(bit, ticks), loop(4), mark(2), word(0, ticks + 3), end_loop(),
+            word(bit, ticks + 1), end_loop(), mark(3), loop(1), word(0, ticks), end_loop(), end()});
   return runs_as_planned(board, program);
 }
 
@@ -180,8 +183,8 @@ std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const Subject& board)
 
 constexpr std::string_view kNoWaits = "no input can be awaited";
 
-/// Nothing is wired to the inputs, so that every wait runs out. How late it may resume then is left to the board, up
-/// to a millisecond.
+/// Nothing is wired to the inputs, so that every wait runs out. How late it may resume then is left to the
+/// board, up to a millisecond.
 Verdict wait_timeout(Subject& board) {
   const auto found = awaitable(board);
   if (!found) return skipped(std::string(kNoWaits));
@@ -205,10 +208,10 @@ Verdict wait_abort(Subject& board) {
   const auto found = awaitable(board);
   if (!found) return skipped(std::string(kNoWaits));
   const std::uint32_t bit = 1U << board.outputs().front();
-  SYMRIG_MUST(board.run_to_end(
-      pack({word(bit, board.word()), wait(found->first, found->second, true, board.word()), word(bit, board.word()),
-            end(bit)}),
-      1s));
+  SYMRIG_MUST(
+      board.run_to_end(pack({word(bit, board.word()), wait(found->first, found->second, true, board.word()),
+                             word(bit, board.word()), end(bit)}),
+                       1s));
   const symrig_wire_RunDone& done = board.done();
   SYMRIG_MUST(same("end", symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT, raw(done.end)));
   SYMRIG_MUST(same("arg, the record that waited", 1, done.arg));

@@ -25,8 +25,7 @@ Bytes RawSession::bytes_of(const symrig_wire_Request& request) {
 
 Bytes RawSession::chunk_body(std::uint32_t id, std::uint32_t offset, std::span<const std::uint8_t> bytes) {
   Bytes body(protocol::kMaxBody);
-  body.resize(
-      protocol::encode_chunk({id, offset, {bytes.data(), bytes.size()}}, {body.data(), body.size()}));
+  body.resize(protocol::encode_chunk({id, offset, {bytes.data(), bytes.size()}}, {body.data(), body.size()}));
   return body;
 }
 

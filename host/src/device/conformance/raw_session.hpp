@@ -26,8 +26,8 @@ inline constexpr std::uint16_t kNoCode = 0xFFFF;        ///< in place of a code:
 
 symrig_wire_Request make_request(pb_size_t which);
 
-/// The least that can speak to a board, frame by frame, so that each rule can be broken on purpose. A link that fails
-/// is remembered (lost()); from then on nothing is sent and nothing comes.
+/// The least that can speak to a board, frame by frame, so that each rule can be broken on purpose. A link
+/// that fails is remembered (lost()); from then on nothing is sent and nothing comes.
 class RawSession {
  public:
   explicit RawSession(std::unique_ptr<Link> link) : link_(std::move(link)) {}
@@ -63,7 +63,9 @@ class RawSession {
   }
 
   /// Sends a request once and waits for its reply; the number is used up.
-  std::optional<symrig_wire_Reply> ask(const symrig_wire_Request& request) { return ask_bytes(bytes_of(request)); }
+  std::optional<symrig_wire_Reply> ask(const symrig_wire_Request& request) {
+    return ask_bytes(bytes_of(request));
+  }
   std::optional<symrig_wire_Reply> ask_bytes(const Bytes& body, std::uint8_t major = protocol::kProtoMajor);
   /// Out of turn, with a token of its own.
   std::optional<symrig_wire_Reply> ask_urgently(const symrig_wire_Request& request);

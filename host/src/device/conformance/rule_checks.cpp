@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The board's validator: for each rule a program that breaks it and no other; the refusal names rule and record.
+// The board's validator: for each rule a program that breaks it and no other; the refusal names rule and
+// record.
 #include "plan.hpp"
 #include "subject.hpp"
 #include "symrig/protocol/check_program.hpp"
@@ -86,9 +87,9 @@ Verdict not_an_output(Subject& board) {
 
 Verdict not_an_input(Subject& board) {
   const std::uint32_t output = board.outputs().front();
-  return breaks(
-      board, pack({word(0, board.word()), wait(output, WaitFor::rising, false, board.word()), end()}),
-      Rule::not_an_input, 1);
+  return breaks(board,
+                pack({word(0, board.word()), wait(output, WaitFor::rising, false, board.word()), end()}),
+                Rule::not_an_input, 1);
 }
 
 Verdict wait_kind(Subject& board) {
@@ -121,7 +122,8 @@ Verdict loop_rounds(Subject& board) {
 }
 
 Verdict idle_loop(Subject& board) {
-  return breaks(board, pack({word(0, board.word()), loop(2), mark(1), end_loop(), end()}), Rule::idle_loop, 3);
+  return breaks(board, pack({word(0, board.word()), loop(2), mark(1), end_loop(), end()}), Rule::idle_loop,
+                3);
 }
 
 Verdict mark_crowd(Subject& board) {
@@ -138,7 +140,8 @@ Verdict no_end(Subject& board) {
 /// 2^32 rounds of words whose sum passes 2^50 ticks.
 Verdict too_long(Subject& board) {
   const std::uint32_t ticks = std::max(board.word(), 1U << 18U);
-  return breaks(board, pack({loop(protocol::kMaxRounds), word(0, ticks), end_loop(), end()}), Rule::too_long, 2);
+  return breaks(board, pack({loop(protocol::kMaxRounds), word(0, ticks), end_loop(), end()}), Rule::too_long,
+                2);
 }
 
 /// The program under a limit on an output whose edges the board sees.
@@ -175,8 +178,8 @@ Verdict duty(Subject& board) {
 Verdict refill(Subject& board) {
   const std::uint32_t cost = board.can.refill_ticks;
   if (cost <= board.can.min_dwell) return skipped("the board keeps up with its shortest words");
-  const Bytes program = pack({loop(1'000'000), word(lit(board), board.can.min_dwell), word(0, board.can.min_dwell),
-                              end_loop(), end()});
+  const Bytes program = pack({loop(1'000'000), word(lit(board), board.can.min_dwell),
+                              word(0, board.can.min_dwell), end_loop(), end()});
   protocol::Violation first;
   protocol::ProgramTiming timing;
   protocol::check_program({{program.data(), program.size()}}, board.rules(), timing,

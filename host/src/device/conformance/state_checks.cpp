@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of protocol/PROTOCOL.md: every request in every state that a host can bring about. What is refused is
-// refused by its code and changes nothing; what is allowed leads where the table says.
+// The table of protocol/PROTOCOL.md: every request in every state that a host can bring about. What is
+// refused is refused by its code and changes nothing; what is allowed leads where the table says.
 #include "plan.hpp"
 #include "subject.hpp"
 
@@ -31,30 +31,53 @@ constexpr int kR = symrig_wire_State_STATE_RUNNING;
 constexpr int kD = symrig_wire_State_STATE_DONE;
 constexpr int kF = symrig_wire_State_STATE_FAULT;
 
-// store_config and reboot are tried only where they are refused: flash wears, and a board that restarts is gone.
+// store_config and reboot are tried only where they are refused: flash wears, and a board that restarts is
+// gone.
+// clang-format off
 constexpr std::array<Row, 20> kTable{{
-    //                                                                        boot   safe   conf   load   armed  run    done   fault
-    {"hello", symrig_wire_Request_hello_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"capabilities", symrig_wire_Request_capabilities_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"get_status", symrig_wire_Request_get_status_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"time_ping", symrig_wire_Request_time_ping_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"identify", symrig_wire_Request_identify_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"keep_alive", symrig_wire_Request_keep_alive_tag, {kLeave, kS, kC, kL, kA, kR, kD, kF}},
-    {"reset_config", symrig_wire_Request_reset_config_tag, {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
-    {"config_line", symrig_wire_Request_config_line_tag, {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
-    {"finalize_config", symrig_wire_Request_finalize_config_tag, {kLeave, kC, kNo, kNo, kNo, kNo, kNo, kNo}},
-    {"program_begin", symrig_wire_Request_program_begin_tag, {kLeave, kNo, kC, kC, kNo, kNo, kC, kNo}},
-    {"program_commit", symrig_wire_Request_program_commit_tag, {kLeave, kNo, kLeave, kNo, kNo, kNo, kNo, kNo}},
-    {"program_verify", symrig_wire_Request_program_verify_tag, {kLeave, kNo, kNo, kL, kNo, kNo, kD, kNo}},
-    {"program_line", symrig_wire_Request_program_line_tag, {kLeave, kNo, kNo, kL, kA, kR, kD, kF}},
-    {"arm", symrig_wire_Request_arm_tag, {kLeave, kNo, kNo, kA, kNo, kNo, kA, kNo}},
-    {"start", symrig_wire_Request_start_tag, {kLeave, kNo, kNo, kNo, kR, kNo, kNo, kNo}},
-    {"abort", symrig_wire_Request_abort_tag, {kLeave, kS, kC, kL, kL, kL, kL, kF}},
-    {"clear_fault", symrig_wire_Request_clear_fault_tag, {kLeave, kNo, kNo, kNo, kNo, kNo, kNo, kS}},
-    {"manual_set", symrig_wire_Request_manual_set_tag, {kLeave, kNo, kC, kL, kNo, kNo, kL, kNo}},
-    {"store_config", symrig_wire_Request_store_config_tag, {kLeave, kNo, kLeave, kLeave, kNo, kNo, kLeave, kNo}},
-    {"reboot", symrig_wire_Request_reboot_tag, {kLeave, kLeave, kLeave, kLeave, kNo, kNo, kLeave, kLeave}},
+    // boot, safe, configured, loaded, armed, running, done, fault
+    {"hello", symrig_wire_Request_hello_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"capabilities", symrig_wire_Request_capabilities_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"get_status", symrig_wire_Request_get_status_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"time_ping", symrig_wire_Request_time_ping_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"identify", symrig_wire_Request_identify_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"keep_alive", symrig_wire_Request_keep_alive_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"reset_config", symrig_wire_Request_reset_config_tag,
+     {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
+    {"config_line", symrig_wire_Request_config_line_tag,
+     {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
+    {"finalize_config", symrig_wire_Request_finalize_config_tag,
+     {kLeave, kC, kNo, kNo, kNo, kNo, kNo, kNo}},
+    {"program_begin", symrig_wire_Request_program_begin_tag,
+     {kLeave, kNo, kC, kC, kNo, kNo, kC, kNo}},
+    {"program_commit", symrig_wire_Request_program_commit_tag,
+     {kLeave, kNo, kLeave, kNo, kNo, kNo, kNo, kNo}},
+    {"program_verify", symrig_wire_Request_program_verify_tag,
+     {kLeave, kNo, kNo, kL, kNo, kNo, kD, kNo}},
+    {"program_line", symrig_wire_Request_program_line_tag,
+     {kLeave, kNo, kNo, kL, kA, kR, kD, kLeave}},
+    {"arm", symrig_wire_Request_arm_tag,
+     {kLeave, kNo, kNo, kA, kNo, kNo, kA, kNo}},
+    {"start", symrig_wire_Request_start_tag,
+     {kLeave, kNo, kNo, kNo, kR, kNo, kNo, kNo}},
+    {"abort", symrig_wire_Request_abort_tag,
+     {kLeave, kS, kC, kL, kL, kL, kL, kF}},
+    {"clear_fault", symrig_wire_Request_clear_fault_tag,
+     {kLeave, kNo, kNo, kNo, kNo, kNo, kNo, kS}},
+    {"manual_set", symrig_wire_Request_manual_set_tag,
+     {kLeave, kNo, kC, kL, kNo, kNo, kL, kNo}},
+    {"store_config", symrig_wire_Request_store_config_tag,
+     {kLeave, kNo, kLeave, kLeave, kNo, kNo, kLeave, kNo}},
+    {"reboot", symrig_wire_Request_reboot_tag,
+     {kLeave, kLeave, kLeave, kLeave, kNo, kNo, kLeave, kLeave}},
 }};
+// clang-format on
 
 /// Two seconds, so that a run outlasts a walk through the table.
 Bytes long_program(const Subject& board) {
@@ -129,7 +152,8 @@ Verdict allows(Subject& board, const Row& row, int next) {
   SYMRIG_MUST(code_is(row.name, symrig_wire_Code_CODE_OK, board.session.code(sensible(board, row.request))));
   const auto now = board.status();
   if (!now) return failed("no answer to get_status");
-  SYMRIG_MUST(same(fmt::format("state after {}", row.name), static_cast<std::uint64_t>(next), raw(now->state)));
+  SYMRIG_MUST(
+      same(fmt::format("state after {}", row.name), static_cast<std::uint64_t>(next), raw(now->state)));
   const bool safe = next == kS || next == kF || row.request == symrig_wire_Request_abort_tag;
   return safe ? board.outputs_safe() : Verdict{};
 }

@@ -102,17 +102,17 @@ protocol::ProgramRules Subject::rules() const {
 std::uint32_t Subject::config_line(std::uint32_t line) {
   const protocol::LineConfig& wanted = config.lines[line];
   symrig_wire_Request request = make_request(symrig_wire_Request_config_line_tag);
-  request.body.config_line = {line,
-                              wanted.output ? symrig_wire_Direction_DIRECTION_OUTPUT
-                                            : symrig_wire_Direction_DIRECTION_INPUT,
-                              static_cast<symrig_wire_LineRole>(wanted.role),
-                              static_cast<symrig_wire_Hazard>(wanted.hazard),
-                              wanted.safe_level,
-                              wanted.capture,
-                              wanted.max_on,
-                              wanted.min_off,
-                              wanted.max_duty_permille,
-                              wanted.trip_level};
+  request.body.config_line = {
+      line,
+      wanted.output ? symrig_wire_Direction_DIRECTION_OUTPUT : symrig_wire_Direction_DIRECTION_INPUT,
+      static_cast<symrig_wire_LineRole>(wanted.role),
+      static_cast<symrig_wire_Hazard>(wanted.hazard),
+      wanted.safe_level,
+      wanted.capture,
+      wanted.max_on,
+      wanted.min_off,
+      wanted.max_duty_permille,
+      wanted.trip_level};
   return session.code(request);
 }
 
@@ -193,8 +193,8 @@ void Subject::plain_config() {
 
 Verdict Subject::configure() {
   for (const symrig_wire_LineReply& line : lines)
-    SYMRIG_MUST(code_is(fmt::format("config_line {}", line.line), symrig_wire_Code_CODE_OK,
-                        config_line(line.line)));
+    SYMRIG_MUST(
+        code_is(fmt::format("config_line {}", line.line), symrig_wire_Code_CODE_OK, config_line(line.line)));
   return code_is("finalize_config", symrig_wire_Code_CODE_OK, finalize());
 }
 
@@ -223,7 +223,8 @@ Verdict Subject::upload(const Bytes& program) {
   request.body.program_commit = {program_id, program_hash};
   const auto reply = session.ask(request);
   SYMRIG_MUST(code_is("program_commit", symrig_wire_Code_CODE_OK, reply ? raw(reply->code) : kNoCode));
-  if (reply->which_body != symrig_wire_Reply_commit_tag) return failed("program_commit: the reply tells nothing");
+  if (reply->which_body != symrig_wire_Reply_commit_tag)
+    return failed("program_commit: the reply tells nothing");
   committed = reply->body.commit;
   return {};
 }

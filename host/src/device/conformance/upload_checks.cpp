@@ -48,8 +48,9 @@ struct Upload {
   }
   /// Under its own number, whatever came before.
   void send(std::size_t k) {
-    board.session.send(Kind::data, static_cast<std::uint16_t>(first + k), 0,
-                       RawSession::chunk_body(board.program_id, static_cast<std::uint32_t>(k * kMaxChunk), chunk(k)));
+    board.session.send(
+        Kind::data, static_cast<std::uint16_t>(first + k), 0,
+        RawSession::chunk_body(board.program_id, static_cast<std::uint32_t>(k * kMaxChunk), chunk(k)));
   }
   bool acknowledged(std::size_t k) {
     const auto wanted = static_cast<std::uint16_t>(first + k + 1);
@@ -154,7 +155,8 @@ Verdict full(Subject& board) {
   SYMRIG_MUST(board.configure());
   SYMRIG_MUST(board.upload(program_of(board, board.can.program_bytes)));
   SYMRIG_MUST(same("steps", board.can.program_bytes / protocol::kRecordSize - 1, board.committed.steps));
-  return code_is("program_verify", symrig_wire_Code_CODE_OK, board.code(symrig_wire_Request_program_verify_tag));
+  return code_is("program_verify", symrig_wire_Code_CODE_OK,
+                 board.code(symrig_wire_Request_program_verify_tag));
 }
 
 /// Another configuration is another board: the program is gone.

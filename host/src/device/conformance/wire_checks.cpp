@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that are lost, repeated, out of order, cut or damaged; and what is answered to sound frames that say nothing
-// sensible.
+// Frames that are lost, repeated, out of order, cut or damaged; and what is answered to sound frames that say
+// nothing sensible.
 #include "plan.hpp"
 #include "subject.hpp"
 
@@ -154,14 +154,15 @@ Verdict unknown_field(Subject& board) {
   Bytes body = time_ping(5);
   body.insert(body.end(), {0xF8, 0x3F, 0x01});  // field 1023 = 1
   const auto reply = board.session.ask_bytes(body);
-  return code_is("a request with a field to come", symrig_wire_Code_CODE_OK, reply ? raw(reply->code) : kNoCode);
+  return code_is("a request with a field to come", symrig_wire_Code_CODE_OK,
+                 reply ? raw(reply->code) : kNoCode);
 }
 
 Verdict bad_body(Subject& board) {
   for (const Bytes& body : {Bytes{0xFF}, Bytes{0x0A, 0x7F}, Bytes(40, 0xFF), Bytes{0x1A, 0x03, 0x08, 0x80}}) {
     const auto reply = board.session.ask_bytes(body);
-    SYMRIG_MUST(
-        code_is("a body that is no message", symrig_wire_Code_CODE_DECODE, reply ? raw(reply->code) : kNoCode));
+    SYMRIG_MUST(code_is("a body that is no message", symrig_wire_Code_CODE_DECODE,
+                        reply ? raw(reply->code) : kNoCode));
   }
   return board.in_state(symrig_wire_State_STATE_SAFE);
 }
