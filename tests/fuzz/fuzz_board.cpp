@@ -180,12 +180,13 @@ class Player {
     host_.ask(request);
   }
 
-  /// The same limits again, where the state allows it.
+  /// The same limits again, where the state allows it (a poll may find a fault first).
   void configure_anew() {
+    if (!reachable() || !host_.hello()) return;
     const int state = board_.supervisor_state();
-    const bool may = state == symrig_wire_State_STATE_SAFE || state == symrig_wire_State_STATE_LOADED ||
-                     state == symrig_wire_State_STATE_DONE || state == symrig_wire_State_STATE_CONFIGURED;
-    if (may && reachable() && host_.hello()) configure();
+    if (state == symrig_wire_State_STATE_SAFE || state == symrig_wire_State_STATE_LOADED ||
+        state == symrig_wire_State_STATE_DONE || state == symrig_wire_State_STATE_CONFIGURED)
+      configure();
   }
   bool reachable() const { return attached_ && !board_.in_bootloader() && board_.now() >= stalled_until_; }
 

@@ -200,7 +200,7 @@ Verdict wait_timeout(Subject& board) {
                      board.word() + waited + board.ticks(1ms), resumed));
   SYMRIG_MUST(same("planned_min", 2 * std::uint64_t{board.word()} + board.can.wait_latency,
                    board.committed.planned_min));
-  SYMRIG_MUST(same("planned_max", 2 * board.word() + waited, board.committed.planned_max));
+  SYMRIG_MUST(same("planned_max", 2 * std::uint64_t{board.word()} + waited, board.committed.planned_max));
   return same("duration, counted from the mark", resumed + board.word(), board.done().duration);
 }
 

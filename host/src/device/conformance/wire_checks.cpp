@@ -14,7 +14,6 @@ namespace {
 
 using protocol::Kind;
 using protocol::raw;
-namespace flag = protocol::flag;
 
 Bytes time_ping(std::uint64_t host_ns = 0) {
   symrig_wire_Request request = make_request(symrig_wire_Request_time_ping_tag);
