@@ -21,6 +21,7 @@ void blank(symrig_wire_Reply& reply) {
 
 void Link::receive(Requests& requests, Tick now) {
   now_ = now;
+  if (!bytes_.attached()) decoder_.restart();
   size_t taken = 0;
   size_t got = sizeof input_;
   while (got == sizeof input_ && taken < kBytesPerPoll) {
