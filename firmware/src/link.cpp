@@ -10,23 +10,33 @@ using protocol::FrameDecoder;
 using protocol::Kind;
 namespace flag = protocol::flag;
 
+namespace {
+
+/// All fields zero, as the schema's own initialiser has it, without a copy on the stack.
+void blank(symrig_wire_Reply& reply) {
+  __builtin_memset(&reply, 0, sizeof reply);
+}
+
+}  // namespace
+
 void Link::receive(Requests& requests, Tick now) {
-  uint8_t chunk[64];
+  now_ = now;
+  if (!bytes_.attached()) decoder_.restart();
   size_t taken = 0;
-  size_t got = sizeof chunk;
-  while (got == sizeof chunk && taken < kBytesPerPoll) {
-    got = bytes_.read(chunk, sizeof chunk);
+  size_t got = sizeof input_;
+  while (got == sizeof input_ && taken < kBytesPerPoll) {
+    got = bytes_.read(input_, sizeof input_);
     taken += got;
     for (size_t i = 0; i < got; ++i) {
-      const FrameDecoder::Event event = decoder_.push(chunk[i]);
+      const FrameDecoder::Event event = decoder_.push(input_[i]);
       if (event == FrameDecoder::Event::frame) {
-        take(decoder_.frame(), requests, now);
+        take(decoder_.frame(), requests);
       } else if (event != FrameDecoder::Event::none) {
         ++bad_frames_;
       }
     }
   }
-  hungry_ = got == sizeof chunk;
+  hungry_ = got == sizeof input_;
 }
 
 void Link::complete(const symrig_wire_Reply& reply) {
@@ -36,14 +46,14 @@ void Link::complete(const symrig_wire_Reply& reply) {
   send_kept_reply();
 }
 
-void Link::take(const Frame& frame, Requests& requests, Tick now) {
+void Link::take(const Frame& frame, Requests& requests) {
   const bool sync = frame.header.kind == Kind::request && (frame.header.flags & flag::sync) != 0;
   const bool urgent = frame.header.kind == Kind::request && (frame.header.flags & flag::urgent) != 0;
   if (sync) return take_sync(frame, requests);
   if (urgent) return take_urgent(frame, requests);
   if (!session_) return send(Kind::nak, expected_, 0, {});
   credit_ = frame.header.credit;
-  if (events_.acknowledge(frame.header.ack)) progress_ = now;
+  if (events_.acknowledge(frame.header.ack)) progress_ = now_;
   switch (frame.header.kind) {
     case Kind::request:
       return take_request(frame, requests);
@@ -63,8 +73,7 @@ void Link::take(const Frame& frame, Requests& requests, Tick now) {
 
 /// Hello, and only Hello, may begin a session; it is answered whatever version the host speaks.
 void Link::take_sync(const Frame& frame, Requests& requests) {
-  symrig_wire_Request request;
-  const bool hello = decode(frame.body, request) && request.which_body == symrig_wire_Request_hello_tag;
+  const bool hello = decode(frame.body, request_) && request_.which_body == symrig_wire_Request_hello_tag;
   if (!hello) {
     ++bad_frames_;
     return;
@@ -74,27 +83,26 @@ void Link::take_sync(const Frame& frame, Requests& requests) {
   expected_ = static_cast<uint16_t>(frame.header.seq + 1);
   credit_ = frame.header.credit;
   events_.rewind();
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
-  requests.answer(request, reply);
-  keep_reply(frame.header.seq, reply);
+  blank(answer_);
+  requests.answer(request_, answer_);
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 
 /// Abort must get through whatever has become of the sequence, and a time ping should not wait in a queue;
 /// either is the same done once or twice.
 void Link::take_urgent(const Frame& frame, Requests& requests) {
-  symrig_wire_Request request;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
-  if (!decode(frame.body, request)) {
-    reply.code = symrig_wire_Code_CODE_DECODE;
-  } else if (request.which_body != symrig_wire_Request_abort_tag &&
-             request.which_body != symrig_wire_Request_time_ping_tag) {
-    reply.code = symrig_wire_Code_CODE_NOT_URGENT;
+  blank(answer_);
+  if (!decode(frame.body, request_)) {
+    answer_.code = symrig_wire_Code_CODE_DECODE;
+  } else if (request_.which_body != symrig_wire_Request_abort_tag &&
+             request_.which_body != symrig_wire_Request_time_ping_tag) {
+    answer_.code = symrig_wire_Code_CODE_NOT_URGENT;
   } else {
-    requests.answer(request, reply);
+    requests.answer(request_, answer_);
   }
   const uint16_t token = frame.header.seq;
-  const size_t size = encode(reply, body_);
+  const size_t size = encode(answer_, body_);
   send(Kind::reply, token, flag::urgent, {body_.bytes, size});
 }
 
@@ -116,32 +124,31 @@ bool Link::in_turn(uint16_t seq) {
 
 void Link::take_request(const Frame& frame, Requests& requests) {
   if (!in_turn(frame.header.seq)) return;
-  symrig_wire_Request request;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  blank(answer_);
   if (frame.header.proto_major != protocol::kProtoMajor) {
-    reply.code = symrig_wire_Code_CODE_VERSION;
-  } else if (!decode(frame.body, request)) {
-    reply.code = symrig_wire_Code_CODE_DECODE;
-  } else if (requests.answer(request, reply) == Answer::later) {
+    answer_.code = symrig_wire_Code_CODE_VERSION;
+  } else if (!decode(frame.body, request_)) {
+    answer_.code = symrig_wire_Code_CODE_DECODE;
+  } else if (requests.answer(request_, answer_) == Answer::later) {
     pending_ = true;
     reply_kept_ = false;
     return;
   }
-  keep_reply(frame.header.seq, reply);
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 
 void Link::take_data(const Frame& frame, Requests& requests) {
   if (!in_turn(frame.header.seq)) return;
   protocol::DataChunk chunk;
-  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  blank(answer_);
   if (protocol::decode_chunk(frame.body, chunk)) {
-    requests.take_chunk(chunk, reply);
+    requests.take_chunk(chunk, answer_);
   } else {
-    reply.code = symrig_wire_Code_CODE_DECODE;
+    answer_.code = symrig_wire_Code_CODE_DECODE;
   }
-  if (reply.code == symrig_wire_Code_CODE_OK) return send(Kind::ack, expected_, 0, {});
-  keep_reply(frame.header.seq, reply);
+  if (answer_.code == symrig_wire_Code_CODE_OK) return send(Kind::ack, expected_, 0, {});
+  keep_reply(frame.header.seq, answer_);
   send_kept_reply();
 }
 

@@ -52,6 +52,9 @@ Result<symrig_wire_Reply> Wire::hello() {
   request.which_body = symrig_wire_Request_hello_tag;
   request.body.hello = {protocol::kProtoMajor, protocol::kProtoMinor};
   in_session_ = false;
+  // Whatever the last host left half said ends here.
+  constexpr std::array<std::uint8_t, 1> kFlush{0};
+  SYMRIG_CHECK(link_->send(kFlush));
   hello_ack_ = static_cast<std::uint16_t>(next_seq_ + 1);
   return ask(request, next_seq_++, flag::sync);
 }

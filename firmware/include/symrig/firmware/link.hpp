@@ -56,7 +56,7 @@ class Link {
   static constexpr size_t kBytesPerPoll = 128;
   static constexpr unsigned kEventsPerPoll = 2;
 
-  void take(const protocol::Frame& frame, Requests& requests, hal::Tick now);
+  void take(const protocol::Frame& frame, Requests& requests);
   void take_request(const protocol::Frame& frame, Requests& requests);
   void take_sync(const protocol::Frame& frame, Requests& requests);
   void take_urgent(const protocol::Frame& frame, Requests& requests);
@@ -79,6 +79,7 @@ class Link {
   bool pending_ = false;    // the request before expected_ will be answered later
   uint16_t expected_ = 0;   // number of the host's next frame
   uint8_t credit_ = 0;      // events the host is ready to take
+  hal::Tick now_ = 0;       // of the poll that receives
   hal::Tick progress_ = 0;  // when an event was last sent afresh or acknowledged
   uint32_t bad_frames_ = 0;
 
@@ -86,8 +87,11 @@ class Link {
   uint16_t reply_seq_ = 0;  // of the request it answers
   size_t reply_size_ = 0;
   protocol::BodyBuffer reply_{};
-  // Scratch that would be large on a small board's stack.
+  // Scratch that would be large on a small board's stack; one frame is worked on at a time.
+  symrig_wire_Request request_ = symrig_wire_Request_init_zero;
+  symrig_wire_Reply answer_ = symrig_wire_Reply_init_zero;
   protocol::BodyBuffer body_{};
+  uint8_t input_[64] = {};
   uint8_t wire_[protocol::kMaxWire] = {};
 };
 

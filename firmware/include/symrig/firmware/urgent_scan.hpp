@@ -20,7 +20,7 @@ class UrgentScan {
     return request && urgent && !sync && is_abort(frame.body);
   }
   /// The host's end went away: what has come of a frame is void.
-  void restart() { decoder_ = {}; }
+  void restart() { decoder_.restart(); }
 
  private:
   /// Request{abort{}}, as every encoder writes it: field 10, length-delimited, empty.

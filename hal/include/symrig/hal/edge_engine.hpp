@@ -79,6 +79,6 @@ class EdgeEngine {
 };
 
 /// Waits pushed and not yet taken by pop_wait().
-constexpr uint32_t kMaxWaits = 64;
+constexpr uint32_t kMaxWaits = 128;
 
 }  // namespace symrig::hal

@@ -99,6 +99,14 @@ class FrameDecoder {
 
   const Frame& frame() const { return frame_; }
 
+  /// The other end is a new one: what has come of a frame is void.
+  void restart() {
+    size_ = 0;
+    left_ = 0;
+    zero_owed_ = false;
+    overflow_ = false;
+  }
+
  private:
   Event start_block(uint8_t code) {
     if (zero_owed_) store(0);
@@ -117,10 +125,7 @@ class FrameDecoder {
 
   Event finish() {
     const Event event = judge();
-    size_ = 0;
-    left_ = 0;
-    zero_owed_ = false;
-    overflow_ = false;
+    restart();
     return event;
   }
 

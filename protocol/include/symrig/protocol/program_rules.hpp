@@ -32,7 +32,7 @@ enum class Rule : uint8_t {
 
 constexpr uint64_t kMaxDuration = uint64_t{1} << 50U;  ///< ticks; 104 days at 125 MHz
 constexpr uint32_t kMaxMarksInARow = 8;
-constexpr uint32_t kMaxWaitsQueued = 64;  ///< waits that a board expands ahead of time
+constexpr uint32_t kMaxWaitsQueued = 128;  ///< waits that a board expands ahead of time
 
 /// The board and its configuration, as far as programs must respect them.
 struct ProgramRules {
