@@ -4,9 +4,9 @@
 namespace symrig {
 namespace {
 
-class Conformance : public test::CommandTest {};
+class ConformanceCommand : public test::CommandTest {};
 
-TEST_F(Conformance, simulated_board_passes) {
+TEST_F(ConformanceCommand, simulated_board_passes) {
   const test::Outcome outcome = symrig({"conformance", "sim:", "--json", "checks.json"});
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
   EXPECT_EQ(outcome.err, "");
@@ -18,20 +18,20 @@ TEST_F(Conformance, simulated_board_passes) {
   EXPECT_GT(told["passed"].get<int>(), 90);
 }
 
-TEST_F(Conformance, filter) {
+TEST_F(ConformanceCommand, filter) {
   const test::Outcome outcome = symrig({"conformance", "sim:", "--filter", "^clock"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(outcome.out.find("wire."), std::string::npos);
   EXPECT_NE(outcome.out.find("4 passed, 0 failed, 0 skipped"), std::string::npos) << outcome.out;
 }
 
-TEST_F(Conformance, nothing_to_check_is_no_success) {
+TEST_F(ConformanceCommand, nothing_to_check_is_no_success) {
   const test::Outcome outcome = symrig({"conformance", "sim:", "--filter", "^jumper"});
   EXPECT_EQ(outcome.code, 2);
   EXPECT_NE(outcome.err.find("all checks were skipped"), std::string::npos) << outcome.err;
 }
 
-TEST_F(Conformance, wrong_options) {
+TEST_F(ConformanceCommand, wrong_options) {
   expect_refusal({"conformance", "sim:", "--filter", "("}, 2, {"regular expression"});
   expect_refusal({"conformance", "sim:", "--filter", "nonsense"}, 2, {"nonsense", "docs/conformance.md"});
   expect_refusal({"conformance", "sim:", "--jumper", "lamp"}, 2, {"OUTPUT:INPUT"});
