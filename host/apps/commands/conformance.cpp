@@ -94,7 +94,7 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_TRY(const auto uri, device::choose_board(arguments.uri));
   SYMRIG_TRY(auto link, device::open_link(uri));
   SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
-  SYMRIG_CHECK(printed);
+  if (!printed) return printed;
   SYMRIG_CHECK(write_text(arguments.json, json_of(report)));
   return sum_up(report, talks);
 }

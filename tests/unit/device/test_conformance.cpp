@@ -70,7 +70,7 @@ class BrokenLink final : public Link {
     protocol::FrameDecoder decoder;
     Bytes raw, last;
   };
-  Bytes spoil(std::span<const std::uint8_t> bytes, Half& half, const Break& how) {
+  Bytes spoil(std::span<const std::uint8_t> bytes, Half& half, const Break& how) const {
     Bytes out;
     for (const std::uint8_t byte : bytes) {
       half.raw.push_back(byte);
