@@ -98,12 +98,19 @@ void Core::watch_edges() {
     raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0, board_.clock.now());
 }
 
+/// The one event in the making: filled in and pushed before anything else is done. Its copies live in the
+/// queue.
+symrig_wire_Event& Core::new_event(pb_size_t which) {
+  __builtin_memset(&event_, 0, sizeof event_);
+  event_.which_body = which;
+  return event_;
+}
+
 void Core::watch_edge(const hal::CapturedEdge& edge) {
   Breach found;
   if (guard_.edge(edge, found)) breach(found);
   if (edge.line >= protocol::kMaxLines || !config_.lines[edge.line].capture) return;
-  symrig_wire_Event event = symrig_wire_Event_init_zero;
-  event.which_body = symrig_wire_Event_edge_tag;
+  symrig_wire_Event& event = new_event(symrig_wire_Event_edge_tag);
   event.body.edge = {edge.line, edge.level, edge.tick};
   events_.push(event, edge.tick);
 }
@@ -143,8 +150,7 @@ void Core::send_marks() {
   PassedMark mark;
   const Tick now = board_.clock.now();
   while (sequencer_.take_mark(now, mark)) {
-    symrig_wire_Event event = symrig_wire_Event_init_zero;
-    event.which_body = symrig_wire_Event_step_mark_tag;
+    symrig_wire_Event& event = new_event(symrig_wire_Event_step_mark_tag);
     event.body.step_mark = {mark.id, mark.ordinal, mark.tick};
     events_.push(event, mark.tick);
   }
@@ -167,8 +173,7 @@ void Core::conclude(Sequencer::Outcome outcome) {
 void Core::report_run(symrig_wire_RunEnd end) {
   send_marks();
   const RunTally& tally = sequencer_.tally();
-  symrig_wire_Event event = symrig_wire_Event_init_zero;
-  event.which_body = symrig_wire_Event_run_done_tag;
+  symrig_wire_Event& event = new_event(symrig_wire_Event_run_done_tag);
   const Tick duration = tally.ended > tally.started ? tally.ended - tally.started : 0;  // 0: never began
   const bool waited = end == symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT;
   event.body.run_done = {end,
@@ -216,8 +221,7 @@ void Core::raise(symrig_wire_FaultCode code, uint64_t arg, Tick tick) {
   if (latched) return;
   fault_ = {static_cast<uint32_t>(code), tick, arg};
   board_.faults.save(fault_);
-  symrig_wire_Event event = symrig_wire_Event_init_zero;
-  event.which_body = symrig_wire_Event_fault_tag;
+  symrig_wire_Event& event = new_event(symrig_wire_Event_fault_tag);
   event.body.fault = {code, tick, arg};
   events_.push_important(event, tick);
   if (running) report_run(symrig_wire_RunEnd_RUN_END_FAULT);

@@ -21,6 +21,7 @@ void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at
   ordinal_ = 0;
   tally_ = {};
   phase_ = Phase::filling;
+  polled_ = 0;
   fill();
   base(0) = engine_.start(at);
   if (at != 0 && base(0) > at) ++tally_.late;
@@ -126,6 +127,7 @@ bool Sequencer::take_waits() {
 
 Sequencer::Outcome Sequencer::poll(Tick now) {
   if (phase_ == Phase::idle) return Outcome::idle;
+  polled_ = now;
   if (take_waits()) return Outcome::wait_timeout;
   if (engine_.underrun()) {
     ++tally_.underruns;
@@ -173,7 +175,9 @@ Tick Sequencer::next_deadline() const {
   if (mark_count_ > 0 && known(mark(0))) deadline = base(mark(0).stretch) + mark(0).offset;
   if (phase_ != Phase::closing || known_ != stretch_) return deadline;
   const Tick end = base(stretch_) + offset_ + min_dwell_;
-  return end < deadline ? end : deadline;
+  // An engine that plays on beyond the end (somebody broke it) is found idle by another poll, not by this
+  // deadline.
+  return end < deadline && end > polled_ ? end : deadline;
 }
 
 }  // namespace symrig::firmware

@@ -262,5 +262,17 @@ TEST(KeepSafe, no_random_program_keeps_a_lamp_on_beyond_its_limit) {
   EXPECT_GT(refused, 50);
 }
 
+TEST(KeepSafe, an_engine_that_plays_on_beyond_the_end_does_not_stop_time) {
+  Bench bench;
+  bench.run(lamp_config(kMs), program_of({word(kLamp | kSafe, kMs / 2), word(kSafe, kMs), end(kSafe)}));
+  bench.board.force_segment(kLamp | kSafe, 8 * kMs);
+  const std::uint64_t until = bench.board.now() + 20 * kMs;
+  int events = 0;
+  while (bench.board.now() < until && events < 10'000 && bench.board.advance()) ++events;
+  EXPECT_LT(events, 10'000);
+  EXPECT_EQ(bench.host.status().fault.code, symrig_wire_FaultCode_FAULT_MAX_ON);
+  EXPECT_EQ(bench.levels(), kSafe);
+}
+
 }  // namespace
 }  // namespace symrig::firmware

@@ -107,6 +107,7 @@ class Core final : private Requests {
   void leave();
   void raise(symrig_wire_FaultCode code, uint64_t arg, hal::Tick tick);
   void report_run(symrig_wire_RunEnd end);
+  symrig_wire_Event& new_event(pb_size_t which);
   void breach(const Breach& breach);
   hal::Tick ticks_of_ms(uint32_t ms) const { return board_.traits.tick_hz * ms / 1000; }
 
@@ -119,6 +120,8 @@ class Core final : private Requests {
   Sequencer sequencer_;
   Guard guard_;
   Beacon beacon_;
+
+  symrig_wire_Event event_ = symrig_wire_Event_init_zero;  // large for a small board's stack
 
   State state_ = State::boot;
   protocol::BoardConfig config_;

@@ -67,11 +67,11 @@ class EventQueue {
   /// Puts EventsLost where the lost ones would have stood, if there is room.
   void tell_lost(unsigned limit) {
     if (untold_ == 0 || used() >= limit) return;
-    symrig_wire_Event event = symrig_wire_Event_init_zero;
+    symrig_wire_Event& event = slots_[head_++ % capacity_];
+    __builtin_memset(&event, 0, sizeof event);
     event.which_body = symrig_wire_Event_events_lost_tag;
     event.body.events_lost = {untold_, first_lost_};
     untold_ = 0;
-    slots_[head_++ % capacity_] = event;
   }
 
   symrig_wire_Event* slots_;

@@ -112,6 +112,7 @@ class Sequencer {
   hal::Tick bases_[kBases] = {};
   Wait waits_[hal::kMaxWaits];
   uint32_t waited_at_ = 0;
+  hal::Tick polled_ = 0;  // when poll() was last called
   Loop loops_[protocol::kMaxLoopDepth];
   uint32_t depth_ = 0;
 
