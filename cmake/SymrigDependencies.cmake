@@ -13,3 +13,9 @@ find_dependency(PNG)
 find_dependency(hwy)
 set(HDF5_PREFER_PARALLEL OFF)
 find_dependency(HDF5 COMPONENTS C)
+
+# libusb brings no CMake package, only a pkg-config file.
+find_dependency(PkgConfig)
+if(NOT TARGET PkgConfig::LIBUSB)
+  pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET GLOBAL libusb-1.0)
+endif()

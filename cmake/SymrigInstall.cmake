@@ -7,10 +7,13 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/symrig)
 install(TARGETS symrig EXPORT symrigTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT symrigTargets NAMESPACE symrig:: DESTINATION ${package_dir})
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/host/include/symrig DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  FILES_MATCHING PATTERN "*.hpp")
+  FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
 if(TARGET symrig_cli)
   install(TARGETS symrig_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# Who may open a board: read by udev where the prefix is /usr or /usr/local; else copy it to /etc/udev/rules.d.
+install(FILES ${PROJECT_SOURCE_DIR}/host/udev/60-symrig.rules DESTINATION lib/udev/rules.d)
+install(FILES ${PROJECT_SOURCE_DIR}/host/udev/61-symrig-group.rules DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/symrigConfig.cmake.in
   ${PROJECT_BINARY_DIR}/symrigConfig.cmake INSTALL_DESTINATION ${package_dir})

@@ -70,6 +70,7 @@ void Core::finalize_config(uint32_t hash, symrig_wire_Reply& reply) {
   use_safe_levels(config_.safe_levels());
   permit(Condition::config_final, reply);
   config_hash_ = own;
+  board_.capture.watch(config_.watched_lines());
   guard_.configure(config_, board_.capture.levels(), board_.clock.now());
 }
 

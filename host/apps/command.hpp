@@ -18,12 +18,22 @@ using Job = std::function<Result<void>()>;
 Job add_bench(CLI::App& app);
 Job add_calibrate(CLI::App& app);
 Job add_capture(CLI::App& app);
+Job add_compile(CLI::App& app);
+Job add_conformance(CLI::App& app);
 Job add_dual(CLI::App& app);
 Job add_evaluate(CLI::App& app);
 Job add_fit(CLI::App& app);
+Job add_flash(CLI::App& app);
+Job add_identify(CLI::App& app);
+Job add_info(CLI::App& app);
 Job add_inspect(CLI::App& app);
+Job add_lint(CLI::App& app);
+Job add_list(CLI::App& app);
 Job add_relight(CLI::App& app);
 Job add_report(CLI::App& app);
+Job add_run(CLI::App& app);
+Job add_selftest(CLI::App& app);
+Job add_trace(CLI::App& app);
 
 /// The `--json FILE` that most commands have. "-" is standard output.
 inline void add_json(CLI::App& command, std::string& file) {

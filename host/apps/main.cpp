@@ -24,15 +24,25 @@ struct Command {
   Job (*add)(CLI::App& app);
 };
 
-constexpr std::array<Command, 9> kCommands{{{"capture", add_capture},
-                                            {"relight", add_relight},
-                                            {"dual", add_dual},
-                                            {"evaluate", add_evaluate},
-                                            {"inspect", add_inspect},
-                                            {"report", add_report},
-                                            {"calibrate", add_calibrate},
-                                            {"fit", add_fit},
-                                            {"bench", add_bench}}};
+constexpr std::array<Command, 19> kCommands{{{"capture", add_capture},
+                                             {"relight", add_relight},
+                                             {"dual", add_dual},
+                                             {"evaluate", add_evaluate},
+                                             {"inspect", add_inspect},
+                                             {"report", add_report},
+                                             {"calibrate", add_calibrate},
+                                             {"fit", add_fit},
+                                             {"bench", add_bench},
+                                             {"list", add_list},
+                                             {"info", add_info},
+                                             {"identify", add_identify},
+                                             {"selftest", add_selftest},
+                                             {"flash", add_flash},
+                                             {"lint", add_lint},
+                                             {"compile", add_compile},
+                                             {"run", add_run},
+                                             {"trace", add_trace},
+                                             {"conformance", add_conformance}}};
 
 constexpr const char* kExample =
     "Example:\n"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The input is a list of moves, a byte for the kind and some for the rest.
+#include "compact_program.hpp"
+#include "symrig/protocol/crc32c.hpp"
 #include "targets.hpp"
 #include "unit/firmware/raw_host.hpp"
-#include "unit/protocol/random_program.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -13,25 +14,33 @@ namespace symrig::fuzz {
 namespace {
 
 constexpr std::uint64_t kMaxOn = 1000;  // of the lamp, ticks
+constexpr std::uint64_t kMinOff = 300;
 constexpr std::uint32_t kLamp = 4;
 constexpr std::uint32_t kOutputs = 7;
+constexpr std::uint32_t kInterlock = 32;
 constexpr int kMostEvents = 3000;  // of the board, a move
 
-/// Sees that the lamp keeps to its limit: the guard may be one tick late.
+/// Sees that the lamp keeps to its limits: the guard may be one tick late, and cannot see while the firmware
+/// stands still.
 class LampWatch final : public boards::Peripheral {
  public:
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
     const bool on = (levels & kLamp) != 0;
-    if (on_ && !on) require(tick - since_ <= kMaxOn + 1, "a lamp never outlives its limit");
-    if (on && !on_) since_ = tick;
+    if (on_ && !on) require(tick <= std::max(since_ + kMaxOn, blind_until_) + 1, "a lamp keeps to its limit");
+    if (on != on_) since_ = tick;
     on_ = on;
   }
   std::uint64_t next_event() const override { return boards::kNever; }
   void on_event(std::uint64_t, boards::SimBoard&) override {}
 
+  void blind_until(std::uint64_t tick) { blind_until_ = std::max(blind_until_, tick); }
+  /// The lamp is not on beyond its limit now.
+  bool within(std::uint64_t now) const { return !on_ || now <= std::max(since_ + kMaxOn, blind_until_) + 1; }
+
  private:
   bool on_ = false;
   std::uint64_t since_ = 0;
+  std::uint64_t blind_until_ = 0;
 };
 
 class Player {
@@ -56,44 +65,36 @@ class Player {
     config.lines[1].safe_level = true;
     config.lines[2].hazard = 1;
     config.lines[2].max_on = kMaxOn;
+    config.lines[2].min_off = kMinOff;
     config.lines[2].capture = true;
+    config.lines[5].configured = true;
+    config.lines[5].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+    config.lines[5].trip_level = true;
     require(host_.configure(config) == 0, "the configuration is sound");
   }
 
-  std::uint8_t byte() {
-    if (input_.empty()) return 0;
-    const std::uint8_t value = input_.front();
-    input_ = input_.subspan(1);
-    return value;
-  }
-  std::vector<std::uint8_t> bytes(std::size_t count) {
-    const auto part = input_.first(std::min(count, input_.size()));
-    input_ = input_.subspan(part.size());
-    return {part.begin(), part.end()};
-  }
-
   void move() {
-    switch (byte() % 12) {
+    switch (input_.byte() % 15) {
       case 0:
-        board_.write(bytes(byte()));
+        board_.write(input_.bytes(input_.byte()));
         break;
       case 1:
-        request(bytes(byte() % 48));
+        request(input_.bytes(input_.byte() % 48U));
         break;
       case 2:
-        host_.chunk(byte() % 2 + 1U, byte() * 8U, bytes(byte()));
+        host_.chunk(input_.byte() % 2 + 1U, input_.byte() * 8U, input_.bytes(input_.byte()));
         break;
       case 3:
-        advance(std::uint64_t{1} << byte() % 24U);
+        advance(std::uint64_t{1} << input_.byte() % 24U);
         break;
       case 4:
-        board_.set_input(3 + byte() % 2, byte() % 2 != 0);
+        drive_input();
         break;
       case 5:
-        host_.upload(program());
+        host_.upload(compact_program(input_, input_.byte() % 16U));
         break;
       case 6:
-        host_.keep_alive(byte());
+        host_.keep_alive(input_.byte());
         break;
       case 7:
         host_.arm();
@@ -107,11 +108,25 @@ class Player {
       case 10:
         odd();
         break;
+      case 12:
+        set_by_hand();
+        break;
+      case 13:
+        ask_rarely();
+        break;
+      case 14:
+        start_later();
+        break;
       default:
-        advance(byte());
+        advance(input_.byte());
         break;
     }
     host_.listen();
+  }
+
+  void drive_input() {
+    const std::uint8_t what = input_.byte();
+    board_.set_input(3 + what % 3, what / 3U % 2 != 0);
   }
 
   /// Anything but a new configuration, which would change the lamp's limit under the watch.
@@ -123,42 +138,88 @@ class Player {
     host_.ask_bytes(body);
   }
 
-  /// Records of two bytes each, so that sound programs are common.
-  std::vector<std::uint8_t> program() {
-    std::vector<std::uint8_t> out;
-    const std::size_t records = byte() % 16;
-    for (std::size_t i = 0; i < records; ++i) {
-      const std::uint8_t a = byte();
-      const std::uint8_t b = byte();
-      switch (a >> 5U) {
-        case 0:
-          test::pack(protocol::make_loop(b % 20U), out);
-          break;
-        case 1:
-          test::pack(protocol::make_record(protocol::Op::end_loop, 0, 0), out);
-          break;
-        case 2:
-          test::pack(protocol::make_record(protocol::Op::mark, b, 0), out);
-          break;
-        case 3:
-          test::pack(protocol::make_wait({3, protocol::WaitFor::both, (a & 1U) != 0}, b * 8U), out);
-          break;
-        default:
-          test::pack(protocol::make_record(protocol::Op::set_word, a & kOutputs, b * 4U), out);
-          break;
-      }
-    }
-    test::pack(protocol::make_record(protocol::Op::end, byte() & 3U, 0), out);
-    return out;
+  void set_by_hand() {
+    symrig_wire_Request request = test::RawHost::make(symrig_wire_Request_manual_set_tag);
+    const std::uint8_t what = input_.byte();
+    request.body.manual_set = {what % 16U, what / 16U};
+    host_.ask(request);
   }
+
+  void start_later() {
+    const std::uint64_t at = board_.now() + input_.word() * 16U;
+    host_.start_at(at);
+  }
+
+  void ask_rarely() {
+    symrig_wire_Request request = symrig_wire_Request_init_zero;
+    const std::uint8_t what = input_.byte();
+    switch (what % 6) {
+      case 0:
+        request.which_body = symrig_wire_Request_store_config_tag;
+        request.body.store_config.label[0] = static_cast<char>('a' + what % 26);
+        break;
+      case 1:
+        request.which_body = symrig_wire_Request_reboot_tag;
+        request.body.reboot = {token_, what % 4 == 1};
+        break;
+      case 2:
+        request.which_body = symrig_wire_Request_identify_tag;
+        request.body.identify.seconds = what / 6U;
+        break;
+      case 3:
+        request.which_body = symrig_wire_Request_program_verify_tag;
+        break;
+      case 4:
+        request.which_body = symrig_wire_Request_program_line_tag;
+        request.body.program_line.line = what / 6U;
+        break;
+      default:
+        configure_anew();
+        return;
+    }
+    host_.ask(request);
+  }
+
+  /// The same limits again, where the state allows it (a poll may find a fault first).
+  void configure_anew() {
+    if (!reachable() || !host_.hello()) return;
+    const int state = board_.supervisor_state();
+    if (state == symrig_wire_State_STATE_SAFE || state == symrig_wire_State_STATE_LOADED ||
+        state == symrig_wire_State_STATE_DONE || state == symrig_wire_State_STATE_CONFIGURED)
+      configure();
+  }
+  bool reachable() const { return attached_ && !board_.in_bootloader() && board_.now() >= stalled_until_; }
 
   /// What goes wrong around a board.
   void odd() {
-    const std::uint8_t what = byte();
-    if (what % 4 == 0) board_.set_attached(what % 8 != 0);
-    if (what % 4 == 1) host_.abort();
-    if (what % 4 == 2) board_.reboot();
-    if (what % 4 == 3) host_.clear_fault(what / 4U % 9);
+    const std::uint8_t what = input_.byte();
+    switch (what % 5) {
+      case 0:
+        attached_ = what % 10 != 0;
+        board_.set_attached(attached_);
+        break;
+      case 1:
+        host_.abort();
+        break;
+      case 2:
+        board_.reboot();
+        stalled_until_ = 0;
+        break;
+      case 3:
+        host_.clear_fault(what / 5U % 11);
+        break;
+      default:
+        stall(std::uint64_t{1} << (what / 5U % 28U));
+        break;
+    }
+  }
+
+  /// A stuck main loop, until it comes back or the watchdog resets it.
+  void stall(std::uint64_t ticks) {
+    const std::uint64_t patience = board_.config().tick_hz * boards::kSimWatchdogMs / 1000;
+    stalled_until_ = board_.now() + std::min(ticks, patience);
+    watch_.blind_until(stalled_until_);
+    board_.stall_firmware_until(board_.now() + ticks);
   }
 
   void advance(std::uint64_t ticks) {
@@ -173,26 +234,41 @@ class Player {
   void check() const {
     const int state = board_.supervisor_state();
     require(state >= 0 && state <= 7, "there are eight states");
+    if (board_.in_bootloader()) return;
     const bool must_be_safe = state == symrig_wire_State_STATE_FAULT || state == symrig_wire_State_STATE_SAFE;
-    const bool are_safe = (board_.levels() & kOutputs) == (board_.safe_levels() & kOutputs);
-    require(!must_be_safe || are_safe, "SAFE and FAULT mean safe levels");
+    require(!must_be_safe || safe(), "SAFE and FAULT mean safe levels");
+    const bool open = (board_.levels() & kInterlock) != 0;
+    require(!open || safe(), "an open interlock means safe levels");
+    require(watch_.within(board_.now()), "no lamp is on beyond its limit");
   }
+  bool safe() const { return (board_.levels() & kOutputs) == (board_.safe_levels() & kOutputs); }
 
   void finish() {
     board_.set_attached(true);
+    advance(stalled_until_ > board_.now() ? stalled_until_ - board_.now() : 0);
     board_.write(std::vector<std::uint8_t>{0});
+    if (board_.in_bootloader()) board_.reboot();
     host_.abort();
-    require((board_.levels() & kOutputs) == (board_.safe_levels() & kOutputs), "an abort makes safe");
+    require(safe(), "an abort makes safe");
     host_.listen();
     require(host_.hello().has_value(), "a session can always begin");
     require(host_.ask(test::RawHost::make(symrig_wire_Request_get_status_tag)).has_value(),
             "status is answered");
   }
 
-  std::span<const std::uint8_t> input_;
+  static boards::SimBoardConfig small() {
+    boards::SimBoardConfig config;
+    config.program_records = 256;
+    return config;
+  }
+
+  Input input_;
   LampWatch watch_;
-  boards::SimBoard board_;
+  boards::SimBoard board_{small()};
   test::RawHost host_{board_};
+  bool attached_ = true;
+  std::uint64_t stalled_until_ = 0;
+  std::uint32_t token_ = protocol::crc32c({reinterpret_cast<const std::uint8_t*>("sim-0001"), 8});
 };
 
 }  // namespace

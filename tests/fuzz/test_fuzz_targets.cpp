@@ -65,6 +65,18 @@ TEST(Fuzz, program) {
 TEST(Fuzz, board) {
   run(fuzz_board, "board", 3'000);
 }
+TEST(Fuzz, link) {
+  run(fuzz_link, "link", 20'000);
+}
+TEST(Fuzz, refill) {
+  run(fuzz_refill, "refill", 20'000);
+}
+TEST(Fuzz, settings) {
+  run(fuzz_settings, "settings", 20'000);
+}
+TEST(Fuzz, reply) {
+  run(fuzz_reply, "reply", 2'000);
+}
 
 }  // namespace
 }  // namespace symrig::fuzz

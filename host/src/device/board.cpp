@@ -275,15 +275,23 @@ Result<void> Board::Session::keep_alive(Nanoseconds ttl) {
 Result<TimeReading> Board::Session::time() {
   symrig_wire_Request request = make_request(symrig_wire_Request_time_ping_tag);
   TimeReading reading{};
-  reading.sent = wire_.now();
-  request.body.time_ping.host_ns = static_cast<std::uint64_t>(reading.sent.count());
+  reading.sent = {wire_.now()};
+  request.body.time_ping.host_ns = static_cast<std::uint64_t>(reading.sent.since.count());
   SYMRIG_TRY(const auto reply, ask(request, "the time"));
-  reading.received = wire_.now();
+  reading.received = {wire_.now()};
   const symrig_wire_TimeReply& time = reply.body.time;
   if (reply.which_body != symrig_wire_Reply_time_tag || time.host_ns != request.body.time_ping.host_ns)
     return nonsense("time");
-  reading.board = {time.rx_tick};
+  reading.taken = {Ticks{time.rx_tick}};
+  reading.answered = {Ticks{time.tx_tick}};
   return reading;
+}
+
+Result<void> Board::Session::idle(Nanoseconds duration) {
+  const Nanoseconds deadline = wire_.now() + duration;
+  for (Nanoseconds left = duration; left.count() > 0; left = deadline - wire_.now())
+    SYMRIG_CHECK(wire_.listen(left));
+  return {};
 }
 
 Result<std::uint32_t> Board::Session::find_line(std::string_view line, bool output) const {
@@ -403,6 +411,9 @@ Result<void> Board::keep_alive(Nanoseconds ttl) {
 }
 Result<TimeReading> Board::time() {
   return session_->time();
+}
+Result<void> Board::idle(Nanoseconds duration) {
+  return session_->idle(duration);
 }
 Result<LineUse> Board::line_use(std::string_view line) {
   return session_->line_use(line);

@@ -3,6 +3,8 @@
 #include "symrig/device/link.hpp"
 #include "symrig/device/ticks.hpp"
 
+#include <algorithm>
+
 namespace symrig::device {
 namespace {
 
@@ -17,7 +19,9 @@ class SimLink final : public Link {
   }
 
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
-    const std::uint64_t deadline = board_.now() + rate_.ticks(timeout).count;
+    // A wait that is shorter than a tick takes one, or whoever waits for a time to pass would wait for ever.
+    const std::uint64_t nearest = rate_.ticks(timeout).count;
+    const std::uint64_t deadline = board_.now() + nearest + (rate_.nanoseconds({nearest}) < timeout ? 1 : 0);
     std::vector<std::uint8_t> bytes = board_.read();
     while (bytes.empty() && board_.next_event() <= deadline) {
       board_.advance();

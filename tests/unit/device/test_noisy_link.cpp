@@ -5,6 +5,7 @@
 #include "symrig/device/bracket.hpp"
 
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <span>
 #include <utility>
@@ -123,6 +124,34 @@ TEST(NoisyLink, cutting_frames) {
 TEST(NoisyLink, everything_at_once) {
   for (std::uint64_t seed = 0; seed < 20; ++seed)
     capture_over({.seed = seed, .lose = 8, .repeat = 8, .damage = 8, .cut = 4});
+}
+
+/// A question that is sent again is dated by its first sending, whichever answer comes: the clock's bound
+/// holds. Here board and host share a clock, so that the truth is known.
+TEST(NoisyLink, the_clock_is_bounded) {
+  test::Bench bench;
+  auto link = std::make_unique<NoisyLink>(
+      make_sim_link(bench.sim), Noise{.seed = 5, .lose = 30, .repeat = 20, .damage = 10, .cut = 10});
+  BoardOptions options;
+  options.attempts = 60;
+  options.reply_timeout = 10ms;
+  auto board = Board::connect(std::move(link), options);
+  ASSERT_OK(board);
+  ClockModel model(board->info().rate);
+  int repeated = 0;
+  for (int k = 0; k < 200; ++k) {
+    const auto reading = board->time();
+    ASSERT_OK(reading);
+    repeated += reading->received - reading->sent >= 10ms ? 1 : 0;
+    ASSERT_OK(model.add(*reading));
+    ASSERT_OK(board->idle(7ms));
+    const std::uint64_t truth = bench.sim.now();
+    const auto estimate = model.board_at({board->info().rate.nanoseconds({truth})});
+    ASSERT_OK(estimate);
+    const auto off = static_cast<std::int64_t>(estimate->at.since.count - truth);
+    ASSERT_LE(static_cast<std::uint64_t>(std::abs(off)), estimate->bound.count);
+  }
+  EXPECT_GT(repeated, 50);  // six of ten exchanges are spoiled
 }
 
 }  // namespace

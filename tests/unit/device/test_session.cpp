@@ -185,9 +185,10 @@ TEST(Board, tells_the_time) {
   bench.sim.advance_to(1'250'000);
   const auto reading = board.time();
   ASSERT_OK(reading);
-  EXPECT_EQ(reading->board.count, 1'250'000U);
-  EXPECT_EQ(reading->sent, 10ms);
-  EXPECT_EQ(reading->received, 10ms);
+  EXPECT_EQ(reading->taken.since.count, 1'250'000U);
+  EXPECT_EQ(reading->answered, reading->taken);
+  EXPECT_EQ(reading->sent.since, 10ms);
+  EXPECT_EQ(reading->received.since, 10ms);
 }
 
 TEST(Board, marks_are_told_as_they_come) {

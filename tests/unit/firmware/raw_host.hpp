@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
-#include <ranges>
 #include <vector>
 
 namespace symrig::test {
@@ -72,12 +71,13 @@ class RawHost {
     return last_reply();
   }
   std::optional<symrig_wire_Reply> last_reply() const {
-    for (const auto& frame : std::ranges::reverse_view(frames)) {
-      if (frame.header.kind != protocol::Kind::reply) continue;
+    std::optional<symrig_wire_Reply> last;
+    for (const Received& frame : frames) {
       symrig_wire_Reply reply;
-      if (protocol::decode({frame.body.data(), frame.body.size()}, reply)) return reply;
+      const bool is_reply = frame.header.kind == protocol::Kind::reply;
+      if (is_reply && protocol::decode({frame.body.data(), frame.body.size()}, reply)) last = reply;
     }
-    return std::nullopt;
+    return last;
   }
   /// Code of the reply, 999 if none came.
   std::uint32_t code(const symrig_wire_Request& request) {

@@ -69,6 +69,35 @@ TEST(UrgentScan, a_damaged_abort_is_none_and_the_next_one_is_found) {
   }
 }
 
+// A changed code byte breaks the blocks of COBS; any other changed byte is a burst that CRC-32C always finds.
+TEST(UrgentScan, no_change_of_a_byte_makes_or_leaves_an_abort) {
+  const Bytes urgent = frame(Kind::request, protocol::flag::urgent, abort_body());
+  for (std::size_t at = 0; at < urgent.size(); ++at)
+    for (unsigned change = 1; change < 256; ++change) {
+      UrgentScan scan;
+      Bytes damaged = urgent;
+      damaged[at] = static_cast<std::uint8_t>(damaged[at] ^ change);
+      EXPECT_EQ(found_at(scan, damaged), 0U) << at << ' ' << change;
+    }
+}
+
+// Zeros in the header's fields move the blocks of COBS; frames of any length may come before.
+TEST(UrgentScan, finds_every_abort_behind_every_frame) {
+  UrgentScan scan;
+  const Bytes body = abort_body();
+  for (unsigned seq = 0; seq < 0x10000; seq += 0x101)
+    for (const unsigned ack : {0x0000U, 0x0001U, 0x0100U, 0xffffU}) {
+      Bytes wire(protocol::kMaxWire);
+      wire.resize(
+          protocol::encode_frame({protocol::kProtoMajor, Kind::request, static_cast<std::uint16_t>(seq),
+                                  static_cast<std::uint16_t>(ack), 0, protocol::flag::urgent},
+                                 {body.data(), body.size()}, {wire.data(), wire.size()}));
+      const Bytes before = frame(Kind::data, 0, Bytes(seq % 500, static_cast<std::uint8_t>(ack)));
+      EXPECT_EQ(found_at(scan, before), 0U);
+      EXPECT_EQ(found_at(scan, wire), wire.size()) << seq << ' ' << ack;
+    }
+}
+
 TEST(UrgentScan, a_new_end_of_the_link_begins_afresh) {
   UrgentScan scan;
   const Bytes urgent = frame(Kind::request, protocol::flag::urgent, abort_body());

@@ -8,27 +8,63 @@ namespace symrig::firmware {
 /// Finds an urgent abort in the bytes from the host before the core gets to them: for the interrupt in which
 /// they arrive, so that outputs are safe whatever the main loop is doing. The core sees the same bytes later
 /// and does the rest.
+///
+/// Cheap enough for an interrupt: an abort is one short frame of a known size, so nothing longer is kept, and
+/// only what looks like an abort has its CRC computed.
 class UrgentScan {
  public:
   /// true: with this byte a sound urgent abort is complete.
   bool push(uint8_t byte) {
-    if (decoder_.push(byte) != protocol::FrameDecoder::Event::frame) return false;
-    const protocol::Frame& frame = decoder_.frame();
-    const bool urgent = (frame.header.flags & protocol::flag::urgent) != 0;
-    const bool sync = (frame.header.flags & protocol::flag::sync) != 0;
-    const bool request = frame.header.kind == protocol::Kind::request;
-    return request && urgent && !sync && is_abort(frame.body);
+    if (byte == 0) return finish();
+    if (left_ == 0) {
+      // A new block of COBS: the one before it stood for a zero, unless it was a full one.
+      if (zero_owed_) store(0);
+      zero_owed_ = byte != 0xFF;
+      left_ = static_cast<uint8_t>(byte - 1);
+      return false;
+    }
+    --left_;
+    store(byte);
+    return false;
   }
   /// The host's end went away: what has come of a frame is void.
-  void restart() { decoder_.restart(); }
-
- private:
-  /// Request{abort{}}, as every encoder writes it: field 10, length-delimited, empty.
-  static bool is_abort(protocol::ByteView body) {
-    return body.size == 2 && body[0] == (10U << 3U | 2U) && body[1] == 0;
+  void restart() {
+    size_ = 0;
+    left_ = 0;
+    zero_owed_ = false;
   }
 
-  protocol::FrameDecoder decoder_;
+ private:
+  static constexpr size_t kBody = 2;
+  static constexpr size_t kCovered = protocol::kHeaderSize + kBody;
+  static constexpr size_t kSize = kCovered + protocol::kCrcSize;
+
+  void store(uint8_t byte) {
+    if (size_ < kSize) plain_[size_] = byte;
+    if (size_ <= kSize) ++size_;
+  }
+
+  bool finish() {
+    const bool found = size_ == kSize && left_ == 0 && is_abort() &&
+                       protocol::crc32c({plain_, kCovered}) == protocol::get_u32(plain_ + kCovered);
+    restart();
+    return found;
+  }
+
+  /// Request{abort{}}, as every encoder writes it: field 10, length-delimited, empty.
+  bool is_abort() const {
+    const uint8_t flags = plain_[7];
+    const bool urgent = (flags & protocol::flag::urgent) != 0;
+    const bool sync = (flags & protocol::flag::sync) != 0;
+    const bool request = plain_[1] == static_cast<uint8_t>(protocol::Kind::request);
+    const uint8_t* body = plain_ + protocol::kHeaderSize;
+    return request && urgent && !sync && body[0] == (10U << 3U | 2U) && body[1] == 0;
+  }
+
+  uint8_t plain_[kSize] = {};
+  size_t size_ = 0;         // kSize + 1: too long
+  uint8_t left_ = 0;        // bytes to come in this block
+  bool zero_owed_ = false;  // the block before stood for a zero at its end, if another block follows
 };
 
 }  // namespace symrig::firmware

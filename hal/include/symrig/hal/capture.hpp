@@ -21,6 +21,9 @@ class Capture {
   virtual bool pop(CapturedEdge& edge) = 0;
   /// Edges were lost because they came faster than they were taken. Reading clears it.
   virtual bool take_overflow() = 0;
+  /// Tells the lines whose edges are wanted (before: all). Those of other lines may be left out; on a board
+  /// where an edge costs an interrupt they would only make the wanted ones late.
+  virtual void watch(uint32_t /*lines*/) {}
 
  protected:
   ~Capture() = default;

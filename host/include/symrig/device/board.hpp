@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/device/board_info.hpp"
+#include "symrig/device/clock_model.hpp"
 #include "symrig/device/link.hpp"
 #include "symrig/device/program.hpp"
 #include "symrig/device/receipt.hpp"
@@ -52,12 +53,6 @@ struct BoardStatus {
   ResetCause reset_cause = ResetCause::power;
   std::optional<FaultInfo> reset_fault;  ///< kept over the last reset
   std::uint32_t stored_config = 0;       ///< hash of the configuration kept over power-off; 0 = none
-};
-
-/// One question for the board's clock: it read `board` somewhere between `sent` and `received`.
-struct TimeReading {
-  Nanoseconds sent, received;  ///< on the link's clock
-  Ticks board;
 };
 
 struct BoardOptions {
@@ -110,6 +105,8 @@ class Board {
   /// The board goes safe if it hears no keep-alive for `ttl`; 0 = no longer. wait() repeats it by itself.
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
+  /// Takes what the board sends for so long, and lets a board in virtual time run. Keeps nothing alive.
+  Result<void> idle(Nanoseconds duration);
   /// How the program that the board holds uses an output at worst. fails: unknown_name.
   Result<LineUse> line_use(std::string_view line);
   /// Lets the board read its program again and compare it with what was committed.

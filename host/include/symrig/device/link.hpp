@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
+#include "symrig/device/device_uri.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -35,5 +36,13 @@ class Link {
 /// In process to a board in virtual time: waiting advances the board's clock. The board must outlive the
 /// link.
 std::unique_ptr<Link> make_sim_link(boards::SimBoard& board);
+
+/// A link to the board at `uri`. sim: is a new board of its own, with a 60 Hz projector and a camera on its
+/// lines, that lives as long as the link. A serial port and a USB interface are claimed: no other program of
+/// ours can open them meanwhile.
+/// fails: device_lost (nothing there, no permission, in use, connection refused; the text says which),
+/// bad_argument (a baud rate that the system does not know, too long a path), unknown_name (a jumper's line),
+/// protocol (a virtual link of another version).
+Result<std::unique_ptr<Link>> open_link(const DeviceUri& uri);
 
 }  // namespace symrig::device

@@ -55,6 +55,8 @@ class ProgramBuilder {
   ProgramBuilder& wait_edge(std::string_view line, EdgeKind edge, Nanoseconds timeout, OnTimeout action);
   /// Names the tick at which the next step begins (id < 2^28); the board reports it as it passes.
   ProgramBuilder& mark(std::uint32_t id);
+  /// Records written so far.
+  std::size_t records() const { return bytes_.size() / 8; }
   /// Ends the program with the lines as last set. fails: unknown_name, bad_argument, limit (too long).
   Result<Program> end();
 

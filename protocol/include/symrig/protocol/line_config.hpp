@@ -35,6 +35,14 @@ struct BoardConfig {
     for (LineConfig& line : lines) line = {};
   }
 
+  /// Lines whose edges matter to somebody: the host asked for them, or they have limits.
+  constexpr uint32_t watched_lines() const {
+    uint32_t watched = 0;
+    for (unsigned k = 0; k < kMaxLines; ++k)
+      if (lines[k].configured && (lines[k].capture || lines[k].limited())) watched |= 1U << k;
+    return watched;
+  }
+
   /// Levels that mean "nothing happens": bit k is line k.
   constexpr uint32_t safe_levels() const {
     uint32_t levels = 0;

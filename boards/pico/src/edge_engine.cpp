@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "edge_engine.hpp"
+
+#include "board_pins.hpp"
+#include "edge_machine.hpp"
+#include "lines.hpp"
+
+namespace symrig::pico {
+
+using hal::Segment;
+using hal::Tick;
+using hal::Until;
+namespace code = edge_program;
+namespace machine = edge_machine;
+
+namespace {
+
+constexpr Tick kLaunchLead = 500;     // a start "now" is that much later: time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;  // a start later than this is held back by firmware
+
+}  // namespace
+
+void PicoEngine::begin(PinWatch& pins) {
+  pins_ = &pins;
+  for (uint32_t i = 0; i < code::kCodeSize; ++i) reg(pio::pio0 + pio::instr_mem + 4 * i) = code::kCode[i];
+  reg(pio::pio0 + pio::clkdiv) = 1U << 16U;
+  reg(pio::pio0 + pio::execctrl) = (code::kWrapTop << 12U) | (code::kNext << 7U);
+  reg(pio::pio0 + pio::shiftctrl) = (1U << 30U) | (1U << 19U);  // 8 deep from the CPU; OSR shifts right
+  reg(pio::pio0 + pio::pinctrl) = kOutputs << 20U;
+  ring_.reset();
+  set_safe(0);
+  put_out(0);
+  machine::pull_in(kOutputMask);
+  machine::execute(code::kOutPinDirections);
+  for (uint32_t pin = 0; pin < kOutputs; ++pin) {
+    reg(pads::pin(pin)) = pads::input_enable | pads::drive_4ma | pads::pull_down | pads::schmitt;
+    reg(io::ctrl(pin)) = io::function_pio0;
+  }
+  reg(pio::pio0 + pio::irq0_inte) = (machine::kEndFlag | machine::kHaltFlag) << 8U;
+}
+
+SYMRIG_RAM size_t PicoEngine::room() const {
+  if (!playing_ && !fresh_)
+    return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
+  const uint32_t used = ring_.used();
+  return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used
+                                           : 0;  // one is kept for the end
+}
+
+SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
+  if (!playing_ && !fresh_) {
+    if (!ended_) return;  // it has just fallen to safe levels: whoever pushes does not know yet
+    forget_queue();
+  }
+  if (segment.until == Until::elapsed) {
+    last_levels_ = segment.levels & kOutputMask;
+    ring_.write(code::first_word(last_levels_, code::kDwell), code::dwell_word(segment.ticks));
+    offset_ += segment.ticks;
+  } else {
+    const bool rising = segment.until == Until::rising;
+    ring_.write(code::first_word(last_levels_, code::kWait),
+                code::wait_word(rising, kLinePins[segment.line]));
+    waits_[next_wait_ % kWaits].wait = {pushed_,      offset_, segment.ticks,
+                                        segment.line, rising,  segment.stop_on_timeout};
+    asm volatile("" ::: "memory");  // an interrupt may look from here on
+    next_wait_ = next_wait_ + 1;
+    offset_ = 0;
+  }
+  ++pushed_;
+}
+
+void PicoEngine::close() {
+  ring_.write(code::first_word(last_levels_, code::kEnd), 0);
+  ring_.grant();
+  closed_ = true;
+}
+
+Tick PicoEngine::start(Tick tick) {
+  const uint32_t at_trip = lines_at_trip();
+  if (at_trip != 0) {
+    trip(at_trip);
+    return clock_.now();
+  }
+  ring_.grant();
+  machine::control(machine::kRestart);
+  machine::execute(code::jmp(code::kDwell));
+  reg(pio::pio0 + pio::irq) = machine::kEndFlag | machine::kHaltFlag;
+  underrun_ = false;
+  ended_ = false;
+  fallen_ = false;
+  played_at_stop_ = 0;
+  launched_ = false;
+  launch_at_ = tick;
+  playing_ = true;
+  fresh_ = false;
+  machine::control(machine::kEnable);  // stands at `pull` until launch() gives it a count
+  const Tick now = clock_.now();
+  if (tick > now && tick - now > kFarAway) return tick;
+  launch();
+  return anchor_;
+}
+
+/// The first word goes out at launch_at_, or kLaunchLead from now if that is later.
+SYMRIG_RAM void PicoEngine::launch() {
+  const IrqLock lock;
+  if (tripped_ != 0) playing_ = false;
+  if (!playing_) return;  // it fell meanwhile
+  const uint32_t reference = read_systick();
+  const Tick now = clock_.at(reference);
+  anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
+  machine::write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
+  ring_.open();
+  reg(pio::pio0 + pio::fdebug) = machine::kStalled;
+  not_before_ = 0;
+  launched_ = true;
+  set_alarm();
+}
+
+/// A run has not ended before its last edges have been looked at: limits and receipts need them.
+bool PicoEngine::idle() const {
+  if (playing_ || fallen_) return false;
+  return !ended_ || pins_->caught_up() >= ended_at_;
+}
+
+uint32_t PicoEngine::levels() const {
+  return reg(pio::pio0 + pio::padout) & kOutputMask;
+}
+
+bool PicoEngine::underrun() const {
+  return underrun_;
+}
+
+/// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has
+/// read and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer
+/// smaller by as much, never larger.
+SYMRIG_RAM uint64_t PicoEngine::pulled() const {
+  const uint64_t read = ring_.read_words();
+  asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
+  const uint32_t standing = reg(pio::pio0 + pio::flevel) & 0xfU;
+  return read > standing ? read - standing : 0;
+}
+
+uint64_t PicoEngine::played() const {
+  if (!playing_) return played_at_stop_;
+  if (!launched_) return 0;
+  uint64_t begun = (pulled() + 1) / 2;
+  if (begun > pushed_) begun = pushed_;  // the end is no word
+  uint32_t waits = first_wait_;
+  while (waits != next_wait_ && waits_[waits % kWaits].wait.segment < begun) ++waits;
+  return begun - waits;
+}
+
+/// Outputs first.
+SYMRIG_RAM void PicoEngine::halt_machine() {
+  machine::control(0);
+  machine::execute(code::kMovPinsX);
+}
+
+SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
+  halt_machine();
+  tripped_ = tripped_ | lines;
+  if (!playing_) return;
+  played_at_stop_ = played();
+  playing_ = false;
+}
+
+SYMRIG_RAM void PicoEngine::fall() {
+  halt_machine();
+  if (!playing_) return;
+  played_at_stop_ = played();
+  playing_ = false;
+  fallen_at_ = clock_.now();
+  fallen_ = true;
+}
+
+SYMRIG_RAM void PicoEngine::program_stopped() {
+  const uint32_t flags = reg(pio::pio0 + pio::irq) & (machine::kEndFlag | machine::kHaltFlag);
+  reg(pio::pio0 + pio::irq) = flags;
+  if (!playing_ || flags == 0) return;
+  played_at_stop_ = played();
+  underrun_ = (flags & machine::kHaltFlag) != 0;
+  ended_ = !underrun_;
+  ended_at_ = clock_.now();
+  playing_ = false;
+}
+
+void PicoEngine::force(uint32_t levels) {
+  {
+    const IrqLock lock;
+    machine::control(0);
+    if ((levels & kOutputMask) == safe_) machine::execute(code::kMovPinsX);
+    if (playing_) played_at_stop_ = played();
+    playing_ = false;
+    underrun_ = false;
+    fallen_ = false;
+  }
+  forget_queue();
+  put_out(levels & kOutputMask);
+}
+
+/// Only while the machine stands still with an empty queue.
+void PicoEngine::put_out(uint32_t levels) {
+  machine::pull_in(levels);
+  machine::execute(code::kOutPins27);
+  last_levels_ = levels;
+}
+
+void PicoEngine::forget_queue() {
+  launched_ = false;
+  machine::control(machine::kRestart);
+  ring_.reset();
+  for (uint32_t i = 0; i < machine::kQueueDepth; ++i) machine::execute(code::kPullOrX);
+  first_wait_ = 0;
+  next_wait_ = 0;
+  first_outcome_ = 0;
+  pushed_ = 0;
+  offset_ = 0;
+  closed_ = false;
+  fresh_ = true;
+}
+
+void PicoEngine::set_safe(uint32_t levels) {
+  safe_ = levels & kOutputMask;
+  if (playing_) return;  // the core changes it only at rest
+  forget_queue();
+  machine::pull_in(code::first_word(safe_, code::kHalt));
+  machine::execute(code::kMovXOsr);
+}
+
+void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
+  {
+    const IrqLock lock;
+    trip_lines_ = lines;
+    trip_levels_ = levels;
+    tripped_ = 0;
+  }
+  pins_->watch_trips(lines, levels);
+  const uint32_t now = lines_at_trip();
+  if (now != 0) trip(now);
+}
+
+uint32_t PicoEngine::lines_at_trip() const {
+  return trip_lines_ & ~(line_levels() ^ trip_levels_);
+}
+
+void PicoEngine::service() {
+  if (fallen_ && clock_.now() - fallen_at_ > kPatience) {
+    underrun_ = true;
+    fallen_ = false;
+  }
+  if (!playing_) return;
+  if (!launched_) {
+    if (launch_at_ <= clock_.now() + kFarAway) launch();
+    return;
+  }
+  ring_.service();
+  if ((reg(pio::pio0 + pio::fdebug) & machine::kStalled) != 0 && playing_) {
+    const IrqLock lock;
+    halt_machine();
+    played_at_stop_ = played();
+    underrun_ = true;
+    playing_ = false;
+  }
+  const IrqHold hold(irq::timer0);
+  settle();
+  set_alarm();
+}
+
+Tick PicoEngine::next_deadline() const {
+  if (!playing_) return hal::kNever;
+  return launched_ ? hal::kNever : launch_at_ - kFarAway;
+}
+
+}  // namespace symrig::pico

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <stdint.h>  // NOLINT(modernize-deprecated-headers)
+
+/// The edge engine's program for a PIO state machine, and the words it eats. README.md tells how it works,
+/// with cycle counts.
+namespace symrig::pico::edge_program {
+
+// PIO instructions, as far as they are used here.
+constexpr uint16_t jmp(uint32_t to) {
+  return static_cast<uint16_t>(to);
+}
+constexpr uint16_t jmp_y_dec(uint32_t to) {
+  return static_cast<uint16_t>(0x0080U | to);
+}
+constexpr uint16_t wait_gpio(bool level, uint32_t pin) {
+  return static_cast<uint16_t>(0x2000U | (level ? 0x80U : 0U) | pin);
+}
+constexpr uint16_t kOutPins27 = 0x601b;
+constexpr uint16_t kOutPc5 = 0x60a5;
+constexpr uint16_t kOutExec16 = 0x60f0;
+constexpr uint16_t kOutPinDirections = 0x6080;
+constexpr uint16_t kPull = 0x80a0;
+constexpr uint16_t kPullOrX = 0x8080;  // takes X if the queue is empty
+constexpr uint16_t kMovPinsX = 0xa001;
+constexpr uint16_t kMovXOsr = 0xa027;
+constexpr uint16_t kMovYOsr = 0xa047;
+constexpr uint16_t irq_set(uint32_t flag) {
+  return static_cast<uint16_t>(0xc000U | flag);
+}
+
+// Addresses.
+constexpr uint32_t kWait = 0;
+constexpr uint32_t kNext = 3;
+constexpr uint32_t kDwell = 6;
+constexpr uint32_t kEnd = 9;
+constexpr uint32_t kHalt = 11;
+
+// Flags that the program raises.
+constexpr uint32_t kEndFlag = 0;
+constexpr uint32_t kHaltFlag = 1;
+
+constexpr uint16_t kCode[] = {
+    // wait: the second word is two WAIT instructions
+    kPull, kOutExec16, kOutExec16,
+    // next: the first word, or the safe word (X) if there is none; its top five bits say how to go on
+    kPullOrX, kOutPins27, kOutPc5,
+    // dwell: the second word is a count
+    kPull, kMovYOsr, jmp_y_dec(8),
+    // end: the last word stands
+    irq_set(kEndFlag), jmp(10),
+    // halt: the queue ran empty, the safe word stands
+    irq_set(kHaltFlag), jmp(12)};
+constexpr uint32_t kCodeSize = sizeof kCode / sizeof kCode[0];
+constexpr uint32_t kWrapTop = 8;
+static_assert(kCode[kNext] == kPullOrX && kCode[kDwell + 2] == jmp_y_dec(kDwell + 2) &&
+              kCode[kEnd + 1] == jmp(kEnd + 1) && kCode[kHalt + 1] == jmp(kHalt + 1));
+
+constexpr uint32_t kLevelBits = 27;
+/// First word of a segment.
+constexpr uint32_t first_word(uint32_t levels, uint32_t then) {
+  return levels | (then << kLevelBits);
+}
+
+/// pull, out pins, out pc, pull, mov, and a loop that takes one cycle more than its count.
+constexpr uint32_t kDwellOverhead = 6;
+/// Second word of a segment that stands for `ticks`.
+constexpr uint32_t dwell_word(uint32_t ticks) {
+  return ticks - kDwellOverhead;
+}
+/// Second word of a wait: first for the level that is not awaited, then for the one that is.
+constexpr uint32_t wait_word(bool rising, uint32_t pin) {
+  return wait_gpio(!rising, pin) | (static_cast<uint32_t>(wait_gpio(rising, pin)) << 16U);
+}
+
+}  // namespace symrig::pico::edge_program

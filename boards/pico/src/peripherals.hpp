@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/hal/fault_store.hpp"
+#include "symrig/hal/indicator.hpp"
+#include "symrig/hal/system.hpp"
+#include "symrig/hal/watchdog.hpp"
+
+namespace symrig::pico {
+
+/// The chip's watchdog, 400 ms, and the "alive" pin: a square wave of 2 ms that stands still with the
+/// firmware. Both go on
+/// only if every checkpoint has been passed since the last feed().
+class PicoWatchdog final : public hal::Watchdog {
+ public:
+  static void begin();
+  void feed() override;
+
+  enum Checkpoint : uint8_t { engine = 1, pins = 2, clock = 4, all = 7 };
+  void pass(Checkpoint point) { passed_ = static_cast<uint8_t>(passed_ | point); }
+
+ private:
+  uint64_t toggle_at_ = 0;  // us
+  uint8_t passed_ = all;
+};
+
+/// In RAM that start-up leaves alone, with a check word: survives a reset, not a loss of power.
+class PicoFaultStore final : public hal::FaultStore {
+ public:
+  hal::FaultRecord load() const override;
+  void save(const hal::FaultRecord& record) override;
+};
+
+/// The LED on the board.
+class PicoIndicator final : public hal::Indicator {
+ public:
+  static void begin();
+  void show(bool on) override;
+};
+
+class PicoSystem final : public hal::System {
+ public:
+  /// Finds out why the board has started. Before PicoWatchdog::begin().
+  void begin();
+  hal::ResetCause reset_cause() const override { return cause_; }
+  void reboot(bool bootloader) override;
+
+ private:
+  hal::ResetCause cause_ = hal::ResetCause::power;
+};
+
+}  // namespace symrig::pico

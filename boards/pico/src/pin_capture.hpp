@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "edge_engine.hpp"
+#include "lines.hpp"
+#include "stampers.hpp"
+#include "symrig/hal/capture.hpp"
+
+namespace symrig::pico {
+
+/// hal::Capture: PIO stamps of the stamped inputs, and an interrupt for each edge of every other line that is
+/// watched: outputs too, so that a guard sees the pins and not what PIO and DMA believe.
+///
+/// Also where trips come in: the same interrupt, at the highest priority, stops the engine before anything
+/// else.
+class PinCapture final : public hal::Capture, public PinWatch {
+ public:
+  PinCapture(const TickClock& clock, Stampers& stampers, PicoEngine& engine)
+      : clock_(clock), stampers_(stampers), engine_(engine) {}
+
+  /// Inputs with pull-down; interrupts on.
+  void begin();
+
+  uint32_t levels() const override { return line_levels(); }
+  bool pop(hal::CapturedEdge& edge) override;
+  bool take_overflow() override;
+
+  void watch(uint32_t wanted) override;
+  void watch_trips(uint32_t wanted, uint32_t trip_levels) override;
+  hal::Tick caught_up() const override { return caught_up_; }
+  /// Edges that one round of the main loop may take; the rest waits for the next.
+  void begin_round() { round_left_ = kPerRound; }
+  /// Edges are waiting to be taken.
+  bool pending() const;
+  /// Once a millisecond: lets lines interrupt again that came too fast.
+  void service();
+
+  /// The interrupt.
+  void handle();
+
+ private:
+  static constexpr uint32_t kRing = 256;
+  static constexpr uint32_t kSources = Stampers::kCount + 1;
+  static constexpr uint32_t kGroups = 3;
+  static constexpr uint32_t kMostPerMillisecond = 64;
+  static constexpr uint32_t kPerRound = 16;
+  static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may still be on its way
+
+  bool peek(uint32_t source, hal::CapturedEdge& edge);
+  void judge_trips(uint32_t hit);
+  void record(uint32_t group, uint32_t flags);
+  void add(uint32_t line, bool level, hal::Tick tick);
+  void enable_interrupts(bool watched);
+
+  const TickClock& clock_;
+  Stampers& stampers_;
+  PicoEngine& engine_;
+  hal::CapturedEdge edges_[kRing];
+  volatile uint32_t first_ = 0;
+  volatile uint32_t next_ = 0;
+  volatile bool overflow_ = false;
+  volatile uint32_t in_this_millisecond_ = 0;
+  uint64_t millisecond_end_ = 0;  // us
+  uint32_t round_left_ = 0;
+  hal::Tick caught_up_ = 0;
+  uint32_t watch_flags_[kGroups] = {};
+  uint32_t trip_flags_ = 0;  // in the inputs' group
+};
+
+}  // namespace symrig::pico

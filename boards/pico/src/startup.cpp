@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the reset vector to main(): data to RAM, bss to zero, constructors. And the vectors.
+#include "registers.hpp"
+
+extern "C" {
+extern uint32_t __data_start, __data_end, __data_load, __bss_start, __bss_end, __stack_top;  // NOLINT
+extern void (*__init_start[])();                                                             // NOLINT
+extern void (*__init_end[])();                                                               // NOLINT
+
+int main();
+void usb_handler();
+void gpio_handler();
+void pio0_handler();
+void dma0_handler();
+void timer0_handler();
+void timer1_handler();
+
+/// A fault of the processor, or an interrupt that nobody asked for: the watchdog starts the board anew, and
+/// until then the pins are let go (resistors pull them down).
+[[noreturn]] SYMRIG_RAM void crash_handler() {
+  using symrig::pico::reg;
+  for (uint32_t pin = 0; pin < 12; ++pin) reg(symrig::pico::io::ctrl(pin)) = 0x1f;
+  for (;;) asm volatile("");
+}
+
+[[noreturn]] void reset_handler() {
+  const uint32_t* from = &__data_load;
+  for (uint32_t* to = &__data_start; to < &__data_end;) *to++ = *from++;
+  for (uint32_t* to = &__bss_start; to < &__bss_end;) *to++ = 0;
+  for (auto* init = __init_start; init < __init_end; ++init) (*init)();
+  main();
+  crash_handler();
+}
+
+/// A pure virtual function was called: cannot be, but compilers refer to it.
+[[noreturn]] void __cxa_pure_virtual() {  // NOLINT(bugprone-reserved-identifier)
+  crash_handler();
+}
+}
+
+namespace {
+
+using Handler = void (*)();
+
+struct Vectors {
+  uint32_t* stack;
+  Handler system[15];
+  Handler irq[32];
+};
+
+__attribute__((section(".vectors"), used)) const Vectors kVectors = {
+    &__stack_top,
+    {reset_handler, crash_handler, crash_handler, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr,
+     nullptr, crash_handler, nullptr, nullptr, crash_handler, crash_handler},
+    {timer0_handler, timer1_handler, crash_handler, crash_handler, crash_handler, usb_handler,
+     crash_handler,  pio0_handler,   crash_handler, crash_handler, crash_handler, dma0_handler,
+     crash_handler,  gpio_handler,   crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler,  crash_handler, crash_handler, crash_handler, crash_handler,
+     crash_handler,  crash_handler}};
+
+}  // namespace

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "usb_device.hpp"
+
+#include "usb_registers.hpp"
+
+namespace symrig::pico {
+
+namespace desc = usb_descriptors;
+
+void UsbDevice::begin(const char* serial) {
+  serial_ = serial;
+  for (uint32_t at = 0; at < 0x1000; at += 4) reg(usb::ram + at) = 0;
+  reg(usb::muxing) = 9;            // to the PHY, soft connect
+  reg(usb::power) = 0xc;           // VBUS is taken to be there
+  reg(usb::main_ctrl) = 1;         // on, device
+  reg(usb::sie_ctrl) = 1U << 29U;  // tell of each buffer of endpoint 0
+  reg(usb::inte) = usb::kIntBuffer | usb::kIntReset | usb::kIntSuspend | usb::kIntResume | usb::kIntSetup;
+  enable_irq(irq::usb, 2);
+  reg(usb::sie_ctrl + kSet) = 1U << 16U;  // pull-up
+}
+
+// The main loop's side.
+
+SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
+  if (forget_) {
+    forget_ = false;
+    from_host_.drop_to(forget_to_);
+  }
+  size_t count = from_host_.used();
+  if (count > room) count = room;
+  if (count > round_left_) count = round_left_;
+  for (size_t i = 0; i < count; ++i) out[i] = from_host_.take();
+  round_left_ -= count;
+  if (!listening_) {
+    const IrqHold hold(irq::usb);
+    listen();
+  }
+  return count;
+}
+
+size_t UsbDevice::room() const {
+  return attached() ? to_host_.room() : 0;
+}
+
+SYMRIG_RAM void UsbDevice::write(const uint8_t* bytes, size_t size) {
+  for (size_t i = 0; i < size; ++i) to_host_.put(bytes[i]);
+  const IrqHold hold(irq::usb);
+  send_wire();
+}
+
+size_t UsbDevice::print(const char* text, size_t size) {
+  size_t count = 0;
+  for (; count < size && log_.room() > 0; ++count) log_.put(static_cast<uint8_t>(text[count]));
+  const IrqHold hold(irq::usb);
+  send_log();
+  return count;
+}
+
+// The interrupt.
+
+SYMRIG_RAM void UsbDevice::handle() {
+  const uint32_t status = reg(usb::ints);
+  if ((status & usb::kIntReset) != 0) {
+    reg(usb::sie_status) = usb::kSieReset;
+    bus_reset();
+  }
+  if ((status & usb::kIntSuspend) != 0) {
+    reg(usb::sie_status) = usb::kSieSuspended;
+    suspended_ = true;
+  }
+  if ((status & usb::kIntResume) != 0) {
+    reg(usb::sie_status) = usb::kSieResume;
+    suspended_ = false;
+  }
+  if ((status & usb::kIntBuffer) != 0) {
+    const uint32_t done = reg(usb::buff_status);
+    reg(usb::buff_status) = done;
+    suspended_ = false;  // whoever speaks is not suspended
+    buffers_done(done);
+  }
+  if ((status & usb::kIntSetup) != 0) {
+    reg(usb::sie_status) = usb::kSieSetup;
+    suspended_ = false;
+    setup();
+  }
+}
+
+void UsbDevice::bus_reset() {
+  reg(usb::addr_endp) = 0;
+  stage_ = Stage::none;
+  address_new_ = false;
+  suspended_ = false;
+  configure(0);
+}
+
+/// Ends and toggles start afresh; bytes of an earlier session are forgotten.
+void UsbDevice::configure(uint8_t value) {
+  configured_ = false;
+  configuration_ = value;
+  console_open_ = false;
+  listening_ = sending_ = sending_log_ = false;
+  zero_owed_ = log_zero_owed_ = false;
+  urgent_.restart();
+  forget_to_ = from_host_.mark();
+  forget_ = true;
+  to_host_.clear();
+  for (uint32_t endpoint = 1; endpoint < kEndpoints; ++endpoint) {
+    for (uint32_t side = 0; side < 2; ++side) {
+      const bool out = side == 1;
+      toggle_[endpoint][out ? 1 : 0] = false;
+      usb::buffer_control(endpoint, out) = 0;
+      const uint32_t type = endpoint == desc::kNotice ? 3U : 2U;
+      const bool used = value != 0 && !(endpoint == desc::kNotice && out);
+      usb::endpoint_control(endpoint, out) =
+          used ? (1U << 31U) | (1U << 29U) | (type << 26U) | usb::buffer(endpoint, out) : 0;
+    }
+  }
+  if (value == 0) return;
+  configured_ = true;
+  listen();
+  arm(desc::kConsole, true, kPacket);
+  send_log();
+}
+
+/// Hands an endpoint's buffer to the controller: the word first, then, when it has surely arrived in the
+/// other clock domain, the bit that makes it valid.
+SYMRIG_RAM void UsbDevice::arm(uint32_t endpoint, bool out, uint32_t size) {
+  bool& toggle = toggle_[endpoint][out ? 1 : 0];
+  const uint32_t word = size | usb::kLast | (toggle ? usb::kData1 : 0) | (out ? 0 : usb::kFull);
+  toggle = !toggle;
+  usb::buffer_control(endpoint, out) = word;
+  asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
+  usb::buffer_control(endpoint, out) = word | usb::kAvailable;
+}
+
+SYMRIG_RAM void UsbDevice::buffers_done(uint32_t done) {
+  if ((done & usb::buff_status_bit(0, false)) != 0) control_in_done();
+  if ((done & usb::buff_status_bit(0, true)) != 0) control_out_done();
+  if ((done & usb::buff_status_bit(desc::kWire, true)) != 0) take_packet();
+  if ((done & usb::buff_status_bit(desc::kWire, false)) != 0) {
+    sending_ = false;
+    send_wire();
+  }
+  if ((done & usb::buff_status_bit(desc::kConsole, true)) != 0)
+    arm(desc::kConsole, true, kPacket);  // nobody reads it
+  if ((done & usb::buff_status_bit(desc::kConsole, false)) != 0) {
+    sending_log_ = false;
+    send_log();
+  }
+}
+
+/// Takes another packet from the host as soon as a whole one fits; until then the host is told to wait.
+SYMRIG_RAM void UsbDevice::listen() {
+  if (!configured_ || listening_ || from_host_.room() < kPacket) return;
+  listening_ = true;
+  arm(desc::kWire, true, kPacket);
+}
+
+SYMRIG_RAM void UsbDevice::take_packet() {
+  const uint32_t size = usb::buffer_control(desc::kWire, true) & usb::kLengthMask;
+  const uint32_t from = usb::ram + usb::buffer(desc::kWire, true);
+  for (uint32_t i = 0; i < size; i += 4) {
+    uint32_t word = reg(from + i);
+    for (uint32_t k = i; k < size && k < i + 4; ++k, word >>= 8U) {
+      const auto byte = static_cast<uint8_t>(word);
+      if (urgent_.push(byte)) engine_.fall();
+      from_host_.put(byte);
+    }
+  }
+  listening_ = false;
+  listen();
+}
+
+/// false: there is nothing to send.
+template <size_t kSize>
+SYMRIG_RAM bool UsbDevice::send_packet(uint32_t endpoint, ByteRing<kSize>& ring, bool& zero_owed) {
+  size_t size = ring.used();
+  if (size == 0 && !zero_owed) return false;
+  if (size > kPacket) size = kPacket;
+  const uint32_t to = usb::ram + usb::buffer(endpoint, false);
+  for (size_t i = 0; i < size; i += 4) {
+    uint32_t word = 0;
+    for (size_t k = 0; k < 4 && i + k < size; ++k) word |= static_cast<uint32_t>(ring.take()) << (8 * k);
+    reg(static_cast<uint32_t>(to + i)) = word;
+  }
+  zero_owed = size == kPacket;
+  arm(endpoint, false, static_cast<uint32_t>(size));
+  return true;
+}
+
+SYMRIG_RAM void UsbDevice::send_wire() {
+  if (configured_ && !sending_) sending_ = send_packet(desc::kWire, to_host_, zero_owed_);
+}
+
+SYMRIG_RAM void UsbDevice::send_log() {
+  if (console_open() && !sending_log_) sending_log_ = send_packet(desc::kConsole, log_, log_zero_owed_);
+}
+
+}  // namespace symrig::pico

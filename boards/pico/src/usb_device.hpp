@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "byte_ring.hpp"
+#include "edge_engine.hpp"
+#include "registers.hpp"
+#include "symrig/firmware/urgent_scan.hpp"
+#include "symrig/hal/byte_link.hpp"
+#include "usb_descriptors.hpp"
+
+namespace symrig::pico {
+
+/// The USB device: endpoint 0, the wire (hal::ByteLink) and the console's way out. All work is done by the
+/// interrupt; the main loop meets it at the byte rings. README.md, "USB".
+class UsbDevice final : public hal::ByteLink {
+ public:
+  /// engine falls to its safe levels as soon as an urgent Abort has come in.
+  explicit UsbDevice(PicoEngine& engine) : engine_(engine) {}
+
+  /// serial lives as long as the device. Pulls the bus up: from now on the host sees the board.
+  void begin(const char* serial);
+
+  size_t read(uint8_t* out, size_t room) override;
+  size_t room() const override;
+  void write(const uint8_t* bytes, size_t size) override;
+  bool attached() const override { return configured_ && !suspended_; }
+
+  /// Bytes that one round of the main loop may read; the rest waits for the next.
+  void begin_round() { round_left_ = kPerRound; }
+  /// Bytes are left for the next round.
+  bool waiting() const { return from_host_.used() > 0; }
+
+  /// What of a console text fits is taken. Returns how much.
+  size_t print(const char* text, size_t size);
+  /// A terminal program has the console open.
+  bool console_open() const { return configured_ && console_open_; }
+
+  /// The interrupt.
+  void handle();
+
+ private:
+  static constexpr size_t kPacket = 64;
+  static constexpr size_t kPerRound = kPacket / 2;  // two requests: what they cost is part of poll_ticks
+  static constexpr size_t kFromHost = 1024;
+  static constexpr size_t kToHost = 1024;
+  static constexpr size_t kLog = 1024;
+  static constexpr uint32_t kEndpoints = 4;
+
+  enum class Stage : uint8_t { none, data_in, data_out, status_in, status_out };
+
+  void bus_reset();
+  void configure(uint8_t value);
+  // Endpoint 0
+  void setup();
+  bool standard(uint8_t type, uint8_t request, uint16_t value, uint16_t length);
+  bool class_or_vendor(uint8_t type, uint8_t request, uint16_t value, uint16_t index, uint16_t length);
+  bool get_descriptor(uint16_t value, uint16_t length);
+  bool endpoint_feature(uint8_t request, uint16_t index);
+  void answer(const uint8_t* bytes, uint16_t size, uint16_t length);
+  void answer_more();
+  void acknowledge();
+  void stall();
+  void control_in_done();
+  void control_out_done();
+  // The others
+  void arm(uint32_t endpoint, bool out, uint32_t size);
+  void buffers_done(uint32_t done);
+  void listen();
+  void take_packet();
+  template <size_t kSize>
+  bool send_packet(uint32_t endpoint, ByteRing<kSize>& ring, bool& zero_owed);
+  void send_wire();
+  void send_log();
+
+  PicoEngine& engine_;
+  firmware::UrgentScan urgent_;
+  const char* serial_ = "";
+  ByteRing<kFromHost> from_host_;
+  ByteRing<kToHost> to_host_;
+  ByteRing<kLog> log_;
+  size_t round_left_ = 0;
+
+  volatile bool configured_ = false;
+  volatile bool suspended_ = false;
+  volatile bool console_open_ = false;
+  volatile bool forget_ = false;  // what has come in up to forget_to_ belongs to an earlier session
+  volatile size_t forget_to_ = 0;
+  bool listening_ = false;  // the wire's OUT buffer belongs to the controller
+  bool sending_ = false;    // the wire's IN buffer does
+  bool sending_log_ = false;
+  bool zero_owed_ = false;  // the last packet was full: one more, even empty, tells that this was all
+  bool log_zero_owed_ = false;
+
+  Stage stage_ = Stage::none;
+  bool address_new_ = false;
+  uint8_t address_ = 0;
+  uint8_t configuration_ = 0;
+  const uint8_t* answer_ = nullptr;
+  uint16_t answer_left_ = 0;
+  bool answer_zero_ = false;  // the answer ends with an empty packet
+  bool toggle_[kEndpoints][2] = {};
+  uint8_t scratch_[64] = {};
+  uint8_t line_coding_[7] = {0x00, 0xc2, 0x01, 0x00, 0, 0, 8};  // 115200 8N1, for whoever asks
+};
+
+}  // namespace symrig::pico

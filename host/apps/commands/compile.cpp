@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "program_input.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/device/symprog.hpp"
+
+#include <memory>
+#include <span>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string file, output, board = "sim:", json;
+};
+
+std::string to_json(const device::CompiledProgram& program, std::uint32_t config_hash) {
+  const auto per_pattern =
+      program.patterns == 0
+          ? nlohmann::ordered_json()
+          : nlohmann::ordered_json(seconds(program.expected) / static_cast<double>(program.patterns));
+  const nlohmann::ordered_json json{
+      {"command", "compile"},
+      {"board", program.board.board},
+      {"program_hash", fmt::format("{:08x}", program.program.hash())},
+      {"config_hash", fmt::format("{:08x}", config_hash)},
+      {"records", program.program.records()},
+      {"steps", program.steps},
+      {"patterns", program.patterns},
+      {"exposures", program.exposures},
+      {"seconds",
+       {{"expected", seconds(program.expected)},
+        {"shortest", seconds(program.shortest)},
+        {"longest", seconds(program.longest)},
+        {"per_pattern", per_pattern}}},
+      {"on_time_us",
+       program.on_time ? nlohmann::ordered_json(1e6 * seconds(*program.on_time)) : nlohmann::ordered_json()}};
+  return json.dump(1) + "\n";
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.output));
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+  SYMRIG_TRY(const auto board, board_info_of(arguments.board));
+  const auto compilation = device::compile_program(file, board);
+  if (!compilation.ok()) return first_error(arguments.file, compilation);
+  const device::CompiledProgram& program = *compilation.program;
+  SYMRIG_TRY(const std::uint32_t config, device::config_hash(program));
+  const auto bytes = device::symprog_bytes(program);
+  SYMRIG_CHECK(write_file_atomically(arguments.output, std::as_bytes(std::span(bytes))));
+  SYMRIG_CHECK(write_text(arguments.json, to_json(program, config)));
+  if (arguments.json == "-") return {};
+  return print(findings_text(arguments.file, compilation.findings, device::Severity::warning) +
+               fmt::format("{} for board '{}': ", arguments.output, board.board) + program_summary(program));
+}
+
+}  // namespace
+
+Job add_compile(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("compile", "A program file as the records that a board runs");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
+  command->add_option("-o,--output", arguments->output, "Where to write the compiled program")
+      ->required()
+      ->type_name("scan.symprog");
+  command->add_option("--board", arguments->board, "The board it is for: a URI, or a file that describes it")
+      ->type_name("URI|FILE")
+      ->capture_default_str();
+  add_json(*command, arguments->json);
+  command->footer(std::string("Example:\n"
+                              "  symrig compile scan.toml -o scan.symprog\n"
+                              "\n"
+                              "docs/program-file.md describes both kinds of file.\n\n") +
+                  kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

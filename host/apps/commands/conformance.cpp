@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/device/conformance.hpp"
+
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+
+#include <memory>
+#include <string>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+using device::CheckOutcome;
+using device::CheckResult;
+using device::ConformanceReport;
+
+struct Arguments {
+  std::string uri, filter, jumper, json;
+};
+
+constexpr const char* kExample =
+    "Example:\n"
+    "  symrig conformance sim:                                    the simulated board\n"
+    "  symrig conformance usb: --jumper projector_trigger:vsync   a board with one wire from an output to an "
+    "input\n"
+    "  symrig conformance usb: --filter '^limits'                 some of the checks\n"
+    "\n"
+    "Outputs move: nothing that lights, heats or shoots may be wired to them. The board ends safe and "
+    "without a\n"
+    "configuration; what it keeps over power-off is not touched. docs/conformance.md lists the checks.";
+
+Result<device::Jumper> parse_jumper(const std::string& text) {
+  const std::size_t colon = text.find(':');
+  if (colon == 0 || colon == std::string::npos || colon + 1 == text.size())
+    return Error{ErrorCode::bad_argument, fmt::format("--jumper '{}' is not OUTPUT:INPUT", text),
+                 "for example projector_trigger:vsync"};
+  return device::Jumper{text.substr(0, colon), text.substr(colon + 1)};
+}
+
+std::string line_of(const CheckResult& result) {
+  return fmt::format("{}  {}{}{}\n", name(result.outcome), result.name, result.detail.empty() ? "" : ": ",
+                     result.detail);
+}
+
+std::string json_of(const ConformanceReport& report) {
+  nlohmann::ordered_json json;
+  json["board"] = report.board;
+  json["firmware_version"] = report.firmware_version;
+  json["unique_id"] = report.unique_id;
+  json["passed"] = report.count(CheckOutcome::passed);
+  json["failed"] = report.count(CheckOutcome::failed);
+  json["skipped"] = report.count(CheckOutcome::skipped);
+  json["checks"] = nlohmann::ordered_json::array();
+  for (const CheckResult& result : report.results)
+    json["checks"].push_back(
+        {{"name", result.name}, {"outcome", name(result.outcome)}, {"detail", result.detail}});
+  return json.dump(2) + "\n";
+}
+
+Result<void> sum_up(const ConformanceReport& report, bool talks) {
+  const std::size_t failed = report.count(CheckOutcome::failed);
+  if (talks)
+    SYMRIG_CHECK(
+        print(fmt::format("board '{}' {} ({}): {} passed, {} failed, {} skipped\n", report.board,
+                          report.unique_id, report.firmware_version, report.count(CheckOutcome::passed),
+                          failed, report.count(CheckOutcome::skipped))));
+  if (report.passed()) return {};
+  if (failed == 0)
+    return Error{ErrorCode::bad_argument, "all checks were skipped", "give --jumper, or another --filter"};
+  return Error{ErrorCode::protocol,
+               fmt::format("the board fails {} of {} checks", failed, report.results.size()),
+               "update its firmware; docs/conformance.md says what each check asks for"};
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  device::ConformanceOptions options;
+  options.filter = arguments.filter;
+  if (!arguments.jumper.empty()) {
+    SYMRIG_TRY(options.jumper, parse_jumper(arguments.jumper));
+  }
+  const bool talks = arguments.json != "-";
+  Result<void> printed;
+  options.on_result = [&](const CheckResult& result) {
+    if (talks && printed) printed = print(line_of(result));
+  };
+  options.stop = [] { return interrupted(); };
+  SYMRIG_TRY(const auto uri, device::choose_board(arguments.uri));
+  SYMRIG_TRY(auto link, device::open_link(uri));
+  SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
+  if (!printed) return printed;
+  SYMRIG_CHECK(write_text(arguments.json, json_of(report)));
+  return sum_up(report, talks);
+}
+
+}  // namespace
+
+Job add_conformance(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "conformance", "Whether a board does all that the protocol asks for: a list of named checks");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
+  command->add_option("--filter", arguments->filter, "Only checks whose name this regular expression finds")
+      ->type_name("REGEX");
+  command->add_option("--jumper", arguments->jumper, "A wire from an output to an input that is time-stamped")
+      ->type_name("OUTPUT:INPUT");
+  add_json(*command, arguments->json);
+  command->footer(std::string(kExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

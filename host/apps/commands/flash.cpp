@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "meter.hpp"
+#include "symrig/device/boot_drive.hpp"
+#include "symrig/device/firmware_file.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using device::BoardInfo, device::DeviceUri, device::FirmwareFile;
+
+struct Arguments {
+  std::string file, device, drive;
+  double wait = 30;
+  bool verify = false;
+  bool again = false;
+};
+
+/// The board before its new firmware.
+struct Known {
+  DeviceUri uri;
+  BoardInfo info;
+};
+
+std::string describe(const Arguments& arguments, const FirmwareFile& file) {
+  return fmt::format(
+      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as its manifest says\n",
+      arguments.file, file.manifest.version, file.manifest.board, file.manifest.firmware_hash,
+      byte_size(static_cast<double>(file.image.bytes.size())), file.sha256);
+}
+
+/// Asks again and again until there is an answer, or the patience is over. fails: the last reason,
+/// interrupted.
+template <class T>
+Result<T> wait_for(double seconds, const std::function<Result<T>()>& ask) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (true) {
+    Result<T> answer = ask();
+    if (answer || std::chrono::steady_clock::now() >= end) return answer;
+    if (interrupted())
+      return Error{ErrorCode::interrupted, "stopped while waiting for the board",
+                   "run it again: a board in its boot loader waits for ever"};
+    std::this_thread::sleep_for(100ms);
+  }
+}
+
+/// Drives that were there before the board went to its boot loader are other boards'.
+Result<fs::path> new_drive(const std::vector<fs::path>& before) {
+  std::vector<fs::path> drives = device::boot_drives();
+  std::erase_if(drives, [&](const fs::path& one) {
+    return std::find(before.begin(), before.end(), one) != before.end();
+  });
+  if (drives.size() == 1) return drives.front();
+  if (drives.empty())
+    return Error{ErrorCode::timeout, "no drive RPI-RP2 has been mounted",
+                 "mount it (lsblk -o NAME,LABEL shows it) and run this again with --drive PATH"};
+  return Error{ErrorCode::bad_argument, fmt::format("{} drives RPI-RP2 are mounted", drives.size()),
+               "name the board's with --drive PATH"};
+}
+
+Result<fs::path> find_drive(const Arguments& arguments, const std::vector<fs::path>& before) {
+  const fs::path given = arguments.drive;
+  return wait_for<fs::path>(arguments.wait, [&]() -> Result<fs::path> {
+    if (given.empty()) return new_drive(before);
+    SYMRIG_CHECK(device::check_boot_drive(given));
+    return given;
+  });
+}
+
+/// The board that is to be flashed; nullopt if there is none but a boot loader's drive.
+Result<std::optional<Known>> find_board(const Arguments& arguments) {
+  const auto uri = device::choose_board(arguments.device);
+  if (!uri) {
+    const bool in_boot_loader = !arguments.drive.empty() || !device::boot_drives().empty();
+    if (uri.error().code == ErrorCode::device_lost && in_boot_loader) return std::optional<Known>();
+    return uri.error();
+  }
+  SYMRIG_TRY(const auto board, open_board(*uri));
+  return std::optional(Known{*uri, board.info()});
+}
+
+/// Until the board has left: it takes a moment after its answer.
+Result<bool> left(const Arguments& arguments, const DeviceUri& uri) {
+  constexpr device::BoardOptions kBrief{.reply_timeout = 50ms, .attempts = 2};
+  return wait_for<bool>(std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
+    if (!open_board(uri, kBrief)) return true;
+    return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
+                 "hold its BOOTSEL button while you plug it in, and run this again"};
+  });
+}
+
+/// true: the board is in its boot loader. false: it runs this firmware already.
+Result<bool> enter_boot_loader(const Arguments& arguments, const FirmwareFile& file, const Known& known) {
+  SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
+  if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
+  {
+    SYMRIG_TRY(auto board, open_board(known.uri));
+    SYMRIG_CHECK(board.reboot(true));
+  }
+  return left(arguments, known.uri);
+}
+
+/// The board is back: does it run what was put on it?
+Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
+  if (now.firmware_hash == file.manifest.firmware_hash && now.firmware_version == file.manifest.version)
+    return {};
+  return Error{
+      ErrorCode::device_refused,
+      fmt::format("the board came back with firmware {} ({:016x}), not {} ({:016x})", now.firmware_version,
+                  now.firmware_hash, file.manifest.version, file.manifest.firmware_hash),
+      "hold its BOOTSEL button while you plug it in, and run this again"};
+}
+
+Result<void> check_return(const Arguments& arguments, const FirmwareFile& file,
+                          const std::optional<Known>& known) {
+  if (arguments.wait == 0) return print("copied; not waited for the board, so nothing is checked\n");
+  SYMRIG_TRY(const auto board, wait_for<device::Board>(arguments.wait, [&] {
+               return known ? open_board(known->uri) : open_board(arguments.device);
+             }));
+  SYMRIG_CHECK(compare(file, board.info()));
+  return print(fmt::format("{} {} runs firmware {} ({:016x}), as the file\n", board.info().board,
+                           board.info().unique_id, board.info().firmware_version,
+                           board.info().firmware_hash));
+}
+
+Result<void> flash(const Arguments& arguments, const FirmwareFile& file) {
+  SYMRIG_TRY(const auto known, find_board(arguments));
+  std::vector<fs::path> before;
+  if (known) {
+    before = device::boot_drives();
+    SYMRIG_TRY(const bool leaving, enter_boot_loader(arguments, file, *known));
+    if (!leaving)
+      return print(fmt::format("{} {} runs this firmware already; --again puts it there nevertheless\n",
+                               known->info.board, known->info.unique_id));
+  }
+  SYMRIG_TRY(const fs::path drive, find_drive(arguments, before));
+  SYMRIG_CHECK(device::copy_to_boot_drive(arguments.file, drive));
+  return check_return(arguments, file, known);
+}
+
+Result<void> run(const Arguments& arguments) {
+  if (!(arguments.wait >= 0 && arguments.wait <= 3600))
+    return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
+                 "30 s are enough for most systems to mount a drive"};
+  SYMRIG_TRY(const FirmwareFile file, device::read_firmware(arguments.file));
+  if (arguments.verify) return print(describe(arguments, file));
+  return flash(arguments, file);
+}
+
+}  // namespace
+
+Job add_flash(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("flash", "Puts firmware on a board, and checks that it runs there");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Firmware, with its manifest FILE.json beside it")
+      ->required()
+      ->type_name("FILE.uf2");
+  add_device(*command, arguments->device);
+  command
+      ->add_option("--drive", arguments->drive,
+                   "Where the boot loader's drive RPI-RP2 is mounted, or will be")
+      ->type_name("PATH");
+  command
+      ->add_option("--wait", arguments->wait,
+                   "Seconds to wait for the drive, and for the board's return; 0: do not")
+      ->capture_default_str()
+      ->type_name("S");
+  command->add_flag("--verify", arguments->verify, "Only check the files; no board is needed");
+  command->add_flag("--again", arguments->again, "Also if the board runs this firmware already");
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig flash symrig-pico.uf2\n"
+                  "\n"
+                  "Checks the file, sends the board to its boot loader, copies the file to the drive that "
+                  "appears, waits\n"
+                  "for the board and compares version and hash. A board without firmware of ours: hold its "
+                  "BOOTSEL button\n"
+                  "while you plug it in.\n") +
+      kDeviceHelp + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string device;
+  double seconds = 5;
+};
+
+Result<void> run(const Arguments& arguments) {
+  if (!(arguments.seconds >= 0 && arguments.seconds <= 60))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--seconds {} is not between 0 and 60", arguments.seconds),
+                 "0 ends a blinking that was begun before"};
+  SYMRIG_TRY(auto board, open_board(arguments.device));
+  SYMRIG_CHECK(board.identify(Nanoseconds{std::llround(1e9 * arguments.seconds)}));
+  return print(fmt::format("{} {} {}\n", board.info().board, board.info().unique_id,
+                           arguments.seconds > 0
+                               ? fmt::format("blinks for {} s", std::ceil(arguments.seconds))
+                               : "blinks no longer"));
+}
+
+}  // namespace
+
+Job add_identify(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("identify", "Lets a board blink, so that you see which one it is");
+  const auto arguments = std::make_shared<Arguments>();
+  add_device(*command, arguments->device);
+  command->add_option("--seconds", arguments->seconds, "How long, 0 to 60, rounded up; 0 ends it")
+      ->capture_default_str()
+      ->type_name("S");
+  command->footer(std::string("Example:\n"
+                              "  symrig identify --device E66038\n"
+                              "\n") +
+                  kDeviceHelp + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

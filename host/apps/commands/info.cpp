@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "files.hpp"
+#include "spans.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using device::BoardInfo, device::BoardStatus, device::LineInfo;
+
+struct Arguments {
+  std::string device, json;
+};
+
+std::string waits_text(const LineInfo& line) {
+  std::string text;
+  constexpr std::array<const char*, 3> kEdges{"rising", "falling", "both"};
+  for (std::size_t k = 0; k < kEdges.size(); ++k)
+    if ((line.waits >> k & 1U) != 0) text += (text.empty() ? "" : " ") + std::string(kEdges[k]);
+  return text.empty() ? "-" : text;
+}
+
+std::string line_table(const BoardInfo& info, const BoardStatus& status) {
+  std::size_t widest = 4;
+  for (const LineInfo& line : info.lines) widest = std::max(widest, line.name.size());
+  std::string text = fmt::format("  {:>2} {:<{}}  {:<7} {:<12} {:<5} {:<9} {}\n", "no", "line", widest, "pin",
+                                 "kind", "level", "stamps", "waits");
+  for (std::size_t k = 0; k < info.lines.size(); ++k) {
+    const LineInfo& line = info.lines[k];
+    const std::string stamps = line.stamp_ticks == 0 ? "-" : span_text(info.rate, {line.stamp_ticks});
+    const char* kind = line.output ? "output" : line.trips ? "input, trips" : "input";
+    text += fmt::format("  {:>2} {:<{}}  {:<7} {:<12} {:<5} {:<9} {}\n", k, line.name, widest,
+                        line.pin.empty() ? "-" : line.pin, kind, status.levels >> k & 1U, stamps,
+                        waits_text(line));
+  }
+  return text;
+}
+
+std::string fault_text(const BoardInfo& info, const char* when,
+                       const std::optional<device::FaultInfo>& fault) {
+  if (!fault) return fmt::format("  {:<14} none\n", when);
+  return fmt::format("  {:<14} {} at tick {} (argument {}): {}\n", when, fault->name, fault->tick.count,
+                     fault->arg, fault->hint.empty() ? info.board : fault->hint);
+}
+
+std::string hash_or_none(std::uint32_t hash) {
+  return hash == 0 ? "none" : fmt::format("{:08x}", hash);
+}
+
+std::string identity_text(const BoardInfo& info) {
+  return fmt::format(
+      "{} {}{}\n"
+      "  firmware       {}, sources {:016x}\n"
+      "  protocol       {}.{}, schema {:08x}, features {:#x}, required {:#x}\n",
+      info.board, info.unique_id, info.label.empty() ? "" : fmt::format(" \"{}\"", info.label),
+      info.firmware_version, info.firmware_hash, info.protocol_major, info.protocol_minor, info.schema_hash,
+      info.features, info.required);
+}
+
+std::string state_text(const BoardInfo& info, const BoardStatus& status) {
+  return fmt::format(
+             "  state          {}, clock at {} ticks ({})\n"
+             "  holds          configuration {}, program {}, stored configuration {}\n"
+             "  last start     by {}; {} damaged frames since\n",
+             name(status.state), status.now.count, span_text(info.rate, status.now),
+             hash_or_none(status.config_hash), hash_or_none(status.program_hash),
+             hash_or_none(status.stored_config), name(status.reset_cause), status.bad_frames) +
+         fault_text(info, "fault", status.fault) + fault_text(info, "fault before", status.reset_fault);
+}
+
+std::string ability_text(const BoardInfo& info) {
+  return fmt::format(
+      "  tick           {} ns ({} a second)\n"
+      "  one word       {} to {}; next word {} after an awaited edge\n"
+      "  programs       {} records, loops {} deep; {} queued words, {} to refill one\n"
+      "  link           frames of {} bytes, {} in flight\n",
+      1e9 / static_cast<double>(info.rate.hz), info.rate.hz, span_text(info.rate, info.min_dwell),
+      span_text(info.rate, info.max_dwell), span_text(info.rate, info.wait_latency), info.program_bytes / 8,
+      info.loop_depth, info.queue_segments, span_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
+}
+
+Json fault_json(const std::optional<device::FaultInfo>& fault) {
+  if (!fault) return nullptr;
+  return {{"code", fault->code},
+          {"name", fault->name},
+          {"tick", fault->tick.count},
+          {"arg", fault->arg},
+          {"hint", fault->hint}};
+}
+
+Json line_json(const LineInfo& line, bool level) {
+  return {{"name", line.name},
+          {"pin", line.pin},
+          {"output", line.output},
+          {"level", level},
+          {"stamp_ticks", line.stamp_ticks},
+          {"waits",
+           {{"rising", (line.waits & 1U) != 0},
+            {"falling", (line.waits & 2U) != 0},
+            {"both", (line.waits & 4U) != 0}}},
+          {"trips", line.trips}};
+}
+
+Json to_json(const BoardInfo& info, const BoardStatus& status) {
+  Json json{{"command", "info"},
+            {"board", info.board},
+            {"serial", info.unique_id},
+            {"label", info.label},
+            {"firmware", info.firmware_version},
+            {"firmware_hash", fmt::format("{:016x}", info.firmware_hash)},
+            {"protocol", {info.protocol_major, info.protocol_minor}},
+            {"schema_hash", fmt::format("{:08x}", info.schema_hash)},
+            {"features", info.features},
+            {"required", info.required},
+            {"tick_hz", info.rate.hz},
+            {"min_dwell", info.min_dwell.count},
+            {"max_dwell", info.max_dwell.count},
+            {"wait_latency", info.wait_latency.count},
+            {"program_records", info.program_bytes / 8},
+            {"loop_depth", info.loop_depth},
+            {"queue_segments", info.queue_segments},
+            {"refill_ticks", info.refill_ticks},
+            {"poll_ticks", info.poll_ticks},
+            {"mtu", info.mtu},
+            {"window", info.window},
+            {"state", name(status.state)},
+            {"tick", status.now.count},
+            {"config_hash", fmt::format("{:08x}", status.config_hash)},
+            {"program_hash", fmt::format("{:08x}", status.program_hash)},
+            {"stored_config", fmt::format("{:08x}", status.stored_config)},
+            {"reset_cause", name(status.reset_cause)},
+            {"bad_frames", status.bad_frames},
+            {"fault", fault_json(status.fault)},
+            {"reset_fault", fault_json(status.reset_fault)},
+            {"lines", Json::array()}};
+  for (std::size_t k = 0; k < info.lines.size(); ++k)
+    json["lines"].push_back(line_json(info.lines[k], (status.levels >> k & 1U) != 0));
+  return json;
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(auto board, open_board(arguments.device));
+  SYMRIG_TRY(const BoardStatus status, board.status());
+  const BoardInfo& info = board.info();
+  SYMRIG_CHECK(write_text(arguments.json, to_json(info, status).dump(2) + "\n"));
+  if (arguments.json == "-") return {};
+  return print(identity_text(info) + state_text(info, status) + ability_text(info) +
+               line_table(info, status));
+}
+
+}  // namespace
+
+Job add_info(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("info", "All that a board says of itself: firmware, state, lines, limits");
+  const auto arguments = std::make_shared<Arguments>();
+  add_device(*command, arguments->device);
+  add_json(*command, arguments->json);
+  command->footer(std::string("Example:\n"
+                              "  symrig info --device sim:\n"
+                              "\n") +
+                  kDeviceHelp + "Looking changes nothing on the board.\n\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

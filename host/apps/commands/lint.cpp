@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "program_input.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+using device::Severity;
+
+struct Arguments {
+  std::string file, board = "sim:", json;
+};
+
+std::string to_json(const Arguments& arguments, const device::Compilation& compilation) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const device::FileFinding& finding : compilation.findings)
+    list.push_back({{"line", finding.place},
+                    {"severity", device::name(finding.severity)},
+                    {"rule", finding.rule},
+                    {"what", finding.what},
+                    {"alternative", finding.alternative}});
+  const nlohmann::ordered_json json{
+      {"command", "lint"}, {"file", arguments.file}, {"ok", compilation.ok()}, {"findings", std::move(list)}};
+  return json.dump(1) + "\n";
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+  SYMRIG_TRY(const auto board, board_info_of(arguments.board));
+  const auto compilation = device::compile_program(file, board);
+  SYMRIG_CHECK(write_text(arguments.json, to_json(arguments, compilation)));
+  if (arguments.json != "-") {
+    std::string text = findings_text(arguments.file, compilation.findings, Severity::note);
+    if (compilation.ok())
+      text += fmt::format("{}: good for board '{}'; ", arguments.file, board.board) +
+              program_summary(*compilation.program);
+    SYMRIG_CHECK(print(text));
+  }
+  if (compilation.ok()) return {};
+  const auto& all = compilation.findings;
+  const auto errors = std::count_if(all.begin(), all.end(), [](const device::FileFinding& finding) {
+    return finding.severity == Severity::error;
+  });
+  return Error{ErrorCode::bad_value,
+               fmt::format("{}: {} error{}", arguments.file, errors, errors == 1 ? "" : "s"),
+               "each is listed with its shortest legal alternative"};
+}
+
+}  // namespace
+
+Job add_lint(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("lint", "What is wrong with a program, by rule, with the shortest legal fix");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
+  command->add_option("--board", arguments->board, "The board it is for: a URI, or a file that describes it")
+      ->type_name("URI|FILE")
+      ->capture_default_str();
+  add_json(*command, arguments->json);
+  command->footer(
+      std::string(
+          "Example:\n"
+          "  symrig lint scan.toml --board sim:\n"
+          "\n"
+          "Each finding is FILE:LINE: severity: rule: what; alternative. docs/lint-rules.md explains the "
+          "rules.\n"
+          "Errors end with exit code 4; warnings and notes do not.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

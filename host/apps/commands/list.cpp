@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "files.hpp"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> devices;
+  std::string json;
+};
+
+/// A board and what it answered, or why it did not.
+struct Row {
+  device::FoundBoard found;
+  std::optional<device::BoardInfo> info;
+  std::optional<device::BoardStatus> status;
+  std::string error;
+};
+
+// A board that is there answers within milliseconds: do not wait long for one that does not.
+constexpr device::BoardOptions kBrief{.reply_timeout = std::chrono::milliseconds(100), .attempts = 3};
+
+Row ask(const device::FoundBoard& found) {
+  Row row{found, {}, {}, {}};
+  auto board = open_board(found.uri, kBrief);
+  if (!board) {
+    row.error = board.error().line();
+    return row;
+  }
+  row.info = board->info();
+  if (auto status = board->status())
+    row.status = *std::move(status);
+  else
+    row.error = status.error().line();
+  return row;
+}
+
+/// All that was found, what the user named, and the simulated board.
+Result<std::vector<device::FoundBoard>> boards_to_ask(const std::vector<std::string>& named) {
+  SYMRIG_TRY(auto boards, device::find_boards());
+  for (const std::string& text : named) {
+    SYMRIG_TRY(auto uri, device::DeviceUri::parse(text));
+    device::FoundBoard board;
+    board.uri = std::move(uri);
+    boards.push_back(std::move(board));
+  }
+  boards.emplace_back();  // its uri is sim:
+  return boards;
+}
+
+std::string or_dash(const std::string& text) {
+  return text.empty() ? "-" : text;
+}
+
+std::array<std::string, 6> cells(const Row& row) {
+  if (!row.info) return {row.found.uri.text(), "-", or_dash(row.found.serial), "-", "-", "no answer"};
+  return {row.found.uri.text(),       row.info->board,
+          row.info->unique_id,        or_dash(row.info->label),
+          row.info->firmware_version, row.status ? std::string(name(row.status->state)) : "unknown"};
+}
+
+std::string table(const std::vector<Row>& rows) {
+  std::vector<std::array<std::string, 6>> lines{{"uri", "board", "serial", "label", "firmware", "state"}};
+  for (const Row& row : rows) lines.push_back(cells(row));
+  std::array<std::size_t, 6> width{};
+  for (const auto& line : lines)
+    for (std::size_t k = 0; k < width.size(); ++k) width[k] = std::max(width[k], line[k].size());
+  std::string text;
+  for (const auto& line : lines) {
+    for (std::size_t k = 0; k + 1 < width.size(); ++k) text += fmt::format("{:<{}}  ", line[k], width[k]);
+    text += line.back() + "\n";
+  }
+  for (const Row& row : rows)
+    if (!row.error.empty()) text += fmt::format("{}: {}\n", row.found.uri.text(), row.error);
+  return text;
+}
+
+nlohmann::ordered_json to_json(const Row& row) {
+  const auto known = [&](const std::string& text) {
+    return row.info ? nlohmann::ordered_json(text) : nullptr;
+  };
+  const device::BoardInfo info = row.info.value_or(device::BoardInfo{});
+  return {{"uri", row.found.uri.text()},
+          {"board", known(info.board)},
+          {"serial", row.info ? info.unique_id : row.found.serial},
+          {"label", known(info.label)},
+          {"firmware", known(info.firmware_version)},
+          {"firmware_hash", known(fmt::format("{:016x}", info.firmware_hash))},
+          {"state", row.status ? nlohmann::ordered_json(name(row.status->state)) : nullptr},
+          {"port", row.found.port},
+          {"simulated", row.found.uri.transport == device::Transport::sim},
+          {"error", row.error.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.error)}};
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(const auto boards, boards_to_ask(arguments.devices));
+  std::vector<Row> rows;
+  rows.reserve(boards.size());
+  for (const auto& board : boards) rows.push_back(ask(board));
+  nlohmann::ordered_json json{{"command", "list"}, {"boards", nlohmann::ordered_json::array()}};
+  for (const Row& row : rows) json["boards"].push_back(to_json(row));
+  SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
+  return arguments.json == "-" ? Result<void>() : print(table(rows));
+}
+
+}  // namespace
+
+Job add_list(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("list", "The boards that are connected");
+  const auto arguments = std::make_shared<Arguments>();
+  command
+      ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
+      ->type_name("URI")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  add_json(*command, arguments->json);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig list\n"
+                  "\n"
+                  "Looks on USB and on USB serial ports and asks each board who it is; a board that "
+                  "another program\n"
+                  "has open is shown, but not asked. The simulated board sim: is always there.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

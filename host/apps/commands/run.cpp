@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/device/run.hpp"
+
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "files.hpp"
+#include "meter.hpp"
+#include "program_input.hpp"
+#include "symrig/device/discovery.hpp"
+#include "symrig/device/sim_rig.hpp"
+#include "symrig/device/waveform.hpp"
+
+#include <array>
+#include <memory>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string file, device, output, vcd;
+  bool clear_fault = false;
+};
+
+/// What is known before there is a board: the program, and what its file says of the rig.
+struct Plan {
+  std::optional<device::ProgramFile> file;
+  std::optional<device::CompiledProgram> compiled;
+
+  device::RigWiring wiring() const { return file ? device::wiring_of(file->rig) : compiled->wiring; }
+  Nanoseconds keep_alive() const { return file ? file->rig.keep_alive : compiled->keep_alive; }
+};
+
+Result<Plan> load(const std::string& path) {
+  Plan plan;
+  SYMRIG_TRY(const bool compiled, is_compiled(path));
+  if (compiled) {
+    SYMRIG_TRY(plan.compiled, load_compiled(path));
+  } else {
+    SYMRIG_TRY(plan.file, device::read_program_file(path));
+  }
+  return plan;
+}
+
+/// "sim:" is a simulated rig wired as the program says.
+Result<std::unique_ptr<device::Link>> open(const std::string& device, const Plan& plan) {
+  if (device == "sim:") return device::make_sim_rig(plan.wiring());
+  SYMRIG_TRY(const auto uri, device::choose_board(device));
+  return device::open_link(uri);
+}
+
+Result<device::CompiledProgram> compile_for(const Plan& plan, const std::string& path,
+                                            const device::BoardInfo& board) {
+  if (plan.compiled) return *plan.compiled;
+  auto compilation = device::compile_program(*plan.file, board);
+  if (!compilation.ok()) return first_error(path, compilation);
+  return *std::move(compilation.program);
+}
+
+std::string vcd_of(const device::RunRecord& record) {
+  const device::BoardInfo& board = record.program.board;
+  std::array<device::Waveform, 2> both{device::waveform(record.plan, board, "plan"),
+                                       device::waveform(record.plan, board, "actual")};
+  both[1].edges = record.receipt.edges;
+  return device::vcd_text(both);
+}
+
+std::string summary(const device::RunRecord& record) {
+  const device::Comparison& all = record.differences;
+  const double tick = 1e9 / static_cast<double>(record.program.board.rate.hz);
+  std::string text = fmt::format("{} on board '{}' in {}: {} words", device::name(record.receipt.end),
+                                 record.program.board.board, duration(seconds(record.receipt.duration())),
+                                 grouped(static_cast<double>(record.receipt.steps)));
+  text +=
+      fmt::format("; {} edges captured as planned, largest difference {:.6g} ns, {} missing, {} unplanned\n",
+                  grouped(static_cast<double>(all.pairs.size())), static_cast<double>(all.largest) * tick,
+                  all.missing.size(), all.unplanned.size());
+  if (record.ledger) text += record.ledger->summary() + "\n";
+  return text;
+}
+
+Result<device::RunRecord> run_it(device::Board& board, const device::CompiledProgram& program,
+                                 bool clear_fault) {
+  Meter meter("run", program.is_scan ? "patterns" : "marks");
+  const Progress report = meter.progress();
+  device::RunOptions options;
+  options.clear_fault = clear_fault;
+  options.progress = [&report, &program](const device::RunProgress& at) {
+    const auto done = program.is_scan ? at.patterns : at.marks;
+    return report({"running", static_cast<std::int64_t>(done), static_cast<std::int64_t>(at.patterns_asked)});
+  };
+  return device::run_program(board, program, options);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.output));
+  SYMRIG_CHECK(check_output(arguments.vcd));
+  SYMRIG_TRY(const Plan plan, load(arguments.file));
+  SYMRIG_TRY(auto link, open(arguments.device, plan));
+  device::BoardOptions options;
+  options.keep_alive = plan.keep_alive();
+  SYMRIG_TRY(auto board, device::Board::connect(std::move(link), options));
+  SYMRIG_TRY(const auto program, compile_for(plan, arguments.file, board.info()));
+  SYMRIG_TRY(const auto record, run_it(board, program, arguments.clear_fault));
+  SYMRIG_CHECK(write_text(arguments.output, device::receipt_json(record)));
+  SYMRIG_CHECK(write_text(arguments.vcd, vcd_of(record)));
+  if (const auto error = device::run_error(record)) return *error;
+  return arguments.output == "-" || arguments.vcd == "-" ? Result<void>() : print(summary(record));
+}
+
+}  // namespace
+
+Job add_run(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("run", "Runs a program on a board and writes the receipt");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Program file (TOML), or a compiled one")
+      ->required()
+      ->type_name("scan.toml|scan.symprog");
+  add_device(*command, arguments->device);
+  command->add_option("-o,--output", arguments->output, "Where to write the receipt; - is standard output")
+      ->type_name("receipt.json");
+  command
+      ->add_option("--vcd", arguments->vcd,
+                   "Where to write planned and captured edges, for a waveform viewer")
+      ->type_name("FILE");
+  command->add_flag("--clear-fault", arguments->clear_fault, "Leave a fault that an earlier run has latched");
+  command->footer(
+      std::string(
+          "Example:\n"
+          "  symrig run scan.toml --device sim: -o receipt.json --vcd run.vcd\n"
+          "\n"
+          "Ctrl-C or SIGTERM aborts the run: the outputs go to their safe levels at once, the receipt is "
+          "written, the exit\n"
+          "code is 5. If the command dies, the board's keep-alive does the same.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "device_option.hpp"
+#include "files.hpp"
+#include "symrig/device/self_test.hpp"
+
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using device::JumperPulse, device::SelfCheck, device::SelfTest;
+
+struct Arguments {
+  std::string device, jumper, json;
+  int pings = device::SelfTestOptions{}.pings;
+};
+
+Result<device::SelfTestOptions> options_of(const Arguments& arguments) {
+  device::SelfTestOptions options;
+  if (arguments.pings < 1 || arguments.pings > 10'000)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--pings {} is not between 1 and 10000", arguments.pings), ""};
+  options.pings = arguments.pings;
+  if (arguments.jumper.empty()) return options;
+  const std::size_t colon = arguments.jumper.find(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == arguments.jumper.size())
+    return Error{ErrorCode::bad_argument, fmt::format("--jumper {} is not OUT:IN", arguments.jumper),
+                 "name an output and the input that it is wired to, as symrig info lists them"};
+  options.jumper = {arguments.jumper.substr(0, colon), arguments.jumper.substr(colon + 1)};
+  return options;
+}
+
+double nanoseconds(const device::BoardInfo& info, device::Ticks ticks) {
+  return 1e9 * static_cast<double>(ticks.count) / static_cast<double>(info.rate.hz);
+}
+
+/// Measured minus planned, in nanoseconds.
+double error_ns(const device::BoardInfo& info, const JumperPulse& pulse) {
+  const auto ticks = static_cast<std::int64_t>((pulse.measured - pulse.planned).count);
+  return 1e9 * static_cast<double>(ticks) / static_cast<double>(info.rate.hz);
+}
+
+std::string pulse_table(const device::BoardInfo& info, const SelfTest& test) {
+  if (test.pulses.empty()) return "";
+  std::string text =
+      fmt::format("  {:>14} {:>14} {:>10} {:>12}\n", "planned ns", "measured ns", "off ns", "delay ns");
+  for (const JumperPulse& pulse : test.pulses)
+    text +=
+        fmt::format("  {:>14} {:>14} {:>+10} {:>12}\n", nanoseconds(info, pulse.planned),
+                    nanoseconds(info, pulse.measured), error_ns(info, pulse), nanoseconds(info, pulse.delay));
+  return text;
+}
+
+std::string report(const device::BoardInfo& info, const SelfTest& test) {
+  std::string text;
+  for (const SelfCheck& check : test.checks)
+    text += fmt::format("{} {:<10} {}\n", check.passed ? "ok  " : "FAIL", check.name, check.text);
+  return text + pulse_table(info, test);
+}
+
+Json to_json(const device::BoardInfo& info, const SelfTest& test) {
+  Json json{{"command", "selftest"},
+            {"board", info.board},
+            {"serial", info.unique_id},
+            {"passed", test.passed()},
+            {"checks", Json::array()},
+            {"ping_ns",
+             {{"shortest", test.pings.shortest.count()},
+              {"median", test.pings.median.count()},
+              {"longest", test.pings.longest.count()}}},
+            {"clock_bound_ns", test.clock_bound.count()},
+            {"drift_ppm", {1e6 * test.drift.lowest, 1e6 * test.drift.highest}},
+            {"pulses", Json::array()}};
+  for (const SelfCheck& check : test.checks)
+    json["checks"].push_back({{"name", check.name}, {"passed", check.passed}, {"text", check.text}});
+  for (const JumperPulse& pulse : test.pulses)
+    json["pulses"].push_back({{"planned_ns", nanoseconds(info, pulse.planned)},
+                              {"measured_ns", nanoseconds(info, pulse.measured)},
+                              {"delay_ns", nanoseconds(info, pulse.delay)}});
+  return json;
+}
+
+/// A board that fails its test is a device's fault: exit code 3.
+Result<void> verdict(const SelfTest& test) {
+  if (test.passed()) return {};
+  const auto failed = std::find_if(test.checks.begin(), test.checks.end(),
+                                   [](const SelfCheck& check) { return !check.passed; });
+  return Error{ErrorCode::device_refused,
+               fmt::format("the board failed the check '{}': {}", failed->name, failed->text),
+               "docs/howto-boards.md says what each check looks at"};
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_TRY(const auto options, options_of(arguments));
+  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_TRY(auto board, open_board(arguments.device));
+  SYMRIG_TRY(const SelfTest test, device::self_test(board, options));
+  SYMRIG_CHECK(write_text(arguments.json, to_json(board.info(), test).dump(2) + "\n"));
+  if (arguments.json != "-") SYMRIG_CHECK(print(report(board.info(), test)));
+  return verdict(test);
+}
+
+}  // namespace
+
+Job add_selftest(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("selftest", "What a board can check by itself, and with one jumper wire");
+  const auto arguments = std::make_shared<Arguments>();
+  add_device(*command, arguments->device);
+  command
+      ->add_option("--jumper", arguments->jumper, "A wire from an output to an input: pulses go through it")
+      ->type_name("OUT:IN");
+  command->add_option("--pings", arguments->pings, "Questions for the clock, 0.1 s apart")
+      ->capture_default_str()
+      ->type_name("N");
+  add_json(*command, arguments->json);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig selftest --device 'sim:?jumper=lamp_enable:vsync' --jumper lamp_enable:vsync\n"
+                  "\n"
+                  "Takes the board's configuration and program away. Without --jumper no output moves; with "
+                  "it, that one does:\n"
+                  "see that nothing but the wire hangs on it.\n") +
+      kDeviceHelp + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "program_input.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/device/compare.hpp"
+#include "symrig/device/run.hpp"
+#include "symrig/device/waveform.hpp"
+
+#include <memory>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+struct Arguments {
+  std::string file, board = "sim:", vcd, wavedrom, differences;
+  bool plan = false, actual = false;
+  std::size_t max_edges = 100'000;
+};
+
+/// What there is to draw.
+struct Drawing {
+  std::vector<device::Waveform> waveforms;
+  std::string summary;
+  std::string differences;  ///< as CSV
+};
+
+/// Waits of a plan end at the projector's refreshes, if it has any: the same from run to run, unlike a real
+/// one's.
+device::TimelineOptions plan_options(const device::CompiledProgram& program, Nanoseconds refresh,
+                                     std::size_t max_edges) {
+  device::TimelineOptions options;
+  options.max_edges = max_edges;
+  options.initial_levels = device::safe_levels(program.board, program.lines);
+  const std::uint64_t period = program.board.rate.ticks(refresh).count;
+  if (period > 0)
+    options.edge_at = [period](const device::PlannedWait& wait) {
+      return device::Ticks{(wait.begin.count + period - 1) / period * period};
+    };
+  return options;
+}
+
+Result<Drawing> draw_plan(const device::CompiledProgram& program, Nanoseconds refresh,
+                          std::size_t max_edges) {
+  SYMRIG_TRY(const auto plan,
+             device::expand(program.program, program.board, plan_options(program, refresh, max_edges)));
+  Drawing drawing;
+  drawing.waveforms.push_back(device::waveform(plan, program.board, "plan"));
+  drawing.summary = fmt::format("{} planned edges in {}{}\n", grouped(static_cast<double>(plan.edges.size())),
+                                duration(seconds(plan.rate.nanoseconds(plan.end))),
+                                plan.cut_off ? " (the first; --max-edges draws more)" : "");
+  return drawing;
+}
+
+std::string differences_csv(const device::StoredRun& run, const device::Comparison& all) {
+  const double tick = 1e9 / static_cast<double>(run.board.rate.hz);
+  std::string text = "line,level,planned_ns,actual_ns,difference_ns\n";
+  for (const device::EdgePair& pair : all.pairs) {
+    const auto planned = run.board.rate.nanoseconds(pair.planned.tick - run.plan.start).count();
+    text += fmt::format(
+        "{},{},{},{},{:.6g}\n", run.board.lines.at(static_cast<std::size_t>(pair.planned.line)).name,
+        pair.planned.level ? 1 : 0, planned, run.board.rate.nanoseconds(pair.actual - run.plan.start).count(),
+        static_cast<double>(pair.late()) * tick);
+  }
+  return text;
+}
+
+Result<Drawing> draw_receipt(const Arguments& arguments, const device::StoredRun& run) {
+  Drawing drawing;
+  const bool both = arguments.plan == arguments.actual;
+  const auto known = [&run](int line) { return static_cast<std::size_t>(line) < run.board.lines.size(); };
+  for (const auto& edge : run.plan.edges)
+    if (!known(edge.line)) return Error{ErrorCode::bad_format, "an edge of a line that the board has not"};
+  device::Waveform plan = device::waveform(run.plan, run.board, "plan");
+  device::Waveform actual = plan;
+  actual.name = "actual";
+  actual.edges = run.captured;
+  if (both || arguments.plan) drawing.waveforms.push_back(std::move(plan));
+  if (both || arguments.actual) drawing.waveforms.push_back(std::move(actual));
+  const auto all = device::compare(run.plan, run.captured, run.watched);
+  const double tick = 1e9 / static_cast<double>(run.board.rate.hz);
+  drawing.summary = fmt::format(
+      "{} edges paired: largest difference {:.6g} ns, mean {:.6g} ns; {} missing, {} unplanned{}\n",
+      grouped(static_cast<double>(all.pairs.size())), static_cast<double>(all.largest) * tick,
+      all.mean * tick, all.missing.size(), all.unplanned.size(),
+      run.whole ? "" : " (the receipt lists only the first edges)");
+  drawing.differences = differences_csv(run, all);
+  return drawing;
+}
+
+Result<device::CompiledProgram> compile_file(const Arguments& arguments, Nanoseconds& refresh) {
+  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+  SYMRIG_TRY(const auto board, board_info_of(arguments.board));
+  auto compilation = device::compile_program(file, board);
+  if (!compilation.ok()) return first_error(arguments.file, compilation);
+  if (file.rig.projector.sync == device::PatternSync::vsync) refresh = file.rig.projector.refresh;
+  return *std::move(compilation.program);
+}
+
+Result<Drawing> draw(const Arguments& arguments) {
+  SYMRIG_TRY(const auto bytes, read_file(arguments.file));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first != std::string_view::npos && text[first] == '{') {
+    auto run = device::read_receipt(text);
+    if (!run) return Error{run.error().code, arguments.file + ": " + run.error().what, run.error().hint};
+    return draw_receipt(arguments, *run);
+  }
+  if (arguments.actual || !arguments.differences.empty())
+    return Error{ErrorCode::bad_argument, arguments.file + " is no receipt: it holds no captured edges",
+                 "run it first: symrig run FILE -o receipt.json"};
+  Nanoseconds refresh{0};
+  SYMRIG_TRY(const bool compiled, is_compiled(arguments.file));
+  SYMRIG_TRY(const auto program, compiled ? load_compiled(arguments.file) : compile_file(arguments, refresh));
+  return draw_plan(program, refresh, arguments.max_edges);
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_CHECK(check_output(arguments.vcd));
+  SYMRIG_CHECK(check_output(arguments.wavedrom));
+  SYMRIG_CHECK(check_output(arguments.differences));
+  SYMRIG_TRY(const Drawing drawing, draw(arguments));
+  if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, device::vcd_text(drawing.waveforms)));
+  if (!arguments.wavedrom.empty())
+    SYMRIG_CHECK(write_text(arguments.wavedrom, device::wavedrom_text(drawing.waveforms)));
+  SYMRIG_CHECK(write_text(arguments.differences, drawing.differences));
+  const bool printed = arguments.vcd == "-" || arguments.wavedrom == "-" || arguments.differences == "-";
+  return printed ? Result<void>() : print(drawing.summary);
+}
+
+}  // namespace
+
+Job add_trace(CLI::App& app) {
+  CLI::App* command =
+      app.add_subcommand("trace", "Draws what a program plans, or what a run planned and did");
+  const auto arguments = std::make_shared<Arguments>();
+  command->add_option("file", arguments->file, "Program file, compiled program, or receipt of a run")
+      ->required()
+      ->type_name("FILE|receipt.json");
+  command->add_flag("--plan", arguments->plan, "Only what was planned");
+  command->add_flag("--actual", arguments->actual, "Only what was captured (of a receipt)");
+  command->add_option("--vcd", arguments->vcd, "Where to write a VCD file, for GTKWave or PulseView")
+      ->type_name("OUT");
+  command->add_option("--wavedrom", arguments->wavedrom, "Where to write WaveJSON, for WaveDrom")
+      ->type_name("OUT");
+  command
+      ->add_option("--differences", arguments->differences,
+                   "Where to write planned and actual time of each edge as CSV (of a receipt)")
+      ->type_name("OUT");
+  command->add_option("--board", arguments->board, "The board that a program file is for")
+      ->type_name("URI|FILE")
+      ->capture_default_str();
+  command->add_option("--max-edges", arguments->max_edges, "Draw a plan's first edges only")
+      ->type_name("N")
+      ->check(CLI::Range(1, 10'000'000))
+      ->capture_default_str();
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig trace receipt.json --vcd run.vcd --wavedrom run.json\n"
+                  "\n"
+                  "The plan is worked out on the host from the records alone. Where it waits for the "
+                  "projector, it takes the\n"
+                  "profile's refresh; a receipt has the edges that came.\n\n") +
+      kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps

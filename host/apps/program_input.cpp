@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program_input.hpp"
+
+#include "console.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/device/board.hpp"
+#include "symrig/device/board_file.hpp"
+#include "symrig/device/device_uri.hpp"
+#include "symrig/device/link.hpp"
+#include "symrig/device/symprog.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+
+using device::Severity;
+
+namespace {
+
+constexpr std::uint64_t kMaxProgramFile = 256U << 20U;
+
+Result<std::vector<std::uint8_t>> read_bytes(const std::string& file) {
+  SYMRIG_TRY(const auto bytes, read_file(file, kMaxProgramFile));
+  const auto* first = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  return std::vector<std::uint8_t>(first, first + bytes.size());
+}
+
+/// Puts the file's name before an error about its content.
+Error about(const std::string& file, const Error& error) {
+  return {error.code, file + ": " + error.what, error.hint};
+}
+
+}  // namespace
+
+Result<device::BoardInfo> board_info_of(const std::string& board) {
+  if (device::looks_like_uri(board)) {
+    SYMRIG_TRY(const auto uri, device::DeviceUri::parse(board));
+    SYMRIG_TRY(auto link, device::open_link(uri));
+    SYMRIG_TRY(const device::Board session, device::Board::connect(std::move(link)));
+    return session.info();
+  }
+  SYMRIG_TRY(const auto bytes, read_bytes(board));
+  auto info = device::parse_board_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!info) return about(board, info.error());
+  return info;
+}
+
+Error first_error(const std::string& file, const device::Compilation& compilation) {
+  const auto& all = compilation.findings;
+  const auto is_error = [](const device::FileFinding& finding) {
+    return finding.severity == Severity::error;
+  };
+  const auto count = std::count_if(all.begin(), all.end(), is_error);
+  const auto first = std::find_if(all.begin(), all.end(), is_error);
+  if (first == all.end()) return {ErrorCode::bad_value, file + " does not compile", "lint it"};
+  return {ErrorCode::bad_value, fmt::format("{}:{}: {}: {}", file, first->place, first->rule, first->what),
+          count > 1 ? fmt::format("{} (and {} more: symrig lint {})", first->alternative, count - 1, file)
+                    : first->alternative};
+}
+
+std::string findings_text(const std::string& file, const std::vector<device::FileFinding>& findings,
+                          Severity least) {
+  std::string text;
+  for (const device::FileFinding& finding : findings)
+    if (finding.severity >= least) text += finding.text(file) + "\n";
+  return text;
+}
+
+Result<bool> is_compiled(const std::string& file) {
+  SYMRIG_TRY(const auto bytes, read_bytes(file));
+  return device::looks_like_symprog(bytes);
+}
+
+Result<device::CompiledProgram> load_compiled(const std::string& file) {
+  SYMRIG_TRY(const auto bytes, read_bytes(file));
+  auto program = device::read_symprog(bytes);
+  if (!program) return about(file, program.error());
+  return program;
+}
+
+std::string program_summary(const device::CompiledProgram& program) {
+  std::string text = fmt::format("{} records, {} words, ", program.program.records(),
+                                 grouped(static_cast<double>(program.steps)));
+  if (program.patterns > 0)
+    text += fmt::format("{} patterns, {} exposures, ", grouped(static_cast<double>(program.patterns)),
+                        grouped(static_cast<double>(program.exposures)));
+  text += "about " + duration(seconds(program.expected));
+  if (program.patterns > 0)
+    text += fmt::format(", {:.6g} ms a pattern",
+                        1e3 * seconds(program.expected) / static_cast<double>(program.patterns));
+  text += fmt::format("; {} to {} with its waits\n", duration(seconds(program.shortest)),
+                      duration(seconds(program.longest)));
+  if (program.on_time)
+    text += fmt::format("the projector shows each pattern for {:.6g} us (on_time)\n",
+                        1e6 * seconds(*program.on_time));
+  return text;
+}
+
+}  // namespace symrig::apps

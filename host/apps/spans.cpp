@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spans.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+
+std::string span_text(device::TickRate rate, device::Ticks ticks) {
+  struct Unit {
+    double seconds;
+    const char* name;
+  };
+  constexpr std::array<Unit, 4> kUnits{{{1, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}}};
+  const double seconds = static_cast<double>(ticks.count) / static_cast<double>(rate.hz);
+  const auto* unit =
+      std::find_if(kUnits.begin(), kUnits.end(), [=](const Unit& one) { return seconds >= one.seconds; });
+  if (unit == kUnits.end()) unit = &kUnits.back();
+  return fmt::format("{:.4g} {}", seconds / unit->seconds, unit->name);
+}
+
+}  // namespace symrig::apps

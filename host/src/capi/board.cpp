@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guard.hpp"
+#include "handles.hpp"
+#include "symrig/device/board_file.hpp"
+#include "symrig/device/device_uri.hpp"
+#include "symrig/device/link.hpp"
+#include "symrig/device/run.hpp"
+#include "symrig/device/sim_rig.hpp"
+
+#include <memory>
+#include <string>
+
+namespace {
+
+using symrig::Error;
+using symrig::ErrorCode;
+using symrig::Result;
+using namespace symrig::device;
+using namespace symrig::capi;
+
+Result<Board> connect(const std::string& uri, const symrig_program* program) {
+  BoardOptions options;
+  if (program != nullptr) options.keep_alive = program->keep_alive();
+  if (uri == "sim:" && program != nullptr) return Board::connect(make_sim_rig(program->wiring()), options);
+  SYMRIG_TRY(const auto parsed, DeviceUri::parse(uri));
+  SYMRIG_TRY(auto link, open_link(parsed));
+  return Board::connect(std::move(link), options);
+}
+
+Result<CompiledProgram> compile_for(const symrig_program& program, const BoardInfo& board) {
+  if (program.compiled) return *program.compiled;
+  auto compilation = compile_program(*program.file, board);
+  if (compilation.ok()) return *std::move(compilation.program);
+  for (const FileFinding& finding : compilation.findings)
+    if (finding.severity == Severity::error)
+      return Error{ErrorCode::bad_value, finding.text(program.file->path), "lint the program"};
+  return Error{ErrorCode::bad_value, "the program does not compile", "lint the program"};
+}
+
+symrig_progress to_c(const RunProgress& at) {
+  return {at.patterns, at.patterns_asked, at.marks, symrig::seconds(at.elapsed),
+          symrig::seconds(at.expected)};
+}
+
+Result<RunRecord> run(symrig_board& board, const symrig_program& program, symrig_on_progress on_progress,
+                      void* user) {
+  SYMRIG_TRY(const auto compiled, compile_for(program, board.board.info()));
+  RunOptions options;
+  options.progress = [&board, on_progress, user](const RunProgress& at) {
+    if (board.stop) return false;
+    if (on_progress == nullptr) return true;
+    const symrig_progress progress = to_c(at);
+    return on_progress(&progress, user) == 0;
+  };
+  return run_program(board.board, compiled, options);
+}
+
+}  // namespace
+
+int symrig_board_open(const char* uri, const symrig_program* program, symrig_board** board,
+                      symrig_error* error) {
+  return guarded(error, [&] {
+    if (uri == nullptr) return missing("uri", error);
+    if (board == nullptr) return missing("board", error);
+    *board = nullptr;
+    auto connected = connect(uri, program);
+    if (!connected) return report(connected.error(), error);
+    *board = std::make_unique<symrig_board>(std::move(connected).value()).release();
+    return 0;
+  });
+}
+
+void symrig_board_close(symrig_board* board) {
+  if (board == nullptr) return;
+  const std::unique_ptr<symrig_board> owned(board);
+  guarded(nullptr, [&] {
+    const std::scoped_lock lock(owned->mutex);
+    const auto status = owned->board.status();
+    const bool going = status && (status->state == BoardState::armed || status->state == BoardState::running);
+    if (going && !owned->board.abort()) return 1;
+    return 0;
+  });
+}
+
+int symrig_board_info(const symrig_board* board, char** json, symrig_error* error) {
+  return guarded(error, [&] {
+    if (board == nullptr) return missing("board", error);
+    if (json == nullptr) return missing("json", error);
+    *json = nullptr;
+    return give_text(board_file_text(board->board.info()), json, error);
+  });
+}
+
+int symrig_board_abort(symrig_board* board, symrig_error* error) {
+  return guarded(error, [&] {
+    if (board == nullptr) return missing("board", error);
+    board->stop = true;
+    const std::unique_lock lock(board->mutex, std::try_to_lock);
+    if (!lock.owns_lock()) return 0;  // the run in the other thread sees `stop`, and aborts
+    board->stop = false;
+    const auto done = board->board.abort();
+    return done ? 0 : report(done.error(), error);
+  });
+}
+
+int symrig_board_clear_fault(symrig_board* board, symrig_error* error) {
+  return guarded(error, [&] {
+    if (board == nullptr) return missing("board", error);
+    const std::scoped_lock lock(board->mutex);
+    const auto done = board->board.clear_fault();
+    return done ? 0 : report(done.error(), error);
+  });
+}
+
+int symrig_board_run(symrig_board* board, const symrig_program* program, symrig_on_progress on_progress,
+                     void* user, char** receipt, symrig_error* error) {
+  return guarded(error, [&] {
+    if (receipt != nullptr) *receipt = nullptr;
+    if (board == nullptr) return missing("board", error);
+    if (program == nullptr) return missing("program", error);
+    const std::scoped_lock lock(board->mutex);
+    board->stop = false;  // of earlier calls
+    const auto record = run(*board, *program, on_progress, user);
+    board->stop = false;
+    if (!record) return report(record.error(), error);
+    if (receipt != nullptr)
+      if (const int code = give_text(receipt_json(*record), receipt, error); code != 0) return code;
+    const auto failure = run_error(*record);
+    return failure ? report(*failure, error) : 0;
+  });
+}

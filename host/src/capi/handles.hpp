@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/device/board.hpp"
+#include "symrig/device/compile.hpp"
+#include "symrig/device/program_file.hpp"
+#include "symrig/symrig.h"
+#include "symrig/tensor/file.hpp"
+
+#include <atomic>
+#include <mutex>
+#include <optional>
+
+// What the opaque handles of symrig.h are. One of the two of a program is there.
+struct symrig_program {
+  std::optional<symrig::device::ProgramFile> file;
+  std::optional<symrig::device::CompiledProgram> compiled;
+
+  symrig::device::RigWiring wiring() const {
+    return file ? symrig::device::wiring_of(file->rig) : compiled->wiring;
+  }
+  symrig::Nanoseconds keep_alive() const { return file ? file->rig.keep_alive : compiled->keep_alive; }
+};
+
+struct symrig_board {
+  explicit symrig_board(symrig::device::Board connected) : board(std::move(connected)) {}
+
+  std::mutex mutex;  ///< held by whoever speaks to the board
+  symrig::device::Board board;
+  std::atomic<bool> stop{false};  ///< asks the run that holds the mutex to end
+};
+
+struct symrig_tensor {
+  symrig::StoredScene scene;
+};

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "serial_port.hpp"
+#include "sim_device.hpp"
+#include "socket.hpp"
+#include "stream_link.hpp"
+#include "symrig/device/link.hpp"
+#include "symrig/device/virtual_bench.hpp"
+#include "usb_link.hpp"
+
+#include <string>
+
+namespace symrig::device {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Nanoseconds kDialPatience = 5s;
+
+Result<std::unique_ptr<Link>> over(Result<Fd> fd, const DeviceUri& uri) {
+  if (!fd) return std::move(fd).error();
+  return make_stream_link(std::move(fd).value(), uri.text());
+}
+
+Result<std::unique_ptr<Link>> open_virtual(const DeviceUri& uri) {
+  SYMRIG_TRY(const VirtualBench bench, VirtualBench::connect(uri));
+  if (!uri.jumper_from.empty())
+    SYMRIG_CHECK(bench.jumper(static_cast<std::uint8_t>(std::stoul(uri.jumper_from)),
+                              static_cast<std::uint8_t>(std::stoul(uri.jumper_to))));
+  return bench.link();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Link>> open_link(const DeviceUri& uri) {
+  switch (uri.transport) {
+    case Transport::sim:
+      return open_sim_device(uri);
+    case Transport::usb:
+      return open_usb(uri.place);
+    case Transport::serial:
+      return over(open_serial(uri.place, uri.baud), uri);
+    case Transport::tcp:
+      return over(connect_tcp(uri.place, uri.port, kDialPatience), uri);
+    case Transport::unix_socket:
+      return over(connect_unix(uri.place), uri);
+    case Transport::virtual_tcp:
+    case Transport::virtual_unix:
+      return open_virtual(uri);
+  }
+  return Error{ErrorCode::bad_argument, "no such kind of link"};
+}
+
+}  // namespace symrig::device

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stream_link.hpp"
+
+#include <utility>
+
+namespace symrig::device {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Nanoseconds kSendPatience = 2s;  // a board takes its bytes within milliseconds
+
+class StreamLink final : public Link {
+ public:
+  explicit StreamLink(ByteStream stream) : stream_(std::move(stream)), opened_(steady_now()) {}
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override {
+    return stream_.send(bytes, kSendPatience);
+  }
+  Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return stream_.receive(timeout); }
+  Nanoseconds now() const override { return steady_now() - opened_; }
+
+ private:
+  ByteStream stream_;
+  Nanoseconds opened_;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name) {
+  return std::make_unique<StreamLink>(ByteStream(std::move(fd), std::move(name)));
+}
+
+}  // namespace symrig::device

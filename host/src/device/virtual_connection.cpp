@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "virtual_connection.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig::device {
+namespace {
+
+using namespace std::chrono_literals;
+// An emulator may need many seconds of ours for one of its own.
+constexpr Nanoseconds kPatience = 120s;
+constexpr std::size_t kHeader = 5;
+constexpr std::size_t kMaxPayload = std::size_t{1} << 26;
+
+}  // namespace
+
+/// Reads on until `count` bytes wait.
+Result<void> VirtualBench::Connection::fill(std::size_t count) {
+  while (waiting_.size() < count) {
+    SYMRIG_TRY(const auto bytes, stream_.receive(kPatience));
+    if (bytes.empty())
+      return Error{ErrorCode::device_lost,
+                   fmt::format("{}: no answer for {} s", stream_.name(), kPatience / Nanoseconds{1s}),
+                   "see what the virtual board's server is doing"};
+    waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
+  }
+  return {};
+}
+
+Result<std::vector<std::uint8_t>> VirtualBench::Connection::ask(char type,
+                                                                std::span<const std::uint8_t> payload,
+                                                                std::size_t least) {
+  Packer packer;
+  packer.put(type).put(static_cast<std::uint32_t>(payload.size()));
+  std::vector<std::uint8_t> message(packer.bytes().begin(), packer.bytes().end());
+  message.insert(message.end(), payload.begin(), payload.end());
+  SYMRIG_CHECK(stream_.send(message, kPatience));
+
+  SYMRIG_CHECK(fill(kHeader));
+  const char kind = static_cast<char>(waiting_[0]);
+  const std::size_t size = unpack<std::uint32_t>(waiting_, 1);
+  if ((kind != type && kind != 'x') || size > kMaxPayload || (kind == type && size < least))
+    return Error{ErrorCode::protocol,
+                 fmt::format("{}: the answer to '{}' makes no sense", stream_.name(), type),
+                 "check that a virtual board of this version is served there"};
+  SYMRIG_CHECK(fill(kHeader + size));
+  const auto begin = waiting_.begin() + kHeader;
+  std::vector<std::uint8_t> answer(begin, begin + static_cast<std::ptrdiff_t>(size));
+  waiting_.erase(waiting_.begin(), begin + static_cast<std::ptrdiff_t>(size));
+  if (kind == type) return answer;
+  return Error{ErrorCode::device_lost,
+               fmt::format("{}: {}", stream_.name(), std::string(answer.begin(), answer.end())),
+               "the virtual board cannot do that"};
+}
+
+Result<void> VirtualBench::Connection::tell(char type, std::span<const std::uint8_t> payload) {
+  SYMRIG_CHECK(ask(type, payload, 0));
+  return {};
+}
+
+}  // namespace symrig::device

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "fd.hpp"
+#include "symrig/device/virtual_bench.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace symrig::device {
+
+/// Little-endian numbers one after another, as the virtual link's payloads hold them.
+class Packer {
+ public:
+  template <class T>
+  Packer& put(T value) {
+    for (std::size_t k = 0; k < sizeof(T); ++k)
+      bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * k)));
+    return *this;
+  }
+  std::span<const std::uint8_t> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+/// The number that begins at `offset`; the caller has checked that it is there.
+template <class T>
+T unpack(std::span<const std::uint8_t> bytes, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (std::size_t k = 0; k < sizeof(T); ++k) value |= std::uint64_t{bytes[offset + k]} << (8 * k);
+  return static_cast<T>(value);
+}
+
+/// Requests and answers of the virtual link: u8 type, u32 length, payload. One answer to each request, in
+/// order.
+class VirtualBench::Connection {
+ public:
+  explicit Connection(ByteStream stream) : stream_(std::move(stream)) {}
+
+  /// The payload of the answer, which has at least `least` bytes. fails: device_lost (silence, the end, or
+  /// the server's own reason), protocol.
+  Result<std::vector<std::uint8_t>> ask(char type, std::span<const std::uint8_t> payload, std::size_t least);
+  /// A request whose answer says only that it is done.
+  Result<void> tell(char type, std::span<const std::uint8_t> payload);
+
+ private:
+  Result<void> fill(std::size_t count);
+
+  ByteStream stream_;
+  std::vector<std::uint8_t> waiting_;
+};
+
+}  // namespace symrig::device

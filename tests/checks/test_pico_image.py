@@ -1,0 +1,147 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: Apache-2.0
+"""The scripts behind the Pico's image: each refuses what it is there to refuse."""
+
+import copy
+import pathlib
+import struct
+import sys
+import tempfile
+import unittest
+
+PICO = pathlib.Path(__file__).resolve().parent.parent.parent / "boards" / "pico"
+sys.path.insert(0, str(PICO))
+
+import check_size  # noqa: E402
+import check_stack  # noqa: E402
+import generate  # noqa: E402
+import make_image  # noqa: E402
+
+
+class Description(unittest.TestCase):
+    def setUp(self):
+        self.board = generate.load()
+
+    def broken(self, change):
+        board = copy.deepcopy(self.board)
+        change(board["line"])
+        with self.assertRaises(SystemExit) as stopped:
+            generate.check(board)
+        return str(stopped.exception)
+
+    def test_outputs_must_be_the_first_pins_in_order(self):
+        def swap(lines):
+            lines[0]["gpio"], lines[1]["gpio"] = lines[1]["gpio"], lines[0]["gpio"]
+
+        self.assertIn("outputs come first", self.broken(swap))
+
+    def test_a_pin_has_one_use(self):
+        self.assertIn("a pin has one use", self.broken(lambda lines: lines[-1].update(gpio=lines[-2]["gpio"])))
+
+    def test_waits_need_a_stamp_by_pio(self):
+        self.assertIn("waits need PIO", self.broken(lambda lines: lines[-1].update(waits=["rising"])))
+
+    def test_trips_need_an_interrupt(self):
+        self.assertIn("trips need", self.broken(lambda lines: lines[12].update(trips=True)))
+
+    def test_header_and_record_tell_the_same(self):
+        header, record = generate.header(self.board), generate.record(self.board)
+        for line in self.board["line"]:
+            self.assertIn(f'"{line["name"]}", "GPIO{line["gpio"]}"', header)
+            self.assertIn(f'"name": "{line["name"]}"', record)
+
+    def test_the_page_is_current(self):
+        page = generate.PAGE.read_text(encoding="utf-8")
+        self.assertEqual(page, generate.renew(page, self.board))
+
+
+def flat_image(size=1000):
+    flat = bytearray(range(256)) * 4
+    flat[make_image.MANIFEST : make_image.MANIFEST + 56] = struct.pack("<8sIIQ16s16s", b"SYMRIGFW", 1, 0, 0x123, b"pico", b"1.2.3")
+    return bytes(flat[:size])
+
+
+class Image(unittest.TestCase):
+    def test_crc_of_the_check_string(self):
+        self.assertEqual(make_image.crc32_mpeg(b"123456789"), 0x0376E6E7)  # CRC-32/MPEG-2's published check value
+
+    def test_boot2_gets_its_crc_and_nothing_else_changes(self):
+        flat = flat_image()
+        sealed = make_image.with_boot2_crc(flat)
+        # A CRC over data and its CRC, highest byte first, leaves nothing; the ROM wants the lowest byte first.
+        self.assertEqual(make_image.crc32_mpeg(sealed[:252] + sealed[252:256][::-1]), 0)
+        self.assertEqual(sealed[:252] + sealed[256:], flat[:252] + flat[256:])
+
+    def test_uf2_holds_the_flash_in_order(self):
+        flat = flat_image()
+        blocks = make_image.uf2(flat)
+        self.assertEqual(len(blocks), 4 * 512)
+        held = b""
+        for number in range(4):
+            block = blocks[512 * number : 512 * (number + 1)]
+            first, second, flags, address, size, index, count, family = struct.unpack_from("<8I", block)
+            self.assertEqual((first, second, flags), (0x0A324655, 0x9E5D5157, 0x2000))
+            self.assertEqual((address, size, index, count), (0x10000000 + 256 * number, 256, number, 4))
+            self.assertEqual((family, struct.unpack_from("<I", block, 508)[0]), (0xE48BFF56, 0x0AB16F30))
+            held += block[32 : 32 + size]
+        self.assertEqual(held, flat.ljust(1024, b"\0"))
+
+    def test_manifest_is_read_or_missed(self):
+        self.assertEqual(make_image.read_manifest(flat_image()), {"board": "pico", "version": "1.2.3", "firmware_hash": f"{0x123:016x}"})
+        with self.assertRaises(SystemExit):
+            make_image.read_manifest(bytes(1000))
+
+
+class Heap(unittest.TestCase):
+    def test_symbols_that_ask_for_heap(self):
+        for name in ("malloc", "_malloc_r", "free", "_sbrk", "_sbrk_r", "_Znwj", "_ZdaPv", "__cxa_atexit", "abort", "_exit"):
+            self.assertTrue(check_size.HEAP.match(name), name)
+        for name in ("main", "__cxa_pure_virtual", "_ZN6symrig8firmware4Core5abortEv", "free_running"):
+            self.assertFalse(check_size.HEAP.match(name), name)
+
+
+class Stack(unittest.TestCase):
+    def graph(self, *lines):
+        graph = check_stack.Graph()
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "a.ci"
+            path.write_text("\n".join(lines), encoding="utf-8")
+            graph.read(path)
+        graph.resolve()
+        return graph
+
+    @staticmethod
+    def node(name, size, kind="static"):
+        return f'node: {{ title: "{name}" label: "{name}\\n{size} bytes ({kind})\\n0 dynamic objects" }}'
+
+    @staticmethod
+    def edge(source, target):
+        return f'edge: {{ sourcename: "{source}" targetname: "{target}" }}'
+
+    def test_the_deepest_path_counts(self):
+        graph = self.graph(self.node("a", 8), self.node("b", 16), self.node("c", 100), self.edge("a", "b"), self.edge("a", "c"), self.edge("b", "memcpy"))
+        self.assertEqual(graph.depths()["a"][0], 108)
+        self.assertEqual(graph.depths()["b"][0], 16 + check_stack.LIBRARY)
+        self.assertEqual(graph.problems, [])
+
+    def test_recursion_is_found(self):
+        graph = self.graph(self.node("a", 8), self.node("b", 8), self.edge("a", "b"), self.edge("b", "a"))
+        graph.depths()
+        self.assertEqual([problem.split(":")[0] for problem in graph.problems], ["can call itself"])
+
+    def test_nanopb_descends_as_often_as_messages_nest(self):
+        graph = self.graph(self.node("pb_decode_inner", 100), self.node("decode_field", 10), self.edge("pb_decode_inner", "decode_field"), self.edge("decode_field", "pb_decode_inner"))
+        self.assertEqual(graph.depths()["decode_field"][0], 110 * check_stack.NESTED["decode"])
+        self.assertEqual(graph.problems, [])
+
+    def test_a_call_through_an_unknown_pointer_is_found(self):
+        graph = self.graph(self.node("a", 8), self.edge("a", check_stack.INDIRECT))
+        self.assertEqual(len(graph.problems), 1)
+        self.assertIn("calls through a pointer", graph.problems[0])
+
+    def test_a_frame_without_a_bound_is_found(self):
+        self.assertIn("no fixed size", self.graph(self.node("a", 8, "dynamic")).problems[0])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The host's end: a board that answers whatever it likes. Nothing crashes, and every call ends within its
+// attempts.
+#include "compact_program.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/device/board.hpp"
+#include "symrig/protocol/messages.hpp"
+#include "targets.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace symrig::fuzz {
+namespace {
+
+using device::Board;
+using protocol::Kind;
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr int kAttempts = 2;
+// Calls below, each with at most this many requests (configure: 2 and one a line), each sent kAttempts times;
+// an acknowledgement for each thing received; urgent and chunk frames.
+constexpr std::size_t kMostSends = 64 * 40 * kAttempts;
+
+void put_frame(Kind kind, std::uint16_t seq, std::uint16_t ack, std::uint8_t flags, const Bytes& body,
+               Bytes& out) {
+  Bytes wire(protocol::kMaxWire);
+  wire.resize(protocol::encode_frame({protocol::kProtoMajor, kind, seq, ack, 8, flags},
+                                     {body.data(), std::min(body.size(), protocol::kMaxBody)},
+                                     {wire.data(), wire.size()}));
+  out.insert(out.end(), wire.begin(), wire.end());
+}
+
+/// A real board behind a translator that lies as the input says.
+class Liar final : public device::Link {
+ public:
+  explicit Liar(Input& input) : input_(input) {}
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override {
+    require(++sends_ < kMostSends + taken_, "every call ends within its attempts");
+    for (const std::uint8_t byte : bytes)
+      if (host_.push(byte) == protocol::FrameDecoder::Event::frame) answer(host_.frame());
+    board_.write(bytes);
+    return {};
+  }
+
+  Result<Bytes> receive(Nanoseconds timeout) override {
+    Bytes out = std::exchange(forged_, {});
+    const std::uint64_t deadline = board_.now() + static_cast<std::uint64_t>(timeout.count()) / 8;
+    collect(out);
+    while (out.empty() && board_.next_event() <= deadline) {
+      board_.advance();
+      collect(out);
+    }
+    if (out.empty()) board_.advance_to(deadline);
+    if (!out.empty()) ++taken_;
+    return out;
+  }
+  Nanoseconds now() const override { return Nanoseconds(static_cast<std::int64_t>(board_.now() * 8)); }
+
+ private:
+  /// Something of its own before the board's answer, if the input has anything left.
+  void answer(const protocol::Frame& frame) {
+    const auto next = static_cast<std::uint16_t>(frame.header.seq + 1);
+    switch (input_.byte() % 10) {
+      case 1:
+        return put_frame(Kind::reply, event_, next, 0, input_.bytes(input_.byte() % 64U), forged_);
+      case 2:
+        return raw(input_.bytes(input_.byte() % 64U));
+      case 3:
+        return put_frame(Kind::ack, event_, next, 0, {}, forged_);
+      case 4:
+        return put_frame(Kind::nak, event_, input_.byte(), 0, {}, forged_);
+      case 5:
+        return put_frame(Kind::event, event_++, next, 0, input_.bytes(input_.byte() % 32U), forged_);
+      case 6:
+        muted_ = !muted_;
+        return;
+      case 7:
+        spoil_ = 1 + input_.byte() % 4U;
+        return;
+      case 8:
+        return put_frame(Kind::reply, event_, frame.header.seq, protocol::flag::urgent,
+                         input_.bytes(input_.byte() % 16U), forged_);
+      default:
+        return;
+    }
+  }
+  void raw(const Bytes& bytes) { forged_.insert(forged_.end(), bytes.begin(), bytes.end()); }
+
+  void collect(Bytes& out) {
+    for (const std::uint8_t byte : board_.read())
+      if (theirs_.push(byte) == protocol::FrameDecoder::Event::frame) pass(theirs_.frame(), out);
+  }
+
+  /// A frame of the real board, its body changed where the input asks for it: the sum still fits.
+  void pass(const protocol::Frame& frame, Bytes& out) {
+    if (muted_) return;
+    Bytes body(frame.body.data, frame.body.data + frame.body.size);
+    for (; spoil_ > 0 && !body.empty(); --spoil_) body[input_.byte() % body.size()] = input_.byte();
+    if (frame.header.kind == Kind::event) event_ = static_cast<std::uint16_t>(frame.header.seq + 1);
+    put_frame(frame.header.kind, frame.header.seq, frame.header.ack, frame.header.flags, body, out);
+  }
+
+  static boards::SimBoardConfig small() {
+    boards::SimBoardConfig config;
+    config.program_records = 128;
+    return config;
+  }
+
+  Input& input_;
+  boards::SimBoard board_{small()};
+  protocol::FrameDecoder host_, theirs_;
+  Bytes forged_;
+  std::uint16_t event_ = 0;
+  bool muted_ = false;
+  unsigned spoil_ = 0;
+  std::size_t sends_ = 0;
+  std::size_t taken_ = 0;
+};
+
+/// Results do not matter, only that there are some.
+template <class T>
+void done(const Result<T>& result) {
+  require(result.ok() || !result.error().what.empty(), "a failure says what failed");
+}
+
+/// Each line that the board claims to have, once.
+std::vector<device::LineConfig> lines_of(const device::BoardInfo& info) {
+  std::vector<device::LineConfig> lines;
+  for (const device::LineInfo& line : info.lines) {
+    device::LineConfig config;
+    config.line = line.name;
+    config.capture = true;
+    lines.push_back(config);
+  }
+  return lines;
+}
+
+void talk(Board& board, Input& input) {
+  using namespace std::chrono_literals;
+  done(board.configure(lines_of(board.info())));
+  const auto program = device::Program::from_bytes(compact_program(input, input.byte() % 80U));
+  if (program.ok()) done(board.run(*program, 50ms));
+  done(board.status());
+  done(board.time());
+  done(board.line_use("lamp_enable"));
+  done(board.verify_program());
+  done(board.set_line("lamp_enable", true));
+  done(board.identify(1s));
+  done(board.store_config("bench"));
+  done(board.clear_fault());
+  done(board.keep_alive(20ms));
+  done(board.abort());
+  done(board.reboot(false));
+}
+
+}  // namespace
+
+void fuzz_reply(const std::uint8_t* data, std::size_t size) {
+  using namespace std::chrono_literals;
+  Input input({data, size});
+  device::BoardOptions options;
+  options.attempts = kAttempts;
+  options.reply_timeout = 5ms;
+  auto board = Board::connect(std::make_unique<Liar>(input), options);
+  if (board) talk(*board, input);
+}
+
+}  // namespace symrig::fuzz
