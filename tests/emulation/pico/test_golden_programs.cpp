@@ -65,7 +65,8 @@ Played run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
   for (const PinEdge& edge : edges) {
     const auto tick = static_cast<std::int64_t>(edge.cycle) - static_cast<std::int64_t>(begin);
     if (edge.gpio < kOutputs) run.changes.push_back({tick, edge.gpio, edge.level});
-    if (edge.gpio == vsync) run.vsync.push_back(edge.level == (run.vsync.size() % 2 == 0) ? tick : INT64_MIN);
+    // From the first rising edge on; a pulse that was under way before has no part in the run.
+    if (edge.gpio == vsync && (edge.level || !run.vsync.empty())) run.vsync.push_back(tick);
   }
   return run;
 }
@@ -109,8 +110,7 @@ Played run_on_sim(const BoardInfo& info, const Program& program, const std::vect
   // Pulses from before the run began do not matter to it.
   std::vector<std::int64_t> seen;
   for (std::size_t k = 0; k + 1 < vsync.size(); k += 2)
-    if (vsync[k] > -static_cast<std::int64_t>(kBegin) && vsync[k] != INT64_MIN)
-      seen.insert(seen.end(), {vsync[k], vsync[k + 1]});
+    if (vsync[k] > -static_cast<std::int64_t>(kBegin)) seen.insert(seen.end(), {vsync[k], vsync[k + 1]});
   Wiring wiring(info.line("vsync"), kBegin, seen);
   sim.attach(wiring);
   Played run;
