@@ -134,6 +134,10 @@ struct Golden {
   Nanoseconds vsync_period{0};
 };
 
+void PrintTo(const Golden& golden, std::ostream* out) {
+  *out << golden.name;
+}
+
 Result<Program> nested(const BoardInfo& info) {
   ProgramBuilder program(info);
   program.set("aux0", true).hold(20us);
