@@ -246,10 +246,9 @@ TEST(EmulatedPico, stamps_are_within_two_cycles_of_the_edges) {
 struct Burning {
   EmulatedPico pico;
   Board board;
-  unsigned lamp;
+  unsigned lamp = 0;
 
-  explicit Burning(Nanoseconds ttl, bool with_interlock = false)
-      : board(pico.connect({.keep_alive = ttl})), lamp(0) {
+  explicit Burning(Nanoseconds ttl, bool with_interlock = false) : board(pico.connect({.keep_alive = ttl})) {
     std::vector<LineConfig> lines{{.line = "lamp_enable", .hazard = Hazard::lamp}};
     if (with_interlock) lines.push_back({.line = "interlock", .trip_level = false});
     lamp = gpio_of(board.info(), "lamp_enable");
@@ -316,7 +315,7 @@ TEST(EmulatedPico, an_underrun_makes_safe_within_a_microsecond) {
   EmulatedPico pico;
   Board board = pico.connect();
   ASSERT_OK(board.configure({}));
-  const std::uint64_t word = 2 * board.info().refill_ticks;
+  const std::uint64_t word = 2 * std::uint64_t{board.info().refill_ticks};
   ProgramBuilder builder(board.info());
   builder.loop(1'000'000)
       .set("aux0", true)

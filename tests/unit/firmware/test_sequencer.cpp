@@ -85,6 +85,7 @@ Expectation expect_run(const test::ProgramTree& tree, std::uint64_t start,
 
 std::vector<std::uint64_t> random_edges(test::Random& random) {
   std::vector<std::uint64_t> ticks;
+  ticks.reserve(400);
   std::uint64_t tick = 0;
   for (int k = 0; k < 400; ++k) ticks.push_back(tick += random.range(1, 200));
   return ticks;
