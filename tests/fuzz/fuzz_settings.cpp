@@ -3,8 +3,8 @@
 #include "symrig/firmware/stored_config.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "targets.hpp"
+#include "unit/firmware/settings_in_memory.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstring>
 #include <vector>
@@ -19,20 +19,7 @@ constexpr std::array<hal::Line, 6> kLines{{{"a", "", true, 0, false, 1},
                                            {"e", "", false, 7, true, 1},
                                            {"f", "", false, 7, true, 1}}};
 
-class Flash final : public hal::Settings {
- public:
-  std::vector<std::uint8_t> bytes;
-
-  std::size_t load(std::uint8_t* out, std::size_t room) const override {
-    if (bytes.size() > room) return 0;
-    std::copy(bytes.begin(), bytes.end(), out);
-    return bytes.size();
-  }
-  bool save(const std::uint8_t* data, std::size_t size) override {
-    bytes.assign(data, data + size);
-    return true;
-  }
-};
+using Flash = test::SettingsInMemory;
 
 hal::BoardTraits traits() {
   hal::BoardTraits board;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "assert_ok.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/device/board.hpp"
@@ -51,10 +52,3 @@ inline BoardInfo default_info() {
 }
 
 }  // namespace symrig::device::test
-
-/// Stops the test with the error's line if a Result is not a success.
-#define ASSERT_OK(expression)                           \
-  do {                                                  \
-    const auto& result_of = (expression);               \
-    if (!result_of) FAIL() << result_of.error().line(); \
-  } while (false)

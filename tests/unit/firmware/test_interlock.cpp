@@ -86,7 +86,6 @@ TEST(Interlock, opening_it_makes_safe_in_the_same_tick_without_firmware) {
   EXPECT_EQ(status.fault.arg, 5U);
   EXPECT_EQ(bench.host.last(symrig_wire_Event_run_done_tag)->body.run_done.end,
             symrig_wire_RunEnd_RUN_END_FAULT);
-  // A pulse that has closed again by the time anybody looks is no less a trip.
 }
 
 TEST(Interlock, a_short_opening_is_not_missed) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a board keeps over power-off: its configuration's safe levels and its name.
 #include "raw_host.hpp"
+#include "settings_in_memory.hpp"
 #include "symrig/firmware/stored_config.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -89,22 +89,6 @@ TEST(StoredConfig, a_memory_that_takes_nothing_is_told) {
   EXPECT_EQ(label_of(host), "old");
 }
 
-/// Settings in memory that a test may damage.
-class Memory final : public hal::Settings {
- public:
-  std::vector<std::uint8_t> bytes;
-
-  std::size_t load(std::uint8_t* out, std::size_t room) const override {
-    if (bytes.size() > room) return 0;
-    std::copy(bytes.begin(), bytes.end(), out);
-    return bytes.size();
-  }
-  bool save(const std::uint8_t* data, std::size_t size) override {
-    bytes.assign(data, data + size);
-    return true;
-  }
-};
-
 const std::vector<hal::Line>& lines() {
   static const std::vector<hal::Line> kLines{{"a", "", true}, {"b", "", true}, {"c", "", true}, {"d"}, {"e"}};
   return kLines;
@@ -118,7 +102,7 @@ hal::BoardTraits traits() {
 }
 
 TEST(StoredConfig, comes_back_as_it_was_saved) {
-  Memory memory;
+  test::SettingsInMemory memory;
   const protocol::BoardConfig saved = config_with_a_high_line();
   Label name;
   std::string_view("a label of 23 bytes, abc").copy(name.text, 23);
@@ -131,7 +115,7 @@ TEST(StoredConfig, comes_back_as_it_was_saved) {
 }
 
 TEST(StoredConfig, no_damaged_byte_and_no_cut_record_is_taken) {
-  Memory memory;
+  test::SettingsInMemory memory;
   protocol::BoardConfig saved = config_with_a_high_line();
   ASSERT_TRUE(save_config(memory, saved, {}));
   const std::vector<std::uint8_t> whole = memory.bytes;
@@ -147,7 +131,7 @@ TEST(StoredConfig, no_damaged_byte_and_no_cut_record_is_taken) {
 }
 
 TEST(StoredConfig, a_record_for_another_board_is_not_taken) {
-  Memory memory;
+  test::SettingsInMemory memory;
   protocol::BoardConfig saved = config_with_a_high_line();
   ASSERT_TRUE(save_config(memory, saved, {}));
   protocol::BoardConfig loaded;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "assert_ok.hpp"
 #include "symrig/device/compile.hpp"
 #include "symrig/device/program_file.hpp"
 
@@ -59,10 +60,3 @@ inline FileFinding finding_of(const Compilation& compilation, std::string_view r
 }
 
 }  // namespace symrig::device::test
-
-/// Stops the test with the error's line if a Result is not a success.
-#define ASSERT_OK(expression)                           \
-  do {                                                  \
-    const auto& result_of = (expression);               \
-    if (!result_of) FAIL() << result_of.error().line(); \
-  } while (false)
