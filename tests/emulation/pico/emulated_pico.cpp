@@ -88,6 +88,10 @@ std::vector<device::PinEdge> EmulatedPico::edges() {
   return must(bench_->edges());
 }
 
+std::uint64_t EmulatedPico::cycle() const {
+  return static_cast<std::uint64_t>(must(bench_->now()) / kCycle);
+}
+
 void EmulatedPico::pass(Nanoseconds time) {
   const Nanoseconds until = must(bench_->now()) + time;
   for (Nanoseconds left = time; left.count() > 0; left = until - must(bench_->now()))

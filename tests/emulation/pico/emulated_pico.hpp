@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "assert_ok.hpp"
 #include "symrig/device/board.hpp"
 #include "symrig/device/virtual_bench.hpp"
 
@@ -36,6 +37,8 @@ class EmulatedPico {
 
   /// All edges since the last call.
   std::vector<device::PinEdge> edges();
+  /// The board's time in cycles.
+  std::uint64_t cycle() const;
   /// Lets so much of the board's time pass, whatever it sends.
   void pass(Nanoseconds time);
 
@@ -57,9 +60,3 @@ unsigned gpio_of(const device::BoardInfo& info, std::string_view line);
 /// Skips where the image cannot be run, and says why.
 #define NEEDS_EMULATION() \
   if (const std::string why = ::symrig::test::EmulatedPico::missing(); !why.empty()) GTEST_SKIP() << why
-
-#define ASSERT_OK(expression)                           \
-  do {                                                  \
-    const auto& result_of = (expression);               \
-    if (!result_of) FAIL() << result_of.error().line(); \
-  } while (false)
