@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "sha256.hpp"
+#include "device/firmware_files/sha256.hpp"
 #include "socket_server.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/device/board.hpp"

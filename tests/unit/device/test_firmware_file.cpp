@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "device/firmware_files/sha256.hpp"
 #include "scratch.hpp"
-#include "sha256.hpp"
 #include "symrig/device/firmware_file.hpp"
 #include "uf2_maker.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "device/duration.hpp"
+#include "device/programs/duration.hpp"
 #include "workshop.hpp"
 
 #include <utility>

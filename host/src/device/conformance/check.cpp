@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "check.hpp"
 
-#include "../names.hpp"
+#include "device/session/names.hpp"
 #include "raw_session.hpp"
 
 #include <fmt/format.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "names.hpp"
+#include "device/session/names.hpp"
 #include "symrig/device/waveform.hpp"
 
 #include <algorithm>

@@ -2,8 +2,8 @@
 #include "symrig/device/symprog.hpp"
 
 #include "board_json.hpp"
-#include "line_setup.hpp"
-#include "names.hpp"
+#include "device/session/line_setup.hpp"
+#include "device/session/names.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "check_scan.hpp"
 
-#include "names.hpp"
+#include "device/session/names.hpp"
 #include "timing.hpp"
 
 #include <algorithm>

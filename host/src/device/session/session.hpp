@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "device/links/wire.hpp"
 #include "run_log.hpp"
 #include "symrig/device/board.hpp"
 #include "symrig/protocol/line_config.hpp"
-#include "wire.hpp"
 
 #include <memory>
 #include <optional>

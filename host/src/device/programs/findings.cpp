@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "findings.hpp"
 
-#include "names.hpp"
+#include "device/session/names.hpp"
 
 #include <algorithm>
 #include <tuple>

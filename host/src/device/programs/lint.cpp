@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/lint.hpp"
 
-#include "line_setup.hpp"
-#include "refusal.hpp"
+#include "device/session/line_setup.hpp"
+#include "device/session/refusal.hpp"
 #include "symrig/protocol/check_program.hpp"
 
 #include <fmt/format.h>

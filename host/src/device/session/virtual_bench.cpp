@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/virtual_bench.hpp"
 
-#include "socket.hpp"
-#include "virtual_connection.hpp"
+#include "device/links/socket.hpp"
+#include "device/links/virtual_connection.hpp"
 
 #include <algorithm>
 

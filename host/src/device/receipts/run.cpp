@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/run.hpp"
 
-#include "names.hpp"
+#include "device/session/names.hpp"
 #include "symrig/device/bracket.hpp"
 #include "symrig/device/symprog.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/boot_drive.hpp"
 
-#include "fd.hpp"
+#include "device/links/fd.hpp"
 #include "symrig/base/atomic_file.hpp"
 
 #include <algorithm>
