@@ -18,6 +18,8 @@ namespace symrig {
 
 namespace {
 
+/// A camera that has sent nothing for so long after a run will send nothing more.
+constexpr Nanoseconds kPatience{2'000'000'000};
 /// A frame belongs to a mark if its strobe rises at most this long after it.
 constexpr Nanoseconds kStrobeTolerance{1'000'000};
 
@@ -213,7 +215,7 @@ Result<Rig::Shots> Rig::expose(std::span<const Pattern> patterns, std::span<cons
   Shots shots;
   shots.per_photograph = exposures.size();
   SYMRIG_TRY(shots.exposures, measured_exposures(receipt, expected));
-  SYMRIG_TRY(shots.frames, camera_->take(expected));
+  SYMRIG_TRY(shots.frames, camera_->take(expected, kPatience));
   if (shots.frames.size() != expected)
     return Error{
         ErrorCode::frame_missing,

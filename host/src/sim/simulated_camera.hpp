@@ -39,7 +39,7 @@ class SimulatedCamera final : public Camera {
   CameraTiming timing() const override { return spec_.timing; }
   const NoiseModel& noise() const override { return spec_.noise; }
   const Image<std::uint8_t>* dead() const override { return spec_.dead.empty() ? nullptr : &spec_.dead; }
-  Result<std::vector<CameraFrame>> take(std::size_t count) override;
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override;
   std::string describe() const override;
 
   /// Counts `frames` exposures that it never made: those of a session before this one.

@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
+#include "symrig/device/clock_time.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/image.hpp"
 
@@ -20,11 +21,21 @@ struct CameraTiming {
   Nanoseconds readout{3'000'000};  ///< from the end of an exposure to the next possible trigger
 };
 
+/// What the time-stamp of a frame tells.
+enum class StampOf : std::uint8_t {
+  nothing,  ///< the camera has no clock that we share
+  exposure_begin,
+  exposure_end  ///< end of the exposure or later, up to the end of the readout
+};
+
 /// One frame as the camera hands it over. raw: channels × grid codes, planar, raster order; empty if the
 /// camera has no noise, which only a simulated one can say: then `ideal` is the mean radiance during the
 /// exposure.
 struct CameraFrame {
-  std::uint64_t sequence = 0;  ///< the camera's own count of frames
+  std::uint64_t sequence = 0;  ///< the camera's own count of frames, with those it lost on the way
+  device::SteadyTime stamp;
+  StampOf stamp_of = StampOf::nothing;
+  bool damaged = false;  ///< the driver says that its contents are not whole
   std::vector<std::uint16_t> raw;
   std::shared_ptr<const Image<float>> ideal;
 };
@@ -44,8 +55,10 @@ class Camera {
   virtual const NoiseModel& noise() const = 0;
   /// Pixels never to be trusted: 1 = dead, grid × 1. nullptr: none known.
   virtual const Image<std::uint8_t>* dead() const = 0;
-  /// The next `count` frames that were exposed, in order. fails: frame_missing (fewer came), device_lost.
-  virtual Result<std::vector<CameraFrame>> take(std::size_t count) = 0;
+  /// All frames since the last take(), in order of arrival. Waits until there are `count` of them or none has
+  /// come for `patience`: may be fewer than asked for, or more. Which belongs to which exposure is the
+  /// ledger's to say.  fails: device_lost.
+  virtual Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) = 0;
   /// One line for reports.
   virtual std::string describe() const = 0;
 };

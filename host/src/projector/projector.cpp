@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/projector/projector.hpp"
+
+namespace symrig {
+
+Result<Shown> Projector::show(std::size_t /*index*/) {
+  return Error{ErrorCode::bad_argument, describe() + " is paced by its trigger line",
+               "let the board advance it"};
+}
+
+}  // namespace symrig
