@@ -139,6 +139,18 @@ TEST(FirmwareFile, what_a_board_could_not_run_is_refused) {
   expect(make_uf2(cut), "no firmware of symrig");
 }
 
+TEST(FirmwareFile, another_kind_of_file_is_told_before_its_manifest_is_missed) {
+  const Scratch scratch;
+  const std::string path = (scratch / "notes.txt").string();
+  for (const char* text : {"", "UF2", "hello, I am a longer text and no UF2 file at all"}) {
+    std::ofstream(path) << text;
+    const auto file = read_firmware(path);
+    ASSERT_FALSE(file.ok());
+    EXPECT_EQ(file.error().code, ErrorCode::bad_format) << text;
+    EXPECT_NE(file.error().what.find("no UF2 file"), std::string::npos) << file.error().line();
+  }
+}
+
 TEST(FirmwareFile, the_manifest_beside_it_must_fit) {
   const Scratch scratch;
   const std::string path = (scratch / "pico.uf2").string();

@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint64_t kMaxFile = std::uint64_t{32} << 20U;
+constexpr std::string_view kUf2Start = "UF2\n";
 constexpr std::uint32_t kFamilyRp2040 = 0xE48BFF56;
 constexpr std::uint32_t kFlashRp2040 = 0x10000000;
 constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage; its checksum follows
@@ -123,6 +124,9 @@ Result<void> compare(const std::string& file, const Promise& promise, const Firm
 
 Result<FirmwareFile> read_firmware(const fs::path& uf2) {
   SYMRIG_TRY(const auto bytes, read_bytes(uf2));
+  // What is no such file at all is told before its manifest is missed.
+  if (bytes.size() < kUf2Start.size() || !std::equal(kUf2Start.begin(), kUf2Start.end(), bytes.begin()))
+    return broken(uf2.string(), "it is no UF2 file");
   SYMRIG_TRY(const auto promise, read_promise(uf2));
   FirmwareFile file;
   file.sha256 = sha256(bytes);
