@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "base/nearest_name.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>
@@ -6,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
-#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
@@ -19,34 +19,9 @@ constexpr std::array<std::string_view, 9> kNames{
     "plane",  "vgroove-white", "vgroove-mixed", "vgroove-textured", "gummy", "occluder",
     "mirror", "views2",        "views3"};
 
-/// Edits (insert, delete, replace one letter) from a to b.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (const char letter : a) {
-    std::size_t diagonal = row[0]++;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replace = diagonal + (letter == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replace, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
-std::string joined(std::span<const std::string_view> names) {
-  std::string text;
-  for (const std::string_view name : names) text += (text.empty() ? "" : ", ") + std::string(name);
-  return text;
-}
-
 Error unknown(std::string_view kind, std::string_view given, std::span<const std::string_view> known) {
-  const auto nearer = [given](std::string_view a, std::string_view b) {
-    return edit_distance(given, a) < edit_distance(given, b);
-  };
-  const std::string_view nearest = *std::min_element(known.begin(), known.end(), nearer);
   return {ErrorCode::unknown_name, fmt::format("no {} is called '{}'", kind, given),
-          fmt::format("did you mean '{}'? known: {}", nearest, joined(known))};
+          nearest_hint(given, known)};
 }
 
 Error bad_value(std::string_view key, std::string_view value, std::string_view rule) {

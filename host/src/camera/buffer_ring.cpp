@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "buffer_ring.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <utility>
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+
+namespace symrig::camera {
+namespace {
+
+/// A buffer's description for a call: single- and multi-planar alike, one plane.
+struct Description {
+  Description(const Driver& driver, std::uint32_t index) : multiplanar(driver.identity().multiplanar) {
+    buffer.index = index;
+    buffer.type = driver.buffer_type();
+    buffer.memory = V4L2_MEMORY_MMAP;
+    if (!multiplanar) return;
+    buffer.m.planes = &plane;
+    buffer.length = 1;
+  }
+  Description(const Description&) = delete;
+  Description& operator=(const Description&) = delete;
+
+  std::size_t length() const { return multiplanar ? plane.length : buffer.length; }
+  std::uint32_t map_offset() const { return multiplanar ? plane.m.mem_offset : buffer.m.offset; }
+  std::size_t used() const { return multiplanar ? plane.bytesused : buffer.bytesused; }
+  std::size_t begin() const { return multiplanar ? plane.data_offset : 0; }
+
+  v4l2_buffer buffer{};
+  v4l2_plane plane{};
+  bool multiplanar;
+};
+
+/// What of the memory a driver says it has filled; never more than there is.
+std::span<const std::byte> filled_part(std::span<const std::byte> memory, const Description& description) {
+  const std::size_t used = std::min(description.used(), memory.size());
+  return memory.first(used).subspan(std::min(description.begin(), used));
+}
+
+Nanoseconds time_of(const timeval& stamp) {
+  return std::chrono::seconds(stamp.tv_sec) + std::chrono::microseconds(stamp.tv_usec);
+}
+
+}  // namespace
+
+BufferRing::BufferRing(BufferRing&& other) noexcept
+    : driver_(other.driver_),
+      memory_(std::exchange(other.memory_, {})),
+      streaming_(std::exchange(other.streaming_, false)) {}
+
+BufferRing::~BufferRing() {
+  if (memory_.empty()) return;
+  stop();
+  for (const auto memory : memory_) driver_->node().unmap(memory);
+  v4l2_requestbuffers none{};
+  none.type = driver_->buffer_type();
+  none.memory = V4L2_MEMORY_MMAP;
+  driver_->call(VIDIOC_REQBUFS, &none);  // a node that is gone has freed them already
+}
+
+Result<BufferRing> BufferRing::make(Driver& driver, int count, std::size_t least) {
+  v4l2_requestbuffers request{};
+  request.count = static_cast<std::uint32_t>(count);
+  request.type = driver.buffer_type();
+  request.memory = V4L2_MEMORY_MMAP;
+  SYMRIG_CHECK(driver.ask(VIDIOC_REQBUFS, &request, fmt::format("asking for {} buffers", count)));
+  BufferRing ring(driver);
+  SYMRIG_CHECK(ring.map(request.count, least));
+  if (ring.size() < 2)
+    return Error{ErrorCode::device_refused,
+                 fmt::format("camera {} has memory for {} buffer(s) only", driver.path(), ring.size()),
+                 "a stream needs 2; take a smaller picture"};
+  return ring;
+}
+
+Result<void> BufferRing::map(std::uint32_t count, std::size_t least) {
+  for (std::uint32_t index = 0; index < count; ++index) {
+    Description description(*driver_, index);
+    SYMRIG_CHECK(driver_->ask(VIDIOC_QUERYBUF, &description.buffer, "looking at a buffer"));
+    if (description.length() < least)
+      return Error{ErrorCode::device_refused,
+                   fmt::format("camera {} has buffers of {} bytes, its format needs {}", driver_->path(),
+                               description.length(), least),
+                   "the driver is wrong about this format; take another"};
+    std::span<const std::byte> memory;
+    if (const int reason = driver_->node().map(description.length(), description.map_offset(), memory);
+        reason != 0)
+      return driver_->error(reason, "mapping a buffer");
+    memory_.push_back(memory);
+  }
+  return {};
+}
+
+Result<void> BufferRing::start() {
+  for (std::uint32_t index = 0; index < memory_.size(); ++index)
+    if (const int reason = give_back(index); reason != 0) return driver_->error(reason, "queueing a buffer");
+  int type = static_cast<int>(driver_->buffer_type());
+  SYMRIG_CHECK(driver_->ask(VIDIOC_STREAMON, &type, "starting the stream"));
+  streaming_ = true;
+  return {};
+}
+
+void BufferRing::stop() {
+  if (!std::exchange(streaming_, false)) return;
+  int type = static_cast<int>(driver_->buffer_type());
+  driver_->call(VIDIOC_STREAMOFF, &type);  // of a node that is gone the stream has ended already
+}
+
+int BufferRing::take(FilledBuffer& filled) {
+  Description description(*driver_, 0);
+  if (const int reason = driver_->call(VIDIOC_DQBUF, &description.buffer); reason != 0) return reason;
+  const v4l2_buffer& buffer = description.buffer;
+  if (buffer.index >= memory_.size()) return EPROTO;
+  filled.index = buffer.index;
+  filled.sequence = buffer.sequence;
+  filled.stamp = {time_of(buffer.timestamp), buffer.flags};
+  filled.error = (buffer.flags & V4L2_BUF_FLAG_ERROR) != 0;
+  filled.data = filled_part(memory_[buffer.index], description);
+  return 0;
+}
+
+int BufferRing::give_back(std::uint32_t index) {
+  Description description(*driver_, index);
+  return driver_->call(VIDIOC_QBUF, &description.buffer);
+}
+
+}  // namespace symrig::camera

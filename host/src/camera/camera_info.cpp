@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/camera/camera_info.hpp"
+
+#include "controls.hpp"
+#include "driver.hpp"
+#include "offers.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using camera::Driver;
+using camera::VideoSystem;
+
+FoundCamera found_from(VideoSystem& system, const Driver& driver) {
+  const auto& identity = driver.identity();
+  return {driver.path(), identity.name, identity.driver, identity.bus, system.serial(driver.path()), {}};
+}
+
+bool means(const FoundCamera& camera, std::string_view wanted) {
+  return camera.path == wanted || camera.serial == wanted || camera.bus == wanted || camera.name == wanted;
+}
+
+/// "/dev/video0 (UVC Camera), /dev/video2 (vivid)"
+std::string list(const std::vector<FoundCamera>& cameras) {
+  std::string text;
+  for (const FoundCamera& camera : cameras) {
+    text += (text.empty() ? "" : ", ") + camera.path;
+    if (!camera.name.empty()) text += " (" + camera.name + ")";
+  }
+  return text;
+}
+
+Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std::vector<FoundCamera>& all,
+                             std::string_view wanted) {
+  if (fitting.size() == 1) return fitting.front().path;
+  if (all.empty())
+    return Error{ErrorCode::device_lost, "no camera is there",
+                 "plug one in; `symrig list` shows what is seen"};
+  if (fitting.empty())
+    return Error{ErrorCode::unknown_name, fmt::format("no camera is called '{}'", wanted),
+                 "there are " + list(all)};
+  return Error{ErrorCode::bad_argument,
+               wanted.empty() ? std::string("several cameras are there")
+                              : fmt::format("several cameras are called '{}'", wanted),
+               "name one by its path: " + list(fitting)};
+}
+
+}  // namespace
+
+std::vector<FoundCamera> find_cameras(VideoSystem& system) {
+  std::vector<FoundCamera> found;
+  for (const std::string& path : system.paths()) {
+    auto driver = Driver::open(system, path);
+    if (!driver)
+      found.push_back({path, {}, {}, {}, system.serial(path), driver.error()});
+    else if (driver->identity().captures)
+      found.push_back(found_from(system, *driver));
+  }
+  return found;
+}
+
+std::vector<FoundCamera> find_cameras() {
+  return find_cameras(camera::linux_video());
+}
+
+Result<std::string> choose_camera(VideoSystem& system, std::string_view wanted) {
+  if (wanted.starts_with('/')) return std::string(wanted);
+  const auto all = find_cameras(system);
+  std::vector<FoundCamera> fitting;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(fitting),
+               [&](const FoundCamera& camera) { return wanted.empty() || means(camera, wanted); });
+  return only_one(fitting, all, wanted);
+}
+
+Result<CameraInfo> look_at_camera(VideoSystem& system, std::string_view wanted) {
+  SYMRIG_TRY(const std::string path, choose_camera(system, wanted));
+  SYMRIG_TRY(auto driver, Driver::open_camera(system, path));
+  CameraInfo info{found_from(system, driver), {}, {}};
+  SYMRIG_TRY(info.formats, camera::read_offers(driver));
+  SYMRIG_TRY(info.controls, camera::read_controls(driver));
+  return info;
+}
+
+Result<CameraInfo> look_at_camera(std::string_view wanted) {
+  return look_at_camera(camera::linux_video(), wanted);
+}
+
+}  // namespace symrig

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "driver.hpp"
+
+#include "symrig/camera/pixel_format.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+
+namespace symrig::camera {
+namespace {
+
+/// A field of fixed length that need not end with a zero.
+template <std::size_t N>
+std::string text(const std::uint8_t (&field)[N]) {
+  const auto* const end = std::find(field, field + N, std::uint8_t{0});
+  return {field, end};
+}
+
+Error cannot_open(const std::string& path, int reason) {
+  switch (reason) {
+    case ENOENT:
+    case ENXIO:
+    case ENODEV:
+      return {ErrorCode::device_lost, fmt::format("camera {} is not there ({})", path, std::strerror(reason)),
+              "check cable and supply; `symrig list` shows the cameras"};
+    case EACCES:
+    case EPERM:
+      return {ErrorCode::device_refused,
+              fmt::format("camera {} may not be opened ({})", path, std::strerror(reason)),
+              "join the group video: sudo usermod -aG video \"$USER\", then log in again"};
+    case EBUSY:
+      return {ErrorCode::device_refused, fmt::format("camera {} is held by another program", path),
+              fmt::format("close it; `fuser -v {}` names it", path)};
+    default:
+      return {ErrorCode::device_refused,
+              fmt::format("camera {} cannot be opened ({})", path, std::strerror(reason)),
+              "`symrig list` shows the cameras"};
+  }
+}
+
+int whole(std::uint32_t value) {
+  return static_cast<int>(std::min<std::uint32_t>(value, std::numeric_limits<int>::max()));
+}
+
+bool interlaced(std::uint32_t field) {
+  return field != V4L2_FIELD_NONE && field != V4L2_FIELD_ANY;
+}
+
+DriverFormat from_v4l2(const v4l2_format& format, bool multiplanar) {
+  if (multiplanar) {
+    const auto& pix = format.fmt.pix_mp;
+    return {pix.pixelformat,
+            {whole(pix.height), whole(pix.width)},
+            pix.plane_fmt[0].bytesperline,
+            pix.plane_fmt[0].sizeimage,
+            interlaced(pix.field),
+            pix.num_planes};
+  }
+  const auto& pix = format.fmt.pix;
+  return {pix.pixelformat,       {whole(pix.height), whole(pix.width)},
+          pix.bytesperline,      pix.sizeimage,
+          interlaced(pix.field), 1};
+}
+
+/// Lines and bytes of a picture are the driver's to say: they are asked for as 0.
+void put(v4l2_format& format, bool multiplanar, std::uint32_t fourcc, Grid size) {
+  const auto cols = static_cast<std::uint32_t>(size.cols), rows = static_cast<std::uint32_t>(size.rows);
+  if (multiplanar) {
+    auto& pix = format.fmt.pix_mp;
+    pix.pixelformat = fourcc, pix.width = cols, pix.height = rows, pix.field = V4L2_FIELD_NONE;
+    pix.num_planes = 1;
+    pix.plane_fmt[0].bytesperline = pix.plane_fmt[0].sizeimage = 0;
+  } else {
+    auto& pix = format.fmt.pix;
+    pix.pixelformat = fourcc, pix.width = cols, pix.height = rows, pix.field = V4L2_FIELD_NONE;
+    pix.bytesperline = pix.sizeimage = 0;
+  }
+}
+
+}  // namespace
+
+bool is_gone(int reason) {
+  return reason == ENODEV || reason == ENXIO || reason == ESHUTDOWN;
+}
+
+Result<Driver> Driver::open(VideoSystem& system, const std::string& path) {
+  std::unique_ptr<VideoNode> node;
+  if (const int reason = system.open(path, node); reason != 0) return cannot_open(path, reason);
+  Driver driver(path, std::move(node));
+  SYMRIG_CHECK(driver.identify());
+  return driver;
+}
+
+Result<Driver> Driver::open_camera(VideoSystem& system, const std::string& path) {
+  SYMRIG_TRY(auto driver, open(system, path));
+  if (driver.identity().captures) return driver;
+  return Error{ErrorCode::device_refused,
+               fmt::format("{} ({}) hands out no pictures by streaming", path, driver.identity().name),
+               "`symrig list` shows the cameras"};
+}
+
+std::uint32_t Driver::buffer_type() const {
+  return identity_.multiplanar ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
+}
+
+int Driver::call(unsigned long request, void* argument) {
+  int reason = EINTR;
+  // A signal cannot interrupt for ever; a driver that says so every time shall not hang the caller.
+  for (int attempt = 0; reason == EINTR && attempt < 1000; ++attempt)
+    reason = node_->control(request, argument);
+  return reason;
+}
+
+Result<void> Driver::ask(unsigned long request, void* argument, std::string_view doing) {
+  if (const int reason = call(request, argument); reason != 0) return error(reason, doing);
+  return {};
+}
+
+Error Driver::error(int reason, std::string_view doing) const {
+  const std::string camera = identity_.name.empty() ? path_ : fmt::format("{} ({})", path_, identity_.name);
+  if (is_gone(reason))
+    return {ErrorCode::device_lost,
+            fmt::format("camera {} is gone: {}: {}", camera, doing, std::strerror(reason)),
+            "check cable and supply, plug it in again"};
+  if (reason == EBUSY)
+    return {ErrorCode::device_refused,
+            fmt::format("camera {} is held by another program: {}: {}", camera, doing, std::strerror(reason)),
+            fmt::format("close it; `fuser -v {}` names it", path_)};
+  return {ErrorCode::device_refused, fmt::format("camera {}: {}: {}", camera, doing, std::strerror(reason)),
+          "the kernel's log (dmesg) may say more"};
+}
+
+Result<void> Driver::identify() {
+  v4l2_capability answer{};
+  if (const int reason = call(VIDIOC_QUERYCAP, &answer); reason != 0) {
+    if (is_gone(reason)) return error(reason, "asking what it is");
+    return Error{ErrorCode::device_refused,
+                 fmt::format("{} is no V4L2 device ({})", path_, std::strerror(reason)),
+                 "`symrig list` shows the cameras"};
+  }
+  const std::uint32_t able =
+      (answer.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? answer.device_caps : answer.capabilities;
+  const bool single = (able & V4L2_CAP_VIDEO_CAPTURE) != 0;
+  identity_ = {text(answer.card), text(answer.driver), text(answer.bus_info), false, false};
+  identity_.multiplanar = !single && (able & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0;
+  identity_.captures = (single || identity_.multiplanar) && (able & V4L2_CAP_STREAMING) != 0;
+  return {};
+}
+
+Result<DriverFormat> Driver::format() {
+  v4l2_format format{};
+  format.type = buffer_type();
+  SYMRIG_CHECK(ask(VIDIOC_G_FMT, &format, "reading its format"));
+  return from_v4l2(format, identity_.multiplanar);
+}
+
+Result<DriverFormat> Driver::set_format(std::uint32_t fourcc, Grid size) {
+  v4l2_format format{};
+  format.type = buffer_type();
+  SYMRIG_CHECK(ask(VIDIOC_G_FMT, &format, "reading its format"));
+  put(format, identity_.multiplanar, fourcc, size);
+  SYMRIG_CHECK(ask(VIDIOC_S_FMT, &format,
+                   fmt::format("setting the format {} {}", fourcc_text(fourcc), to_string(size))));
+  return from_v4l2(format, identity_.multiplanar);
+}
+
+}  // namespace symrig::camera

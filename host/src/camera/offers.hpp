@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "driver.hpp"
+#include "symrig/camera/camera_info.hpp"
+
+#include <string>
+#include <vector>
+
+namespace symrig::camera {
+
+/// All formats with their sizes and rates, in the driver's order.  fails: device_lost.
+Result<std::vector<FormatOffer>> read_offers(Driver& driver);
+
+/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": what can be read here, for error lines.
+std::string offers_text(const std::vector<FormatOffer>& offers);
+
+/// "640x480" or "16x16 to 1024x4096".
+std::string size_text(const SizeOffer& size);
+
+}  // namespace symrig::camera

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "stream.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig::camera {
+namespace {
+
+constexpr int kMostErrorsInARow = 16;
+constexpr std::size_t kMostNotes = 32;
+constexpr Nanoseconds kLook = std::chrono::seconds(1);  // so often a silent stream is looked at
+
+}  // namespace
+
+Stream::Stream(Driver driver, const StreamPlan& plan, SequenceCount counts, StreamReport report)
+    : driver_(std::move(driver)),
+      plan_(plan),
+      reader_(plan.layout, plan.region, plan.saturation),
+      counts_(counts),
+      report_(std::move(report)) {}
+
+Result<std::unique_ptr<Stream>> Stream::start(Driver driver, const StreamPlan& plan, SequenceCount counts,
+                                              StreamReport report) {
+  std::unique_ptr<Stream> stream(new Stream(std::move(driver), plan, counts, std::move(report)));
+  SYMRIG_CHECK(stream->begin());
+  return stream;
+}
+
+Result<void> Stream::begin() {
+  SYMRIG_TRY(auto ring, BufferRing::make(driver_, plan_.buffers, plan_.layout.bytes()));
+  ring_.emplace(std::move(ring));
+  buffers_out_ = ring_->size();
+  judge_.emplace(driver_.node().now(), ring_->size());
+  SYMRIG_CHECK(ring_->start());
+  thread_ = std::thread([this] { run(); });
+  return {};
+}
+
+Stream::~Stream() {
+  finish();
+}
+
+SequenceCount Stream::finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  if (thread_.joinable()) {
+    driver_.node().interrupt();
+    thread_.join();
+  }
+  return counts_;
+}
+
+void Stream::run() {
+  for (;;) {
+    const Wake wake = driver_.node().wait(kLook);
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_) return;
+    }
+    // A hangup, too, is asked for its reason: the call that takes a buffer has it.
+    if ((wake == Wake::frame || wake == Wake::hangup) && !drain()) return;
+    if (wake == Wake::hangup && !handle_error(EIO)) return;
+  }
+}
+
+/// Takes all that is there. false: the stream has ended.
+bool Stream::drain() {
+  for (;;) {
+    FilledBuffer filled;
+    const int reason = ring_->take(filled);
+    if (reason == EAGAIN) return true;
+    if (reason != 0) return handle_error(reason);
+    errors_in_a_row_ = 0;
+    --buffers_out_;
+    if (!accept(filled)) return false;
+  }
+}
+
+/// EIO may pass [Linux media, VIDIOC_DQBUF]: only a row of them ends the stream, as does anything else.
+bool Stream::handle_error(int reason) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++report_.errors;
+  }
+  if (reason == EIO && ++errors_in_a_row_ < kMostErrorsInARow) return true;
+  return lose(reason, "taking a frame");
+}
+
+/// One buffer: to a frame, to the queue, back to the driver. false: the stream has ended.
+bool Stream::accept(const FilledBuffer& filled) {
+  const bool damaged = filled.error || filled.data.size() < plan_.layout.bytes();
+  const StampVerdict verdict = judge_->judge(filled.stamp, driver_.node().now(), damaged);
+  const SequenceCount::Reading reading = counts_.read(filled.sequence);
+  if (!verdict.note.empty()) note(verdict.note);
+  if (verdict.stale) {
+    after_stale_ = true;
+    const std::lock_guard lock(mutex_);
+    ++report_.stale;
+  } else {
+    // What lies between an old frame and the first of the stream was never the stream's.
+    if (!std::exchange(after_stale_, false)) count(reading);
+    CameraFrame frame = develop(filled, damaged);
+    frame.sequence = reading.number;
+    frame.stamp = {filled.stamp.at};
+    frame.stamp_of = verdict.of;
+    keep(std::move(frame));
+  }
+  if (const int reason = ring_->give_back(filled.index); reason == 0)
+    ++buffers_out_;
+  else if (is_gone(reason) || buffers_out_ == 0)
+    return lose(reason, "giving a buffer back");
+  else
+    note(fmt::format("the driver does not take a buffer back ({})", std::strerror(reason)));
+  return true;
+}
+
+void Stream::count(const SequenceCount::Reading& reading) {
+  const std::lock_guard lock(mutex_);
+  report_.missing += reading.missing;
+  if (reading.step == Step::repeated) ++report_.repeated;
+  if (reading.step == Step::backwards) ++report_.reordered;
+}
+
+CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
+  CameraFrame frame;
+  frame.damaged = damaged;
+  frame.raw.resize(static_cast<std::size_t>(reader_.grid().size()));
+  const unsigned seen = reader_.read(filled.data, frame.raw);
+  const auto& [bits, shift] = plan_.layout.depth;
+  if (damaged) return frame;
+  if (seen >> (bits + shift) != 0)
+    note(fmt::format("samples have bits above the {} that were told; such samples count as saturated", bits));
+  if ((seen & ((1U << shift) - 1)) != 0)
+    note(fmt::format(
+        "samples have bits below the upper {}: the depth told is too small, or they stand in the lower bits",
+        bits));
+  return frame;
+}
+
+void Stream::keep(CameraFrame frame) {
+  const std::lock_guard lock(mutex_);
+  if (queue_.size() >= plan_.waiting) {
+    ++report_.overflowed;
+    return;
+  }
+  ++report_.delivered;
+  report_.damaged += frame.damaged ? 1 : 0;
+  report_.unstamped += frame.stamp_of == StampOf::nothing ? 1 : 0;
+  queue_.push_back(std::move(frame));
+  ++arrived_;
+  changed_.notify_all();
+}
+
+/// Ends the stream, whatever the reason: to the caller the camera is lost.
+bool Stream::lose(int reason, std::string_view doing) {
+  Error error = driver_.error(reason, doing);
+  error.code = ErrorCode::device_lost;
+  const std::lock_guard lock(mutex_);
+  lost_ = std::move(error);
+  changed_.notify_all();
+  return false;
+}
+
+void Stream::note(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  const bool known = std::find(report_.notes.begin(), report_.notes.end(), line) != report_.notes.end();
+  if (!known && report_.notes.size() < kMostNotes) report_.notes.push_back(line);
+}
+
+StreamReport Stream::report() const {
+  const std::lock_guard lock(mutex_);
+  return report_;
+}
+
+Result<std::vector<CameraFrame>> Stream::take(std::size_t count, Nanoseconds patience) {
+  std::unique_lock lock(mutex_);
+  for (std::uint64_t before = arrived_; queue_.size() < count && !lost_; before = arrived_)
+    if (!changed_.wait_for(lock, patience, [&] { return arrived_ != before || lost_; })) break;
+  if (queue_.empty() && lost_) return *lost_;
+  std::vector<CameraFrame> frames(std::make_move_iterator(queue_.begin()),
+                                  std::make_move_iterator(queue_.end()));
+  queue_.clear();
+  return frames;
+}
+
+}  // namespace symrig::camera
