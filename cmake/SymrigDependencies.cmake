@@ -14,8 +14,11 @@ find_dependency(hwy)
 set(HDF5_PREFER_PARALLEL OFF)
 find_dependency(HDF5 COMPONENTS C)
 
-# libusb brings no CMake package, only a pkg-config file.
+# libusb and libdrm bring no CMake package, only a pkg-config file.
 find_dependency(PkgConfig)
 if(NOT TARGET PkgConfig::LIBUSB)
   pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET GLOBAL libusb-1.0)
+endif()
+if(NOT TARGET PkgConfig::LIBDRM)
+  pkg_check_modules(LIBDRM REQUIRED IMPORTED_TARGET GLOBAL libdrm)
 endif()

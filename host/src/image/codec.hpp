@@ -31,6 +31,8 @@ Buffer encode_pfm(const Image<float>& image);
 /// Rows of interleaved 8- or 16-bit codes (16 bits in the machine's byte order) → PNG. Empty if libpng fails.
 template <class Code>
 Buffer encode_png_codes(const Image<Code>& image);
+/// One bit a pixel: 0, or white for any other code. One channel. Empty if libpng fails.
+Buffer encode_png_bits(const Image<std::uint8_t>& image);
 
 /// bad_format, naming the file.
 Error damaged(const std::string& name, const std::string& what);

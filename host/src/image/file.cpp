@@ -83,6 +83,11 @@ Result<void> write_png_bytes(const std::filesystem::path& path, const codec::Buf
   return write_file_atomically(path, bytes);
 }
 
+std::vector<std::uint8_t> octets(const codec::Buffer& bytes) {
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
 }  // namespace
 
 Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::string& name) {
@@ -130,9 +135,12 @@ Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
   if (!image.grid().valid() || (image.channels() != 1 && image.channels() != 3)) return {};
-  const auto bytes = codec::encode_png_codes(image);
-  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
-  return {data, data + bytes.size()};
+  return octets(codec::encode_png_codes(image));
+}
+
+std::vector<std::uint8_t> encode_bit_png(const Image<std::uint8_t>& image) {
+  if (!image.grid().valid() || image.channels() != 1) return {};
+  return octets(codec::encode_png_bits(image));
 }
 
 }  // namespace symrig

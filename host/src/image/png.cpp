@@ -166,6 +166,17 @@ std::vector<Code> interleave(const Image<Code>& image) {
   return codes;
 }
 
+/// Eight pixels a byte, the leftmost in the highest bit.
+std::vector<std::uint8_t> pack_bits(const Image<std::uint8_t>& image, std::size_t row_bytes) {
+  std::vector<std::uint8_t> bytes(row_bytes * static_cast<std::size_t>(image.grid().rows));
+  for (int row = 0; row < image.grid().rows; ++row)
+    for (int col = 0; col < image.grid().cols; ++col)
+      if (image.at(row, col) != 0)
+        bytes[static_cast<std::size_t>(row) * row_bytes + static_cast<std::size_t>(col / 8)] |=
+            static_cast<std::uint8_t>(0x80U >> static_cast<unsigned>(col % 8));
+  return bytes;
+}
+
 }  // namespace
 
 bool is_png(Bytes bytes) {
@@ -201,5 +212,15 @@ Buffer encode_png_codes(const Image<Code>& image) {
 
 template Buffer encode_png_codes(const Image<std::uint8_t>&);
 template Buffer encode_png_codes(const Image<std::uint16_t>&);
+
+Buffer encode_png_bits(const Image<std::uint8_t>& image) {
+  Buffer buffer;
+  const auto row_bytes = static_cast<std::size_t>((image.grid().cols + 7) / 8);
+  auto bytes = pack_bits(image, row_bytes);
+  auto rows = row_pointers(bytes, row_bytes, image.grid().rows);
+  Writer writer(buffer);
+  if (!writer.write(image.grid(), 1, 1, rows.data())) buffer.clear();
+  return buffer;
+}
 
 }  // namespace symrig::codec

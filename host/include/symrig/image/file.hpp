@@ -44,4 +44,8 @@ Image<std::uint8_t> to_display(const Image<float>& image, double exposure = 1);
 /// Empty if the image is empty or has other channels.
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
 
+/// 1-bit PNG in memory: black where the code is 0, else white. Empty if the image is empty or has more than
+/// one channel.
+std::vector<std::uint8_t> encode_bit_png(const Image<std::uint8_t>& image);
+
 }  // namespace symrig

@@ -22,6 +22,9 @@ enum class Pacing : std::uint8_t {
 struct Shown {
   std::uint64_t refresh = 0;  ///< the display's own count of refreshes at which it appeared
   device::SteadyTime since;   ///< when that refresh began to be scanned out
+  /// false: the display counts no refreshes. Then `refresh` counts shows, and `since` is when the picture was
+  /// handed to the display.
+  bool counted = true;
 };
 
 /// A projector that holds a sequence of patterns and shows one at a time. Not thread-safe.

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "device/links/fd.hpp"
+#include "projector/drm/flip_events.hpp"
+#include "projector/drm/hotplug.hpp"
+#include "projector/drm/kms.hpp"
+
+#include <map>
+
+namespace symrig::drm {
+
+/// A card of this machine, through libdrm.
+class LibdrmKms final : public Kms {
+ public:
+  LibdrmKms(device::Fd card, const std::string& name);
+  ~LibdrmKms() override;
+
+  std::string driver() override;
+  Errno become_master() override;
+  bool is_master() override;
+  void drop_master() override;
+  bool enable_atomic() override;
+
+  Answer<Resources> resources() override;
+  Answer<Connector> connector(std::uint32_t id, bool probe) override;
+  Answer<Crtc> crtc(std::uint32_t id) override;
+  Answer<std::vector<Plane>> planes() override;
+  Answer<std::vector<Property>> properties(std::uint32_t object, Kind kind) override;
+  Answer<std::vector<std::byte>> blob(std::uint32_t id) override;
+  Answer<std::uint32_t> create_blob(std::span<const std::byte> bytes) override;
+  void destroy_blob(std::uint32_t id) override;
+
+  Answer<Buffer> create_buffer(Grid grid) override;
+  void destroy_buffer(const Buffer& buffer) override;
+
+  Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) override;
+  Errno set_crtc(const Crtc& crtc, std::span<const std::uint32_t> connectors) override;
+  Errno set_property(const Setting& setting) override;
+  Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) override;
+  Errno disable_plane(std::uint32_t plane) override;
+  Errno hide_cursor(std::uint32_t crtc) override;
+  Answer<Gamma> gamma(std::uint32_t crtc, int size) override;
+  Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) override;
+
+  Errno counts_refreshes(std::uint32_t crtc) override;
+  Answer<FlipEvent> next_flip(Nanoseconds patience) override;
+  bool hotplugged(std::uint32_t connector) override;
+  device::SteadyTime now() override;
+  void sleep_until(device::SteadyTime time) override;
+
+ private:
+  int fd() const { return card_.get(); }
+  Answer<Plane> plane(std::uint32_t id);
+  const Property& kind_of(std::uint32_t property);
+
+  device::Fd card_;
+  FlipEvents events_;
+  HotplugEar ear_;
+  std::map<std::uint32_t, Property> kinds_;  // of properties that were asked for, without their values
+};
+
+}  // namespace symrig::drm

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "projector/drm/mode.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace symrig {
+
+std::string to_string(const DisplayMode& mode) {
+  const double rate = mode.period.count() > 0 ? 1 / seconds(mode.period) : 0;
+  // 60.0004 is what a mode called 60 has for want of a finer clock.
+  const double shown = std::abs(rate - std::round(rate)) < 0.01 ? std::round(rate) : rate;
+  return fmt::format("{}x{}@{}{}", mode.grid.cols, mode.grid.rows, std::round(100 * shown) / 100,
+                     mode.interlaced ? "i" : "");
+}
+
+namespace drm {
+namespace {
+
+constexpr double kRateTolerance = 0.5;  // 60 means 59.94 too where that is all there is
+constexpr std::size_t kListed = 12;
+
+template <class T>
+bool take_number(std::string_view& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{}) return false;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  return true;
+}
+
+bool take(std::string_view& text, char wanted) {
+  if (!text.starts_with(wanted)) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+bool parse(std::string_view text, ModeRequest& request) {
+  Grid grid;
+  if (!take_number(text, grid.cols) || !take(text, 'x') || !take_number(text, grid.rows) || !grid.valid())
+    return false;
+  request.grid = grid;
+  if (text.empty()) return true;
+  double rate = 0;
+  if (!take(text, '@') || !take_number(text, rate) || !(rate > 0) || !std::isfinite(rate)) return false;
+  request.rate = rate;
+  return text.empty();
+}
+
+/// Lines a refresh, as the clock counts them.
+double lines(const drmModeModeInfo& mode) {
+  double count = mode.vtotal;
+  if ((mode.flags & DRM_MODE_FLAG_INTERLACE) != 0) count /= 2;
+  if ((mode.flags & DRM_MODE_FLAG_DBLSCAN) != 0) count *= 2;
+  if (mode.vscan > 1) count *= mode.vscan;
+  return count;
+}
+
+bool progressive(const drmModeModeInfo& mode) {
+  return (mode.flags & (DRM_MODE_FLAG_INTERLACE | DRM_MODE_FLAG_DBLSCAN)) == 0;
+}
+
+double rate_of(const drmModeModeInfo& mode) {
+  return 1 / seconds(describe(mode).period);
+}
+
+/// Is `mode` what was asked for, and a better answer than `best`?
+bool better(const drmModeModeInfo& mode, const drmModeModeInfo* best, const ModeRequest& request) {
+  if (!progressive(mode)) return false;
+  if (request.grid && describe(mode).grid != *request.grid) return false;
+  if (!request.rate) return best == nullptr;
+  const double distance = std::abs(rate_of(mode) - *request.rate);
+  return distance <= kRateTolerance &&
+         (best == nullptr || distance < std::abs(rate_of(*best) - *request.rate));
+}
+
+std::string offered(std::span<const drmModeModeInfo> modes) {
+  std::vector<std::string> names;
+  for (const auto& mode : modes) {
+    const std::string name = to_string(describe(mode));
+    if (progressive(mode) && std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
+  }
+  const std::size_t more = names.size() > kListed ? names.size() - kListed : 0;
+  names.resize(names.size() - more);
+  return fmt::format("{}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
+std::string text(const ModeRequest& request) {
+  if (!request.grid) return "progressive mode";
+  const std::string size = fmt::format("{}x{}", request.grid->cols, request.grid->rows);
+  return "mode " + (request.rate ? fmt::format("{}@{}", size, *request.rate) : size);
+}
+
+}  // namespace
+
+Result<ModeRequest> parse_mode(const std::string& text) {
+  ModeRequest request;
+  if (text.empty() || parse(text, request)) return request;
+  return Error{ErrorCode::bad_argument, "'" + text + "' is no mode",
+               "give COLUMNSxROWS or COLUMNSxROWS@RATE, such as 1920x1080@60"};
+}
+
+DisplayMode describe(const drmModeModeInfo& mode) {
+  DisplayMode described;
+  described.grid = {mode.vdisplay, mode.hdisplay};
+  described.preferred = (mode.type & DRM_MODE_TYPE_PREFERRED) != 0;
+  described.interlaced = (mode.flags & DRM_MODE_FLAG_INTERLACE) != 0;
+  const double pixels = mode.htotal * lines(mode);  // a refresh; the clock is in kHz
+  const double fallback = 1e9 / (mode.vrefresh > 0 ? mode.vrefresh : 60);
+  described.period =
+      Nanoseconds(std::llround(mode.clock > 0 && pixels > 0 ? pixels * 1e6 / mode.clock : fallback));
+  return described;
+}
+
+Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
+                                    const std::string& connector) {
+  if (modes.empty())
+    return Error{ErrorCode::device_lost, connector + ": what is plugged in there tells no mode",
+                 "switch the projector on and plug it in again"};
+  const drmModeModeInfo* best = nullptr;
+  for (const auto& mode : modes)
+    if (better(mode, best, request)) best = &mode;
+  if (best != nullptr) return *best;
+  return Error{ErrorCode::unknown_name, fmt::format("{} has no {}", connector, text(request)),
+               "it has " + offered(modes)};
+}
+
+}  // namespace drm
+}  // namespace symrig

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/projector/display.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include <xf86drmMode.h>
+
+namespace symrig::drm {
+
+/// A mode as the user asks for it.
+struct ModeRequest {
+  std::optional<Grid> grid;    // none: the preferred mode
+  std::optional<double> rate;  // refreshes a second; none: any
+};
+
+/// "", "1920x1080", "1920x1080@60", "1280x720@59.94".  fails: bad_argument.
+Result<ModeRequest> parse_mode(const std::string& text);
+
+DisplayMode describe(const drmModeModeInfo& mode);
+
+/// The first mode of that size, in the kernel's order (preferred first, then fast before slow); with a rate
+/// the one nearest to it, at most half a hertz away. Interlaced and double-scan modes are left out: their
+/// lines are not the projector's.  fails: unknown_name (lists what there is), device_lost (no mode at all).
+Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
+                                    const std::string& connector);
+
+}  // namespace symrig::drm

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "projector/drm/takeover.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <map>
+
+#include <fmt/format.h>
+
+namespace symrig::drm {
+namespace {
+
+struct Object {
+  std::uint32_t id;
+  Kind kind;
+};
+
+/// The properties of the objects of a takeover, read once.
+class PropertyTable {
+ public:
+  explicit PropertyTable(Kms& kms) : kms_(kms) {}
+
+  /// A setting of the property of that name; none if the object has no such property.
+  std::optional<Setting> setting(Object object, std::string_view name, std::uint64_t value) {
+    for (const Property& property : of(object))
+      if (property.name == name) return Setting{object.id, object.kind, property.id, value};
+    return std::nullopt;
+  }
+
+  const std::vector<Property>& of(Object object) {
+    const auto known = known_.find(object.id);
+    if (known != known_.end()) return known->second;
+    return known_.emplace(object.id, kms_.properties(object.id, object.kind).value).first->second;
+  }
+
+ private:
+  Kms& kms_;
+  std::map<std::uint32_t, std::vector<Property>> known_;
+};
+
+bool same_timings(const drmModeModeInfo& a, const drmModeModeInfo& b) {
+  const auto key = [](const drmModeModeInfo& m) {
+    return std::array{m.clock,
+                      std::uint32_t{m.hdisplay},
+                      std::uint32_t{m.hsync_start},
+                      std::uint32_t{m.hsync_end},
+                      std::uint32_t{m.htotal},
+                      std::uint32_t{m.vdisplay},
+                      std::uint32_t{m.vsync_start},
+                      std::uint32_t{m.vsync_end},
+                      std::uint32_t{m.vtotal}};
+  };
+  return key(a) == key(b);
+}
+
+/// In atomic commits ACTIVE does what this one does, and it is refused there.
+bool only_legacy(const Wish& wish) {
+  return wish.property.name == "DPMS";
+}
+
+bool to_be_set(const Wish& wish) {
+  return wish.possible && wish.property.value != wish.setting.value;
+}
+
+}  // namespace
+
+/// An error if pixels would be wrong, else a warning.
+Result<void> Takeover::cannot(const Wish& wish) {
+  const std::string text = complaint(wish);
+  if (wish.must)
+    return Error{ErrorCode::device_refused, route.connector_name + ": " + text,
+                 "pictures would not be shown as they are: use another connector or card"};
+  warnings.push_back(text);
+  return {};
+}
+
+Result<std::vector<Wish>> Takeover::wishes() {
+  std::vector<Wish> all;
+  const Object objects[] = {
+      {route.crtc, Kind::crtc}, {route.connector, Kind::connector}, {route.plane, Kind::plane}};
+  for (const Object object : objects) {
+    if (object.id == 0) continue;
+    const auto properties = kms.properties(object.id, object.kind);
+    if (!properties) return refusal(route.connector_name, "its properties cannot be read", properties.error);
+    for (Wish& wish : identity_wishes(object.id, object.kind, properties.value)) {
+      if (!wish.possible)
+        SYMRIG_CHECK(cannot(wish));
+      else
+        all.push_back(std::move(wish));
+    }
+  }
+  return all;
+}
+
+/// Plane, CRTC and connector tied together, everything else off this CRTC.
+Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
+  const auto blob = kms.create_blob(std::as_bytes(std::span(&route.mode, 1)));
+  if (!blob) return refusal(route.connector_name, "its mode cannot be set", blob.error);
+  blobs.push_back(blob.value);
+  PropertyTable table(kms);
+  std::vector<Setting> settings;
+  const auto set = [&](Object object, std::string_view name, std::uint64_t value) {
+    if (const auto setting = table.setting(object, name, value)) settings.push_back(*setting);
+  };
+  const std::uint64_t width = route.mode.hdisplay, height = route.mode.vdisplay;
+  const Object plane{route.plane, Kind::plane}, crtc{route.crtc, Kind::crtc};
+  set({route.connector, Kind::connector}, "CRTC_ID", route.crtc);
+  set(crtc, "MODE_ID", blob.value);
+  set(crtc, "ACTIVE", 1);
+  set(plane, "FB_ID", fb);
+  set(plane, "CRTC_ID", route.crtc);
+  // One pixel of the picture a pixel of the screen; positions in the picture have 16 bits after the point.
+  for (const auto& [name, value] : {std::pair("SRC_X", std::uint64_t{0}),
+                                    {"SRC_Y", 0},
+                                    {"SRC_W", width << 16U},
+                                    {"SRC_H", height << 16U},
+                                    {"CRTC_X", 0},
+                                    {"CRTC_Y", 0},
+                                    {"CRTC_W", width},
+                                    {"CRTC_H", height}})
+    set(plane, name, value);
+  for (const std::uint32_t other : route.other_planes) {
+    set({other, Kind::plane}, "FB_ID", 0);
+    set({other, Kind::plane}, "CRTC_ID", 0);
+  }
+  for (const std::uint32_t other : route.other_connectors) set({other, Kind::connector}, "CRTC_ID", 0);
+  return settings;
+}
+
+Result<void> Takeover::atomic(std::uint32_t fb) {
+  SYMRIG_TRY(auto settings, base_settings(fb));
+  const std::string mode = "its mode " + to_string(describe(route.mode)) + " cannot be set";
+  if (const Errno error = kms.commit(settings, Commit::test, 0); error != 0)
+    return refusal(route.connector_name, mode, error);
+  SYMRIG_TRY(const auto all, wishes());
+  std::vector<Wish> kept;
+  for (const Wish& wish : all) {
+    if (only_legacy(wish)) continue;
+    if (to_be_set(wish)) {
+      settings.push_back(wish.setting);
+      if (kms.commit(settings, Commit::test, 0) != 0) {
+        settings.pop_back();
+        SYMRIG_CHECK(cannot(wish));
+        continue;
+      }
+      saved.remember(kms, wish);
+    }
+    kept.push_back(wish);
+  }
+  SYMRIG_CHECK(straighten_gamma());
+  if (const Errno error = kms.commit(settings, Commit::modeset, 0); error != 0)
+    return refusal(route.connector_name, mode, error);
+  return verify(settings, kept);
+}
+
+Result<void> Takeover::legacy(std::uint32_t fb) {
+  for (const std::uint32_t other : route.other_planes) kms.disable_plane(other);
+  const std::uint32_t connectors[] = {route.connector};
+  const Crtc crtc{.id = route.crtc, .fb = fb, .mode = route.mode};
+  if (const Errno error = kms.set_crtc(crtc, connectors); error != 0)
+    return refusal(route.connector_name, "its mode " + to_string(describe(route.mode)) + " cannot be set",
+                   error);
+  kms.hide_cursor(route.crtc);  // one that was never shown cannot be hidden: not an error
+  SYMRIG_TRY(const auto all, wishes());
+  std::vector<Wish> kept;
+  for (const Wish& wish : all) {
+    if (to_be_set(wish)) {
+      saved.remember(kms, wish);
+      if (kms.set_property(wish.setting) != 0) {
+        SYMRIG_CHECK(cannot(wish));
+        continue;
+      }
+    }
+    kept.push_back(wish);
+  }
+  SYMRIG_CHECK(straighten_gamma());
+  return verify({}, kept);
+}
+
+/// Old drivers have a table of codes and no property for it.
+Result<void> Takeover::straighten_gamma() {
+  const auto crtc = kms.crtc(route.crtc);
+  if (!crtc || crtc.value.gamma_size <= 1) return {};
+  for (const Property& property : kms.properties(route.crtc, Kind::crtc).value)
+    if (property.name == "GAMMA_LUT") return {};
+  const Gamma straight = straight_gamma(crtc.value.gamma_size);
+  auto before = kms.gamma(route.crtc, crtc.value.gamma_size);
+  if (before && before.value == straight) return {};
+  if (before) saved.remember(std::move(before.value));
+  const Errno error = kms.set_gamma(route.crtc, straight);
+  const auto after = kms.gamma(route.crtc, crtc.value.gamma_size);
+  if (error == 0 && after && after.value == straight) return {};
+  warnings.emplace_back("the CRTC's gamma table cannot be set straight");
+  return {};
+}
+
+/// What the kernel says now must be what was asked for.
+Result<void> Takeover::verify(std::span<const Setting> settings, std::span<const Wish> kept) {
+  const auto crtc = kms.crtc(route.crtc);
+  if (!crtc) return refusal(route.connector_name, "its state cannot be read back", crtc.error);
+  if (!crtc.value.mode || !same_timings(*crtc.value.mode, route.mode))
+    return Error{
+        ErrorCode::device_refused,
+        route.connector_name + ": it was set to " + to_string(describe(route.mode)) + " and is not in it",
+        "try another mode"};
+  PropertyTable now(kms);
+  const auto holds = [&](const Setting& setting) {
+    const auto& properties = now.of({setting.object, setting.kind});
+    return std::any_of(properties.begin(), properties.end(), [&](const Property& property) {
+      return property.id == setting.property && property.value == setting.value;
+    });
+  };
+  for (const Setting& setting : settings)
+    if (!holds(setting) && std::none_of(kept.begin(), kept.end(), [&](const Wish& wish) {
+          return wish.setting.object == setting.object && wish.setting.property == setting.property;
+        }))
+      return Error{ErrorCode::device_refused,
+                   fmt::format("{}: property {} of object {} was set to {} and is not", route.connector_name,
+                               setting.property, setting.object, setting.value),
+                   "the driver does not keep what it accepts: use another card"};
+  for (const Wish& wish : kept)
+    if (!holds(wish.setting)) SYMRIG_CHECK(cannot(wish));
+  return {};
+}
+
+}  // namespace symrig::drm

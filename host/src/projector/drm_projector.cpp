@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/projector/drm_projector.hpp"
+
+#include "projector/drm/screen.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig {
+
+Result<std::unique_ptr<DrmProjector>> DrmProjector::open(const DrmProjectorOptions& options) {
+  return open(*drm::machine_cards(), options);
+}
+
+Result<std::unique_ptr<DrmProjector>> DrmProjector::open(drm::Cards& cards,
+                                                         const DrmProjectorOptions& options) {
+  if (options.buffers < 2 || options.buffers > 3)
+    return Error{ErrorCode::bad_argument, fmt::format("{} buffers were asked for", options.buffers),
+                 "give 2 or 3"};
+  const drm::ScreenOptions how{static_cast<std::size_t>(options.buffers), options.legacy, options.patience};
+  SYMRIG_TRY(auto screen, drm::Screen::take(cards, options.connector, options.mode, how));
+  SYMRIG_TRY(const Grid grid, placed_grid(screen->grid(), options.placement, options.grid));
+  return std::unique_ptr<DrmProjector>(new DrmProjector(std::move(screen), options, grid));
+}
+
+DrmProjector::DrmProjector(std::unique_ptr<drm::Screen> screen, const DrmProjectorOptions& options, Grid grid)
+    : screen_(std::move(screen)),
+      placement_(options.placement),
+      table_(options.codes),
+      grid_(grid),
+      drawn_(screen_->buffers()) {}
+
+DrmProjector::~DrmProjector() = default;
+
+Nanoseconds DrmProjector::refresh_period() const {
+  return screen_->period();
+}
+
+Grid DrmProjector::screen() const {
+  return screen_->grid();
+}
+
+bool DrmProjector::counts_refreshes() const {
+  return screen_->counted();
+}
+
+const std::vector<std::string>& DrmProjector::warnings() const {
+  return screen_->warnings();
+}
+
+Result<void> DrmProjector::load(std::span<const Pattern> patterns) {
+  std::vector<Image<std::uint8_t>> codes;
+  codes.reserve(patterns.size());
+  for (const Pattern& pattern : patterns) {
+    SYMRIG_TRY(auto converted, to_codes(pattern, grid_, table_, codes.size()));
+    codes.push_back(std::move(converted));
+  }
+  codes_ = std::move(codes);
+  drawn_.assign(drawn_.size(), std::nullopt);
+  return {};
+}
+
+Result<Shown> DrmProjector::show(std::size_t index) {
+  if (lost_) return *lost_;
+  if (index >= codes_.size())
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("pattern {} is not among the {} that are loaded", index, codes_.size()),
+                 "load it first"};
+  auto shown = flip_to(index);
+  // Which buffer is on the screen now cannot be known: nothing may be drawn into any.
+  if (!shown) lost_ = shown.error();
+  return shown;
+}
+
+/// Asked before, so that no pattern goes to nobody, and after: an unplugged connector may well flip.
+Result<Shown> DrmProjector::flip_to(std::size_t index) {
+  SYMRIG_CHECK(screen_->check());
+  const std::size_t back = buffer_with(index);
+  SYMRIG_CHECK(screen_->submit(back));
+  draw_ahead(index + 1, back);
+  const auto shown = screen_->await();
+  SYMRIG_CHECK(screen_->check());
+  if (shown) front_ = back;
+  return shown;
+}
+
+/// A buffer off the screen that holds pattern `index`, drawn now if it was not drawn ahead.
+std::size_t DrmProjector::buffer_with(std::size_t index) {
+  std::size_t back = front_;
+  for (std::size_t k = 0; k < drawn_.size(); ++k)
+    if (k != front_ && (back == front_ || drawn_[k] == index)) back = k;
+  if (drawn_[back] == index) return back;
+  draw(codes_[index], placement_, screen_->memory(back));
+  drawn_[back] = index;
+  return back;
+}
+
+/// The refresh that is waited for leaves time to draw what will most likely be asked for next.
+void DrmProjector::draw_ahead(std::size_t index, std::size_t waiting) {
+  if (index >= codes_.size()) return;
+  for (std::size_t k = 0; k < drawn_.size(); ++k) {
+    if (k == front_ || k == waiting || drawn_[k] == index) continue;
+    draw(codes_[index], placement_, screen_->memory(k));
+    drawn_[k] = index;
+  }
+}
+
+std::string DrmProjector::describe() const {
+  const drm::Route& route = screen_->route();
+  return fmt::format("{} ({}) {}, patterns {} in cells of {}{}", route.connector_name, screen_->driver(),
+                     to_string(drm::describe(route.mode)), to_string(grid_), placement_.cell,
+                     screen_->counted() ? "" : ", refreshes not counted");
+}
+
+}  // namespace symrig
