@@ -3,6 +3,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
+#include "list_projectors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -112,14 +113,16 @@ Result<void> run(const Arguments& arguments) {
   for (const auto& board : boards) rows.push_back(ask(board));
   nlohmann::ordered_json json{{"command", "list"}, {"boards", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) json["boards"].push_back(to_json(row));
+  const auto displays = find_displays();
+  json["projectors"] = projectors_json(displays);
   SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
-  return arguments.json == "-" ? Result<void>() : print(table(rows));
+  return arguments.json == "-" ? Result<void>() : print(table(rows) + projectors_table(displays));
 }
 
 }  // namespace
 
 Job add_list(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("list", "The boards that are connected");
+  CLI::App* command = app.add_subcommand("list", "The boards and projectors that are connected");
   const auto arguments = std::make_shared<Arguments>();
   command
       ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
@@ -133,7 +136,8 @@ Job add_list(CLI::App& app) {
                   "\n"
                   "Looks on USB and on USB serial ports and asks each board who it is; a board that "
                   "another program\n"
-                  "has open is shown, but not asked. The simulated board sim: is always there.\n\n") +
+                  "has open is shown, but not asked. The simulated board sim: is always there.\n"
+                  "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }
