@@ -47,6 +47,7 @@ void Core::capabilities(symrig_wire_Reply& reply) const {
   can.queue_segments = traits.queue_segments;
   can.refill_ticks = traits.refill_ticks;
   can.poll_ticks = traits.poll_ticks;
+  can.lateness = traits.lateness;
   put_text(label_.text, can.label);
 }
 

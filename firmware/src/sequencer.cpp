@@ -149,6 +149,7 @@ void Sequencer::stop(Tick now) {
   const bool at_end = phase_ == Phase::closing && known_ == stretch_;
   const bool end_shown = at_end && now >= base(stretch_) + offset_;
   tally_.steps = engine_.played() - (end_shown ? 1 : 0);
+  tally_.late += engine_.late();
   tally_.ended = now;
   phase_ = Phase::idle;
   while (mark_count_ > 0) {

@@ -214,7 +214,7 @@ symrig_wire_Reply capabilities_reply() {
   symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
   reply.which_body = symrig_wire_Reply_capabilities_tag;
   symrig_wire_CapabilitiesReply& can = reply.body.capabilities;
-  can = {125'000'000, 18, 6, 0xFFFFFFFF, 9, 131'072, 4, 512, 8, 256, 1024, 120, 60'000, ""};
+  can = {125'000'000, 18, 6, 0xFFFFFFFF, 9, 131'072, 4, 512, 8, 256, 1024, 120, 60'000, "", 0};
   put_text("left rig", can.label);
   return reply;
 }

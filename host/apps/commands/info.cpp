@@ -79,15 +79,23 @@ std::string state_text(const BoardInfo& info, const BoardStatus& status) {
          fault_text(info, "fault", status.fault) + fault_text(info, "fault before", status.reset_fault);
 }
 
+std::string class_text(const BoardInfo& info) {
+  if (!info.best_effort()) return "exact: hardware makes the edges";
+  return fmt::format("best-effort: software makes the edges, up to {} late (measured on this machine)",
+                     span_text(info.rate, info.lateness));
+}
+
 std::string ability_text(const BoardInfo& info) {
   return fmt::format(
+      "  class          {}\n"
       "  tick           {} ns ({} a second)\n"
       "  one word       {} to {}; next word {} after an awaited edge\n"
       "  programs       {} records, loops {} deep; {} queued words, {} to refill one\n"
       "  link           frames of {} bytes, {} in flight\n",
-      1e9 / static_cast<double>(info.rate.hz), info.rate.hz, span_text(info.rate, info.min_dwell),
-      span_text(info.rate, info.max_dwell), span_text(info.rate, info.wait_latency), info.program_bytes / 8,
-      info.loop_depth, info.queue_segments, span_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
+      class_text(info), 1e9 / static_cast<double>(info.rate.hz), info.rate.hz,
+      span_text(info.rate, info.min_dwell), span_text(info.rate, info.max_dwell),
+      span_text(info.rate, info.wait_latency), info.program_bytes / 8, info.loop_depth, info.queue_segments,
+      span_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
 }
 
 Json fault_json(const std::optional<device::FaultInfo>& fault) {
@@ -132,6 +140,8 @@ Json to_json(const BoardInfo& info, const BoardStatus& status) {
             {"queue_segments", info.queue_segments},
             {"refill_ticks", info.refill_ticks},
             {"poll_ticks", info.poll_ticks},
+            {"class", info.best_effort() ? "best-effort" : "exact"},
+            {"lateness", info.lateness.count},
             {"mtu", info.mtu},
             {"window", info.window},
             {"state", name(status.state)},

@@ -20,7 +20,7 @@ struct RunTally {
   hal::Tick ended = 0;
   uint64_t steps = 0;  ///< words put out, End's not counted
   uint32_t underruns = 0;
-  uint32_t late = 0;
+  uint32_t late = 0;  ///< a start that had gone by, and words later than the board promises
 };
 
 /// A mark on its way: `offset` ticks into its stretch.

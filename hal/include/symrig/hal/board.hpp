@@ -46,6 +46,8 @@ struct BoardTraits {
   uint32_t queue_segments = 2;  ///< depth of the engine's queue
   uint32_t refill_ticks = 0;    ///< to expand one record of a program and push it, at most
   uint32_t poll_ticks = 0;      ///< between two polls' refills while a program runs, at most
+  // A best-effort board, whose edges software makes: how late a word may go out and still be as promised.
+  uint32_t lateness = 0;  ///< 0 = edges are made by hardware, exact to the tick
 };
 
 /// All that the firmware core needs to run.

@@ -56,10 +56,14 @@ class EdgeEngine {
   virtual bool idle() const = 0;
   /// The word that stands on the outputs.
   virtual uint32_t levels() const = 0;
-  /// The queue ran empty before close(): the engine fell to its safe word. Cleared by start() and force().
+  /// The queue ran empty before close(), or (software that makes edges) a word came so late that its whole
+  /// time had gone by: the engine fell to its safe word. Cleared by start() and force().
   virtual bool underrun() const = 0;
   /// Words put out since start(), waits not counted.
   virtual uint64_t played() const = 0;
+  /// Words put out more than BoardTraits::lateness after their plan, since start(). None where hardware makes
+  /// the edges.
+  virtual uint32_t late() const { return 0; }
   /// Takes the oldest wait that has ended. false: none. At most kMaxWaits are kept; whoever pushes sees to
   /// it that no more are on their way.
   virtual bool pop_wait(WaitOutcome& outcome) = 0;

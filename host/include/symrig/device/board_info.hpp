@@ -48,6 +48,10 @@ struct BoardInfo {
   std::uint32_t queue_segments = 2;
   std::uint32_t refill_ticks = 0;
   std::uint32_t poll_ticks = 0;
+  /// How late a word may go out: 0 where hardware makes the edges, else the board is best effort.
+  Ticks lateness{};
+
+  bool best_effort() const { return lateness.count != 0; }
 
   /// -1 if there is no such line.
   int line(std::string_view name) const;

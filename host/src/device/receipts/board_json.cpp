@@ -33,6 +33,7 @@ Json board_json(const BoardInfo& board) {
           {"queue_segments", board.queue_segments},
           {"refill_ticks", board.refill_ticks},
           {"poll_ticks", board.poll_ticks},
+          {"lateness", board.lateness.count},
           {"lines", std::move(lines)}};
 }
 
@@ -69,6 +70,7 @@ BoardInfo board_from_json(const Json& json) {
   board.queue_segments = json.value("queue_segments", board.queue_segments);
   board.refill_ticks = json.value("refill_ticks", board.refill_ticks);
   board.poll_ticks = json.value("poll_ticks", board.poll_ticks);
+  board.lateness = {json.value("lateness", board.lateness.count)};
   for (const Json& line : json.at("lines"))
     board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>(),
                            line.value("pin", std::string()), waits_from(line), line.value("trips", false),

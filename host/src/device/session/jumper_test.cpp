@@ -115,7 +115,7 @@ Result<void> check_jumper(Board& board, const Jumper& jumper, SelfTest& test) {
   const BoardInfo& info = board.info();
   const int input = info.line(jumper.input);
   const auto sent = widths(info, input);
-  test.stamp_error = {resolution(info, input) + 1};
+  test.stamp_error = {resolution(info, input) + 1 + info.lateness.count};  // of both edges of a pulse
   SYMRIG_TRY(const Program program, pulses(info, jumper.output, sent));
   const std::vector<LineConfig> lines{{.line = jumper.output}, {.line = jumper.input, .capture = true}};
   SYMRIG_CHECK(board.configure(lines));

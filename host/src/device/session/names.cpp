@@ -131,6 +131,8 @@ Explained explain_code(std::uint32_t code) {
       return {"interlock_open", "close the interlock, then try again"};
     case symrig_wire_Code_CODE_NOT_STORED:
       return {"not_stored", "the board's memory did not take it: it may be worn out"};
+    case symrig_wire_Code_CODE_BUSY:
+      return {"busy", "end the other program that has the board, then connect again"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }

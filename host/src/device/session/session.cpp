@@ -65,6 +65,9 @@ Result<void> Board::Session::introduce() {
 
 Result<void> Board::Session::learn_identity() {
   SYMRIG_TRY(const auto reply, wire_.hello());
+  if (protocol::raw(reply.code) == symrig_wire_Code_CODE_BUSY)
+    return Error{ErrorCode::device_refused, "the board is in use by another program",
+                 std::string(explain_code(symrig_wire_Code_CODE_BUSY).hint)};
   if (reply.which_body != symrig_wire_Reply_hello_tag) return nonsense("hello");
   const symrig_wire_HelloReply& hello = reply.body.hello;
   info_.board = hello.board;
@@ -111,6 +114,7 @@ Result<void> Board::Session::learn_capabilities() {
   info_.queue_segments = can.queue_segments;
   info_.refill_ticks = can.refill_ticks;
   info_.poll_ticks = can.poll_ticks;
+  info_.lateness = {can.lateness};
   info_.label = can.label;
   return {};
 }
