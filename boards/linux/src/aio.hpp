@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "fd.hpp"
+#include "symrig/base/result.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <linux/aio_abi.h>
+
+namespace symrig::sbc {
+
+/// A transfer and its memory; must stay where it is while it is under way.
+struct Transfer {
+  std::vector<std::uint8_t> buffer;
+  iocb request{};
+  bool busy = false;
+  bool input = false;
+};
+
+/// How a transfer ended.
+struct Completed {
+  Transfer* transfer = nullptr;
+  std::int64_t result = 0;  ///< bytes, or a negated errno
+};
+
+/// The kernel's asynchronous reads and writes, for files whose reads would wait (FunctionFS's endpoints do,
+/// O_NONBLOCK or not). Its descriptor is readable when some have ended.
+class AioQueue {
+ public:
+  /// fails: io.
+  static Result<AioQueue> make(unsigned transfers);
+  AioQueue(AioQueue&& other) noexcept;
+  AioQueue& operator=(AioQueue&&) = delete;
+  AioQueue(const AioQueue&) = delete;
+  AioQueue& operator=(const AioQueue&) = delete;
+  /// Waits for what is under way to be called off.
+  ~AioQueue();
+
+  int fd() const { return bell_.get(); }
+  /// Reads up to `size` bytes into, or writes the first `size` of, the transfer's buffer. false: refused.
+  bool submit(Transfer& transfer, int fd, std::size_t size, bool input);
+  /// The next that have ended, in order; empty if there are none. Valid until the next call.
+  std::span<const Completed> completed();
+  void quiet() const;
+
+ private:
+  AioQueue(aio_context_t context, Fd bell) : context_(context), bell_(std::move(bell)) {}
+
+  aio_context_t context_ = 0;
+  Fd bell_;
+  std::array<Completed, 32> completed_{};
+};
+
+}  // namespace symrig::sbc

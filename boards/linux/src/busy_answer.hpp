@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/protocol/frame.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::sbc {
+
+/// What a host hears while another one has the board: code 19 (busy) to its first request.
+class BusyAnswer {
+ public:
+  /// Takes bytes from the host. Returns the answer once a request is complete; empty before.
+  std::vector<std::uint8_t> take(std::span<const std::uint8_t> bytes);
+
+ private:
+  protocol::FrameDecoder decoder_;
+};
+
+}  // namespace symrig::sbc

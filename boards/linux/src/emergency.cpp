@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "emergency.hpp"
+
+#include <array>
+#include <atomic>
+#include <csignal>
+
+namespace symrig::sbc {
+namespace {
+
+constexpr std::array<int, 5> kBreakdowns{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+
+// What a signal handler can reach is global.
+std::atomic<Gpio*> emergency_gpio = nullptr;
+std::atomic<std::uint32_t> emergency_levels = 0;
+static_assert(std::atomic<Gpio*>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);
+
+extern "C" void on_breakdown(int number) {
+  Gpio* const gpio = emergency_gpio;
+  if (gpio != nullptr) gpio->put(emergency_levels);
+  std::signal(number, SIG_DFL);
+  std::raise(number);
+}
+
+}  // namespace
+
+Emergency::Emergency(Gpio& gpio) {
+  emergency_gpio = &gpio;
+  struct sigaction action {};
+  action.sa_handler = on_breakdown;
+  action.sa_flags = SA_NODEFER;
+  for (const int number : kBreakdowns) ::sigaction(number, &action, nullptr);
+}
+
+Emergency::~Emergency() {
+  for (const int number : kBreakdowns) std::signal(number, SIG_DFL);
+  emergency_gpio = nullptr;
+}
+
+void Emergency::set_safe(std::uint32_t levels) {
+  emergency_levels = levels;
+}
+
+}  // namespace symrig::sbc

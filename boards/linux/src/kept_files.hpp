@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/hal/fault_store.hpp"
+#include "symrig/hal/settings.hpp"
+#include "symrig/hal/system.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+namespace symrig::sbc {
+
+/// The stored configuration and label, in a file that is replaced as a whole. Writing to a memory card can
+/// take seconds: `before` is called first, `after` when it is done.
+class SettingsFile final : public hal::Settings {
+ public:
+  using Call = std::function<void()>;
+  explicit SettingsFile(std::filesystem::path path, Call before = {}, Call after = {})
+      : path_(std::move(path)), before_(std::move(before)), after_(std::move(after)) {}
+  std::size_t load(std::uint8_t* out, std::size_t room) const override;
+  bool save(const std::uint8_t* bytes, std::size_t size) override;
+
+ private:
+  std::filesystem::path path_;
+  Call before_, after_;
+};
+
+/// The last fault, in the run folder: it survives the daemon, not a power cycle.
+class FaultFile final : public hal::FaultStore {
+ public:
+  explicit FaultFile(std::filesystem::path path) : path_(std::move(path)) {}
+  hal::FaultRecord load() const override;
+  void save(const hal::FaultRecord& record) override;
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Tells a daemon how the one before it ended.
+class RunMark {
+ public:
+  explicit RunMark(std::filesystem::path path) : path_(std::move(path)) {}
+  /// watchdog if the last one was killed or broke down; power if it ended well or there was none since the
+  /// machine came up. From here on "running" is noted.
+  hal::ResetCause begin();
+  void end_well();
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// The safe levels in force, for `symrigd --safe`: whoever cleans up after a daemon that was killed.
+class SafeLevelsFile {
+ public:
+  explicit SafeLevelsFile(std::filesystem::path path) : path_(std::move(path)) {}
+  std::optional<std::uint32_t> load() const;
+  bool save(std::uint32_t levels) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace symrig::sbc

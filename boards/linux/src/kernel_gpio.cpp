@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernel_gpio.hpp"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fcntl.h>
+#include <linux/gpio.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+namespace symrig::sbc {
+namespace {
+
+constexpr std::size_t kEventsAtOnce = 64;
+
+/// The board's word as the bits of a request.
+gpio_v2_line_values to_values(const LineRequest& request, std::uint32_t levels) noexcept {
+  gpio_v2_line_values values{};
+  for (std::size_t k = 0; k < request.lines.size(); ++k) {
+    values.mask |= std::uint64_t{1} << k;
+    values.bits |= std::uint64_t{levels >> request.lines[k].line & 1U} << k;
+  }
+  return values;
+}
+
+InputEdge to_edge(const LineRequest& request, const gpio_v2_line_event& event) {
+  const auto named = std::find_if(request.lines.begin(), request.lines.end(),
+                                  [&](const ChipLine& line) { return line.offset == event.offset; });
+  return {event.timestamp_ns, named->line, event.id == GPIO_V2_LINE_EVENT_RISING_EDGE};
+}
+
+}  // namespace
+
+KernelGpio::KernelGpio(std::vector<LineRequest> outputs, std::vector<LineRequest> inputs)
+    : outputs_(std::move(outputs)), inputs_(std::move(inputs)) {
+  for (const LineRequest& request : inputs_) {
+    ::fcntl(request.fd.get(), F_SETFL, O_NONBLOCK);
+    edge_fds_.push_back(request.fd.get());
+  }
+}
+
+bool KernelGpio::put(std::uint32_t levels) noexcept {
+  bool sound = true;
+  for (const LineRequest& request : outputs_) {
+    gpio_v2_line_values values = to_values(request, levels);
+    sound = ::ioctl(request.fd.get(), GPIO_V2_LINE_SET_VALUES_IOCTL, &values) == 0 && sound;
+  }
+  return sound;
+}
+
+bool KernelGpio::inputs(std::uint32_t& levels) const noexcept {
+  levels = 0;
+  for (const LineRequest& request : inputs_) {
+    gpio_v2_line_values values = to_values(request, 0);
+    if (::ioctl(request.fd.get(), GPIO_V2_LINE_GET_VALUES_IOCTL, &values) != 0) return false;
+    for (std::size_t k = 0; k < request.lines.size(); ++k)
+      if ((values.bits >> k & 1U) != 0) levels |= 1U << request.lines[k].line;
+  }
+  return true;
+}
+
+/// Edges of one chip come in order; those of several are sorted by whoever keeps them (PinLog).
+std::size_t KernelGpio::read_edges(std::span<InputEdge> out, bool& lost) {
+  std::array<gpio_v2_line_event, kEventsAtOnce> events{};
+  std::size_t count = 0;
+  for (LineRequest& request : inputs_) {
+    while (count < out.size()) {
+      const std::size_t room = std::min(events.size(), out.size() - count);
+      const ssize_t got = ::read(request.fd.get(), events.data(), room * sizeof events[0]);
+      if (got <= 0) break;
+      const std::size_t taken = static_cast<std::size_t>(got) / sizeof events[0];
+      for (std::size_t k = 0; k < taken; ++k) {
+        lost = lost || events.at(k).seqno != request.seqno + 1;
+        request.seqno = events.at(k).seqno;
+        out[count++] = to_edge(request, events.at(k));
+      }
+      if (taken < room) break;
+    }
+  }
+  return count;
+}
+
+}  // namespace symrig::sbc

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gpio.hpp"
+#include "line_request.hpp"
+
+#include <memory>
+#include <vector>
+
+namespace symrig::sbc {
+
+/// Lines of this machine, held for as long as it lives.
+class KernelGpio final : public Gpio {
+ public:
+  KernelGpio(std::vector<LineRequest> outputs, std::vector<LineRequest> inputs);
+
+  bool put(std::uint32_t levels) noexcept override;
+  bool inputs(std::uint32_t& levels) const noexcept override;
+  std::span<const int> edge_fds() const override { return edge_fds_; }
+  std::size_t read_edges(std::span<InputEdge> out, bool& lost) override;
+
+ private:
+  std::vector<LineRequest> outputs_;
+  std::vector<LineRequest> inputs_;
+  std::vector<int> edge_fds_;
+};
+
+}  // namespace symrig::sbc

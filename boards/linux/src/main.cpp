@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// symrigd: a Linux machine with GPIO lines as a trigger board.
+#include "daemon.hpp"
+#include "find_lines.hpp"
+#include "identity.hpp"
+#include "notify.hpp"
+#include "realtime.hpp"
+#include "serial_transport.hpp"
+#include "socket_transport.hpp"
+#include "usb_transport.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <sys/signalfd.h>
+
+namespace symrig::sbc {
+namespace {
+
+constexpr unsigned kQuickWakes = 300;    // at every start: a third of a second
+constexpr unsigned kWakesASecond = 800;  // of --measure
+constexpr const char* kDefaultFile = "/etc/symrig/board.toml";
+
+struct Arguments {
+  std::string config;
+  bool safe = false;
+  bool id = false;
+  unsigned measure_seconds = 0;
+};
+
+Result<BoardFile> board_file(const Arguments& arguments) {
+  if (!arguments.config.empty()) return read_board_file(arguments.config);
+  if (std::filesystem::exists(kDefaultFile)) return read_board_file(kDefaultFile);
+  return default_board();
+}
+
+template <class T>
+Result<void> add(Result<std::unique_ptr<T>> made, std::vector<std::unique_ptr<Transport>>& out) {
+  if (!made) return made.error();
+  log_line("serves " + (*made)->name());
+  out.push_back(std::move(made).value());
+  return {};
+}
+
+Result<std::vector<std::unique_ptr<Transport>>> open_transports(const BoardLinks& links) {
+  std::vector<std::unique_ptr<Transport>> out;
+  if (!links.usb.empty()) SYMRIG_CHECK(add(UsbTransport::open(links.usb), out));
+  if (!links.unix_socket.empty()) SYMRIG_CHECK(add(SocketTransport::listen_unix(links.unix_socket), out));
+  if (!links.serial.empty()) SYMRIG_CHECK(add(SerialTransport::open(links.serial, links.baud), out));
+  if (links.tcp_port != 0)
+    SYMRIG_CHECK(add(SocketTransport::listen_tcp(links.tcp_host, links.tcp_port), out));
+  if (!out.empty()) return out;
+  return Error{ErrorCode::bad_format, "the board has no way to a host",
+               "name one under [link] in board.toml"};
+}
+
+/// Ending by these is asked for; they are read in the main loop.
+Fd open_stop_signals() {
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&wanted, number);
+  pthread_sigmask(SIG_BLOCK, &wanted, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+  return Fd(::signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
+}
+
+Result<void> make_safe(const BoardFile& file) {
+  const std::uint32_t levels = kept_safe_levels(file);
+  SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
+  fmt::print("outputs are at their safe levels ({:08x})\n", levels);
+  return {};
+}
+
+std::filesystem::path measured_path(const BoardFile& file) {
+  return file.state_folder / "measured";
+}
+
+Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
+  const std::uint32_t levels = kept_safe_levels(file);
+  SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
+  if (file.lock_memory) lock_memory();
+  const Measured measured = measure(*gpio, levels, seconds * kWakesASecond, file.priority);
+  fmt::print("{}", measured_text(measured, abilities(measured)));
+  SYMRIG_CHECK(save_measured(measured_path(file), measured));
+  fmt::print("kept in {}; the next start promises nothing better\n", measured_path(file).string());
+  return {};
+}
+
+Result<void> serve(const BoardFile& file) {
+  const Fd stop = open_stop_signals();
+  SYMRIG_TRY(auto id, unique_id(file));
+  if (file.lock_memory)
+    if (const std::string slow = lock_memory(); !slow.empty()) log_line(slow);
+  const std::uint32_t levels = kept_safe_levels(file);
+  SYMRIG_TRY(auto gpio, take_lines(file.lines, levels));
+  const Measured measured =
+      worse(measure(*gpio, levels, kQuickWakes, file.priority), load_measured(measured_path(file)));
+  const Abilities can = abilities(measured);
+  log_line(fmt::format("best-effort board '{}' {}: words of at least {} us, at most {} us late", file.name,
+                       hexadecimal(id), can.promise.min_dwell / kMicrosecond,
+                       can.promise.lateness / kMicrosecond));
+  SYMRIG_TRY(auto transports, open_transports(file.links));
+  Daemon daemon({file, std::move(id), can, std::move(gpio), std::move(transports)});
+  return daemon.run(stop.get());
+}
+
+Result<void> run(const Arguments& arguments) {
+  SYMRIG_TRY(const BoardFile file, board_file(arguments));
+  if (arguments.safe) return make_safe(file);
+  if (arguments.measure_seconds > 0) return measure_and_keep(file, arguments.measure_seconds);
+  if (!arguments.id) return serve(file);
+  SYMRIG_TRY(const auto id, unique_id(file));
+  fmt::print("{}\n", hexadecimal(id));
+  return {};
+}
+
+int guarded(const Arguments& arguments) {
+  const Result<void> done = run(arguments);
+  if (done) return 0;
+  log_line(done.error().line());
+  return exit_code(done.error().code);
+}
+
+}  // namespace
+}  // namespace symrig::sbc
+
+int main(int argc, char** argv) {
+  try {
+    symrig::sbc::Arguments arguments;
+    CLI::App app(
+        "A Linux machine with GPIO lines as symrig's trigger board (best effort: it measures what it can "
+        "keep, and refuses what it cannot)",
+        "symrigd");
+    app.set_version_flag("--version", SYMRIG_VERSION);
+    app.add_option("--config", arguments.config,
+                   "Lines and links (default: /etc/symrig/board.toml, if it is there)")
+        ->type_name("FILE");
+    auto* safe = app.add_flag("--safe", arguments.safe, "Put all outputs to their safe levels and end");
+    auto* id = app.add_flag("--id", arguments.id, "Print the board's serial number and end");
+    app.add_option("--measure", arguments.measure_seconds,
+                   "Measure this machine for so long, keep and print the result")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(1, 3600))
+        ->excludes(safe, id);
+    app.footer(
+        "Exit codes: 0 ended when asked to, 2 usage, 3 a line, chip or link is not to be had, 4 bad file.");
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : 2;
+    }
+    return symrig::sbc::guarded(arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "symrigd: %s\n", error.what());
+    return 5;
+  }
+}

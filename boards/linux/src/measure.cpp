@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "measure.hpp"
+
+#include "clock.hpp"
+#include "realtime.hpp"
+#include "wake.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include <poll.h>
+
+namespace symrig::sbc {
+namespace {
+
+constexpr hal::Tick kNap = 500 * kMicrosecond;
+constexpr hal::Tick kLongestSpin = 100 * kMicrosecond;
+constexpr unsigned kWarmUp = 16;  // first rounds fill caches and page tables; a run's first words do not
+constexpr unsigned kPushes = 1024;
+constexpr std::uint64_t kCap = 200 * kMillisecond;  // of what can be promised
+
+Spread spread_of(std::vector<std::uint64_t> times) {
+  if (times.empty()) return {};
+  std::sort(times.begin(), times.end());
+  return {times.front(), times[times.size() / 2], times.back()};
+}
+
+void wait_for(int fd) {
+  pollfd one{fd, POLLIN, 0};
+  while (::poll(&one, 1, -1) < 1) {
+  }
+}
+
+/// Returns when the clock read `tick` at the latest that a sleep and the last look at the clock allow.
+hal::Tick sleep_to(const Alarm& alarm, hal::Tick tick, hal::Tick spin) {
+  alarm.set(tick - spin);
+  wait_for(alarm.fd());
+  hal::Tick now = monotonic_now();
+  while (now < tick) now = monotonic_now();
+  return now;
+}
+
+Spread time_wakes(unsigned count) {
+  const Alarm alarm;
+  for (unsigned k = 0; k < kWarmUp; ++k) sleep_to(alarm, monotonic_now() + kNap, 0);
+  std::vector<std::uint64_t> late(count);
+  for (auto& one : late) {
+    const hal::Tick tick = monotonic_now() + kNap;
+    one = sleep_to(alarm, tick, 0) - tick;
+  }
+  return spread_of(late);
+}
+
+hal::Tick spin_for(const Spread& wake) {
+  return std::clamp<hal::Tick>(2 * wake.most, 5 * kMicrosecond, kLongestSpin);
+}
+
+void time_words(Gpio& gpio, std::uint32_t levels, unsigned count, Measured& out) {
+  const Alarm alarm;
+  std::vector<std::uint64_t> late(count);
+  std::vector<std::uint64_t> set(count);
+  for (unsigned k = 0; k < kWarmUp; ++k) gpio.put(levels);
+  for (std::size_t k = 0; k < count; ++k) {
+    const hal::Tick tick = monotonic_now() + kNap;
+    const hal::Tick begin = sleep_to(alarm, tick, spin_for(out.wake));
+    gpio.put(levels);
+    const hal::Tick end = monotonic_now();
+    late[k] = end - tick;
+    set[k] = end - begin;
+  }
+  out.word = spread_of(late);
+  out.set = spread_of(set);
+}
+
+Spread time_nudges(unsigned count, int priority) {
+  const Bell bell;
+  const Bell answer;
+  std::atomic<hal::Tick> heard = 0;
+  std::thread listener([&] {
+    if (priority > 0) run_first(priority);
+    for (unsigned k = 0; k < count; ++k) {
+      wait_for(bell.fd());
+      heard = monotonic_now();
+      bell.quiet();
+      answer.ring();
+    }
+  });
+  std::vector<std::uint64_t> times(count);
+  for (auto& one : times) {
+    std::this_thread::sleep_for(std::chrono::microseconds(100));  // it must be asleep, as it is in earnest
+    const hal::Tick rung = monotonic_now();
+    bell.ring();
+    wait_for(answer.fd());
+    answer.quiet();
+    one = heard - rung;
+  }
+  listener.join();
+  return spread_of(times);
+}
+
+class NoWords final : public WordSink {
+ public:
+  hal::Tick put(std::uint32_t) override { return 0; }
+};
+
+Spread time_pushes() {
+  NoWords sink;
+  Playback playback(sink, {}, kPushes);
+  PriorityMutex mutex;
+  std::vector<std::uint64_t> times;
+  for (unsigned k = 0; k < kPushes; ++k) {
+    const hal::Tick begin = monotonic_now();
+    const PriorityLock lock(mutex);
+    playback.push({});
+    times.push_back(monotonic_now() - begin);
+  }
+  return spread_of(times);
+}
+
+Spread worse(const Spread& a, const Spread& b) {
+  return {std::max(a.least, b.least), std::max(a.median, b.median), std::max(a.most, b.most)};
+}
+
+}  // namespace
+
+Measured measure(Gpio& gpio, std::uint32_t levels, unsigned wakes, int priority) {
+  Measured out;
+  std::thread worker([&] {
+    if (priority > 0) run_first(priority);
+    out.wakes = wakes;
+    out.wake = time_wakes(wakes);
+    time_words(gpio, levels, wakes, out);
+    out.nudge = time_nudges(wakes, priority);
+    out.push = time_pushes();
+  });
+  worker.join();
+  return out;
+}
+
+Measured worse(const Measured& a, const Measured& b) {
+  return {a.wakes + b.wakes,   worse(a.wake, b.wake),   worse(a.word, b.word),
+          worse(a.set, b.set), worse(a.nudge, b.nudge), worse(a.push, b.push)};
+}
+
+Abilities abilities(const Measured& measured) {
+  const auto promised = [](std::uint64_t ticks) {
+    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(ticks, 1, kCap));
+  };
+  Abilities out;
+  out.spin = spin_for(measured.wake);
+  out.promise.lateness = promised(2 * std::max(measured.word.most, measured.set.most) + kMicrosecond);
+  // A word must outlast the lateness of its neighbour, and the calls it takes to get there.
+  out.promise.min_dwell = promised(2 * out.promise.lateness + 4 * measured.set.median + out.spin);
+  out.promise.input = promised(2 * std::max(measured.nudge.most, measured.wake.most) + out.spin);
+  out.promise.wait_latency = promised(out.promise.input + out.promise.lateness);
+  out.output_stamp = promised(measured.set.most);
+  out.input_stamp = promised(measured.wake.most);  // the same that delays a timer's interrupt delays a line's
+  out.refill_ticks = promised(4 * measured.push.median + kMicrosecond);
+  out.poll_ticks = promised(2 * measured.wake.most + 2 * kMillisecond);
+  return out;
+}
+
+}  // namespace symrig::sbc

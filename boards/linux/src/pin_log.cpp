@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pin_log.hpp"
+
+#include <utility>
+
+namespace symrig::sbc {
+
+void PinLog::add(const hal::CapturedEdge& edge) {
+  if ((watched_ >> edge.line & 1U) == 0) return;
+  if (!edges_.push(edge)) {
+    overflow_ = true;
+    return;
+  }
+  for (std::size_t k = edges_.size() - 1; k > 0 && edges_[k].tick < edges_[k - 1].tick; --k)
+    std::swap(edges_[k], edges_[k - 1]);
+}
+
+bool PinLog::pop(hal::CapturedEdge& edge, hal::Tick now) {
+  return ready_at() <= now && edges_.pop(edge);
+}
+
+bool PinLog::take_overflow() {
+  return std::exchange(overflow_, false);
+}
+
+}  // namespace symrig::sbc

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ring.hpp"
+#include "symrig/hal/capture.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace symrig::sbc {
+
+/// Edges of outputs and inputs until the firmware takes them, in order of time. Outputs are known at once,
+/// inputs a little later: so edges are handed out only when none that is older can still come.
+class PinLog {
+ public:
+  /// hold: ticks from an edge until it is known, at most.
+  PinLog(std::size_t room, hal::Tick hold) : edges_(room), hold_(hold) {}
+
+  void watch(std::uint32_t lines) { watched_ = lines; }
+  /// Sorts the edge in. A full log drops it, which counts as overflow.
+  void add(const hal::CapturedEdge& edge);
+  /// Edges were lost elsewhere.
+  void lose() { overflow_ = true; }
+  /// Takes the oldest edge if it is old enough at `now`.
+  bool pop(hal::CapturedEdge& edge, hal::Tick now);
+  bool take_overflow();
+  /// When pop() will have something; kNever if there is nothing.
+  hal::Tick ready_at() const { return edges_.empty() ? hal::kNever : edges_.front().tick + hold_; }
+
+ private:
+  Ring<hal::CapturedEdge> edges_;
+  hal::Tick hold_;
+  std::uint32_t watched_ = UINT32_MAX;
+  bool overflow_ = false;
+};
+
+}  // namespace symrig::sbc

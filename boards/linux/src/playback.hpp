@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gpio.hpp"
+#include "ring.hpp"
+#include "symrig/hal/edge_engine.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace symrig::sbc {
+
+/// Where words go.
+class WordSink {
+ public:
+  /// Puts the word on the outputs. Returns when it stood there.
+  virtual hal::Tick put(std::uint32_t levels) = 0;
+
+ protected:
+  ~WordSink() = default;
+};
+
+/// What an engine can keep on this machine, in ticks (measure.hpp).
+struct Promise {
+  std::uint32_t min_dwell = 1;
+  std::uint32_t lateness = 1;      ///< a word may go out so late
+  std::uint32_t wait_latency = 2;  ///< from an awaited edge to the next word; longer than `input`
+  std::uint32_t input = 1;         ///< from an edge until it is known here
+};
+
+/// The edge engine's rules (hal/edge_engine.hpp) without threads or a clock: whoever owns it says what time
+/// it is, calls act() when something is due, and tells what the inputs do. Deterministic.
+class Playback {
+ public:
+  Playback(WordSink& sink, const Promise& promise, std::size_t depth)
+      : sink_(sink), promise_(promise), queue_(depth), outcomes_(hal::kMaxWaits) {}
+
+  std::size_t room() const { return queue_.room(); }
+  std::size_t queued() const { return queue_.size(); }
+  void push(const hal::Segment& segment);
+  void close() { closed_ = true; }
+  hal::Tick start(hal::Tick tick, hal::Tick now);
+  bool idle() const { return !playing_; }
+  bool waiting() const { return waiting_; }
+  std::uint32_t levels() const { return levels_; }
+  bool underrun() const { return underrun_; }
+  std::uint64_t played() const { return played_; }
+  std::uint32_t late() const { return late_; }
+  bool pop_wait(hal::WaitOutcome& outcome) { return outcomes_.pop(outcome); }
+  void force(std::uint32_t levels);
+  void set_safe(std::uint32_t levels) { safe_ = levels; }
+  std::uint32_t safe() const { return safe_; }
+  /// inputs: levels now.
+  void set_trips(std::uint32_t lines, std::uint32_t levels, std::uint32_t inputs);
+  std::uint32_t tripped() const { return tripped_; }
+
+  /// When act() is due next; kNever while idle.
+  hal::Tick due() const;
+  /// Does what is due at `now` (nothing if it is too early): the next word, the end of a wait, the end.
+  void act(hal::Tick now);
+  /// An input has changed. Edges of one line come in order of time.
+  void input(const InputEdge& edge);
+  /// The inputs were read because edges may have been lost.
+  void inputs_are(std::uint32_t levels);
+  /// Whoever should keep the queue filled stands still: safe word, as after an underrun.
+  void fall();
+
+ private:
+  void play(const hal::Segment& segment, hal::Tick now);
+  void begin_wait(const hal::Segment& wait);
+  void end_wait(hal::Tick tick, bool timed_out);
+  bool ends_wait(const InputEdge& edge) const;
+  void run_dry();
+  void stop();
+  void stop_safe();
+  void check_trips(std::uint32_t at_level);
+  hal::Tick put(std::uint32_t levels);
+
+  static constexpr std::size_t kRecent = 64;
+
+  WordSink& sink_;
+  Promise promise_;
+  Ring<hal::Segment> queue_;
+  Ring<hal::WaitOutcome> outcomes_;
+  bool playing_ = false;
+  bool closed_ = false;
+  bool underrun_ = false;
+  bool waiting_ = false;
+  hal::Segment wait_;
+  hal::Tick wait_begin_ = 0;
+  hal::Tick next_ = 0;  // plan of the next word; while waiting: when the time runs out
+  std::uint64_t played_ = 0;
+  std::uint32_t late_ = 0;
+  std::uint32_t levels_ = 0;
+  std::uint32_t safe_ = 0;
+  std::uint32_t trip_lines_ = 0;
+  std::uint32_t trip_levels_ = 0;
+  std::uint32_t tripped_ = 0;
+  // Edges that may turn out to lie after the begin of a wait that was begun late.
+  std::array<InputEdge, kRecent> recent_{};
+  std::size_t recent_count_ = 0;
+};
+
+}  // namespace symrig::sbc

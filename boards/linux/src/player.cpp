@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "player.hpp"
+
+#include "clock.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <future>
+#include <utility>
+
+#include <poll.h>
+
+namespace symrig::sbc {
+namespace {
+
+constexpr std::size_t kEdgesAtOnce = 256;
+
+}  // namespace
+
+Player::Player(Gpio& gpio, const PlayerOptions& options)
+    : gpio_(gpio),
+      options_(options),
+      playback_(*this, options.promise, options.depth),
+      log_(options.captured, options.promise.input),
+      edges_(kEdgesAtOnce),
+      edge_fds_(gpio.edge_fds().begin(), gpio.edge_fds().end()),
+      fed_(monotonic_now()),
+      round_(monotonic_now()) {}
+
+Player::~Player() {
+  stopping_ = true;
+  nudge_.ring();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::string Player::begin() {
+  if (!alarm_.ok() || !nudge_.ok() || !attention_.ok()) return "no timers or events: too many open files";
+  feed();
+  round_ = monotonic_now();
+  std::promise<std::string> told;
+  auto prompt = told.get_future();
+  thread_ = std::thread([this, told = std::move(told)]() mutable {
+    told.set_value(options_.priority > 0 ? run_first(options_.priority) : std::string());
+    run();
+  });
+  return prompt.get();
+}
+
+std::size_t Player::room() const {
+  const PriorityLock lock(mutex_);
+  return playback_.room();
+}
+
+void Player::push(const hal::Segment& segment) {
+  const PriorityLock lock(mutex_);
+  playback_.push(segment);
+  if (playback_.queued() * 2 > options_.depth) half_told_ = false;
+}
+
+void Player::close() {
+  const PriorityLock lock(mutex_);
+  playback_.close();
+}
+
+/// A start that is due now is made here, not when the thread has woken.
+hal::Tick Player::start(hal::Tick tick) {
+  hal::Tick begin = 0;
+  {
+    const PriorityLock lock(mutex_);
+    begin = playback_.start(tick, monotonic_now());
+  }
+  nudge_.ring();
+  return begin;
+}
+
+bool Player::idle() const {
+  const PriorityLock lock(mutex_);
+  return playback_.idle();
+}
+
+std::uint32_t Player::levels() const {
+  const PriorityLock lock(mutex_);
+  return playback_.levels();
+}
+
+bool Player::underrun() const {
+  const PriorityLock lock(mutex_);
+  return playback_.underrun();
+}
+
+std::uint64_t Player::played() const {
+  const PriorityLock lock(mutex_);
+  return playback_.played();
+}
+
+std::uint32_t Player::late() const {
+  const PriorityLock lock(mutex_);
+  return playback_.late();
+}
+
+bool Player::pop_wait(hal::WaitOutcome& outcome) {
+  const PriorityLock lock(mutex_);
+  return playback_.pop_wait(outcome);
+}
+
+void Player::force(std::uint32_t levels) {
+  const PriorityLock lock(mutex_);
+  playback_.force(levels);
+}
+
+void Player::set_safe(std::uint32_t levels) {
+  const PriorityLock lock(mutex_);
+  playback_.set_safe(levels);
+}
+
+void Player::set_trips(std::uint32_t lines, std::uint32_t levels) {
+  const PriorityLock lock(mutex_);
+  playback_.set_trips(lines, levels, lines == 0 ? 0 : read_inputs());
+}
+
+std::uint32_t Player::tripped() const {
+  const PriorityLock lock(mutex_);
+  return playback_.tripped();
+}
+
+void Player::feed() {
+  fed_ = monotonic_now();
+}
+
+void Player::excuse(hal::Tick time) {
+  fed_ = monotonic_now() + time;
+}
+
+bool Player::take_starved() {
+  return starved_.exchange(false);
+}
+
+/// Called with the lock held, by whoever drives. The word stood at some moment between the two readings.
+hal::Tick Player::put(std::uint32_t levels) {
+  const std::uint32_t wanted = levels & options_.output_mask;
+  const hal::Tick before = monotonic_now();
+  if (!gpio_.put(wanted)) broken_ = errno;  // the main loop ends the daemon
+  const hal::Tick after = monotonic_now();
+  log_outputs(shown_ ^ wanted, wanted, before + (after - before) / 2);
+  shown_ = wanted;
+  return after;
+}
+
+void Player::log_outputs(std::uint32_t changed, std::uint32_t levels, hal::Tick tick) {
+  for (; changed != 0; changed &= changed - 1) {
+    const auto line = static_cast<std::uint8_t>(std::countr_zero(changed));
+    log_.add({tick, line, (levels >> line & 1U) != 0});
+  }
+}
+
+std::uint32_t Player::read_inputs() {
+  std::uint32_t levels = 0;
+  if (!gpio_.inputs(levels)) broken_ = errno;
+  return levels;
+}
+
+void Player::run() {
+  while (!stopping_) {
+    hal::Tick due = hal::kNever;
+    {
+      const PriorityLock lock(mutex_);
+      due = playback_.due();
+    }
+    const hal::Tick hungry = fed_ + options_.patience;
+    sleep_until(std::min(due == hal::kNever ? due : due - std::min(due, options_.spin), hungry));
+    read_edges();
+    await_due();
+    play_on();
+    watch_feeding();
+    round_ = monotonic_now();
+  }
+}
+
+/// ... or until there is an edge or a nudge.
+void Player::sleep_until(hal::Tick tick) {
+  alarm_.set(tick);
+  std::array<pollfd, 2 + 32> fds{};
+  std::size_t count = 0;
+  fds.at(count++) = {alarm_.fd(), POLLIN, 0};
+  fds.at(count++) = {nudge_.fd(), POLLIN, 0};
+  for (const int fd : edge_fds_) fds.at(count++) = {fd, POLLIN, 0};
+  ::poll(fds.data(), count, -1);
+  if (fds[1].revents != 0) nudge_.quiet();
+  constexpr short kGone = POLLERR | POLLHUP | POLLNVAL;
+  for (std::size_t k = 2; k < count; ++k)
+    if ((fds.at(k).revents & kGone) != 0) lose_chip(fds.at(k).fd);
+}
+
+/// A chip behind a cable was unplugged. Its descriptor would be readable for ever.
+void Player::lose_chip(int fd) {
+  std::erase(edge_fds_, fd);
+  broken_ = ENODEV;
+  attention_.ring();
+}
+
+/// The last microseconds before a word, which a sleep would miss. Without the lock: force() need not wait.
+void Player::await_due() const {
+  hal::Tick due = hal::kNever;
+  {
+    const PriorityLock lock(mutex_);
+    due = playback_.due();
+  }
+  const hal::Tick now = monotonic_now();
+  if (due == hal::kNever || due > now + options_.spin) return;
+  while (monotonic_now() < due) {
+  }
+}
+
+void Player::read_edges() {
+  std::size_t count = edges_.size();
+  while (count == edges_.size()) {
+    bool lost = false;
+    count = gpio_.read_edges(edges_, lost);
+    if (count > 0 || lost) take_edges(count, lost);
+  }
+}
+
+void Player::take_edges(std::size_t count, bool lost) {
+  const PriorityLock lock(mutex_);
+  for (std::size_t k = 0; k < count; ++k) {
+    const InputEdge& edge = edges_[k];
+    log_.add({edge.tick, edge.line, edge.level});
+    playback_.input(edge);
+  }
+  if (lost) {
+    log_.lose();
+    playback_.inputs_are(read_inputs());  // a trip may have been among them
+  }
+  attention_.ring();
+}
+
+void Player::play_on() {
+  const PriorityLock lock(mutex_);
+  const std::uint64_t played = playback_.played();
+  const bool was_idle = playback_.idle();
+  const bool was_waiting = playback_.waiting();
+  while (playback_.due() <= monotonic_now()) playback_.act(monotonic_now());
+  const bool half_empty = !half_told_ && playback_.queued() * 2 <= options_.depth;
+  half_told_ = half_told_ || half_empty;
+  const bool ended = playback_.idle() && !was_idle;
+  const bool moved = playback_.played() != played && log_.ready_at() != hal::kNever;
+  const bool waited = was_waiting && !playback_.waiting();
+  if (ended || moved || waited || half_empty || broken_ != 0) attention_.ring();
+}
+
+/// The dead man: outputs are safe whatever has become of the main loop.
+void Player::watch_feeding() {
+  if (monotonic_now() < fed_ + options_.patience) return;
+  {
+    const PriorityLock lock(mutex_);
+    playback_.fall();
+  }
+  starved_ = true;
+  feed();  // not again at once
+  attention_.ring();
+}
+
+std::uint32_t PinCapture::levels() const {
+  const PriorityLock lock(player_.mutex_);
+  return player_.shown_ | player_.read_inputs();
+}
+
+bool PinCapture::pop(hal::CapturedEdge& edge) {
+  const PriorityLock lock(player_.mutex_);
+  return player_.log_.pop(edge, monotonic_now());
+}
+
+bool PinCapture::take_overflow() {
+  const PriorityLock lock(player_.mutex_);
+  return player_.log_.take_overflow();
+}
+
+void PinCapture::watch(std::uint32_t lines) {
+  const PriorityLock lock(player_.mutex_);
+  player_.log_.watch(lines);
+}
+
+hal::Tick PinCapture::ready_at() const {
+  const PriorityLock lock(player_.mutex_);
+  return player_.log_.ready_at();
+}
+
+}  // namespace symrig::sbc

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "gpio.hpp"
+#include "pin_log.hpp"
+#include "playback.hpp"
+#include "realtime.hpp"
+#include "symrig/hal/capture.hpp"
+#include "symrig/hal/edge_engine.hpp"
+#include "symrig/hal/watchdog.hpp"
+#include "wake.hpp"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace symrig::sbc {
+
+struct PlayerOptions {
+  Promise promise;
+  std::size_t depth = 4096;          ///< segments
+  std::size_t captured = 4096;       ///< edges kept for the firmware
+  std::uint32_t output_mask = 0;     ///< lines that are outputs
+  hal::Tick spin = 0;                ///< how long before a word the player wakes and watches the clock
+  hal::Tick patience = 400'000'000;  ///< after so long without feed() the outputs go safe
+  int priority = 0;                  ///< of SCHED_FIFO; 0 = do not ask for it
+};
+
+/// Plays words on a Gpio, in a thread of its own: absolute sleeps, then watching the clock for the last
+/// microseconds. That thread alone reads edges, ends waits, trips, and falls to the safe word when the queue
+/// runs dry or when the main loop no longer feeds it; the main loop has no part in any of it.
+///
+/// Safe to call from one other thread (the main loop's). Only force() and start() drive outputs from there.
+class Player final : public hal::EdgeEngine, public hal::Watchdog, private WordSink {
+ public:
+  Player(Gpio& gpio, const PlayerOptions& options);
+  ~Player();
+  Player(const Player&) = delete;
+  Player& operator=(const Player&) = delete;
+
+  /// Starts the thread. Outputs are left as they are. Returns what keeps it from being prompt (for the log);
+  /// empty if nothing does.
+  std::string begin();
+
+  // hal::EdgeEngine
+  std::size_t room() const override;
+  void push(const hal::Segment& segment) override;
+  void close() override;
+  hal::Tick start(hal::Tick tick) override;
+  bool idle() const override;
+  std::uint32_t levels() const override;
+  bool underrun() const override;
+  std::uint64_t played() const override;
+  std::uint32_t late() const override;
+  bool pop_wait(hal::WaitOutcome& outcome) override;
+  void force(std::uint32_t levels) override;
+  void set_safe(std::uint32_t levels) override;
+  void set_trips(std::uint32_t lines, std::uint32_t levels) override;
+  std::uint32_t tripped() const override;
+
+  // hal::Watchdog
+  void feed() override;
+  /// The main loop has something long to do, with outputs at their safe levels: it need not feed for `time`.
+  void excuse(hal::Tick time);
+  /// feed() came too late: outputs were made safe, and whoever feeds must start anew. Reading clears it.
+  bool take_starved();
+
+  /// Readable when the main loop has something to look at.
+  int attention_fd() const { return attention_.fd(); }
+  void quiet_attention() const { attention_.quiet(); }
+  /// errno of a line that did not take its level or could not be read; 0 = none. There is no coming back from
+  /// it.
+  int broken() const { return broken_; }
+  /// When the thread last came round.
+  hal::Tick last_round() const { return round_; }
+
+ private:
+  friend class PinCapture;
+
+  hal::Tick put(std::uint32_t levels) override;
+  void log_outputs(std::uint32_t changed, std::uint32_t levels, hal::Tick tick);
+  void run();
+  void sleep_until(hal::Tick tick);
+  void lose_chip(int fd);
+  void await_due() const;
+  void read_edges();
+  void take_edges(std::size_t count, bool lost);
+  void play_on();
+  void watch_feeding();
+  std::uint32_t read_inputs();
+
+  Gpio& gpio_;
+  PlayerOptions options_;
+  mutable PriorityMutex mutex_;
+  Playback playback_;  // guarded by mutex_, as is log_
+  PinLog log_;
+  std::uint32_t shown_ = 0;
+  bool half_told_ = false;
+  std::vector<InputEdge> edges_;  // the thread's own
+  std::vector<int> edge_fds_;
+  Alarm alarm_;
+  Bell nudge_;      // to the thread: something has changed
+  Bell attention_;  // from the thread
+  std::atomic<hal::Tick> fed_;
+  std::atomic<hal::Tick> round_;
+  std::atomic<bool> starved_ = false;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<int> broken_ = 0;
+  std::thread thread_;
+};
+
+/// The player's edges, as the firmware takes them.
+class PinCapture final : public hal::Capture {
+ public:
+  explicit PinCapture(Player& player) : player_(player) {}
+
+  std::uint32_t levels() const override;
+  bool pop(hal::CapturedEdge& edge) override;
+  bool take_overflow() override;
+  void watch(std::uint32_t lines) override;
+  /// When pop() will have something; kNever if there is nothing.
+  hal::Tick ready_at() const;
+
+ private:
+  Player& player_;
+};
+
+}  // namespace symrig::sbc

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "serial_transport.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <termios.h>
+#include <unistd.h>
+
+namespace symrig::sbc {
+namespace {
+
+struct Rate {
+  std::uint32_t baud;
+  speed_t code;
+};
+constexpr std::array<Rate, 12> kRates{{{9'600, B9600},
+                                       {19'200, B19200},
+                                       {38'400, B38400},
+                                       {57'600, B57600},
+                                       {115'200, B115200},
+                                       {230'400, B230400},
+                                       {460'800, B460800},
+                                       {921'600, B921600},
+                                       {1'000'000, B1000000},
+                                       {2'000'000, B2000000},
+                                       {3'000'000, B3000000},
+                                       {4'000'000, B4000000}}};
+
+Error cannot_open(const std::string& path, int error) {
+  const char* hint = "check the path in board.toml";
+  if (error == EACCES) hint = "run as a member of the port's group (dialout)";
+  if (error == EWOULDBLOCK) hint = "end the other program that has it open (a login console?)";
+  return {error == EACCES || error == EWOULDBLOCK ? ErrorCode::device_refused : ErrorCode::io,
+          fmt::format("{} cannot be opened ({})", path, std::strerror(error)), hint};
+}
+
+/// Raw: every byte passes as it is. false: no serial port.
+bool make_raw(const Fd& port, speed_t code) {
+  termios settings{};
+  if (::tcgetattr(port.get(), &settings) != 0) return false;
+  ::cfmakeraw(&settings);
+  settings.c_cflag |= CLOCAL | CREAD;
+  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB);
+  ::cfsetspeed(&settings, code);
+  return ::tcsetattr(port.get(), TCSANOW, &settings) == 0 && ::tcflush(port.get(), TCIOFLUSH) == 0;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SerialTransport>> SerialTransport::open(const std::string& path, std::uint32_t baud) {
+  const auto* rate =
+      std::find_if(kRates.begin(), kRates.end(), [baud](const Rate& one) { return one.baud == baud; });
+  if (rate == kRates.end())
+    return Error{ErrorCode::bad_argument, fmt::format("serial ports know no {} baud", baud),
+                 "115200 is usual"};
+  Fd port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (!port || ::flock(port.get(), LOCK_EX | LOCK_NB) != 0) return cannot_open(path, errno);
+  if (!make_raw(port, rate->code))
+    return Error{ErrorCode::bad_argument, fmt::format("{} is not a serial port", path),
+                 "give a device such as /dev/ttyS0"};
+  return std::unique_ptr<SerialTransport>(new SerialTransport(std::move(port), "serial:" + path));
+}
+
+void SerialTransport::watch(std::vector<pollfd>& fds) const {
+  const auto wanted = static_cast<short>((in_.size() < kRoom ? POLLIN : 0) | (out_.empty() ? 0 : POLLOUT));
+  if (port_) fds.push_back({port_.get(), wanted, 0});
+}
+
+void SerialTransport::serve() {
+  std::array<std::uint8_t, 4096> piece{};
+  while (port_ && in_.size() < kRoom) {
+    const ssize_t got = ::read(port_.get(), piece.data(), piece.size());
+    if (got > 0) {
+      in_.insert(in_.end(), piece.begin(), piece.begin() + got);
+      continue;
+    }
+    if (got < 0 && errno != EAGAIN && errno != EINTR) hang_up();
+    break;
+  }
+  flush();
+}
+
+void SerialTransport::flush() {
+  while (port_ && !out_.empty()) {
+    const ssize_t sent = ::write(port_.get(), out_.data(), out_.size());
+    if (sent > 0) {
+      out_.erase(out_.begin(), out_.begin() + sent);
+      continue;
+    }
+    if (sent < 0 && errno != EAGAIN && errno != EINTR) hang_up();
+    return;
+  }
+}
+
+void SerialTransport::hang_up() {
+  port_.reset();
+  forget();
+}
+
+}  // namespace symrig::sbc

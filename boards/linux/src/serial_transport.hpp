@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "fd.hpp"
+#include "symrig/base/result.hpp"
+#include "transport.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace symrig::sbc {
+
+/// A serial port, raw: a UART, or a gadget's (/dev/ttyGS0). The host is there as long as the port is.
+class SerialTransport final : public BufferedTransport {
+ public:
+  /// fails: bad_argument (no such rate, no serial port), device_refused (not allowed, in use), io.
+  static Result<std::unique_ptr<SerialTransport>> open(const std::string& path, std::uint32_t baud);
+
+  const std::string& name() const override { return name_; }
+  void watch(std::vector<pollfd>& fds) const override;
+  void serve() override;
+  bool attached() const override { return static_cast<bool>(port_); }
+
+ private:
+  SerialTransport(Fd port, std::string name) : port_(std::move(port)), name_(std::move(name)) {}
+  void flush() override;
+  void hang_up();
+
+  Fd port_;
+  std::string name_;
+};
+
+}  // namespace symrig::sbc

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "busy_answer.hpp"
+#include "fd.hpp"
+#include "symrig/base/result.hpp"
+#include "transport.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace symrig::sbc {
+
+/// A listening socket that serves one host at a time. Others are let in, told that the board is busy, and
+/// closed.
+class SocketTransport final : public BufferedTransport {
+ public:
+  /// A Unix socket that its user and group may open. A socket that a dead daemon left there is replaced.
+  /// fails: bad_argument (path too long), device_refused (another daemon answers there), io.
+  static Result<std::unique_ptr<SocketTransport>> listen_unix(const std::string& path);
+  /// fails: bad_argument (no such address), io (the port is taken, ...).
+  static Result<std::unique_ptr<SocketTransport>> listen_tcp(const std::string& host, std::uint16_t port);
+  ~SocketTransport() override;
+
+  const std::string& name() const override { return name_; }
+  void watch(std::vector<pollfd>& fds) const override;
+  void serve() override;
+  bool attached() const override { return static_cast<bool>(peer_); }
+  void turn_away() override;
+
+ private:
+  struct Guest {
+    Fd fd;
+    BusyAnswer busy;
+    std::uint64_t since = 0;
+  };
+
+  SocketTransport(Fd listener, std::string name, std::string path)
+      : listener_(std::move(listener)), name_(std::move(name)), path_(std::move(path)) {}
+  void accept_hosts();
+  void fill();
+  void flush() override;
+  void answer_guests();
+  void hang_up();
+
+  Fd listener_;
+  std::string name_;
+  std::string path_;  // of a Unix socket, to be removed
+  Fd peer_;
+  std::vector<Guest> guests_;
+};
+
+}  // namespace symrig::sbc

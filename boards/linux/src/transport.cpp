@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "transport.hpp"
+
+#include "busy_answer.hpp"
+
+#include <algorithm>
+
+namespace symrig::sbc {
+
+std::size_t BufferedTransport::read(std::uint8_t* out, std::size_t room) {
+  const std::size_t count = std::min(room, in_.size());
+  std::copy_n(in_.begin(), count, out);
+  in_.erase(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(count));
+  if (count > 0) drained();
+  return count;
+}
+
+std::size_t BufferedTransport::room() const {
+  return attached() ? kRoom - std::min(kRoom, out_.size()) : 0;
+}
+
+void BufferedTransport::write(const std::uint8_t* bytes, std::size_t size) {
+  out_.insert(out_.end(), bytes, bytes + size);
+  flush();
+}
+
+void BufferedTransport::turn_away() {
+  BusyAnswer busy;
+  const std::vector<std::uint8_t> answer = busy.take(in_);
+  in_.clear();
+  drained();
+  write(answer.data(), answer.size());
+}
+
+}  // namespace symrig::sbc

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "aio.hpp"
+#include "fd.hpp"
+#include "symrig/base/result.hpp"
+#include "transport.hpp"
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace symrig::sbc {
+
+/// The board as a USB device, through a FunctionFS that is mounted somewhere (libexec/symrig-gadget sets it
+/// up). Attached while a host has configured the device and does not let it sleep.
+class UsbTransport final : public BufferedTransport {
+ public:
+  /// Writes the descriptors: the gadget may be bound to a controller from here on.
+  /// fails: not_found (nothing mounted there), device_refused (no right, another daemon has it), io.
+  static Result<std::unique_ptr<UsbTransport>> open(const std::string& mount);
+
+  const std::string& name() const override { return name_; }
+  void watch(std::vector<pollfd>& fds) const override;
+  void serve() override;
+  bool attached() const override { return enabled_ && !asleep_; }
+
+ private:
+  // One packet each: a longer read would end only with a short packet, and a frame may be whole packets.
+  static constexpr std::size_t kReads = 16;
+  static constexpr std::size_t kWrites = 8;
+  static constexpr std::size_t kPiece = 4096;
+  static constexpr std::size_t kLongestPacket = 1024;
+
+  UsbTransport(std::string name, Fd control, Fd out, Fd in, AioQueue aio);
+  void take_events();
+  void take_event(unsigned type, bool to_host);
+  void collect();
+  void read_on();
+  void flush() override;
+  void drained() override { read_on(); }
+  bool write_piece();
+
+  std::string name_;
+  Fd control_;  // ep0
+  Fd from_;     // ep1: from the host
+  Fd to_;       // ep2: to the host
+  std::array<Transfer, kReads> reads_;
+  std::array<Transfer, kWrites> writes_;
+  AioQueue aio_;  // after the transfers: it waits for them when it goes
+  std::size_t next_read_ = 0;
+  std::size_t next_write_ = 0;
+  std::size_t packet_ = 64;
+  bool close_with_empty_ = false;  // what was sent last was whole packets
+  bool enabled_ = false;
+  bool asleep_ = false;
+};
+
+}  // namespace symrig::sbc
