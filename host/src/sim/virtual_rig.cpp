@@ -3,15 +3,16 @@
 
 #include "sim/camera_optics.hpp"
 #include "sim/hash.hpp"
-#include "sim/sensor.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
+#include "sim/studio.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/device/board.hpp"
 #include "symrig/device/link.hpp"
 #include "symrig/rig/rig.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -21,101 +22,68 @@ namespace symrig::sim {
 
 namespace {
 
-/// A white wall fills the well in 2 ms: with the bright scenes' shortest exposure near that, a bracket
-/// of four at ratio 8 ends near one second.
-constexpr double kSensitivity = 1e7;
-
-/// What a simulated camera sees of a scene that a simulated projector lights, frame by frame.
-class Studio {
+/// The picture side of the simulated camera: which light each exposure of the simulated projector's patterns
+/// saw, and the frames that come of it.
+class Darkroom {
  public:
-  Studio(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds);
+  Darkroom(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds)
+      : noisy_(uri.camera_noise), studio_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
 
   std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
-  const NoiseModel& noise() const { return sensor_.noise; }
+  const NoiseModel& noise() const { return studio_.noise(); }
   double seconds() const { return seconds_; }
 
  private:
-  using Light = std::shared_ptr<const Image<float>>;
-  Light light_of(std::size_t pattern) const;
-  std::vector<Light> lights_of(std::span<const SimulatedExposure> exposures) const;
-  Light during(const SimulatedExposure& exposure, std::span<const Light> lights) const;
-  CameraFrame frame(const SimulatedExposure& exposure, std::span<const Light> lights) const;
+  std::vector<Studio::Light> lights_of(std::span<const SimulatedExposure> exposures) const;
+  Studio::Light during(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
+  CameraFrame frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
 
-  const SceneUri& uri_;
-  const Scene& scene_;
+  bool noisy_;
+  Studio studio_;
   const SimulatedProjector& projector_;
   double tick_seconds_;
-  Sensor sensor_;
-  Image<float> leak_;  // what the projector's black level shows; empty without
   double seconds_ = 0;
 };
 
-Studio::Studio(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector,
-               double tick_seconds)
-    : uri_(uri),
-      scene_(scene),
-      projector_(projector),
-      tick_seconds_(tick_seconds),
-      sensor_{NoiseModel::from_electrons({}), kSensitivity, static_cast<std::uint64_t>(uri.seed)} {
-  if (uri.black <= 0) return;
-  leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
-}
-
-/// Radiance on the sensor: lamp · flare(shift(T p + black T 1)).
-Studio::Light Studio::light_of(std::size_t pattern) const {
-  Image<float> light = scene_.apply(projector_.pattern(pattern));
-  for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
-  for (int c = 0; c < light.channels(); ++c) {
-    if (uri_.misalign != 0) shift(light.grid(), uri_.misalign, light.plane(c));
-    if (uri_.flare > 0) add_flare(light.grid(), uri_.flare, light.plane(c));
-  }
-  const auto shown_before = static_cast<double>(projector_.loaded_before() + pattern);
-  const auto lamp = static_cast<float>(1 + uri_.drift * shown_before / 1000);
-  if (uri_.drift != 0)
-    for (float& value : light.values()) value *= lamp;
-  return std::make_shared<const Image<float>>(std::move(light));
-}
-
 /// The light of every pattern that some exposure saw; nullptr for the others.
-std::vector<Studio::Light> Studio::lights_of(std::span<const SimulatedExposure> exposures) const {
+std::vector<Studio::Light> Darkroom::lights_of(std::span<const SimulatedExposure> exposures) const {
   std::vector<std::size_t> seen;
   for (const SimulatedExposure& exposure : exposures)
     for (const auto& lit : projector_.shown(exposure.begin, exposure.end)) seen.push_back(lit.index);
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::vector<Light> lights(seen.empty() ? 0 : seen.back() + 1);
-  tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) { lights[seen[i]] = light_of(seen[i]); });
+  std::vector<Studio::Light> lights(seen.empty() ? 0 : seen.back() + 1);
+  tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
+    lights[seen[i]] = studio_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
+  });
   return lights;
 }
 
 /// Mean radiance while the shutter was open.
-Studio::Light Studio::during(const SimulatedExposure& exposure, std::span<const Light> lights) const {
-  const auto shown = projector_.shown(exposure.begin, exposure.end);
-  if (shown.size() == 1 && shown[0].share == 1) return lights[shown[0].index];
-  Image<float> sum(scene_.grid(), scene_.channels());
-  for (const auto& lit : shown)
-    for (std::size_t i = 0; i < sum.values().size(); ++i)
-      sum.values()[i] += static_cast<float>(lit.share) * lights[lit.index]->values()[i];
-  return std::make_shared<const Image<float>>(std::move(sum));
+Studio::Light Darkroom::during(const SimulatedExposure& exposure,
+                               std::span<const Studio::Light> lights) const {
+  std::vector<Studio::Share> shares;
+  for (const auto& lit : projector_.shown(exposure.begin, exposure.end))
+    shares.push_back({lights[lit.index], lit.share});
+  return studio_.during(shares);
 }
 
-CameraFrame Studio::frame(const SimulatedExposure& exposure, std::span<const Light> lights) const {
-  const Light light = during(exposure, lights);
+CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const {
+  const Studio::Light light = during(exposure, lights);
   CameraFrame frame;
   frame.sequence = exposure.sequence;
-  if (!uri_.camera_noise) {
+  if (!noisy_) {
     frame.ideal = light;
     return frame;
   }
-  frame.raw.resize(light->values().size());
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
-  sensor_.expose(light->values(), open, exposure.sequence, frame.raw);
+  frame.raw = studio_.expose(*light, open, exposure.sequence);
   return frame;
 }
 
-std::vector<CameraFrame> Studio::develop(std::span<const SimulatedExposure> exposures) {
+std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> exposures) {
   const auto start = std::chrono::steady_clock::now();
-  const std::vector<Light> lights = lights_of(exposures);
+  const std::vector<Studio::Light> lights = lights_of(exposures);
   std::vector<CameraFrame> frames(exposures.size());
   tbb::parallel_for(std::size_t{0}, frames.size(),
                     [&](std::size_t i) { frames[i] = frame(exposures[i], lights); });
@@ -141,7 +109,7 @@ class SimulatedRig final : public VirtualRig {
   }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
-    cost.simulate_seconds = studio_->seconds();
+    cost.simulate_seconds = darkroom_->seconds();
     return cost;
   }
   Result<void> continue_after(const ProbeCost& spent) override;
@@ -160,7 +128,7 @@ class SimulatedRig final : public VirtualRig {
   std::unique_ptr<boards::SimBoard> board_;
   boards::SimProjector raster_;
   boards::SimCamera shutter_;
-  std::unique_ptr<Studio> studio_;
+  std::unique_ptr<Darkroom> darkroom_;
   SimulatedProjector* projector_ = nullptr;  // both belong to rig_
   SimulatedCamera* camera_ = nullptr;
   std::unique_ptr<Rig> rig_;
@@ -188,11 +156,11 @@ RigOptions SimulatedRig::rig_options() const {
 
 std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
-  SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, studio_->noise(),
+  SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, darkroom_->noise(),
                            dead_pixels(scene_->grid(), uri_.dead, key)};
   return std::make_unique<SimulatedCamera>(
       std::move(spec), shutter_,
-      [this](std::span<const SimulatedExposure> exposures) { return studio_->develop(exposures); });
+      [this](std::span<const SimulatedExposure> exposures) { return darkroom_->develop(exposures); });
 }
 
 Result<void> SimulatedRig::start() {
@@ -200,7 +168,7 @@ Result<void> SimulatedRig::start() {
   auto projector =
       std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.profile.refresh_period);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
-  studio_ = std::make_unique<Studio>(uri_, *scene_, *projector, tick_seconds);
+  darkroom_ = std::make_unique<Darkroom>(uri_, *scene_, *projector, tick_seconds);
   SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(*board_)));
   auto camera = make_camera();
   projector_ = projector.get();

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/studio.hpp"
+
+#include "sim/camera_optics.hpp"
+
+#include <utility>
+
+namespace symrig::sim {
+
+Studio::Studio(const SceneUri& uri, const Scene& scene)
+    : scene_(scene),
+      misalign_(uri.misalign),
+      flare_(uri.flare),
+      drift_(uri.drift),
+      sensor_{NoiseModel::from_electrons({}), kSensitivity, static_cast<std::uint64_t>(uri.seed)} {
+  if (uri.black <= 0) return;
+  leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
+}
+
+Studio::Light Studio::light_of(const Image<float>& pattern, std::uint64_t shown_before) const {
+  Image<float> light = scene_.apply(pattern);
+  for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
+  for (int c = 0; c < light.channels(); ++c) {
+    if (misalign_ != 0) shift(light.grid(), misalign_, light.plane(c));
+    if (flare_ > 0) add_flare(light.grid(), flare_, light.plane(c));
+  }
+  const auto lamp = static_cast<float>(1 + drift_ * static_cast<double>(shown_before) / 1000);
+  if (drift_ != 0)
+    for (float& value : light.values()) value *= lamp;
+  return std::make_shared<const Image<float>>(std::move(light));
+}
+
+Studio::Light Studio::during(std::span<const Share> shares) const {
+  if (shares.size() == 1 && shares[0].share == 1) return shares[0].light;
+  Image<float> sum(scene_.grid(), scene_.channels());
+  for (const Share& part : shares)
+    for (std::size_t i = 0; i < sum.values().size(); ++i)
+      sum.values()[i] += static_cast<float>(part.share) * part.light->values()[i];
+  return std::make_shared<const Image<float>>(std::move(sum));
+}
+
+std::vector<std::uint16_t> Studio::expose(const Image<float>& light, double seconds,
+                                          std::uint64_t frame) const {
+  std::vector<std::uint16_t> codes(light.values().size());
+  sensor_.expose(light.values(), seconds, frame, codes);
+  return codes;
+}
+
+}  // namespace symrig::sim
