@@ -16,8 +16,8 @@ namespace symrig::sim {
 /// of four at ratio 8 ends near one second.
 inline constexpr double kSensitivity = 1e7;
 
-/// Between the projector's screen and the camera's codes: the scene, the optics' faults, the lamp, the sensor.
-/// Knows no clock and no device; which pattern was lit for how long is told to it. Thread-safe.
+/// Between the projector's screen and the camera's codes: the scene, the optics' faults, the lamp, the
+/// sensor. Knows no clock and no device; which pattern was lit for how long is told to it. Thread-safe.
 class Studio {
  public:
   using Light = std::shared_ptr<const Image<float>>;

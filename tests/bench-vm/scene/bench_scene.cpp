@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// Closes the loop in the guest: the light that the screen throws onto a simulated scene becomes the frames of
+// the test camera, exposed while the board's trigger line is high. README.md of this folder's parent says
+// what that proves.
+#include "bench-vm/scene/developer.hpp"
+#include "bench-vm/scene/watchers.hpp"
+
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace symrig::bench_vm {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string camera;
+  std::string log;
+  int cell = 1, top = 0, left = 0;
+  int camera_top = 0, camera_left = 0;
+  double readout_ms = 3;
+  double late_ms = 1e3 / 30;
+  double jitter_us = 0;
+  std::uint64_t first_frame = 0;
+  std::string stamp = "end";
+  bool uncounted = false;
+  FaultRates faults;
+};
+
+Nanoseconds nanoseconds_of(double value, double unit) {
+  return Nanoseconds{static_cast<std::int64_t>(value * unit)};
+}
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("scene", options.scene, "the scene in front of projector and camera: sim:NAME?...")
+      ->required();
+  app.add_option("--cell", options.cell, "screen pixels a grid pixel, along each side")
+      ->capture_default_str();
+  app.add_option("--top", options.top, "screen row of the grid's first pixel");
+  app.add_option("--left", options.left, "screen column of the grid's first pixel");
+  app.add_option("--camera", options.camera,
+                 "ROWSxCOLUMNS of the camera's picture, Y12 (default: the grid's)");
+  app.add_option("--camera-top", options.camera_top, "picture row of the grid's first pixel");
+  app.add_option("--camera-left", options.camera_left, "picture column of the grid's first pixel");
+  app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
+      ->capture_default_str();
+  app.add_option("--stamp", options.stamp, "what frames are stamped with: the exposure's begin or end")
+      ->check(CLI::IsMember({"begin", "end"}))
+      ->capture_default_str();
+  app.add_option("--first-frame", options.first_frame, "number of the first frame for the noise");
+  app.add_option("--log", options.log, "file for what truly happened, JSON lines");
+  app.add_option("--drop", options.faults.drop, "share of frames that are lost");
+  app.add_flag("--uncounted", options.uncounted, "the camera's sequence numbers do not count lost frames");
+  app.add_option("--duplicate", options.faults.duplicate, "share of frames that come twice");
+  app.add_option("--late", options.faults.late, "share of frames that come, and are stamped, late");
+  app.add_option("--late-by", options.late_ms, "ms")->capture_default_str();
+  app.add_option("--swap", options.faults.swap, "share of frames that come after the next one");
+  app.add_option("--damage", options.faults.damage, "share of frames of which half is missing, marked so");
+  app.add_option("--jitter", options.jitter_us, "us, one sigma of the stamps");
+  app.add_option("--fault-seed", options.faults.seed, "another seed, other frames")->capture_default_str();
+}
+
+/// "ROWSxCOLUMNS", or the grid's size if there is no text.
+Result<Grid> camera_size(const std::string& text, Grid grid) {
+  if (text.empty()) return grid;
+  Grid camera{};
+  char more = 0;
+  // NOLINTNEXTLINE(cert-err34-c,cppcoreguidelines-pro-type-vararg): checked by valid() and the field count
+  const int fields = std::sscanf(text.c_str(), "%dx%d%c", &camera.rows, &camera.cols, &more);
+  if (fields == 2 && camera.valid()) return camera;
+  return Error{ErrorCode::bad_argument, fmt::format("--camera cannot be '{}'", text),
+               "give ROWSxCOLUMNS, such as 48x64"};
+}
+
+Result<CameraHabits> habits_of(const Options& options) {
+  CameraHabits habits;
+  habits.readout = nanoseconds_of(options.readout_ms, 1e6);
+  habits.stamps_begin = options.stamp == "begin";
+  habits.first_frame = options.first_frame;
+  habits.faults = options.faults;
+  habits.faults.late_by = nanoseconds_of(options.late_ms, 1e6);
+  habits.faults.jitter = nanoseconds_of(options.jitter_us, 1e3);
+  habits.faults.counted = !options.uncounted;
+  if (habits.faults.valid() && habits.readout.count() >= 0) return habits;
+  return Error{ErrorCode::bad_argument, "shares of faults are from 0 to 1 and add up to 1 at most",
+               "times are not negative"};
+}
+
+/// Runs the two watchers beside the developer until a signal or an error.
+class Watching {
+ public:
+  Watching(TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
+      : stage_(stage), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
+    sigset_t ending;
+    sigemptyset(&ending);
+    sigaddset(&ending, SIGTERM);
+    sigaddset(&ending, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &ending, nullptr);  // before any thread, so that all of them block it
+    signals_ = std::thread([this, ending] {
+      int signal = 0;
+      sigwait(&ending, &signal);
+      stage_.stop();
+    });
+    triggers_ = std::thread([this] { trigger_.run(); });
+    refreshes_ = std::thread([this] { refresh_.run(); });
+  }
+  Watching(const Watching&) = delete;
+  Watching& operator=(const Watching&) = delete;
+  ~Watching() { join(); }
+
+  void join() {
+    if (!triggers_.joinable()) return;
+    stage_.stop();
+    triggers_.join();
+    refreshes_.join();
+    pthread_kill(signals_.native_handle(), SIGTERM);
+    signals_.join();
+  }
+  const TriggerWatch& trigger() const { return trigger_; }
+  const RefreshWatch& refresh() const { return refresh_; }
+
+ private:
+  Stage& stage_;
+  TriggerWatch trigger_;
+  RefreshWatch refresh_;
+  std::thread signals_, triggers_, refreshes_;
+};
+
+void report(const Watching& watching, const DeliveryTally& tally) {
+  fmt::print(
+      "bench_scene: {} exposures, {} triggers too early, {} frames delivered, {} not taken, {} with a fault\n"
+      "bench_scene: {} refreshes, {} not looked at; strobe at most {:.1f} us after its trigger, exposures "
+      "known "
+      "to {:.1f} us\n",
+      watching.trigger().exposures(), watching.trigger().missed(), tally.delivered, tally.not_taken,
+      tally.faults, watching.refresh().refreshes(), watching.refresh().overslept(),
+      1e6 * seconds(watching.trigger().slowest()), 1e6 * seconds(tally.largest_doubt));
+}
+
+Result<void> close_loop(const Options& options) {
+  SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(options.scene));
+  if (uri.channels != 1 || !uri.camera_noise)
+    return Error{ErrorCode::bad_argument, "the test camera is grey and has noise",
+                 "leave out channels, noise"};
+  SYMRIG_TRY(const CameraHabits habits, habits_of(options));
+  SYMRIG_TRY(const auto scene, sim::make_scene(uri));
+  const sim::Studio studio(uri, *scene);
+  SYMRIG_TRY(const Grid camera, camera_size(options.camera, uri.size));
+  const CameraPicture picture{camera, uri.size, options.camera_top, options.camera_left,
+                              static_cast<std::uint16_t>(studio.noise().pedestal())};
+  SYMRIG_CHECK(picture.check());
+  SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());
+  Stage stage;
+  SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, stage));
+  SYMRIG_TRY(RefreshWatch refresh,
+             RefreshWatch::open(places, {uri.size, options.cell, options.top, options.left}, stage));
+  SYMRIG_TRY(CameraPort port, CameraPort::open(places.camera_inject));
+  SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
+  Developer developer(studio, stage, std::move(port), picture, habits, std::move(log));
+  Watching watching(std::move(trigger), std::move(refresh), stage);
+  fmt::print("bench_scene: ready, {}\n", uri.to_string());
+  std::fflush(stdout);
+  SYMRIG_TRY(const DeliveryTally tally, developer.run());
+  watching.join();
+  report(watching, tally);
+  if (const auto failure = stage.failure()) return *failure;
+  return {};
+}
+
+}  // namespace
+}  // namespace symrig::bench_vm
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
+  symrig::bench_vm::Options options;
+  symrig::bench_vm::add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+  }
+  const auto closed = symrig::bench_vm::close_loop(options);
+  if (closed) return 0;
+  fmt::print(stderr, "bench_scene: {}\n", closed.error().line());
+  return symrig::exit_code(closed.error().code);
+}

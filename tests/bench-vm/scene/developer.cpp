@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/developer.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+constexpr std::size_t kKnownLights = 4;  // a frame sees one or two pictures, and the next one is prepared
+constexpr Nanoseconds kLookAgain{50'000'000};  // to see whether it is over
+
+}  // namespace
+
+Developer::Developer(const sim::Studio& studio, Stage& stage, CameraPort port, const CameraPicture& picture,
+                     const CameraHabits& habits, TruthLog log)
+    : studio_(studio),
+      stage_(stage),
+      port_(std::move(port)),
+      picture_(picture),
+      habits_(habits),
+      log_(std::move(log)),
+      delivery_(habits.faults) {}
+
+Result<DeliveryTally> Developer::run() {
+  while (!stage_.stopped()) {
+    if (const auto newest = stage_.newest(); newest.pattern) light_of(newest);
+    const Nanoseconds wake = delivery_.next_due().value_or(device::steady_now() + kLookAgain);
+    if (const auto exposure = stage_.next_exposure(habits_.readout, wake)) develop(*exposure);
+    for (const DeliveredFrame& frame : delivery_.take_due(device::steady_now()))
+      SYMRIG_CHECK(hand_over(frame));
+  }
+  tally_.faults += delivery_.dropped();
+  SYMRIG_CHECK(log_.close(fmt::format(R"({{"frames_delivered":{},"faults":{},"largest_doubt":{}}})",
+                                      tally_.delivered, tally_.faults, tally_.largest_doubt.count())));
+  return tally_;
+}
+
+/// The frame that this exposure makes: light by time, then noise by the frame's number.
+void Developer::develop(const Exposure& exposure) {
+  const auto lit = stage_.lit_during(exposure);
+  std::vector<sim::Studio::Share> shares;
+  for (const ScreenTimeline::Lit& part : lit) shares.push_back({light_of(part), part.share});
+  const Nanoseconds open = exposure.end.time - exposure.begin.time;
+  auto codes = studio_.expose(*studio_.during(shares), seconds(open), habits_.first_frame + exposure.frame);
+  tally_.largest_doubt = std::max(tally_.largest_doubt, exposure.begin.doubt + exposure.end.doubt);
+  log_.exposed(exposure, lit);
+  delivery_.add({exposure.frame, habits_.stamps_begin ? exposure.begin.time : exposure.end.time,
+                 exposure.end.time + habits_.readout,
+                 std::make_shared<const std::vector<std::uint16_t>>(std::move(codes))});
+}
+
+sim::Studio::Light Developer::light_of(const ScreenTimeline::Lit& lit) {
+  const auto found = std::ranges::find_if(known_, [&lit](const KnownLight& known) {
+    return known.number == lit.number && known.pattern == lit.pattern;
+  });
+  if (found != known_.end()) return found->light;
+  if (known_.size() == kKnownLights) known_.pop_front();
+  known_.push_back({lit.number, lit.pattern, studio_.light_of(*lit.pattern, lit.number)});
+  return known_.back().light;
+}
+
+Result<void> Developer::hand_over(const DeliveredFrame& frame) {
+  SYMRIG_TRY(const auto taken,
+             port_.deliver({frame.stamp, frame.skip, frame.damaged}, picture_.bytes(*frame.codes)));
+  log_.delivered(frame, taken);
+  ++tally_.delivered;
+  if (taken != CameraPort::Taken::yes) ++tally_.not_taken;
+  if (frame.fault != FrameFault::none) ++tally_.faults;
+  return {};
+}
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/ports.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <unistd.h>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+/// As modules/testcam/testcam.h declares it.
+struct InjectedHead {
+  std::uint64_t stamp_ns;
+  std::uint32_t skip;
+  std::uint32_t flags;
+};
+constexpr std::uint32_t kDamaged = 1;
+
+Result<std::string> variable(const char* name) {
+  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread is started
+  if (value != nullptr && *value != '\0') return std::string(value);
+  return Error{ErrorCode::not_found, fmt::format("{} is not set", name),
+               "run it in the guest: tests/bench-vm/run --with gpio,usb,camera,vkms -- COMMAND"};
+}
+
+std::vector<std::string> words(const std::string& text) {
+  std::istringstream in(text);
+  std::vector<std::string> all;
+  for (std::string word; in >> word;) all.push_back(word);
+  return all;
+}
+
+Result<device::Fd> open_to_write(const std::string& path) {
+  device::Fd file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
+  if (!file) return system_error(fmt::format("{} cannot be opened", path), "needs root in the guest");
+  return file;
+}
+
+}  // namespace
+
+Error system_error(std::string_view what, std::string_view hint) {
+  std::array<char, 128> text{};
+  return {ErrorCode::io, fmt::format("{} ({})", what, strerror_r(errno, text.data(), text.size())),
+          std::string(hint)};
+}
+
+Result<BenchPlaces> BenchPlaces::from_environment() {
+  BenchPlaces places;
+  SYMRIG_TRY(places.gpio_sysfs, variable("BENCH_GPIO_SYSFS"));
+  SYMRIG_TRY(places.tracefs, variable("BENCH_TRACEFS"));
+  SYMRIG_TRY(places.screen, variable("BENCH_VKMS"));
+  SYMRIG_TRY(places.camera_inject, variable("BENCH_CAMERA_INJECT"));
+  SYMRIG_TRY(const std::string lines, variable("BENCH_GPIO_LINES"));
+  places.gpio_lines = words(lines);
+  SYMRIG_TRY(const std::string base, variable("BENCH_GPIO_BASE"));
+  const auto [stop, error] = std::from_chars(base.data(), base.data() + base.size(), places.gpio_base);
+  if (error != std::errc{} || stop != base.data() + base.size())
+    return Error{ErrorCode::bad_argument, fmt::format("BENCH_GPIO_BASE is '{}', not a number", base), ""};
+  return places;
+}
+
+Result<int> BenchPlaces::line(std::string_view name) const {
+  const auto at = std::find(gpio_lines.begin(), gpio_lines.end(), name);
+  if (at != gpio_lines.end()) return static_cast<int>(at - gpio_lines.begin());
+  return Error{ErrorCode::unknown_name, fmt::format("no line of the chip is called '{}'", name),
+               "see BENCH_GPIO_LINES"};
+}
+
+Result<InputWire> InputWire::open(const BenchPlaces& places, std::string_view line) {
+  SYMRIG_TRY(const int offset, places.line(line));
+  SYMRIG_TRY(device::Fd file, open_to_write(fmt::format("{}/sim_gpio{}/pull", places.gpio_sysfs, offset)));
+  return InputWire(std::move(file), std::string(line));
+}
+
+Result<Moment> InputWire::pull(bool high) const {
+  const std::string_view word = high ? "pull-up" : "pull-down";
+  const Nanoseconds before = device::steady_now();
+  const ssize_t written = ::pwrite(file_.get(), word.data(), word.size(), 0);
+  const Nanoseconds after = device::steady_now();
+  if (written != static_cast<ssize_t>(word.size()))
+    return system_error(fmt::format("the line {} cannot be pulled", name_), "");
+  return Moment{before + (after - before) / 2, (after - before + Nanoseconds{1}) / 2};
+}
+
+Result<CameraPort> CameraPort::open(const std::string& path) {
+  SYMRIG_TRY(device::Fd file, open_to_write(path));
+  return CameraPort(std::move(file));
+}
+
+Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const std::uint8_t> pixels) {
+  const InjectedHead injected{static_cast<std::uint64_t>(head.stamp.count()), head.skip,
+                              head.damaged ? kDamaged : 0};
+  buffer_.resize(sizeof injected + pixels.size());
+  std::memcpy(buffer_.data(), &injected, sizeof injected);
+  std::ranges::copy(pixels, buffer_.begin() + sizeof injected);
+  if (::write(file_.get(), buffer_.data(), buffer_.size()) == static_cast<ssize_t>(buffer_.size()))
+    return Taken::yes;
+  if (errno == EPIPE) return Taken::not_streaming;
+  if (errno == ENODEV) return Taken::unplugged;
+  if (errno == EMSGSIZE)
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the host has set a format whose frames are not {} bytes", pixels.size()),
+                 "give --camera and --format as in the rig file"};
+  return system_error("the test camera refuses a frame", "");
+}
+
+Result<void> run_first(int priority) {
+  sched_param parameter{};
+  parameter.sched_priority = priority;
+  errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
+  if (errno != 0) return system_error("no real-time priority", "needs root in the guest");
+  return {};
+}
+
+}  // namespace symrig::bench_vm

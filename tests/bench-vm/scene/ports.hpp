@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "device/links/fd.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace symrig::bench_vm {
+
+/// Where the guest's devices are: what the runner's set-up left in the environment.
+struct BenchPlaces {
+  std::string gpio_sysfs;               ///< BENCH_GPIO_SYSFS: folder of the lines' pull files
+  int gpio_base = 0;                    ///< BENCH_GPIO_BASE: the kernel's number of the first line
+  std::vector<std::string> gpio_lines;  ///< BENCH_GPIO_LINES, in order
+  std::string tracefs;                  ///< BENCH_TRACEFS
+  std::string screen;                   ///< BENCH_VKMS: the card whose picture lights the scene
+  std::string camera_inject;            ///< BENCH_CAMERA_INJECT
+
+  /// fails: not_found (outside the guest, or without that device).
+  static Result<BenchPlaces> from_environment();
+  /// Offset of a line on the chip.  fails: unknown_name.
+  Result<int> line(std::string_view name) const;
+};
+
+/// When something happened, known to within doubt on either side.
+struct Moment {
+  Nanoseconds time{};
+  Nanoseconds doubt{};
+};
+
+/// An input of the simulated GPIO chip, seen from outside: the wire.
+class InputWire {
+ public:
+  /// fails: unknown_name, io.
+  static Result<InputWire> open(const BenchPlaces& places, std::string_view line);
+  /// Sets the wire's level. The kernel stamps the edge between the call's begin and end; the moment is the
+  /// middle of the two.  fails: io.
+  Result<Moment> pull(bool high) const;
+
+ private:
+  InputWire(device::Fd file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+
+  device::Fd file_;
+  std::string name_;
+};
+
+/// Where frames are handed to the test camera.
+class CameraPort {
+ public:
+  struct Head {
+    Nanoseconds stamp{};
+    std::uint32_t skip = 0;  ///< sequence numbers left out before this frame
+    bool damaged = false;
+  };
+  enum class Taken : std::uint8_t { yes, not_streaming, unplugged };
+
+  /// fails: io.
+  static Result<CameraPort> open(const std::string& path);
+  /// pixels: as many bytes as a frame of the format that the host has set.
+  /// fails: size_mismatch (the host has set another size), io.
+  Result<Taken> deliver(const Head& head, std::span<const std::uint8_t> pixels);
+
+ private:
+  explicit CameraPort(device::Fd file) : file_(std::move(file)) {}
+
+  device::Fd file_;
+  std::vector<std::uint8_t> buffer_;
+};
+
+/// An Error for a call of the operating system that has just failed.
+Error system_error(std::string_view what, std::string_view hint);
+
+/// Makes the calling thread a real-time one (SCHED_FIFO).  fails: io (not allowed).
+Result<void> run_first(int priority);
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/watchers.hpp"
+
+#include <chrono>
+#include <thread>
+#include <utility>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+/// Below the trigger's watcher: an exposure must not wait for a picture.
+constexpr int kPriority = 55;
+constexpr std::chrono::microseconds kPulse{100};  // as boards::SimProjectorConfig
+constexpr std::chrono::milliseconds kScreenOff{5};
+
+}  // namespace
+
+Result<RefreshWatch> RefreshWatch::open(const BenchPlaces& places, const Placement& placement, Stage& stage) {
+  SYMRIG_TRY(ScreenReader screen, ScreenReader::open(places.screen, placement));
+  SYMRIG_TRY(InputWire vsync, InputWire::open(places, "vsync"));
+  return RefreshWatch(std::move(screen), std::move(vsync), stage);
+}
+
+void RefreshWatch::run() {
+  if (auto first = run_first(kPriority); !first) return stage_.stop(first.error());
+  while (!stage_.stopped())
+    if (auto followed = follow(); !followed) stage_.stop(followed.error());
+}
+
+Result<void> RefreshWatch::follow() {
+  const auto refresh = screen_.wait_refresh();
+  if (!refresh) {  // no mode is set yet, or no longer
+    stage_.show(device::steady_now(), nullptr);
+    last_.reset();
+    std::this_thread::sleep_for(kScreenOff);
+    return {};
+  }
+  SYMRIG_CHECK(vsync_.pull(true));
+  count(*refresh);
+  stage_.show(refresh->begin, screen_.look());
+  std::this_thread::sleep_for(kPulse);
+  SYMRIG_CHECK(vsync_.pull(false));
+  return {};
+}
+
+void RefreshWatch::count(const Refresh& refresh) {
+  ++refreshes_;
+  if (last_ && refresh.number > *last_ + 1) overslept_ += refresh.number - *last_ - 1;
+  last_ = refresh.number;
+}
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/stage.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace symrig::bench_vm {
+
+void Stage::show(Nanoseconds since, const Picture& picture) {
+  const std::scoped_lock lock(mutex_);
+  if (timeline_.change(since, picture)) changed_.notify_all();
+}
+
+void Stage::exposed(const Exposure& exposure) {
+  const std::scoped_lock lock(mutex_);
+  exposures_.push_back(exposure);
+  changed_.notify_all();
+}
+
+void Stage::stop(std::optional<Error> failure) {
+  const std::scoped_lock lock(mutex_);
+  if (!failure_) failure_ = std::move(failure);
+  stopped_ = true;
+  changed_.notify_all();
+}
+
+std::optional<Error> Stage::failure() {
+  const std::scoped_lock lock(mutex_);
+  return failure_;
+}
+
+ScreenTimeline::Lit Stage::newest() {
+  const std::scoped_lock lock(mutex_);
+  return timeline_.newest();
+}
+
+std::optional<Exposure> Stage::next_exposure(Nanoseconds age, Nanoseconds until) {
+  std::unique_lock lock(mutex_);
+  const Nanoseconds now = device::steady_now();
+  if (exposures_.empty()) {
+    if (now < until && !stopped_) changed_.wait_for(lock, until - now);
+    return std::nullopt;
+  }
+  const Nanoseconds ripe = exposures_.front().end.time + age;
+  if (now < ripe) {
+    const Nanoseconds wake = std::min(ripe, until);
+    if (now < wake && !stopped_) changed_.wait_for(lock, wake - now);
+    return std::nullopt;
+  }
+  const Exposure next = exposures_.front();
+  exposures_.pop_front();
+  return next;
+}
+
+std::vector<ScreenTimeline::Lit> Stage::lit_during(const Exposure& exposure) {
+  const std::scoped_lock lock(mutex_);
+  timeline_.forget_before(exposure.begin.time);
+  return timeline_.during(exposure.begin.time, exposure.end.time);
+}
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/watchers.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+/// Above the kernel's threaded interrupts (50), so that the edge's stamp and ours lie close together.
+constexpr int kPriority = 60;
+constexpr int kStopLatencyMs = 100;  // poll() wakes that often to see whether it is over
+
+}  // namespace
+
+Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds readout, Stage& stage) {
+  SYMRIG_TRY(const int line, places.line("camera_trigger"));
+  SYMRIG_TRY(InputWire strobe, InputWire::open(places, "camera_strobe"));
+  const std::string path = places.tracefs + "/trace_pipe";
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
+  device::Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  if (!trace) return system_error(fmt::format("{} cannot be opened", path), "only one reader at a time");
+  return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, stage);
+}
+
+void TriggerWatch::run() {
+  if (auto first = run_first(kPriority); !first) return stage_.stop(first.error());
+  while (!stage_.stopped())
+    if (auto read = read_on(); !read) stage_.stop(read.error());
+}
+
+Result<void> TriggerWatch::read_on() {
+  pollfd waiting{trace_.get(), POLLIN, 0};
+  if (::poll(&waiting, 1, kStopLatencyMs) <= 0) return {};
+  std::array<char, 4096> piece{};
+  const ssize_t size = ::read(trace_.get(), piece.data(), piece.size());
+  if (size < 0 && (errno == EAGAIN || errno == EINTR)) return {};
+  if (size < 0) return system_error("the kernel's trace cannot be read", "");
+  for (const std::string& line : lines_.feed({piece.data(), static_cast<std::size_t>(size)}))
+    SYMRIG_CHECK(take(parse_trace_line(line)));
+  return {};
+}
+
+Result<void> TriggerWatch::take(const TraceEvent& event) {
+  if (const auto* lost = std::get_if<EventsLost>(&event))
+    return Error{ErrorCode::fault, fmt::format("the kernel's trace lost {} events", lost->count),
+                 "what this run has shown counts for nothing: make the trace buffer larger"};
+  const auto* set = std::get_if<LineSet>(&event);
+  if (set == nullptr || set->gpio != gpio_) return {};
+  return move(*set);
+}
+
+Result<void> TriggerWatch::move(const LineSet& set) {
+  const Shutter::Move move = shutter_.trigger(set.level, set.time);
+  if (move == Shutter::Move::none) return {};
+  SYMRIG_TRY(const Moment edge, strobe_.pull(move == Shutter::Move::open));
+  slowest_ = std::max(slowest_, edge.time - set.time);
+  if (move == Shutter::Move::open)
+    begin_ = edge;
+  else
+    stage_.exposed({exposures_++, begin_, edge});
+  return {};
+}
+
+}  // namespace symrig::bench_vm

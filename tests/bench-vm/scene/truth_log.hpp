@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bench-vm/scene/delivery.hpp"
+#include "bench-vm/scene/stage.hpp"
+#include "symrig/base/result.hpp"
+
+#include <cstdint>
+#include <fstream>
+#include <span>
+#include <string>
+
+namespace symrig::bench_vm {
+
+/// What truly happened, a JSON object a line, times in nanoseconds of CLOCK_MONOTONIC:
+///
+///   {"exposed":7,"begin":…,"end":…,"doubt":…,"lit":[{"picture":3,"key":"91c2…","share":1}]}
+///   {"delivered":7,"fault":"none","stamp":…,"skip":0,"damaged":false,"taken":"yes"}
+///
+/// key tells pictures apart: equal keys, equal pictures.
+class TruthLog {
+ public:
+  /// An empty path logs nowhere.  fails: io.
+  static Result<TruthLog> open(const std::string& path);
+
+  void exposed(const Exposure& exposure, std::span<const ScreenTimeline::Lit> lit);
+  void delivered(const DeliveredFrame& frame, CameraPort::Taken taken);
+  /// The last line, with whatever the caller has counted.  fails: io (a full disk).
+  Result<void> close(const std::string& totals);
+
+ private:
+  void line(const std::string& text);
+
+  std::ofstream file_;
+};
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bench-vm/scene/screen_reader.hpp"
+#include "bench-vm/scene/shutter.hpp"
+#include "bench-vm/scene/stage.hpp"
+#include "bench-vm/scene/trace_line.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace symrig::bench_vm {
+
+/// Follows the camera's trigger through the kernel's trace and answers on its strobe, at once: the edges of
+/// the strobe are the exposure's begin and end.
+class TriggerWatch {
+ public:
+  /// stage must outlive the watch.  fails: unknown_name (a line), io.
+  static Result<TriggerWatch> open(const BenchPlaces& places, Nanoseconds readout, Stage& stage);
+
+  /// Until the stage is stopped, which it does itself if trace events were lost: then nobody knows what the
+  /// board did.
+  void run();
+
+  std::uint64_t exposures() const { return exposures_; }
+  std::uint64_t missed() const { return shutter_.missed(); }
+  /// The longest time from a trigger's edge to the strobe's.
+  Nanoseconds slowest() const { return slowest_; }
+
+ private:
+  TriggerWatch(device::Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
+      : trace_(std::move(trace)), strobe_(std::move(strobe)), gpio_(gpio), shutter_(readout), stage_(stage) {}
+  Result<void> read_on();
+  Result<void> take(const TraceEvent& event);
+  Result<void> move(const LineSet& set);
+
+  device::Fd trace_;
+  InputWire strobe_;
+  int gpio_;
+  Shutter shutter_;
+  Stage& stage_;
+  LineSplitter lines_;
+  Moment begin_;
+  std::uint64_t exposures_ = 0;
+  Nanoseconds slowest_{0};
+};
+
+/// Follows the screen: looks at it after each refresh, and pulses the vsync line as a projector does.
+class RefreshWatch {
+ public:
+  /// stage must outlive the watch.  fails: as ScreenReader::open, InputWire::open.
+  static Result<RefreshWatch> open(const BenchPlaces& places, const Placement& placement, Stage& stage);
+
+  /// Until the stage is stopped.
+  void run();
+
+  std::uint64_t refreshes() const { return refreshes_; }
+  /// Refreshes that were over before they were looked at.
+  std::uint64_t overslept() const { return overslept_; }
+
+ private:
+  RefreshWatch(ScreenReader screen, InputWire vsync, Stage& stage)
+      : screen_(std::move(screen)), vsync_(std::move(vsync)), stage_(stage) {}
+  Result<void> follow();
+  void count(const Refresh& refresh);
+
+  ScreenReader screen_;
+  InputWire vsync_;
+  Stage& stage_;
+  std::optional<std::uint64_t> last_;
+  std::uint64_t refreshes_ = 0;
+  std::uint64_t overslept_ = 0;
+};
+
+}  // namespace symrig::bench_vm
