@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/shutter.hpp"
+
+#include <gtest/gtest.h>
+
+namespace symrig::bench_vm {
+namespace {
+
+using namespace std::chrono_literals;
+using Move = Shutter::Move;
+
+TEST(Shutter, is_open_while_the_trigger_is_high) {
+  Shutter shutter(3ms);
+  EXPECT_EQ(shutter.trigger(false, 1ms), Move::none);  // low it was
+  EXPECT_EQ(shutter.trigger(true, 2ms), Move::open);
+  EXPECT_EQ(shutter.trigger(true, 3ms), Move::none);  // the same level set again
+  EXPECT_TRUE(shutter.is_open());
+  EXPECT_EQ(shutter.trigger(false, 5ms), Move::close);
+  EXPECT_FALSE(shutter.is_open());
+  EXPECT_EQ(shutter.trigger(true, 8ms), Move::open);  // read out to the nanosecond
+}
+
+TEST(Shutter, misses_a_trigger_during_readout_and_its_end) {
+  Shutter shutter(3ms);
+  shutter.trigger(true, 2ms);
+  shutter.trigger(false, 5ms);
+  EXPECT_EQ(shutter.trigger(true, 7'999'999ns), Move::none);
+  EXPECT_EQ(shutter.trigger(false, 20ms), Move::none);  // long enough, but it never opened
+  EXPECT_EQ(shutter.missed(), 1U);
+  EXPECT_EQ(shutter.trigger(true, 21ms), Move::open);
+}
+
+}  // namespace
+}  // namespace symrig::bench_vm
