@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/truth_log.hpp"
 
-#include "sim/hash.hpp"
+#include "bench-vm/scene/truth_file.hpp"
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -13,12 +11,6 @@
 namespace symrig::bench_vm {
 
 namespace {
-
-std::uint64_t key_of(const Image<float>& picture) {
-  std::uint64_t key = 0;
-  for (const float value : picture.values()) key = sim::combine(key, std::bit_cast<std::uint32_t>(value));
-  return key;
-}
 
 std::string_view name(CameraPort::Taken taken) {
   constexpr std::array<std::string_view, 3> kNames{"yes", "not streaming", "unplugged"};
@@ -44,7 +36,7 @@ void TruthLog::exposed(const Exposure& exposure, std::span<const ScreenTimeline:
   std::string pictures;
   for (const ScreenTimeline::Lit& part : lit)
     pictures += fmt::format(R"({}{{"picture":{},"key":"{:016x}","share":{}}})", pictures.empty() ? "" : ",",
-                            part.number, key_of(*part.pattern), part.share);
+                            part.number, picture_key(*part.pattern), part.share);
   line(fmt::format(R"({{"exposed":{},"begin":{},"end":{},"doubt":{},"lit":[{}]}})", exposure.frame,
                    exposure.begin.time.count(), exposure.end.time.count(),
                    (exposure.begin.doubt + exposure.end.doubt).count(), pictures));

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/audit.hpp"
+
+#include "symrig/hdr/merge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+using Codes = std::vector<std::uint16_t>;
+using Values = std::vector<float>;
+constexpr double kHarmless = 0.1;  // of the limit
+
+/// A whole bracket that was exposed with one picture, and the photograph that its frames make, black and all.
+struct Bracket {
+  std::size_t first = 0;  // index into the truth
+  std::vector<Codes> codes;
+  Radiance photograph;
+};
+
+/// The pattern as a screen of eight bits a colour shows it.
+Image<float> on_screen(const Pattern& pattern) {
+  Image<float> shown = pattern;
+  for (float& value : shown.values())
+    value = static_cast<float>(static_cast<double>(std::lround(value * 255.F)) / 255.0);
+  return shown;
+}
+
+class Auditor {
+ public:
+  Auditor(std::span<const TrueExposure> truth, const sim::Studio& studio, const AuditOptions& options)
+      : truth_(truth), studio_(studio), options_(options) {
+    for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
+      if (is_bracket(i)) begins_[truth[i].picture].push_back(i);
+  }
+
+  /// Every bracket that was truly exposed with this pattern.
+  Result<std::vector<Bracket>> brackets_of(const Pattern& pattern) const {
+    const Image<float> shown = on_screen(pattern);
+    const auto begins = begins_.find(picture_key(shown));
+    std::vector<Bracket> brackets;
+    if (begins == begins_.end()) return brackets;
+    const auto light = studio_.light_of(shown, 0);
+    for (const std::size_t first : begins->second) {
+      SYMRIG_TRY(Bracket bracket, expose(first, *light));
+      brackets.push_back(std::move(bracket));
+    }
+    return brackets;
+  }
+
+  Result<Radiance> merged(std::size_t first, std::span<const Codes> codes) const {
+    std::vector<Frame> frames;
+    for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
+    MergeOptions merging;
+    merging.scale = options_.scale;
+    return merge(frames, studio_.scene().grid(), 1, studio_.noise(), merging);
+  }
+
+ private:
+  /// Exposures of one picture that become longer, as far as a bracket goes.
+  bool is_bracket(std::size_t first) const {
+    for (std::size_t j = 0; j < options_.exposures; ++j) {
+      const TrueExposure& exposure = truth_[first + j];
+      if (!exposure.pure || exposure.picture != truth_[first].picture) return false;
+      if (j > 0 && exposure.open <= truth_[first + j - 1].open) return false;
+    }
+    return true;
+  }
+
+  Result<Bracket> expose(std::size_t first, const Image<float>& light) const {
+    Bracket bracket{first, {}, {}};
+    for (std::size_t j = 0; j < options_.exposures; ++j) {
+      const TrueExposure& exposure = truth_[first + j];
+      bracket.codes.push_back(
+          studio_.expose(light, seconds(exposure.open), options_.first_frame + exposure.frame));
+    }
+    SYMRIG_TRY(bracket.photograph, merged(first, bracket.codes));
+    return bracket;
+  }
+
+  std::span<const TrueExposure> truth_;
+  const sim::Studio& studio_;
+  const AuditOptions& options_;
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> begins_;  // of brackets, by picture
+};
+
+/// A logged photograph beside the brackets that may have made it.
+struct Suspect {
+  Radiance logged;
+  std::vector<Bracket> brackets;
+};
+
+float median(Values values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What the rig has subtracted from all photographs of a session.
+Values black_of(std::span<const Suspect> session, std::size_t pixels) {
+  Values black(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    Values differences;
+    for (const Suspect& suspect : session)
+      if (!suspect.brackets.empty() && suspect.logged.valid.values()[i] != 0)
+        differences.push_back(suspect.brackets.front().photograph.mean.values()[i] -
+                              suspect.logged.mean.values()[i]);
+    if (!differences.empty()) black[i] = median(std::move(differences));
+  }
+  return black;
+}
+
+/// rms of (made again − black − logged) / σ over the pixels that count.
+double distance(const Radiance& again, const Values& black, const Radiance& logged) {
+  double squares = 0;
+  std::int64_t count = 0;
+  for (std::size_t i = 0; i < black.size(); ++i) {
+    if (logged.valid.values()[i] == 0 || again.valid.values()[i] == 0) continue;
+    const double off = again.mean.values()[i] - black[i] - logged.mean.values()[i];
+    squares += off * off / logged.variance.values()[i];
+    ++count;
+  }
+  return count == 0 ? 0 : std::sqrt(squares / static_cast<double>(count));
+}
+
+/// Finds the nearest bracket and puts it first.
+AuditedPhotograph judge(Suspect& suspect, const Values& black, std::span<const TrueExposure> truth) {
+  AuditedPhotograph best{-1, 0};
+  for (Bracket& bracket : suspect.brackets) {
+    const double away = distance(bracket.photograph, black, suspect.logged);
+    if (best.distance >= 0 && away >= best.distance) continue;
+    best = {away, truth[bracket.first].frame};
+    if (&bracket != &suspect.brackets.front()) std::swap(suspect.brackets.front(), bracket);
+  }
+  return best;
+}
+
+/// Puts frame j of `other` into the bracket, and looks whether that is seen.
+Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other, const Values& black,
+                   double limit, Audit& audit) {
+  const Bracket& own = suspect.brackets.front();
+  for (std::size_t j = 0; j < own.codes.size(); ++j) {
+    std::vector<Codes> codes = own.codes;
+    codes[j] = other.codes[j];
+    SYMRIG_TRY(const Radiance wrong, auditor.merged(own.first, codes));
+    ++audit.planted;
+    if (distance(wrong, black, suspect.logged) > limit)
+      ++audit.found;
+    else if (distance(wrong, Values(black.size()), own.photograph) < kHarmless * limit)
+      ++audit.harmless;
+  }
+  return {};
+}
+
+Result<void> audit_session(const Auditor& auditor, std::span<Suspect> session,
+                           std::span<const TrueExposure> truth, double limit, Audit& audit) {
+  const std::size_t pixels = session.front().logged.mean.values().size();
+  const Values black = black_of(session, pixels);
+  std::vector<AuditedPhotograph> judged;
+  for (Suspect& suspect : session) judged.push_back(judge(suspect, black, truth));
+  for (std::size_t k = 0; k < session.size(); ++k) {
+    const double away = judged[k].distance;
+    audit.unseen += away < 0 ? 1 : 0;
+    audit.wrong += away > limit ? 1 : 0;
+    if (away < 0 || away > limit) continue;
+    audit.farthest_right = std::max(audit.farthest_right, away);
+    const Suspect& next = session[(k + 1) % session.size()];
+    if (session.size() > 1 && !next.brackets.empty())
+      SYMRIG_CHECK(plant(auditor, session[k], next.brackets.front(), black, limit, audit));
+  }
+  audit.photographs.insert(audit.photographs.end(), judged.begin(), judged.end());
+  return {};
+}
+
+}  // namespace
+
+Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth, const sim::Studio& studio,
+                    const AuditOptions& options) {
+  const Auditor auditor(truth, studio, options);
+  Audit result;
+  std::vector<std::int64_t> ends = options.sessions;
+  ends.push_back(log.size());
+  std::int64_t k = 0;
+  for (const std::int64_t end : ends) {
+    std::vector<Suspect> session;
+    for (; k < std::min(end, log.size()); ++k) {
+      SYMRIG_TRY(const Pattern pattern, log.pattern(k));
+      SYMRIG_TRY(Radiance photograph, log.photograph(k));
+      SYMRIG_TRY(auto brackets, auditor.brackets_of(pattern));
+      session.push_back({std::move(photograph), std::move(brackets)});
+    }
+    if (!session.empty()) SYMRIG_CHECK(audit_session(auditor, session, truth, options.limit, result));
+  }
+  return result;
+}
+
+}  // namespace symrig::bench_vm

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Proves from outside the product which frames each photograph of a capture on the bench was made of.
+#include "bench-vm/scene/audit.hpp"
+
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace symrig::bench_vm {
+namespace {
+
+struct Options {
+  std::string log, truth, scene;
+  AuditOptions audit;
+};
+
+void add_options(CLI::App& app, Options& options) {
+  app.add_option("log", options.log, "photograph log that symrig capture --keep-log left")->required();
+  app.add_option("truth", options.truth, "what bench_scene --log wrote meanwhile")->required();
+  app.add_option("scene", options.scene, "bench_scene's scene")->required();
+  app.add_option("--first-frame", options.audit.first_frame, "bench_scene's");
+  app.add_option("--exposures", options.audit.exposures, "frames a photograph")->capture_default_str();
+  app.add_option("--session", options.audit.sessions, "photographs at which a session began");
+  app.add_option("--limit", options.audit.limit, "distance of a wrong photograph, sigmas")
+      ->capture_default_str();
+}
+
+void print(const Audit& audit) {
+  fmt::print(
+      "{} photographs: {} wrong, {} with a pattern that no exposure saw; the others at most {:.3f} sigma "
+      "from "
+      "their true frames\n{} wrong frames planted: {} found, {} without effect, {} overlooked\n",
+      audit.photographs.size(), audit.wrong, audit.unseen, audit.farthest_right, audit.planted, audit.found,
+      audit.harmless, audit.planted - audit.found - audit.harmless);
+  for (std::size_t k = 0; k < audit.photographs.size(); ++k)
+    if (audit.photographs[k].distance < 0)
+      fmt::print("photograph {}: no bracket was exposed with its pattern\n", k);
+    else if (audit.photographs[k].distance > 0 && audit.wrong > 0)
+      fmt::print("photograph {}: {:.3f} sigma from the bracket that began with frame {}\n", k,
+                 audit.photographs[k].distance, audit.photographs[k].first_frame);
+}
+
+Result<bool> run(const Options& options) {
+  SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(options.scene));
+  SYMRIG_TRY(const auto scene, sim::make_scene(uri));
+  const sim::Studio studio(uri, *scene);
+  SYMRIG_TRY(const auto truth, read_true_exposures(options.truth));
+  SYMRIG_TRY(const auto log, open_any_log(options.log));
+  SYMRIG_TRY(const Audit audited, audit(*log, truth, studio, options.audit));
+  print(audited);
+  return audited.wrong == 0 && audited.unseen == 0 && !audited.photographs.empty();
+}
+
+}  // namespace
+}  // namespace symrig::bench_vm
+
+int main(int argc, char** argv) {
+  CLI::App app("Which frames was each photograph made of? Exit code 1: some of a wrong one.");
+  symrig::bench_vm::Options options;
+  symrig::bench_vm::add_options(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+  }
+  const auto right = symrig::bench_vm::run(options);
+  if (right) return *right ? 0 : 1;
+  fmt::print(stderr, "bench_audit: {}\n", right.error().line());
+  return symrig::exit_code(right.error().code);
+}

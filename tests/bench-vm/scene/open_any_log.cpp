@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/audit.hpp"
+
+#include <array>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+constexpr std::size_t kTextSizeAt = 16;  // docs/photograph-log.md
+constexpr std::size_t kTextAt = 24;
+constexpr std::uint64_t kLongestText = 1 << 20;
+
+Error not_a_log(const std::string& path) {
+  return {ErrorCode::bad_format, path + " is not a photograph log", "symrig capture --keep-log leaves one"};
+}
+
+/// Takes the line "key value" off the front of text, and gives the value.
+std::string take_line(std::istringstream& text, const std::string& key) {
+  std::string line;
+  std::getline(text, line);
+  return line.starts_with(key + " ") ? line.substr(key.size() + 1) : std::string();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PhotographLog>> open_any_log(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, kTextAt> front{};
+  if (!file.read(front.data(), front.size())) return not_a_log(path);
+  std::uint64_t bytes = 0;
+  std::memcpy(&bytes, front.data() + kTextSizeAt, sizeof bytes);
+  if (bytes > kLongestText) return not_a_log(path);
+  std::string head(bytes, '\0');
+  if (!file.read(head.data(), static_cast<std::streamsize>(bytes))) return not_a_log(path);
+  std::istringstream text(head);
+  LogIdentity identity;
+  const std::string grid = take_line(text, "grid");
+  // NOLINTNEXTLINE(cert-err34-c,cppcoreguidelines-pro-type-vararg): open_photograph_log compares the whole
+  // text
+  if (std::sscanf(grid.c_str(), "%dx%d", &identity.grid.rows, &identity.grid.cols) != 2)
+    return not_a_log(path);
+  identity.channels = take_line(text, "channels") == "3" ? 3 : 1;
+  identity.rig = take_line(text, "rig");
+  const auto options = static_cast<std::size_t>(text.tellg());
+  identity.options = head.substr(std::min(options, head.size()));
+  return open_photograph_log(path, identity);
+}
+
+}  // namespace symrig::bench_vm

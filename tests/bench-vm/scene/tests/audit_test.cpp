@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/audit.hpp"
+
+#include "assert_ok.hpp"
+#include "bench-vm/scene/tests/looped_rig.hpp"
+
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace symrig::bench_vm {
+namespace {
+
+constexpr std::size_t kPhotographs = 24;
+
+/// A session of photographs of random patterns, logged; in the run of photograph `from`, frames are tampered
+/// with.
+struct Session {
+  LoopedRig rig{"sim:vgroove-textured?size=20x24"};
+  std::unique_ptr<PhotographLog> log = make_memory_log({20, 24}, 1);
+
+  Result<void> capture(std::size_t from, std::function<void(std::vector<CameraFrame>&)> tamper) {
+    SYMRIG_TRY(const auto opened, rig.open());
+    for (std::size_t i = 0; i < kPhotographs; ++i) {
+      const Pattern pattern = random_pattern({20, 24}, i);
+      if (i == from) rig.tamper = std::exchange(tamper, {});
+      SYMRIG_TRY(const auto photographs, opened->measure({&pattern, 1}));
+      if (i == from) rig.tamper = [](auto&) {};
+      SYMRIG_CHECK(log->append(pattern, photographs[0], opened->cost()));
+    }
+    return {};
+  }
+  Result<Audit> audited(const AuditOptions& options = {}) const {
+    return audit(*log, rig.truth, rig.studio(), options);
+  }
+};
+
+// The exposures are known exactly here, hence the strict limit.
+TEST(Audit, finds_every_photograph_of_a_clean_capture_right) {
+  Session session;
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  AuditOptions strict;
+  strict.limit = 0.05;
+  const auto audit = session.audited(strict);
+  ASSERT_OK(audit);
+  ASSERT_EQ(audit->photographs.size(), kPhotographs);
+  EXPECT_EQ(audit->wrong, 0);
+  EXPECT_EQ(audit->unseen, 0);
+  EXPECT_LT(audit->farthest_right, 0.02);
+  EXPECT_GT(audit->planted, 90);
+  // A few change the photograph by more than a tenth of the limit and by less than the limit.
+  EXPECT_LE(audit->planted - audit->found - audit->harmless, 3);
+  EXPECT_GT(audit->found, audit->planted * 3 / 4);
+}
+
+// Two frames of a bracket in each other's place, one frame in place of another, and the same pattern shot
+// again.
+TEST(Audit, finds_frames_in_the_wrong_place) {
+  const std::vector<std::function<void(std::vector<CameraFrame>&)>> tampers{
+      [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); },
+      [](auto& frames) { frames[3].raw = frames[2].raw; }};
+  for (const auto& tamper : tampers) {
+    Session session;
+    ASSERT_OK(session.capture(11, tamper));
+    const auto audit = session.audited();
+    ASSERT_OK(audit);
+    EXPECT_EQ(audit->wrong, 1);
+    EXPECT_GT(audit->photographs[11].distance, 0.2);
+    EXPECT_LT(audit->photographs[12].distance, 0.02);
+  }
+}
+
+TEST(Audit, finds_another_shot_of_the_same_pattern) {
+  Session session;
+  const Session* seen = &session;
+  ASSERT_OK(session.capture(11, [seen](auto& frames) {
+    const auto light = seen->rig.studio().light_of(random_pattern({20, 24}, 11), 0);
+    frames[2].raw =
+        seen->rig.studio().expose(*light, seconds(seen->rig.truth.back().open) / 8, frames[2].sequence + 1);
+  }));
+  const auto audit = session.audited();
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->wrong, 1);
+  EXPECT_GT(audit->photographs[11].distance, 0.2);
+}
+
+TEST(Audit, finds_a_pattern_that_was_never_shown) {
+  Session session;
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  Radiance black{Image<float>({20, 24}, 1), Image<float>({20, 24}, 1, 1.F),
+                 Image<std::uint8_t>({20, 24}, 1, 1)};
+  ASSERT_OK(session.log->append(random_pattern({20, 24}, 999), black, {}));
+  const auto audit = session.audited();
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->unseen, 1);
+  EXPECT_EQ(audit->wrong, 0);
+}
+
+}  // namespace
+}  // namespace symrig::bench_vm

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "symrig/image/image.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace symrig::bench_vm {
+
+/// An exposure as TruthLog tells of it.
+struct TrueExposure {
+  std::uint64_t frame = 0;  ///< exposures before it
+  Nanoseconds open{};
+  std::uint64_t picture = 0;  ///< key of the picture that was lit
+  bool pure = false;          ///< that one picture alone, all the time
+};
+
+/// Equal keys, equal pictures.
+std::uint64_t picture_key(const Image<float>& picture);
+
+/// The exposures of a log, in order.  fails: not_found, bad_format (the line is named).
+Result<std::vector<TrueExposure>> read_true_exposures(const std::string& path);
+
+}  // namespace symrig::bench_vm
