@@ -22,6 +22,8 @@ struct SimulatedCameraSpec {
   CameraTiming timing;
   NoiseModel noise;
   Image<std::uint8_t> dead;  ///< 1 = dead; empty: none
+  /// Ticks of the exposures a second, to stamp frames by; 0: the camera has no clock.
+  std::uint64_t tick_hz = 0;
 };
 
 /// The picture side of boards::SimCamera, which keeps the time. How light becomes codes is handed in, so

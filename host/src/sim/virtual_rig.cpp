@@ -151,13 +151,18 @@ RigOptions SimulatedRig::rig_options() const {
   options.scale = 1 / kSensitivity;
   options.views = views_of(uri_);
   options.name = uri_.to_string();
+  options.ledger.guards = 0;  // a camera in virtual time is there from its first frame on
   return options;
 }
 
 std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
-  SimulatedCameraSpec spec{scene_->grid(), scene_->channels(), CameraTiming{}, darkroom_->noise(),
-                           dead_pixels(scene_->grid(), uri_.dead, key)};
+  SimulatedCameraSpec spec{scene_->grid(),
+                           scene_->channels(),
+                           CameraTiming{},
+                           darkroom_->noise(),
+                           dead_pixels(scene_->grid(), uri_.dead, key),
+                           board_->config().tick_hz};
   return std::make_unique<SimulatedCamera>(
       std::move(spec), shutter_,
       [this](std::span<const SimulatedExposure> exposures) { return darkroom_->develop(exposures); });

@@ -62,7 +62,7 @@ TEST(SimulatedProjector, starts_anew_with_each_sequence_and_counts_on) {
 TEST(SimulatedCamera, hands_over_what_was_exposed_with_its_times) {
   Bench bench;
   std::vector<SimulatedExposure> seen;
-  SimulatedCamera camera({{2, 2}, 1, {}, NoiseModel::from_electrons({}), {}}, bench.shutter,
+  SimulatedCamera camera({{2, 2}, 1, {}, NoiseModel::from_electrons({}), {}, 0}, bench.shutter,
                          [&](std::span<const SimulatedExposure> exposures) {
                            seen.assign(exposures.begin(), exposures.end());
                            return std::vector<CameraFrame>(exposures.size());

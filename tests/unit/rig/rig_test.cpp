@@ -56,7 +56,7 @@ class Wall {
     auto projector =
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.profile.refresh_period);
     const SimulatedProjector* screen = projector.get();
-    SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_};
+    SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_, 125'000'000};
     auto eye = std::make_unique<SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
     SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(board_)));

@@ -105,6 +105,8 @@ class Board {
   /// The board goes safe if it hears no keep-alive for `ttl`; 0 = no longer. wait() repeats it by itself.
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
+  /// When the link was opened: `opened() + HostTime::since` is the same moment on this machine's clock.
+  SteadyTime opened() const;
   /// Takes what the board sends for so long, and lets a board in virtual time run. Keeps nothing alive.
   Result<void> idle(Nanoseconds duration);
   /// How the program that the board holds uses an output at worst. fails: unknown_name.

@@ -13,6 +13,7 @@
 namespace symrig::device {
 
 /// What the projector and the camera need. Defaults: a 60 Hz projector, a camera that reads out in 3 ms.
+/// Without a projector line nobody is asked for a pattern, without a vsync line nothing is waited for.
 struct RigProfile {
   std::string projector_line = "projector_trigger";
   std::string camera_line = "camera_trigger";
@@ -23,6 +24,9 @@ struct RigProfile {
   Nanoseconds settle{1'000'000};           ///< from vsync to the first exposure
   Nanoseconds readout{4'000'000};          ///< from the end of an exposure to the next trigger, at least
   Nanoseconds min_exposure{20'000};        ///< of the camera
+  Nanoseconds exposure_offset{0};          ///< the camera exposes that much longer than its pulse
+  bool projector_active_low = false;       ///< lines that are on when low
+  bool camera_active_low = false;
   bool whole_refreshes =
       false;  ///< exposures must be whole refresh periods (multi-bit patterns made in time)
 };

@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
+#include "symrig/device/clock_time.hpp"
 #include "symrig/device/device_uri.hpp"
 
 #include <cstdint>
@@ -31,6 +32,9 @@ class Link {
   virtual Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) = 0;
   /// Time on the link's clock since it was opened.
   virtual Nanoseconds now() const = 0;
+  /// When the link was opened, on this machine's clock: now() counts from there. A link in virtual time has a
+  /// clock of its own, with the same meaning for all that lives in that time.
+  virtual SteadyTime opened() const { return {}; }
 };
 
 /// In process to a board in virtual time: waiting advances the board's clock. The board must outlive the

@@ -7,6 +7,8 @@
 #include "symrig/device/board.hpp"
 #include "symrig/device/bracket.hpp"
 #include "symrig/projector/projector.hpp"
+#include "symrig/rig/camera_ledger.hpp"
+#include "symrig/rig/devices.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -21,9 +23,15 @@ namespace symrig {
 /// How a Rig takes its photographs.
 struct RigOptions {
   device::RigProfile profile;
-  std::string strobe_line = "camera_strobe";  ///< high while the camera exposes
-  int exposures = 4;                          ///< frames a photograph, shortest first
-  double ratio = 8;                           ///< each exposure to the one before it
+  /// High while the camera exposes; empty: it has none, and the trigger line itself tells the exposures.
+  std::string strobe_line = "camera_strobe";
+  bool strobe_active_low = false;
+  /// A strobe rises at most this long after its mark.
+  Nanoseconds strobe_tolerance{1'000'000};
+  /// Further lines of the board, and how those above are to be used besides what the rig needs of them.
+  std::vector<device::LineConfig> lines;
+  int exposures = 4;  ///< frames a photograph, shortest first
+  double ratio = 8;   ///< each exposure to the one before it
   /// The brightest pixel of the flood-lit scene fills 1 / headroom of the range of the shortest exposure.
   double headroom = 1.25;
   double scale = 1;           ///< radiance per unit of projector light that one electron per second means
@@ -32,7 +40,19 @@ struct RigOptions {
   /// Photographs between two flood-lit references that tell how bright the lamp is, 0 = none. While it holds
   /// still they come up to eight times more rarely.
   int reference_every = 50;
-  double lamp_drift = 0.02;    ///< the lamp's relative change over 1,000 photographs, one sigma, as expected
+  double lamp_drift = 0.02;  ///< the lamp's relative change over 1,000 photographs, one sigma, as expected
+  LedgerOptions ledger;      ///< when a frame is trusted
+  int retakes = 5;           ///< of one photograph, before the rig gives up
+  /// A camera that has sent nothing for so long after a run will send nothing more.
+  Nanoseconds frame_patience{1'000'000'000};
+  /// How long a photograph is held back for a frame too many that would put it in doubt.
+  Nanoseconds linger{20'000'000};
+  /// How long a device that was lost is waited for, if the rig knows how to open it again.
+  Nanoseconds device_patience{30'000'000'000};
+  /// Asked while the rig waits for a device; false: give up. Empty: never.
+  std::function<bool()> wanted;
+  /// Waits between two looks for a lost device. Empty: sleeps.
+  std::function<void(Nanoseconds)> pause;
   ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };
@@ -43,7 +63,23 @@ struct LampLevel {
   double sigma = 0;
 };
 
+/// What went wrong and was put right.
+struct RigTrouble {
+  FrameCounts frames;                ///< by verdict, those of all runs; `certain` ones were used
+  std::int64_t retaken = 0;          ///< photographs taken again, as often as they were
+  std::int64_t unanswered = 0;       ///< triggers that the camera did not answer
+  std::int64_t unasked = 0;          ///< exposures that no trigger asked for
+  std::int64_t spoiled_runs = 0;     ///< the board was late or lost events
+  std::int64_t patterns_late = 0;    ///< the screen did not say that the pattern was there in time
+  std::int64_t boards_reopened = 0;  ///< or configured anew after a restart
+  std::int64_t cameras_reopened = 0;
+  std::int64_t projectors_reopened = 0;
+};
+
+class BracketTaker;
+class DeviceSet;
 class LampLog;
+struct TakenBracket;
 
 /// base, base · ratio, … base · ratio^(count − 1), each in whole nanoseconds. The base is the longest one, at
 /// most `wanted` (what just does not saturate), whose last exposure the camera can hold.
@@ -53,16 +89,22 @@ Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, d
 
 /// A board, a projector and a camera that answer patterns as a Probe. Each batch: the projector takes the
 /// patterns, the board runs a bracket program and reports marks and strobe edges, the ledger ties frames to
-/// marks, hdr merges each bracket with the exposure times that the board measured.
-/// No photograph is ever returned unless every frame of its run is accounted for.
+/// marks, hdr merges each bracket with the exposure times that the board measured. A projector paced by the
+/// host is shown each pattern by itself, and the board runs one bracket.
+/// No photograph is ever returned unless every frame of its bracket is certain (CameraLedger): others are
+/// taken again. A device that was lost is waited for and opened again, if the rig knows how.
 /// Photographs are in units of the light of the first reference: each is divided by the lamp level that the
 /// references before it foretell. The level's own error, camera noise over √pixels, is common to a photograph
 /// and not added to its variance: it is below 1 % of it from 32 × 32 pixels on.
 class Rig final : public Probe {
  public:
-  /// Configures the board, meters the flood-lit scene to set the exposures, and photographs the dark
-  /// projector. fails: size_mismatch (camera and projector grids differ: such a rig needs calibration),
-  /// device errors, limit (the scene is too bright for the shortest exposure).
+  /// Opens the devices, configures the board, meters the flood-lit scene to set the exposures, and
+  /// photographs the dark projector. fails: size_mismatch (camera and projector grids differ: such a rig
+  /// needs calibration), device errors, limit (the scene is too bright for the shortest exposure),
+  /// frame_missing (a photograph was not certain after all retakes; the message says what was wrong with its
+  /// frames).
+  static Result<std::unique_ptr<Rig>> open(RigDevices devices, RigOptions options);
+  /// The same of devices that are open already, and that nobody can open again.
   static Result<std::unique_ptr<Rig>> open(device::Board board, std::unique_ptr<Projector> projector,
                                            std::unique_ptr<Camera> camera, RigOptions options);
 
@@ -70,13 +112,13 @@ class Rig final : public Probe {
   Rig(const Rig&) = delete;
   Rig& operator=(const Rig&) = delete;
 
-  Grid grid() const override { return camera_->grid(); }
+  Grid grid() const override;
   ViewLayout views() const override { return options_.views; }
-  int channels() const override { return camera_->channels(); }
+  int channels() const override;
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
-  /// Metering, black and reference photographs count as frames and rig time, not as photographs. rig_seconds
-  /// is the time the board's programs ran, on its clock.
-  ProbeCost cost() const override { return cost_; }
+  /// Metering, black, reference and retaken photographs and guard frames count as frames and rig time, not as
+  /// photographs. rig_seconds is the time the board's programs ran, on its clock.
+  ProbeCost cost() const override;
   std::string describe() const override { return options_.name; }
 
   std::span<const Nanoseconds> exposures() const { return exposures_; }
@@ -84,6 +126,8 @@ class Rig final : public Probe {
   const std::optional<Radiance>& black() const { return black_; }
   /// Where the references put the lamp now.
   LampLevel lamp() const;
+  /// What went wrong so far and was put right.
+  const RigTrouble& trouble() const;
 
   /// Counts photographs of an earlier session as if this one had taken them, on a rig that can repeat time:
   /// the references that came between them are taken again, each at its place. passed: called with the
@@ -91,32 +135,25 @@ class Rig final : public Probe {
   Result<void> pass_over(std::int64_t photographs, const std::function<void(std::int64_t)>& passed);
 
  private:
-  Rig(device::Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
-      RigOptions options);
+  explicit Rig(RigOptions options);
 
-  struct Shots;  // the frames of one run, tied to their photographs
-  Result<void> configure();
+  Result<void> begin(std::unique_ptr<DeviceSet> devices);
   Result<void> meter();
   Result<void> photograph_black();
   Result<void> check(std::span<const Pattern> patterns) const;
   Result<void> refer();
   Result<std::vector<Radiance>> photograph(std::span<const Pattern> patterns, const LampLog* lamp);
-  Result<Shots> expose(std::span<const Pattern> patterns, std::span<const Nanoseconds> exposures);
-  Result<device::Receipt> run(std::span<const Nanoseconds> exposures, std::size_t photographs);
-  Result<std::vector<Nanoseconds>> measured_exposures(const device::Receipt& receipt,
-                                                      std::size_t expected) const;
-  Result<Radiance> merge_one(const Shots& shots, std::size_t photograph, double lamp) const;
-  Result<std::vector<Radiance>> merge_all(const Shots& shots, const LampLog* lamp);
+  Result<Radiance> merge_one(const TakenBracket& bracket, double lamp) const;
+  Result<std::vector<Radiance>> merge_all(std::span<const TakenBracket> brackets, const LampLog* lamp);
 
-  device::Board board_;
-  std::unique_ptr<Projector> projector_;
-  std::unique_ptr<Camera> camera_;
   RigOptions options_;
+  std::unique_ptr<BracketTaker> taker_;  // looks at options_
   std::vector<Nanoseconds> exposures_;
   std::optional<Radiance> black_;
   std::unique_ptr<LampLog> lamp_;  // none: photographs stay as they are
   std::int64_t shown_ = 0;         // photographs since it was opened, references included
-  ProbeCost cost_;
+  std::int64_t photographs_ = 0;   // answered
+  double merge_seconds_ = 0;
 };
 
 }  // namespace symrig

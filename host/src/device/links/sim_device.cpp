@@ -45,6 +45,7 @@ class OwningSimLink final : public Link {
   Result<void> send(std::span<const std::uint8_t> bytes) override { return link_->send(bytes); }
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return link_->receive(timeout); }
   Nanoseconds now() const override { return link_->now(); }
+  SteadyTime opened() const override { return link_->opened(); }
 
  private:
   Result<int> line(const std::string& name, bool output) const {

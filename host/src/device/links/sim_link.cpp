@@ -32,6 +32,7 @@ class SimLink final : public Link {
   }
 
   Nanoseconds now() const override { return rate_.nanoseconds(Ticks{board_.now() - opened_}); }
+  SteadyTime opened() const override { return {rate_.nanoseconds(Ticks{opened_})}; }
 
  private:
   boards::SimBoard& board_;

@@ -18,6 +18,7 @@ class StreamLink final : public Link {
   }
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return stream_.receive(timeout); }
   Nanoseconds now() const override { return steady_now() - opened_; }
+  SteadyTime opened() const override { return {opened_}; }
 
  private:
   ByteStream stream_;

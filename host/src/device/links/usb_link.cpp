@@ -40,6 +40,7 @@ class UsbLink final : public Link {
   Result<void> send(std::span<const std::uint8_t> bytes) override;
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override;
   Nanoseconds now() const override { return steady_now() - opened_; }
+  SteadyTime opened() const override { return {opened_}; }
 
  private:
   struct Slot {

@@ -36,6 +36,7 @@ class Wire {
   Result<void> listen(Nanoseconds timeout);
 
   Nanoseconds now() const { return link_->now(); }
+  SteadyTime opened() const { return link_->opened(); }
 
  private:
   struct Upload;

@@ -66,6 +66,9 @@ Result<void> Board::keep_alive(Nanoseconds ttl) {
 Result<TimeReading> Board::time() {
   return session_->time();
 }
+SteadyTime Board::opened() const {
+  return session_->opened();
+}
 Result<void> Board::idle(Nanoseconds duration) {
   return session_->idle(duration);
 }

@@ -22,11 +22,11 @@ Nanoseconds whole_refreshes(Nanoseconds exposure, Nanoseconds period) {
 }
 
 Result<void> check_exposure(const RigProfile& profile, Nanoseconds exposure) {
-  if (exposure < profile.min_exposure)
+  const Nanoseconds least = std::max(profile.min_exposure, profile.exposure_offset + Nanoseconds{1});
+  if (exposure < least)
     return illegal(fmt::format("exposure of {}: the camera's shortest is {}", duration_text(exposure),
-                               duration_text(profile.min_exposure)),
-                   profile.whole_refreshes ? whole_refreshes(profile.min_exposure, profile.refresh_period)
-                                           : profile.min_exposure);
+                               duration_text(least)),
+                   profile.whole_refreshes ? whole_refreshes(least, profile.refresh_period) : least);
   if (!profile.whole_refreshes) return {};
   const Nanoseconds whole = whole_refreshes(exposure, profile.refresh_period);
   if (whole == exposure) return {};
@@ -52,15 +52,34 @@ Result<void> check_profile(const BoardInfo& board, const RigProfile& profile) {
   return {};
 }
 
+/// A pulse of a line that may be on when low.
+void add_pulse(ProgramBuilder& program, const std::string& line, bool active_low, Nanoseconds width) {
+  program.set(line, !active_low).hold(width).set(line, active_low);
+}
+
+/// Lines that are on when low go off before the first photograph, long enough for the camera to notice.
+void begin_off(ProgramBuilder& program, const RigProfile& profile) {
+  if (profile.camera_active_low) program.set(profile.camera_line, true);
+  const bool projector = profile.projector_active_low && !profile.projector_line.empty();
+  if (projector) program.set(profile.projector_line, true);
+  if (profile.camera_active_low || projector) program.hold(profile.readout);
+}
+
 /// pattern → vsync → settle → (expose → readout) × k
 void add_photograph(ProgramBuilder& program, const RigProfile& profile,
                     std::span<const Nanoseconds> exposures) {
-  program.mark(kMarkPattern)
-      .pulse(profile.projector_line, profile.advance_pulse)
-      .wait_edge(profile.vsync_line, EdgeKind::rising, profile.vsync_timeout, OnTimeout::abort)
-      .hold(profile.settle);
-  for (std::size_t j = 0; j < exposures.size(); ++j)
-    program.mark(mark_of_exposure(j)).pulse(profile.camera_line, exposures[j]).hold(profile.readout);
+  program.mark(kMarkPattern);
+  if (!profile.projector_line.empty())
+    add_pulse(program, profile.projector_line, profile.projector_active_low, profile.advance_pulse);
+  if (!profile.vsync_line.empty())
+    program.wait_edge(profile.vsync_line, EdgeKind::rising, profile.vsync_timeout, OnTimeout::abort);
+  program.hold(profile.settle);
+  for (std::size_t j = 0; j < exposures.size(); ++j) {
+    program.mark(mark_of_exposure(j));
+    add_pulse(program, profile.camera_line, profile.camera_active_low,
+              exposures[j] - profile.exposure_offset);
+    program.hold(profile.readout);
+  }
 }
 
 Result<void> check_bracket(const RigProfile& profile, std::span<const Nanoseconds> exposures) {
@@ -77,6 +96,7 @@ Result<Program> compile_bracket(const BoardInfo& board, const RigProfile& profil
   SYMRIG_CHECK(check_profile(board, profile));
   SYMRIG_CHECK(check_bracket(profile, exposures));
   ProgramBuilder program(board);
+  begin_off(program, profile);
   program.loop(photographs);
   add_photograph(program, profile, exposures);
   return program.end_loop().end();
@@ -86,6 +106,7 @@ Result<Program> compile_brackets(const BoardInfo& board, const RigProfile& profi
                                  std::span<const std::vector<Nanoseconds>> brackets) {
   SYMRIG_CHECK(check_profile(board, profile));
   ProgramBuilder program(board);
+  begin_off(program, profile);
   for (const auto& exposures : brackets) {
     SYMRIG_CHECK(check_bracket(profile, exposures));
     add_photograph(program, profile, exposures);

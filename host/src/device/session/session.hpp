@@ -28,6 +28,7 @@ class Board::Session {
   Result<BoardStatus> status();
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
+  SteadyTime opened() const { return wire_.opened(); }
   Result<void> idle(Nanoseconds duration);
   Result<LineUse> line_use(std::string_view line);
   Result<void> verify_program();

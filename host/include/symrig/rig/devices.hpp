@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/camera/camera.hpp"
+#include "symrig/device/board.hpp"
+#include "symrig/projector/projector.hpp"
+
+#include <functional>
+#include <memory>
+
+namespace symrig {
+
+/// How the three devices of a rig are opened, at first and again when one was lost. Each may be called any
+/// number of times; what it gave before is gone by then.
+struct RigDevices {
+  std::function<Result<device::Board>()> board;
+  std::function<Result<std::unique_ptr<Projector>>()> projector;
+  std::function<Result<std::unique_ptr<Camera>>()> camera;
+};
+
+}  // namespace symrig

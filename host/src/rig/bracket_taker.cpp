@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/bracket_taker.hpp"
+
+#include "symrig/device/bracket.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using Part = DeviceSet::Part;
+
+constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board that runs
+constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
+constexpr int kLockTries = 8;
+
+Nanoseconds total(std::span<const Nanoseconds> times) {
+  Nanoseconds sum{0};
+  for (const Nanoseconds t : times) sum += t;
+  return sum;
+}
+
+std::vector<std::size_t> missing_in(const std::vector<std::optional<TakenBracket>>& brackets) {
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < brackets.size(); ++i)
+    if (!brackets[i]) missing.push_back(i);
+  return missing;
+}
+
+Error run_failed(const device::Receipt& receipt) {
+  const std::string cause = receipt.fault ? receipt.fault->name : std::string(name(receipt.end));
+  return {ErrorCode::fault,
+          fmt::format("the run did not end well: {}; {} late words, {} underruns, {} events lost", cause,
+                      receipt.late, receipt.underruns, receipt.events_lost),
+          receipt.fault ? receipt.fault->hint : "check the vsync and trigger lines"};
+}
+
+}  // namespace
+
+BracketTaker::BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options)
+    : devices_(std::move(devices)), options_(options), ledger_(options.ledger) {}
+
+Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> patterns,
+                                                     std::span<const Nanoseconds> exposures) {
+  Brackets brackets(patterns.size());
+  loaded_ = false;
+  std::size_t left = patterns.size();
+  for (int tries = 0; left > 0;) {
+    if (const auto tried = attempt(patterns, exposures, brackets); !tried)
+      SYMRIG_CHECK(recover(tried.error()));
+    const std::size_t still = missing_in(brackets).size();
+    tries = still < left ? 0 : tries + 1;
+    left = still;
+    if (left > 0 && tries > options_.retakes) return give_up(tries);
+  }
+  std::vector<TakenBracket> taken;
+  for (auto& bracket : brackets) taken.push_back(*std::move(bracket));
+  return taken;
+}
+
+Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<const Nanoseconds> exposures,
+                                   Brackets& brackets) {
+  const std::vector<std::size_t> pending = missing_in(brackets);
+  if (devices_->projector().pacing() == Pacing::host)
+    return attempt_shown(patterns, pending, exposures, brackets);
+  return attempt_triggered(patterns, pending, exposures, brackets);
+}
+
+/// All of them in one run: the projector goes on at each trigger.
+Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
+                                             std::span<const std::size_t> pending,
+                                             std::span<const Nanoseconds> exposures, Brackets& brackets) {
+  SYMRIG_CHECK(lock(exposures.front()));
+  std::vector<Pattern> again;
+  if (pending.size() < patterns.size())
+    for (const std::size_t i : pending) again.push_back(patterns[i]);
+  Projector& projector = devices_->projector();
+  SYMRIG_CHECK(devices_->of(Part::projector, projector.load(again.empty() ? patterns : again)));
+  SYMRIG_TRY(auto taken, run(paced_profile(), exposures, pending.size()));
+  for (std::size_t i = 0; i < pending.size(); ++i) keep(brackets[pending[i]], std::move(taken[i]));
+  return {};
+}
+
+/// One after another: each is on the screen before the board runs its bracket.
+Result<void> BracketTaker::attempt_shown(std::span<const Pattern> patterns,
+                                         std::span<const std::size_t> pending,
+                                         std::span<const Nanoseconds> exposures, Brackets& brackets) {
+  if (!loaded_) SYMRIG_CHECK(devices_->of(Part::projector, devices_->projector().load(patterns)));
+  loaded_ = true;
+  for (const std::size_t i : pending) {
+    SYMRIG_CHECK(lock(exposures.front()));
+    SYMRIG_TRY(const bool shown, show(i));
+    Brackets taken(1);
+    if (shown) {
+      SYMRIG_TRY(taken, run(paced_profile(), exposures, 1));
+    }
+    keep(brackets[i], std::move(taken.front()));
+  }
+  return {};
+}
+
+void BracketTaker::keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken) {
+  trouble_.retaken += taken ? 0 : 1;
+  bracket = std::move(taken);
+}
+
+/// False if the screen's own count or clock did not go on: nobody knows what it shows.
+Result<bool> BracketTaker::show(std::size_t index) {
+  SYMRIG_TRY(const Shown shown, devices_->of(Part::projector, devices_->projector().show(index)));
+  const bool counts = shown.refresh != 0;
+  const bool goes_on =
+      !shown_ || ((!counts || shown.refresh > shown_->refresh) && shown.since > shown_->since);
+  shown_ = shown;
+  trouble_.patterns_late += goes_on ? 0 : 1;
+  return goes_on;
+}
+
+/// Exposures that no photograph is made of, until the ledger knows the camera's numbers.
+Result<void> BracketTaker::lock(Nanoseconds exposure) {
+  device::RigProfile profile = paced_profile();
+  profile.projector_line.clear();
+  profile.vsync_line.clear();
+  const auto frames = static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1));
+  for (int tries = 0; ledger_.needs_guards(); ++tries) {
+    if (tries == kLockTries) return give_up(tries);
+    SYMRIG_CHECK(run(profile, {&exposure, 1}, frames));
+  }
+  return {};
+}
+
+/// One run of the board: what is certain of it.
+Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profile,
+                                                 std::span<const Nanoseconds> exposures,
+                                                 std::size_t photographs) {
+  const std::size_t each = exposures.size();
+  SYMRIG_CHECK(drain());
+  SYMRIG_TRY(const device::Receipt receipt, run_board(profile, exposures, photographs));
+  rig_seconds_ += seconds(receipt.duration());
+  SYMRIG_TRY(const BoardEvidence evidence,
+             devices_->of(Part::board,
+                          board_evidence(receipt, exposure_line(), photographs, each, devices_->clock())));
+  frames_ += static_cast<std::int64_t>(evidence.exposures.size());
+  SYMRIG_TRY(auto frames, frames_of(evidence.exposures.size()));
+  const RunIdentity identity = identify(evidence.exposures, frames);
+  trouble_.unanswered += evidence.unanswered;
+  trouble_.unasked += evidence.unasked;
+  Brackets brackets(photographs);
+  const bool spoiled = !receipt.clean();
+  if (spoiled) {
+    ++trouble_.spoiled_runs;
+    ledger_.doubt();
+  }
+  const bool shown = began_after_pattern(evidence);
+  trouble_.patterns_late += shown ? 0 : 1;
+  if (spoiled || !shown) return brackets;
+  for (std::size_t i = 0; i < photographs; ++i) {
+    TakenBracket bracket;
+    for (std::size_t j = 0; j < each; ++j) {
+      const auto pulse = evidence.pulse_of[i * each + j];
+      if (!pulse || !identity.frame[*pulse]) break;
+      bracket.frames.push_back(std::move(frames[*identity.frame[*pulse]]));
+      bracket.exposures.push_back(evidence.widths[*pulse]);
+    }
+    if (bracket.frames.size() == each) brackets[i] = std::move(bracket);
+  }
+  last_ = identity.counts;
+  last_unanswered_ = evidence.unanswered;
+  return brackets;
+}
+
+Result<device::Receipt> BracketTaker::run_board(const device::RigProfile& profile,
+                                                std::span<const Nanoseconds> exposures,
+                                                std::size_t photographs) {
+  device::Board& board = devices_->board();
+  SYMRIG_TRY(const device::Program program, device::compile_bracket(board.info(), profile, exposures,
+                                                                    static_cast<std::uint32_t>(photographs)));
+  const auto frames = static_cast<std::int64_t>(exposures.size());
+  const Nanoseconds one = total(exposures) + frames * profile.readout + profile.settle +
+                          profile.vsync_timeout + profile.advance_pulse;
+  const auto most = static_cast<std::int64_t>(photographs) * one + kRunSlack;
+  const auto go = [&]() -> Result<device::Receipt> {
+    SYMRIG_CHECK(board.upload(program));  // nothing to do if the board still holds it
+    SYMRIG_CHECK(devices_->clock().ask(board));
+    SYMRIG_CHECK(board.arm());
+    SYMRIG_CHECK(board.start());
+    SYMRIG_TRY(auto ended, wait_for_end(most));
+    SYMRIG_CHECK(devices_->clock().ask(board));
+    return ended;
+  };
+  SYMRIG_TRY(device::Receipt receipt, devices_->of(Part::board, go()));
+  if (receipt.end != device::RunEnd::completed || receipt.fault) return run_failed(receipt);
+  return receipt;
+}
+
+/// Looks at the board now and then: one that was restarted would never end its run.
+Result<device::Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
+  device::Board& board = devices_->board();
+  for (Nanoseconds waited{0};; waited += kSlice) {
+    auto receipt = board.wait(std::min(kSlice, most - waited));
+    if (receipt || receipt.error().code != ErrorCode::timeout || waited + kSlice >= most) return receipt;
+    SYMRIG_CHECK(devices_->clock().ask(board));
+    SYMRIG_TRY(const device::BoardStatus status, board.status());
+    const bool forgot = status.config_hash == 0;
+    if (forgot)
+      return Error{ErrorCode::timeout, "the board was restarted during a run", "check its supply and cable"};
+  }
+}
+
+/// Frames that came too late for the run they belong to.
+Result<void> BracketTaker::drain() {
+  SYMRIG_TRY(const auto late, devices_->of(Part::camera, devices_->camera().take(0, Nanoseconds{0})));
+  if (!late.empty()) identify({}, late);
+  return {};
+}
+
+/// As many as there were exposures, and what else comes right after them.
+Result<std::vector<CameraFrame>> BracketTaker::frames_of(std::size_t count) {
+  Camera& camera = devices_->camera();
+  SYMRIG_TRY(auto frames, devices_->of(Part::camera, camera.take(count, options_.frame_patience)));
+  if (frames.size() < count) return frames;
+  SYMRIG_TRY(auto more, devices_->of(Part::camera, camera.take(1, options_.linger)));
+  std::move(more.begin(), more.end(), std::back_inserter(frames));
+  return frames;
+}
+
+RunIdentity BracketTaker::identify(std::span<const SeenExposure> exposures,
+                                   std::span<const CameraFrame> frames) {
+  std::vector<SeenFrame> seen;
+  seen.reserve(frames.size());
+  for (const CameraFrame& frame : frames) seen.push_back(camera_evidence(frame, devices_->camera().noise()));
+  RunIdentity identity = ledger_.judge(exposures, seen);
+  trouble_.frames += identity.counts;
+  return identity;
+}
+
+/// The screen said that the pattern was there before the first exposure began.
+bool BracketTaker::began_after_pattern(const BoardEvidence& evidence) const {
+  if (!shown_ || evidence.exposures.empty()) return true;
+  const SeenExposure& first = evidence.exposures.front();
+  return first.begin - first.bound >= shown_->since;
+}
+
+Result<void> BracketTaker::recover(const Error& error) {
+  SYMRIG_TRY(const Part part, devices_->recover(error));
+  trouble_.boards_reopened += part == Part::board;
+  trouble_.cameras_reopened += part == Part::camera;
+  trouble_.projectors_reopened += part == Part::projector;
+  if (part == Part::camera) ledger_.restart();
+  if (part == Part::board) ledger_.doubt();
+  if (part == Part::projector) {
+    loaded_ = false;
+    shown_.reset();
+  }
+  return {};
+}
+
+Error BracketTaker::give_up(int tries) const {
+  std::string trouble = last_.trouble();
+  if (last_unanswered_ > 0)
+    trouble +=
+        fmt::format("{}{} triggers without an exposure", trouble.empty() ? "" : ", ", last_unanswered_);
+  if (trouble.empty()) trouble = "nothing that can be named";
+  const bool ambiguous = last_[Verdict::ambiguous] > 0;
+  return {ErrorCode::frame_missing,
+          fmt::format("a photograph could not be trusted in {} tries; frames of the last one: {}", tries,
+                      trouble),
+          ambiguous ? "the stamps cannot tell the exposures apart: give the camera a longer readout"
+                    : "check the camera's trigger and strobe lines, and that it keeps up"};
+}
+
+ExposureLine BracketTaker::exposure_line() const {
+  const device::BoardInfo& info = devices_->board().info();
+  const device::RigProfile& profile = options_.profile;
+  if (options_.strobe_line.empty())
+    return {info.line(profile.camera_line), profile.camera_active_low, profile.exposure_offset,
+            options_.strobe_tolerance};
+  return {info.line(options_.strobe_line), options_.strobe_active_low, Nanoseconds{0},
+          options_.strobe_tolerance};
+}
+
+/// A host that shows the patterns itself asks nobody for the next one.
+device::RigProfile BracketTaker::paced_profile() const {
+  device::RigProfile profile = options_.profile;
+  if (devices_->projector().pacing() == Pacing::host) profile.projector_line.clear();
+  return profile;
+}
+
+}  // namespace symrig

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rig/device_set.hpp"
+#include "rig/evidence.hpp"
+#include "symrig/rig/rig.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace symrig {
+
+/// The frames of one photograph, each certain to be what it is taken for, with the exposures that the board
+/// measured.
+struct TakenBracket {
+  std::vector<CameraFrame> frames;
+  std::vector<Nanoseconds> exposures;
+};
+
+/// Takes brackets until every frame is certain: shows patterns, runs the board, asks the ledger, takes again
+/// what is in doubt, and gets lost devices back.
+class BracketTaker {
+ public:
+  /// options must outlive this.
+  BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options);
+
+  /// Opens and configures the devices.
+  Result<void> open() { return devices_->open(); }
+
+  /// A bracket of the same exposures for each pattern.
+  /// fails: frame_missing (a photograph was in doubt after all retakes: what its frames were is said), fault
+  /// (of the board), device errors that do not pass.
+  Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
+                                         std::span<const Nanoseconds> exposures);
+
+  const Camera& camera() const { return devices_->camera(); }
+  const Projector& projector() const { return devices_->projector(); }
+  const RigTrouble& trouble() const { return trouble_; }
+  std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
+  double rig_seconds() const { return rig_seconds_; }  ///< of the board's programs
+
+ private:
+  using Brackets = std::vector<std::optional<TakenBracket>>;
+
+  Result<void> attempt(std::span<const Pattern> patterns, std::span<const Nanoseconds> exposures,
+                       Brackets& brackets);
+  Result<void> attempt_triggered(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
+                                 std::span<const Nanoseconds> exposures, Brackets& brackets);
+  Result<void> attempt_shown(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
+                             std::span<const Nanoseconds> exposures, Brackets& brackets);
+  /// A bracket that is not there has to be taken again.
+  void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
+  Result<bool> show(std::size_t index);
+  Result<void> lock(Nanoseconds exposure);
+  Result<Brackets> run(const device::RigProfile& profile, std::span<const Nanoseconds> exposures,
+                       std::size_t photographs);
+  Result<device::Receipt> run_board(const device::RigProfile& profile, std::span<const Nanoseconds> exposures,
+                                    std::size_t photographs);
+  Result<device::Receipt> wait_for_end(Nanoseconds most);
+  Result<void> drain();
+  Result<std::vector<CameraFrame>> frames_of(std::size_t count);
+  RunIdentity identify(std::span<const SeenExposure> exposures, std::span<const CameraFrame> frames);
+  bool began_after_pattern(const BoardEvidence& evidence) const;
+  Result<void> recover(const Error& error);
+  Error give_up(int tries) const;
+  ExposureLine exposure_line() const;
+  device::RigProfile paced_profile() const;
+
+  std::unique_ptr<DeviceSet> devices_;
+  const RigOptions& options_;
+  CameraLedger ledger_;
+  RigTrouble trouble_;
+  FrameCounts last_;  // of the newest run that left something in doubt
+  std::int64_t last_unanswered_ = 0;
+  std::optional<Shown> shown_;  // Pacing::host: the pattern on the screen
+  bool loaded_ = false;         // the projector holds the patterns of this take()
+  std::int64_t frames_ = 0;
+  double rig_seconds_ = 0;
+};
+
+}  // namespace symrig

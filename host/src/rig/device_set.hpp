@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "rig/steady_clock.hpp"
+#include "symrig/rig/rig.hpp"
+
+#include <memory>
+#include <optional>
+
+namespace symrig {
+
+/// The devices of a rig while they come and go. Says which of them failed last, and opens it again.
+class DeviceSet {
+ public:
+  enum class Part : std::uint8_t { none, board, projector, camera };
+
+  /// options must outlive this.
+  DeviceSet(RigDevices devices, const RigOptions& options)
+      : devices_(std::move(devices)), options_(options) {}
+  DeviceSet(device::Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
+            const RigOptions& options)
+      : options_(options),
+        board_(std::move(board)),
+        projector_(std::move(projector)),
+        camera_(std::move(camera)) {}
+
+  /// Opens what is not open yet, and configures the board.
+  /// fails: as the openers and Board::configure(), size_mismatch.
+  Result<void> open();
+
+  device::Board& board() { return *board_; }
+  Projector& projector() { return *projector_; }
+  Camera& camera() { return *camera_; }
+  const Camera& camera() const { return *camera_; }
+  SteadyClock& clock() { return clock_; }
+
+  /// Passes a result on and remembers whose fault it is.
+  template <class T>
+  Result<T> of(Part part, Result<T> result) {
+    if (!result) failed_ = part;
+    return result;
+  }
+  /// Puts right what `error`, the last one passed on, was about: a device that is gone is waited for and
+  /// opened again, a board that was restarted is configured again. Gives which device it was.
+  /// fails: with `error` if it is none of that, or the device does not come back in time; interrupted.
+  Result<Part> recover(const Error& error);
+
+ private:
+  Result<void> open_board();
+  Result<void> open_projector();
+  Result<void> open_camera();
+  Result<void> check_grids() const;
+  Result<void> configure();
+  Result<void> calm();
+  bool can_reopen(Part part) const;
+  Result<void> reopen(Part part);
+  Result<Part> wait_for(Part part, const Error& error);
+  Result<Part> configure_again(const Error& error);
+  void close(Part part);
+
+  RigDevices devices_;
+  const RigOptions& options_;
+  std::optional<device::Board> board_;
+  std::unique_ptr<Projector> projector_;
+  std::unique_ptr<Camera> camera_;
+  SteadyClock clock_;
+  std::optional<Grid> grid_;  // of the first camera
+  Part failed_ = Part::none;
+};
+
+}  // namespace symrig
