@@ -59,6 +59,7 @@ void CameraLedger::restart() {
   unlock();
   contradicted_ = false;
   stamped_ = false;
+  ended_with_gap_ = false;
   past_.clear();
   contents_.clear();
   first_ = 0;
@@ -191,14 +192,29 @@ class CameraLedger::Run {
         claims->contested = true;
       }
     if (last_) claims_[*last_].contested = true;
+    doubt_twins_of(k);
     ledger_.unlock();
     ledger_.contradicted_ = true;
+  }
+
+  /// A copy may have come before its original: then it is the one that was believed.
+  void doubt_twins_of(std::size_t k) {
+    for (std::size_t i = 0; i < claims_.size(); ++i) {
+      if (!out_.frame[i]) continue;
+      const SeenFrame& other = frames_[*out_.frame[i]];
+      const bool alike = other.content != 0 && other.content == frames_[k].content;
+      if (alike || other.sequence == frames_[k].sequence) claims_[i].contested = true;
+    }
   }
 
   void lock_on(std::size_t k, std::int64_t exposure) {
     const bool trusted_at_once = ledger_.guards_needed() == 0;
     ledger_.agree(number(k) - exposure);
     if (trusted_at_once) return accept(k, exposure);
+    guard(k, exposure);
+  }
+
+  void guard(std::size_t k, std::int64_t exposure) {
     out_.frames[k] = Verdict::guard;
     if (Claims* claims = claims_at(exposure)) ++claims->count;
   }
@@ -206,6 +222,7 @@ class CameraLedger::Run {
   void accept(std::size_t k, std::int64_t exposure) {
     Claims* claims = claims_at(exposure);
     out_.frames[k] = claims == nullptr ? Verdict::late : Verdict::certain;
+    if (claims == nullptr && exposure + 1 == ledger_.first_) ledger_.ended_with_gap_ = false;
     if (claims == nullptr) return;  // of a run before this one: known, and of no use any more
     ++claims->count;
     if (frames_[k].damaged) {
@@ -233,7 +250,7 @@ class CameraLedger::Run {
     for (std::size_t k = 0; k < frames_.size(); ++k) {
       if (!ledger_.offset_) ledger_.agree(offset);
       if (trusted) accept(k, ledger_.first_ + static_cast<std::int64_t>(k));
-      if (!trusted) out_.frames[k] = Verdict::guard;
+      if (!trusted) guard(k, ledger_.first_ + static_cast<std::int64_t>(k));
     }
   }
 
@@ -245,11 +262,24 @@ class CameraLedger::Run {
     ledger_.contradicted_ = true;
   }
 
+  bool is_missing(std::size_t exposure) const { return claims_[exposure].count == 0; }
+
+  /// The last frame of a run has no successor that could contradict it. Behind a gap it may be a copy of the
+  /// missing one, which has not arrived yet: it stays in doubt.
+  void doubt_last() {
+    if (claims_.empty() || !ledger_.stamped_) return;
+    const std::size_t last = claims_.size() - 1;
+    const bool gap = last > 0 ? is_missing(last - 1) : ledger_.ended_with_gap_;
+    ledger_.ended_with_gap_ = is_missing(last);
+    if (gap) claims_[last].contested = true;
+  }
+
   /// Takes back what turned out to be contested, and counts.
   void settle() {
+    doubt_last();
     std::int64_t missing = 0;
     for (std::size_t i = 0; i < claims_.size(); ++i) {
-      missing += claims_[i].count == 0;
+      missing += is_missing(i);
       if (!claims_[i].contested || !out_.frame[i]) continue;
       out_.frames[*out_.frame[i]] = Verdict::doubtful;
       out_.frame[i].reset();

@@ -119,6 +119,7 @@ class CameraLedger {
   int agreed_ = 0;                         // frames in a row that agree with the candidate
   bool contradicted_ = false;              // since the stream began
   bool stamped_ = false;                   // some frame since the stream began had a stamp
+  bool ended_with_gap_ = false;            // the last exposure of the run before has no frame
   std::deque<SeenExposure> past_;          // the exposures before first_, the newest last
   std::deque<std::uint64_t> contents_;     // of the newest frames
 };
