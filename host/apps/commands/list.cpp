@@ -131,13 +131,14 @@ Job add_list(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_json(*command, arguments->json);
   command->footer(
-      std::string("Example:\n"
-                  "  symrig list\n"
-                  "\n"
-                  "Looks on USB and on USB serial ports and asks each board who it is; a board that "
-                  "another program\n"
-                  "has open is shown, but not asked. The simulated board sim: is always there.\n"
-                  "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n\n") +
+      std::string(
+          "Example:\n"
+          "  symrig list\n"
+          "\n"
+          "Looks on USB and on USB serial ports and asks each board who it is; a board that "
+          "another program\n"
+          "has open is shown, but not asked. The simulated board sim: is always there.\n"
+          "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }
