@@ -8,12 +8,14 @@ import pwd
 import re
 import sys
 
-DEVICES = ("gpio", "usb", "camera", "vivid", "vkms", "vga", "usbip")
-VGA = re.compile(r"vga=(\d{3,4})x(\d{3,4})$")
+DEVICES = ("gpio", "usb", "camera", "vivid", "vkms", "vga", "usbip", "pico")
+WITH_VALUE = ("vga", "pico")
+VGA = re.compile(r"(\d{3,4})x(\d{3,4})$")
 HELP = """
-Devices: gpio (gpio-sim), usb (gadget on a virtual bus), camera (the test camera), vivid, vkms and vga=WxH (displays), usbip.
+Devices: gpio (gpio-sim), usb (gadget on a virtual bus), camera (the test camera), vivid, vkms and vga=WxH (displays),
+usbip (a USB host for devices over TCP), pico=IMAGE.uf2 (an emulated Pico on it, lane a only).
 They are set up in this order; $BENCH_... variables tell the command where they are (README.md).
-Lane a: a guest in real time. Lane b: virtual time, one instruction is one nanosecond, idle time costs nothing.
+Lane a: a guest in real time, or in slow motion so that a slow machine keeps up. Lane b: virtual time, one instruction is one nanosecond, idle time costs nothing.
 
 The guest's root is this machine's, read-only with a memory of its own above: what COMMAND writes is gone afterwards, except
 what it writes to $BENCH_OUT. Exit status: COMMAND's; 2 bad arguments; 77 no bench on this machine; 125 the guest itself failed.
@@ -25,9 +27,11 @@ class Asked:
     """What the command line asks for."""
 
     lane: str
+    slow: int  # the guest's clock goes so many times slower than ours
     timeout: float
     devices: tuple  # names of DEVICES, in their order
     vga: tuple | None  # (width, height)
+    pico: pathlib.Path | None  # the emulated Pico's image
     user: str
     out: pathlib.Path | None
     command: list
@@ -41,17 +45,29 @@ class OneLineParser(argparse.ArgumentParser):
         sys.exit(2)
 
 
+def parse_size(text, fail):
+    match = VGA.match(text)
+    if not match:
+        fail(f"--with vga={text}: the size must be WIDTHxHEIGHT, as in vga=912x1140")
+    return (int(match[1]), int(match[2]))
+
+
+def parse_image(text, fail):
+    path = pathlib.Path(text)
+    if not path.is_file():
+        fail(f"--with pico={text}: there is no such file; tools/firmware builds build/pico/symrig-pico.uf2")
+    return path.resolve()
+
+
 def parse_devices(text, fail):
-    """(names in the order of setting up, size of the vga display or None)."""
-    names, vga = set(), None
+    """{name: value or None}, in the order of setting up."""
+    found = {}
     for word in filter(None, text.split(",")):
-        match = VGA.match(word)
-        if match:
-            vga = (int(match[1]), int(match[2]))
-        elif word not in DEVICES or word == "vga":
-            fail(f"unknown device '{word}' in --with; there are {', '.join(DEVICES[:-2])}, vga=WxH, usbip")
-        names.add("vga" if match else word)
-    return tuple(name for name in DEVICES if name in names), vga
+        name, equals, value = word.partition("=")
+        if name not in DEVICES or bool(equals) != (name in WITH_VALUE):
+            fail(f"unknown device '{word}' in --with; there are {', '.join(DEVICES[:5])}, vga=WxH, usbip, pico=IMAGE")
+        found[name] = value or None
+    return {name: found[name] for name in DEVICES if name in found}
 
 
 def check_user(name, fail):
@@ -77,9 +93,10 @@ def parse(arguments, description):
     parser = OneLineParser(
         prog="tests/bench-vm/run", description=description, epilog=HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
-        usage="%(prog)s [--lane a|b] [--timeout S] [--with DEVICES] [--user NAME] [--out DIR] -- COMMAND...",
+        usage="%(prog)s [--lane a|b] [--slow K] [--timeout S] [--with DEVICES] [--user NAME] [--out DIR] -- COMMAND...",
     )  # fmt: skip
     parser.add_argument("--lane", choices="ab", default="a", help="real time (a, the default) or virtual time (b)")
+    parser.add_argument("--slow", type=int, default=1, metavar="K", help="lane a: a second in the guest takes K seconds (1)")
     parser.add_argument("--timeout", type=float, default=300, metavar="S", help="seconds of wall time for all of it (300)")
     parser.add_argument("--with", dest="devices", default="", metavar="DEVICES", help="devices, separated by commas")
     parser.add_argument("--user", default="", metavar="NAME", help="run COMMAND as this user instead of root")
@@ -92,6 +109,12 @@ def parse(arguments, description):
         parser.error("no COMMAND after --")
     if not asked.timeout > 0:
         parser.error("--timeout must be positive")
-    devices, vga = parse_devices(asked.devices, parser.error)
+    if not 1 <= asked.slow <= 100 or (asked.slow > 1 and asked.lane == "b"):
+        parser.error("--slow must be from 1 to 100, and 1 in lane b, where the clock counts instructions")
+    devices = parse_devices(asked.devices, parser.error)
+    vga = parse_size(devices["vga"] or "", parser.error) if "vga" in devices else None
+    pico = parse_image(devices["pico"] or "", parser.error) if "pico" in devices else None
+    if pico and asked.lane == "b":
+        parser.error("--with pico: the emulation outside the guest cannot keep its virtual time; use lane a")
     user, out = check_user(asked.user, parser.error), check_out(asked.out, parser.error)
-    return Asked(asked.lane, asked.timeout, devices, vga, user, out, command)
+    return Asked(asked.lane, asked.slow, asked.timeout, tuple(devices), vga, pico, user, out, command)

@@ -33,6 +33,12 @@ class Assets:
         return self.ours / "testcam.ko"
 
 
+def cannot(reason):
+    """Ends the program: this machine cannot have the bench. ctest shows 77 as skipped."""
+    print(f"bench-vm: {reason}", file=sys.stderr)
+    sys.exit(77)
+
+
 def prepare():
     """Makes what is missing. Ends the program with prepare's status, 77 if this machine cannot have the bench."""
     done = subprocess.run([BENCH / "prepare"], stdout=subprocess.PIPE, text=True, check=False)

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """One guest: the QEMU command line, the control folder that it shares with the runner, and the wait for its end."""
 
+import contextlib
 import os
 import pathlib
 import shlex
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 
+from host import pico, slow_motion
 from host.assets import BENCH
 from host.screendump import Screendumps
 
@@ -16,13 +19,14 @@ POLL = 0.02  # seconds between two looks at the guest's files
 # Of the caller's environment the guest gets these and what begins with one of PREFIXES.
 PREFIXES = ("SYMRIG_", "BENCH_", "ASAN_", "LSAN_", "UBSAN_", "TSAN_", "GTEST_", "RC_", "LC_")
 NAMES = ("PATH", "LANG", "TERM")
+KERNEL_ARGUMENTS = "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr random.trust_cpu=on".split()
 
 
 class GuestFailure(Exception):
     """The guest ended, or had to be ended, without the command's exit status."""
 
 
-def start_script(asked, assets):
+def start_script(asked, assets, pico_port):
     """What the guest's first process runs: settings, then guest/start."""
     kept = {name: text for name, text in os.environ.items() if name in NAMES or name.startswith(PREFIXES)}
     settings = kept | {
@@ -33,6 +37,7 @@ def start_script(asked, assets):
         "BENCH_USER": asked.user,
         "BENCH_FOLDER": os.getcwd(),
         "BENCH_LANE": asked.lane,
+        "BENCH_PICO_PORT": str(pico_port or ""),
     }
     lines = [f"export {name}={shlex.quote(text)}" for name, text in settings.items() if name.isidentifier()]
     return "\n".join([*lines, f"exec /bin/bash {shlex.quote(str(BENCH / 'guest/start'))}", ""])
@@ -53,7 +58,7 @@ def qemu_command(asked, assets, control, out):
         "qemu-system-x86_64", "-M", "q35", "-accel", accelerator, "-cpu", "max", "-smp", "1", "-m", "1024",
         "-nodefaults", "-no-user-config", "-no-reboot", "-display", "none",
         "-kernel", str(assets.kernel), "-initrd", str(assets.initrd),
-        "-append", "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr random.trust_cpu=on",
+        "-append", " ".join([*KERNEL_ARGUMENTS, *(slow_motion.KERNEL_ARGUMENTS if asked.slow > 1 else ())]),
         "-serial", f"file:{control / 'console.log'}",
         *share("host", "/", ",readonly=on,multidevs=remap"),
         *share("layer", assets.layer, ",readonly=on,multidevs=remap"),
@@ -66,6 +71,8 @@ def qemu_command(asked, assets, control, out):
         width, height = asked.vga
         command += ["-device", f"VGA,id=vga,vgamem_mb=64,xres={width},yres={height}"]
         command += ["-qmp", f"unix:{control / 'qmp'},server=on,wait=off"]
+    if asked.pico:
+        command += ["-netdev", "user,id=net", "-device", "virtio-net-pci,netdev=net,romfile="]
     return command
 
 
@@ -84,10 +91,13 @@ class Log:
 
 
 def tail(path, lines):
+    """The end of a text file; from a panic of the kernel on, if there is one."""
     try:
-        return "\n".join(path.read_text(errors="replace").splitlines()[-lines:])
+        text = path.read_text(errors="replace")
     except OSError:
         return ""
+    panic = text.find("Kernel panic")
+    return text[panic:].strip() if panic >= 0 else "\n".join(text.splitlines()[-lines:])
 
 
 def wait(process, asked, log, screendumps):
@@ -118,26 +128,34 @@ def status(control, ended, asked, started):
     raise GuestFailure(f"the guest {reason}; the end of its console:\n{tail(control / 'console.log', 40)}")
 
 
+def boot(asked, assets, folder, pico_port):
+    """One guest from start to end, with its control folder in `folder`. The command's exit status."""
+    control = folder / "control"
+    control.mkdir(mode=0o755)
+    out = asked.out or folder / "out"
+    out.mkdir(exist_ok=True)
+    if asked.user:
+        out.chmod(0o777)
+    (control / "start").write_text(start_script(asked, assets, pico_port))
+    (control / "command").write_text("exec " + shlex.join(asked.command) + "\n")
+    log = Log(control / "log")
+    started = time.time()
+    with (control / "qemu.log").open("wb") as errors, subprocess.Popen(
+        qemu_command(asked, assets, control, out), stdin=subprocess.DEVNULL, stdout=errors, stderr=errors,
+        env=slow_motion.environment(asked.slow),
+    ) as process:
+        try:
+            ended = wait(process, asked, log, Screendumps(out, control / "qmp", asked.vga))
+        finally:
+            process.kill()
+    if process.returncode not in (0, -signal.SIGKILL):
+        raise GuestFailure(f"QEMU ended with status {process.returncode}: {tail(control / 'qemu.log', 5)}")
+    return status(control, ended, asked, started)
+
+
 def run(asked, assets):
     """Boots a guest, runs asked.command in it and returns its exit status. Raises GuestFailure."""
-    with tempfile.TemporaryDirectory(prefix="bench-vm-") as folder:
-        control = pathlib.Path(folder) / "control"
-        control.mkdir(mode=0o755)
-        out = asked.out or pathlib.Path(folder) / "out"
-        out.mkdir(exist_ok=True)
-        if asked.user:
-            out.chmod(0o777)
-        (control / "start").write_text(start_script(asked, assets))
-        (control / "command").write_text("exec " + shlex.join(asked.command) + "\n")
-        log = Log(control / "log")
-        started = time.time()
-        with (control / "qemu.log").open("wb") as errors, subprocess.Popen(
-            qemu_command(asked, assets, control, out), stdin=subprocess.DEVNULL, stdout=errors, stderr=errors
-        ) as process:
-            try:
-                ended = wait(process, asked, log, Screendumps(out, control / "qmp", asked.vga))
-            finally:
-                process.kill()
-        if process.returncode not in (0, -9):
-            raise GuestFailure(f"QEMU ended with status {process.returncode}: {tail(control / 'qemu.log', 5)}")
-        return status(control, ended, asked, started)
+    with contextlib.ExitStack() as stack:
+        folder = pathlib.Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="bench-vm-")))
+        port = stack.enter_context(pico.serve(asked.pico, asked.slow)) if asked.pico else None
+        return boot(asked, assets, folder, port)

@@ -6,36 +6,14 @@
 import fs from 'node:fs';
 import net from 'node:net';
 import { parseArgs } from 'node:util';
-import { CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
 import { Board } from '../board/board.mjs';
 import { Connection } from './connection.mjs';
+import { WallClock } from './wall_clock.mjs';
 
-const SLICE = CYCLES_PER_MILLISECOND / 4;
-
-/** Lets a board run with the wall clock; `stop()` ends it. An error of the emulation goes to `onFault`. */
-export function runWithWallClock(board, onFault) {
-  let stopped = false;
-  const begin = { wall: performance.now(), cycle: board.cycle };
-  const step = () => {
-    if (stopped) return;
-    const ahead = (board.cycle - begin.cycle) / CYCLES_PER_MILLISECOND - (performance.now() - begin.wall);
-    if (ahead > 1) return void setTimeout(step, ahead);
-    if (ahead < -100) Object.assign(begin, { wall: performance.now(), cycle: board.cycle }); // too slow: do not try to catch up
-    try {
-      board.run(SLICE);
-    } catch (error) {
-      onFault(error);
-      return;
-    }
-    setImmediate(step);
-  };
-  step();
-  return { stop: () => (stopped = true) };
-}
-
-export function serve(board) {
+export function serve(board, clock) {
   return net.createServer((socket) => {
     socket.setNoDelay(true);
+    socket.on('data', () => clock.catchUp()); // before the connection's own listener
     new Connection(board.host, socket);
   });
 }
@@ -52,9 +30,9 @@ function main() {
     console.error(`error: ${error.message}`);
     process.exit(1);
   };
-  const server = serve(board).listen(Number(values.port), values.host, () => {
+  const clock = new WallClock(board, fail);
+  const server = serve(board, clock).listen(Number(values.port), values.host, () => {
     console.log(`ready usbip:${values.host}:${server.address().port} ${board.host.device.productName}`);
-    runWithWallClock(board, fail);
   });
   server.on('error', fail);
 }

@@ -5,7 +5,8 @@ import assert from 'node:assert/strict';
 import net from 'node:net';
 import { after, before, test } from 'node:test';
 import { boardWith } from '../testing/images.mjs';
-import { runWithWallClock, serve } from './server.mjs';
+import { serve } from './server.mjs';
+import { WallClock } from './wall_clock.mjs';
 
 const ECONNRESET = -104;
 const EPIPE = -32;
@@ -16,11 +17,11 @@ let board;
 before(async () => {
   board = boardWith('usb');
   board.connect();
-  server = serve(board);
-  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
-  clock = runWithWallClock(board, (error) => {
+  clock = new WallClock(board, (error) => {
     throw error;
   });
+  server = serve(board, clock);
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 });
 
 after(() => {

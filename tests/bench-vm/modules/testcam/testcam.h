@@ -48,6 +48,10 @@ struct testcam_state {
 
 #define TESTCAM_GET_STATE _IOR('T', 0xe0, struct testcam_state)
 #define TESTCAM_UNPLUG _IO('T', 0xe1) /* the video node goes away, whoever streams gets ENODEV */
-#define TESTCAM_PLUG _IO('T', 0xe2)   /* and comes back with its defaults, as a camera that had no power */
+#define TESTCAM_PLUG _IO('T', 0xe2)   /* and comes back, see below */
+/*
+ * As a camera that had no power it comes back with its defaults, and as any camera under another number if
+ * somebody still has its old node open.
+ */
 
 #endif

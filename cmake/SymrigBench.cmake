@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+# Jobs of the virtual bench (tests/bench-vm) as tests of ctest.
+
+# Asked for once: whether a build like this one has them. They test how programs meet a kernel, which a second build or a
+# sanitizer on the host side does not change; a job that is about memory errors says SANITIZED.
+set(SYMRIG_BENCH_VM_HERE OFF)
+if(CMAKE_HOST_SYSTEM_PROCESSOR STREQUAL x86_64 AND CMAKE_BUILD_TYPE STREQUAL Release AND NOT SYMRIG_SANITIZE)
+  set(SYMRIG_BENCH_VM_HERE ON)
+endif()
+
+# symrig_bench_job(NAME name LANE a|b [SLOW k] [WITH device...] [USER name] [OUT folder] [TIMEOUT seconds] [SANITIZED] COMMAND ...)
+# registers bench.<name>: COMMAND in a guest with these devices, in the build's folder of the caller. One guest at a time; a
+# machine that cannot have the bench shows the job as skipped.
+function(symrig_bench_job)
+  cmake_parse_arguments(PARSE_ARGV 0 job "SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;COMMAND")
+  if(NOT SYMRIG_BENCH_VM_HERE AND NOT (job_SANITIZED AND SYMRIG_SANITIZE))
+    return()
+  endif()
+  if(NOT job_TIMEOUT)
+    set(job_TIMEOUT 120)
+  endif()
+  set(options --lane ${job_LANE} --timeout ${job_TIMEOUT})
+  if(job_WITH)
+    list(JOIN job_WITH "," devices)
+    list(APPEND options --with ${devices})
+  endif()
+  foreach(option SLOW USER OUT)
+    if(job_${option})
+      string(TOLOWER ${option} word)
+      list(APPEND options --${word} ${job_${option}})
+    endif()
+  endforeach()
+  add_test(NAME bench.${job_NAME} COMMAND ${PROJECT_SOURCE_DIR}/tests/bench-vm/run ${options} -- ${job_COMMAND}
+    WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
+  # The runner ends a job that takes too long, and says where the guest was; ctest's limit only stands behind it.
+  math(EXPR limit "${job_TIMEOUT} + 60")
+  set_tests_properties(bench.${job_NAME} PROPERTIES LABELS bench SKIP_RETURN_CODE 77 TIMEOUT ${limit}
+    FIXTURES_REQUIRED bench_vm RESOURCE_LOCK bench_vm)
+endfunction()

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated Pico, outside the guest: inside, its emulation would run some ten times slower than its clock."""
+
+import contextlib
+import re
+import select
+import shutil
+import subprocess
+import time
+
+from host.assets import BENCH, cannot
+from host.slow_motion import environment
+
+READY = re.compile(r"ready usbip:[\d.]+:(\d+)")
+START = 30  # seconds that it may take to boot and enumerate
+
+
+def port_of(process):
+    """The port of the server once it is ready."""
+    deadline = time.monotonic() + START
+    while time.monotonic() < deadline:
+        if select.select([process.stdout], [], [], 0.1)[0]:
+            match = READY.match(process.stdout.readline())
+            if match:
+                return int(match[1])
+            break
+    cannot(f"the emulated Pico did not start: {process.poll() is None and 'no answer' or process.stderr.read().strip()}")
+
+
+@contextlib.contextmanager
+def serve(image, slow):
+    """Runs the emulation of this image while the context lives, `slow` times slower than its own clock; gives the TCP port where it speaks USB/IP."""
+    emulation = BENCH.parent / "emulation"
+    node = shutil.which("node")
+    if not node:
+        cannot("there is no node; tools/setup test installs it")
+    if not (emulation / "node_modules" / "rp2040js").exists():
+        cannot("the Pico's emulator is not here; tools/setup test fetches it")
+    command = [node, emulation / "usbip" / "server.mjs", "--uf2", image, "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(slow)) as process:
+        try:
+            yield port_of(process)
+        finally:
+            process.kill()
