@@ -8,6 +8,8 @@ import pwd
 import re
 import sys
 
+from host.assets import cannot
+
 DEVICES = ("gpio", "usb", "camera", "vivid", "vkms", "vga", "usbip", "pico")
 WITH_VALUE = ("vga", "pico")
 VGA = re.compile(r"(\d{3,4})x(\d{3,4})$")
@@ -52,10 +54,10 @@ def parse_size(text, fail):
     return (int(match[1]), int(match[2]))
 
 
-def parse_image(text, fail):
+def parse_image(text):
     path = pathlib.Path(text)
     if not path.is_file():
-        fail(f"--with pico={text}: there is no such file; tools/firmware builds build/pico/symrig-pico.uf2")
+        cannot(f"--with pico={text}: there is no such file; tools/firmware builds build/pico/symrig-pico.uf2")
     return path.resolve()
 
 
@@ -63,8 +65,8 @@ def parse_devices(text, fail):
     """{name: value or None}, in the order of setting up."""
     found = {}
     for word in filter(None, text.split(",")):
-        name, equals, value = word.partition("=")
-        if name not in DEVICES or bool(equals) != (name in WITH_VALUE):
+        name, _, value = word.partition("=")
+        if name not in DEVICES or bool(value) != (name in WITH_VALUE):
             fail(f"unknown device '{word}' in --with; there are {', '.join(DEVICES[:5])}, vga=WxH, usbip, pico=IMAGE")
         found[name] = value or None
     return {name: found[name] for name in DEVICES if name in found}
@@ -112,8 +114,8 @@ def parse(arguments, description):
     if not 1 <= asked.slow <= 100 or (asked.slow > 1 and asked.lane == "b"):
         parser.error("--slow must be from 1 to 100, and 1 in lane b, where the clock counts instructions")
     devices = parse_devices(asked.devices, parser.error)
-    vga = parse_size(devices["vga"] or "", parser.error) if "vga" in devices else None
-    pico = parse_image(devices["pico"] or "", parser.error) if "pico" in devices else None
+    vga = parse_size(devices["vga"], parser.error) if "vga" in devices else None
+    pico = parse_image(devices["pico"]) if "pico" in devices else None
     if pico and asked.lane == "b":
         parser.error("--with pico: the emulation outside the guest cannot keep its virtual time; use lane a")
     user, out = check_user(asked.user, parser.error), check_out(asked.out, parser.error)

@@ -12,7 +12,8 @@ from host.assets import BENCH, cannot
 from host.slow_motion import environment
 
 READY = re.compile(r"ready usbip:[\d.]+:(\d+)")
-START = 30  # seconds that it may take to boot and enumerate
+START = 60  # seconds that it may take to boot and enumerate
+JUMPER = "5:17"  # aux0 to camera_strobe, the wire of the board's self-test (docs/board-pico.md)
 
 
 def port_of(process):
@@ -36,7 +37,7 @@ def serve(image, slow):
         cannot("there is no node; tools/setup test installs it")
     if not (emulation / "node_modules" / "rp2040js").exists():
         cannot("the Pico's emulator is not here; tools/setup test fetches it")
-    command = [node, emulation / "usbip" / "server.mjs", "--uf2", image, "--port", "0"]
+    command = [node, emulation / "usbip" / "server.mjs", "--uf2", image, "--port", "0", "--jumper", JUMPER]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(slow)) as process:
         try:
             yield port_of(process)

@@ -10,7 +10,7 @@ import os
 from host.assets import cannot
 
 # The processor's own counter is not slowed, and a guest that measures its rate against a slowed clock is wrong by some 100 ppm.
-KERNEL_ARGUMENTS = ("clocksource=hpet", "tsc=unstable", "no_timer_check")
+KERNEL_ARGUMENTS = ("clocksource=hpet", "tsc=unstable")
 
 
 def environment(slow):

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exports an emulated board over USB/IP, so that a real USB stack (Linux' vhci-hcd) and libusb can use it:
-//   node tests/emulation/usbip/server.mjs --uf2 FILE [--host 127.0.0.1] [--port 3240]
+//   node tests/emulation/usbip/server.mjs --uf2 FILE [--host 127.0.0.1] [--port 3240] [--jumper FROM:TO]
+// --jumper is a wire between two pins of the board, by the numbers of their GPIOs.
 // Emulated time follows the wall clock as well as it can; it never runs ahead of it.
 
 import fs from 'node:fs';
@@ -18,13 +19,22 @@ export function serve(board, clock) {
   });
 }
 
+const OPTIONS = {
+  uf2: { type: 'string' },
+  host: { type: 'string', default: '127.0.0.1' },
+  port: { type: 'string', default: '3240' },
+  jumper: { type: 'string' },
+};
+
 function main() {
-  const { values } = parseArgs({ options: { uf2: { type: 'string' }, host: { type: 'string', default: '127.0.0.1' }, port: { type: 'string', default: '3240' } } });
-  if (!values.uf2) {
-    console.error('usage: server.mjs --uf2 FILE [--host 127.0.0.1] [--port 3240]');
+  const { values } = parseArgs({ options: OPTIONS });
+  const wire = values.jumper?.match(/^(\d+):(\d+)$/);
+  if (!values.uf2 || (values.jumper && !wire)) {
+    console.error('usage: server.mjs --uf2 FILE [--host 127.0.0.1] [--port 3240] [--jumper FROM:TO]');
     process.exit(2);
   }
   const board = new Board(fs.readFileSync(values.uf2));
+  if (wire) board.stimuli.wire(Number(wire[1]), Number(wire[2]));
   board.connect();
   const fail = (error) => {
     console.error(`error: ${error.message}`);
