@@ -108,22 +108,22 @@ ScreenPixels copy(const drmModeFB& buffer, const Mapping& mapping) {
 
 }  // namespace
 
-Result<ScreenPixels> read_screen(const std::string& path) {
-  const Card card(path);
-  if (card.file() < 0)
+Result<ScreenPixels> read_screen(const std::string& card) {
+  const Card opened(card);
+  if (opened.file() < 0)
     return Error{ErrorCode::not_found,
-                 fmt::format("{} cannot be opened: {}", path, std::generic_category().message(errno))};
-  drmDropMaster(card.file());  // whoever opens a free card first is its master, and we only look on
-  const auto shown = shown_framebuffer(card.file());
-  if (!shown) return Error{ErrorCode::not_found, fmt::format("{} shows nothing", path)};
-  const Framebuffer buffer(drmModeGetFB(card.file(), *shown));
+                 fmt::format("{} cannot be opened: {}", card, std::generic_category().message(errno))};
+  drmDropMaster(opened.file());  // whoever opens a free card first is its master, and we only look on
+  const auto shown = shown_framebuffer(opened.file());
+  if (!shown) return Error{ErrorCode::not_found, fmt::format("{} shows nothing", card)};
+  const Framebuffer buffer(drmModeGetFB(opened.file(), *shown));
   if (!buffer || buffer->handle == 0)
-    return io_error(fmt::format("{}: the buffer on its screen is not to be had", path));
+    return io_error(fmt::format("{}: the buffer on its screen is not to be had", card));
   if (buffer->bpp != kBitsPerPixel)
     return Error{ErrorCode::bad_format,
-                 fmt::format("{} shows {} bits a pixel, not {}", path, buffer->bpp, kBitsPerPixel)};
-  const Mapping mapping(card.file(), *buffer);
-  if (!mapping.ok()) return io_error(fmt::format("{}: the buffer on its screen cannot be mapped", path));
+                 fmt::format("{} shows {} bits a pixel, not {}", card, buffer->bpp, kBitsPerPixel)};
+  const Mapping mapping(opened.file(), *buffer);
+  if (!mapping.ok()) return io_error(fmt::format("{}: the buffer on its screen cannot be mapped", card));
   return copy(*buffer, mapping);
 }
 

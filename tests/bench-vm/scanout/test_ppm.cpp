@@ -42,10 +42,11 @@ TEST(Ppm, survives_any_bytes_after_its_magic) {
   std::mt19937 random(3);
   for (int i = 0; i < 20'000; ++i) {
     std::string text = "P6";
-    for (unsigned n = random() % 24; n > 0; --n) text += "0123456789 \n\xff"[random() % 13];
+    for (auto n = random() % 24; n > 0; --n) text += "0123456789 \n\xff"[random() % 13];
     const auto pixels = parse(text);
     if (!pixels) continue;
-    EXPECT_EQ(pixels->rgb.size(), static_cast<std::size_t>(pixels->rows) * static_cast<std::size_t>(pixels->cols));
+    EXPECT_EQ(pixels->rgb.size(),
+              static_cast<std::size_t>(pixels->rows) * static_cast<std::size_t>(pixels->cols));
   }
 }
 

@@ -70,7 +70,7 @@ std::string Screen::set_up() {
   const auto mode = std::ranges::find_if(
       modes, [&](const drmModeModeInfo& m) { return m.hdisplay == cols_ && m.vdisplay == rows_; });
   if (mode == modes.end()) return "the display has no mode of this size";
-  if (const std::string failed = make_buffer(); !failed.empty()) return failed;
+  if (std::string failed = make_buffer(); !failed.empty()) return failed;
   std::uint32_t id = connector->connector_id;
   if (drmModeSetCrtc(card_, resources->crtcs[0], buffer_, 0, 0, &id, 1, &*mode) != 0)
     return "the mode cannot be set";

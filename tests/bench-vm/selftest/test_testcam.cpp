@@ -114,7 +114,7 @@ TEST_F(Testcam, loses_frames_that_find_no_buffer_and_counts_on) {
 }
 
 TEST_F(Testcam, refuses_what_is_no_frame) {
-  const auto pixels = noise(64 * 48 * 2, 1);
+  const auto pixels = noise(std::size_t{64} * 48 * 2, 1);
   EXPECT_EQ(injector_.frame({}, pixels), EPIPE) << "nobody streams";
   Stream stream(camera_);
   small(stream);
@@ -179,7 +179,7 @@ TEST_F(Testcam, survives_being_unplugged_while_it_streams) {
     {
       Stream stream(camera_);
       const auto pixels = small(stream);
-      stream_until_unplugged(injector_, stream, pixels, round * 1'000'000);
+      stream_until_unplugged(injector_, stream, pixels, std::int64_t{round} * 1'000'000);
       EXPECT_FALSE(stream.take());
       EXPECT_EQ(stream.error(), ENODEV);
       EXPECT_EQ(injector_.state().plugged, 0U);

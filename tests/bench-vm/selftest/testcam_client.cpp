@@ -126,7 +126,7 @@ std::span<const std::byte> Stream::pixels(const v4l2_buffer& buffer) const {
   return {static_cast<const std::byte*>(buffers_[buffer.index].memory), buffer.bytesused};
 }
 
-int Stream::requeue(std::uint32_t index) {
+int Stream::requeue(std::uint32_t index) const {
   v4l2_buffer buffer = buffer_of(index);
   return ask(file_, VIDIOC_QBUF, &buffer);
 }

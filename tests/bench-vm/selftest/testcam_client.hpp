@@ -52,7 +52,7 @@ class Stream {
   /// Waits for a frame. The buffer, whose pixels stay until requeue(); errno in error() if there is none.
   std::optional<v4l2_buffer> take();
   std::span<const std::byte> pixels(const v4l2_buffer& buffer) const;
-  int requeue(std::uint32_t index);
+  int requeue(std::uint32_t index) const;
   int error() const { return error_; }
   int set_control(std::uint32_t id, std::int32_t value) const;
 
