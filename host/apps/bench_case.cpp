@@ -22,7 +22,7 @@ std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig
 
 Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, const Progress& progress) {
   const auto start = Clock::now();
-  SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_rig(bench_rig(plan, what)));
+  SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
   const std::shared_ptr<sim::VirtualRig> rig = std::move(opened);
   CaptureOptions options = options_for(what.algorithm, what.tolerance);
   options.progress = progress;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig.hpp"
 
+#include "meter.hpp"
+#include "symrig/rig/open_rig.hpp"
+
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -9,12 +12,18 @@ namespace symrig::apps {
 namespace {
 
 Error not_simulated(const std::string& rig) {
+  return {ErrorCode::unknown_name, fmt::format("'{}' is no simulated rig", rig),
+          "only a simulated rig knows the truth, for example sim:vgroove-textured"};
+}
+
+/// A rig is named by its file, or simulated.
+Result<void> check_file(const std::string& rig) {
   std::error_code ignored;
-  const std::string hint = "use a simulated rig, for example sim:vgroove-textured";
-  if (std::filesystem::exists(rig, ignored))
-    return {ErrorCode::bad_format,
-            fmt::format("rig {}: this version cannot open a rig described in a file", rig), hint};
-  return {ErrorCode::unknown_name, fmt::format("no rig is called '{}'", rig), hint};
+  if (std::filesystem::exists(rig, ignored)) return {};
+  if (rig.ends_with(".toml"))
+    return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
+  return Error{ErrorCode::unknown_name, fmt::format("no rig is called '{}'", rig),
+               "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
 }
 
 }  // namespace
@@ -23,9 +32,38 @@ bool is_simulated(const std::string& rig) {
   return rig.starts_with("sim:");
 }
 
-Result<std::unique_ptr<sim::VirtualRig>> open_rig(const std::string& rig) {
+Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig) {
   if (!is_simulated(rig)) return not_simulated(rig);
   return sim::open_virtual_rig(rig);
+}
+
+Result<OpenedRig> open_rig(const std::string& rig) {
+  if (is_simulated(rig)) {
+    SYMRIG_TRY(auto simulated, sim::open_virtual_rig(rig));
+    const Rig* inside = &simulated->rig();
+    const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
+    return OpenedRig{std::move(simulated), inside, noise, 4};
+  }
+  SYMRIG_CHECK(check_file(rig));
+  SYMRIG_TRY(RigFile file, read_rig_file(rig));
+  file.options.wanted = [] { return !interrupted(); };
+  SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
+  const Rig* inside = real.get();
+  return OpenedRig{std::move(real), inside, "camera", 1};
+}
+
+std::string told(const RigTrouble& trouble) {
+  std::string text;
+  if (trouble.retaken > 0)
+    text += fmt::format("{} photographs were taken again; frames: {}\n", trouble.retaken,
+                        trouble.frames.trouble().empty() ? "all sound" : trouble.frames.trouble());
+  const auto reopened = [&text](const char* device, std::int64_t times) {
+    if (times > 0) text += fmt::format("the {} was lost and came back {} times\n", device, times);
+  };
+  reopened("board", trouble.boards_reopened);
+  reopened("camera", trouble.cameras_reopened);
+  reopened("projector", trouble.projectors_reopened);
+  return text;
 }
 
 Result<std::shared_ptr<const sim::Scene>> open_truth(const std::string& rig) {
@@ -57,9 +95,10 @@ std::string known_scenes() {
 }
 
 std::string rig_help() {
-  return "RIG is sim:NAME or sim:NAME?key=value&key=value (quote it in a shell). It runs the real firmware "
-         "on a board in "
-         "virtual time.\n"
+  return "RIG is a rig file (docs/rig-file.md), or sim:NAME or sim:NAME?key=value&key=value (quote it in a "
+         "shell). The "
+         "latter runs the real "
+         "firmware on a board in virtual time.\n"
          "  scenes: " +
          known_scenes() +
          "\n"

@@ -14,11 +14,25 @@ namespace symrig::apps {
 /// True for "sim:…".
 bool is_simulated(const std::string& rig);
 
-/// Opens `--rig RIG`. Only `sim:NAME?key=value&…` so far; a rig described in a file is refused in plain
-/// words. fails: unknown_name, bad_argument, bad_format, device errors.
-Result<std::unique_ptr<sim::VirtualRig>> open_rig(const std::string& rig);
+/// A rig that `--rig` has opened.
+struct OpenedRig {
+  std::unique_ptr<Probe> probe;
+  const Rig* rig = nullptr;  ///< inside the probe: for its trouble
+  std::string noise;         ///< "off" or "camera"
+  /// Photographs that are worth asking for at once. A simulated rig computes them in parallel; a real one
+  /// would lose as many when the process dies (docs/photograph-log.md).
+  std::size_t together = 1;
+};
 
-/// The scene of a `sim:` rig alone, for ground truth: no board, camera or noise.  fails: as open_rig.
+/// Opens `--rig RIG`: sim:NAME?key=value&… or a rig file (docs/rig-file.md).
+/// fails: unknown_name, bad_argument, not_found, bad_format, device errors.
+Result<OpenedRig> open_rig(const std::string& rig);
+
+/// The same for simulated rigs only, which know their truth.
+Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig);
+
+/// The scene of a `sim:` rig alone, for ground truth: no board, camera or noise.  fails: as
+/// open_simulated_rig.
 Result<std::shared_ptr<const sim::Scene>> open_truth(const std::string& rig);
 
 /// The scene as the function that evaluate() and reports take; keeps the scene alive. Each use is one step of
@@ -27,6 +41,9 @@ TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progres
 
 /// "plane, vgroove-white, …", for help texts.
 std::string known_scenes();
+
+/// What went wrong during a capture and was put right, a line each; empty: nothing.
+std::string told(const RigTrouble& trouble);
 
 /// Help text on sim: rigs and their keys.
 std::string rig_help();

@@ -55,6 +55,13 @@ std::int64_t SimProjector::pattern_at(std::uint64_t tick) const {
   return after == changes_.begin() ? -1 : (after - 1)->index;
 }
 
+void SimProjector::show(std::int64_t index, SimBoard& board) {
+  const std::uint64_t tick = refresh_tick(refreshes_ + 1);
+  board.advance_to(tick);
+  shown_ = index;
+  changes_.push_back({tick, index});
+}
+
 void SimProjector::reset() {
   shown_ = -1;
   asked_ = 0;

@@ -69,7 +69,8 @@ RigSummary rig_summary(const PixelMap& map, const Radiance& white, const ProbeCo
 }
 
 Result<Calibration> from_rig(const std::string& name) {
-  SYMRIG_TRY(const std::unique_ptr<sim::VirtualRig> rig, open_rig(name));
+  SYMRIG_TRY(const OpenedRig opened, open_rig(name));
+  const std::unique_ptr<Probe>& rig = opened.probe;
   Radiance white;
   SYMRIG_TRY(const CodePhotographs photographs, photograph_code(*rig, white));
   SYMRIG_CHECK(check_gray_code(photographs));

@@ -105,6 +105,7 @@ std::string told_besides(const CaptureSummary& summary, const CaptureResult& res
   if (summary.replayed > 0)
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
+  text += told(summary.trouble);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   if (result.estimated)
     text += fmt::format("relative errors, estimated from {} held-out photographs\n", result.held_out.size()) +
@@ -132,15 +133,12 @@ struct Measured {
   CaptureResult result;
 };
 
-/// A simulated rig computes photographs in parallel: one at a time would leave all but one processor idle
-/// (docs/photograph-log.md).
-constexpr std::size_t kTogether = 4;
-
 /// Runs the capture on a rig, through the log if there is one.
-Result<Measured> measure(sim::VirtualRig& rig, CaptureOptions options, CaptureLog& log) {
+Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& log) {
   const auto start = Clock::now();
+  Probe& rig = *opened.probe;
   std::optional<LoggedProbe> logged;
-  if (log.log() != nullptr) logged.emplace(rig, *log.log(), kTogether);
+  if (log.log() != nullptr) logged.emplace(rig, *log.log(), opened.together);
   Probe& probe = logged ? static_cast<Probe&>(*logged) : rig;
   options.log = log.log();
   auto result = capture(probe, options);
@@ -149,11 +147,12 @@ Result<Measured> measure(sim::VirtualRig& rig, CaptureOptions options, CaptureLo
                                .algorithm = options.algorithm,
                                .rule = options.rule,
                                .dual_threshold = options.dual_threshold,
-                               .noise = rig.uri().camera_noise ? "camera" : "off",
+                               .noise = opened.noise,
                                .cost = probe.cost(),
                                .measure_seconds = since(start) - result->process_seconds,
                                .peak_memory_bytes = peak_memory(),
-                               .replayed = logged ? logged->replayed() : 0};
+                               .replayed = logged ? logged->replayed() : 0,
+                               .trouble = opened.rig->trouble()};
   return Measured{summary, *std::move(result)};
 }
 
@@ -176,13 +175,14 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_output(arguments.output));
   SYMRIG_CHECK(check_output(arguments.json));
   SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
-  SYMRIG_TRY(const std::unique_ptr<sim::VirtualRig> rig, open_rig(arguments.rig));
+  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
+  const std::unique_ptr<Probe>& rig = opened.probe;
   if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
   const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options)};
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
-  SYMRIG_TRY(Measured measured, measure(*rig, options, log));
+  SYMRIG_TRY(Measured measured, measure(opened, options, log));
   meter.reset();
   measured.summary.total_seconds = since(start);
   const std::string json = capture_json(measured.summary, measured.result);

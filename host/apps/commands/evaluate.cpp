@@ -22,10 +22,10 @@ struct Arguments {
   std::string scene, rig, json;
 };
 
-Error grids_differ(const TransportTensor& tensor, const sim::Scene& truth) {
+Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
   return {ErrorCode::size_mismatch,
-          fmt::format("the rig is {} with {} channels, the scene file {} with {}", to_string(truth.grid()),
-                      truth.channels(), to_string(tensor.camera_grid()), tensor.channels()),
+          fmt::format("the rig is {} with {} channels, the scene file {} with {}", to_string(rig), channels,
+                      to_string(tensor.camera_grid()), tensor.channels()),
           "give the rig that the scene was captured from"};
 }
 
@@ -33,9 +33,20 @@ Result<TransportErrors> against_truth(const TransportTensor& tensor, const std::
   SYMRIG_TRY(const std::shared_ptr<const sim::Scene> truth, open_truth(rig));
   const bool fits = truth->grid() == tensor.camera_grid() && truth->grid() == tensor.projector_grid() &&
                     truth->channels() == tensor.channels();
-  if (!fits) return grids_differ(tensor, *truth);
+  if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());
   Meter meter("evaluate", "patterns");
   return evaluate(tensor, truth_of(truth, meter.progress()));
+}
+
+/// A real rig: photographs that the tensor has never seen.
+Result<TransportErrors> against_rig(const TransportTensor& tensor, const std::string& rig) {
+  SYMRIG_TRY(const OpenedRig opened, open_rig(rig));
+  Probe& probe = *opened.probe;
+  const bool fits = probe.grid() == tensor.camera_grid() && probe.grid() == tensor.projector_grid() &&
+                    probe.channels() == tensor.channels();
+  if (!fits) return grids_differ(tensor, probe.grid(), probe.channels());
+  Meter meter("evaluate", "photographs");
+  return evaluate(tensor, probe, {}, meter.progress());
 }
 
 Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) {
@@ -59,17 +70,22 @@ Result<void> run(const Arguments& arguments) {
   if (arguments.rig.empty() && scene.held_out.empty())
     return Error{ErrorCode::bad_argument,
                  fmt::format("{} holds no held-out photographs to compare with", arguments.scene),
-                 "give the simulated rig it was captured from: --rig sim:NAME"};
+                 "give the rig it was captured from: --rig rig.toml or --rig sim:NAME"};
   std::optional<TransportErrors> errors;
   if (!arguments.rig.empty()) {
-    SYMRIG_TRY(errors, against_truth(scene.tensor, arguments.rig));
+    const bool known = is_simulated(arguments.rig);
+    SYMRIG_TRY(errors,
+               known ? against_truth(scene.tensor, arguments.rig) : against_rig(scene.tensor, arguments.rig));
   }
   SYMRIG_TRY(const std::vector<HeldOutError> held_out, against_photographs(scene));
   SYMRIG_CHECK(write_text(arguments.json, evaluation_json(captured_scene(scene), arguments.rig,
                                                           errors ? &*errors : nullptr, held_out)));
   if (arguments.json == "-") return {};
   std::string text =
-      errors ? "relative errors against the true transport\n" + error_table(*errors) : std::string();
+      errors ? fmt::format("relative errors against {}\n",
+                           is_simulated(arguments.rig) ? "the true transport" : "photographs taken now") +
+                   error_table(*errors)
+             : std::string();
   for (const HeldOutError& one : held_out) text += told(one);
   return print(text);
 }
@@ -85,7 +101,9 @@ Job add_evaluate(CLI::App& app) {
       ->type_name("scene.h5");
   command
       ->add_option("--rig", arguments->rig,
-                   "Simulated rig whose scene is the truth (default: held-out photographs only)")
+                   "Simulated rig whose scene is the truth, or the rig file of a rig that takes new "
+                   "photographs to compare "
+                   "with (default: held-out photographs only)")
       ->type_name("RIG");
   add_json(*command, arguments->json);
   command->footer(

@@ -3,51 +3,59 @@
 
 #include "symrig/base/random.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 namespace symrig {
 namespace {
 
-/// Squared norms gathered over pixels, channels and random vectors.
+/// Squared norms gathered over pixels, channels and random vectors, less what noise adds to them.
 struct Squares {
   double error = 0, truth = 0, everything = 0;
 
   /// ‖error‖/‖truth‖. Where the truth is exactly dark (a plane has no indirect light) any error is told as a
   /// share of the whole photograph instead: still 0 only for a tensor that is dark there too.
   double relative() const {
-    if (truth > 0) return std::sqrt(error / truth);
-    return error > 0 ? std::sqrt(error / everything) : 0;
+    if (truth > 0) return std::sqrt(std::max(0.0, error) / truth);
+    return error > 0 && everything > 0 ? std::sqrt(error / everything) : 0;
   }
 };
 
 using Seen = std::vector<char>;  ///< camera pixels that count; empty = all
 
+/// What a photograph should be, with its variance.
+using Truth = std::function<Result<Radiance>(const Image<float>& pattern)>;
+
 class Comparison {
  public:
-  Comparison(const TransportTensor& tensor, const TrueTransport& truth) : tensor_(tensor), truth_(truth) {}
+  Comparison(const TransportTensor& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
 
   /// Adds ‖T̃p − Tp‖² and ‖Tp‖² over the pixels of each mask.
   Result<void> add(const Image<float>& pattern,
                    std::initializer_list<std::pair<const Seen*, Squares*>> masks) const {
     SYMRIG_TRY(const Image<float> estimate, tensor_.apply(pattern));
-    SYMRIG_TRY(const Image<float> exact, truth_(pattern));
-    if (exact.grid() != estimate.grid() || exact.channels() != estimate.channels())
+    SYMRIG_TRY(const Radiance exact, truth_(pattern));
+    const Image<float>& mean = exact.mean;
+    if (mean.grid() != estimate.grid() || mean.channels() != estimate.channels())
       return Error{ErrorCode::size_mismatch,
-                   "the truth is " + to_string(exact.grid()) + " with " + std::to_string(exact.channels()) +
+                   "the truth is " + to_string(mean.grid()) + " with " + std::to_string(mean.channels()) +
                        " channels, the tensor " + to_string(estimate.grid()) + " with " +
                        std::to_string(estimate.channels()),
                    "evaluate against the rig that the scene was captured with"};
-    const auto pixels = static_cast<std::size_t>(exact.grid().size());
-    for (std::size_t i = 0; i < exact.values().size(); ++i) {
-      const double t = exact.values()[i];
+    const auto pixels = static_cast<std::size_t>(mean.grid().size());
+    for (std::size_t i = 0; i < mean.values().size(); ++i) {
+      if (exact.valid.values()[i] == 0) continue;
+      const double t = mean.values()[i], variance = exact.variance.values()[i];
       const double e = static_cast<double>(estimate.values()[i]) - t;
       for (const auto& [seen, squares] : masks) {
-        squares->everything += t * t;
+        squares->everything += t * t - variance;
         if (!seen->empty() && (*seen)[i % pixels] == 0) continue;
-        squares->error += e * e;
-        squares->truth += t * t;
+        squares->error += e * e - variance;
+        squares->truth += t * t - variance;
       }
     }
     return {};
@@ -55,17 +63,68 @@ class Comparison {
 
  private:
   const TransportTensor& tensor_;
-  const TrueTransport& truth_;
+  Truth truth_;
 };
 
-}  // namespace
+/// A truth without noise.
+Truth exactly(const TrueTransport& truth) {
+  return [&truth](const Image<float>& pattern) -> Result<Radiance> {
+    SYMRIG_TRY(Image<float> mean, truth(pattern));
+    const Grid grid = mean.grid();
+    const int channels = mean.channels();
+    return Radiance{std::move(mean), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels, 1)};
+  };
+}
 
-Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
-                                 const EvaluateOptions& options) {
+/// Positive and negative light apart: what a projector can show. Empty: there is none of that sign.
+std::vector<Pattern> parts_of(const Image<float>& pattern) {
+  std::vector<Pattern> parts;
+  for (const float sign : {1.F, -1.F}) {
+    Pattern part(pattern.grid());
+    bool lit = sign > 0;  // a dark pattern is a photograph too
+    for (std::size_t i = 0; i < pattern.values().size(); ++i) {
+      part.values()[i] = std::max(0.F, sign * pattern.values()[i]);
+      lit = lit || part.values()[i] > 0;
+    }
+    if (lit) parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+/// Photographs of a probe: T p₊ − T p₋.
+Truth photographed(Probe& probe, const Progress& progress, std::int64_t photographs) {
+  return [&probe, progress, photographs,
+          done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Radiance> {
+    if (progress && !progress({"photographs to compare with", done, photographs}))
+      return Error{ErrorCode::interrupted, "stopped before the comparison was done", "nothing was written"};
+    const std::vector<Pattern> parts = parts_of(pattern);
+    SYMRIG_TRY(std::vector<Radiance> taken, probe.measure(parts));
+    done += static_cast<std::int64_t>(parts.size());
+    Radiance out = std::move(taken[0]);
+    if (parts.size() == 1) return out;
+    for (std::size_t i = 0; i < out.mean.values().size(); ++i) {
+      out.mean.values()[i] -= taken[1].mean.values()[i];
+      out.variance.values()[i] += taken[1].variance.values()[i];
+      out.valid.values()[i] = out.valid.values()[i] != 0 && taken[1].valid.values()[i] != 0 ? 1 : 0;
+    }
+    return out;
+  };
+}
+
+/// The brighter half of a picture, fully lit.
+Image<float> cut_at_median(Image<float> picture) {
+  std::vector<float> sorted(picture.values().begin(), picture.values().end());
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  for (float& value : picture.values()) value = value >= *middle ? 1.F : 0.F;
+  return picture;
+}
+
+Result<TransportErrors> compare_all(const TransportTensor& tensor, const Comparison& compare,
+                                    const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const auto pixels = static_cast<std::size_t>(grid.size());
   const bool coaxial = grid == tensor.camera_grid();
-  const Comparison compare(tensor, truth);
   const Seen all;
   Random random(options.seed);
   Squares frobenius, indirect, flood, bar, bar_outside, random_light, natural;
@@ -86,7 +145,7 @@ Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransp
   for (std::size_t i = 0; i < pixels; ++i) outside[i] = bar_light.values()[i] == 0 ? 1 : 0;
   SYMRIG_CHECK(compare.add(Image<float>(grid, 1, 1.0F), {{&all, &flood}}));
   SYMRIG_CHECK(compare.add(random_pattern(grid, options.seed + 1), {{&all, &random_light}}));
-  SYMRIG_CHECK(compare.add(natural_pattern(grid, options.seed + 2), {{&all, &natural}}));
+  SYMRIG_CHECK(compare.add(natural_light, {{&all, &natural}}));
   if (coaxial) {
     SYMRIG_CHECK(compare.add(bar_light, {{&all, &bar}, {&outside, &bar_outside}}));
   } else {
@@ -94,6 +153,22 @@ Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransp
   }
   return TransportErrors{frobenius.relative(),    indirect.relative(), flood.relative(),      bar.relative(),
                          random_light.relative(), natural.relative(),  bar_outside.relative()};
+}
+
+}  // namespace
+
+Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
+                                 const EvaluateOptions& options) {
+  const Image<float> natural = natural_pattern(tensor.projector_grid(), options.seed + 2);
+  return compare_all(tensor, Comparison(tensor, exactly(truth)), natural, options);
+}
+
+Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe, const EvaluateOptions& options,
+                                 const Progress& progress) {
+  const Image<float> natural = cut_at_median(natural_pattern(tensor.projector_grid(), options.seed + 2));
+  const std::int64_t photographs = std::int64_t{4} * options.probes + 4;
+  return compare_all(tensor, Comparison(tensor, photographed(probe, progress, photographs)), natural,
+                     options);
 }
 
 }  // namespace symrig

@@ -54,6 +54,23 @@ Json ranks_json(const TransportTensor& tensor) {
   return count;
 }
 
+/// What went wrong with frames and devices, and was put right.
+Json trouble_json(const RigTrouble& trouble) {
+  Json frames{{"missing", trouble.frames.missing}};
+  for (std::size_t k = 0; k < FrameCounts::kVerdicts; ++k)
+    frames[std::string(name(static_cast<Verdict>(k)))] = trouble.frames.by_verdict[k];
+  return {{"photographs_retaken", trouble.retaken},
+          {"frames", frames},
+          {"triggers_unanswered", trouble.unanswered},
+          {"exposures_unasked", trouble.unasked},
+          {"runs_spoiled", trouble.spoiled_runs},
+          {"patterns_late", trouble.patterns_late},
+          {"reopened",
+           {{"board", trouble.boards_reopened},
+            {"camera", trouble.cameras_reopened},
+            {"projector", trouble.projectors_reopened}}}};
+}
+
 }  // namespace
 
 std::string capture_json(const CaptureSummary& summary, const CaptureResult& result) {
@@ -88,6 +105,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["rig_seconds"] = summary.cost.rig_seconds;
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["noise"] = summary.noise;
+  json["trouble"] = trouble_json(summary.trouble);
   return json_text(json);
 }
 

@@ -110,9 +110,7 @@ void BracketTaker::keep(std::optional<TakenBracket>& bracket, std::optional<Take
 /// False if the screen's own count or clock did not go on: nobody knows what it shows.
 Result<bool> BracketTaker::show(std::size_t index) {
   SYMRIG_TRY(const Shown shown, devices_->of(Part::projector, devices_->projector().show(index)));
-  const bool counts = shown.refresh != 0;
-  const bool goes_on =
-      !shown_ || ((!counts || shown.refresh > shown_->refresh) && shown.since > shown_->since);
+  const bool goes_on = !shown_ || (shown.refresh > shown_->refresh && shown.since > shown_->since);
   shown_ = shown;
   trouble_.patterns_late += goes_on ? 0 : 1;
   return goes_on;

@@ -48,8 +48,8 @@ bool may_come_back(ErrorCode code) {
 
 Result<void> DeviceSet::open() {
   if (!board_) SYMRIG_CHECK(of(Part::board, open_board()));
-  if (!projector_) SYMRIG_CHECK(of(Part::projector, open_projector()));
   if (!camera_) SYMRIG_CHECK(of(Part::camera, open_camera()));
+  if (!projector_) SYMRIG_CHECK(of(Part::projector, open_projector()));
   SYMRIG_CHECK(check_grids());
   grid_ = camera_->grid();
   return of(Part::board, configure());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/simulated_projector.hpp"
 
+#include "symrig/device/ticks.hpp"
+
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -21,6 +23,16 @@ Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
   sequence_.assign(patterns.begin(), patterns.end());
   raster_.reset();
   return {};
+}
+
+Result<Shown> SimulatedProjector::show(std::size_t index) {
+  if (host_board_ == nullptr) return Projector::show(index);
+  if (index >= sequence_.size())
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("pattern {} of {} cannot be shown", index, sequence_.size()), "load it first"};
+  raster_.show(static_cast<std::int64_t>(index), *host_board_);
+  const device::TickRate rate{host_board_->config().tick_hz};
+  return Shown{raster_.refreshes(), {rate.nanoseconds({raster_.changes().back().tick})}};
 }
 
 std::string SimulatedProjector::describe() const {

@@ -14,10 +14,14 @@ class SimulatedProjector final : public Projector {
  public:
   /// raster must outlive the projector.
   SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period);
+  /// From now on a host shows the patterns: Pacing::host. board must outlive the projector.
+  void be_shown_by_host(boards::SimBoard& board) { host_board_ = &board; }
 
   Grid grid() const override { return grid_; }
   Nanoseconds refresh_period() const override { return refresh_period_; }
+  Pacing pacing() const override { return host_board_ == nullptr ? Pacing::trigger : Pacing::host; }
   Result<void> load(std::span<const Pattern> patterns) override;
+  Result<Shown> show(std::size_t index) override;
   std::string describe() const override;
 
   /// A pattern of the sequence that was lit for a share of an exposure.
@@ -38,6 +42,7 @@ class SimulatedProjector final : public Projector {
  private:
   Grid grid_;
   boards::SimProjector& raster_;
+  boards::SimBoard* host_board_ = nullptr;
   Nanoseconds refresh_period_;
   std::vector<Pattern> sequence_;
   std::uint64_t loaded_before_ = 0;

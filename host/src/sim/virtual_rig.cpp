@@ -27,10 +27,10 @@ namespace {
 class Darkroom {
  public:
   Darkroom(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds)
-      : noisy_(uri.camera_noise), studio_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
+      : noisy_(uri.camera_noise), darkroom_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
 
   std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
-  const NoiseModel& noise() const { return studio_.noise(); }
+  const NoiseModel& noise() const { return darkroom_.noise(); }
   double seconds() const { return seconds_; }
 
  private:
@@ -39,7 +39,7 @@ class Darkroom {
   CameraFrame frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
 
   bool noisy_;
-  Studio studio_;
+  Studio darkroom_;
   const SimulatedProjector& projector_;
   double tick_seconds_;
   double seconds_ = 0;
@@ -54,7 +54,7 @@ std::vector<Studio::Light> Darkroom::lights_of(std::span<const SimulatedExposure
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   std::vector<Studio::Light> lights(seen.empty() ? 0 : seen.back() + 1);
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
-    lights[seen[i]] = studio_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
+    lights[seen[i]] = darkroom_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
   });
   return lights;
 }
@@ -65,7 +65,7 @@ Studio::Light Darkroom::during(const SimulatedExposure& exposure,
   std::vector<Studio::Share> shares;
   for (const auto& lit : projector_.shown(exposure.begin, exposure.end))
     shares.push_back({lights[lit.index], lit.share});
-  return studio_.during(shares);
+  return darkroom_.during(shares);
 }
 
 CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const {
@@ -77,7 +77,7 @@ CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const S
     return frame;
   }
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
-  frame.raw = studio_.expose(*light, open, exposure.sequence);
+  frame.raw = darkroom_.expose(*light, open, exposure.sequence);
   return frame;
 }
 
@@ -91,9 +91,42 @@ std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> ex
   return frames;
 }
 
+/// A camera that lives elsewhere.
+class BorrowedCamera final : public Camera {
+ public:
+  explicit BorrowedCamera(Camera& camera) : camera_(camera) {}
+  Grid grid() const override { return camera_.grid(); }
+  int channels() const override { return camera_.channels(); }
+  CameraTiming timing() const override { return camera_.timing(); }
+  const NoiseModel& noise() const override { return camera_.noise(); }
+  const Image<std::uint8_t>* dead() const override { return camera_.dead(); }
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
+    return camera_.take(count, patience);
+  }
+  std::string describe() const override { return camera_.describe(); }
+
+ private:
+  Camera& camera_;
+};
+
+/// A projector that lives elsewhere.
+class BorrowedProjector final : public Projector {
+ public:
+  explicit BorrowedProjector(Projector& projector) : projector_(projector) {}
+  Grid grid() const override { return projector_.grid(); }
+  Nanoseconds refresh_period() const override { return projector_.refresh_period(); }
+  Pacing pacing() const override { return projector_.pacing(); }
+  Result<void> load(std::span<const Pattern> patterns) override { return projector_.load(patterns); }
+  Result<Shown> show(std::size_t index) override { return projector_.show(index); }
+  std::string describe() const override { return projector_.describe(); }
+
+ private:
+  Projector& projector_;
+};
+
 class SimulatedRig final : public VirtualRig {
  public:
-  static Result<std::unique_ptr<VirtualRig>> open(std::string_view text);
+  static Result<std::unique_ptr<VirtualRig>> open(std::string_view text, VirtualRigHooks hooks);
   ~SimulatedRig() override {
     rig_.reset();    // speaks to the board
     board_.reset();  // refers to its peripherals
@@ -116,27 +149,31 @@ class SimulatedRig final : public VirtualRig {
   std::string describe() const override { return rig_->describe(); }
   const Scene& truth() const override { return *scene_; }
   const SceneUri& uri() const override { return uri_; }
+  const Rig& rig() const override { return *rig_; }
 
  private:
-  SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene);
+  SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRigHooks hooks);
   Result<void> start();
   std::unique_ptr<SimulatedCamera> make_camera();
   RigOptions rig_options() const;
+  RigDevices devices();
 
   SceneUri uri_;
   std::unique_ptr<Scene> scene_;
+  VirtualRigHooks hooks_;
   std::unique_ptr<boards::SimBoard> board_;
   boards::SimProjector raster_;
   boards::SimCamera shutter_;
   std::unique_ptr<Darkroom> darkroom_;
-  SimulatedProjector* projector_ = nullptr;  // both belong to rig_
-  SimulatedCamera* camera_ = nullptr;
+  std::unique_ptr<SimulatedProjector> projector_;
+  std::unique_ptr<SimulatedCamera> camera_;
   std::unique_ptr<Rig> rig_;
 };
 
-SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene)
+SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRigHooks hooks)
     : uri_(std::move(uri)),
       scene_(std::move(scene)),
+      hooks_(std::move(hooks)),
       board_(std::make_unique<boards::SimBoard>()),
       raster_(*board_),
       shutter_(*board_) {
@@ -152,6 +189,7 @@ RigOptions SimulatedRig::rig_options() const {
   options.views = views_of(uri_);
   options.name = uri_.to_string();
   options.ledger.guards = 0;  // a camera in virtual time is there from its first frame on
+  if (hooks_.options) hooks_.options(options);
   return options;
 }
 
@@ -168,17 +206,30 @@ std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
       [this](std::span<const SimulatedExposure> exposures) { return darkroom_->develop(exposures); });
 }
 
+RigDevices SimulatedRig::devices() {
+  RigDevices devices;
+  devices.board = [this]() -> Result<device::Board> {
+    return hooks_.board ? hooks_.board(*board_) : device::Board::connect(device::make_sim_link(*board_));
+  };
+  devices.projector = [this]() -> Result<std::unique_ptr<Projector>> {
+    if (hooks_.projector) return hooks_.projector(*projector_);
+    return std::unique_ptr<Projector>(std::make_unique<BorrowedProjector>(*projector_));
+  };
+  devices.camera = [this]() -> Result<std::unique_ptr<Camera>> {
+    if (hooks_.camera) return hooks_.camera(*camera_);
+    return std::unique_ptr<Camera>(std::make_unique<BorrowedCamera>(*camera_));
+  };
+  return devices;
+}
+
 Result<void> SimulatedRig::start() {
   const RigOptions options = rig_options();
-  auto projector =
-      std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.profile.refresh_period);
+  projector_ = std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.profile.refresh_period);
+  if (hooks_.pacing == Pacing::host) projector_->be_shown_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
-  darkroom_ = std::make_unique<Darkroom>(uri_, *scene_, *projector, tick_seconds);
-  SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(*board_)));
-  auto camera = make_camera();
-  projector_ = projector.get();
-  camera_ = camera.get();
-  SYMRIG_TRY(rig_, Rig::open(std::move(board), std::move(projector), std::move(camera), options));
+  darkroom_ = std::make_unique<Darkroom>(uri_, *scene_, *projector_, tick_seconds);
+  camera_ = make_camera();
+  SYMRIG_TRY(rig_, Rig::open(devices(), options));
   return {};
 }
 
@@ -196,10 +247,10 @@ Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
   });
 }
 
-Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text) {
+Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text, VirtualRigHooks hooks) {
   SYMRIG_TRY(SceneUri uri, parse_scene_uri(text));
   SYMRIG_TRY(auto scene, make_scene(uri));
-  std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(scene)));
+  std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(scene), std::move(hooks)));
   SYMRIG_CHECK(rig->start());
   return std::unique_ptr<VirtualRig>(std::move(rig));
 }
@@ -207,7 +258,11 @@ Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text) {
 }  // namespace
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri) {
-  return SimulatedRig::open(uri);
+  return SimulatedRig::open(uri, {});
+}
+
+Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks) {
+  return SimulatedRig::open(uri, std::move(hooks));
 }
 
 }  // namespace symrig::sim

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -33,6 +35,15 @@ struct EvaluateOptions {
 /// fails: size_mismatch, whatever truth fails with.
 Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
                                  const EvaluateOptions& options = {});
+
+/// The same on a rig whose truth nobody knows, by photographs that the tensor has never seen: those of signed
+/// patterns are differences of two, grey patterns are cut at their median, because a projector's grey levels
+/// are not measured. Only pixels that are valid in a photograph count, and what the photographs' own noise
+/// adds is taken off: Σ (estimate − photograph)² − Σ Var, over Σ photograph² − Σ Var. An error below that
+/// noise comes out as 0 or little more. 4 · probes + 4 photographs. fails: size_mismatch, whatever the probe
+/// fails with, interrupted (by progress).
+Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe,
+                                 const EvaluateOptions& options = {}, const Progress& progress = {});
 
 /// The pictures that errors and reports are made with. values in [0,1], one channel.
 Image<float> bar_pattern(Grid grid);

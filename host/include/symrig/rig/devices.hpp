@@ -12,7 +12,8 @@
 namespace symrig {
 
 /// How the three devices of a rig are opened, at first and again when one was lost. Each may be called any
-/// number of times; what it gave before is gone by then.
+/// number of times; what it gave before is gone by then. At first in the
+/// order board, camera, projector.
 struct RigDevices {
   std::function<Result<device::Board>()> board;
   std::function<Result<std::unique_ptr<Projector>>()> projector;

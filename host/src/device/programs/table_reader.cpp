@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "table_reader.hpp"
 
+#include "base/nearest_name.hpp"
 #include "duration.hpp"
 
 #include <algorithm>
@@ -106,6 +107,23 @@ bool TableReader::read_share(std::string_view key, double& value) {
   return true;
 }
 
+bool TableReader::read_number(std::string_view key, double& value, double least, double most) {
+  const TomlNode* node = find(key);
+  if (node == nullptr) return false;
+  const bool whole = node->kind == Kind::integer;
+  if (!whole && node->kind != Kind::real) {
+    fail(key, fmt::format("is {}", node->kind_text()), "give a number");
+    return false;
+  }
+  const double number = whole ? static_cast<double>(node->integer) : node->real;
+  if (!(number >= least && number <= most)) {
+    fail(key, fmt::format("{} is out of range", number), fmt::format("give {} to {}", least, most));
+    return false;
+  }
+  value = number;
+  return true;
+}
+
 void TableReader::require(std::string_view key, std::string_view form) {
   if (!has(key))
     context_->fail(table_->line, fmt::format("{} is missing", path_of(key)), fmt::format("give {}", form));
@@ -114,10 +132,9 @@ void TableReader::require(std::string_view key, std::string_view form) {
 void TableReader::finish() {
   for (const TomlNode& child : table_->children) {
     if (std::find(known_.begin(), known_.end(), child.key) != known_.end()) continue;
-    std::string all;
-    for (const std::string& key : known_) all += (all.empty() ? "" : ", ") + key;
-    context_->fail(child.line, fmt::format("there is no key {}", path_of(child.key)), "known here: " + all,
-                   ErrorCode::bad_format);
+    const std::vector<std::string_view> known(known_.begin(), known_.end());
+    context_->fail(child.line, fmt::format("there is no key {}", path_of(child.key)),
+                   nearest_hint(child.key, known), ErrorCode::bad_format);
     return;
   }
 }

@@ -45,10 +45,11 @@ class TableReader {
   bool read(std::string_view key, std::vector<std::string>& value);
   bool read_count(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most);
   bool read_share(std::string_view key, double& value);
+  bool read_number(std::string_view key, double& value, double least, double most);
   template <class T>
   bool read_choice(std::string_view key, T& value, std::span<const std::pair<std::string_view, T>> choices);
 
-  /// After all keys: an unknown one is an error that names the known.
+  /// After all keys: an unknown one is an error that names the nearest and all that are known.
   void finish();
   void require(std::string_view key, std::string_view form);
   void fail(std::string_view key, std::string_view what, std::string hint);

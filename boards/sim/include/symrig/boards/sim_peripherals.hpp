@@ -36,6 +36,11 @@ class SimProjector final : public Peripheral {
   const std::vector<Change>& changes() const { return changes_; }
   /// Pattern on the screen at `tick`: -1 before the first advance.
   std::int64_t pattern_at(std::uint64_t tick) const;
+  /// A host puts pattern `index` on the screen: runs the board to the next refresh, from which on it is
+  /// shown.
+  void show(std::int64_t index, SimBoard& board);
+  /// Refreshes so far.
+  std::uint64_t refreshes() const { return refreshes_; }
   /// Starts counting again from nothing on the screen.
   void reset();
 

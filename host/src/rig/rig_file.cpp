@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/rig/rig_file.hpp"
+
+#include "device/programs/rig_keys.hpp"
+#include "device/programs/timing.hpp"
+#include "rig/rig_file_keys.hpp"
+#include "symrig/base/atomic_file.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using device::ReadContext;
+using device::RigLine;
+using device::RigRole;
+using device::TableReader;
+
+constexpr std::uint64_t kMaxFile = 1U << 20U;
+
+/// Beyond the readout that the profile states: what the clocks leave open, so that the stamps of two frames
+/// never fit the same exposure.
+constexpr Nanoseconds kClockMargin{500'000};
+
+void read_board(TableReader& top, RigFile& file) {
+  top.require("board", "a [board] table");
+  const device::TomlNode* node = top.find("board");
+  if (node == nullptr) return;
+  TableReader table(*node, "board", top.context());
+  std::string uri;
+  table.require("uri", "where the board is, such as \"usb:\"");
+  if (table.read("uri", uri)) {
+    auto parsed = device::DeviceUri::parse(uri);
+    if (!parsed) table.fail("uri", parsed.error().what, parsed.error().hint);
+    if (parsed) file.board = *std::move(parsed);
+  }
+  table.finish();
+}
+
+std::string line_name(const device::RigSetup& setup, RigRole role) {
+  const RigLine* line = setup.with_role(role);
+  return line == nullptr ? std::string() : line->config.line;
+}
+
+bool is_active_low(const device::RigSetup& setup, RigRole role) {
+  const RigLine* line = setup.with_role(role);
+  return line != nullptr && line->active_low;
+}
+
+/// What the compiler of brackets needs to know, from the devices' profiles.
+device::RigProfile profile_of(const RigFile& file) {
+  const device::CameraProfile& camera = file.setup.camera;
+  const device::ProjectorProfile& projector = file.setup.projector;
+  device::RigProfile profile;
+  profile.projector_line = line_name(file.setup, RigRole::projector);
+  profile.projector_active_low = is_active_low(file.setup, RigRole::projector);
+  profile.camera_line = line_name(file.setup, RigRole::camera);
+  profile.camera_active_low = is_active_low(file.setup, RigRole::camera);
+  const bool waits = projector.sync == device::PatternSync::vsync && file.projector.vsync;
+  profile.vsync_line = waits ? line_name(file.setup, RigRole::vsync) : std::string();
+  profile.advance_pulse = projector.advance_pulse;
+  if (projector.refresh.count() > 0) profile.refresh_period = projector.refresh;
+  profile.vsync_timeout = std::max(projector.vsync_timeout, profile.refresh_period);
+  profile.settle = projector.settle;
+  if (projector.sync == device::PatternSync::trigger) profile.settle += projector.trigger_delay;
+  profile.readout = device::shortest_gap(camera) + 2 * file.options.ledger.tolerance + kClockMargin;
+  profile.min_exposure = camera.min_exposure;
+  profile.exposure_offset = camera.exposure_offset;
+  return profile;
+}
+
+/// Lines that the file says something about. Others keep the board's defaults.
+std::vector<device::LineConfig> lines_of(const device::RigSetup& setup) {
+  std::vector<device::LineConfig> lines;
+  for (const RigLine& line : setup.lines)
+    if (line.place != 0) lines.push_back(line.config);
+  return lines;
+}
+
+void check_devices(const RigFile& file, ReadContext& context) {
+  if (file.setup.camera.mode == device::ExposureMode::timed)
+    context.fail(
+        file.setup.camera_place,
+        fmt::format("rig.camera: '{}' times its exposures itself", file.setup.camera.name),
+        "capture needs a camera that exposes while its trigger is active: exposure = \"trigger-width\"");
+  if (!file.projector.folder.empty() && file.setup.with_role(RigRole::projector) == nullptr)
+    context.fail(file.setup.projector_place, "no line has the role \"projector\"",
+                 "a projector with patterns of its own is triggered by the board: [rig.lines.NAME]");
+  if (file.setup.with_role(RigRole::camera) == nullptr)
+    context.fail(file.setup.camera_place, "no line has the role \"camera\"",
+                 "the board triggers the camera: [rig.lines.NAME] role = \"camera\"");
+}
+
+void settle_options(RigFile& file) {
+  RigOptions& options = file.options;
+  options.profile = profile_of(file);
+  options.strobe_line = file.camera.strobe ? line_name(file.setup, RigRole::strobe) : std::string();
+  options.strobe_active_low = is_active_low(file.setup, RigRole::strobe);
+  options.ledger.readout = file.setup.camera.readout;
+  options.lines = lines_of(file.setup);
+  options.name = file.identity();
+}
+
+}  // namespace
+
+std::string RigFile::identity() const {
+  const CameraEntry& c = camera;
+  const ProjectorEntry& p = projector;
+  std::string text = fmt::format("{}: camera {} {} {}+{}+{} of {}, binning {}, {}", name, c.device, c.format,
+                                 to_string(c.region), c.row, c.col, to_string(c.size), c.binning,
+                                 c.noise ? c.noise->to_string() : "no noise model");
+  for (const auto& [control, value] : c.controls) text += fmt::format(", {} {}", control, value);
+  text += p.folder.empty() ? fmt::format("; projector {} {}, cell {}+{}+{}{}{}", p.connector, p.mode, p.cell,
+                                         p.top, p.left, p.mirror_rows ? ", rows mirrored" : "",
+                                         p.mirror_cols ? ", columns mirrored" : "")
+                           : fmt::format("; projector folder {}", p.folder);
+  return text + fmt::format("; {} exposures, ratio {}", options.exposures, options.ratio);
+}
+
+Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
+                               const std::filesystem::path& folder) {
+  SYMRIG_TRY(const device::TomlNode document, device::parse_toml(text, name));
+  ReadContext context{name};
+  RigFile file;
+  file.path = name;
+  file.name = std::filesystem::path(name).stem().string();
+  TableReader top(document, "", context);
+  std::uint64_t version = 0;
+  top.require("symrig", "symrig = 1, the version of this format");
+  top.read_count("symrig", version, 1, 1);
+  top.read("name", file.name);
+  read_board(top, file);
+  device::read_rig(top.find("rig"), folder, context, file.setup);
+  read_camera_entry(top, file);
+  read_projector_entry(top, file);
+  read_capture_entry(top, file);
+  top.finish();
+  if (context.state) check_devices(file, context);
+  if (!context.state) return context.state.error();
+  settle_options(file);
+  return file;
+}
+
+Result<RigFile> read_rig_file(const std::filesystem::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path, kMaxFile));
+  const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return parse_rig_file(text, path.string(), path.parent_path());
+}
+
+}  // namespace symrig
