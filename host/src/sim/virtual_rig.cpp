@@ -27,10 +27,10 @@ namespace {
 class Darkroom {
  public:
   Darkroom(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds)
-      : noisy_(uri.camera_noise), darkroom_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
+      : noisy_(uri.camera_noise), studio_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
 
   std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
-  const NoiseModel& noise() const { return darkroom_.noise(); }
+  const NoiseModel& noise() const { return studio_.noise(); }
   double seconds() const { return seconds_; }
 
  private:
@@ -39,7 +39,7 @@ class Darkroom {
   CameraFrame frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
 
   bool noisy_;
-  Studio darkroom_;
+  Studio studio_;
   const SimulatedProjector& projector_;
   double tick_seconds_;
   double seconds_ = 0;
@@ -54,7 +54,7 @@ std::vector<Studio::Light> Darkroom::lights_of(std::span<const SimulatedExposure
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   std::vector<Studio::Light> lights(seen.empty() ? 0 : seen.back() + 1);
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
-    lights[seen[i]] = darkroom_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
+    lights[seen[i]] = studio_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
   });
   return lights;
 }
@@ -65,7 +65,7 @@ Studio::Light Darkroom::during(const SimulatedExposure& exposure,
   std::vector<Studio::Share> shares;
   for (const auto& lit : projector_.shown(exposure.begin, exposure.end))
     shares.push_back({lights[lit.index], lit.share});
-  return darkroom_.during(shares);
+  return studio_.during(shares);
 }
 
 CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const {
@@ -77,7 +77,7 @@ CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const S
     return frame;
   }
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
-  frame.raw = darkroom_.expose(*light, open, exposure.sequence);
+  frame.raw = studio_.expose(*light, open, exposure.sequence);
   return frame;
 }
 

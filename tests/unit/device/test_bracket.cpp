@@ -50,6 +50,35 @@ TEST(Bracket, exposures_are_those_asked_for_and_fall_on_the_right_pattern) {
   EXPECT_EQ(bench.camera.missed_triggers(), 0);
 }
 
+// A camera that exposes while its line is low, 5 us longer than the pulse; nobody waits for a screen.
+TEST(Bracket, lines_that_are_on_when_low_begin_and_end_high) {
+  test::Bench bench;
+  Board board = bench.connect();
+  RigProfile profile;
+  profile.projector_line.clear();
+  profile.vsync_line.clear();
+  profile.camera_active_low = true;
+  profile.exposure_offset = 5us;
+  ASSERT_OK(board.configure(
+      std::vector<LineConfig>{{.line = profile.camera_line, .safe_level = true, .capture = true}}));
+  const std::vector<Nanoseconds> exposures{100us, 800us};
+  const auto program = compile_bracket(board.info(), profile, exposures, 2);
+  ASSERT_OK(program);
+  const auto receipt = board.run(*program, 10s);
+  ASSERT_OK(receipt);
+  EXPECT_TRUE(receipt->clean());
+  std::vector<CapturedEdge> edges;
+  for (const CapturedEdge& edge : receipt->edges)
+    if (edge.line == board.info().line(profile.camera_line)) edges.push_back(edge);
+  ASSERT_EQ(edges.size(), 8U);
+  for (std::size_t k = 0; k < 8; k += 2) {
+    EXPECT_FALSE(edges[k].level);
+    EXPECT_EQ((edges[k + 1].tick - edges[k].tick).count,
+              board.info().rate.ticks(exposures[k / 2 % 2] - 5us).count);
+  }
+  EXPECT_TRUE(edges.back().level);
+}
+
 TEST(Bracket, each_broken_rule_of_the_devices_is_named_with_the_nearest_legal_value) {
   RigProfile profile;
   EXPECT_EQ(error_of(profile, {10us}),

@@ -15,7 +15,8 @@ namespace symrig::test {
 
 /// What a camera does wrong: probabilities a frame, and an unplugged cable.
 struct CameraMischief {
-  double lost = 0, lost_unnoticed = 0, copied = 0, renumbered = 0, late_stamp = 0, late_arrival = 0, damaged = 0;
+  double lost = 0, lost_unnoticed = 0, copied = 0, renumbered = 0, late_stamp = 0, late_arrival = 0,
+         damaged = 0;
   int stale = 0;                ///< frames of before that a stream begins with
   std::int64_t unplug_at = -1;  ///< after so many frames, once; -1: never
   int absent = 0;               ///< then it cannot be opened so many times
@@ -32,7 +33,8 @@ class FaultyCamera final : public Camera {
       : inner_(inner), mischief_(std::move(mischief)) {}
 
   /// As the opener of a rig: refuses while the camera is unplugged.
-  static Result<std::unique_ptr<Camera>> open(Camera& inner, const std::shared_ptr<CameraMischief>& mischief) {
+  static Result<std::unique_ptr<Camera>> open(Camera& inner,
+                                              const std::shared_ptr<CameraMischief>& mischief) {
     if (mischief->unplugged && mischief->absent-- > 0)
       return Error{ErrorCode::device_lost, "the camera is not there", "plug it in"};
     mischief->unplugged = false;
@@ -51,7 +53,8 @@ class FaultyCamera final : public Camera {
     std::vector<CameraFrame> out = std::exchange(held_, {});
     for (CameraFrame& frame : seen) {
       if (mischief_->frames++ == mischief_->unplug_at) mischief_->unplugged = true;
-      if (mischief_->unplugged) return Error{ErrorCode::device_lost, "the camera was unplugged", "plug it in"};
+      if (mischief_->unplugged)
+        return Error{ErrorCode::device_lost, "the camera was unplugged", "plug it in"};
       hand_over(std::move(frame), out);
     }
     return out;
@@ -101,8 +104,8 @@ class FaultyCamera final : public Camera {
 struct ProjectorMischief {
   std::int64_t unplug_at = -1;  ///< at the show of that number, once
   int absent = 0;
-  bool count_stands = false;      ///< its refreshes do not go on
-  Nanoseconds says_later{0};      ///< it says that patterns come so much later than they do
+  bool count_stands = false;  ///< its refreshes do not go on
+  Nanoseconds says_later{0};  ///< it says that patterns come so much later than they do
   std::int64_t shows = 0;
   bool unplugged = false;
 };

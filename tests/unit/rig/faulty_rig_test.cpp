@@ -66,8 +66,8 @@ std::vector<Pattern> distinct(Grid grid, int count) {
   return patterns;
 }
 
-/// Mean over pixels of (photograph - T p)² / Var: 1 ± √(2/768) = 1 ± 0.05 for the right pattern; half the pixels
-/// are others in a wrong one, which lie hundreds of sigmas away.
+/// Mean over pixels of (photograph - T p)² / Var: 1 ± √(2/768) = 1 ± 0.05 for the right pattern; half the
+/// pixels are others in a wrong one, which lie hundreds of sigmas away.
 double misfit(const VirtualRig& rig, const Pattern& pattern, const Radiance& photograph) {
   const Image<float> truth = rig.truth().apply(pattern);
   double sum = 0;
@@ -213,8 +213,8 @@ TEST_P(FaultyRig, a_capture_under_faults_is_the_clean_capture) {
   const auto rig = shop.open(kQuiet);
   ASSERT_NE(rig, nullptr);
   shop.let_loose();
-  // Without noise no content tells a copy, and one with a number of its own that takes the place of a lost frame
-  // needs it (docs/ledger.md).
+  // Without noise no content tells a copy, and one with a number of its own that takes the place of a lost
+  // frame needs it (docs/ledger.md).
   shop.camera->renumbered = 0;
   const auto result = capture(*rig, options);
   ASSERT_TRUE(result.ok()) << result.error().line();

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/rig/rig_file.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+const std::string kHead = "symrig = 1\n[board]\nuri = \"usb:\"\n";
+const std::string kSensor = "bits = 12\nfull_well = 20000\nread_noise = 6\npedestal = 64\n";
+
+Result<RigFile> parse(const std::string& text) {
+  return parse_rig_file(text, "rig.toml", ".");
+}
+
+void expect_refused(const std::string& text, const std::string& begin, const std::string& hint) {
+  const auto file = parse(text);
+  ASSERT_FALSE(file.ok()) << text;
+  EXPECT_EQ(file.error().code, ErrorCode::bad_format);
+  EXPECT_TRUE(file.error().what.starts_with("rig.toml:" + begin)) << file.error().line();
+  EXPECT_NE(file.error().hint.find(hint), std::string::npos) << file.error().line();
+}
+
+TEST(RigFile, the_shortest_one_has_sound_defaults) {
+  const auto file = parse(kHead + "[camera]\n" + kSensor + "[projector]\n");
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_EQ(file->name, "rig");
+  EXPECT_EQ(file->options.strobe_line, "camera_strobe");
+  EXPECT_EQ(file->options.profile.camera_line, "camera_trigger");
+  EXPECT_EQ(file->options.profile.vsync_line, "vsync");
+  EXPECT_EQ(file->options.ledger.guards, 4);
+  EXPECT_EQ(file->camera.noise, NoiseModel::from_electrons({}));
+  EXPECT_GE(file->options.profile.readout, file->options.ledger.readout + 2 * file->options.ledger.tolerance)
+      << "stamps of two frames must not fit the same exposure";
+}
+
+TEST(RigFile, the_examples_are_read) {
+  for (const char* name : {"hdmi.toml", "bench.toml"}) {
+    const auto file = read_rig_file(std::string(SYMRIG_EXAMPLE_RIGS) + "/" + name);
+    EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().line());
+  }
+}
+
+TEST(RigFile, every_key_arrives) {
+  const auto file = parse(kHead + R"([rig]
+camera = { profile = "generic-strobed", readout = "5 ms", active = "low" }
+[rig.lines.interlock]
+role = "interlock"
+trip = "high"
+[camera]
+device = "cam"
+format = "Y12"
+size = "640x480"
+region = { row = 2, col = 4, rows = 96, cols = 128 }
+binning = 2
+controls = { gain = 3, trigger_mode = "Edge", auto_exposure = false }
+strobe = false
+stamp_tolerance = "300 us"
+guards = 6
+patience = "2 s"
+)" + kSensor + R"([projector]
+connector = "DP-1"
+cell = 3
+mirror = "both"
+vsync = false
+[capture]
+grid = "48x64"
+exposures = 3
+retakes = 9
+device_patience = "5 s"
+views = "2x2"
+)");
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_EQ(file->camera.size, (Grid{480, 640}));
+  EXPECT_EQ(file->camera.region, (Grid{96, 128}));
+  EXPECT_EQ(file->camera.controls.size(), 3U);
+  EXPECT_EQ(file->camera.controls[2].second, "0");
+  EXPECT_TRUE(file->options.profile.camera_active_low);
+  EXPECT_EQ(file->options.profile.readout, 5ms + 2 * 300us + 500us);
+  EXPECT_EQ(file->options.strobe_line, "");
+  EXPECT_EQ(file->options.profile.vsync_line, "");
+  EXPECT_EQ(file->options.ledger.guards, 6);
+  EXPECT_EQ(file->options.frame_patience, Nanoseconds(2s));
+  EXPECT_TRUE(file->projector.mirror_rows && file->projector.mirror_cols);
+  EXPECT_EQ(file->grid, (Grid{48, 64}));
+  EXPECT_EQ(file->options.retakes, 9);
+  EXPECT_EQ(file->options.device_patience, Nanoseconds(5s));
+  EXPECT_EQ(file->options.views.rows, 2);
+  ASSERT_EQ(file->options.lines.size(), 1U);
+  EXPECT_EQ(file->options.lines[0].trip_level, true);
+}
+
+TEST(RigFile, mistakes_are_named_with_their_line) {
+  const std::string rest = "[camera]\n" + kSensor + "[projector]\n";
+  expect_refused(kHead + "[camera]\nbining = 2\n" + kSensor + "[projector]\n",
+                 "5: there is no key camera.bining", "did you mean 'binning'?");
+  expect_refused("symrig = 2\n" + rest, "1: symrig: 2 is out of range", "");
+  expect_refused(kHead + "[camera]\n[projector]\n", "4: camera.full_well is missing", "full well");
+  expect_refused("symrig = 1\n" + rest, "1: board is missing", "[board]");
+  expect_refused("symrig = 1\n[board]\nuri = \"usb\"\n" + rest, "3: board.uri", "usb");
+  expect_refused(kHead + "[camera]\nsize = \"1280\"\n" + kSensor + "[projector]\n", "5: camera.size",
+                 "columns x rows");
+  expect_refused(kHead + rest + "[capture]\nratio = 0.5\n", "11: capture.ratio", "1.01");
+  expect_refused(kHead + rest + "folder = \"p\"\nconnector = \"DP-1\"\n", "10: projector.folder", "either");
+  expect_refused(kHead + "[rig]\ncamera = { exposure = \"timed\" }\n" + rest, "5: rig.camera",
+                 "trigger-width");
+  expect_refused(kHead + "[camera]\n" + kSensor + "pedestal = 64\n[projector]\n", "9", "");
+}
+
+TEST(RigFile, a_log_knows_a_rig_by_what_changes_its_photographs) {
+  const auto text = [](const std::string& camera, const std::string& capture) {
+    return parse(kHead + "[camera]\n" + camera + kSensor + "[projector]\n[capture]\n" + capture)->identity();
+  };
+  const std::string plain = text("", "");
+  EXPECT_EQ(plain, text("patience = \"3 s\"\n", "retakes = 9\ndevice_patience = \"1 s\"\n"));
+  EXPECT_NE(plain, text("binning = 2\n", ""));
+  EXPECT_NE(plain, text("controls = { gain = 4 }\n", ""));
+  EXPECT_NE(plain, text("", "exposures = 3\n"));
+  EXPECT_EQ(plain.find('\n'), std::string::npos);
+}
+
+}  // namespace
+}  // namespace symrig
