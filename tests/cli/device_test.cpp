@@ -49,6 +49,22 @@ TEST_F(Device, list_asks_boards_behind_sockets_and_says_which_do_not_answer) {
   expect_refusal({"list", "--device", "E66"}, kUsage, {"'E66'", "usb:SERIAL"});
 }
 
+// Which cameras are there is the machine's business; that their key is there is not.
+TEST_F(Device, list_has_cameras_under_their_own_key) {
+  const Outcome outcome = symrig({"list", "--json", "-"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json cameras = Json::parse(outcome.out).at("cameras");
+  ASSERT_TRUE(cameras.is_array());
+  for (const Json& camera : cameras) EXPECT_TRUE(camera["node"].get<std::string>().starts_with("/dev/video"));
+}
+
+TEST_F(Device, info_of_a_camera_that_is_not_there) {
+  expect_refusal({"info", "--camera", "/dev/video-none"}, kDevice,
+                 {"/dev/video-none is not there", "symrig list"});
+  expect_refusal({"info", "--camera", "/dev/null"}, kDevice, {"/dev/null is no V4L2 device"});
+  expect_refusal({"info", "--camera", "/dev/null", "--device", "sim:"}, kUsage, {"--device"});
+}
+
 TEST_F(Device, info_tells_every_line) {
   const Outcome outcome = symrig({"info", "--device", "sim:", "--json", "-"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;

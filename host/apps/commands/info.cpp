@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "camera_text.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
@@ -20,7 +21,7 @@ using Json = nlohmann::ordered_json;
 using device::BoardInfo, device::BoardStatus, device::LineInfo;
 
 struct Arguments {
-  std::string device, json;
+  std::string device, camera, json;
 };
 
 std::string waits_text(const LineInfo& line) {
@@ -159,8 +160,17 @@ Json to_json(const BoardInfo& info, const BoardStatus& status) {
   return json;
 }
 
+Result<void> run_camera(const Arguments& arguments) {
+  SYMRIG_TRY(const CameraInfo camera, look_at_camera(arguments.camera));
+  Json json{{"command", "info"}};
+  json.update(camera_json(camera));
+  SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
+  return arguments.json == "-" ? Result<void>() : print(camera_text(camera));
+}
+
 Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_output(arguments.json));
+  if (!arguments.camera.empty()) return run_camera(arguments);
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_TRY(const BoardStatus status, board.status());
   const BoardInfo& info = board.info();
@@ -173,13 +183,20 @@ Result<void> run(const Arguments& arguments) {
 }  // namespace
 
 Job add_info(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("info", "All that a board says of itself: firmware, state, lines, limits");
+  CLI::App* command = app.add_subcommand(
+      "info", "All that a board says of itself: firmware, state, lines, limits; or all that a camera does");
   const auto arguments = std::make_shared<Arguments>();
   add_device(*command, arguments->device);
+  command
+      ->add_option(
+          "--camera", arguments->camera,
+          "A camera instead: /dev/videoN, or its serial number, bus or name as `symrig list` has them")
+      ->type_name("CAMERA")
+      ->excludes("--device");
   add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
+  command->footer(std::string("Examples:\n"
                               "  symrig info --device sim:\n"
+                              "  symrig info --camera /dev/video0\n"
                               "\n") +
                   kDeviceHelp + "Looking changes nothing on the board.\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };

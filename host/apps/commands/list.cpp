@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "camera_text.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
 #include "list_projectors.hpp"
+#include "symrig/camera/camera_info.hpp"
 
 #include <algorithm>
 #include <array>
@@ -111,18 +113,21 @@ Result<void> run(const Arguments& arguments) {
   std::vector<Row> rows;
   rows.reserve(boards.size());
   for (const auto& board : boards) rows.push_back(ask(board));
+  const auto cameras = look_at_cameras();
   nlohmann::ordered_json json{{"command", "list"}, {"boards", nlohmann::ordered_json::array()}};
   for (const Row& row : rows) json["boards"].push_back(to_json(row));
   const auto displays = find_displays();
   json["projectors"] = projectors_json(displays);
+  json["cameras"] = cameras_json(cameras);
   SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
-  return arguments.json == "-" ? Result<void>() : print(table(rows) + projectors_table(displays));
+  if (arguments.json == "-") return {};
+  return print(table(rows) + projectors_table(displays) + cameras_summary(cameras));
 }
 
 }  // namespace
 
 Job add_list(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("list", "The boards and projectors that are connected");
+  CLI::App* command = app.add_subcommand("list", "The boards, projectors and cameras that are connected");
   const auto arguments = std::make_shared<Arguments>();
   command
       ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
@@ -131,14 +136,14 @@ Job add_list(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_json(*command, arguments->json);
   command->footer(
-      std::string(
-          "Example:\n"
-          "  symrig list\n"
-          "\n"
-          "Looks on USB and on USB serial ports and asks each board who it is; a board that "
-          "another program\n"
-          "has open is shown, but not asked. The simulated board sim: is always there.\n"
-          "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n\n") +
+      std::string("Example:\n"
+                  "  symrig list\n"
+                  "\n"
+                  "Looks on USB and on USB serial ports and asks each board who it is; a board that "
+                  "another program\n"
+                  "has open is shown, but not asked. The simulated board sim: is always there.\n"
+                  "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n"
+                  "Cameras are those of V4L2; symrig info --camera NODE tells all of one.\n\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -26,9 +26,10 @@ std::string ControlInfo::range() const {
     }
     case ControlKind::button:
       return "1 presses it";
+    case ControlKind::other:
+      return "no number";
     case ControlKind::integer:
     case ControlKind::bitmask:
-    case ControlKind::other:
       break;
   }
   return fmt::format("{} to {} in steps of {}", least, most, step);
@@ -100,6 +101,7 @@ ControlInfo to_info(Driver& driver, const v4l2_query_ext_ctrl& answer) {
   info.title = text(answer.name);
   info.name = control_name(info.title);
   info.kind = kind_of(answer.type);
+  info.wide = answer.type == V4L2_CTRL_TYPE_INTEGER64;
   info.least = answer.minimum;
   info.most = answer.maximum;
   info.step = static_cast<std::int64_t>(std::clamp<std::uint64_t>(answer.step, 1, INT64_MAX));
@@ -112,15 +114,10 @@ ControlInfo to_info(Driver& driver, const v4l2_query_ext_ctrl& answer) {
   return info;
 }
 
-/// What of a control goes through V4L2 as 64 bits: those whose range needs them do.
-bool wide(const ControlInfo& control) {
-  return control.most > INT32_MAX || control.least < INT32_MIN;
-}
-
 struct Access {
   explicit Access(const ControlInfo& info, std::int64_t value) {
     control.id = info.id;
-    if (wide(info))
+    if (info.wide)
       control.value64 = value;
     else
       control.value = static_cast<std::int32_t>(value);
@@ -130,7 +127,11 @@ struct Access {
   }
   Access(const Access&) = delete;
   Access& operator=(const Access&) = delete;
-  std::int64_t value(const ControlInfo& info) const { return wide(info) ? control.value64 : control.value; }
+  std::int64_t value(const ControlInfo& info) const {
+    if (info.wide) return control.value64;
+    return info.kind == ControlKind::bitmask ? static_cast<std::uint32_t>(control.value)
+                                             : std::int64_t{control.value};
+  }
 
   v4l2_ext_control control{};
   v4l2_ext_controls list{};

@@ -23,6 +23,7 @@ Stream::Stream(Driver driver, const StreamPlan& plan, SequenceCount counts, Stre
       plan_(plan),
       reader_(plan.layout, plan.region, plan.saturation),
       counts_(counts),
+      room_(plan.waiting),
       report_(std::move(report)) {}
 
 Result<std::unique_ptr<Stream>> Stream::start(Driver driver, const StreamPlan& plan, SequenceCount counts,
@@ -86,7 +87,7 @@ bool Stream::drain() {
 
 /// EIO may pass [Linux media, VIDIOC_DQBUF]: only a row of them ends the stream, as does anything else.
 bool Stream::handle_error(int reason) {
-  {
+  if (!is_gone(reason)) {
     const std::lock_guard lock(mutex_);
     ++report_.errors;
   }
@@ -147,7 +148,7 @@ CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
 
 void Stream::keep(CameraFrame frame) {
   const std::lock_guard lock(mutex_);
-  if (queue_.size() >= plan_.waiting) {
+  if (queue_.size() >= room_) {
     ++report_.overflowed;
     return;
   }
@@ -182,6 +183,7 @@ StreamReport Stream::report() const {
 
 Result<std::vector<CameraFrame>> Stream::take(std::size_t count, Nanoseconds patience) {
   std::unique_lock lock(mutex_);
+  room_ = std::max(room_, count);
   for (std::uint64_t before = arrived_; queue_.size() < count && !lost_; before = arrived_)
     if (!changed_.wait_for(lock, patience, [&] { return arrived_ != before || lost_; })) break;
   if (queue_.empty() && lost_) return *lost_;

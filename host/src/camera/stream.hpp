@@ -26,7 +26,7 @@ struct StreamPlan {
   Region region;
   int saturation = 0;        ///< as FrameReader
   int buffers = 8;           ///< shared with the driver
-  std::size_t waiting = 64;  ///< frames that wait for take() at most
+  std::size_t waiting = 64;  ///< frames that wait for take() at most, or as many as it has asked for at once
 };
 
 /// A running stream: a thread takes each buffer as soon as it is filled, turns it into a frame, and gives it
@@ -77,6 +77,7 @@ class Stream {
   std::condition_variable changed_;
   std::deque<CameraFrame> queue_;
   std::uint64_t arrived_ = 0;  // frames kept, ever
+  std::size_t room_;           // frames that the queue holds
   StreamReport report_;
   std::optional<Error> lost_;
   bool stopping_ = false;

@@ -129,6 +129,15 @@ TEST_F(Streaming, what_nobody_takes_is_counted_and_missing_in_the_numbers) {
   EXPECT_NE(host->report().to_string().find("2 lost because nobody took them"), std::string::npos);
 }
 
+TEST_F(Streaming, who_asks_for_more_than_the_queue_holds_makes_room_for_it) {
+  settings.waiting = 2;
+  open();
+  EXPECT_TRUE(take(10, 1ms).empty());
+  for (std::uint32_t k = 0; k < 10; ++k) deliver(frame(k));
+  EXPECT_EQ(take(10).size(), 10U);
+  EXPECT_EQ(host->report().overflowed, 0U);
+}
+
 TEST_F(Streaming, repeated_and_reordered_numbers_are_handed_over_and_counted) {
   open();
   for (const std::uint32_t k : {0U, 1U, 1U, 2U, 5U, 3U}) deliver(frame(k));

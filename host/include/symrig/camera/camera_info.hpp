@@ -52,6 +52,7 @@ struct ControlInfo {
   std::int64_t least = 0, most = 0, step = 1, preset = 0;
   std::vector<MenuItem> menu;
   std::optional<std::int64_t> value;  ///< none: it cannot be read
+  bool wide = false;                  ///< of 64 bits
   bool read_only = false;
   bool inactive = false;  ///< has no effect now: another control, mostly an automatic, rules it
 

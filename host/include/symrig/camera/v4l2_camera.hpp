@@ -43,7 +43,9 @@ struct CameraSettings {
   CameraTiming timing;
   Image<std::uint8_t> dead;  ///< grid of the frames × 1, 1 = dead; empty: none known
   int buffers = 8;           ///< shared with the driver, 2 to 32
-  std::size_t waiting = 64;  ///< frames that wait for take(), at least 1; more are lost and counted
+  /// Frames that wait for take(), at least 1; more are lost and counted. A take() that asks for more makes
+  /// room for them.
+  std::size_t waiting = 64;
 };
 
 /// A camera behind V4L2. Frames come as soon as it is open, in a thread of its own, as codes of the settings'

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/camera/camera_info.hpp"
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace symrig::apps {
+
+/// What each camera says of itself; of one that cannot be asked, why.
+std::vector<CameraInfo> look_at_cameras();
+/// For each a few lines after an empty one: what it is, formats that are read, names of controls.
+std::string cameras_summary(const std::vector<CameraInfo>& cameras);
+nlohmann::ordered_json cameras_json(const std::vector<CameraInfo>& cameras);
+
+/// All of one: a table of formats with sizes and rates, a table of controls with values and ranges.
+std::string camera_text(const CameraInfo& camera);
+/// The keys of docs/command-line.md. Sizes are [rows, columns].
+nlohmann::ordered_json camera_json(const CameraInfo& camera);
+
+}  // namespace symrig::apps
