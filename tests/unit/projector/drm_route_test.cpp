@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "assert_ok.hpp"
+#include "fake_kms.hpp"
+#include "projector/drm/route.hpp"
+
+#include <drm_fourcc.h>
+#include <gtest/gtest.h>
+
+namespace symrig::drm::test {
+namespace {
+
+std::shared_ptr<FakeCard> a_card() {
+  return std::make_shared<FakeCard>(FakeCard::with_one_display());
+}
+
+/// The connector that is found by a name, or the error's code.
+std::string find(Cards& cards, const std::string& wanted) {
+  const auto found = find_connector(cards, wanted);
+  return found ? found->card + "-" + found->connector.name : std::string(name(found.error().code));
+}
+
+TEST(FindConnector, by_full_name_by_short_name_and_by_being_the_only_one) {
+  const auto first = a_card(), second = a_card();
+  second->connectors[21].name = "DP-1";
+  second->connectors[21].connected = false;
+  FakeCards cards({first, second});
+  EXPECT_EQ(find(cards, ""), "card0-HDMI-A-1");
+  EXPECT_EQ(find(cards, "HDMI-A-1"), "card0-HDMI-A-1");
+  EXPECT_EQ(find(cards, "card0-HDMI-A-1"), "card0-HDMI-A-1");
+  EXPECT_EQ(find(cards, "card1-HDMI-A-1"), "unknown_name");
+  EXPECT_EQ(find(cards, "card1-DP-1"), "device_lost") << "nothing is plugged in there";
+  second->connectors[21].connected = true;
+  EXPECT_EQ(find(cards, "DP-1"), "card1-DP-1");
+  EXPECT_EQ(find(cards, ""), "bad_argument") << "two are plugged in";
+  second->connectors[21].name = "HDMI-A-1";
+  EXPECT_EQ(find(cards, "HDMI-A-1"), "bad_argument");
+  EXPECT_EQ(find(cards, "card1-HDMI-A-1"), "card1-HDMI-A-1");
+  EXPECT_EQ(first->open_files + second->open_files, 0);
+}
+
+TEST(FindConnector, says_what_there_is) {
+  const auto card = a_card();
+  card->connectors[22] = {22, "DP-1", false, {}, 1, 0};
+  FakeCards cards(card);
+  EXPECT_EQ(find_connector(cards, "VGA-1").error().line(),
+            "there is no connector 'VGA-1'; this machine has card0-HDMI-A-1, card0-DP-1");
+  EXPECT_EQ(find_connector(cards, "DP-1").error().line(),
+            "nothing is plugged in at card0-DP-1; there is something at card0-HDMI-A-1");
+  card->connectors[21].connected = false;
+  EXPECT_EQ(find_connector(cards, "").error().line(),
+            "no projector is plugged in; connect one to card0-HDMI-A-1, card0-DP-1");
+  FakeCards none(std::vector<std::shared_ptr<FakeCard>>{});
+  EXPECT_EQ(find_connector(none, "").error().code, ErrorCode::device_lost);
+}
+
+TEST(FindConnector, a_card_without_permission_is_told_only_if_it_is_in_the_way) {
+  FakeCards cards({a_card(), a_card()});
+  cards.unopenable.emplace("card0", Error{ErrorCode::device_lost, "card0: no permission"});
+  EXPECT_EQ(find(cards, ""), "card1-HDMI-A-1");
+  EXPECT_EQ(find_connector(cards, "card0-HDMI-A-1").error().what, "card0: no permission");
+}
+
+/// Two CRTCs, two connectors that can have either.
+class TwoHeads : public ::testing::Test {
+ protected:
+  TwoHeads() {
+    card->crtcs[12] = Crtc{.id = 12};
+    card->connectors[21].possible_crtcs = 3;
+    card->connectors[22] = {22, "DP-1", true, {make_mode(64, 48, 60, true)}, 3, 0};
+    card->planes[31].possible_crtcs = 3;
+    card->planes[33] = {33, 3, 0, {DRM_FORMAT_XRGB8888}};
+    card->add_property(33, {.name = "type", .value = DRM_PLANE_TYPE_PRIMARY});
+  }
+  Route route() {
+    auto found = find_connector(cards, "HDMI-A-1");
+    EXPECT_TRUE(found.ok());
+    auto chosen = choose_route(*found->kms, *found, {});
+    EXPECT_TRUE(chosen.ok()) << chosen.error().line();
+    return *chosen;
+  }
+  std::shared_ptr<FakeCard> card = a_card();
+  FakeCards cards{card};
+};
+
+TEST_F(TwoHeads, a_connector_keeps_its_crtc) {
+  card->connectors[21].crtc = 12;
+  card->planes[33].crtc = 12;
+  EXPECT_EQ(route().crtc, 12U);
+  EXPECT_EQ(route().plane, 33U);
+}
+
+TEST_F(TwoHeads, another_display_keeps_its_crtc_and_plane_too) {
+  card->connectors[22].crtc = 11;
+  card->planes[31].crtc = 11;
+  const Route chosen = route();
+  EXPECT_EQ(chosen.crtc, 12U);
+  EXPECT_EQ(chosen.plane, 33U);
+  EXPECT_TRUE(chosen.other_connectors.empty());
+}
+
+TEST_F(TwoHeads, a_display_that_shares_the_crtc_is_let_go) {
+  card->connectors[21].crtc = 11;
+  card->connectors[22].crtc = 11;  // a console on both
+  EXPECT_EQ(route().other_connectors, std::vector<std::uint32_t>{22});
+}
+
+TEST_F(TwoHeads, no_crtc_is_an_error) {
+  card->connectors[21].possible_crtcs = 0;
+  auto found = find_connector(cards, "HDMI-A-1");
+  ASSERT_OK(found);
+  EXPECT_EQ(choose_route(*found->kms, *found, {}).error().code, ErrorCode::device_refused);
+}
+
+}  // namespace
+}  // namespace symrig::drm::test
