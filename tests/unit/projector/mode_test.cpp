@@ -49,6 +49,29 @@ TEST(Mode, requests_are_read_as_people_write_them) {
     EXPECT_EQ(parse_mode(bad).error().code, ErrorCode::bad_argument) << bad;
 }
 
+/// Against the modeline that `cvt -r` prints, an implementation of the standard that is not ours.
+TEST(Mode, a_computed_one_has_the_timings_of_the_standard) {
+  const auto wide = parse_mode("1920x1080R");
+  ASSERT_OK(wide);
+  const auto full = choose_mode({}, *wide, "card0-X-1");
+  ASSERT_OK(full);
+  EXPECT_EQ(full->clock, 138'500U);
+  EXPECT_EQ(full->hsync_start, 1968);
+  EXPECT_EQ(full->hsync_end, 2000);
+  EXPECT_EQ(full->htotal, 2080);
+  EXPECT_EQ(full->vsync_start, 1083);
+  EXPECT_EQ(full->vsync_end, 1088);
+  EXPECT_EQ(full->vtotal, 1111);
+  EXPECT_EQ(to_string(describe(*full)), "1920x1080@59.93");
+  const auto asked = parse_mode("912x1140R@60");
+  ASSERT_OK(asked);
+  const auto mode = choose_mode({}, *asked, "card0-X-1");
+  ASSERT_OK(mode);
+  EXPECT_EQ(describe(*mode).grid, (Grid{1140, 912}));
+  EXPECT_NEAR(1 / seconds(describe(*mode).period), 60, 60 * 250. / mode->clock);
+  EXPECT_FALSE(parse_mode("99999x10R").ok());
+}
+
 class Choice : public ::testing::Test {
  protected:
   std::string choose(const std::string& text) const {

@@ -19,7 +19,7 @@ class Screen;
 /// Which screen, and how patterns lie on it.
 struct DrmProjectorOptions {
   std::string connector;  ///< "card0-HDMI-A-1", "HDMI-A-1"; empty: the only one that is plugged in
-  std::string mode;       ///< "1920x1080@60", "912x1140"; empty: the display's preferred one
+  std::string mode;       ///< "1920x1080@60", "912x1140R" (computed); empty: the display's preferred one
   Placement placement;
   std::optional<Grid> grid;  ///< of the patterns; none: as many cells as fit
   CodeTable codes;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/mode.hpp"
 
+#include "projector/drm/cvt.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -24,6 +26,8 @@ namespace {
 
 constexpr double kRateTolerance = 0.5;  // 60 means 59.94 too where that is all there is
 constexpr std::size_t kListed = 12;
+constexpr double kSlowest = 1, kFastest = 1'000, kUsual = 60;  // refreshes a second
+constexpr int kMostComputed = 16'384;                          // rows or columns
 
 template <class T>
 bool take_number(std::string_view& text, T& value) {
@@ -44,9 +48,11 @@ bool parse(std::string_view text, ModeRequest& request) {
   if (!take_number(text, grid.cols) || !take(text, 'x') || !take_number(text, grid.rows) || !grid.valid())
     return false;
   request.grid = grid;
+  request.computed = take(text, 'R');
+  if (request.computed && (grid.rows > kMostComputed || grid.cols > kMostComputed)) return false;
   if (text.empty()) return true;
   double rate = 0;
-  if (!take(text, '@') || !take_number(text, rate) || !(rate > 0) || !std::isfinite(rate)) return false;
+  if (!take(text, '@') || !take_number(text, rate) || !(rate >= kSlowest && rate <= kFastest)) return false;
   request.rate = rate;
   return text.empty();
 }
@@ -102,7 +108,8 @@ Result<ModeRequest> parse_mode(const std::string& text) {
   ModeRequest request;
   if (text.empty() || parse(text, request)) return request;
   return Error{ErrorCode::bad_argument, "'" + text + "' is no mode",
-               "give COLUMNSxROWS or COLUMNSxROWS@RATE, such as 1920x1080@60"};
+               "give COLUMNSxROWS or COLUMNSxROWS@RATE, such as 1920x1080@60; with an R behind the size it "
+               "need not be offered"};
 }
 
 DisplayMode describe(const drmModeModeInfo& mode) {
@@ -119,6 +126,7 @@ DisplayMode describe(const drmModeModeInfo& mode) {
 
 Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
                                     const std::string& connector) {
+  if (request.computed) return reduced_blanking_mode(*request.grid, request.rate.value_or(kUsual));
   if (modes.empty())
     return Error{ErrorCode::device_lost, connector + ": what is plugged in there tells no mode",
                  "switch the projector on and plug it in again"};

@@ -16,16 +16,19 @@ namespace symrig::drm {
 struct ModeRequest {
   std::optional<Grid> grid;    // none: the preferred mode
   std::optional<double> rate;  // refreshes a second; none: any
+  bool computed = false;       // timings of our own, whatever the display tells
 };
 
-/// "", "1920x1080", "1920x1080@60", "1280x720@59.94".  fails: bad_argument.
+/// "", "1920x1080", "1920x1080@60", "1280x720@59.94"; "912x1140R@60" (R: computed, reduced blanking, 60 if no
+/// rate is given).  fails: bad_argument.
 Result<ModeRequest> parse_mode(const std::string& text);
 
 DisplayMode describe(const drmModeModeInfo& mode);
 
-/// The first mode of that size, in the kernel's order (preferred first, then fast before slow); with a rate
-/// the one nearest to it, at most half a hertz away. Interlaced and double-scan modes are left out: their
-/// lines are not the projector's.  fails: unknown_name (lists what there is), device_lost (no mode at all).
+/// A computed mode, or the first mode of that size, in the kernel's order (preferred first, then fast before
+/// slow); with a rate the one nearest to it, at most half a hertz away. Interlaced and double-scan modes are
+/// left out: their lines are not the projector's.  fails: unknown_name (lists what there is), device_lost (no
+/// mode at all).
 Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
                                     const std::string& connector);
 

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "bench-vm/scanout/scanout.hpp"
+#include "symrig/projector/drm_projector.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::bench_vm {
+
+/// A display of the guest.
+struct GuestDisplay {
+  std::string card;       ///< "/dev/dri/card0"
+  std::string connector;  ///< "card0-Virtual-1"
+};
+
+/// The display behind an environment variable of the bench: BENCH_VKMS, BENCH_VGA. Fails the test if it is
+/// not there.
+GuestDisplay display_of(const char* variable);
+
+/// Opens a projector or fails the test with the error's line.
+std::unique_ptr<DrmProjector> open_projector(const DrmProjectorOptions& options);
+
+/// Structured and random patterns, binary and grey. Deterministic.
+inline constexpr std::size_t kPatterns = 24;
+Pattern pattern_number(std::size_t number, Grid grid);
+
+/// What a screen must show, from the law in placement.hpp alone, pixel by pixel.
+ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement, Grid screen);
+
+}  // namespace symrig::bench_vm

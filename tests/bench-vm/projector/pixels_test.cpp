@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is shown is what was asked for, pixel by pixel: on vkms by reading what it scans out, on QEMU's
+// display by the picture that QEMU sees.
+#include "bench-vm/projector/looks.hpp"
+#include "symrig/base/atomic_file.hpp"
+
+#include <cstdlib>
+#include <functional>
+
+namespace symrig::bench_vm {
+namespace {
+
+using Look = std::function<Result<ScreenPixels>(const std::string& card)>;
+
+/// What QEMU shows on its display.
+Result<ScreenPixels> screendump(const std::string& /*card*/) {
+  const char* out = std::getenv("BENCH_OUT");
+  if (out == nullptr ||
+      std::system("bench-screendump projector") != 0)  // NOLINT(concurrency-mt-unsafe,cert-env33-c)
+    return Error{ErrorCode::io, "QEMU's display cannot be seen"};
+  SYMRIG_TRY(const auto bytes, read_file(std::string(out) + "/projector.ppm"));
+  return parse_ppm(bytes);
+}
+
+struct Case {
+  const char* display;
+  const char* mode;
+  bool legacy;
+  Placement placement;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& tested) {
+  return out << tested.display << " " << tested.mode << (tested.legacy ? " legacy" : " atomic")
+             << " cells of " << tested.placement.cell;
+}
+
+class Pixels : public ::testing::TestWithParam<Case> {
+ protected:
+  /// Shows pattern `number` in the middle of a sequence and compares all pixels.
+  static void expect_shown(DrmProjector& projector, const std::string& card, std::size_t number,
+                           const Look& look) {
+    const Pattern pattern = pattern_number(number, projector.grid());
+    const Pattern other(projector.grid(), 1, 0.5F);
+    const Pattern sequence[] = {other, pattern, other};
+    const auto loaded = projector.load(sequence);
+    ASSERT_TRUE(loaded.ok()) << loaded.error().line();
+    for (const std::size_t k : {0, 1}) {
+      const auto shown = projector.show(k);
+      ASSERT_TRUE(shown.ok()) << shown.error().line();
+    }
+    const auto seen = look(card);
+    ASSERT_TRUE(seen.ok()) << seen.error().line();
+    const auto wanted = expected_screen(pattern, GetParam().placement, projector.screen());
+    EXPECT_EQ(differing_pixels(*seen, wanted), 0U) << "pattern " << number;
+  }
+};
+
+TEST_P(Pixels, are_those_asked_for) {
+  const Case& tested = GetParam();
+  const bool vga = std::string(tested.display) == "BENCH_VGA";
+  const GuestDisplay display = display_of(tested.display);
+  DrmProjectorOptions options;
+  options.connector = display.connector;
+  options.mode = tested.mode;
+  options.legacy = tested.legacy;
+  options.placement = tested.placement;
+  const auto projector = open_projector(options);
+  ASSERT_TRUE(projector);
+  EXPECT_EQ(projector->counts_refreshes(), !vga) << "QEMU's display has no refreshes";
+  EXPECT_EQ(projector->warnings().size(), vga ? 1U : 0U);
+  // All patterns where they fill the screen; a few where only the placement differs.
+  const std::size_t step = tested.placement.cell == 1 ? 1 : 4;
+  for (std::size_t number = 0; number < kPatterns; number += step)
+    expect_shown(*projector, display.card, number, vga ? Look(screendump) : Look(read_screen));
+}
+
+constexpr Placement kWhole;
+constexpr Placement kPlaced{.cell = 7, .top = 33, .left = 50, .mirror_rows = true, .mirror_cols = true};
+
+INSTANTIATE_TEST_SUITE_P(Vkms, Pixels,
+                         ::testing::Values(Case{"BENCH_VKMS", "912x1140R@60", false, kWhole},
+                                           Case{"BENCH_VKMS", "1920x1080@60", false, kWhole},
+                                           Case{"BENCH_VKMS", "1920x1080@60", true, kPlaced},
+                                           Case{"BENCH_VKMS", "912x1140R@60", false, kPlaced}));
+INSTANTIATE_TEST_SUITE_P(Vga, Pixels,
+                         ::testing::Values(Case{"BENCH_VGA", "912x1140", false, kWhole},
+                                           Case{"BENCH_VGA", "1920x1080@60", false, kWhole},
+                                           Case{"BENCH_VGA", "912x1140", true, kPlaced},
+                                           Case{"BENCH_VGA", "1920x1080@60", false, kPlaced}));
+
+}  // namespace
+}  // namespace symrig::bench_vm
