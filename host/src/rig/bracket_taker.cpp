@@ -15,7 +15,7 @@ using Part = DeviceSet::Part;
 
 constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board that runs
 constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
-constexpr int kLockTries = 8;
+constexpr int kLockTries = 8;                    // at least; as many as retakes where those are more
 
 Nanoseconds total(std::span<const Nanoseconds> times) {
   Nanoseconds sum{0};
@@ -123,7 +123,7 @@ Result<void> BracketTaker::lock(Nanoseconds exposure) {
   profile.vsync_line.clear();
   const auto frames = static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1));
   for (int tries = 0; ledger_.needs_guards(); ++tries) {
-    if (tries == kLockTries) return give_up(tries);
+    if (tries == std::max(kLockTries, options_.retakes)) return give_up(tries);
     SYMRIG_CHECK(run(profile, {&exposure, 1}, frames));
   }
   return {};

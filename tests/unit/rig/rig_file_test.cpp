@@ -57,12 +57,15 @@ format = "Y12"
 size = "640x480"
 region = { row = 2, col = 4, rows = 96, cols = 128 }
 binning = 2
-controls = { gain = 3, trigger_mode = "Edge", auto_exposure = false }
 strobe = false
 stamp_tolerance = "300 us"
 guards = 6
 patience = "2 s"
-)" + kSensor + R"([projector]
+)" + kSensor + R"([camera.controls]
+gain = 3
+trigger_mode = "Edge"
+auto_exposure = false
+[projector]
 connector = "DP-1"
 cell = 3
 mirror = "both"

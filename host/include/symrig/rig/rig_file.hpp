@@ -29,7 +29,7 @@ struct CameraEntry {
   int row = 0, col = 0;  ///< corner of the region
   Grid region;           ///< its size; {0, 0}: to the end of the picture
   int binning = 1;
-  std::vector<std::pair<std::string, std::string>> controls;  ///< in the file's order
+  std::vector<std::pair<std::string, std::string>> controls;  ///< by line of the file
   bool strobe = true;                                         ///< its strobe line is wired to the board
   Nanoseconds max_exposure{30'000'000'000};
   std::optional<NoiseModel> noise;  ///< of one sample of the sensor
