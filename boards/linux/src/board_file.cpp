@@ -136,9 +136,10 @@ class Reader {
   }
 
   void realtime(Keys& keys) {
-    constexpr std::array<std::string_view, 2> kKnown{"priority", "lock_memory"};
+    constexpr std::array<std::string_view, 3> kKnown{"priority", "lock_memory", "lateness_us"};
     keys.only(kKnown);
     file_.priority = static_cast<int>(keys.number("priority", file_.priority, 0, 98));
+    file_.lateness_us = static_cast<std::uint32_t>(keys.number("lateness_us", 0, 0, 100'000));
     keys.read("lock_memory", file_.lock_memory, "true or false");
   }
 

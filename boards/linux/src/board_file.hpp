@@ -38,6 +38,7 @@ struct BoardFile {
   BoardLinks links;
   int priority = 50;  ///< of SCHED_FIFO for the player; the main loop has one less. 0: ordinary
   bool lock_memory = true;
+  std::uint32_t lateness_us = 0;  ///< a word may go out so late; later ones are counted. 0: as measured
   std::filesystem::path state_folder = "/var/lib/symrig";  ///< what is kept over power-off
   std::filesystem::path run_folder = "/run/symrig";        ///< what is kept over a restart of the daemon
 };

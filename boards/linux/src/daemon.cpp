@@ -117,7 +117,7 @@ Result<void> Daemon::run(int stop) {
   if (!slow.empty()) log_line("the player is not as prompt as it could be: " + slow);
   if (parts_.file.priority > 1) run_first(parts_.file.priority - 1);  // the player has said it if not
   start_core(mark_.begin());
-  const Result<void> ended = serve(stop);
+  Result<void> ended = serve(stop);
   player_->force(core_->safe_levels());
   if (ended) mark_.end_well();
   return ended;

@@ -21,6 +21,8 @@ namespace symrig::sbc {
 /// The firmware core on this machine's lines and links.
 class Daemon final : private hal::System {
  public:
+  static constexpr std::size_t kSegments = 4096;  ///< in the player's queue
+
   struct Parts {
     BoardFile file;
     std::vector<std::uint8_t> id;
@@ -40,7 +42,6 @@ class Daemon final : private hal::System {
 
  private:
   static constexpr std::size_t kProgramRecords = 24'576;
-  static constexpr std::size_t kSegments = 4096;
   static constexpr std::uint16_t kEvents = 512;
 
   // hal::System

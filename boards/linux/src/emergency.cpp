@@ -17,9 +17,9 @@ static_assert(std::atomic<Gpio*>::is_always_lock_free && std::atomic<std::uint32
 
 extern "C" void on_breakdown(int number) {
   Gpio* const gpio = emergency_gpio;
-  if (gpio != nullptr) gpio->put(emergency_levels);
-  std::signal(number, SIG_DFL);
-  std::raise(number);
+  if (gpio != nullptr) gpio->put(emergency_levels, UINT32_MAX);
+  static_cast<void>(std::signal(number, SIG_DFL));
+  static_cast<void>(std::raise(number));
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ Emergency::Emergency(Gpio& gpio) {
 }
 
 Emergency::~Emergency() {
-  for (const int number : kBreakdowns) std::signal(number, SIG_DFL);
+  for (const int number : kBreakdowns) static_cast<void>(std::signal(number, SIG_DFL));
   emergency_gpio = nullptr;
 }
 

@@ -53,21 +53,21 @@ Bytes interface_with(std::uint16_t packet) {
   return out;
 }
 
-Bytes compatible_id() {
+Bytes compatible_id(unsigned version) {
   Bytes out;
   constexpr std::uint32_t kSize = 10 + 24;
-  out.u8(0), out.u32(kSize), out.u16(0x0100), out.u16(kCompatibleId), out.u8(1), out.u8(0);
+  out.u8(0), out.u32(kSize), out.u16(version), out.u16(kCompatibleId), out.u8(1), out.u8(0);
   out.u8(0), out.u8(1), out.text(kDriver, 8), out.text("", 8), out.text("", 6);
   return out;
 }
 
 /// The kernel makes UTF-16 of these texts.
-Bytes properties() {
+Bytes properties(unsigned version) {
   constexpr std::uint32_t kNameSize = kGuidName.size() + 1;
   constexpr std::uint32_t kGuidSize = kGuid.size() + 2;  // a list ends with an empty text
   constexpr std::uint32_t kProperty = 14 + kNameSize + kGuidSize;
   Bytes out;
-  out.u8(0), out.u32(10 + kProperty), out.u16(0x0100), out.u16(kProperties), out.u16(1);
+  out.u8(0), out.u32(10 + kProperty), out.u16(version), out.u16(kProperties), out.u16(1);
   out.u32(kProperty), out.u32(kListOfStrings);
   out.u16(kNameSize), out.text(kGuidName, kNameSize);
   out.u32(kGuidSize), out.text(kGuid, kGuidSize);
@@ -76,20 +76,22 @@ Bytes properties() {
 
 }  // namespace
 
-std::vector<std::uint8_t> ffs_descriptors() {
-  constexpr std::uint32_t kCounts = 3;  // full speed, high speed, Microsoft
-  constexpr std::uint32_t kEach = 3;    // an interface, two endpoints
-  constexpr std::uint32_t kHeader = 12 + 4 * kCounts;
+std::vector<std::uint8_t> ffs_descriptors(unsigned microsoft) {
+  constexpr std::uint32_t kEach = 3;  // an interface, two endpoints
   Bytes body;
+  body.u32(kEach), body.u32(kEach);
+  if (microsoft != 0) body.u32(2);
   body.append(interface_with(kFullSpeedPacket));
   body.append(interface_with(kHighSpeedPacket));
-  body.append(compatible_id());
-  body.append(properties());
+  if (microsoft != 0) {
+    body.append(compatible_id(microsoft));
+    body.append(properties(microsoft));
+  }
+  const std::uint32_t flags = microsoft != 0 ? FUNCTIONFS_HAS_MS_OS_DESC : 0;
   Bytes out;
   out.u32(FUNCTIONFS_DESCRIPTORS_MAGIC_V2);
-  out.u32(kHeader + body.size());
-  out.u32(FUNCTIONFS_HAS_FS_DESC | FUNCTIONFS_HAS_HS_DESC | FUNCTIONFS_HAS_MS_OS_DESC);
-  out.u32(kEach), out.u32(kEach), out.u32(2);
+  out.u32(12 + body.size());
+  out.u32(FUNCTIONFS_HAS_FS_DESC | FUNCTIONFS_HAS_HS_DESC | flags);
   out.append(body);
   return out.take();
 }

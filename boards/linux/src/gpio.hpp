@@ -24,9 +24,10 @@ class Gpio {
   Gpio& operator=(const Gpio&) = delete;
   virtual ~Gpio() = default;
 
-  /// Sets all outputs, those of one chip at the same time. false: errno tells why. Async-signal-safe, because
-  /// a process that breaks down makes its lines safe with it.
-  virtual bool put(std::uint32_t levels) noexcept = 0;
+  /// Sets the outputs among `lines`, those of one chip by one call. false: errno tells why.
+  /// Async-signal-safe, because a process that breaks down makes its lines safe with it.
+  virtual bool put(std::uint32_t levels, std::uint32_t lines) noexcept = 0;
+  bool put(std::uint32_t levels) noexcept { return put(levels, UINT32_MAX); }
   /// Levels of the inputs now; output bits are 0. false: errno tells why.
   virtual bool inputs(std::uint32_t& levels) const noexcept = 0;
   /// Readable while edges wait.

@@ -16,10 +16,11 @@ namespace {
 constexpr std::size_t kEventsAtOnce = 64;
 
 /// The board's word as the bits of a request.
-gpio_v2_line_values to_values(const LineRequest& request, std::uint32_t levels) noexcept {
+gpio_v2_line_values to_values(const LineRequest& request, std::uint32_t levels,
+                              std::uint32_t lines) noexcept {
   gpio_v2_line_values values{};
   for (std::size_t k = 0; k < request.lines.size(); ++k) {
-    values.mask |= std::uint64_t{1} << k;
+    values.mask |= std::uint64_t{lines >> request.lines[k].line & 1U} << k;
     values.bits |= std::uint64_t{levels >> request.lines[k].line & 1U} << k;
   }
   return values;
@@ -41,10 +42,11 @@ KernelGpio::KernelGpio(std::vector<LineRequest> outputs, std::vector<LineRequest
   }
 }
 
-bool KernelGpio::put(std::uint32_t levels) noexcept {
+bool KernelGpio::put(std::uint32_t levels, std::uint32_t lines) noexcept {
   bool sound = true;
   for (const LineRequest& request : outputs_) {
-    gpio_v2_line_values values = to_values(request, levels);
+    gpio_v2_line_values values = to_values(request, levels, lines);
+    if (values.mask == 0) continue;
     sound = ::ioctl(request.fd.get(), GPIO_V2_LINE_SET_VALUES_IOCTL, &values) == 0 && sound;
   }
   return sound;
@@ -53,7 +55,7 @@ bool KernelGpio::put(std::uint32_t levels) noexcept {
 bool KernelGpio::inputs(std::uint32_t& levels) const noexcept {
   levels = 0;
   for (const LineRequest& request : inputs_) {
-    gpio_v2_line_values values = to_values(request, 0);
+    gpio_v2_line_values values = to_values(request, 0, UINT32_MAX);
     if (::ioctl(request.fd.get(), GPIO_V2_LINE_GET_VALUES_IOCTL, &values) != 0) return false;
     for (std::size_t k = 0; k < request.lines.size(); ++k)
       if ((values.bits >> k & 1U) != 0) levels |= 1U << request.lines[k].line;

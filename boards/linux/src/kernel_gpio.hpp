@@ -14,7 +14,8 @@ class KernelGpio final : public Gpio {
  public:
   KernelGpio(std::vector<LineRequest> outputs, std::vector<LineRequest> inputs);
 
-  bool put(std::uint32_t levels) noexcept override;
+  using Gpio::put;
+  bool put(std::uint32_t levels, std::uint32_t lines) noexcept override;
   bool inputs(std::uint32_t& levels) const noexcept override;
   std::span<const int> edge_fds() const override { return edge_fds_; }
   std::size_t read_edges(std::span<InputEdge> out, bool& lost) override;

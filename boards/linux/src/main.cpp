@@ -9,6 +9,7 @@
 #include "socket_transport.hpp"
 #include "usb_transport.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -66,7 +67,7 @@ Fd open_stop_signals() {
   sigemptyset(&wanted);
   for (const int number : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&wanted, number);
   pthread_sigmask(SIG_BLOCK, &wanted, nullptr);
-  std::signal(SIGPIPE, SIG_IGN);
+  static_cast<void>(std::signal(SIGPIPE, SIG_IGN));
   return Fd(::signalfd(-1, &wanted, SFD_NONBLOCK | SFD_CLOEXEC));
 }
 
@@ -75,6 +76,10 @@ Result<void> make_safe(const BoardFile& file) {
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
   fmt::print("outputs are at their safe levels ({:08x})\n", levels);
   return {};
+}
+
+Abilities abilities_of(const Measured& measured, const BoardFile& file) {
+  return abilities(measured, file.lateness_us * static_cast<std::uint32_t>(kMicrosecond), Daemon::kSegments);
 }
 
 std::filesystem::path measured_path(const BoardFile& file) {
@@ -86,7 +91,7 @@ Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
   if (file.lock_memory) lock_memory();
   const Measured measured = measure(*gpio, levels, seconds * kWakesASecond, file.priority);
-  fmt::print("{}", measured_text(measured, abilities(measured)));
+  fmt::print("{}", measured_text(measured, abilities_of(measured, file)));
   SYMRIG_CHECK(save_measured(measured_path(file), measured));
   fmt::print("kept in {}; the next start promises nothing better\n", measured_path(file).string());
   return {};
@@ -101,10 +106,14 @@ Result<void> serve(const BoardFile& file) {
   SYMRIG_TRY(auto gpio, take_lines(file.lines, levels));
   const Measured measured =
       worse(measure(*gpio, levels, kQuickWakes, file.priority), load_measured(measured_path(file)));
-  const Abilities can = abilities(measured);
+  const Abilities can = abilities_of(measured, file);
   log_line(fmt::format("best-effort board '{}' {}: words of at least {} us, at most {} us late", file.name,
                        hexadecimal(id), can.promise.min_dwell / kMicrosecond,
                        can.promise.lateness / kMicrosecond));
+  const hal::Tick seen = std::max(measured.word.most, measured.set.most);
+  if (seen > can.promise.lateness)
+    log_line(fmt::format("this machine was {} us late while it was measured: runs will count late words",
+                         seen / kMicrosecond));
   SYMRIG_TRY(auto transports, open_transports(file.links));
   Daemon daemon({file, std::move(id), can, std::move(gpio), std::move(transports)});
   return daemon.run(stop.get());
@@ -157,7 +166,7 @@ int main(int argc, char** argv) {
     }
     return symrig::sbc::guarded(arguments);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "symrigd: %s\n", error.what());
+    static_cast<void>(std::fprintf(stderr, "symrigd: %s\n", error.what()));
     return 5;
   }
 }

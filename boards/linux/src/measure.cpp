@@ -20,7 +20,8 @@ constexpr hal::Tick kNap = 500 * kMicrosecond;
 constexpr hal::Tick kLongestSpin = 100 * kMicrosecond;
 constexpr unsigned kWarmUp = 16;  // first rounds fill caches and page tables; a run's first words do not
 constexpr unsigned kPushes = 1024;
-constexpr std::uint64_t kCap = 200 * kMillisecond;  // of what can be promised
+constexpr std::uint64_t kCap = 200 * kMillisecond;
+constexpr std::uint64_t kFar = 1'000 * kMillisecond;
 
 Spread spread_of(std::vector<std::uint64_t> times) {
   if (times.empty()) return {};
@@ -104,6 +105,7 @@ Spread time_nudges(unsigned count, int priority) {
 class NoWords final : public WordSink {
  public:
   hal::Tick put(std::uint32_t) override { return 0; }
+  hal::Tick put_all(std::uint32_t) override { return 0; }
 };
 
 Spread time_pushes() {
@@ -145,21 +147,27 @@ Measured worse(const Measured& a, const Measured& b) {
           worse(a.set, b.set), worse(a.nudge, b.nudge), worse(a.push, b.push)};
 }
 
-Abilities abilities(const Measured& measured) {
-  const auto promised = [](std::uint64_t ticks) {
-    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(ticks, 1, kCap));
+Abilities abilities(const Measured& measured, std::uint32_t lateness, std::size_t queue) {
+  const auto bounded = [](std::uint64_t ticks, std::uint64_t most) {
+    return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(ticks, 1, most));
   };
+  const std::uint64_t worst_word = 2 * std::max(measured.word.most, measured.set.most) + kMicrosecond;
+  const std::uint64_t worst_input = 2 * std::max(measured.nudge.most, measured.wake.most);
   Abilities out;
   out.spin = spin_for(measured.wake);
-  out.promise.lateness = promised(2 * std::max(measured.word.most, measured.set.most) + kMicrosecond);
+  out.promise.lateness = bounded(lateness != 0 ? lateness : worst_word, kCap);
   // A word must outlast the lateness of its neighbour, and the calls it takes to get there.
-  out.promise.min_dwell = promised(2 * out.promise.lateness + 4 * measured.set.median + out.spin);
-  out.promise.input = promised(2 * std::max(measured.nudge.most, measured.wake.most) + out.spin);
-  out.promise.wait_latency = promised(out.promise.input + out.promise.lateness);
-  out.output_stamp = promised(measured.set.most);
-  out.input_stamp = promised(measured.wake.most);  // the same that delays a timer's interrupt delays a line's
-  out.refill_ticks = promised(4 * measured.push.median + kMicrosecond);
-  out.poll_ticks = promised(2 * measured.wake.most + 2 * kMillisecond);
+  out.promise.min_dwell =
+      bounded(2 * std::uint64_t{out.promise.lateness} + 4 * measured.set.median + out.spin, kFar);
+  out.promise.input = bounded(
+      (lateness != 0 ? std::min<std::uint64_t>(lateness, worst_input) : worst_input) + out.spin, kCap);
+  out.promise.wait_latency = bounded(std::uint64_t{out.promise.input} + out.promise.lateness, kFar);
+  out.output_stamp = bounded(measured.set.most, kCap);
+  out.input_stamp = bounded(measured.wake.most, kCap);  // what delays a timer's interrupt delays a line's
+  out.poll_ticks = bounded(2 * measured.wake.most + 2 * kMillisecond, kFar);
+  // Never so little that a full queue of the shortest words would not outlast a poll (rule refill).
+  out.refill_ticks = bounded(
+      std::max(4 * measured.push.median + kMicrosecond, 4 * std::uint64_t{out.poll_ticks} / queue), kFar);
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include "playback.hpp"
 #include "symrig/base/result.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -46,9 +47,10 @@ struct Abilities {
   std::uint32_t poll_ticks = 1;
 };
 
-/// Twice the worst that was seen, and never better than a sleep and a call can be; capped at 200 ms, beyond
-/// which a machine is no trigger board at all.
-Abilities abilities(const Measured& measured);
+/// Twice the worst that was seen, but for 200 ms: a machine that is later is no trigger board at all.
+/// lateness: how late a word may go out because the user says so (what is later is counted), ticks; 0 = as
+/// measured. queue: segments that the player keeps.
+Abilities abilities(const Measured& measured, std::uint32_t lateness, std::size_t queue);
 
 /// The table that `symrigd --measure` prints.
 std::string measured_text(const Measured& measured, const Abilities& abilities);

@@ -29,7 +29,7 @@ void notify_manager(std::string_view state) {
 }
 
 void log_line(std::string_view text) {
-  std::fprintf(stderr, "symrigd: %.*s\n", static_cast<int>(text.size()), text.data());
+  static_cast<void>(std::fprintf(stderr, "symrigd: %.*s\n", static_cast<int>(text.size()), text.data()));
 }
 
 }  // namespace symrig::sbc

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pin_log.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace symrig::sbc {
@@ -13,6 +14,17 @@ void PinLog::add(const hal::CapturedEdge& edge) {
   }
   for (std::size_t k = edges_.size() - 1; k > 0 && edges_[k].tick < edges_[k - 1].tick; --k)
     std::swap(edges_[k], edges_[k - 1]);
+}
+
+void PinLog::add_input(const hal::CapturedEdge& edge) {
+  if (one_source_) settled_ = std::max(settled_, edge.tick);
+  add(edge);
+}
+
+hal::Tick PinLog::ready_at() const {
+  if (edges_.empty()) return hal::kNever;
+  const hal::Tick oldest = edges_.front().tick;
+  return oldest <= settled_ ? oldest : oldest + hold_;
 }
 
 bool PinLog::pop(hal::CapturedEdge& edge, hal::Tick now) {

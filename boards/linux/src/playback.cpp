@@ -47,17 +47,19 @@ void Playback::act(Tick now) {
 void Playback::play(const Segment& segment, Tick now) {
   if (now >= next_ + segment.ticks) {
     underrun_ = true;
-    return stop_safe();
+    stop_safe();
+    return;
   }
   ++played_;
-  if (put(segment.levels) > next_ + promise_.lateness) ++late_;
+  levels_ = segment.levels;
+  if (sink_.put(levels_) > next_ + promise_.lateness) ++late_;
   next_ += segment.ticks;
 }
 
 void Playback::run_dry() {
   playing_ = false;
   underrun_ = !closed_;
-  if (underrun_) put(safe_);
+  if (underrun_) stop_safe();
 }
 
 void Playback::begin_wait(const Segment& wait) {
@@ -80,8 +82,8 @@ bool Playback::ends_wait(const InputEdge& edge) const {
 void Playback::end_wait(Tick tick, bool timed_out) {
   waiting_ = false;
   if (timed_out && wait_.stop_on_timeout) {
-    stop();
-    outcomes_.push({tick, put(safe_), true});
+    const Tick safe_at = stop_safe();
+    outcomes_.push({tick, safe_at, true});
     return;
   }
   next_ = tick + promise_.wait_latency;
@@ -124,21 +126,18 @@ void Playback::stop() {
   queue_.clear();
 }
 
-void Playback::stop_safe() {
+Tick Playback::stop_safe() {
   stop();
-  put(safe_);
+  levels_ = safe_;
+  return sink_.put_all(levels_);
 }
 
 void Playback::force(std::uint32_t levels) {
   stop();
   underrun_ = false;
   closed_ = false;
-  put(levels);
-}
-
-Tick Playback::put(std::uint32_t levels) {
   levels_ = levels;
-  return sink_.put(levels);
+  sink_.put_all(levels_);
 }
 
 }  // namespace symrig::sbc

@@ -17,6 +17,8 @@ class WordSink {
  public:
   /// Puts the word on the outputs. Returns when it stood there.
   virtual hal::Tick put(std::uint32_t levels) = 0;
+  /// The same for lines that may not stand where they were put: sets every one of them.
+  virtual hal::Tick put_all(std::uint32_t levels) = 0;
 
  protected:
   ~WordSink() = default;
@@ -74,9 +76,8 @@ class Playback {
   bool ends_wait(const InputEdge& edge) const;
   void run_dry();
   void stop();
-  void stop_safe();
+  hal::Tick stop_safe();
   void check_trips(std::uint32_t at_level);
-  hal::Tick put(std::uint32_t levels);
 
   static constexpr std::size_t kRecent = 64;
 

@@ -23,7 +23,7 @@ Player::Player(Gpio& gpio, const PlayerOptions& options)
     : gpio_(gpio),
       options_(options),
       playback_(*this, options.promise, options.depth),
-      log_(options.captured, options.promise.input),
+      log_(options.captured, options.promise.input, gpio.edge_fds().size() <= 1),
       edges_(kEdgesAtOnce),
       edge_fds_(gpio.edge_fds().begin(), gpio.edge_fds().end()),
       fed_(monotonic_now()),
@@ -137,11 +137,20 @@ bool Player::take_starved() {
   return starved_.exchange(false);
 }
 
-/// Called with the lock held, by whoever drives. The word stood at some moment between the two readings.
+/// Lines that do not change are left alone: chips set one line after the other.
 hal::Tick Player::put(std::uint32_t levels) {
+  return drive(levels, shown_ ^ levels);
+}
+
+hal::Tick Player::put_all(std::uint32_t levels) {
+  return drive(levels, UINT32_MAX);
+}
+
+/// Called with the lock held. The word stood at some moment between the two readings of the clock.
+hal::Tick Player::drive(std::uint32_t levels, std::uint32_t lines) {
   const std::uint32_t wanted = levels & options_.output_mask;
   const hal::Tick before = monotonic_now();
-  if (!gpio_.put(wanted)) broken_ = errno;  // the main loop ends the daemon
+  if (!gpio_.put(wanted, lines)) broken_ = errno;  // the main loop ends the daemon
   const hal::Tick after = monotonic_now();
   log_outputs(shown_ ^ wanted, wanted, before + (after - before) / 2);
   shown_ = wanted;
@@ -171,7 +180,6 @@ void Player::run() {
     const hal::Tick hungry = fed_ + options_.patience;
     sleep_until(std::min(due == hal::kNever ? due : due - std::min(due, options_.spin), hungry));
     read_edges();
-    await_due();
     play_on();
     watch_feeding();
     round_ = monotonic_now();
@@ -200,13 +208,10 @@ void Player::lose_chip(int fd) {
   attention_.ring();
 }
 
-/// The last microseconds before a word, which a sleep would miss. Without the lock: force() need not wait.
+/// The last microseconds before a word, which a sleep would miss. With the lock held: nobody can then have it
+/// when the word is due, and force() waits for no longer than that.
 void Player::await_due() const {
-  hal::Tick due = hal::kNever;
-  {
-    const PriorityLock lock(mutex_);
-    due = playback_.due();
-  }
+  const hal::Tick due = playback_.due();
   const hal::Tick now = monotonic_now();
   if (due == hal::kNever || due > now + options_.spin) return;
   while (monotonic_now() < due) {
@@ -226,7 +231,7 @@ void Player::take_edges(std::size_t count, bool lost) {
   const PriorityLock lock(mutex_);
   for (std::size_t k = 0; k < count; ++k) {
     const InputEdge& edge = edges_[k];
-    log_.add({edge.tick, edge.line, edge.level});
+    log_.add_input({edge.tick, edge.line, edge.level});
     playback_.input(edge);
   }
   if (lost) {
@@ -241,6 +246,7 @@ void Player::play_on() {
   const std::uint64_t played = playback_.played();
   const bool was_idle = playback_.idle();
   const bool was_waiting = playback_.waiting();
+  await_due();
   while (playback_.due() <= monotonic_now()) playback_.act(monotonic_now());
   const bool half_empty = !half_told_ && playback_.queued() * 2 <= options_.depth;
   half_told_ = half_told_ || half_empty;

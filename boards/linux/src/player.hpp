@@ -81,14 +81,16 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private WordS
   friend class PinCapture;
 
   hal::Tick put(std::uint32_t levels) override;
+  hal::Tick put_all(std::uint32_t levels) override;
+  hal::Tick drive(std::uint32_t levels, std::uint32_t lines);
   void log_outputs(std::uint32_t changed, std::uint32_t levels, hal::Tick tick);
   void run();
   void sleep_until(hal::Tick tick);
   void lose_chip(int fd);
-  void await_due() const;
   void read_edges();
   void take_edges(std::size_t count, bool lost);
   void play_on();
+  void await_due() const;
   void watch_feeding();
   std::uint32_t read_inputs();
 

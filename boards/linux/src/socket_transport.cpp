@@ -107,7 +107,9 @@ void SocketTransport::watch(std::vector<pollfd>& fds) const {
 void SocketTransport::serve() {
   if (peer_) fill();
   if (peer_) flush();
-  accept_hosts();
+  // The next host has to wait for a round, or nobody would see that the one before it has gone.
+  if (!left_) accept_hosts();
+  left_ = false;
   answer_guests();
 }
 
@@ -153,6 +155,7 @@ void SocketTransport::flush() {
 
 void SocketTransport::hang_up() {
   peer_.reset();
+  left_ = true;
   forget();
 }
 

@@ -50,6 +50,7 @@ class SocketTransport final : public BufferedTransport {
   std::string path_;  // of a Unix socket, to be removed
   Fd peer_;
   std::vector<Guest> guests_;
+  bool left_ = false;  // a host has gone since the last serve()
 };
 
 }  // namespace symrig::sbc

@@ -39,7 +39,7 @@ class BufferedTransport : public Transport {
   void turn_away() override;
 
  protected:
-  static constexpr std::size_t kRoom = 64 * 1024;
+  static constexpr std::size_t kRoom = 65'536;
 
   /// Sends what stands in out_, as far as it goes.
   virtual void flush() = 0;

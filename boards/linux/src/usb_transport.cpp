@@ -41,11 +41,18 @@ Result<void> tell(const Fd& control, const std::vector<std::uint8_t>& bytes, con
   return no_gadget(mount + "/ep0", errno);
 }
 
+/// Kernels differ in the version of Microsoft's descriptors that they want, and refuse the other.
+Result<void> describe(const Fd& control, const std::string& mount) {
+  for (const unsigned microsoft : {0x0100U, 1U})
+    if (tell(control, ffs_descriptors(microsoft), mount)) return {};
+  return tell(control, ffs_descriptors(0), mount);
+}
+
 }  // namespace
 
 Result<std::unique_ptr<UsbTransport>> UsbTransport::open(const std::string& mount) {
   SYMRIG_TRY(Fd control, open_endpoint(mount, "ep0"));
-  SYMRIG_CHECK(tell(control, ffs_descriptors(), mount));
+  SYMRIG_CHECK(describe(control, mount));
   SYMRIG_CHECK(tell(control, ffs_strings(), mount));
   SYMRIG_TRY(Fd from, open_endpoint(mount, "ep1"));
   SYMRIG_TRY(Fd to, open_endpoint(mount, "ep2"));
@@ -76,11 +83,15 @@ void UsbTransport::serve() {
   flush();
 }
 
+/// One by one, and none after the end of a connection: it must be seen that there was one.
 void UsbTransport::take_events() {
-  std::array<usb_functionfs_event, 8> events{};
-  const ssize_t got = ::read(control_.get(), events.data(), sizeof events);
-  for (std::size_t k = 0; got > 0 && k < static_cast<std::size_t>(got) / sizeof events[0]; ++k)
-    take_event(events.at(k).type, (events.at(k).u.setup.bRequestType & USB_DIR_IN) != 0);
+  usb_functionfs_event event{};
+  bool was_attached = attached();
+  while (::read(control_.get(), &event, sizeof event) == sizeof event) {
+    take_event(event.type, (event.u.setup.bRequestType & USB_DIR_IN) != 0);
+    if (was_attached && !attached()) return;
+    was_attached = attached();
+  }
 }
 
 void UsbTransport::take_event(unsigned type, bool to_host) {
