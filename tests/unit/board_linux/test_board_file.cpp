@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "assert_ok.hpp"
+#include "board_file.hpp"
+#include "identity.hpp"
+
+#include <gtest/gtest.h>
+
+namespace symrig::sbc::test {
+namespace {
+
+Result<BoardFile> parse(std::string_view text) {
+  return parse_board_file(text, "board.toml");
+}
+
+TEST(BoardFile, AnEmptyOneIsTheDefaultBoard) {
+  const auto file = parse("");
+  ASSERT_OK(file);
+  EXPECT_EQ(file->lines.size(), 12U);
+  EXPECT_EQ(file->links.unix_socket, "/run/symrig/board.sock");
+  EXPECT_EQ(file->links.tcp_port, 0) << "no network unless asked for";
+}
+
+TEST(BoardFile, ReadsEverything) {
+  const auto file = parse(R"(
+[board]
+name = "left"
+id = "00ff10"
+led = "/sys/class/leds/ACT/brightness"
+[[output]]
+name = "camera_trigger"
+gpio = "GPIO17"
+pin = "header 11"
+[[input]]
+name = "vsync"
+[link]
+usb = "/dev/ffs-symrig"
+tcp = "127.0.0.1:7700"
+serial = "/dev/ttyS0"
+baud = 921600
+[realtime]
+priority = 0
+lock_memory = false
+lateness_us = 500
+[folder]
+state = "/tmp/state"
+run = "/tmp/run"
+)");
+  ASSERT_OK(file);
+  EXPECT_EQ(file->name, "left");
+  EXPECT_EQ(file->lines.at(0).gpio, "GPIO17");
+  EXPECT_EQ(file->lines.at(0).pin, "header 11");
+  EXPECT_TRUE(file->lines.at(0).output);
+  EXPECT_EQ(file->lines.at(1).gpio, "vsync") << "the GPIO line's name is the board's, unless told";
+  EXPECT_FALSE(file->lines.at(1).output);
+  EXPECT_EQ(file->links.tcp_host, "127.0.0.1");
+  EXPECT_EQ(file->links.tcp_port, 7700);
+  EXPECT_TRUE(file->links.unix_socket.empty()) << "what is not named is not offered";
+  EXPECT_EQ(file->priority, 0);
+  EXPECT_EQ(file->lateness_us, 500U);
+  const auto id = unique_id(*file);
+  ASSERT_OK(id);
+  EXPECT_EQ(hexadecimal(*id), "00ff10");
+}
+
+struct Wrong {
+  const char* text;
+  const char* says;
+};
+
+class WrongBoardFile : public testing::TestWithParam<Wrong> {};
+
+TEST_P(WrongBoardFile, IsRefusedInOneLine) {
+  const auto file = parse(GetParam().text);
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::bad_format);
+  EXPECT_NE(file.error().line().find(GetParam().says), std::string::npos) << file.error().line();
+  EXPECT_EQ(file.error().line().find('\n'), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, WrongBoardFile,
+    testing::Values(
+        Wrong{"[", "board.toml:1"}, Wrong{"[bord]", "unknown key 'bord'"},
+        Wrong{"[link]\nuxix = \"x\"", "unknown key 'uxix'"}, Wrong{"board = 3", "'board' is not a table"},
+        Wrong{"[board]\nname = 3", "'name' is not a text"},
+        Wrong{"[board]\nid = \"xy\"", "'id' is not hexadecimal"},
+        Wrong{"[board]\nname = \"a name that is much too long for it\"", "longer than 23"},
+        Wrong{"[link]\ntcp = \"here\"", "no ADDRESS:PORT"}, Wrong{"[link]\ntcp = \"a:0\"", "no ADDRESS:PORT"},
+        Wrong{"[link]\nbaud = 5", "not within 1200 to"},
+        Wrong{"[realtime]\npriority = 99", "not within 0 to 98"}, Wrong{"output = 3", "write [[output]]"},
+        Wrong{"[[output]]\npin = \"1\"", "without a name"}, Wrong{"[[input]]\nname = \"a\"", "0 outputs"},
+        Wrong{"[[output]]\nname = \"a\"\n[[input]]\nname = \"a\"", "two lines are called 'a'"},
+        Wrong{"[[output]]\nname = \"a\"\ngpio = \"x\"\n[[input]]\nname = \"b\"\ngpio = \"x\"",
+              "'x' is named twice"}));
+
+TEST(BoardFile, TooManyLines) {
+  std::string text;
+  for (int k = 0; k < 29; ++k) text += "[[output]]\nname = \"o" + std::to_string(k) + "\"\n";
+  const auto file = parse(text);
+  ASSERT_FALSE(file);
+  EXPECT_NE(file.error().line().find("29 outputs"), std::string::npos) << file.error().line();
+}
+
+TEST(BoardFile, AMissingOneIsNamed) {
+  const auto file = read_board_file("/nonexistent/board.toml");
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.error().code, ErrorCode::not_found);
+}
+
+}  // namespace
+}  // namespace symrig::sbc::test

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pin_log.hpp"
+
+#include <gtest/gtest.h>
+
+namespace symrig::sbc::test {
+namespace {
+
+constexpr hal::Tick kHold = 100;
+
+std::vector<hal::Tick> take_all(PinLog& log, hal::Tick now) {
+  std::vector<hal::Tick> ticks;
+  for (hal::CapturedEdge edge; log.pop(edge, now);) ticks.push_back(edge.tick);
+  return ticks;
+}
+
+TEST(PinLog, GivesEdgesInOrderOfTimeWhenNoOlderOneCanCome) {
+  PinLog log(8, kHold, true);
+  log.add({1000, 0, true});
+  EXPECT_TRUE(take_all(log, 1099).empty());
+  EXPECT_EQ(log.ready_at(), 1100U);
+  log.add_input({990, 8, true});  // read later, seen earlier
+  EXPECT_EQ(take_all(log, 1050), (std::vector<hal::Tick>{990}));
+  EXPECT_EQ(take_all(log, 1100), (std::vector<hal::Tick>{1000}));
+  EXPECT_EQ(log.ready_at(), hal::kNever);
+}
+
+TEST(PinLog, ALaterInputEdgeSettlesWhatIsOlder) {
+  PinLog log(8, kHold, true);
+  log.add({1000, 0, true});
+  log.add_input({1001, 8, true});
+  EXPECT_EQ(take_all(log, 1001), (std::vector<hal::Tick>{1000, 1001}));
+}
+
+TEST(PinLog, OfSeveralChipsNoneSettlesForTheOthers) {
+  PinLog log(8, kHold, false);
+  log.add_input({1001, 8, true});
+  EXPECT_TRUE(take_all(log, 1050).empty());
+  log.add_input({1000, 9, true});
+  EXPECT_EQ(take_all(log, 1101), (std::vector<hal::Tick>{1000, 1001}));
+}
+
+TEST(PinLog, AFullLogIsAnOverflow) {
+  PinLog log(2, kHold, true);
+  for (hal::Tick tick = 0; tick < 3; ++tick) log.add({tick, 0, true});
+  EXPECT_TRUE(log.take_overflow());
+  EXPECT_FALSE(log.take_overflow());
+  EXPECT_EQ(take_all(log, 1000).size(), 2U);
+}
+
+TEST(PinLog, LeavesOutLinesThatNobodyWatches) {
+  PinLog log(2, kHold, true);
+  log.watch(1U << 3U);
+  log.add({1, 0, true});
+  log.add({2, 3, true});
+  EXPECT_EQ(take_all(log, 1000), (std::vector<hal::Tick>{2}));
+}
+
+}  // namespace
+}  // namespace symrig::sbc::test

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+// The engine's rules, tick by tick, with a clock that the test moves.
+#include "playback.hpp"
+
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::sbc::test {
+namespace {
+
+using hal::Until;
+
+constexpr std::uint32_t kSafe = 0x80;
+constexpr std::uint8_t kInput = 8;
+constexpr Promise kPromise{.min_dwell = 100, .lateness = 20, .wait_latency = 50, .input = 30};
+
+class PlaybackTest : public testing::Test, public WordSink {
+ protected:
+  PlaybackTest() { playback_.set_safe(kSafe); }
+
+  hal::Tick put(std::uint32_t levels) override {
+    words_.emplace_back(now_, levels);
+    return now_;
+  }
+  hal::Tick put_all(std::uint32_t levels) override { return put(levels); }
+
+  /// Acts at every moment that is due up to `tick`, each `late` ticks late.
+  void run_to(hal::Tick tick, hal::Tick late = 0) {
+    while (playback_.due() <= tick) act_at(playback_.due() + late);
+    now_ = std::max(now_, tick);
+  }
+  void act_at(hal::Tick tick) {
+    now_ = tick;
+    playback_.act(now_);
+  }
+  void start() { playback_.start(0, now_); }
+  hal::WaitOutcome outcome() {
+    hal::WaitOutcome ended{};
+    EXPECT_TRUE(playback_.pop_wait(ended));
+    return ended;
+  }
+  using Words = std::vector<std::pair<hal::Tick, std::uint32_t>>;
+
+  hal::Tick now_ = 1000;
+  Words words_;
+  Playback playback_{*this, kPromise, 8};
+};
+
+TEST_F(PlaybackTest, PlaysWordsWithoutAddingUpLateness) {
+  for (const std::uint32_t word : {1U, 2U, 3U}) playback_.push({word, 100});
+  playback_.close();
+  start();
+  run_to(1300, 15);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1115, 2}, {1215, 3}}));
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_FALSE(playback_.underrun());
+  EXPECT_EQ(playback_.levels(), 3U) << "the last word stands";
+  EXPECT_EQ(playback_.played(), 3U);
+  EXPECT_EQ(playback_.late(), 0U);
+}
+
+TEST_F(PlaybackTest, CountsWordsThatAreLaterThanPromised) {
+  for (const std::uint32_t word : {1U, 2U, 3U}) playback_.push({word, 100});
+  playback_.close();
+  start();
+  act_at(1120);
+  EXPECT_EQ(playback_.late(), 0U) << "as late as promised";
+  act_at(1221);
+  EXPECT_EQ(playback_.late(), 1U) << "a tick later";
+}
+
+TEST_F(PlaybackTest, AWordWhoseTimeHasGoneByIsAnUnderrun) {
+  playback_.push({1, 100});
+  playback_.push({2, 100});
+  playback_.push({3, 100});
+  playback_.close();
+  start();
+  act_at(1200);  // the second word's whole time has gone by
+  EXPECT_TRUE(playback_.underrun());
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1200, kSafe}})) << "no word is squeezed in";
+}
+
+TEST_F(PlaybackTest, FallsToTheSafeWordWhenTheQueueRunsDry) {
+  playback_.push({1, 100});
+  start();
+  run_to(1100);
+  EXPECT_TRUE(playback_.underrun());
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1100, kSafe}}));
+  playback_.force(0);
+  EXPECT_FALSE(playback_.underrun()) << "forgotten by force()";
+}
+
+TEST_F(PlaybackTest, StartsLater) {
+  playback_.push({1, 100});
+  playback_.close();
+  EXPECT_EQ(playback_.start(1500, now_), 1500U);
+  EXPECT_TRUE(words_.empty());
+  act_at(1499);
+  EXPECT_TRUE(words_.empty()) << "never early";
+  act_at(1500);
+  EXPECT_EQ(words_, (Words{{1500, 1}}));
+}
+
+TEST_F(PlaybackTest, ResumesAtAFixedTimeAfterAnAwaitedEdge) {
+  playback_.push({1, 100});
+  playback_.push({1, 10'000, Until::rising, kInput});
+  playback_.push({2, 100});
+  playback_.close();
+  start();
+  run_to(1100);
+  playback_.input({2000, kInput, false});
+  EXPECT_TRUE(playback_.waiting()) << "a falling edge is not a rising one";
+  playback_.input({3000, kInput, true});
+  EXPECT_FALSE(playback_.waiting());
+  run_to(4000);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {3050, 2}}));
+  const hal::WaitOutcome ended = outcome();
+  EXPECT_EQ(ended.tick, 3000U);
+  EXPECT_EQ(ended.resumed, 3050U);
+  EXPECT_FALSE(ended.timed_out);
+}
+
+/// The player gets to the wait late, and the edge has been read before: it counts by its stamp.
+TEST_F(PlaybackTest, AnEdgeCountsByItsStampNotByWhenItIsRead) {
+  playback_.push({1, 100});
+  playback_.push({1, 10'000, Until::both, kInput});
+  playback_.push({2, 100});
+  playback_.close();
+  start();
+  playback_.input({1099, kInput, true});   // before the wait
+  playback_.input({1100, kInput, false});  // its first tick
+  act_at(1115);
+  EXPECT_EQ(outcome().tick, 1100U);
+}
+
+TEST_F(PlaybackTest, AnEdgeBeforeTheWaitDoesNotCount) {
+  playback_.push({1, 100});
+  playback_.push({1, 10'000, Until::rising, kInput});
+  start();
+  playback_.input({1099, kInput, true});
+  act_at(1100);
+  EXPECT_TRUE(playback_.waiting());
+}
+
+TEST_F(PlaybackTest, AWaitRunsOut) {
+  playback_.push({1, 100});
+  playback_.push({1, 200, Until::rising, kInput});
+  playback_.push({2, 100});
+  playback_.close();
+  start();
+  run_to(1100);
+  EXPECT_EQ(playback_.due(), 1330U) << "an edge of the last tick is known only `input` later";
+  run_to(1500);
+  const hal::WaitOutcome ended = outcome();
+  EXPECT_TRUE(ended.timed_out);
+  EXPECT_EQ(ended.tick, 1300U);
+  EXPECT_EQ(ended.resumed, 1350U);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1350, 2}}));
+}
+
+TEST_F(PlaybackTest, AnEdgeOfTheLastTickIsInTimeHoweverLateItIsRead) {
+  playback_.push({1, 100});
+  playback_.push({1, 200, Until::rising, kInput});
+  playback_.push({2, 100});
+  start();
+  run_to(1100);
+  now_ = 1325;
+  playback_.input({1300, kInput, true});
+  EXPECT_TRUE(playback_.waiting()) << "its tick is the first after the time-out";
+  playback_.input({1299, kInput, true});
+  EXPECT_FALSE(outcome().timed_out);
+}
+
+TEST_F(PlaybackTest, AWaitThatRunsOutCanEndTheRun) {
+  playback_.push({1, 100});
+  playback_.push({1, 200, Until::rising, kInput, true});
+  playback_.push({2, 100});
+  playback_.close();
+  start();
+  run_to(2000);
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_FALSE(playback_.underrun());
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1330, kSafe}}));
+  EXPECT_EQ(outcome().tick, 1300U);
+}
+
+TEST_F(PlaybackTest, ATripStopsEverything) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  playback_.push({1, 1000});
+  start();
+  now_ = 1234;
+  playback_.input({1230, kInput + 1, true});
+  EXPECT_EQ(playback_.tripped(), 0U) << "another line";
+  playback_.input({1231, kInput, false});
+  EXPECT_EQ(playback_.tripped(), 0U) << "the other level";
+  playback_.input({1232, kInput, true});
+  EXPECT_EQ(playback_.tripped(), 1U << kInput);
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1234, kSafe}}));
+  playback_.set_trips(0, 0, 0);
+  EXPECT_EQ(playback_.tripped(), 0U);
+}
+
+TEST_F(PlaybackTest, ALineThatStandsAtItsTripLevelTripsAtOnce) {
+  playback_.set_trips(1U << kInput, 0, 0);
+  EXPECT_EQ(playback_.tripped(), 1U << kInput);
+  EXPECT_EQ(playback_.levels(), kSafe);
+}
+
+TEST_F(PlaybackTest, ForceEmptiesTheQueue) {
+  playback_.push({1, 1000});
+  playback_.push({2, 1000});
+  start();
+  playback_.force(5);
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_EQ(playback_.room(), 8U);
+  EXPECT_EQ(playback_.levels(), 5U);
+  EXPECT_EQ(playback_.due(), hal::kNever);
+}
+
+TEST_F(PlaybackTest, NobodyFeedsIt) {
+  playback_.push({1, 1000});
+  start();
+  playback_.fall();
+  EXPECT_TRUE(playback_.underrun());
+  EXPECT_EQ(playback_.levels(), kSafe);
+}
+
+}  // namespace
+}  // namespace symrig::sbc::test

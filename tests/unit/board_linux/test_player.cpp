@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// The player's thread against lines in memory. Nothing here depends on how fast the machine is: what is late
+// is late.
+#include "clock.hpp"
+#include "fake_gpio.hpp"
+#include "player.hpp"
+
+#include <chrono>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace symrig::sbc::test {
+namespace {
+
+using namespace std::chrono_literals;
+using hal::Until;
+
+constexpr std::uint32_t kOutputs = 0xFF;
+constexpr std::uint8_t kInput = 8;
+constexpr std::uint32_t kSafe = 0x80;
+
+PlayerOptions options() {
+  PlayerOptions made;
+  made.promise = {
+      .min_dwell = 1'000'000, .lateness = 100'000'000, .wait_latency = 2'000'000, .input = 1'000'000};
+  made.output_mask = kOutputs;
+  made.depth = 64;
+  made.patience = 60'000 * kMillisecond;
+  return made;
+}
+
+template <class Condition>
+bool comes_true(Condition condition) {
+  for (int k = 0; k < 6000; ++k) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(5ms);
+  }
+  return false;
+}
+
+class PlayerTest : public testing::Test {
+ protected:
+  explicit PlayerTest(const PlayerOptions& with = options()) : player_(gpio_, with) {
+    player_.set_safe(kSafe);
+    player_.begin();
+  }
+  bool ends() {
+    return comes_true([this] { return player_.idle(); });
+  }
+
+  FakeGpio gpio_;
+  Player player_;
+  PinCapture capture_{player_};
+};
+
+// Words of a second, so that no load makes one miss its own end.
+constexpr std::uint32_t kLong = 1'000'000'000;
+
+TEST_F(PlayerTest, PutsWordsOutInOrder) {
+  player_.push({1, kLong / 20});
+  player_.push({2, kLong / 20});
+  player_.push({3, kLong});
+  player_.close();
+  const hal::Tick begin = player_.start(0);
+  ASSERT_TRUE(ends());
+  EXPECT_GE(monotonic_now(), begin + kLong) << "words stand as long as they should";
+  if (player_.underrun()) GTEST_SKIP() << "the machine stood still for the length of a word";
+  EXPECT_EQ(gpio_.words(), (std::vector<std::uint32_t>{1, 2, 3}));
+  EXPECT_EQ(player_.levels(), 3U);
+}
+
+TEST_F(PlayerTest, StampsItsOwnOutputs) {
+  capture_.watch(kOutputs);
+  const hal::Tick before = monotonic_now();
+  player_.force(5);
+  const hal::Tick after = monotonic_now();
+  hal::CapturedEdge first{};
+  hal::CapturedEdge second{};
+  ASSERT_TRUE(comes_true([&] { return capture_.pop(first); }));
+  ASSERT_TRUE(comes_true([&] { return capture_.pop(second); }));
+  EXPECT_EQ(first.line, 0);
+  EXPECT_EQ(second.line, 2);
+  EXPECT_TRUE(before <= first.tick && first.tick <= after);
+  EXPECT_EQ(capture_.levels(), 5U);
+}
+
+TEST_F(PlayerTest, AWaitEndsWithItsEdge) {
+  player_.push({1, kLong / 1000});
+  player_.push({1, 4'000'000'000, Until::rising, kInput});
+  player_.push({2, kLong});
+  player_.close();
+  const hal::Tick begin = player_.start(0);
+  std::this_thread::sleep_for(20ms);
+  const hal::Tick edge = monotonic_now();
+  gpio_.edge({edge, kInput, true});
+  hal::WaitOutcome ended{};
+  ASSERT_TRUE(comes_true([&] { return player_.pop_wait(ended); }));
+  EXPECT_GT(edge, begin);
+  EXPECT_EQ(ended.tick, edge);
+  EXPECT_EQ(ended.resumed, edge + options().promise.wait_latency);
+}
+
+TEST_F(PlayerTest, ATripNeedsNoHelp) {
+  player_.set_trips(1U << kInput, 1U << kInput);
+  player_.push({1, kLong});
+  player_.push({1, kLong});
+  player_.start(0);
+  gpio_.edge({monotonic_now(), kInput, true});
+  ASSERT_TRUE(comes_true([&] { return gpio_.outputs() == kSafe; }));
+  EXPECT_EQ(player_.tripped(), 1U << kInput);
+  EXPECT_TRUE(player_.idle());
+}
+
+/// The edge itself was lost, but that one was is known: levels are read again.
+TEST_F(PlayerTest, ALostEdgeTripsAndIsTold) {
+  player_.set_trips(1U << kInput, 1U << kInput);
+  player_.push({1, kLong});
+  player_.start(0);
+  gpio_.lose_edge(kInput, true);
+  ASSERT_TRUE(comes_true([&] { return player_.tripped() != 0; }));
+  EXPECT_EQ(gpio_.outputs(), kSafe);
+  EXPECT_TRUE(capture_.take_overflow());
+  EXPECT_FALSE(capture_.take_overflow()) << "reading clears it";
+}
+
+TEST_F(PlayerTest, ForceComesThroughAtAnyTime) {
+  player_.push({1, kLong});
+  player_.push({2, kLong});
+  player_.start(0);
+  player_.force(9);
+  EXPECT_EQ(gpio_.outputs(), 9U);
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(gpio_.outputs(), 9U) << "nothing of the old queue follows";
+}
+
+TEST_F(PlayerTest, TellsThatLinesDoNotObey) {
+  EXPECT_EQ(player_.broken(), 0);
+  gpio_.break_down();
+  player_.force(1);
+  EXPECT_EQ(player_.broken(), EIO);
+}
+
+/// Two threads at it, for the thread sanitizer.
+TEST_F(PlayerTest, IsSafeToCallWhileItPlays) {
+  for (int round = 0; round < 20; ++round) {
+    for (std::uint32_t k = 0; player_.room() > 1; ++k) player_.push({k & 0xFU, 100'000});
+    player_.start(0);
+    for (int k = 0; k < 50; ++k) {
+      gpio_.edge({monotonic_now(), kInput, k % 2 == 0});
+      hal::CapturedEdge edge{};
+      capture_.pop(edge);
+      [[maybe_unused]] const auto seen =
+          player_.played() + player_.late() + player_.levels() + capture_.levels();
+      player_.feed();
+    }
+    player_.force(0);
+    EXPECT_EQ(gpio_.outputs(), 0U);
+  }
+}
+
+class HungryPlayer : public PlayerTest {
+ protected:
+  HungryPlayer() : PlayerTest(hungry()) {}
+  static PlayerOptions hungry() {
+    PlayerOptions made = options();
+    made.patience = 200 * kMillisecond;
+    return made;
+  }
+};
+
+/// The dead man: the main loop hangs, the outputs do not.
+TEST_F(HungryPlayer, MakesSafeWhenNobodyFeedsIt) {
+  player_.push({1, 4'000'000'000});
+  player_.push({1, 4'000'000'000});
+  player_.start(0);
+  ASSERT_TRUE(comes_true([&] { return gpio_.outputs() == kSafe; }));
+  EXPECT_TRUE(comes_true([&] { return player_.take_starved(); }));
+  EXPECT_TRUE(player_.underrun());
+}
+
+TEST_F(HungryPlayer, IsExcusedForSomethingLong) {
+  player_.excuse(600'000 * kMillisecond);
+  player_.force(1);
+  std::this_thread::sleep_for(500ms);
+  EXPECT_EQ(gpio_.outputs(), 1U);
+  EXPECT_FALSE(player_.take_starved());
+}
+
+}  // namespace
+}  // namespace symrig::sbc::test
