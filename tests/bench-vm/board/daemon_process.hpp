@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/device/board.hpp"
+#include "symrig/device/device_uri.hpp"
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace symrig::bench {
+
+/// symrigd on the guest's simulated GPIO chip, with folders of its own in memory.
+class DaemonProcess {
+ public:
+  /// links: what stands under [link] of its board.toml.
+  explicit DaemonProcess(const std::string& links = "") : folder_("/run/symrig-test") {
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    const std::string link = links.empty() ? "unix = \"" + socket() + "\"\n" : links;
+    std::ofstream(folder_ + "/board.toml")
+        << "[link]\n"
+        << link << "[folder]\nstate = \"" << folder_ << "\"\nrun = \"" << folder_ << "\"\n";
+    start();
+  }
+  DaemonProcess(const DaemonProcess&) = delete;
+  DaemonProcess& operator=(const DaemonProcess&) = delete;
+  ~DaemonProcess() {
+    if (pid_ > 0) end(SIGTERM);
+  }
+
+  std::string socket() const { return folder_ + "/board.sock"; }
+  pid_t pid() const { return pid_; }
+
+  void start() {
+    pid_ = spawn({});
+    for (int k = 0; k < 1000 && log().find("serves") == std::string::npos; ++k)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  /// Sends the signal; its wait status.
+  int end(int signal) {
+    ::kill(pid_, signal);
+    int status = 0;
+    ::waitpid(pid_, &status, 0);
+    pid_ = 0;
+    return status;
+  }
+  /// Runs it with one more option; its exit status.
+  int once(const std::string& option) {
+    int status = 0;
+    ::waitpid(spawn({option}), &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string log() const {
+    std::ostringstream text;
+    text << std::ifstream(folder_ + "/log").rdbuf();
+    return text.str();
+  }
+
+  Result<device::Board> connect() const {
+    SYMRIG_TRY(const auto uri, device::DeviceUri::parse("unix:" + socket()));
+    SYMRIG_TRY(auto link, device::open_link(uri));
+    return device::Board::connect(std::move(link));
+  }
+
+ private:
+  pid_t spawn(const std::vector<std::string>& options) const {
+    std::ofstream(folder_ + "/log") << "";  // before it runs: whoever reads it must not see the last one's
+    const pid_t pid = ::fork();
+    if (pid != 0) return pid;
+    const int log = ::open((folder_ + "/log").c_str(), O_WRONLY | O_APPEND);
+    ::dup2(log, STDERR_FILENO);
+    const std::string config = folder_ + "/board.toml";
+    std::vector<const char*> arguments{SYMRIG_SYMRIGD, "--config", config.c_str()};
+    for (const std::string& option : options) arguments.push_back(option.c_str());
+    arguments.push_back(nullptr);
+    ::execv(SYMRIG_SYMRIGD, const_cast<char**>(arguments.data()));
+    ::_exit(127);
+  }
+
+  std::string folder_;
+  pid_t pid_ = 0;
+};
+
+}  // namespace symrig::bench
