@@ -34,6 +34,7 @@ TEST_F(Device, list_always_shows_the_simulated_board) {
   EXPECT_EQ(last["state"], "safe");
   EXPECT_EQ(last["simulated"], true);
   EXPECT_TRUE(last["error"].is_null());
+  EXPECT_TRUE(Json::parse(json.out)["projectors"].is_array());
 }
 
 TEST_F(Device, list_asks_boards_behind_sockets_and_says_which_do_not_answer) {

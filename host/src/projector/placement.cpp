@@ -45,20 +45,21 @@ void draw_rows(const Image<std::uint8_t>& codes, const Placement& at, Grid scree
 
 }  // namespace
 
-Result<Grid> placed_grid(Grid screen, const Placement& at, std::optional<Grid> asked) {
-  if (at.cell < 1 || at.top < 0 || at.left < 0)
-    return Error{
-        ErrorCode::bad_argument,
-        fmt::format("patterns cannot have cells of {} pixels at row {}, column {}", at.cell, at.top, at.left),
-        "give a cell of 1 or more, and an offset of 0 or more"};
-  const Grid room{std::max(0, screen.rows - at.top) / at.cell, std::max(0, screen.cols - at.left) / at.cell};
+Result<Grid> placed_grid(Grid screen, const Placement& placement, std::optional<Grid> asked) {
+  if (placement.cell < 1 || placement.top < 0 || placement.left < 0)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("patterns cannot have cells of {} pixels at row {}, column {}", placement.cell,
+                             placement.top, placement.left),
+                 "give a cell of 1 or more, and an offset of 0 or more"};
+  const Grid room{std::max(0, screen.rows - placement.top) / placement.cell,
+                  std::max(0, screen.cols - placement.left) / placement.cell};
   const Grid grid = asked.value_or(room);
   if (grid.valid() && grid.rows <= room.rows && grid.cols <= room.cols) return grid;
   return Error{
       ErrorCode::size_mismatch,
       fmt::format("patterns of {} in cells of {} pixels at row {}, column {} do not fit a screen of {} "
                   "(rows x columns)",
-                  to_string(grid), at.cell, at.top, at.left, to_string(screen)),
+                  to_string(grid), placement.cell, placement.top, placement.left, to_string(screen)),
       room.valid() ? "at most " + to_string(room) + " fit there" : "move them, or use smaller cells"};
 }
 

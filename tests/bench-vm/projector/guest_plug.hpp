@@ -15,11 +15,11 @@ class GuestPlug {
   GuestPlug& operator=(const GuestPlug&) = delete;
   ~GuestPlug() { set("detect"); }
 
-  void out() { set("off"); }
-  void in() { set("on"); }
+  void out() const { set("off"); }
+  void in() const { set("on"); }
 
  private:
-  void set(const char* status) { std::ofstream(file_) << status << std::flush; }
+  void set(const char* status) const { std::ofstream(file_) << status << std::flush; }
   std::string file_;
 };
 

@@ -80,18 +80,18 @@ Pattern pattern_number(std::size_t number, Grid grid) {
   return pattern;
 }
 
-ScreenPixels expected_screen(const Pattern& pattern, const Placement& at, Grid screen) {
+ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement, Grid screen) {
   ScreenPixels pixels;
   pixels.rows = screen.rows;
   pixels.cols = screen.cols;
   pixels.rgb.reserve(static_cast<std::size_t>(screen.size()));
   for (int y = 0; y < screen.rows; ++y)
     for (int x = 0; x < screen.cols; ++x) {
-      const int row = (at.mirror_rows ? screen.rows - 1 - y : y) - at.top;
-      const int col = (at.mirror_cols ? screen.cols - 1 - x : x) - at.left;
-      const bool inside =
-          row >= 0 && col >= 0 && row / at.cell < pattern.grid().rows && col / at.cell < pattern.grid().cols;
-      const float value = inside ? pattern.at(row / at.cell, col / at.cell) : 0.F;
+      const int row = (placement.mirror_rows ? screen.rows - 1 - y : y) - placement.top;
+      const int col = (placement.mirror_cols ? screen.cols - 1 - x : x) - placement.left;
+      const bool inside = row >= 0 && col >= 0 && row / placement.cell < pattern.grid().rows &&
+                          col / placement.cell < pattern.grid().cols;
+      const float value = inside ? pattern.at(row / placement.cell, col / placement.cell) : 0.F;
       pixels.rgb.push_back(0x010101U * static_cast<std::uint32_t>(std::lround(255 * double{value})));
     }
   return pixels;

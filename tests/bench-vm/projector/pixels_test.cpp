@@ -68,8 +68,10 @@ TEST_P(Pixels, are_those_asked_for) {
   ASSERT_TRUE(projector);
   EXPECT_EQ(projector->counts_refreshes(), !vga) << "QEMU's display has no refreshes";
   EXPECT_EQ(projector->warnings().size(), vga ? 1U : 0U);
-  // All patterns where they fill the screen; a few where only the placement differs.
-  const std::size_t step = tested.placement.cell == 1 ? 1 : 4;
+  // All patterns where they fill the screen; every fifth (structured, random, grey and binary) where only the
+  // placement differs, or QEMU writes out large pictures.
+  const bool large = vga && projector->screen().cols > 1'000;
+  const std::size_t step = tested.placement.cell == 1 && !large ? 1 : 5;
   for (std::size_t number = 0; number < kPatterns; number += step)
     expect_shown(*projector, display.card, number, vga ? Look(screendump) : Look(read_screen));
 }

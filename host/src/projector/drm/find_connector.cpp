@@ -35,7 +35,8 @@ void look_at(Search& search, const std::string& card, std::unique_ptr<Kms> kms, 
     if (connector.value.connected) search.plugged.push_back(name);
     if (matches(wanted, card, connector.value)) found.push_back(std::move(connector.value));
   }
-  for (auto& connector : found) search.matches.push_back({card, std::move(kms), std::move(connector)});
+  for (auto& connector : found) search.matches.push_back({card, nullptr, std::move(connector)});
+  if (!found.empty()) search.matches.back().kms = std::move(kms);  // of several none is taken
 }
 
 Error none(const Search& search, const std::string& wanted) {

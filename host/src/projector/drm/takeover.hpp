@@ -29,7 +29,7 @@ struct Takeover {
   Result<std::vector<Wish>> wishes();
   Result<std::vector<Setting>> base_settings(std::uint32_t fb);
   Result<void> cannot(const Wish& wish);
-  Result<void> verify(std::span<const Setting> settings, std::span<const Wish> wishes);
+  Result<void> verify(std::span<const Setting> settings, std::span<const Wish> kept);
   Result<void> straighten_gamma();
 };
 
