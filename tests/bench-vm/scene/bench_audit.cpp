@@ -3,6 +3,7 @@
 #include "bench-vm/scene/audit.hpp"
 
 #include <cstdio>
+#include <exception>
 #include <string>
 #include <vector>
 
@@ -58,16 +59,21 @@ Result<bool> run(const Options& options) {
 }  // namespace symrig::bench_vm
 
 int main(int argc, char** argv) {
-  CLI::App app("Which frames was each photograph made of? Exit code 1: some of a wrong one.");
-  symrig::bench_vm::Options options;
-  symrig::bench_vm::add_options(app, options);
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+    CLI::App app("Which frames was each photograph made of? Exit code 1: some of a wrong one.");
+    symrig::bench_vm::Options options;
+    symrig::bench_vm::add_options(app, options);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+    }
+    const auto right = symrig::bench_vm::run(options);
+    if (right) return *right ? 0 : 1;
+    fmt::print(stderr, "bench_audit: {}\n", right.error().line());
+    return symrig::exit_code(right.error().code);
+  } catch (const std::exception& error) {  // memory
+    std::fputs(error.what(), stderr);
+    return symrig::exit_code(symrig::ErrorCode::limit);
   }
-  const auto right = symrig::bench_vm::run(options);
-  if (right) return *right ? 0 : 1;
-  fmt::print(stderr, "bench_audit: {}\n", right.error().line());
-  return symrig::exit_code(right.error().code);
 }

@@ -7,9 +7,12 @@
 
 #include <csignal>
 #include <cstdio>
+#include <ctime>
+#include <exception>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -91,44 +94,53 @@ Result<CameraHabits> habits_of(const Options& options) {
                "times are not negative"};
 }
 
-/// Runs the two watchers beside the developer until a signal or an error.
+/// SIGTERM and SIGINT end the stage. Blocked in every thread that is started after this.
+class Signals {
+ public:
+  explicit Signals(Stage& stage) : stage_(stage) {
+    sigemptyset(&ending_);
+    sigaddset(&ending_, SIGTERM);
+    sigaddset(&ending_, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &ending_, nullptr);
+  }
+  void run() {
+    constexpr timespec kLookAgain{0, 100'000'000};
+    while (!stage_.stopped())
+      if (sigtimedwait(&ending_, nullptr, &kLookAgain) > 0) stage_.stop();
+  }
+
+ private:
+  Stage& stage_;
+  sigset_t ending_{};
+};
+
+/// Runs the watchers beside the developer, until the stage is stopped.
 class Watching {
  public:
   Watching(TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
-      : stage_(stage), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
-    sigset_t ending;
-    sigemptyset(&ending);
-    sigaddset(&ending, SIGTERM);
-    sigaddset(&ending, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &ending, nullptr);  // before any thread, so that all of them block it
-    signals_ = std::thread([this, ending] {
-      int signal = 0;
-      sigwait(&ending, &signal);
-      stage_.stop();
-    });
-    triggers_ = std::thread([this] { trigger_.run(); });
-    refreshes_ = std::thread([this] { refresh_.run(); });
+      : stage_(stage), signals_(stage), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
+    threads_.emplace_back([this] { signals_.run(); });
+    threads_.emplace_back([this] { trigger_.run(); });
+    threads_.emplace_back([this] { refresh_.run(); });
   }
   Watching(const Watching&) = delete;
   Watching& operator=(const Watching&) = delete;
   ~Watching() { join(); }
 
   void join() {
-    if (!triggers_.joinable()) return;
     stage_.stop();
-    triggers_.join();
-    refreshes_.join();
-    pthread_kill(signals_.native_handle(), SIGTERM);
-    signals_.join();
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
   }
   const TriggerWatch& trigger() const { return trigger_; }
   const RefreshWatch& refresh() const { return refresh_; }
 
  private:
   Stage& stage_;
+  Signals signals_;
   TriggerWatch trigger_;
   RefreshWatch refresh_;
-  std::thread signals_, triggers_, refreshes_;
+  std::vector<std::thread> threads_;
 };
 
 void report(const Watching& watching, const DeliveryTally& tally) {
@@ -163,8 +175,7 @@ Result<void> close_loop(const Options& options) {
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
   Developer developer(studio, stage, std::move(port), picture, habits, std::move(log));
   Watching watching(std::move(trigger), std::move(refresh), stage);
-  fmt::print("bench_scene: ready, {}\n", uri.to_string());
-  std::fflush(stdout);
+  fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: somebody waits for it
   SYMRIG_TRY(const DeliveryTally tally, developer.run());
   watching.join();
   report(watching, tally);
@@ -176,17 +187,22 @@ Result<void> close_loop(const Options& options) {
 }  // namespace symrig::bench_vm
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
-  symrig::bench_vm::Options options;
-  symrig::bench_vm::add_options(app, options);
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+    CLI::App app(
+        "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
+    symrig::bench_vm::Options options;
+    symrig::bench_vm::add_options(app, options);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
+    }
+    const auto closed = symrig::bench_vm::close_loop(options);
+    if (closed) return 0;
+    fmt::print(stderr, "bench_scene: {}\n", closed.error().line());
+    return symrig::exit_code(closed.error().code);
+  } catch (const std::exception& error) {  // memory
+    std::fputs(error.what(), stderr);
+    return symrig::exit_code(symrig::ErrorCode::limit);
   }
-  const auto closed = symrig::bench_vm::close_loop(options);
-  if (closed) return 0;
-  fmt::print(stderr, "bench_scene: {}\n", closed.error().line());
-  return symrig::exit_code(closed.error().code);
 }

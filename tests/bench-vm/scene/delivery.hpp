@@ -39,7 +39,7 @@ class Delivery {
   explicit Delivery(FaultRates rates) : rates_(rates) {}
 
   /// In order of exposure.
-  void add(FinishedFrame frame);
+  void add(FinishedFrame finished);
   /// When the next frame will be due; nothing: none is on its way.
   std::optional<Nanoseconds> next_due() const;
   /// The frames that are due by now, in the order of their delivery.

@@ -44,6 +44,7 @@ Result<DeliveryTally> Developer::run() {
 void Developer::develop(const Exposure& exposure) {
   const auto lit = stage_.lit_during(exposure);
   std::vector<sim::Studio::Share> shares;
+  shares.reserve(lit.size());
   for (const ScreenTimeline::Lit& part : lit) shares.push_back({light_of(part), part.share});
   const Nanoseconds open = exposure.end.time - exposure.begin.time;
   auto codes = studio_.expose(*studio_.during(shares), seconds(open), habits_.first_frame + exposure.frame);

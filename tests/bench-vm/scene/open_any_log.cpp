@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/audit.hpp"
+#include "symrig/sim/scene.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -39,11 +40,9 @@ Result<std::unique_ptr<PhotographLog>> open_any_log(const std::string& path) {
   if (!file.read(head.data(), static_cast<std::streamsize>(bytes))) return not_a_log(path);
   std::istringstream text(head);
   LogIdentity identity;
-  const std::string grid = take_line(text, "grid");
-  // NOLINTNEXTLINE(cert-err34-c,cppcoreguidelines-pro-type-vararg): open_photograph_log compares the whole
-  // text
-  if (std::sscanf(grid.c_str(), "%dx%d", &identity.grid.rows, &identity.grid.cols) != 2)
-    return not_a_log(path);
+  const auto scene = sim::parse_scene_uri("sim:plane?size=" + take_line(text, "grid"));  // reads the numbers
+  if (!scene) return not_a_log(path);
+  identity.grid = scene->size;
   identity.channels = take_line(text, "channels") == "3" ? 3 : 1;
   identity.rig = take_line(text, "rig");
   const auto options = static_cast<std::size_t>(text.tellg());

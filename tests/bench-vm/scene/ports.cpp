@@ -116,12 +116,20 @@ Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const 
   return system_error("the test camera refuses a frame", "");
 }
 
-Result<void> run_first(int priority) {
+Result<void> set_priority(int priority) {
   sched_param parameter{};
   parameter.sched_priority = priority;
   errno = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter);
   if (errno != 0) return system_error("no real-time priority", "needs root in the guest");
   return {};
+}
+
+Result<Moment> pull_undisturbed(const InputWire& wire, bool high, int usual) {
+  constexpr int kAboveAll = 60;  // the kernel's threaded interrupts and the board's player have 50
+  SYMRIG_CHECK(set_priority(kAboveAll));
+  auto moment = wire.pull(high);
+  SYMRIG_CHECK(set_priority(usual));
+  return moment;
 }
 
 }  // namespace symrig::bench_vm

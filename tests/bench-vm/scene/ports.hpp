@@ -76,7 +76,11 @@ class CameraPort {
 /// An Error for a call of the operating system that has just failed.
 Error system_error(std::string_view what, std::string_view hint);
 
-/// Makes the calling thread a real-time one (SCHED_FIFO).  fails: io (not allowed).
-Result<void> run_first(int priority);
+/// Makes the calling thread a real-time one (SCHED_FIFO) with this priority.  fails: io (not allowed).
+Result<void> set_priority(int priority);
+
+/// As InputWire::pull, before every other thread: on one processor the board's process would otherwise run
+/// between the edge's stamp and ours. usual: the caller's priority.  fails: also as set_priority.
+Result<Moment> pull_undisturbed(const InputWire& wire, bool high, int usual);
 
 }  // namespace symrig::bench_vm

@@ -10,7 +10,7 @@ namespace symrig::bench_vm {
 namespace {
 
 /// Below the trigger's watcher: an exposure must not wait for a picture.
-constexpr int kPriority = 55;
+constexpr int kPriority = 47;
 constexpr std::chrono::microseconds kPulse{100};  // as boards::SimProjectorConfig
 constexpr std::chrono::milliseconds kScreenOff{5};
 
@@ -23,7 +23,7 @@ Result<RefreshWatch> RefreshWatch::open(const BenchPlaces& places, const Placeme
 }
 
 void RefreshWatch::run() {
-  if (auto first = run_first(kPriority); !first) return stage_.stop(first.error());
+  if (auto first = set_priority(kPriority); !first) return stage_.stop(first.error());
   while (!stage_.stopped())
     if (auto followed = follow(); !followed) stage_.stop(followed.error());
 }
@@ -36,11 +36,11 @@ Result<void> RefreshWatch::follow() {
     std::this_thread::sleep_for(kScreenOff);
     return {};
   }
-  SYMRIG_CHECK(vsync_.pull(true));
+  SYMRIG_CHECK(pull_undisturbed(vsync_, true, kPriority));
   count(*refresh);
   stage_.show(refresh->begin, screen_.look());
   std::this_thread::sleep_for(kPulse);
-  SYMRIG_CHECK(vsync_.pull(false));
+  SYMRIG_CHECK(pull_undisturbed(vsync_, false, kPriority));
   return {};
 }
 

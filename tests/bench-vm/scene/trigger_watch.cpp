@@ -15,8 +15,8 @@ namespace symrig::bench_vm {
 
 namespace {
 
-/// Above the kernel's threaded interrupts (50), so that the edge's stamp and ours lie close together.
-constexpr int kPriority = 60;
+/// Below the board's player and main loop (50, 49), whose time a camera does not take.
+constexpr int kPriority = 48;
 constexpr int kStopLatencyMs = 100;  // poll() wakes that often to see whether it is over
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds r
 }
 
 void TriggerWatch::run() {
-  if (auto first = run_first(kPriority); !first) return stage_.stop(first.error());
+  if (auto first = set_priority(kPriority); !first) return stage_.stop(first.error());
   while (!stage_.stopped())
     if (auto read = read_on(); !read) stage_.stop(read.error());
 }
@@ -61,7 +61,7 @@ Result<void> TriggerWatch::take(const TraceEvent& event) {
 Result<void> TriggerWatch::move(const LineSet& set) {
   const Shutter::Move move = shutter_.trigger(set.level, set.time);
   if (move == Shutter::Move::none) return {};
-  SYMRIG_TRY(const Moment edge, strobe_.pull(move == Shutter::Move::open));
+  SYMRIG_TRY(const Moment edge, pull_undisturbed(strobe_, move == Shutter::Move::open, kPriority));
   slowest_ = std::max(slowest_, edge.time - set.time);
   if (move == Shutter::Move::open)
     begin_ = edge;
