@@ -77,8 +77,8 @@ class Auditor {
     Bracket bracket{first, {}, {}};
     for (std::size_t j = 0; j < options_.exposures; ++j) {
       const TrueExposure& exposure = truth_[first + j];
-      bracket.codes.push_back(
-          studio_.expose(light, seconds(exposure.open), options_.first_frame + exposure.frame));
+      bracket.codes.push_back(studio_.expose(
+          light, seconds(exposure.open), static_cast<std::uint64_t>(options_.first_frame) + exposure.frame));
     }
     SYMRIG_TRY(bracket.photograph, merged(first, bracket.codes));
     return bracket;

@@ -16,8 +16,8 @@ namespace symrig::bench_vm {
 
 /// What the auditor must know of the capture.
 struct AuditOptions {
-  std::uint64_t first_frame = 0;  ///< as bench_scene's
-  std::size_t exposures = 4;      ///< frames a photograph
+  std::int64_t first_frame = 0;  ///< as bench_scene's
+  std::size_t exposures = 4;     ///< frames a photograph
   double scale = 1 / sim::kSensitivity;
   /// Photographs at which a session began (metered anew, a black of its own), the first one aside.
   std::vector<std::int64_t> sessions;

@@ -29,8 +29,8 @@ struct Options {
   double readout_ms = 3;
   double late_ms = 1e3 / 30;
   double jitter_us = 0;
-  std::uint64_t first_frame = 0;
-  std::string stamp = "end";
+  double plug_ms = 0;
+  CameraHabits habits;
   bool uncounted = false;
   FaultRates faults;
 };
@@ -52,10 +52,10 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--camera-left", options.camera_left, "picture column of the grid's first pixel");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
-  app.add_option("--stamp", options.stamp, "what frames are stamped with: the exposure's begin or end")
-      ->check(CLI::IsMember({"begin", "end"}))
-      ->capture_default_str();
-  app.add_option("--first-frame", options.first_frame, "number of the first frame for the noise");
+  app.add_option("--first-frame", options.habits.first_frame, "number of the first frame for the noise");
+  app.add_option("--unplug-after", options.habits.unplug_after,
+                 "frames until the camera's cable is pulled out");
+  app.add_option("--plug-after", options.plug_ms, "ms until it is put in again");
   app.add_option("--log", options.log, "file for what truly happened, JSON lines");
   app.add_option("--drop", options.faults.drop, "share of frames that are lost");
   app.add_flag("--uncounted", options.uncounted, "the camera's sequence numbers do not count lost frames");
@@ -81,10 +81,9 @@ Result<Grid> camera_size(const std::string& text, Grid grid) {
 }
 
 Result<CameraHabits> habits_of(const Options& options) {
-  CameraHabits habits;
+  CameraHabits habits = options.habits;
   habits.readout = nanoseconds_of(options.readout_ms, 1e6);
-  habits.stamps_begin = options.stamp == "begin";
-  habits.first_frame = options.first_frame;
+  habits.plug_after = nanoseconds_of(options.plug_ms, 1e6);
   habits.faults = options.faults;
   habits.faults.late_by = nanoseconds_of(options.late_ms, 1e6);
   habits.faults.jitter = nanoseconds_of(options.jitter_us, 1e3);

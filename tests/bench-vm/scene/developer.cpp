@@ -29,10 +29,11 @@ Developer::Developer(const sim::Studio& studio, Stage& stage, CameraPort port, c
 Result<DeliveryTally> Developer::run() {
   while (!stage_.stopped()) {
     if (const auto newest = stage_.newest(); newest.pattern) light_of(newest);
-    const Nanoseconds wake = delivery_.next_due().value_or(device::steady_now() + kLookAgain);
-    if (const auto exposure = stage_.next_exposure(habits_.readout, wake)) develop(*exposure);
+    if (const auto exposure = stage_.next_exposure(habits_.readout, next_look()))
+      SYMRIG_CHECK(develop(*exposure));
     for (const DeliveredFrame& frame : delivery_.take_due(device::steady_now()))
       SYMRIG_CHECK(hand_over(frame));
+    SYMRIG_CHECK(move_cable());
   }
   tally_.faults += delivery_.dropped();
   SYMRIG_CHECK(log_.close(fmt::format(R"({{"frames_delivered":{},"faults":{},"largest_doubt":{}}})",
@@ -40,19 +41,50 @@ Result<DeliveryTally> Developer::run() {
   return tally_;
 }
 
-/// The frame that this exposure makes: light by time, then noise by the frame's number.
-void Developer::develop(const Exposure& exposure) {
+Nanoseconds Developer::next_look() const {
+  const Nanoseconds soon = device::steady_now() + kLookAgain;
+  return std::min(soon, delivery_.next_due().value_or(soon));
+}
+
+Result<void> Developer::move_cable() {
+  const bool out = plug_at_.has_value();
+  if (!out && habits_.unplug_after > 0 && tally_.delivered >= habits_.unplug_after) {
+    habits_.unplug_after = 0;
+    stage_.plug_camera(false);
+    plug_at_ = device::steady_now() + habits_.plug_after;
+    return port_.plug(false);
+  }
+  if (!out || device::steady_now() < *plug_at_) return {};
+  plug_at_.reset();
+  SYMRIG_CHECK(port_.plug(true));
+  stage_.plug_camera(true);
+  return {};
+}
+
+/// The frame that this exposure makes: light by time, then noise by the frame's number. A camera that was not
+/// told to follow the pulse makes none.
+Result<void> Developer::develop(const Exposure& exposure) {
   const auto lit = stage_.lit_during(exposure);
+  log_.exposed(exposure, lit);
+  SYMRIG_TRY(const CameraState state, port_.state());
+  if (state.streaming && !state.is_y12)
+    return Error{ErrorCode::bad_format, "the host has set another format than Y12",
+                 "give format = \"Y12\" in the rig file"};
+  if (!state.follows_pulse) {
+    ++tally_.not_taken;
+    return {};
+  }
   std::vector<sim::Studio::Share> shares;
   shares.reserve(lit.size());
   for (const ScreenTimeline::Lit& part : lit) shares.push_back({light_of(part), part.share});
   const Nanoseconds open = exposure.end.time - exposure.begin.time;
-  auto codes = studio_.expose(*studio_.during(shares), seconds(open), habits_.first_frame + exposure.frame);
+  auto codes = studio_.expose(*studio_.during(shares), seconds(open),
+                              static_cast<std::uint64_t>(habits_.first_frame) + exposure.frame);
   tally_.largest_doubt = std::max(tally_.largest_doubt, exposure.begin.doubt + exposure.end.doubt);
-  log_.exposed(exposure, lit);
-  delivery_.add({exposure.frame, habits_.stamps_begin ? exposure.begin.time : exposure.end.time,
+  delivery_.add({exposure.frame, state.stamps_begin ? exposure.begin.time : exposure.end.time,
                  exposure.end.time + habits_.readout,
                  std::make_shared<const std::vector<std::uint16_t>>(std::move(codes))});
+  return {};
 }
 
 sim::Studio::Light Developer::light_of(const ScreenTimeline::Lit& lit) {

@@ -18,15 +18,17 @@ namespace symrig::bench_vm {
 /// How the camera behaves apart from its pixels.
 struct CameraHabits {
   Nanoseconds readout{3'000'000};  ///< from the end of an exposure to its frame
-  bool stamps_begin = false;       ///< stamps are the begin of the exposure, not its end
-  std::uint64_t first_frame = 0;   ///< number of the first frame for the noise, which is a function of it
+  std::int64_t first_frame = 0;    ///< number of the first frame for the noise, which is a function of it
+  std::uint64_t unplug_after = 0;  ///< frames after which the cable is pulled out, once; 0: never
+  Nanoseconds plug_after{0};       ///< how long it is out
   FaultRates faults;
 };
 
 struct DeliveryTally {
   std::uint64_t delivered = 0;
-  std::uint64_t not_taken = 0;  ///< nobody was streaming, or the camera was unplugged
-  std::uint64_t faults = 0;     ///< frames that something was done to, the dropped ones included
+  std::uint64_t not_taken =
+      0;                     ///< nobody was streaming, the camera was unplugged or did not follow the pulse
+  std::uint64_t faults = 0;  ///< frames that something was done to, the dropped ones included
   Nanoseconds largest_doubt{0};
 };
 
@@ -37,13 +39,16 @@ class Developer {
   Developer(const sim::Studio& studio, Stage& stage, CameraPort port, const CameraPicture& picture,
             const CameraHabits& habits, TruthLog log);
 
-  /// Until the stage is stopped.  fails: as CameraPort::deliver, TruthLog::close.
+  /// Until the stage is stopped.  fails: as CameraPort::deliver, TruthLog::close; bad_format (the host has
+  /// set another format than Y12).
   Result<DeliveryTally> run();
 
  private:
-  void develop(const Exposure& exposure);
+  Result<void> develop(const Exposure& exposure);
   sim::Studio::Light light_of(const ScreenTimeline::Lit& lit);
   Result<void> hand_over(const DeliveredFrame& frame);
+  Result<void> move_cable();
+  Nanoseconds next_look() const;
 
   struct KnownLight {
     std::uint64_t number;
@@ -60,6 +65,7 @@ class Developer {
   Delivery delivery_;
   std::deque<KnownLight> known_;
   DeliveryTally tally_;
+  std::optional<Nanoseconds> plug_at_;
 };
 
 }  // namespace symrig::bench_vm

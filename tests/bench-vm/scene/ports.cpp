@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/ports.hpp"
 
+#include "bench-vm/modules/testcam/testcam.h"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -12,21 +14,17 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <linux/videodev2.h>
 #include <pthread.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace symrig::bench_vm {
 
 namespace {
 
-/// As modules/testcam/testcam.h declares it.
-struct InjectedHead {
-  std::uint64_t stamp_ns;
-  std::uint32_t skip;
-  std::uint32_t flags;
-};
-constexpr std::uint32_t kDamaged = 1;
+constexpr std::uint32_t kTriggerIsPulse = 2;
 
 Result<std::string> variable(const char* name) {
   const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread is started
@@ -100,8 +98,8 @@ Result<CameraPort> CameraPort::open(const std::string& path) {
 }
 
 Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const std::uint8_t> pixels) {
-  const InjectedHead injected{static_cast<std::uint64_t>(head.stamp.count()), head.skip,
-                              head.damaged ? kDamaged : 0};
+  const testcam_frame injected{static_cast<std::uint64_t>(head.stamp.count()), head.skip,
+                               head.damaged ? TESTCAM_DAMAGED : 0};
   buffer_.resize(sizeof injected + pixels.size());
   std::memcpy(buffer_.data(), &injected, sizeof injected);
   std::ranges::copy(pixels, buffer_.begin() + sizeof injected);
@@ -112,8 +110,23 @@ Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const 
   if (errno == EMSGSIZE)
     return Error{ErrorCode::size_mismatch,
                  fmt::format("the host has set a format whose frames are not {} bytes", pixels.size()),
-                 "give --camera and --format as in the rig file"};
+                 "give --camera as in the rig file"};
   return system_error("the test camera refuses a frame", "");
+}
+
+Result<CameraState> CameraPort::state() const {
+  testcam_state state{};
+  if (::ioctl(file_.get(), TESTCAM_GET_STATE, &state) != 0)  // NOLINT(cppcoreguidelines-pro-type-vararg)
+    return system_error("the test camera does not tell its state", "is its module of this tree?");
+  return CameraState{state.plugged != 0, state.streaming != 0, state.stamp_is_start != 0,
+                     state.trigger == kTriggerIsPulse, state.pixelformat == V4L2_PIX_FMT_Y12};
+}
+
+Result<void> CameraPort::plug(bool in) const {
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
+  if (::ioctl(file_.get(), in ? TESTCAM_PLUG : TESTCAM_UNPLUG) == 0) return {};
+  return system_error(in ? "the test camera cannot be plugged in" : "the test camera cannot be unplugged",
+                      "");
 }
 
 Result<void> set_priority(int priority) {

@@ -50,7 +50,16 @@ class InputWire {
   std::string name_;
 };
 
-/// Where frames are handed to the test camera.
+/// What the host has made of the test camera.
+struct CameraState {
+  bool plugged = true;
+  bool streaming = false;
+  bool stamps_begin = false;   ///< stamps are of the begin of the exposure, not of its end
+  bool follows_pulse = false;  ///< exposes as long as its trigger is high
+  bool is_y12 = false;
+};
+
+/// Where frames are handed to the test camera (modules/testcam/testcam.h).
 class CameraPort {
  public:
   struct Head {
@@ -65,6 +74,10 @@ class CameraPort {
   /// pixels: as many bytes as a frame of the format that the host has set.
   /// fails: size_mismatch (the host has set another size), io.
   Result<Taken> deliver(const Head& head, std::span<const std::uint8_t> pixels);
+  /// fails: io (not a test camera).
+  Result<CameraState> state() const;
+  /// Pulls the cable out, or puts it in again.  fails: io.
+  Result<void> plug(bool in) const;
 
  private:
   explicit CameraPort(device::Fd file) : file_(std::move(file)) {}

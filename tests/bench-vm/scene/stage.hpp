@@ -35,6 +35,10 @@ class Stage {
   bool stopped() const { return stopped_; }
   std::optional<Error> failure();
 
+  /// A camera without its cable answers no trigger.
+  void plug_camera(bool in) { plugged_ = in; }
+  bool camera_is_in() const { return plugged_; }
+
   /// The newest picture, so that its light can be computed before it is needed.
   ScreenTimeline::Lit newest();
   /// The oldest exposure that was not taken yet and was over before `now` − `age`; waits for one until
@@ -49,6 +53,7 @@ class Stage {
   std::deque<Exposure> exposures_;
   std::optional<Error> failure_;
   std::atomic<bool> stopped_ = false;
+  std::atomic<bool> plugged_ = true;
 };
 
 }  // namespace symrig::bench_vm

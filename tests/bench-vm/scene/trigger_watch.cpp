@@ -59,6 +59,7 @@ Result<void> TriggerWatch::take(const TraceEvent& event) {
 }
 
 Result<void> TriggerWatch::move(const LineSet& set) {
+  if (set.level && !stage_.camera_is_in()) return {};
   const Shutter::Move move = shutter_.trigger(set.level, set.time);
   if (move == Shutter::Move::none) return {};
   SYMRIG_TRY(const Moment edge, pull_undisturbed(strobe_, move == Shutter::Move::open, kPriority));

@@ -70,6 +70,19 @@ TEST_F(Watched, makes_an_exposure_of_each_pulse) {
   EXPECT_FALSE(stage_.failure());
 }
 
+TEST_F(Watched, answers_no_trigger_without_its_cable) {
+  stage_.plug_camera(false);
+  set(500, 1, 100ms);
+  set(500, 0, 110ms);
+  set(501, 0, 111ms);
+  std::this_thread::sleep_for(50ms);
+  EXPECT_EQ(guest_.pulled("camera_strobe"), "");
+  stage_.plug_camera(true);
+  set(500, 1, 120ms);
+  set(500, 0, 130ms);
+  EXPECT_EQ(next().frame, 0U);
+}
+
 // A truth with holes is none.
 TEST_F(Watched, ends_everything_when_events_were_lost) {
   trace_ << "CPU:0 [LOST 12 EVENTS]\n" << std::flush;
