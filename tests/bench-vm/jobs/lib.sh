@@ -30,9 +30,11 @@ start_board() {
   bench-usb plug || fail "the board does not enumerate: $(cat "$BENCH_OUT/board.log")"
 }
 
-# start_scene ARGUMENTS...: as bench_scene; its log is truth.jsonl.
+truth=/run/truth.jsonl # what truly happened, by bench_scene; stop_scene copies it to $BENCH_OUT
+
+# start_scene ARGUMENTS...: as bench_scene, on the screen that write_rig describes.
 start_scene() {
-  "$BENCH_SCENE" "$@" --log "$BENCH_OUT/truth.jsonl" >"$BENCH_OUT/scene.log" 2>&1 &
+  "$BENCH_SCENE" "$@" --cell 7 --top 3 --left 5 --log $truth >"$BENCH_OUT/scene.log" 2>&1 &
   scene=$!
   until_line "$BENCH_OUT/scene.log" ready "$scene"
 }
@@ -41,6 +43,7 @@ start_scene() {
 stop_scene() {
   kill "$scene" 2>/dev/null
   wait "$scene" || fail "bench_scene: $(tail -n 1 "$BENCH_OUT/scene.log")"
+  cp $truth "$BENCH_OUT/"
   grep '^bench_scene:' "$BENCH_OUT/scene.log"
 }
 
@@ -49,11 +52,21 @@ stop_board() {
   wait "$board"
 }
 
-# write_rig ROWS COLS CELL: rig.toml of the bench, in $rig. Patterns lie in a corner of a 640x480 screen.
+# write_rig ROWSxCOLS [SED-COMMAND...]: rig.toml of the bench, in $rig.
 write_rig() {
+  local rows=${1%x*} cols=${1#*x} edits=()
+  shift
+  for edit in "$@"; do edits+=(-e "$edit"); done
   rig=$BENCH_OUT/rig.toml
-  sed -e "s/@ROWS@/$1/g" -e "s/@COLS@/$2/g" -e "s/@CELL@/$3/g" "$here/rig.toml.in" >"$rig"
+  sed -e "s/@ROWS@/$rows/g" -e "s/@COLS@/$cols/g" "${edits[@]}" "$here/rig.toml.in" >"$rig"
 }
 
-# numbers FILE KEY...: values of a JSON file, dots for levels.
-numbers() { python3 "$here/numbers.py" "$@"; }
+exposures() { grep -c '^{"exposed"' $truth; }
+
+# after_exposures COUNT PID: waits until the camera has exposed so often, as long as the process lives.
+after_exposures() {
+  while [ "$(exposures)" -lt "$1" ]; do
+    kill -0 "$2" 2>/dev/null || fail "ended after $(exposures) exposures, before the $1 that were waited for"
+    sleep 0.1
+  done
+}

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <map>
 #include <unordered_map>
 #include <utility>
 
@@ -15,11 +15,13 @@ namespace {
 
 using Codes = std::vector<std::uint16_t>;
 using Values = std::vector<float>;
-constexpr double kHarmless = 0.1;  // of the limit
+constexpr double kHarmless = 0.1;         // of the limit
+constexpr std::size_t kDarkBrackets = 4;  // in a row: a session begins
 
 /// A whole bracket that was exposed with one picture, and the photograph that its frames make, black and all.
 struct Bracket {
   std::size_t first = 0;  // index into the truth
+  int session = 0;        // sessions begun before it
   std::vector<Codes> codes;
   Radiance photograph;
 };
@@ -38,6 +40,7 @@ class Auditor {
       : truth_(truth), studio_(studio), options_(options) {
     for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
       if (is_bracket(i)) begins_[truth[i].picture].push_back(i);
+    number_sessions();
   }
 
   /// Every bracket that was truly exposed with this pattern.
@@ -63,6 +66,17 @@ class Auditor {
   }
 
  private:
+  void number_sessions() {
+    const std::uint64_t dark = picture_key(Image<float>(studio_.scene().grid(), 1));
+    std::size_t row = 0;
+    int sessions = 0;
+    for (const TrueExposure& exposure : truth_) {
+      row = exposure.pure && exposure.picture == dark ? row + 1 : 0;
+      if (row == kDarkBrackets * options_.exposures) ++sessions;
+      session_.push_back(sessions);
+    }
+  }
+
   /// Exposures of one picture that become longer, as far as a bracket goes.
   bool is_bracket(std::size_t first) const {
     for (std::size_t j = 0; j < options_.exposures; ++j) {
@@ -74,7 +88,7 @@ class Auditor {
   }
 
   Result<Bracket> expose(std::size_t first, const Image<float>& light) const {
-    Bracket bracket{first, {}, {}};
+    Bracket bracket{first, session_[first], {}, {}};
     for (std::size_t j = 0; j < options_.exposures; ++j) {
       const TrueExposure& exposure = truth_[first + j];
       bracket.codes.push_back(studio_.expose(
@@ -88,6 +102,7 @@ class Auditor {
   const sim::Studio& studio_;
   const AuditOptions& options_;
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> begins_;  // of brackets, by picture
+  std::vector<int> session_;                                            // of each exposure
 };
 
 /// A logged photograph beside the brackets that may have made it.
@@ -102,18 +117,31 @@ float median(Values values) {
   return *middle;
 }
 
-/// What the rig has subtracted from all photographs of a session.
-Values black_of(std::span<const Suspect> session, std::size_t pixels) {
+using Blacks = std::map<int, Values>;  // by session
+
+/// What the rig has subtracted from the photographs of a session. Of several brackets with a photograph's
+/// pattern the last one was most likely used: the ones before it were taken again.
+Values black_of(std::span<const Suspect> suspects, int session, std::size_t pixels) {
   Values black(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
     Values differences;
-    for (const Suspect& suspect : session)
-      if (!suspect.brackets.empty() && suspect.logged.valid.values()[i] != 0)
-        differences.push_back(suspect.brackets.front().photograph.mean.values()[i] -
+    for (const Suspect& suspect : suspects)
+      if (!suspect.brackets.empty() && suspect.brackets.back().session == session &&
+          suspect.logged.valid.values()[i] != 0)
+        differences.push_back(suspect.brackets.back().photograph.mean.values()[i] -
                               suspect.logged.mean.values()[i]);
     if (!differences.empty()) black[i] = median(std::move(differences));
   }
   return black;
+}
+
+Blacks blacks_of(std::span<const Suspect> suspects) {
+  Blacks blacks;
+  for (const Suspect& suspect : suspects)
+    for (const Bracket& bracket : suspect.brackets)
+      if (!blacks.contains(bracket.session))
+        blacks[bracket.session] = black_of(suspects, bracket.session, suspect.logged.mean.values().size());
+  return blacks;
 }
 
 /// rms of (made again − black − logged) / σ over the pixels that count.
@@ -130,10 +158,10 @@ double distance(const Radiance& again, const Values& black, const Radiance& logg
 }
 
 /// Finds the nearest bracket and puts it first.
-AuditedPhotograph judge(Suspect& suspect, const Values& black, std::span<const TrueExposure> truth) {
+AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const TrueExposure> truth) {
   AuditedPhotograph best{-1, 0};
   for (Bracket& bracket : suspect.brackets) {
-    const double away = distance(bracket.photograph, black, suspect.logged);
+    const double away = distance(bracket.photograph, blacks.at(bracket.session), suspect.logged);
     if (best.distance >= 0 && away >= best.distance) continue;
     best = {away, truth[bracket.first].frame};
     if (&bracket != &suspect.brackets.front()) std::swap(suspect.brackets.front(), bracket);
@@ -158,24 +186,16 @@ Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket
   return {};
 }
 
-Result<void> audit_session(const Auditor& auditor, std::span<Suspect> session,
-                           std::span<const TrueExposure> truth, double limit, Audit& audit) {
-  const std::size_t pixels = session.front().logged.mean.values().size();
-  const Values black = black_of(session, pixels);
-  std::vector<AuditedPhotograph> judged;
-  for (Suspect& suspect : session) judged.push_back(judge(suspect, black, truth));
-  for (std::size_t k = 0; k < session.size(); ++k) {
-    const double away = judged[k].distance;
-    audit.unseen += away < 0 ? 1 : 0;
-    audit.wrong += away > limit ? 1 : 0;
-    if (away < 0 || away > limit) continue;
-    audit.farthest_right = std::max(audit.farthest_right, away);
-    const Suspect& next = session[(k + 1) % session.size()];
-    if (session.size() > 1 && !next.brackets.empty())
-      SYMRIG_CHECK(plant(auditor, session[k], next.brackets.front(), black, limit, audit));
+/// All photographs of the log, each beside the brackets that may have made it.
+Result<std::vector<Suspect>> suspects_of(const PhotographLog& log, const Auditor& auditor) {
+  std::vector<Suspect> suspects;
+  for (std::int64_t k = 0; k < log.size(); ++k) {
+    SYMRIG_TRY(const Pattern pattern, log.pattern(k));
+    SYMRIG_TRY(Radiance photograph, log.photograph(k));
+    SYMRIG_TRY(auto brackets, auditor.brackets_of(pattern));
+    suspects.push_back({std::move(photograph), std::move(brackets)});
   }
-  audit.photographs.insert(audit.photographs.end(), judged.begin(), judged.end());
-  return {};
+  return suspects;
 }
 
 }  // namespace
@@ -183,21 +203,23 @@ Result<void> audit_session(const Auditor& auditor, std::span<Suspect> session,
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth, const sim::Studio& studio,
                     const AuditOptions& options) {
   const Auditor auditor(truth, studio, options);
-  Audit result;
-  std::vector<std::int64_t> ends = options.sessions;
-  ends.push_back(log.size());
-  std::int64_t k = 0;
-  for (const std::int64_t end : ends) {
-    std::vector<Suspect> session;
-    for (; k < std::min(end, log.size()); ++k) {
-      SYMRIG_TRY(const Pattern pattern, log.pattern(k));
-      SYMRIG_TRY(Radiance photograph, log.photograph(k));
-      SYMRIG_TRY(auto brackets, auditor.brackets_of(pattern));
-      session.push_back({std::move(photograph), std::move(brackets)});
-    }
-    if (!session.empty()) SYMRIG_CHECK(audit_session(auditor, session, truth, options.limit, result));
+  SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
+  const Blacks blacks = blacks_of(suspects);
+  Audit audit;
+  for (Suspect& suspect : suspects) audit.photographs.push_back(judge(suspect, blacks, truth));
+  for (std::size_t k = 0; k < suspects.size(); ++k) {
+    const double away = audit.photographs[k].distance;
+    audit.unseen += away < 0 ? 1 : 0;
+    audit.wrong += away > options.limit ? 1 : 0;
+    if (away < 0 || away > options.limit) continue;
+    audit.farthest_right = std::max(audit.farthest_right, away);
+    const Suspect& next = suspects[(k + 1) % suspects.size()];
+    const Bracket& own = suspects[k].brackets.front();
+    if (suspects.size() > 1 && !next.brackets.empty())
+      SYMRIG_CHECK(
+          plant(auditor, suspects[k], next.brackets.front(), blacks.at(own.session), options.limit, audit));
   }
-  return result;
+  return audit;
 }
 
 }  // namespace symrig::bench_vm

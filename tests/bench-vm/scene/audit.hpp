@@ -19,8 +19,6 @@ struct AuditOptions {
   std::int64_t first_frame = 0;  ///< as bench_scene's
   std::size_t exposures = 4;     ///< frames a photograph
   double scale = 1 / sim::kSensitivity;
-  /// Photographs at which a session began (metered anew, a black of its own), the first one aside.
-  std::vector<std::int64_t> sessions;
   /// A photograph is right if it lies nearer than this to what the true frames make [sigmas, rms over the
   /// pixels, of the photograph's own noise].
   double limit = 0.2;
@@ -50,7 +48,8 @@ struct Audit {
 /// one frame of another pattern, another exposure or another shot of the same pattern is off by its noise.
 ///
 /// The black that the rig subtracted is the median difference, pixel by pixel, of a session's photographs
-/// from those made again; it is common to all of them. fails: as PhotographLog::read and merge.
+/// from those made again; it is common to all of them. A session begins with brackets of the dark screen.
+/// fails: as PhotographLog::read and merge.
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth, const sim::Studio& studio,
                     const AuditOptions& options);
 

@@ -24,7 +24,6 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("scene", options.scene, "bench_scene's scene")->required();
   app.add_option("--first-frame", options.audit.first_frame, "bench_scene's");
   app.add_option("--exposures", options.audit.exposures, "frames a photograph")->capture_default_str();
-  app.add_option("--session", options.audit.sessions, "photographs at which a session began");
   app.add_option("--limit", options.audit.limit, "distance of a wrong photograph, sigmas")
       ->capture_default_str();
 }

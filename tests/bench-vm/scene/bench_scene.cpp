@@ -29,8 +29,7 @@ struct Options {
   double readout_ms = 3;
   double late_ms = 1e3 / 30;
   double jitter_us = 0;
-  double plug_ms = 0;
-  CameraHabits habits;
+  std::int64_t first_frame = 0;
   bool uncounted = false;
   FaultRates faults;
 };
@@ -52,10 +51,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--camera-left", options.camera_left, "picture column of the grid's first pixel");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
-  app.add_option("--first-frame", options.habits.first_frame, "number of the first frame for the noise");
-  app.add_option("--unplug-after", options.habits.unplug_after,
-                 "frames until the camera's cable is pulled out");
-  app.add_option("--plug-after", options.plug_ms, "ms until it is put in again");
+  app.add_option("--first-frame", options.first_frame, "number of the first frame for the noise");
   app.add_option("--log", options.log, "file for what truly happened, JSON lines");
   app.add_option("--drop", options.faults.drop, "share of frames that are lost");
   app.add_flag("--uncounted", options.uncounted, "the camera's sequence numbers do not count lost frames");
@@ -81,9 +77,9 @@ Result<Grid> camera_size(const std::string& text, Grid grid) {
 }
 
 Result<CameraHabits> habits_of(const Options& options) {
-  CameraHabits habits = options.habits;
+  CameraHabits habits;
+  habits.first_frame = options.first_frame;
   habits.readout = nanoseconds_of(options.readout_ms, 1e6);
-  habits.plug_after = nanoseconds_of(options.plug_ms, 1e6);
   habits.faults = options.faults;
   habits.faults.late_by = nanoseconds_of(options.late_ms, 1e6);
   habits.faults.jitter = nanoseconds_of(options.jitter_us, 1e3);
@@ -93,24 +89,27 @@ Result<CameraHabits> habits_of(const Options& options) {
                "times are not negative"};
 }
 
-/// SIGTERM and SIGINT end the stage. Blocked in every thread that is started after this.
+/// SIGTERM and SIGINT end the stage, SIGUSR1 pulls the camera's cable out and SIGUSR2 puts it in. Blocked in
+/// every thread that is started after this.
 class Signals {
  public:
   explicit Signals(Stage& stage) : stage_(stage) {
-    sigemptyset(&ending_);
-    sigaddset(&ending_, SIGTERM);
-    sigaddset(&ending_, SIGINT);
-    pthread_sigmask(SIG_BLOCK, &ending_, nullptr);
+    sigemptyset(&known_);
+    for (const int signal : {SIGTERM, SIGINT, SIGUSR1, SIGUSR2}) sigaddset(&known_, signal);
+    pthread_sigmask(SIG_BLOCK, &known_, nullptr);
   }
   void run() {
     constexpr timespec kLookAgain{0, 100'000'000};
-    while (!stage_.stopped())
-      if (sigtimedwait(&ending_, nullptr, &kLookAgain) > 0) stage_.stop();
+    while (!stage_.stopped()) {
+      const int signal = sigtimedwait(&known_, nullptr, &kLookAgain);
+      if (signal == SIGUSR1 || signal == SIGUSR2) stage_.plug_camera(signal == SIGUSR2);
+      if (signal == SIGTERM || signal == SIGINT) stage_.stop();
+    }
   }
 
  private:
   Stage& stage_;
-  sigset_t ending_{};
+  sigset_t known_{};
 };
 
 /// Runs the watchers beside the developer, until the stage is stopped.
@@ -189,6 +188,7 @@ int main(int argc, char** argv) {
   try {
     CLI::App app(
         "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
+    app.footer("Signals: USR1 pulls the camera's cable out, USR2 puts it in again, TERM ends.");
     symrig::bench_vm::Options options;
     symrig::bench_vm::add_options(app, options);
     try {

@@ -47,18 +47,10 @@ Nanoseconds Developer::next_look() const {
 }
 
 Result<void> Developer::move_cable() {
-  const bool out = plug_at_.has_value();
-  if (!out && habits_.unplug_after > 0 && tally_.delivered >= habits_.unplug_after) {
-    habits_.unplug_after = 0;
-    stage_.plug_camera(false);
-    plug_at_ = device::steady_now() + habits_.plug_after;
-    return port_.plug(false);
-  }
-  if (!out || device::steady_now() < *plug_at_) return {};
-  plug_at_.reset();
-  SYMRIG_CHECK(port_.plug(true));
-  stage_.plug_camera(true);
-  return {};
+  const bool wanted = stage_.camera_is_in();
+  if (wanted == plugged_) return {};
+  plugged_ = wanted;
+  return port_.plug(wanted);
 }
 
 /// The frame that this exposure makes: light by time, then noise by the frame's number. A camera that was not

@@ -19,8 +19,6 @@ namespace symrig::bench_vm {
 struct CameraHabits {
   Nanoseconds readout{3'000'000};  ///< from the end of an exposure to its frame
   std::int64_t first_frame = 0;    ///< number of the first frame for the noise, which is a function of it
-  std::uint64_t unplug_after = 0;  ///< frames after which the cable is pulled out, once; 0: never
-  Nanoseconds plug_after{0};       ///< how long it is out
   FaultRates faults;
 };
 
@@ -65,7 +63,7 @@ class Developer {
   Delivery delivery_;
   std::deque<KnownLight> known_;
   DeliveryTally tally_;
-  std::optional<Nanoseconds> plug_at_;
+  bool plugged_ = true;
 };
 
 }  // namespace symrig::bench_vm

@@ -18,6 +18,12 @@ void Stage::exposed(const Exposure& exposure) {
   changed_.notify_all();
 }
 
+void Stage::plug_camera(bool in) {
+  const std::scoped_lock lock(mutex_);
+  plugged_ = in;
+  changed_.notify_all();
+}
+
 void Stage::stop(std::optional<Error> failure) {
   const std::scoped_lock lock(mutex_);
   if (!failure_) failure_ = std::move(failure);

@@ -35,8 +35,8 @@ class Stage {
   bool stopped() const { return stopped_; }
   std::optional<Error> failure();
 
-  /// A camera without its cable answers no trigger.
-  void plug_camera(bool in) { plugged_ = in; }
+  /// Whether the camera's cable is to be in. One without it answers no trigger.
+  void plug_camera(bool in);
   bool camera_is_in() const { return plugged_; }
 
   /// The newest picture, so that its light can be computed before it is needed.

@@ -28,7 +28,7 @@ Result<TruthLog> TruthLog::open(const std::string& path) {
 }
 
 void TruthLog::line(const std::string& text) {
-  if (file_.is_open()) file_ << text << '\n';
+  if (file_.is_open()) file_ << text << '\n' << std::flush;  // jobs wait for lines
 }
 
 void TruthLog::exposed(const Exposure& exposure, std::span<const ScreenTimeline::Lit> lit) {

@@ -33,10 +33,11 @@ class LoopedRig {
   Result<std::unique_ptr<Rig>> open() {
     RigOptions options;
     options.scale = 1 / sim::kSensitivity;
+    options.ledger.guards = 0;  // as in the virtual rig, whose camera has no past
     auto projector =
         std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.profile.refresh_period);
     const sim::SimulatedProjector* screen = projector.get();
-    sim::SimulatedCameraSpec spec{uri_.size, 1, {}, studio_.noise(), {}};
+    sim::SimulatedCameraSpec spec{uri_.size, 1, {}, studio_.noise(), {}, board_.config().tick_hz};
     auto camera = std::make_unique<sim::SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
     SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(board_)));
@@ -72,7 +73,9 @@ class LoopedRig {
       for (const auto& part : lit)
         shares.push_back({studio_.light_of(*part.pattern, part.number), part.share});
       const Nanoseconds open = time(exposure.end) - time(exposure.begin);
-      truth.push_back({exposure.sequence, open, picture_key(*lit.front().pattern), lit.size() == 1});
+      TrueExposure known{exposure.sequence, open, 0, lit.size() == 1};
+      if (known.pure) known.picture = picture_key(*lit.front().pattern);
+      truth.push_back(known);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
       frame.raw = studio_.expose(*studio_.during(shares), seconds(open), exposure.sequence);
