@@ -72,7 +72,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "bench_audit: {}\n", right.error().line());
     return symrig::exit_code(right.error().code);
   } catch (const std::exception& error) {  // memory
-    std::fputs(error.what(), stderr);
+    static_cast<void>(std::fputs(error.what(), stderr));
     return symrig::exit_code(symrig::ErrorCode::limit);
   }
 }

@@ -201,7 +201,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "bench_scene: {}\n", closed.error().line());
     return symrig::exit_code(closed.error().code);
   } catch (const std::exception& error) {  // memory
-    std::fputs(error.what(), stderr);
+    static_cast<void>(std::fputs(error.what(), stderr));
     return symrig::exit_code(symrig::ErrorCode::limit);
   }
 }
