@@ -97,3 +97,10 @@ write("reply", "spoilt", bytes([7, 3, 1, 0xFF, 2, 0x80, 3, 9, 5, 7] * 9))
 write("reply", "forged", bytes([1, 4, 8, 3, 0x18, 5] * 12))
 write("reply", "noise", bytes([2, 9, 0, 1, 2, 3, 4, 5, 6, 7, 0, 3, 4, 9, 5, 6, 0x0A, 2, 8, 1, 0, 0] * 6))
 write("reply", "mute", bytes([0, 0, 6, 0, 6, 0, 0, 0, 6, 6, 0, 0, 0]))
+
+# First byte: which settings; then for each of the driver's answers how much of it is changed, where, and into what.
+write("camera", "honest", bytes(8))
+write("camera", "binned", bytes([7]) + bytes(8))
+write("camera", "format", bytes([1]) + bytes(5) + bytes([1, 8, 0xFF, 1, 12, 0x80, 1, 16, 1]))
+write("camera", "buffers", bytes([4]) + bytes(20) + bytes([1, 0, 9, 1, 8, 0xFF, 2, 4, 0x40, 64, 0x7F]))
+write("camera", "noise", bytes((k * 89 + 3) % 256 for k in range(200)))

@@ -28,6 +28,9 @@ void fuzz_refill(const std::uint8_t* data, std::size_t size);
 void fuzz_settings(const std::uint8_t* data, std::size_t size);
 /// The host against a board that lies: nothing crashes, every call ends within its attempts.
 void fuzz_reply(const std::uint8_t* data, std::size_t size);
+/// The host against a camera's driver that answers whatever it likes: nothing crashes, nothing is read beyond
+/// a buffer, every call ends.
+void fuzz_camera(const std::uint8_t* data, std::size_t size);
 /// Program rules and sequencer: a program that passes runs, in the time that was foretold, with as many
 /// words.
 void fuzz_program(const std::uint8_t* data, std::size_t size);

@@ -74,6 +74,9 @@ TEST(Fuzz, refill) {
 TEST(Fuzz, settings) {
   run(fuzz_settings, "settings", 20'000);
 }
+TEST(Fuzz, camera) {
+  run(fuzz_camera, "camera", 2'000);
+}
 TEST(Fuzz, reply) {
   run(fuzz_reply, "reply", 2'000);
 }

@@ -40,8 +40,12 @@ std::span<const std::byte> filled_part(std::span<const std::byte> memory, const 
   return memory.first(used).subspan(std::min(description.begin(), used));
 }
 
+/// A stamp that no clock can have is some other time that it cannot have: nothing overflows.
 Nanoseconds time_of(const timeval& stamp) {
-  return std::chrono::seconds(stamp.tv_sec) + std::chrono::microseconds(stamp.tv_usec);
+  constexpr std::int64_t kMostSeconds = 9'000'000'000;  // 285 years
+  const std::int64_t whole = std::clamp<std::int64_t>(stamp.tv_sec, -kMostSeconds, kMostSeconds);
+  const std::int64_t rest = std::clamp<std::int64_t>(stamp.tv_usec, -1'000'000, 1'000'000);
+  return std::chrono::seconds(whole) + std::chrono::microseconds(rest);
 }
 
 }  // namespace

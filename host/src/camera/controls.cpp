@@ -42,6 +42,8 @@ namespace {
 
 constexpr int kMostControls = 1024;  // a driver that never says "no more" shall not hang the caller
 
+constexpr std::int64_t kMostMenuIndex = INT32_MAX;
+
 template <class Field>
 std::string text(const Field& field) {
   const auto* const begin = std::begin(field);
@@ -83,8 +85,8 @@ std::string control_name(std::string_view title) {
 
 std::vector<MenuItem> read_menu(Driver& driver, const v4l2_query_ext_ctrl& control) {
   std::vector<MenuItem> items;
-  const auto last = std::min<std::int64_t>(control.maximum, control.minimum + 255);
-  for (std::int64_t index = std::max<std::int64_t>(control.minimum, 0); index <= last; ++index) {
+  const std::int64_t first = std::clamp<std::int64_t>(control.minimum, 0, kMostMenuIndex);
+  for (std::int64_t index = first; index <= std::min<std::int64_t>(control.maximum, first + 255); ++index) {
     v4l2_querymenu answer{};
     answer.id = control.id;
     answer.index = static_cast<std::uint32_t>(index);
@@ -103,7 +105,7 @@ ControlInfo to_info(Driver& driver, const v4l2_query_ext_ctrl& answer) {
   info.kind = kind_of(answer.type);
   info.wide = answer.type == V4L2_CTRL_TYPE_INTEGER64;
   info.least = answer.minimum;
-  info.most = answer.maximum;
+  info.most = std::max(answer.minimum, answer.maximum);  // a driver may have them the wrong way round
   info.step = static_cast<std::int64_t>(std::clamp<std::uint64_t>(answer.step, 1, INT64_MAX));
   info.preset = answer.default_value;
   info.read_only = (answer.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0;

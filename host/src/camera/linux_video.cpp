@@ -116,6 +116,7 @@ class LinuxVideo final : public VideoSystem {
         found.emplace_back(number, entry.path().string());
     std::sort(found.begin(), found.end());
     std::vector<std::string> paths;
+    paths.reserve(found.size());
     for (auto& [number, path] : found) paths.push_back(std::move(path));
     return paths;
   }

@@ -19,15 +19,8 @@ std::string text(const Region& region) {
   return fmt::format("{} from row {}, column {}", to_string(region.size), region.row, region.col);
 }
 
-}  // namespace
-
-Region resolved(Grid picture, Region region) {
-  if (region.size == Grid{}) region.size = {picture.rows - region.row, picture.cols - region.col};
-  return region;
-}
-
-Result<BinnedGrid> binned_grid(Grid picture, Mosaic mosaic, const Region& asked) {
-  const Region region = resolved(picture, asked);
+/// Of a region whose size is filled in.
+Result<BinnedGrid> binned_grid_of(Grid picture, Mosaic mosaic, const Region& region) {
   if (region.binning < 1 || region.binning > 64)
     return Error{ErrorCode::bad_argument, fmt::format("binning {} is out of range", region.binning),
                  "1 to 64"};
@@ -50,6 +43,18 @@ Result<BinnedGrid> binned_grid(Grid picture, Mosaic mosaic, const Region& asked)
                       : "take a larger region or a smaller binning"};
   return BinnedGrid{{region.size.rows / region.binning, region.size.cols / region.binning},
                     shifted(mosaic, region.row, region.col)};
+}
+
+}  // namespace
+
+Region resolved(Grid picture, Region region) {
+  if (region.size == Grid{} && region.row >= 0 && region.col >= 0)
+    region.size = {picture.rows - region.row, picture.cols - region.col};
+  return region;
+}
+
+Result<BinnedGrid> binned_grid(Grid picture, Mosaic mosaic, const Region& region) {
+  return binned_grid_of(picture, mosaic, resolved(picture, region));
 }
 
 int binning_shift(int bits, int binning) {

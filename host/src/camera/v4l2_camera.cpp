@@ -23,7 +23,7 @@ struct V4l2Camera::Inside {
   Inside(CameraSettings wanted, VideoSystem& on) : settings(std::move(wanted)), system(&on) {}
 
   Result<void> start(const std::string& path);
-  Result<Driver> prepare(const std::string& path, PictureLayout& layout);
+  Result<Driver> prepare(const std::string& path, PictureLayout& picture);
   Result<void> check(const PictureLayout& picture) const;
   NoiseModel sample_noise(int bits) const;
   /// Closes the node: only then does the kernel give its number to the camera that comes back.
@@ -202,12 +202,12 @@ std::string V4l2Camera::describe() const {
   return text;
 }
 
-Result<void> V4l2Camera::set_control(std::string_view name, std::string_view text) {
+Result<void> V4l2Camera::set_control(std::string_view name, std::string_view value) {
   if (!inside_->stream) return inside_->lost_error();
   Driver& driver = inside_->stream->driver();
   SYMRIG_TRY(const ControlInfo control, camera::find_control(driver, name));
-  SYMRIG_TRY(const std::int64_t value, camera::control_value(control, text));
-  return camera::set_control(driver, control, value);
+  SYMRIG_TRY(const std::int64_t number, camera::control_value(control, value));
+  return camera::set_control(driver, control, number);
 }
 
 Result<std::int64_t> V4l2Camera::control(std::string_view name) {
