@@ -153,7 +153,7 @@ std::vector<CameraInfo> look_at_cameras() {
 
 std::string cameras_summary(const std::vector<CameraInfo>& cameras) {
   std::string text;
-  for (const CameraInfo& camera : cameras) text += "\n" + camera_summary(camera);
+  for (const CameraInfo& camera : cameras) text.append(1, '\n').append(camera_summary(camera));
   return text;
 }
 
