@@ -92,9 +92,9 @@ TEST_F(Capture, wrong_rigs_are_usage_errors) {
                  {"vgroove-textured", "sim:"});
 }
 
-TEST_F(Capture, a_rig_file_is_refused_in_plain_words) {
+TEST_F(Capture, a_rig_file_without_a_version_is_refused) {
   write_text(path("rig.toml"), "[board]\n");
-  expect_refusal({"capture", "--rig", "rig.toml", "-o", "a.h5"}, kBadInput, {"rig.toml", "sim:"});
+  expect_refusal({"capture", "--rig", "rig.toml", "-o", "a.h5"}, kBadInput, {"rig.toml:1", "symrig = 1"});
 }
 
 TEST_F(Capture, wrong_settings_are_usage_errors) {

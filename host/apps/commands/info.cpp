@@ -194,7 +194,7 @@ Job add_info(CLI::App& app) {
       ->type_name("CAMERA")
       ->excludes("--device");
   add_json(*command, arguments->json);
-  command->footer(std::string("Examples:\n"
+  command->footer(std::string("Example:\n"
                               "  symrig info --device sim:\n"
                               "  symrig info --camera /dev/video0\n"
                               "\n") +

@@ -36,6 +36,9 @@ class BracketTaker {
   Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
                                          std::span<const Nanoseconds> exposures);
 
+  /// The camera's numbers jump: frames of another session lie between.
+  void forget_numbers() { ledger_.restart(); }
+
   const Camera& camera() const { return devices_->camera(); }
   const Projector& projector() const { return devices_->projector(); }
   const RigTrouble& trouble() const { return trouble_; }

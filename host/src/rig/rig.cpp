@@ -183,6 +183,7 @@ Result<void> Rig::pass_over(std::int64_t photographs, const std::function<void(s
     if (lamp_ && lamp_->until_due(shown_) == 0) SYMRIG_CHECK(refer());
     const std::int64_t count = lamp_ ? std::min(photographs, lamp_->until_due(shown_)) : photographs;
     passed(count);
+    taker_->forget_numbers();
     shown_ += count;
     photographs -= count;
   }
