@@ -33,6 +33,7 @@ class DaemonProcess {
     std::ofstream(folder_ + "/board.toml")
         << "[link]\n"
         << link << "[folder]\nstate = \"" << folder_ << "\"\nrun = \"" << folder_ << "\"\n";
+    once("--version");  // brings the program into memory: in virtual time that can take a quarter of an hour
     start();
   }
   DaemonProcess(const DaemonProcess&) = delete;
