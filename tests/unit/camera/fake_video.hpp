@@ -97,7 +97,6 @@ class FakeCamera {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   v4l2_format format_{};
-  v4l2_fract interval_{1, 30};
   std::vector<std::vector<std::byte>> buffers_;
   std::deque<std::uint32_t> queued_;
   std::deque<v4l2_buffer> filled_;
