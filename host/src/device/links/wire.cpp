@@ -103,7 +103,8 @@ Result<std::optional<symrig_wire_Reply>> Wire::send_chunks(std::uint32_t program
         await([&] { return nak_ || reply_ || acked_ != upload.seq(upload.base); }, options_.reply_timeout));
     const auto arrived = static_cast<std::uint16_t>(acked_ - upload.seq(upload.base));
     const bool progress = arrived > 0 && arrived <= upload.next - upload.base;
-    if (reply_ && progress && reply_->code != symrig_wire_Code_CODE_OK) return std::optional(*reply_);
+    if (reply_ && progress && protocol::raw(reply_->code) != symrig_wire_Code_CODE_OK)
+      return std::optional(*reply_);
     silent = progress ? 0 : silent + 1;
     if (progress) upload.base += arrived;
     if (!progress || nak_)
