@@ -46,6 +46,10 @@ class Hierarchy {
   /// The algorithm of [Garg06 §5.2], with checks around it.
   Result<CaptureResult> run() {
     const auto start = std::chrono::steady_clock::now();
+    const double measured_before = photographer_.measure_seconds();  // for the outline
+    const auto processed = [&] {
+      return seconds_since(start) - (photographer_.measure_seconds() - measured_before);
+    };
     SYMRIG_CHECK(begin());
     if (options_.economy.checks && any_open() && patterns_left() >= Checks::kCount) {
       SYMRIG_TRY(checks_, Checks::take(context_));
@@ -54,12 +58,12 @@ class Hierarchy {
       SYMRIG_CHECK(search());
       reopen_suspects();
     } while (any_open());
-    const double searched = seconds_since(start) - photographer_.measure_seconds();
+    const double searched = processed();
     SYMRIG_CHECK(refine_direct_light());
     SYMRIG_CHECK(polish());
     merge_leaves(context_);
     SYMRIG_TRY(CaptureResult result, finish());
-    result.process_seconds = seconds_since(start) - photographer_.measure_seconds();
+    result.process_seconds = processed();
     result.refine_seconds = result.process_seconds - searched;
     return result;
   }

@@ -3,8 +3,11 @@
 
 #include "dense_scene.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <limits>
+#include <thread>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -48,6 +51,22 @@ TEST_P(EveryAlgorithm, recovers_facing_planes_of_any_size) {
     for (const std::int64_t n : result->patterns_per_level) sum += n;
     EXPECT_EQ(sum, result->patterns);
   }
+}
+
+// The first photograph, which is taken before the search begins, must not be counted off the host's work.
+TEST_P(EveryAlgorithm, waiting_for_the_rig_is_no_processing) {
+  const DenseTransport scene = facing_planes({8, 8});
+  DenseProbe probe(scene);
+  bool first = true;
+  probe.watch = [&](const Pattern&) {
+    if (std::exchange(first, false)) std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  };
+  const auto start = std::chrono::steady_clock::now();
+  const auto result = capture(probe, options_for(GetParam()));
+  const std::chrono::duration<double> all = std::chrono::steady_clock::now() - start;
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  EXPECT_GE(result->process_seconds, 0);
+  EXPECT_LE(result->process_seconds, all.count() - 0.5);
 }
 
 TEST_P(EveryAlgorithm, an_all_black_scene_stores_nothing) {
