@@ -9,11 +9,16 @@ if(CMAKE_HOST_SYSTEM_PROCESSOR STREQUAL x86_64 AND CMAKE_BUILD_TYPE STREQUAL Rel
 endif()
 
 # symrig_bench_job(NAME name LANE a|b [SLOW k] [WITH device...] [USER name] [OUT folder] [TIMEOUT seconds] [SANITIZED] COMMAND ...)
-# registers bench.<name>: COMMAND in a guest with these devices, in the build's folder of the caller. One guest at a time; a
-# machine that cannot have the bench shows the job as skipped.
+# registers bench.<name>: COMMAND in a guest with these devices, in the build's folder of the caller. One guest of lane a at a
+# time, because its time is the wall's; a machine that cannot have the bench shows the job as skipped.
+# SANITIZED: also in builds with a sanitizer; ONLY_SANITIZED: in no other.
 function(symrig_bench_job)
-  cmake_parse_arguments(PARSE_ARGV 0 job "SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;COMMAND")
-  if(NOT SYMRIG_BENCH_VM_HERE AND NOT (job_SANITIZED AND SYMRIG_SANITIZE))
+  cmake_parse_arguments(PARSE_ARGV 0 job "SANITIZED;ONLY_SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;COMMAND")
+  if(SYMRIG_SANITIZE)
+    if(NOT job_SANITIZED AND NOT job_ONLY_SANITIZED)
+      return()
+    endif()
+  elseif(NOT SYMRIG_BENCH_VM_HERE OR job_ONLY_SANITIZED)
     return()
   endif()
   if(NOT job_TIMEOUT)
@@ -35,5 +40,15 @@ function(symrig_bench_job)
   # The runner ends a job that takes too long, and says where the guest was; ctest's limit only stands behind it.
   math(EXPR limit "${job_TIMEOUT} + 60")
   set_tests_properties(bench.${job_NAME} PROPERTIES LABELS bench SKIP_RETURN_CODE 77 TIMEOUT ${limit}
-    FIXTURES_REQUIRED bench_vm RESOURCE_LOCK bench_vm)
+    FIXTURES_REQUIRED bench_vm)
+  if(job_LANE STREQUAL a)
+    set_tests_properties(bench.${job_NAME} PROPERTIES RESOURCE_LOCK bench_wall_time)
+  endif()
+endfunction()
+
+# symrig_guest_programs(target...): programs of jobs that are not SANITIZED. A build with a sanitizer does not wait for them.
+function(symrig_guest_programs)
+  if(SYMRIG_SANITIZE)
+    set_target_properties(${ARGN} PROPERTIES EXCLUDE_FROM_ALL ON)
+  endif()
 endfunction()

@@ -27,9 +27,11 @@ using namespace std::chrono_literals;
 
 constexpr Nanoseconds kLong = 60s;  // for what comes: ends a broken test, decides nothing
 
+constexpr std::size_t kSmallPixels = 3072;  // of pictures of 48 x 64
+
 /// Pixels that tell which frame they are of, each in its own way.
 std::uint16_t pixel(std::uint32_t frame, std::size_t k) {
-  return static_cast<std::uint16_t>(frame * 40'503U + k * 31U);
+  return static_cast<std::uint16_t>(std::size_t{frame} * 40'503U + k * 31U);
 }
 
 std::vector<std::uint16_t> codes(std::uint32_t frame, std::size_t pixels) {
@@ -68,7 +70,7 @@ CameraSettings settings_for(Grid size) {
 
 int wanted_frames(int otherwise) {
   const char* const text = std::getenv("SYMRIG_CAMERA_FRAMES");
-  return text == nullptr ? otherwise : std::atoi(text);
+  return text == nullptr ? otherwise : static_cast<int>(std::strtol(text, nullptr, 10));
 }
 
 class TestcamStream : public testing::Test {
@@ -90,7 +92,7 @@ TEST_F(TestcamStream, pixels_stamps_and_numbers_arrive_as_sent) {
   std::vector<std::int64_t> stamps;
   for (std::uint32_t id = 0; id < 20; ++id) {
     stamps.push_back(now_ns() / 1000 * 1000);
-    send(id, 48 * 64,
+    send(id, kSmallPixels,
          {static_cast<std::uint64_t>(stamps.back()), id == 10 ? 3U : 0U, id == 15 ? TESTCAM_DAMAGED : 0U});
     const auto frames = (*camera)->take(1, kLong);
     ASSERT_OK(frames);
@@ -124,7 +126,8 @@ TEST_F(TestcamStream, every_format_of_the_camera_is_read) {
     const auto frames = (*camera)->take(1, kLong);
     ASSERT_OK(frames);
     ASSERT_EQ(frames->size(), 1U) << offer.name();
-    EXPECT_EQ(frames->front().raw, std::vector<std::uint16_t>(48 * 64, words ? 0x101 : 1)) << offer.name();
+    EXPECT_EQ(frames->front().raw, std::vector<std::uint16_t>(kSmallPixels, words ? 0x101 : 1))
+        << offer.name();
     ++formats;
   }
   EXPECT_GE(formats, 9);
