@@ -82,7 +82,7 @@ class FakeCamera {
   int buffer_call(unsigned long request, void* argument);
   int enumerate_format(v4l2_fmtdesc& answer) const;
   int enumerate_size(v4l2_frmsizeenum& answer) const;
-  int set_format(v4l2_format& format);
+  int set_format(v4l2_format& wanted);
   int query_control(v4l2_query_ext_ctrl& answer) const;
   int query_menu(v4l2_querymenu& answer) const;
   int access_control(v4l2_ext_controls& list, bool set);

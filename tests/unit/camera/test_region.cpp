@@ -25,7 +25,8 @@ constexpr int kNeverSaturated = 1 << 20;
 /// What a pixel sees; the greens beside red (g) and beside blue (G) are two colours.
 char colour(Mosaic mosaic, int row, int col) {
   constexpr std::array<std::string_view, 5> kSquares{"xxxx", "rgGb", "grbG", "Gbrg", "bGgr"};
-  return kSquares.at(static_cast<std::size_t>(mosaic))[static_cast<std::size_t>(2 * (row & 1) + (col & 1))];
+  return kSquares.at(static_cast<std::size_t>(
+      mosaic))[2 * (static_cast<unsigned>(row) & 1U) + (static_cast<unsigned>(col) & 1U)];
 }
 
 TEST(Mosaic, shifting_by_a_pixel_shows_the_colours_that_are_there) {
@@ -91,7 +92,8 @@ void expect_sums(const char* format, int bits, const Region& region) {
   for (int row = 0; row < to->grid.rows; ++row)
     for (int col = 0; col < to->grid.cols; ++col) {
       const double exact = std::ldexp(slow_sum(picture, region, mosaic, row, col), -shift);
-      const int code = codes[static_cast<std::size_t>(row * to->grid.cols + col)];
+      const int code = codes[static_cast<std::size_t>(row) * static_cast<std::size_t>(to->grid.cols) +
+                             static_cast<std::size_t>(col)];
       EXPECT_LE(std::abs(code - exact), shift == 0 ? 0 : 0.5) << format << " " << row << " " << col;
     }
 }
@@ -188,7 +190,7 @@ TEST_P(BinnedNoise, is_what_sums_of_samples_have) {
   std::vector<std::uint16_t> codes(static_cast<std::size_t>(side * side));
   FrameReader(picture.layout, {0, 0, {}, binning}, sensor.saturation_code()).read(picture.bytes, codes);
 
-  const double n = static_cast<double>(codes.size());
+  const auto n = static_cast<double>(codes.size());
   double mean = 0, variance = 0;
   for (const auto code : codes) mean += (code - sum.pedestal()) / sum.gain() / n;
   for (const auto code : codes)

@@ -14,7 +14,6 @@ namespace symrig {
 namespace {
 
 using test::FakeCamera;
-using test::FakeControl;
 using test::FakeSystem;
 
 constexpr std::uint32_t kExposure = V4L2_CID_EXPOSURE_ABSOLUTE, kGain = V4L2_CID_GAIN,

@@ -14,7 +14,6 @@
 namespace symrig {
 namespace {
 
-using camera::SampleDepth;
 using camera::unpack;
 using Bytes = std::vector<std::byte>;
 
@@ -123,7 +122,7 @@ TEST(Unpack, a_depth_in_the_upper_bits_is_shifted_down_and_bits_below_show) {
 // Bytes as the kernel's documentation prints them, put down by hand: the reference above could be wrong in
 // the same way as the code.
 TEST(Unpack, examples_by_hand) {
-  const auto first = [](Packing packing, int bits, std::vector<unsigned> bytes, std::size_t count) {
+  const auto first = [](Packing packing, int bits, const std::vector<unsigned>& bytes, std::size_t count) {
     Bytes row;
     for (const unsigned byte : bytes) row.push_back(static_cast<std::byte>(byte));
     std::vector<std::uint16_t> codes(count);
