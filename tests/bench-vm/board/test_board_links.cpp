@@ -9,10 +9,7 @@
 #include <atomic>
 #include <cstdio>
 
-#include <net/if.h>
 #include <poll.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
 #include <termios.h>
 
 namespace symrig::bench {
@@ -47,19 +44,7 @@ void expect_a_board(device::Board& board) {
   EXPECT_EQ(receipt->actual.count, board.info().rate.ticks(kPulses * 10ms).count);
 }
 
-/// The guest has a loopback interface that nobody has switched on.
-void switch_loopback_on() {
-  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
-  ifreq request{};
-  std::snprintf(request.ifr_name, sizeof request.ifr_name, "lo");
-  ASSERT_EQ(::ioctl(socket, SIOCGIFFLAGS, &request), 0);
-  request.ifr_flags = static_cast<short>(request.ifr_flags | IFF_UP);
-  ASSERT_EQ(::ioctl(socket, SIOCSIFFLAGS, &request), 0);
-  ::close(socket);
-}
-
 TEST(BoardLinks, TcpServesOneHostAfterAnother) {
-  switch_loopback_on();
   const DaemonProcess daemon(std::string("tcp = \"") + kTcp + "\"\n" + kLateness);
   for (int host = 0; host < 3; ++host) {
     auto board = connect(std::string("tcp:") + kTcp);

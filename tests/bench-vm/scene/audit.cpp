@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <unordered_map>
 #include <utility>
@@ -15,8 +17,11 @@ namespace {
 
 using Codes = std::vector<std::uint16_t>;
 using Values = std::vector<float>;
-constexpr double kHarmless = 0.1;         // of the limit
+constexpr double kHarmless = 0.1;    // of the limit
+constexpr double kLampError = 0.01;  // the bench's lamp stands still: more than this is no estimate of it
 constexpr std::size_t kDarkBrackets = 4;  // in a row: a session begins
+constexpr std::size_t kMostDark = 12;     // of a session's, the last ones, are tried
+constexpr std::size_t kWitnesses = 15;    // photographs that tell one black from another
 
 /// A whole bracket that was exposed with one picture, and the photograph that its frames make, black and all.
 struct Bracket {
@@ -41,6 +46,22 @@ class Auditor {
     for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
       if (is_bracket(i)) begins_[truth[i].picture].push_back(i);
     number_sessions();
+  }
+
+  std::size_t pixels() const { return studio_.scene().grid().size(); }
+
+  /// The dark brackets that a session began with, the last of them.
+  Result<std::vector<Radiance>> dark_photographs(int session) const {
+    std::vector<Radiance> photographs;
+    const auto found = dark_.find(session);
+    if (found == dark_.end()) return photographs;
+    const auto light = studio_.light_of(Image<float>(studio_.scene().grid(), 1), 0);
+    const std::vector<std::size_t>& begins = found->second;
+    for (std::size_t k = begins.size() - std::min(begins.size(), kMostDark); k < begins.size(); ++k) {
+      SYMRIG_TRY(Bracket bracket, expose(begins[k], *light));
+      photographs.push_back(std::move(bracket.photograph));
+    }
+    return photographs;
   }
 
   /// Every bracket that was truly exposed with this pattern.
@@ -70,11 +91,18 @@ class Auditor {
     const std::uint64_t dark = picture_key(Image<float>(studio_.scene().grid(), 1));
     std::size_t row = 0;
     int sessions = 0;
-    for (const TrueExposure& exposure : truth_) {
-      row = exposure.pure && exposure.picture == dark ? row + 1 : 0;
-      if (row == kDarkBrackets * options_.exposures) ++sessions;
+    for (std::size_t i = 0; i < truth_.size(); ++i) {
+      row = truth_[i].pure && truth_[i].picture == dark ? row + 1 : 0;
+      if (row == kDarkBrackets * options_.exposures) {
+        ++sessions;
+        for (std::size_t k = i + 1 - row; k < i; ++k) note_dark(k, sessions);
+      }
+      if (row >= kDarkBrackets * options_.exposures) note_dark(i, sessions);
       session_.push_back(sessions);
     }
+  }
+  void note_dark(std::size_t first, int session) {
+    if (first + options_.exposures <= truth_.size() && is_bracket(first)) dark_[session].push_back(first);
   }
 
   /// Exposures of one picture that become longer, as far as a bracket goes.
@@ -103,6 +131,7 @@ class Auditor {
   const AuditOptions& options_;
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> begins_;  // of brackets, by picture
   std::vector<int> session_;                                            // of each exposure
+  std::map<int, std::vector<std::size_t>> dark_;                        // begins of a session's dark brackets
 };
 
 /// A logged photograph beside the brackets that may have made it.
@@ -111,50 +140,86 @@ struct Suspect {
   std::vector<Bracket> brackets;
 };
 
-float median(Values values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Where logged and made again both count.
+template <class Use>
+void for_each_valid(const Radiance& again, const Radiance& logged, Use use) {
+  for (std::size_t i = 0; i < logged.valid.values().size(); ++i)
+    if (logged.valid.values()[i] != 0 && again.valid.values()[i] != 0) use(i);
+}
+
+/// What the rig has divided the photograph by, as far as its pixels tell: least squares.
+double lamp_of(const Radiance& again, const Values& black, const Radiance& logged) {
+  double both = 0;
+  double square = 0;
+  for_each_valid(again, logged, [&](std::size_t i) {
+    const double weight = 1.0 / logged.variance.values()[i];
+    const double made = again.mean.values()[i];
+    both += weight * made * (logged.mean.values()[i] + black[i]);
+    square += weight * made * made;
+  });
+  return both <= 0 ? 1 : std::clamp(square / both, 1 - kLampError, 1 + kLampError);
+}
+
+/// rms of (made again / lamp − black − logged) / σ over the pixels that count.
+double distance(const Radiance& again, const Values& black, const Radiance& logged) {
+  const double lamp = lamp_of(again, black, logged);
+  double squares = 0;
+  std::int64_t count = 0;
+  for_each_valid(again, logged, [&](std::size_t i) {
+    const double off = again.mean.values()[i] / lamp - black[i] - logged.mean.values()[i];
+    squares += off * off / logged.variance.values()[i];
+    ++count;
+  });
+  return count == 0 ? 0 : std::sqrt(squares / static_cast<double>(count));
 }
 
 using Blacks = std::map<int, Values>;  // by session
 
-/// What the rig has subtracted from the photographs of a session. Of several brackets with a photograph's
+/// Median distance of a session's photographs under this black. Of several brackets with a photograph's
 /// pattern the last one was most likely used: the ones before it were taken again.
-Values black_of(std::span<const Suspect> suspects, int session, std::size_t pixels) {
-  Values black(pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    Values differences;
-    for (const Suspect& suspect : suspects)
-      if (!suspect.brackets.empty() && suspect.brackets.back().session == session &&
-          suspect.logged.valid.values()[i] != 0)
-        differences.push_back(suspect.brackets.back().photograph.mean.values()[i] -
-                              suspect.logged.mean.values()[i]);
-    if (!differences.empty()) black[i] = median(std::move(differences));
+double misfit(std::span<const Suspect> suspects, int session, const Values& black) {
+  std::vector<double> distances;
+  for (const Suspect& suspect : suspects) {
+    if (distances.size() == kWitnesses) break;
+    if (suspect.brackets.empty() || suspect.brackets.back().session != session) continue;
+    distances.push_back(distance(suspect.brackets.back().photograph, black, suspect.logged));
   }
-  return black;
+  if (distances.empty()) return 0;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
 }
 
-Blacks blacks_of(std::span<const Suspect> suspects) {
+/// What the rig has subtracted in a session: the mean of some of its dark brackets, as many as
+/// options.blacks. Which ones nobody has said (some were taken again): those under which the photographs fit.
+Result<Values> black_of(const Auditor& auditor, std::span<const Suspect> suspects, int session,
+                        std::size_t blacks) {
+  SYMRIG_TRY(const std::vector<Radiance> dark, auditor.dark_photographs(session));
+  if (dark.empty() || blacks == 0) return Values(auditor.pixels());
+  std::vector<char> chosen(dark.size());
+  std::fill_n(chosen.rbegin(), std::min(blacks, dark.size()), 1);
+  Values best;
+  double least = std::numeric_limits<double>::infinity();
+  do {  // every choice
+    std::vector<Radiance> used;
+    for (std::size_t k = 0; k < dark.size(); ++k)
+      if (chosen[k] != 0) used.push_back(dark[k]);
+    SYMRIG_TRY(const Radiance black, average(used));
+    const Values values(black.mean.values().begin(), black.mean.values().end());
+    const double away = misfit(suspects, session, values);
+    if (away < least) least = away, best = values;
+  } while (std::next_permutation(chosen.begin(), chosen.end()));
+  return best;
+}
+
+Result<Blacks> blacks_of(const Auditor& auditor, std::span<const Suspect> suspects, std::size_t count) {
   Blacks blacks;
   for (const Suspect& suspect : suspects)
-    for (const Bracket& bracket : suspect.brackets)
-      if (!blacks.contains(bracket.session))
-        blacks[bracket.session] = black_of(suspects, bracket.session, suspect.logged.mean.values().size());
+    for (const Bracket& bracket : suspect.brackets) {
+      if (blacks.contains(bracket.session)) continue;
+      SYMRIG_TRY(blacks[bracket.session], black_of(auditor, suspects, bracket.session, count));
+    }
   return blacks;
-}
-
-/// rms of (made again − black − logged) / σ over the pixels that count.
-double distance(const Radiance& again, const Values& black, const Radiance& logged) {
-  double squares = 0;
-  std::int64_t count = 0;
-  for (std::size_t i = 0; i < black.size(); ++i) {
-    if (logged.valid.values()[i] == 0 || again.valid.values()[i] == 0) continue;
-    const double off = again.mean.values()[i] - black[i] - logged.mean.values()[i];
-    squares += off * off / logged.variance.values()[i];
-    ++count;
-  }
-  return count == 0 ? 0 : std::sqrt(squares / static_cast<double>(count));
 }
 
 /// Finds the nearest bracket and puts it first.
@@ -204,7 +269,7 @@ Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> trut
                     const AuditOptions& options) {
   const Auditor auditor(truth, studio, options);
   SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
-  const Blacks blacks = blacks_of(suspects);
+  SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, suspects, options.blacks));
   Audit audit;
   for (Suspect& suspect : suspects) audit.photographs.push_back(judge(suspect, blacks, truth));
   for (std::size_t k = 0; k < suspects.size(); ++k) {

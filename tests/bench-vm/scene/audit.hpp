@@ -18,6 +18,7 @@ namespace symrig::bench_vm {
 struct AuditOptions {
   std::int64_t first_frame = 0;  ///< as bench_scene's
   std::size_t exposures = 4;     ///< frames a photograph
+  std::size_t blacks = 8;        ///< dark photographs that the rig's black is the mean of
   double scale = 1 / sim::kSensitivity;
   /// A photograph is right if it lies nearer than this to what the true frames make [sigmas, rms over the
   /// pixels, of the photograph's own noise].
@@ -47,9 +48,9 @@ struct Audit {
 /// number, so the frames that were truly exposed can be made again, merged, and compared. A photograph with
 /// one frame of another pattern, another exposure or another shot of the same pattern is off by its noise.
 ///
-/// The black that the rig subtracted is the median difference, pixel by pixel, of a session's photographs
-/// from those made again; it is common to all of them. A session begins with brackets of the dark screen.
-/// fails: as PhotographLog::read and merge.
+/// The rig divides by its estimate of the lamp, which its references' noise moves by some thousandths: a
+/// factor within a hundredth of 1 is fitted to each photograph. The black that the rig subtracted is the mean
+/// of dark brackets that the session began with. fails: as PhotographLog::read and merge.
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth, const sim::Studio& studio,
                     const AuditOptions& options);
 

@@ -4,6 +4,7 @@
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/looped_rig.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -26,13 +27,16 @@ std::function<void(std::vector<CameraFrame>&)> once(std::function<void(std::vect
 struct Session {
   LoopedRig rig{"sim:vgroove-textured?size=20x24"};
   std::unique_ptr<PhotographLog> log = make_memory_log({20, 24}, 1);
+  double lamp_error = 0;  // what the rig thinks of its lamp is off by so much, to and fro
 
   Result<void> capture(std::size_t from, std::function<void(std::vector<CameraFrame>&)> tamper) {
     SYMRIG_TRY(const auto opened, rig.open());
     for (std::size_t i = 0; i < kPhotographs; ++i) {
       const Pattern pattern = random_pattern({20, 24}, i);
       if (i == from) rig.tamper = once(std::exchange(tamper, {}));
-      SYMRIG_TRY(const auto photographs, opened->measure({&pattern, 1}));
+      SYMRIG_TRY(auto photographs, opened->measure({&pattern, 1}));
+      const auto lamp = static_cast<float>(1 + lamp_error * std::sin(static_cast<double>(i)));
+      for (float& value : photographs[0].mean.values()) value /= lamp;
       if (i == from) rig.tamper = [](auto&) {};
       SYMRIG_CHECK(log->append(pattern, photographs[0], opened->cost()));
     }
@@ -79,6 +83,19 @@ TEST(Audit, finds_frames_in_the_wrong_place) {
     EXPECT_GT(audit->photographs[11].distance, 0.2);
     EXPECT_LT(audit->photographs[12].distance, 0.02);
   }
+}
+
+// An estimate of the lamp that is off by thousandths is no wrong frame, and hides none.
+TEST(Audit, finds_a_frame_in_the_wrong_place_beside_errors_of_the_lamp) {
+  Session session;
+  session.lamp_error = 0.005;
+  ASSERT_OK(session.capture(11, [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); }));
+  const auto audit = session.audited();
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->wrong, 1);
+  EXPECT_GT(audit->photographs[11].distance, 0.2);
+  EXPECT_LT(audit->farthest_right, 0.1);
+  EXPECT_GT(audit->found, audit->planted * 3 / 4);
 }
 
 TEST(Audit, finds_another_shot_of_the_same_pattern) {
