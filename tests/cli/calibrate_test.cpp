@@ -4,6 +4,8 @@
 #include "symrig/image/file.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace symrig::test {
@@ -72,6 +74,43 @@ TEST_F(Photographs, fit_makes_a_scene_like_any_other) {
   EXPECT_NE(read_text(path("real.html")).find("Held-out photographs"), std::string::npos);
 }
 
+TEST_F(Photographs, the_map_has_a_page_that_loads_nothing) {
+  ASSERT_EQ(
+      symrig({"calibrate", "--from", "photographs", "--projector", "24x40", "--report", "map.html"}).code, 0);
+  const std::string page = read_text(path("map.html"));
+  EXPECT_NE(page.find("Decoded, of the lit ones"), std::string::npos);
+  EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
+  EXPECT_EQ(page.find("src=\"http"), std::string::npos);
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+}
+
+// The same sequence as raw dumps: 16-bit words, 4 bytes of padding a row, and a capture.toml.
+TEST_F(Photographs, raw_dumps_are_calibrated_by_their_capture_file) {
+  std::filesystem::create_directory(path("raw"));
+  const std::vector<Pattern> patterns = gray_code_patterns(kGrid);
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    std::string bytes;
+    for (int r = 0; r < kGrid.rows; ++r) {
+      for (int c = 0; c < kGrid.cols; ++c) {
+        const auto code =
+            static_cast<unsigned>(std::lround(65535 * (kBlack + kDirect * patterns[k].at(r, c))));
+        bytes += static_cast<char>(code & 0xFFU);
+        bytes += static_cast<char>(code >> 8U);
+      }
+      bytes += "pad!";
+    }
+    write_text(path(fmt::format("raw/{:02}.raw", k)), bytes);
+  }
+  const std::string layout = "[raw]\nformat = \"Y16\"\nsize = \"40x24\"\n";
+  write_text(path("raw/capture.toml"), "symrig = 1\nprojector = \"24x40\"\n" + layout + "stride = 84\n");
+  ASSERT_EQ(symrig({"calibrate", "--from", "raw", "--json", "c.json"}).code, 0);
+  EXPECT_GT(json("c.json").at("decoded_share").get<double>(), 0.95);
+  write_text(path("raw/capture.toml"), "symrig = 1\nprojector = \"24x40\"\n" + layout);
+  expect_refusal({"calibrate", "--from", "raw"}, kBadInput, {"00.raw: has 2016 bytes", "1920"});
+  write_text(path("raw/capture.toml"), "symrig = 1\nprojektor = \"24x40\"\n");
+  expect_refusal({"calibrate", "--from", "raw"}, kBadInput, {"capture.toml:2", "projektor"});
+}
+
 TEST_F(Photographs, nothing_is_held_out_when_asked_so) {
   ASSERT_EQ(
       symrig({"fit", "--from", "photographs", "--projector", "24x40", "-o", "real.h5", "--hold-out", "0"})
@@ -93,6 +132,55 @@ TEST_F(Photographs, bad_folders_are_refused) {
 TEST_F(Photographs, photographs_of_several_sizes_are_refused) {
   ASSERT_TRUE(write_image(path(name(3)), Image<float>({24, 41}, 1, 0.5F)).ok());
   expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput, {"24x41"});
+}
+
+TEST_F(Photographs, a_black_photograph_that_is_lit_is_named) {
+  write_photograph(23, gray_code_patterns(kGrid)[4]);
+  expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput,
+                 {"23.png", "(black) is lit"});
+}
+
+TEST_F(Photographs, a_swapped_pair_is_named) {
+  std::filesystem::rename(path(name(4)), path("x.png"));
+  std::filesystem::rename(path(name(5)), path(name(4)));
+  std::filesystem::rename(path("x.png"), path(name(5)));
+  expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput,
+                 {"04.png and 05.png", "swapped"});
+}
+
+TEST_F(Photographs, a_saturated_white_is_named) {
+  ASSERT_TRUE(write_image(path(name(22)), Image<float>(kGrid, 1, 1)).ok());
+  expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput,
+                 {"22.png (white) is saturated"});
+}
+
+TEST_F(Photographs, no_black_photograph_is_named) {
+  std::filesystem::remove(path(name(23)));
+  expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput,
+                 {"has 23 photographs", "needs 24"});
+}
+
+TEST_F(Photographs, a_camera_that_moved_is_named) {
+  const std::vector<Pattern> patterns = gray_code_patterns(kGrid);
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    const int moved = k >= 8 ? 1 : 0;  // by a pixel, before the fifth pair
+    Image<float> seen(kGrid);
+    for (int r = 0; r < kGrid.rows; ++r)
+      for (int c = 0; c < kGrid.cols; ++c) {
+        const int x = std::min(c + moved, kGrid.cols - 1);
+        const double albedo = 0.6 + 0.3 * std::sin(0.7 * x) * std::cos(0.5 * r);
+        seen.at(r, c) = kBlack + static_cast<float>(albedo) * patterns[k].at(r, x);
+      }
+    ASSERT_TRUE(write_image(path(name(k)), seen).ok());
+  }
+  expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput,
+                 {"has moved between 06.png and 08.png"});
+}
+
+TEST_F(Photographs, a_missing_photograph_is_named) {
+  std::filesystem::remove(path(name(3)));
+  expect_refusal({"fit", "--from", "photographs", "--projector", "24x40", "-o", "r.h5"}, kBadInput,
+                 {"between 02.png and 04.png there is a gap"});
 }
 
 TEST_F(Photographs, a_damaged_photograph_is_refused) {

@@ -8,6 +8,7 @@
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/calibration_summary.hpp"
+#include "symrig/rig/rig_file.hpp"
 
 #include <cmath>
 #include <memory>
@@ -19,7 +20,7 @@ namespace {
 
 struct Arguments {
   CodeFolder from;
-  std::string rig, output, json;
+  std::string rig, output, uncertainty, report, json;
 };
 
 /// What a calibration found, from photographs or from a rig.
@@ -83,10 +84,14 @@ Result<Calibration> from_rig(const std::string& name) {
 std::string told(const Calibration& c) {
   std::string text = fmt::format(
       "{}: {} photographs, camera {}, projector {}\n"
-      "decoded {} of the camera's pixels\n"
+      "decoded {} of the camera's pixels, {} of the lit ones; {} of them lie over 1.5 pixels off their "
+      "neighbours, the "
+      "others {:.3f} rms\n"
       "mean white {:.4g}, mean black {:.4g}, noise {:.3g} rms a pixel (units of the photographs)\n",
       c.summary.source, c.summary.photographs, to_string(c.map.camera), to_string(c.map.projector),
-      percent(c.map.decoded_share()), c.summary.mean_white, c.summary.mean_black, c.map.noise);
+      percent(c.map.decoded_share()), percent(c.summary.quality.valid_share),
+      percent(c.summary.quality.outlier_share), c.summary.quality.rms, c.summary.mean_white,
+      c.summary.mean_black, c.map.noise);
   if (!c.summary.rig) return text;
   const RigSummary& rig = *c.summary.rig;
   return text +
@@ -101,21 +106,35 @@ Result<void> check_arguments(const Arguments& arguments) {
   if (arguments.from.folder.empty() == arguments.rig.empty())
     return Error{ErrorCode::bad_argument, "give one of --from and --rig", "see symrig calibrate --help"};
   SYMRIG_CHECK(check_output(arguments.json));
-  if (arguments.output.empty()) return {};
-  if (is_png(arguments.output))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("{}: a map holds positions, and PNG cannot", arguments.output),
-                 "write a .exr or .pfm"};
-  return check_picture_output(arguments.output);
+  SYMRIG_CHECK(check_output(arguments.report));
+  for (const std::string& picture : {arguments.output, arguments.uncertainty}) {
+    if (picture.empty()) continue;
+    if (is_png(picture))
+      return Error{ErrorCode::bad_argument, fmt::format("{}: a map holds positions, and PNG cannot", picture),
+                   "write a .exr or .pfm"};
+    SYMRIG_CHECK(check_picture_output(picture));
+  }
+  return {};
+}
+
+/// Where the map goes: as asked for, else where the rig file says.
+Result<std::string> map_output(const Arguments& arguments) {
+  if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
+    return arguments.output;
+  SYMRIG_TRY(const RigFile file, read_rig_file(arguments.rig));
+  return file.map;
 }
 
 Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
+  SYMRIG_TRY(const std::string output, map_output(arguments));
   SYMRIG_TRY(const Calibration found,
              arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
-  if (!arguments.output.empty()) {
-    SYMRIG_CHECK(write_image(arguments.output, map_picture(found.map)));
-  }
+  if (!output.empty()) SYMRIG_CHECK(write_image(output, map_picture(found.map)));
+  if (!arguments.uncertainty.empty())
+    SYMRIG_CHECK(write_image(arguments.uncertainty, uncertainty_picture(found.map)));
+  if (!arguments.report.empty())
+    SYMRIG_CHECK(write_text(arguments.report, calibration_page(found.summary, found.map)));
   SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
   return arguments.json == "-" ? Result<void>() : print(told(found));
 }
@@ -133,6 +152,13 @@ Job add_calibrate(CLI::App& app) {
       ->add_option("-o,--output", arguments->output,
                    "Map to write, .exr or .pfm: projector column, projector row, decoded")
       ->type_name("map.exr");
+  command
+      ->add_option(
+          "--uncertainty", arguments->uncertainty,
+          "Picture to write, .exr or .pfm: sigma of column and row, distance from the neighbours' map")
+      ->type_name("sigma.exr");
+  command->add_option("--report", arguments->report, "Page to write: the map, and how well it is known")
+      ->type_name("map.html");
   add_json(*command, arguments->json);
   command->footer(std::string("Example:\n"
                               "  symrig calibrate --from photographs -o map.exr --json -\n"

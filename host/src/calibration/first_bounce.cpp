@@ -6,7 +6,9 @@
 #include "calibration/raw_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -17,7 +19,7 @@ using namespace calibration;
 
 /// Lit pixels: white − black well above the noise.
 std::vector<std::uint8_t> lit_pixels(const PixelMap& map, const DecodeOptions& options) {
-  const double least = options.contrast_sigmas * std::sqrt(2.0) * map.noise;
+  const double least = options.policy.contrast_sigmas * std::sqrt(2.0) * map.noise;
   std::vector<std::uint8_t> lit;
   lit.reserve(map.contrast.values().size());
   for (const float c : map.contrast.values()) lit.push_back(static_cast<double>(c) > least ? 1 : 0);
@@ -47,22 +49,33 @@ Result<void> check(const FitOptions& options) {
   return {};
 }
 
-/// What is one number for the whole picture.
-struct Geometry {
-  int surroundings = 0;
-  Blur blur;
-};
+/// The sizes of the surroundings that near light may come from [projector pixels]: translucent matter,
+/// lenses, and the scene nearby; or the one asked for.
+std::array<int, kNearSizes> near_reaches(const FitOptions& options) {
+  std::array<int, kNearSizes> sizes{4, 16, 64};
+  if (options.surroundings > 0) sizes.fill(options.surroundings);
+  return sizes;
+}
 
-/// The surroundings and blur that leave the least residual.
-Geometry choose_geometry(const CodePhotographs& photographs, const FitOptions& options, const PixelMap& map,
-                         const BlockTree& projector) {
-  const std::vector<int> sizes =
-      options.surroundings > 0 ? std::vector<int>{options.surroundings} : std::vector<int>{16, 32, 64, 128};
-  Geometry best;
-  for (const int size : sizes) {
-    const Surroundings surroundings(projector, size);
-    const Blur blur = LightModel(photographs, options.decode, surroundings).best_blur(map);
-    if (best.surroundings == 0 || blur.squared_residual < best.blur.squared_residual) best = {size, blur};
+std::vector<Surroundings> surroundings_of(const BlockTree& projector,
+                                          const std::array<int, kNearSizes>& sizes) {
+  std::vector<Surroundings> all;
+  for (const int size : sizes) all.emplace_back(projector, size);
+  return all;
+}
+
+/// See FitStatistics::surroundings.
+int best_surroundings(const CodePhotographs& photographs, const FitOptions& options, const PixelMap& map,
+                      const BlockTree& projector) {
+  if (options.surroundings > 0) return options.surroundings;
+  int best = 0;
+  double least = 0;
+  for (const int size : {16, 32, 64, 128}) {
+    std::array<int, kNearSizes> sizes{};
+    sizes.fill(size);
+    const auto surroundings = surroundings_of(projector, sizes);
+    const double left = LightModel(photographs, options.decode, surroundings).best_blur(map).squared_residual;
+    if (best == 0 || left < least) best = size, least = left;
   }
   return best;
 }
@@ -111,11 +124,13 @@ FitStatistics statistics_of(const CodePhotographs& photographs, const PixelMap& 
   const auto lit = lit_pixels(map, options.decode);
   FitStatistics s;
   double white = 0, direct = 0, near = 0, far = 0, residual = 0, count = 0;
+  s.near_reaches = near_reaches(options);
   for (std::size_t i = 0; i < lit.size(); ++i) {
     if (!lit[i]) continue;
     white += static_cast<double>(photographs.white().values()[i]);
     direct += light[i].direct;
-    near += light[i].near;
+    near += std::accumulate(light[i].near.begin(), light[i].near.end(), 0.0);
+    for (std::size_t z = 0; z < kNearSizes; ++z) s.near_shares[z] += light[i].near[z];
     far += light[i].far;
     residual += light[i].squared_residual;
     count += 1;
@@ -125,6 +140,7 @@ FitStatistics statistics_of(const CodePhotographs& photographs, const PixelMap& 
   s.decoded_share = map.decoded_share();
   s.direct_share = direct / (direct + near + far);
   s.near_share = near / (direct + near + far);
+  for (double& share : s.near_shares) share /= direct + near + far;
   s.residual = std::sqrt(residual / (count * static_cast<double>(seen))) / s.mean_white;
   return s;
 }
@@ -135,21 +151,20 @@ Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, cons
   SYMRIG_CHECK(check(options));
   SYMRIG_TRY(auto map, decode(photographs, options.decode));
   const BlockTree projector(map.projector);
-  const Geometry geometry = choose_geometry(photographs, options, map, projector);
-  const Surroundings surroundings(projector, geometry.surroundings);
+  const auto surroundings = surroundings_of(projector, near_reaches(options));
   const LightModel model(photographs, options.decode, surroundings);
+  const Blur blur = model.best_blur(map);
   const PixelMap filled = without_holes(map, options.decode);
-  const auto light = model.fit_all(filled, geometry.blur.sigma);
-  FirstBounceFit fit{
-      light_tensor(filled, light, surroundings, projector, geometry.blur.sigma, options.weight_cutoff),
-      black_level(map.camera, light),
-      std::move(map),
-      {},
-      {},
-      {}};
+  const auto light = model.fit_all(filled, blur.sigma);
+  FirstBounceFit fit{light_tensor(filled, light, surroundings, projector, blur.sigma, options.weight_cutoff),
+                     black_level(map.camera, light),
+                     std::move(map),
+                     {},
+                     {},
+                     {}};
   fit.statistics = statistics_of(photographs, fit.map, light, options, model.photographs());
-  fit.statistics.footprint_sigma = geometry.blur.sigma;
-  fit.statistics.surroundings = geometry.surroundings;
+  fit.statistics.footprint_sigma = blur.sigma;
+  fit.statistics.surroundings = best_surroundings(photographs, options, fit.map, projector);
   fit.statistics.scalars = static_cast<std::int64_t>(fit.tensor.column_rows().size());
   if (options.decode.held_out_pair) SYMRIG_CHECK(predict_held_out(photographs, options, fit));
   return fit;

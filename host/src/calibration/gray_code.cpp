@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gray_code.hpp"
 
-#include "symrig/image/file.hpp"
-#include "symrig/image/resample.hpp"
+#include "symrig/calibration/capture_file.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -21,11 +20,11 @@ int bits_for(int positions) {
   return std::bit_width(static_cast<unsigned>(std::max(positions, 1) - 1));
 }
 
-bool picture_suffix(const fs::path& path) {
+bool picture_suffix(const fs::path& path, bool raw) {
   std::string suffix = path.extension().string();
   std::ranges::transform(suffix, suffix.begin(),
                          [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix == ".png" || suffix == ".exr" || suffix == ".pfm";
+  return suffix == ".png" || suffix == ".exr" || suffix == ".pfm" || (raw && suffix == ".raw");
 }
 
 /// The number that starts at `at`, which is moved behind it; leading zeros do not count.
@@ -55,14 +54,15 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j || (a.size() - i == b.size() - j && a < b);
 }
 
-Result<std::vector<fs::path>> list_pictures(const fs::path& folder) {
+/// raw: .raw files are pictures, too.
+Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
   std::error_code error;
   if (!fs::is_directory(folder, error))
     return Error{ErrorCode::not_found, folder.string() + ": no such folder",
                  "give the folder that holds the photographs"};
   std::vector<fs::path> pictures;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    if (it->is_regular_file(error) && picture_suffix(it->path())) pictures.push_back(it->path());
+    if (it->is_regular_file(error) && picture_suffix(it->path(), raw)) pictures.push_back(it->path());
   if (error) return Error{ErrorCode::io, folder.string() + ": cannot be listed (" + error.message() + ")"};
   if (pictures.empty())
     return Error{ErrorCode::not_found, folder.string() + ": holds no .png, .exr or .pfm file",
@@ -71,13 +71,37 @@ Result<std::vector<fs::path>> list_pictures(const fs::path& folder) {
   return pictures;
 }
 
-Result<GrayCode> code_of(const fs::path& folder, int count, const std::optional<Grid>& projector) {
+/// The last number in a file's name; −1 if there is none.
+long number_in(const fs::path& picture) {
+  const std::string name = picture.stem().string();
+  const std::size_t last = name.find_last_of("0123456789");
+  if (last == std::string::npos) return -1;
+  const std::size_t before = name.find_last_not_of("0123456789", last);
+  const std::size_t first = before == std::string::npos ? 0 : before + 1;
+  return last - first > 8 ? -1 : std::stol(name.substr(first, last - first + 1));
+}
+
+/// "between 02.png and 04.png one is missing", where the numbers of the files say so.
+std::string gap_in(const std::vector<fs::path>& pictures) {
+  for (std::size_t i = 1; i < pictures.size(); ++i) {
+    const long before = number_in(pictures[i - 1]), after = number_in(pictures[i]);
+    if (before >= 0 && after > before + 1)
+      return fmt::format(" (between {} and {} there is a gap)", pictures[i - 1].filename().string(),
+                         pictures[i].filename().string());
+  }
+  return {};
+}
+
+Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pictures,
+                         const std::optional<Grid>& projector) {
+  const int count = static_cast<int>(pictures.size());
+  const std::string gap = gap_in(pictures);
   if (!projector) {
     if (const auto code = GrayCode::of_length(count)) return *code;
     return Error{
         ErrorCode::size_mismatch,
-        fmt::format("{}: has {} photographs; a Gray-code sequence has 2 (column bits + row bits) + 2",
-                    folder.string(), count),
+        fmt::format("{}: has {} photographs{}; a Gray-code sequence has 2 (column bits + row bits) + 2",
+                    folder.string(), count, gap),
         "42 for a projector of 768x1024; give the projector's size if it is another"};
   }
   if (!projector->valid())
@@ -85,8 +109,8 @@ Result<GrayCode> code_of(const fs::path& folder, int count, const std::optional<
   const GrayCode code(*projector);
   if (code.photographs() == count) return code;
   return Error{ErrorCode::size_mismatch,
-               fmt::format("{}: has {} photographs; a projector of {} needs {}", folder.string(), count,
-                           to_string(*projector), code.photographs()),
+               fmt::format("{}: has {} photographs{}; a projector of {} needs {}", folder.string(), count,
+                           gap, to_string(*projector), code.photographs()),
                "keep only the sequence in the folder, or give the size of the projector that showed it"};
 }
 
@@ -165,19 +189,38 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
                "the order is: column pairs, row pairs, white, black"};
 }
 
-Result<CodePhotographs> read_gray_code_folder(const fs::path& folder, const ReadCodeOptions& options) {
-  SYMRIG_TRY(const auto pictures, list_pictures(folder));
+namespace {
+
+/// All pictures of the folder, in natural order.
+Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureFile& capture,
+                                          const ReadCodeOptions& options) {
+  SYMRIG_TRY(const auto pictures, list_pictures(folder, capture.raw.has_value()));
   const int count = static_cast<int>(pictures.size());
-  SYMRIG_TRY(const GrayCode code, code_of(folder, count, options.projector));
+  SYMRIG_TRY(const GrayCode code,
+             code_of(folder, pictures, options.projector ? options.projector : capture.projector));
   CodePhotographs photographs{code, {}, {}};
   for (const fs::path& picture : pictures) {
-    SYMRIG_TRY(auto image, read_image(picture));
-    photographs.images.push_back(image.channels() == 1 ? std::move(image) : to_gray(image));
+    SYMRIG_TRY(auto image, read_captured(picture, capture));
+    photographs.images.push_back(std::move(image));
     photographs.names.push_back(picture.filename().string());
     if (options.progress &&
         !options.progress({"reading", static_cast<std::int64_t>(photographs.images.size()), count}))
       return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
   }
+  return photographs;
+}
+
+}  // namespace
+
+Result<CodePhotographs> read_gray_code_folder(const fs::path& folder, const ReadCodeOptions& options) {
+  CaptureFile capture;
+  std::error_code error;
+  if (const fs::path described = folder / "capture.toml"; fs::exists(described, error)) {
+    SYMRIG_TRY(capture, read_capture_file(described));
+  }
+  SYMRIG_TRY(CodePhotographs photographs, capture.photographs.empty()
+                                              ? read_all_pictures(folder, capture, options)
+                                              : read_capture(folder, capture, options));
   SYMRIG_CHECK(check_gray_code(photographs));
   return photographs;
 }

@@ -7,6 +7,8 @@
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
+#include <array>
+#include <span>
 #include <vector>
 
 namespace symrig::calibration {
@@ -29,7 +31,7 @@ class LightModel {
  public:
   /// Leaves out DecodeOptions::held_out_pair. All arguments must outlive the model.
   LightModel(const CodePhotographs& photographs, const DecodeOptions& options,
-             const Surroundings& surroundings);
+             std::span<const Surroundings> surroundings);
 
   std::size_t photographs() const { return seen_.size(); }
 
@@ -44,15 +46,16 @@ class LightModel {
   struct Observation {
     const float* pixels = nullptr;
     StripeAxis axis = StripeAxis::columns;
-    std::vector<float> stripes;  ///< the pattern along its axis,
-    std::vector<float> blocks;   ///< its means over the blocks of the surroundings,
-    double mean = 0;             ///< and over the projector
+    std::vector<float> stripes;                         ///< the pattern along its axis,
+    std::array<std::vector<float>, kNearSizes> blocks;  ///< its means over the blocks of each surroundings,
+    double mean = 0;                                    ///< and over the projector
   };
 
   Observation observe(const CodePhotographs& photographs, int index) const;
   double squared_residual(const PixelMap& map, double sigma) const;
 
-  const Surroundings& surroundings_;
+  std::span<const Surroundings> surroundings_;  ///< kNearSizes of them
+  double model_error_;                          ///< DecodePolicy::model_error
   std::vector<Observation> seen_;
 };
 

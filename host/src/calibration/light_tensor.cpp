@@ -93,17 +93,19 @@ SparseColumns direct_columns(const PixelMap& map, std::span<const PixelLight> li
 
 /// Near light; columns are the blocks of the surroundings, row by row.
 SparseColumns near_columns(const PixelMap& map, std::span<const PixelLight> light,
-                           std::span<const std::int32_t> camera, const Surroundings& surroundings) {
+                           std::span<const std::int32_t> camera, const Surroundings& surroundings,
+                           std::size_t size) {
   const auto blocks =
       static_cast<std::size_t>(surroundings.rows()) * static_cast<std::size_t>(surroundings.cols());
   return gather(blocks, [&](auto take) {
     for (std::size_t pixel = 0; pixel < light.size(); ++pixel) {
-      if (light[pixel].near <= 0) continue;
+      if (light[pixel].near[size] <= 0) continue;
       const Footprint f{surroundings.column_taps(static_cast<double>(map.col.values()[pixel])),
                         surroundings.row_taps(static_cast<double>(map.row.values()[pixel]))};
       for_each_weight(f, 1e-6F, [&](int row, int col, float w) {
         const float share = w / static_cast<float>(surroundings.block(row, col).size());
-        take(surroundings.index(row, col), camera[pixel], share * static_cast<float>(light[pixel].near));
+        take(surroundings.index(row, col), camera[pixel],
+             share * static_cast<float>(light[pixel].near[size]));
       });
     }
   });
@@ -141,13 +143,14 @@ void add_direct_light(TensorBuilder& builder, const SparseColumns& columns, std:
 }  // namespace
 
 TransportTensor light_tensor(const PixelMap& map, std::span<const PixelLight> light,
-                             const Surroundings& surroundings, BlockTree projector, double sigma,
+                             std::span<const Surroundings> surroundings, BlockTree projector, double sigma,
                              double cutoff) {
   const BlockTree camera(map.camera);
   const auto camera_index = tree_index(camera), projector_index = tree_index(projector);
   TensorBuilder builder(camera, std::move(projector), 1);
   add_far_light(builder, light, camera_index, projector_index.size());
-  add_near_light(builder, near_columns(map, light, camera_index, surroundings), surroundings);
+  for (std::size_t z = 0; z < surroundings.size(); ++z)
+    add_near_light(builder, near_columns(map, light, camera_index, surroundings[z], z), surroundings[z]);
   add_direct_light(builder, direct_columns(map, light, camera_index, projector_index, sigma, cutoff),
                    projector_index.size());
   return std::move(builder).finish();

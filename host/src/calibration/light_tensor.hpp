@@ -8,11 +8,11 @@
 
 namespace symrig::calibration {
 
-/// T of fitted pixels: direct light as one sparse column a projector pixel, near light as one a block of the
-/// surroundings, far light as one rank-1 leaf over everything. Footprint weights below `cutoff` of the
+/// T of fitted pixels: direct light as one sparse column a projector pixel, near light as one a block of each
+/// of the surroundings, far light as one rank-1 leaf over everything. Footprint weights below `cutoff` of the
 /// largest are dropped and the rest made to sum to 1.
 TransportTensor light_tensor(const PixelMap& map, std::span<const PixelLight> light,
-                             const Surroundings& surroundings, BlockTree projector, double sigma,
+                             std::span<const Surroundings> surroundings, BlockTree projector, double sigma,
                              double cutoff);
 
 }  // namespace symrig::calibration

@@ -1,22 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+
 #include <Eigen/Dense>
 
 namespace symrig::calibration {
 
-/// What one camera pixel sees: y(p) = black + direct · d(p) + near · n(p) + far · f(p), with direct, near,
-/// far ≥ 0.
+/// Surroundings of how many sizes near light may come from.
+inline constexpr std::size_t kNearSizes = 3;
+
+/// What one camera pixel sees: y(p) = black + direct · d(p) + Σ_z near_z · n_z(p) + far · f(p), with direct,
+/// near, far ≥ 0.
 struct PixelLight {
-  double black = 0, direct = 0, near = 0, far = 0;
+  double black = 0, direct = 0;
+  std::array<double, kNearSizes> near{};
+  double far = 0;
   double squared_residual = 0;  ///< sum over the photographs
 };
 
 /// Light of one pattern on one camera pixel, 0..1 each.
 struct PatternLight {
-  double direct = 0;  ///< on its footprint
-  double near = 0;    ///< on the surroundings of the footprint
-  double far = 0;     ///< mean over the projector
+  double direct = 0;                      ///< on its footprint
+  std::array<double, kNearSizes> near{};  ///< on the surroundings of the footprint, by size
+  double far = 0;                         ///< mean over the projector
 };
 
 /// Linear least squares of PixelLight, gathered photograph by photograph.
@@ -24,23 +31,29 @@ class PixelLightFit {
  public:
   /// y: what the camera saw.
   void add(const PatternLight& p, double y) {
-    const Eigen::Vector4d x(1, p.direct, p.near, p.far);
+    Vector x;
+    x << 1, p.direct, p.near[0], p.near[1], p.near[2], p.far;
     a_.noalias() += x * x.transpose();
     b_ += y * x;
     yy_ += y * y;
   }
 
   /// Least squares under direct, near, far ≥ 0. Direct light below `least` of its standard errors at unit
-  /// noise is taken for none. With `lit` false neither direct nor near light is looked for.
-  PixelLight solve(bool lit, double least) const;
+  /// noise is taken for none; so is near light of a size that lowers the squared residual by less than
+  /// `least_near`². With `lit` false neither direct nor near light is looked for.
+  PixelLight solve(bool lit, double least, double least_near) const;
 
  private:
-  Eigen::Matrix4d active_matrix(unsigned active) const;
-  PixelLight solve_for(unsigned active) const;
-  PixelLight solve_signed(unsigned allowed) const;
+  static constexpr int kUnknowns = 3 + static_cast<int>(kNearSizes);
+  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 
-  Eigen::Matrix4d a_ = Eigen::Matrix4d::Zero();
-  Eigen::Vector4d b_ = Eigen::Vector4d::Zero();
+  Matrix regular() const;
+  PixelLight solve_for(unsigned allowed) const;
+  PixelLight without_noise(double least, unsigned& allowed) const;
+
+  Matrix a_ = Matrix::Zero();
+  Vector b_ = Vector::Zero();
   double yy_ = 0;
 };
 

@@ -54,6 +54,10 @@ void unfold(RawMap& map, StripeAxis axis, int block, double orientation);
 /// Share of pixels around which the map keeps this orientation, of those where it can be told.
 double oriented_share(const RawMap& map, double orientation);
 
+/// Takes pixels out of the mask that few of their neighbours agree with: what a glint or a crumpled foil
+/// sends is a position, but not one of the surface there. Positions stay as they are.
+void drop_unsupported(RawMap& map, const DecodePolicy& policy);
+
 /// Replaces positions by the local plane's value, drops pixels without neighbours that agree, fills small
 /// holes where `lit`.
 void refine(RawMap& map, const Image<std::uint8_t>& lit);

@@ -58,7 +58,13 @@ class Folded {
   float reflected(int row, int col) const {
     return static_cast<float>(2 * block_number(row, col) * block_ + block_ - 1) - candidate(row, col);
   }
-  int block_number(int row, int col) const { return static_cast<int>(candidate(row, col)) / block_; }
+  int block_number(int row, int col) const {
+    return static_cast<int>(std::floor((candidate(row, col) + 0.5F) / static_cast<float>(block_)));
+  }
+  /// The middle of its block: what is known of a position without the bit.
+  float middle(int row, int col) const {
+    return static_cast<float>(block_number(row, col) * block_) + static_cast<float>(block_ - 1) / 2;
+  }
 
  private:
   const Image<float>& position_;
@@ -92,6 +98,34 @@ std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folde
   std::ranges::copy_if(size, std::back_inserter(sizes), [](double s) { return s > 0; });
   const double usual = quantile(sizes, 0.5);
   for (std::size_t i = 0; i < choices.size(); ++i) choices[i].settled = size[i] > 0.5 * usual;
+  return choices;
+}
+
+/// In blocks too narrow to see which way the map runs: the candidate nearer to a plane through the middles of
+/// the blocks around, over about four blocks.
+std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, int block, double scale) {
+  const Grid grid = map.grid();
+  constexpr int kReach = 6;
+  Image<float> middles(grid);
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = 0; col < grid.cols; ++col)
+      if (map.mask.at(row, col)) middles.at(row, col) = folded.middle(row, col);
+  const int spacing = std::max(1, static_cast<int>(std::lround(2 * block / scale / kReach)));
+  const Neighbourhood hood{.reach = kReach, .spacing = spacing, .scale = scale, .least = 20};
+  std::vector<Choice> choices(static_cast<std::size_t>(grid.size()));
+  tbb::parallel_for(0, grid.rows, [&](int row) {
+    for (int col = 0; col < grid.cols; ++col) {
+      if (!map.mask.at(row, col)) continue;
+      const Plane plane = fit_plane(middles, map.mask, row, col, static_cast<double>(middles.at(row, col)),
+                                    hood, [](int, int) { return true; });
+      if (plane.support == 0) continue;
+      const float a = folded.candidate(row, col), b = folded.reflected(row, col);
+      const bool keep =
+          std::abs(static_cast<double>(a) - plane.value) <= std::abs(static_cast<double>(b) - plane.value);
+      choices[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+              static_cast<std::size_t>(col)] = {true, keep ? a : b, plane.by_col, plane.by_row};
+    }
+  });
   return choices;
 }
 
@@ -134,9 +168,16 @@ double typical_scale(const RawMap& map) {
 
 void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
   const Grid grid = map.grid();
-  const Neighbourhood hood{.scale = typical_scale(map)};
+  const double scale = typical_scale(map);
+  // The window in which the way of the map is seen must fit into half a block.
+  const int spacing = std::clamp(static_cast<int>(std::lround(block / scale / 12)), 1, 3);
+  const Neighbourhood hood{.spacing = spacing, .scale = scale};
   const Folded folded(map, axis, block);
-  const auto choices = settle_by_orientation(map, folded, axis, hood, orientation);
+  constexpr double kOff = 1;      // projector pixels
+  constexpr double kNarrow = 10;  // camera pixels
+  const bool narrow = block < kNarrow * scale;
+  const auto choices = narrow ? settle_by_blocks(map, folded, block, scale)
+                              : settle_by_orientation(map, folded, axis, hood, orientation);
   Image<float> unfolded(grid);
   Image<std::uint8_t> settled(grid);
   tbb::parallel_for(0, grid.rows, [&](int row) {
@@ -146,8 +187,11 @@ void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
       if (std::isnan(expected)) expected = foretold(choices, grid, row, col, 3, 3 * hood.spacing);
       if (std::isnan(expected)) continue;
       const float a = folded.candidate(row, col), b = folded.reflected(row, col);
-      unfolded.at(row, col) =
-          std::abs(static_cast<double>(a) - expected) <= std::abs(static_cast<double>(b) - expected) ? a : b;
+      const bool keep =
+          std::abs(static_cast<double>(a) - expected) <= std::abs(static_cast<double>(b) - expected);
+      unfolded.at(row, col) = keep ? a : b;
+      // Neither of them: another surface begins here, or the surface bends light as ribbed tape does.
+      if (std::abs(static_cast<double>(unfolded.at(row, col)) - expected) > kOff) continue;
       settled.at(row, col) = 1;
     }
   });

@@ -57,6 +57,7 @@ Json statistics_json(const FitStatistics& s) {
   return {{"mean_white", s.mean_white},           {"lit_share", s.lit_share},
           {"decoded_share", s.decoded_share},     {"direct_share", s.direct_share},
           {"near_share", s.near_share},           {"surroundings", s.surroundings},
+          {"near_reaches", s.near_reaches},       {"near_shares", s.near_shares},
           {"footprint_sigma", s.footprint_sigma}, {"residual", s.residual}};
 }
 
@@ -67,7 +68,8 @@ CalibrationSummary summarize(const std::string& source, const CodePhotographs& p
   return {.source = source,
           .photographs = photographs.code.photographs(),
           .mean_white = mean_where(map.mask, photographs.white()),
-          .mean_black = mean_where(map.mask, photographs.black())};
+          .mean_black = mean_where(map.mask, photographs.black()),
+          .quality = judge_map(map, {.stride = 4})};
 }
 
 RigSummary offsets_of(const PixelMap& map) {
@@ -102,6 +104,10 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
   json["mean_white"] = summary.mean_white;
   json["mean_black"] = summary.mean_black;
   json["noise"] = map.noise;
+  json["quality"] = {{"lit_share", summary.quality.lit_share},
+                     {"valid_share_of_lit", summary.quality.valid_share},
+                     {"outlier_share", summary.quality.outlier_share},
+                     {"residual_rms", summary.quality.rms}};
   if (summary.rig) json["rig"] = rig_json(*summary.rig);
   return report::json_text(json);
 }
@@ -126,11 +132,15 @@ std::string fit_json(const std::string& source, const CodePhotographs& photograp
   return report::json_text(json);
 }
 
-Image<float> map_picture(const PixelMap& map) {
-  Image<float> picture(map.camera, 3);
-  std::ranges::copy(map.col.values(), picture.plane(0).begin());
-  std::ranges::copy(map.row.values(), picture.plane(1).begin());
-  std::ranges::copy(map.mask.values(), picture.plane(2).begin());
+Image<float> uncertainty_picture(const PixelMap& map) {
+  Image<float> picture(map.camera, 3, -1.0F);
+  const MapResiduals residuals = map_residuals(map);
+  for (std::size_t i = 0; i < map.mask.values().size(); ++i) {
+    if (map.mask.values()[i] == 0) continue;
+    picture.plane(0)[i] = map.col_sigma.values()[i];
+    picture.plane(1)[i] = map.row_sigma.values()[i];
+    if (!std::isnan(residuals.col.values()[i])) picture.plane(2)[i] = residuals.distance(i);
+  }
   return picture;
 }
 

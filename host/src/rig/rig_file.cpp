@@ -79,6 +79,16 @@ std::vector<device::LineConfig> lines_of(const device::RigSetup& setup) {
   return lines;
 }
 
+/// A path beside the rig file.
+void read_map(TableReader& top, const std::filesystem::path& folder, RigFile& file) {
+  std::string map;
+  if (!top.read("map", map)) return;
+  const std::filesystem::path path(map);
+  if (path.extension() != ".exr" && path.extension() != ".pfm")
+    return top.fail("map", "\"" + map + "\" is no picture that can hold positions", "give a .exr or .pfm");
+  file.map = (path.is_absolute() ? path : folder / path).string();
+}
+
 void check_devices(const RigFile& file, ReadContext& context) {
   if (file.setup.camera.mode == device::ExposureMode::timed)
     context.fail(
@@ -131,6 +141,7 @@ Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
   top.require("symrig", "symrig = 1, the version of this format");
   top.read_count("symrig", version, 1, 1);
   top.read("name", file.name);
+  read_map(top, folder, file);
   read_board(top, file);
   device::read_rig(top.find("rig"), folder, context, file.setup);
   read_camera_entry(top, file);

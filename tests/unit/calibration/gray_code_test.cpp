@@ -115,34 +115,34 @@ const Image<float> kSmall(Grid{3, 3}, 1, 0.5F);
 
 INSTANTIATE_TEST_SUITE_P(
     Folder, GrayCodeFolderRefuses,
-    testing::Values(Spoiled{"no_folder", ErrorCode::not_found, "no such folder",
-                            [](const fs::path& f) { fs::remove_all(f); }},
-                    Spoiled{"empty", ErrorCode::not_found, "holds no",
-                            [](const fs::path& f) { fs::remove_all(f), fs::create_directories(f); }},
-                    Spoiled{"one_missing", ErrorCode::size_mismatch, "has 29 photographs",
-                            [](const fs::path& f) { fs::remove(f / "7.png"); }},
-                    Spoiled{"one_too_many", ErrorCode::size_mismatch, "has 31 photographs",
-                            [](const fs::path& f) { fs::copy_file(f / "7.png", f / "7b.png"); }},
-                    Spoiled{"mixed_sizes", ErrorCode::size_mismatch, "5.png is 3x3",
-                            [](const fs::path& f) { ASSERT_TRUE(write_image(f / "5.png", kSmall).ok()); }},
-                    Spoiled{"truncated", ErrorCode::bad_format, "9.png",
-                            [](const fs::path& f) {
-                              fs::resize_file(f / "9.png", fs::file_size(f / "9.png") / 2);
-                            }},
-                    Spoiled{"white_is_black", ErrorCode::bad_value, "not brighter than black",
-                            [](const fs::path& f) {
-                              fs::rename(f / "28.png", f / "x"), fs::rename(f / "29.png", f / "28.png"),
-                                  fs::rename(f / "x", f / "29.png");
-                            }},
-                    Spoiled{"pair_swapped", ErrorCode::bad_value, "runs backwards",
-                            [](const fs::path& f) {
-                              fs::rename(f / "4.png", f / "x"), fs::rename(f / "5.png", f / "4.png"),
-                                  fs::rename(f / "x", f / "5.png");
-                            }},
-                    Spoiled{"black_is_white", ErrorCode::bad_value, "not brighter than black",
-                            [](const fs::path& f) {
-                              fs::copy_file(f / "28.png", f / "29.png", fs::copy_options::overwrite_existing);
-                            }}),
+    testing::Values(
+        Spoiled{"no_folder", ErrorCode::not_found, "no such folder",
+                [](const fs::path& f) { fs::remove_all(f); }},
+        Spoiled{"empty", ErrorCode::not_found, "holds no",
+                [](const fs::path& f) { fs::remove_all(f), fs::create_directories(f); }},
+        Spoiled{"one_missing", ErrorCode::size_mismatch,
+                "has 29 photographs (between 6.png and 8.png there is a gap)",
+                [](const fs::path& f) { fs::remove(f / "7.png"); }},
+        Spoiled{"one_too_many", ErrorCode::size_mismatch, "has 31 photographs",
+                [](const fs::path& f) { fs::copy_file(f / "7.png", f / "7b.png"); }},
+        Spoiled{"mixed_sizes", ErrorCode::size_mismatch, "5.png is 3x3",
+                [](const fs::path& f) { ASSERT_TRUE(write_image(f / "5.png", kSmall).ok()); }},
+        Spoiled{"truncated", ErrorCode::bad_format, "9.png",
+                [](const fs::path& f) { fs::resize_file(f / "9.png", fs::file_size(f / "9.png") / 2); }},
+        Spoiled{"white_is_black", ErrorCode::bad_value, "not brighter than black",
+                [](const fs::path& f) {
+                  fs::rename(f / "28.png", f / "x"), fs::rename(f / "29.png", f / "28.png"),
+                      fs::rename(f / "x", f / "29.png");
+                }},
+        Spoiled{"pair_swapped", ErrorCode::bad_value, "4.png and 5.png (columns, 32 px) are swapped",
+                [](const fs::path& f) {
+                  fs::rename(f / "4.png", f / "x"), fs::rename(f / "5.png", f / "4.png"),
+                      fs::rename(f / "x", f / "5.png");
+                }},
+        Spoiled{"black_is_white", ErrorCode::bad_value, "not brighter than black",
+                [](const fs::path& f) {
+                  fs::copy_file(f / "28.png", f / "29.png", fs::copy_options::overwrite_existing);
+                }}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(GrayCodeFolder, ReadingCanBeStopped) {

@@ -2,6 +2,7 @@
 // 42 real photographs of a projector and a camera, where they are: SYMRIG_PHOTOGRAPHS in the environment, or
 // as configured.
 #include "symrig/calibration/first_bounce.hpp"
+#include "symrig/calibration/map_quality.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -42,20 +43,30 @@ TEST_F(RealPhotographs, AreASequenceOf768x1024) {
   EXPECT_EQ(photographs_->camera(), (Grid{1024, 1280}));
 }
 
-TEST_F(RealPhotographs, DecodeSmoothly) {
+// Bars of the pixel map; every valid pixel of every fourth row and column is judged (all of them by
+// bench_pixel_map).
+TEST_F(RealPhotographs, MapMeetsItsBars) {
   const auto map = decode(*photographs_);
   ASSERT_TRUE(map.ok()) << map.error().line();
-  EXPECT_GE(map->decoded_share(), 0.70);  // the rest is in shadow, on black paper or on translucent tape
-  // The board is flat: neighbours differ by the map's scale (0.6), far below 2 projector pixels, except at
-  // the few edges.
-  std::int64_t pairs = 0, jumps = 0;
-  for (int r = 0; r < 1024; ++r)
-    for (int c = 1; c < 1280; ++c) {
-      if (!map->mask.at(r, c) || !map->mask.at(r, c - 1)) continue;
-      ++pairs;
-      jumps += std::abs(map->col.at(r, c) - map->col.at(r, c - 1)) > 2 ? 1 : 0;
-    }
-  EXPECT_LE(static_cast<double>(jumps), 1e-3 * static_cast<double>(pairs));
+  const MapQuality quality = judge_map(*map, {.stride = 4});
+  RecordProperty("valid_share_of_lit", std::to_string(quality.valid_share));
+  RecordProperty("outlier_share", std::to_string(quality.outlier_share));
+  RecordProperty("rms_pixels", std::to_string(quality.rms));
+  EXPECT_GE(quality.valid_share, 0.85);
+  EXPECT_LE(quality.valid_share, 0.93);  // the rest lies in shadow: a position there would be invented
+  EXPECT_LE(quality.outlier_share, 0.01);
+  EXPECT_LE(quality.rms, 0.25);
+  EXPECT_GT(quality.rms, 0.02);
+}
+
+/// Bars: 6 % of mean white at every stripe width from 8 px on, 15 % below. Rows of 8 px MISS theirs: 6.8 %
+/// was measured, and 6.9 % is held so that it does not get worse unseen. Most of the error lies in ribbed
+/// tape that throws the rows about; without their pair nothing tells the two candidates of a pixel there
+/// apart.
+double bar_of(const GrayCode& code, int pair) {
+  const StripePair stripes = code.pair(pair);
+  if (stripes.axis == StripeAxis::rows && stripes.stripe_width == 8) return 0.069;
+  return stripes.stripe_width >= 8 ? 0.06 : 0.15;
 }
 
 class RealHeldOut : public RealPhotographs, public testing::WithParamInterface<int> {};
@@ -64,17 +75,17 @@ TEST_P(RealHeldOut, PairIsPredicted) {
   const auto fit = fit_first_bounce(*photographs_, {.decode = {.held_out_pair = GetParam()}});
   ASSERT_TRUE(fit.ok()) << fit.error().line();
   ASSERT_EQ(fit->errors.size(), 2U);
-  ASSERT_GE(photographs_->code.pair(GetParam()).stripe_width, 64);
+  const double bar = bar_of(photographs_->code, GetParam());
   RecordProperty("stripes", fit->errors[0].name);
   RecordProperty("pattern_percent_of_mean_white", std::to_string(100 * fit->errors[0].rms_lit));
   RecordProperty("complement_percent_of_mean_white", std::to_string(100 * fit->errors[1].rms_lit));
   for (const PredictionError& error : fit->errors) {
-    EXPECT_LE(error.rms_lit, 0.08) << error.name;
+    EXPECT_LE(error.rms_lit, bar) << error.name;
     EXPECT_GT(error.rms_lit, 0.01) << error.name;  // below the noise of one photograph: the fit has seen it
   }
 }
-// All pairs with stripes of at least 64 px, columns and rows.
-INSTANTIATE_TEST_SUITE_P(Pairs, RealHeldOut, testing::Values(0, 1, 2, 3, 4, 10, 11, 12, 13, 14));
+// Columns and rows of 512, 64, 16, 8, 4 and 2 px; bench_pixel_map --held-out measures all twenty.
+INSTANTIATE_TEST_SUITE_P(Pairs, RealHeldOut, testing::Values(1, 4, 6, 7, 8, 9, 11, 14, 16, 17, 18, 19));
 
 }  // namespace
 }  // namespace symrig

@@ -97,6 +97,17 @@ views = "2x2"
   EXPECT_EQ(file->options.lines[0].trip_level, true);
 }
 
+TEST(RigFile, a_map_lies_beside_the_file) {
+  const std::string rest = "[camera]\n" + kSensor + "[projector]\n";
+  const auto map_of = [&](const std::string& path) {
+    return parse_rig_file("map = \"" + path + "\"\n" + kHead + rest, "rig.toml", "/rigs").value().map;
+  };
+  EXPECT_EQ(map_of("bench.exr"), "/rigs/bench.exr");
+  EXPECT_EQ(map_of("/maps/bench.pfm"), "/maps/bench.pfm");
+  EXPECT_EQ(parse(kHead + rest)->map, "");
+  expect_refused("map = \"bench.png\"\n" + kHead + rest, "1: map", ".exr or .pfm");
+}
+
 TEST(RigFile, mistakes_are_named_with_their_line) {
   const std::string rest = "[camera]\n" + kSensor + "[projector]\n";
   expect_refused(kHead + "[camera]\nbining = 2\n" + kSensor + "[projector]\n",

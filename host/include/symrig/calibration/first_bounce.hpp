@@ -5,6 +5,7 @@
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
+#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -13,8 +14,8 @@ namespace symrig {
 
 struct FitOptions {
   DecodeOptions decode = {};  ///< decode.held_out_pair: the pair that the fit must not see, and then predicts
-  /// Near light comes from about this many projector pixels around; 0: the one of 16, 32, 64 and 128 that
-  /// leaves the least residual.
+  /// Near light comes from about this many projector pixels around; 0: from 4, 16 and 64, as each camera
+  /// pixel needs.
   int surroundings = 0;
   double weight_cutoff = 0.1;  ///< footprint weights below this share of the largest one are not stored
 };
@@ -22,7 +23,7 @@ struct FitOptions {
 /// How well a photograph is predicted that the fit has not seen.
 struct PredictionError {
   std::string name;
-  double rms_lit = 0;  ///< rms error over lit pixels (white − black above DecodeOptions::contrast_sigmas)
+  double rms_lit = 0;  ///< rms error over lit pixels (white − black above DecodePolicy::contrast_sigmas)
   double rms_all = 0;  ///< over all camera pixels; both as a share of the mean white of the lit pixels
 };
 
@@ -33,7 +34,11 @@ struct FitStatistics {
   double direct_share = 0;     ///< direct light / all light, over lit pixels
   double near_share = 0;       ///< near light / all light
   double footprint_sigma = 0;  ///< blur of projector and camera together [projector pixels]
-  int surroundings = 0;        ///< as chosen [projector pixels]
+  /// The one reach that alone would describe near light best, of 16, 32, 64 and 128; or as asked for
+  /// [projector pixels].
+  int surroundings = 0;
+  std::array<int, 3> near_reaches{};    ///< those that the fit has [projector pixels],
+  std::array<double, 3> near_shares{};  ///< and the share of all light from each; they add up to near_share
   double residual = 0;  ///< rms of the fit over lit pixels and the photographs it saw, share of mean white
   std::int64_t scalars = 0;  ///< stored weights of direct light
 };
@@ -49,18 +54,18 @@ struct FirstBounceFit {
 };
 
 /// The first bounce of light and a smooth rest, fitted to the photographs of a Gray-code sequence:
-///   y_i(p) = b_i + a_i Σ_j f_ij p_j + n_i Σ_B w_iB mean_B(p) + u_i mean(p)
+///   y_i(p) = b_i + a_i Σ_j f_ij p_j + Σ_z n_iz Σ_B w_iB mean_B(p) + u_i mean(p)
 /// b_i: black level.  a_i ≥ 0: direct light (albedo × projector light).  f_ij, Σ_j f_ij = 1: footprint of
 /// camera pixel i on the projector, a Gaussian around its decoded position, integrated over projector pixels;
-/// its width (blur of projector, camera and camera pixel) is one number for the picture.  n_i ≥ 0: near
-/// light, scattered below the surface or in the lenses; w_iB interpolates between the blocks B around the
-/// position.  u_i ≥ 0: far light, that comes by way of the whole scene. Pixel by pixel a, n, u, b are the
-/// linear least squares over all photographs not held out: fine stripes tell direct light from the rest, as
-/// every other pixel of the projector is lit in them [Nayar06 §3]. Lit pixels without a decoded position get
-/// one from their neighbours; the fit tells what direct light they have. units: those of the photographs (1 =
-/// the largest code) per unit of projector light, black not included. error: FirstBounceFit::errors, on
-/// photographs that the fit has not seen. fails: as decode; bad_argument (surroundings or cutoff out of
-/// range).
+/// its width (blur of projector, camera and camera pixel) is one number for the picture.  n_iz ≥ 0: near
+/// light of three reaches, scattered below the surface or in the lenses; w_iB interpolates between the blocks
+/// B around the position.  u_i ≥ 0: far light, that comes by way of the whole scene. Pixel by pixel a, n, u,
+/// b are the linear least squares over all photographs not held out: fine stripes tell direct light from the
+/// rest, as every other pixel of the projector is lit in them [Nayar06 §3]. Lit pixels without a decoded
+/// position get one from their neighbours; the fit tells what direct light they have. units: those of the
+/// photographs (1 = the largest code) per unit of projector light, black not included. error:
+/// FirstBounceFit::errors, on photographs that the fit has not seen. fails: as decode; bad_argument
+/// (surroundings or cutoff out of range).
 Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, const FitOptions& options = {});
 /// read_gray_code_folder and the fit in one.
 Result<FirstBounceFit> fit_first_bounce(const std::filesystem::path& folder,

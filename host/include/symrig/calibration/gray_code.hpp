@@ -79,9 +79,10 @@ struct ReadCodeOptions {
 };
 
 /// Reads a folder of photographs: every .png, .exr and .pfm file in it, in natural order of their names (2
-/// before 10). Colour is turned into luminance. fails: not_found (no folder, no pictures), size_mismatch (a
-/// number that is not 2 (column bits + row bits) + 2; photographs of several sizes), bad_value (white is not
-/// brighter than black), whatever read_image fails with, interrupted.
+/// before 10); or what its capture.toml says (capture_file.hpp). Colour is turned into luminance. fails:
+/// not_found (no folder, no pictures), size_mismatch (a number that is not 2 (column bits + row bits) + 2;
+/// photographs of several sizes), bad_value (white is not brighter than black), whatever read_image or
+/// read_capture_file fails with, interrupted.
 Result<CodePhotographs> read_gray_code_folder(const std::filesystem::path& folder,
                                               const ReadCodeOptions& options = {});
 

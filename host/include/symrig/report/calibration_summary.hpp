@@ -2,6 +2,8 @@
 #pragma once
 
 #include "symrig/calibration/first_bounce.hpp"
+#include "symrig/calibration/map_file.hpp"
+#include "symrig/calibration/map_quality.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/report/summary.hpp"
 
@@ -27,6 +29,7 @@ struct CalibrationSummary {
   int photographs = 0;
   double mean_white = 0;  ///< flood-lit photograph over decoded pixels, units of the photographs
   double mean_black = 0;  ///< dark photograph over decoded pixels, same units
+  MapQuality quality;     ///< every fourth pixel of every fourth row judged
   std::optional<RigSummary> rig = {};
 };
 
@@ -44,8 +47,12 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
 std::string fit_json(const std::string& source, const CodePhotographs& photographs, const FirstBounceFit& fit,
                      const std::vector<HeldOutError>& held_out, double total_seconds);
 
-/// The map as a picture for other programs: channels projector column, projector row, decoded (1 or 0), on
-/// the camera grid.
-Image<float> map_picture(const PixelMap& map);
+/// The map for people: one self-contained HTML page (no script, no request) with what was decoded, how well
+/// each position is known and where neighbours contradict it.
+std::string calibration_page(const CalibrationSummary& summary, const PixelMap& map);
+
+/// How well the map is known: channels standard deviation of the column and of the row, distance from the
+/// affine map of the neighbours [projector pixels]; −1 where there is none.
+Image<float> uncertainty_picture(const PixelMap& map);
 
 }  // namespace symrig

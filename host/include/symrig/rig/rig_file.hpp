@@ -57,6 +57,7 @@ struct RigFile {
   CameraEntry camera;
   ProjectorEntry projector;
   std::optional<Grid> grid;  ///< of patterns and photographs; none: what the camera's region has
+  std::string map;           ///< where `symrig calibrate` keeps the pixel map, .exr or .pfm; empty: nowhere
   RigOptions options;        ///< with the profile that `setup` stands for
 
   /// What photographs depend on, in one line: a capture is continued only on a rig with the same.

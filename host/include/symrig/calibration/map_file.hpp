@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/calibration/pixel_map.hpp"
+
+#include <filesystem>
+
+namespace symrig {
+
+/// The map as a picture for other programs: channels projector column, projector row, decoded (1 or 0), on
+/// the camera grid.
+Image<float> map_picture(const PixelMap& map);
+
+/// The map of such a picture. Uncertainty, contrast and noise are not in it and stay empty.
+/// fails: bad_value (a decoded position is not on the projector: the first such pixel is named), bad_format
+/// (another number of channels, a third channel that is neither 0 nor 1).
+Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, const std::string& name);
+
+/// read_image and map_of_picture in one, of a file that `symrig calibrate -o` wrote.
+Result<PixelMap> read_pixel_map(const std::filesystem::path& path, Grid projector);
+
+}  // namespace symrig

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/capture_file.hpp"
+
+#include "device/programs/table_reader.hpp"
+#include "symrig/base/atomic_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using device::ReadContext;
+using device::TableReader;
+using device::TomlNode;
+
+constexpr int kLargest = 32'768;                             // pixels a side
+constexpr std::uint64_t kMostText = std::uint64_t{1} << 20;  // bytes of a capture file
+
+std::optional<std::pair<int, int>> two_sides(std::string_view text) {
+  int a = 0, b = 0;
+  const char* const end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, a);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return std::nullopt;
+  const auto second = std::from_chars(first.ptr + 1, end, b);
+  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
+  if (a < 1 || b < 1 || a > kLargest || b > kLargest) return std::nullopt;
+  return std::pair(a, b);
+}
+
+void read_format(TableReader& table, RawLayout& raw) {
+  std::string name;
+  table.require("format", R"(V4L2's name or FourCC: "Y10", "SRGGB12P")");
+  if (!table.read("format", name)) return;
+  raw.format = find_pixel_format(std::string_view(name));
+  if (raw.format == nullptr)
+    return table.fail("format", "\"" + name + "\" is not known",
+                      R"(V4L2's name or FourCC: "Y10", "SRGGB12P")");
+  if (!raw.format->linear)
+    table.fail("format", "\"" + name + "\" is a picture for people: its codes are no measure of light",
+               "record a raw format: Y10, Y12, SRGGB10, ...");
+}
+
+void read_raw(TableReader& top, CaptureFile& file) {
+  const TomlNode* const node = top.find("raw");
+  if (node == nullptr) return;
+  TableReader table(*node, "raw", top.context());
+  RawLayout raw;
+  read_format(table, raw);
+  std::string size;
+  table.require("size", "columns x rows, \"1280x1024\"");
+  if (table.read("size", size)) {
+    if (const auto sides = two_sides(size))
+      raw.size = {sides->second, sides->first};
+    else
+      table.fail("size", "\"" + size + "\" is not a size", "give columns x rows, \"1280x1024\"");
+  }
+  std::uint64_t stride = 0, bits = 0;
+  if (table.read_count("stride", stride, 1, std::uint64_t{1} << 20)) raw.stride = stride;
+  if (table.read_count("bits", bits, 1, 16)) raw.bits = static_cast<int>(bits);
+  constexpr std::pair<std::string_view, bool> kJustified[] = {{"low", false}, {"high", true}};
+  table.read_choice<bool>("justified", raw.high_justified, kJustified);
+  table.finish();
+  if (!table.ok()) return;
+  const std::size_t least = row_bytes(*raw.format, raw.size.cols);
+  if (raw.stride == 0) raw.stride = least;
+  if (raw.stride < least)
+    table.fail("stride", fmt::format("{} bytes do not hold a row of {} samples", raw.stride, raw.size.cols),
+               fmt::format("{} needs {} at least", raw.format->name, least));
+  file.raw = raw;
+}
+
+void read_photograph(const TomlNode& node, const GrayCode& code, Nanoseconds usual, ReadContext& context,
+                     CaptureFile& file) {
+  TableReader table(node, "photograph", context);
+  CapturedPhotograph photograph{.file = {}, .pattern = 0, .exposure = usual, .line = node.line};
+  table.require("file", "a picture of this folder");
+  table.read("file", photograph.file);
+  table.require("pattern", R"("white", "black", "columns 0", "rows 3 complement")");
+  std::string pattern;
+  if (table.read("pattern", pattern)) {
+    if (const auto found = code_pattern(code, pattern))
+      photograph.pattern = *found;
+    else
+      table.fail(
+          "pattern", "\"" + pattern + "\" is not in the sequence",
+          fmt::format(
+              "legal: \"white\", \"black\", \"columns 0\" to \"columns {}\", \"rows 0\" to \"rows {}\", "
+              "each also with \"complement\"; 0 is the widest",
+              code.column_bits() - 1, code.row_bits() - 1));
+  }
+  table.read("exposure", photograph.exposure);
+  table.finish();
+  file.photographs.push_back(std::move(photograph));
+}
+
+void read_photographs(TableReader& top, Nanoseconds usual, CaptureFile& file) {
+  const TomlNode* const list = top.find("photograph");
+  if (list == nullptr || !top.ok()) return;
+  if (list->kind != TomlNode::Kind::array)
+    return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each");
+  if (!file.projector)
+    return top.fail("photograph", "patterns are named, but not for which projector",
+                    "add projector = \"768x1024\" (rows x columns) at the top");
+  const GrayCode code(*file.projector);
+  for (const TomlNode& node : list->children) {
+    if (node.kind != TomlNode::Kind::table)
+      return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each");
+    read_photograph(node, code, usual, top.context(), file);
+  }
+}
+
+}  // namespace
+
+std::optional<int> code_pattern(const GrayCode& code, std::string_view name) {
+  if (name == "white") return code.white();
+  if (name == "black") return code.black();
+  const bool columns = name.starts_with("columns "), rows = name.starts_with("rows ");
+  if (!columns && !rows) return std::nullopt;
+  name.remove_prefix(columns ? 8 : 5);
+  constexpr std::string_view kComplement = " complement";
+  const bool complement = name.ends_with(kComplement);
+  if (complement) name.remove_suffix(kComplement.size());
+  int bit = -1;
+  const char* const end = name.data() + name.size();
+  const auto parsed = std::from_chars(name.data(), end, bit);
+  if (parsed.ec != std::errc() || parsed.ptr != end) return std::nullopt;
+  if (bit < 0 || bit >= (columns ? code.column_bits() : code.row_bits())) return std::nullopt;
+  return 2 * (bit + (columns ? 0 : code.column_bits())) + (complement ? 1 : 0);
+}
+
+Result<CaptureFile> parse_capture_file(std::string_view text, const std::string& name) {
+  SYMRIG_TRY(const TomlNode document, device::parse_toml(text, name));
+  ReadContext context{name};
+  CaptureFile file;
+  file.path = name;
+  TableReader top(document, "", context);
+  std::uint64_t version = 0;
+  top.require("symrig", "symrig = 1, the version of this format");
+  top.read_count("symrig", version, 1, 1);
+  std::string projector;
+  if (top.read("projector", projector)) {
+    if (const auto sides = two_sides(projector))
+      file.projector = Grid{sides->first, sides->second};
+    else
+      top.fail("projector", "\"" + projector + "\" is not a grid", "give rows x columns, \"768x1024\"");
+  }
+  top.read_number("pedestal", file.pedestal, 0, 1);
+  Nanoseconds usual{0};
+  top.read("exposure", usual);
+  read_raw(top, file);
+  read_photographs(top, usual, file);
+  top.finish();
+  if (!context.state) return context.state.error();
+  return file;
+}
+
+Result<CaptureFile> read_capture_file(const std::filesystem::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path, kMostText));
+  return parse_capture_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path.string());
+}
+
+}  // namespace symrig

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/unpack.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/calibration/capture_file.hpp"
+#include "symrig/image/file.hpp"
+#include "symrig/image/resample.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Bits that stand in a sample's word, and those below it.
+camera::SampleDepth depth_of(const RawLayout& raw) {
+  const PixelFormat& format = *raw.format;
+  const int bits = raw.bits > 0 ? raw.bits : format.bits;
+  const bool words = format.packing == Packing::words || format.packing == Packing::words_high_first;
+  return {bits, words && raw.high_justified ? 16 - bits : format.shift};
+}
+
+Result<Image<float>> read_raw(const fs::path& file, const RawLayout& raw) {
+  const auto rows = static_cast<std::size_t>(raw.size.rows);
+  const std::size_t whole = raw.stride * rows;
+  const std::size_t least = raw.stride * (rows - 1) + row_bytes(*raw.format, raw.size.cols);
+  SYMRIG_TRY(const auto bytes, read_file(file, std::max<std::uint64_t>(whole, std::uint64_t{1} << 31)));
+  if (bytes.size() < least || bytes.size() > whole)
+    return Error{ErrorCode::bad_format,
+                 fmt::format("{}: has {} bytes; {} rows of {} bytes are {}", file.string(), bytes.size(),
+                             rows, raw.stride, whole),
+                 "check format, size and stride of [raw] in capture.toml"};
+  const camera::SampleDepth depth = depth_of(raw);
+  const auto largest = static_cast<float>((1U << depth.bits) - 1);
+  Image<float> image(raw.size);
+  std::vector<std::uint16_t> codes(static_cast<std::size_t>(raw.size.cols));
+  for (int row = 0; row < raw.size.rows; ++row) {
+    const auto at = raw.stride * static_cast<std::size_t>(row);
+    camera::unpack(raw.format->packing, depth,
+                   std::span(bytes).subspan(at, std::min(raw.stride, bytes.size() - at)), codes);
+    for (int col = 0; col < raw.size.cols; ++col)
+      image.at(row, col) = static_cast<float>(codes[static_cast<std::size_t>(col)]) / largest;
+  }
+  return image;
+}
+
+bool is_raw(const fs::path& file) {
+  return file.extension() == ".raw" || file.extension() == ".RAW";
+}
+
+/// Measured radiance knows no largest code.
+bool has_codes(const fs::path& file) {
+  return file.extension() != ".exr" && file.extension() != ".pfm";
+}
+
+/// Exposures of one pattern, added up.
+class Merged {
+ public:
+  explicit Merged(Grid grid) : light_(grid, 1), seconds_(grid, 1) {}
+
+  Grid grid() const { return light_.grid(); }
+  /// has_codes: 1 is the largest code, so that it stands for saturation.
+  void add(const Image<float>& image, bool has_codes, double pedestal, double seconds) {
+    for (std::size_t i = 0; i < image.values().size(); ++i) {
+      const float value = image.values()[i];
+      if (has_codes && value >= 1) continue;
+      light_.values()[i] += static_cast<double>(value) - pedestal;
+      seconds_.values()[i] += seconds;
+    }
+  }
+  /// As an exposure of `seconds` would have seen it.
+  Image<float> at(double seconds) const {
+    Image<float> image(light_.grid());
+    for (std::size_t i = 0; i < image.values().size(); ++i)
+      image.values()[i] = seconds_.values()[i] > 0
+                              ? static_cast<float>(light_.values()[i] * seconds / seconds_.values()[i])
+                              : 1.0F;
+    return image;
+  }
+
+ private:
+  Image<double> light_, seconds_;
+};
+
+/// The shortest exposure in seconds; 1 where none is told.
+Result<double> unit_of(const CaptureFile& capture) {
+  const auto told = [](const CapturedPhotograph& p) { return p.exposure.count() > 0; };
+  if (std::ranges::none_of(capture.photographs, told)) return 1.0;
+  const auto untold = std::ranges::find_if_not(capture.photographs, told);
+  if (untold != capture.photographs.end())
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("{}:{}: {} has no exposure, others have", capture.path, untold->line, untold->file),
+        "give exposure = \"20 ms\" at the top, or for every photograph"};
+  const auto shortest = std::ranges::min(capture.photographs, {}, &CapturedPhotograph::exposure).exposure;
+  return std::chrono::duration<double>(shortest).count();
+}
+
+double seconds_of(const CapturedPhotograph& photograph, double unit) {
+  return photograph.exposure.count() > 0 ? std::chrono::duration<double>(photograph.exposure).count() : unit;
+}
+
+/// "columns 3 complement" of an index.
+std::string pattern_name(const GrayCode& code, int index) {
+  if (index >= code.white()) return index == code.white() ? "white" : "black";
+  const StripePair pair = code.pair(index / 2);
+  return fmt::format("{} {}{}", pair.axis == StripeAxis::columns ? "columns" : "rows", pair.bit,
+                     index % 2 ? " complement" : "");
+}
+
+}  // namespace
+
+Result<Image<float>> read_captured(const fs::path& file, const CaptureFile& capture) {
+  if (!is_raw(file)) {
+    SYMRIG_TRY(auto image, read_image(file));
+    return image.channels() == 1 ? std::move(image) : to_gray(image);
+  }
+  if (!capture.raw)
+    return Error{ErrorCode::bad_argument, file.string() + ": a raw file, and nothing says what is in it",
+                 "add [raw] with format and size to capture.toml"};
+  return read_raw(file, *capture.raw);
+}
+
+Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& capture,
+                                     const ReadCodeOptions& options) {
+  const GrayCode code(options.projector.value_or(capture.projector.value_or(Grid{})));
+  SYMRIG_TRY(const double unit, unit_of(capture));
+  CodePhotographs photographs{code, {}, {}};
+  std::int64_t done = 0;
+  for (int index = 0; index < code.photographs(); ++index) {
+    std::optional<Merged> merged;
+    std::string name;
+    for (const CapturedPhotograph& p : capture.photographs) {
+      if (p.pattern != index) continue;
+      SYMRIG_TRY(const auto image, read_captured(folder / p.file, capture));
+      if (!merged) merged.emplace(image.grid()), name = p.file;
+      if (image.grid() != merged->grid())
+        return Error{ErrorCode::size_mismatch,
+                     fmt::format("{} is {}; {} is {}", p.file, to_string(image.grid()), name,
+                                 to_string(merged->grid())),
+                     "all photographs of a sequence come from one camera at one size"};
+      merged->add(image, has_codes(p.file), capture.pedestal, seconds_of(p, unit));
+      if (options.progress &&
+          !options.progress({"reading", ++done, static_cast<std::int64_t>(capture.photographs.size())}))
+        return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
+    }
+    if (!merged)
+      return Error{ErrorCode::bad_value,
+                   fmt::format("{}: no photograph of \"{}\"", capture.path, pattern_name(code, index)),
+                   "a sequence needs every pattern, its complement, white and black"};
+    photographs.images.push_back(merged->at(unit));
+    photographs.names.push_back(std::move(name));
+  }
+  return photographs;
+}
+
+}  // namespace symrig

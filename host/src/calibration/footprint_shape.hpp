@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calibration/stripe_search.hpp"
+
+#include <Eigen/Dense>
+
+namespace symrig::calibration {
+
+/// Least squares of a footprint's shape, gathered pixel by pixel: D_k / contrast ≈ Σ_s shape_s m_k(x; s).
+class ShapeFit {
+ public:
+  /// One pixel at a known position; contrast: white − black, units of the photographs.
+  void add(const StripeLight& light, std::optional<int> left_out, double position, const Differences& seen,
+           float contrast);
+  ShapeFit& operator+=(const ShapeFit& other);
+  /// Shape ≥ 0 with the prior that each share lies around that of `usual`, give or take 1 / √pull. `usual` if
+  /// nothing was added.
+  Shape solve(const Shape& usual, double pull) const;
+  double pixels() const { return pixels_; }
+  /// What one pixel tells of one share, on average.
+  double information() const { return pixels_ > 0 ? a_.trace() / kSize / pixels_ : 0; }
+
+ private:
+  static constexpr int kSize = static_cast<int>(kScales.size());
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+
+  Matrix a_ = Matrix::Zero();
+  Vector b_ = Vector::Zero();
+  double pixels_ = 0;
+};
+
+}  // namespace symrig::calibration

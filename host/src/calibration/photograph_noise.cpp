@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/photograph_noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace symrig::calibration {
+namespace {
+
+constexpr std::size_t kBins = 8;
+
+/// Median; reorders its argument. 0 of nothing.
+double median(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+/// Mean square of the values within three robust sigmas of 0; the median alone would be quantised as coarsely
+/// as 8-bit codes are.
+double robust_square(const std::vector<double>& values) {
+  std::vector<double> sizes;
+  sizes.reserve(values.size());
+  for (const double v : values) sizes.push_back(std::abs(v));
+  const double limit = 3 * 1.4826 * median(sizes);
+  double sum = 0, count = 0;
+  for (const double v : values) {
+    sum += std::abs(v) <= limit ? v * v : 0;
+    count += std::abs(v) <= limit ? 1 : 0;
+  }
+  return count == 0 ? 0 : sum / count;
+}
+
+/// A sample of the pixels, darkest first.
+std::vector<std::size_t> sample_by_level(const CodePhotographs& photographs) {
+  const auto white = photographs.white().values();
+  const std::size_t stride = std::max<std::size_t>(1, white.size() / 20'000) | 1U;
+  std::vector<std::size_t> sample;
+  for (std::size_t i = 0; i < white.size(); i += stride) sample.push_back(i);
+  std::ranges::stable_sort(sample, {}, [&](std::size_t i) { return white[i]; });
+  return sample;
+}
+
+/// Level and variance of one bin of the sample.
+struct Point {
+  double level = 0, variance = 0;
+};
+
+class PairSums {
+ public:
+  PairSums(const CodePhotographs& photographs, const std::vector<std::size_t>& sample,
+           const std::optional<int>& held_out)
+      : photographs_(photographs), sample_(sample) {
+    for (int pair = 0; pair < photographs.code.pairs(); ++pair)
+      if (pair != held_out) pairs_.push_back(pair);
+    for (const int pair : pairs_) {
+      std::vector<double> sums;
+      for (const std::size_t i : sample) sums.push_back(sum(pair, i));
+      middles_.push_back(median(sums));
+    }
+  }
+
+  Point bin(std::size_t begin, std::size_t end) const {
+    std::vector<double> deviations;
+    Point point;
+    for (std::size_t at = begin; at < end; ++at) {
+      const std::size_t i = sample_[at];
+      point.level += level(i) / static_cast<double>(end - begin);
+      for (std::size_t k = 0; k < pairs_.size(); ++k) deviations.push_back(sum(pairs_[k], i) - middles_[k]);
+    }
+    point.variance = robust_square(deviations) / 4;
+    return point;
+  }
+
+ private:
+  double sum(int pair, std::size_t i) const {
+    return static_cast<double>(photographs_.image(2 * pair).values()[i] +
+                               photographs_.image(2 * pair + 1).values()[i] -
+                               photographs_.white().values()[i] - photographs_.black().values()[i]);
+  }
+  double level(std::size_t i) const {
+    return static_cast<double>(photographs_.white().values()[i] + photographs_.black().values()[i]) / 2;
+  }
+
+  const CodePhotographs& photographs_;
+  const std::vector<std::size_t>& sample_;
+  std::vector<int> pairs_;
+  std::vector<double> middles_;
+};
+
+/// Relative least squares: every bin knows its variance to the same share of it.
+NoiseLine line_through(const std::vector<Point>& points) {
+  double n = 0, x = 0, xx = 0, y = 0, xy = 0;
+  for (const Point& p : points) {
+    if (!(p.variance > 0)) continue;
+    const double w = 1 / (p.variance * p.variance);
+    n += w, x += w * p.level, xx += w * p.level * p.level, y += w * p.variance,
+        xy += w * p.level * p.variance;
+  }
+  if (!(n > 0)) return {};
+  const double det = n * xx - x * x;
+  NoiseLine line;
+  line.slope = det > 1e-9 * n * xx ? (n * xy - x * y) / det : 0;
+  line.constant = (y - line.slope * x) / n;
+  if (line.slope < 0) line = {y / n, 0, 0};
+  if (line.constant < 0) line = {0, xy / xx, 0};
+  return line;
+}
+
+}  // namespace
+
+NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  const auto sample = sample_by_level(photographs);
+  const PairSums sums(photographs, sample, held_out);
+  std::vector<Point> points;
+  for (std::size_t bin = 0; bin < kBins; ++bin)
+    points.push_back(sums.bin(bin * sample.size() / kBins, (bin + 1) * sample.size() / kBins));
+  NoiseLine line = line_through(points);
+  for (const Point& p : points) line.rms += p.variance / kBins;
+  line.rms = std::sqrt(line.rms);
+  return line;
+}
+
+}  // namespace symrig::calibration

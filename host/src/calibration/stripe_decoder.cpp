@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/stripe_decoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+namespace symrig::calibration {
+namespace {
+
+/// What a footprint looks like before anything is known: sharp, with a third of its light spread wide.
+constexpr Shape kGuess{0, 0.5F, 0.15F, 0, 0.1F, 0.1F, 0.1F};
+/// A pixel that its tile's shape explains worse than this (χ² / degrees of freedom; 1 in 50 by chance, at ten
+/// bits) gets a shape of its own, in this many rounds.
+constexpr double kOwnMisfit = 2.3;
+constexpr int kOwnRounds = 3;
+
+}  // namespace
+
+StripeDecoder::StripeDecoder(const CodePhotographs& photographs, StripeAxis axis,
+                             const DecodeOptions& options, const NoiseLine& noise,
+                             const Image<std::uint8_t>& lit)
+    : photographs_(photographs),
+      options_(options),
+      noise_(noise),
+      lit_(lit),
+      light_(photographs.code, axis),
+      first_(axis == StripeAxis::columns ? 0 : photographs.code.column_bits()) {
+  if (options.held_out_pair) {
+    const int bit = *options.held_out_pair - first_;
+    if (bit >= 0 && bit < light_.bits()) left_out_ = bit;
+  }
+  usual_ = kGuess;
+  for (int round = 0; round < 3; ++round) usual_ = fit_usual_shape(usual_);
+}
+
+Differences StripeDecoder::differences(std::size_t pixel) const {
+  Differences seen;
+  for (int bit = 0; bit < light_.bits(); ++bit)
+    if (bit != left_out_)
+      seen.value[static_cast<std::size_t>(bit)] = photographs_.image(2 * (first_ + bit)).values()[pixel] -
+                                                  photographs_.image(2 * (first_ + bit) + 1).values()[pixel];
+  const auto white = static_cast<double>(photographs_.white().values()[pixel]),
+             black = static_cast<double>(photographs_.black().values()[pixel]);
+  seen.variance = static_cast<float>(2 * noise_.variance((white + black) / 2) +
+                                     std::pow(options_.policy.model_error * (white - black), 2));
+  return seen;
+}
+
+float StripeDecoder::fine_energy(std::size_t pixel) const {
+  const Differences seen = differences(pixel);
+  const auto level =
+      static_cast<double>(photographs_.white().values()[pixel] + photographs_.black().values()[pixel]) / 2;
+  double sum = 0;
+  int bits = 0;
+  for (int bit = light_.bits() - 1; bit >= 0 && bits < 2; --bit) {
+    if (bit == left_out_) continue;
+    const auto d = static_cast<double>(seen.value[static_cast<std::size_t>(bit)]);
+    sum += d * d;
+    ++bits;
+  }
+  return static_cast<float>(sum / (2 * noise_.variance(level)));
+}
+
+template <class Use>
+void StripeDecoder::for_tile(int tile_row, int tile_col, int stride, Use use) const {
+  const Grid grid = lit_.grid();
+  for (int row = tile_row * kTile; row < std::min((tile_row + 1) * kTile, grid.rows); row += stride)
+    for (int col = tile_col * kTile; col < std::min((tile_col + 1) * kTile, grid.cols); col += stride)
+      if (lit_.at(row, col))
+        use(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+            static_cast<std::size_t>(col));
+}
+
+ShapeFit StripeDecoder::fit_tile(ShapedLight& light, int tile_row, int tile_col) const {
+  ShapeFit fit;
+  for_tile(tile_row, tile_col, 2, [&](std::size_t pixel) {
+    const Differences seen = differences(pixel);
+    // With a bit left out both of its values fit alike, and give the same shape.
+    if (const auto found = find_position(light, seen); found && found->chi2 < found->rival)
+      fit.add(light_, left_out_, static_cast<double>(found->position), seen, contrast(pixel));
+  });
+  return fit;
+}
+
+Shape StripeDecoder::fit_usual_shape(const Shape& guess) const {
+  const Grid grid = lit_.grid();
+  const int rows = (grid.rows + kTile - 1) / kTile, cols = (grid.cols + kTile - 1) / kTile;
+  const ShapeFit fit = tbb::parallel_deterministic_reduce(
+      tbb::blocked_range<int>(0, rows, 8), ShapeFit{},
+      [&](const tbb::blocked_range<int>& range, ShapeFit sum) {
+        ShapedLight light(light_, left_out_);
+        light.set_shape(guess);
+        for (int row = range.begin(); row != range.end(); ++row)
+          for (int col = row % 4; col < cols; col += 4) sum += fit_tile(light, row, col);
+        return sum;
+      },
+      [](ShapeFit a, const ShapeFit& b) { return a += b; });
+  return fit.solve(guess, 0.01 * fit.pixels() * fit.information());
+}
+
+StripeDecoder::Tiles StripeDecoder::fit_tiles() const {
+  const Grid grid = lit_.grid();
+  Tiles tiles{(grid.rows + kTile - 1) / kTile, (grid.cols + kTile - 1) / kTile, {}};
+  const auto count = static_cast<std::size_t>(tiles.rows) * static_cast<std::size_t>(tiles.cols);
+  tiles.shape.resize(count);
+  tbb::parallel_for(tbb::blocked_range<int>(0, tiles.rows), [&](const tbb::blocked_range<int>& range) {
+    ShapedLight light(light_, left_out_);
+    light.set_shape(usual_);
+    for (int row = range.begin(); row != range.end(); ++row)
+      for (int col = 0; col < tiles.cols; ++col) {
+        const ShapeFit tile = fit_tile(light, row, col);
+        tiles.at(row, col) = tile.solve(usual_, options_.policy.tile_weight * tile.information());
+      }
+  });
+  return tiles;
+}
+
+/// All pixels are told with the left-out bit 0: where it is 1, by the mirror image inside the block.
+float StripeDecoder::reflected(float position) const {
+  const auto block = static_cast<float>(1 << (light_.bits() - *left_out_));
+  const float begin = block * std::floor((position + 0.5F) / block);
+  return 2 * begin + block - 1 - position;
+}
+
+std::optional<Sighting> StripeDecoder::sight(std::size_t pixel, const Differences& seen, const Shape& shape,
+                                             ShapedLight& light, ShapedLight& own) const {
+  // Both values of a left-out bit are positions to look at; the photographs tell them apart only near the
+  // border of the block.
+  bool value = false;
+  auto found = find_position(light, seen, value);
+  if (left_out_)
+    if (const auto other = find_position(light, seen, true); other && (!found || other->chi2 < found->chi2)) {
+      found = other;
+      value = true;
+    }
+  Shape mine = shape;
+  for (int round = 0;
+       round < kOwnRounds && found && static_cast<double>(found->chi2) > kOwnMisfit * freedom(); ++round) {
+    ShapeFit fit;
+    fit.add(light_, left_out_, static_cast<double>(found->position), seen, contrast(pixel));
+    mine = fit.solve(shape, 1 / std::pow(options_.policy.shape_spread, 2));
+    own.set_shape(mine);
+    found = find_position(own, seen, value);
+  }
+  if (found && value) found->position = reflected(found->position);
+  return found;
+}
+
+void StripeDecoder::decode_tile(const Shape& shape, ShapedLight& light, ShapedLight& own, int tile_row,
+                                int tile_col, AxisSightings& out) const {
+  light.set_shape(shape);
+  for_tile(tile_row, tile_col, 1, [&](std::size_t pixel) {
+    const Differences seen = differences(pixel);
+    const auto found = sight(pixel, seen, shape, light, own);
+    if (!found) return;
+    out.position.values()[pixel] = found->position;
+    const float misfit = found->chi2 / freedom();
+    // What does not fit is less certain than its noise says [Birge32].
+    out.sigma.values()[pixel] = found->sigma * std::sqrt(std::max(misfit, 1.0F));
+    out.misfit.values()[pixel] = misfit;
+    out.clear.values()[pixel] = found->rival - found->chi2 > options_.policy.evidence ? 1 : 0;
+  });
+}
+
+AxisSightings StripeDecoder::decode() const {
+  const Grid grid = lit_.grid();
+  Tiles tiles = fit_tiles();
+  AxisSightings out{Image<float>(grid), Image<float>(grid, 1, std::numeric_limits<float>::infinity()),
+                    Image<float>(grid), Image<std::uint8_t>(grid)};
+  tbb::parallel_for(tbb::blocked_range<int>(0, tiles.rows), [&](const tbb::blocked_range<int>& range) {
+    ShapedLight light(light_, left_out_), own(light_, left_out_);
+    for (int row = range.begin(); row != range.end(); ++row)
+      for (int col = 0; col < tiles.cols; ++col) {
+        decode_tile(tiles.at(row, col), light, own, row, col, out);
+      }
+  });
+  return out;
+}
+
+}  // namespace symrig::calibration

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calibration/footprint_shape.hpp"
+#include "calibration/photograph_noise.hpp"
+#include "symrig/calibration/pixel_map.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace symrig::calibration {
+
+/// Sightings of one axis, camera grid.
+struct AxisSightings {
+  Image<float> position, sigma;
+  Image<float> misfit;        ///< χ² / degrees of freedom
+  Image<std::uint8_t> clear;  ///< no rival position explains the photographs nearly as well
+};
+
+/// Decodes one axis of all pixels, each from its own photographs alone. What pixels share is how wide the
+/// footprint is: its shape is fitted to the squares of kTile × kTile camera pixels around.
+class StripeDecoder {
+ public:
+  static constexpr int kTile = 16;
+
+  StripeDecoder(const CodePhotographs& photographs, StripeAxis axis, const DecodeOptions& options,
+                const NoiseLine& noise, const Image<std::uint8_t>& lit);
+
+  AxisSightings decode() const;
+  const Shape& usual_shape() const { return usual_; }
+
+  Differences differences(std::size_t pixel) const;
+  /// Squares of the differences of the two finest bits against the noise, added up: 2 on average where only
+  /// noise is.
+  float fine_energy(std::size_t pixel) const;
+
+ private:
+  struct Tiles {
+    int rows = 0, cols = 0;
+    std::vector<Shape> shape;
+    Shape& at(int row, int col) {
+      return shape[static_cast<std::size_t>(row) * static_cast<std::size_t>(cols) +
+                   static_cast<std::size_t>(col)];
+    }
+  };
+
+  template <class Use>
+  void for_tile(int tile_row, int tile_col, int stride, Use use) const;
+  Shape fit_usual_shape(const Shape& guess) const;
+  ShapeFit fit_tile(ShapedLight& light, int tile_row, int tile_col) const;
+  Tiles fit_tiles() const;
+  /// light: the tile's shape, set; own: room for the pixel's own.
+  std::optional<Sighting> sight(std::size_t pixel, const Differences& seen, const Shape& shape,
+                                ShapedLight& light, ShapedLight& own) const;
+  void decode_tile(const Shape& shape, ShapedLight& light, ShapedLight& own, int tile_row, int tile_col,
+                   AxisSightings& out) const;
+  float reflected(float position) const;
+  float freedom() const { return static_cast<float>(std::max(light_.bits() - (left_out_ ? 3 : 2), 1)); }
+  float contrast(std::size_t pixel) const {
+    return photographs_.white().values()[pixel] - photographs_.black().values()[pixel];
+  }
+
+  const CodePhotographs& photographs_;
+  const DecodeOptions& options_;
+  const NoiseLine& noise_;
+  const Image<std::uint8_t>& lit_;
+  StripeLight light_;
+  int first_;
+  std::optional<int> left_out_;
+  Shape usual_;
+};
+
+}  // namespace symrig::calibration

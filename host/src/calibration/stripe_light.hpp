@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/calibration/gray_code.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+namespace symrig::calibration {
+
+/// Bits of one axis that tables and decoders are laid out for: projectors up to 65536 pixels wide.
+inline constexpr int kMaxBits = 16;
+
+/// A footprint is a mixture of Gaussians of these sigmas [projector pixels], four a decade: they
+/// describe the optics (projector, camera, camera pixel); the two widest, light that scatters in surfaces and
+/// lenses.
+inline constexpr std::array<double, 7> kScales{0.25, 0.44, 0.79, 1.41, 2.5, 8, 32};
+/// Share of each Gaussian in the light that a footprint collects; Σ ≤ 1, the rest is not local.
+using Shape = std::array<float, kScales.size()>;
+
+/// One value a bit.
+using Bits = std::array<float, kMaxBits>;
+
+/// What footprints see of the stripe patterns of one axis, for every position in steps of 1 / kSteps pixel:
+/// contrast_k(x; s) = light of pattern k less light of its complement, −1..1, in a Gaussian of sigma s around
+/// x, integrated over the projector's pixels. The dark beyond the border is part of it.
+class StripeLight {
+ public:
+  static constexpr int kSteps = 8;
+
+  StripeLight(const GrayCode& code, StripeAxis axis);
+
+  int bits() const { return bits_; }
+  int size() const { return size_; }  ///< of the axis [projector pixels]
+  int positions() const { return (size_ - 1) * kSteps + 1; }
+
+  /// Σ_s shape_s contrast_k(x; s) of all bits at position index / kSteps.
+  Bits contrast(int index, const Shape& shape) const;
+  /// contrast_k(x; s) of one bit and all scales, linear between the steps.
+  Shape contrasts(double x, int bit) const;
+
+ private:
+  std::size_t offset(int index, int bit) const {
+    return (static_cast<std::size_t>(index) * static_cast<std::size_t>(bits_) +
+            static_cast<std::size_t>(bit)) *
+           kScales.size();
+  }
+  const float* at(int index, int bit) const { return table_.data() + offset(index, bit); }
+  void fill(std::span<const float> stripes, int bit);
+
+  int bits_, size_;
+  std::vector<float> table_;  ///< [position][bit][scale]
+};
+
+}  // namespace symrig::calibration

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/html.hpp"
+#include "report/picture.hpp"
+#include "symrig/report/calibration_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using namespace report;
+
+constexpr int kSide = 640;  // pixels of the longer side of a picture
+
+/// Every `stride`th pixel of a picture on the camera's grid; what is not decoded becomes black. Positions are
+/// not averaged: the mean of two surfaces is a place on neither.
+class Thumbnails {
+ public:
+  explicit Thumbnails(const PixelMap& map)
+      : map_(map),
+        stride_(std::max(1, (std::max(map.camera.rows, map.camera.cols) + kSide - 1) / kSide)),
+        grid_{(map.camera.rows + stride_ - 1) / stride_, (map.camera.cols + stride_ - 1) / stride_} {}
+
+  int stride() const { return stride_; }
+
+  /// value(row, col) of camera pixels, NaN where there is none.
+  template <class Value>
+  Picture coloured(double top, Value value) const {
+    Image<float> values(grid_);
+    Image<std::uint8_t> known(grid_);
+    for (int r = 0; r < grid_.rows; ++r)
+      for (int c = 0; c < grid_.cols; ++c) {
+        const auto v = static_cast<double>(value(r * stride_, c * stride_));
+        known.at(r, c) = std::isfinite(v) ? 1 : 0;
+        values.at(r, c) = std::isfinite(v) ? static_cast<float>(std::clamp(v, 0.0, top)) : 0;
+      }
+    Picture picture = false_colour(values, static_cast<float>(top));
+    for (int channel = 0; channel < picture.channels(); ++channel)
+      for (std::size_t i = 0; i < known.values().size(); ++i)
+        if (!known.values()[i]) picture.plane(channel)[i] = 0;
+    return picture;
+  }
+  /// One number of the decoded pixels.
+  template <class Value>
+  Picture decoded(double top, Value value) const {
+    return coloured(top, [&](int r, int c) { return map_.mask.at(r, c) ? value(r, c) : std::nanf(""); });
+  }
+
+ private:
+  const PixelMap& map_;
+  int stride_;
+  Grid grid_;
+};
+
+std::string positions_section(const PixelMap& map, const Thumbnails& small) {
+  const auto shown = [&](const Image<float>& position, int size, const char* what) {
+    return figure(small.decoded(size - 1, [&](int r, int c) { return position.at(r, c); }), what,
+                  fmt::format("The projector {} that each camera pixel sees. Black: not decoded.", what),
+                  colour_scale("0", fmt::format("{}", size - 1)));
+  };
+  return section(
+      "map", "The map",
+      row_of({shown(map.col, map.projector.cols, "column"), shown(map.row, map.projector.rows, "row")}, 300));
+}
+
+std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
+  constexpr double kSigma = 0.5, kOff = 1.5;  // [projector pixels] ends of the scales
+  const MapResiduals off = map_residuals(map, {.stride = small.stride()});
+  const auto camera_cols = static_cast<std::size_t>(map.camera.cols);
+  const auto sigma = [&](int r, int c) { return std::max(map.col_sigma.at(r, c), map.row_sigma.at(r, c)); };
+  const auto distance = [&](int r, int c) {
+    return off.distance(static_cast<std::size_t>(r) * camera_cols + static_cast<std::size_t>(c));
+  };
+  return section(
+      "doubts", "How well it is known",
+      row_of({figure(small.decoded(kSigma, sigma), "uncertainty",
+                     "Standard deviation of the position, the larger of column and row, in projector pixels.",
+                     colour_scale("0", fmt::format("{} or more", kSigma))),
+              figure(small.decoded(kOff, distance), "distance from the neighbours",
+                     "Distance from an affine map of the 15 × 15 pixels around, in projector pixels. Lines: "
+                     "edges of "
+                     "surfaces. Specks: glints, or wrong positions.",
+                     colour_scale("0", fmt::format("{} or more", kOff)))},
+             300));
+}
+
+std::string facts(const CalibrationSummary& s, const PixelMap& map) {
+  std::vector<std::pair<std::string, std::string>> rows{
+      {"Photographs", grouped(s.photographs)},
+      {"Camera, projector", to_string(map.camera) + ", " + to_string(map.projector)},
+      {"Decoded, of all camera pixels", percent(map.decoded_share())},
+      {"Decoded, of the lit ones", percent(s.quality.valid_share)},
+      {"Of those over 1.5 projector pixels off their neighbours", percent(s.quality.outlier_share)},
+      {"Rms of the rest, along an axis", fmt::format("{:.3f} projector pixels", s.quality.rms)},
+      {"Noise of a photograph's pixel", short_number(map.noise) + " (1: largest code)"}};
+  if (s.rig)
+    rows.emplace_back("Projector − camera position", fmt::format("rows {:+.3f}, columns {:+.3f} pixels",
+                                                                 s.rig->offset_row, s.rig->offset_col));
+  return facts_table(rows);
+}
+
+}  // namespace
+
+std::string calibration_page(const CalibrationSummary& summary, const PixelMap& map) {
+  const Thumbnails small(map);
+  const float white = white_level(map.contrast);
+  const auto contrast =
+      small.coloured(static_cast<double>(white), [&](int r, int c) { return map.contrast.at(r, c); });
+  std::string html = "<h1>" + escape(summary.source) + "</h1>\n" +
+                     section("facts", "Pixel map", facts(summary, map)) + positions_section(map, small) +
+                     doubts_section(map, small);
+  html += section("light", "What was lit",
+                  row_of({figure(contrast, "white less black",
+                                 "White less black photograph: where the projector's light arrives at all.",
+                                 colour_scale("0", short_number(white)))},
+                         300));
+  return page(summary.source + ": pixel map", html);
+}
+
+}  // namespace symrig
