@@ -60,6 +60,7 @@ std::array<int, kNearSizes> near_reaches(const FitOptions& options) {
 std::vector<Surroundings> surroundings_of(const BlockTree& projector,
                                           const std::array<int, kNearSizes>& sizes) {
   std::vector<Surroundings> all;
+  all.reserve(sizes.size());
   for (const int size : sizes) all.emplace_back(projector, size);
   return all;
 }

@@ -57,6 +57,7 @@ class PairSums {
       if (pair != held_out) pairs_.push_back(pair);
     for (const int pair : pairs_) {
       std::vector<double> sums;
+      sums.reserve(sample.size());
       for (const std::size_t i : sample) sums.push_back(sum(pair, i));
       middles_.push_back(median(sums));
     }

@@ -50,6 +50,7 @@ StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits();
   tbb::parallel_for(0, bits_, [&](int bit) {
     std::vector<float> stripes;
+    stripes.reserve(static_cast<std::size_t>(size_));
     for (int x = 0; x < size_; ++x) stripes.push_back(code.lit(first + bit, x) ? 1.0F : 0.0F);
     fill(stripes, bit);
   });

@@ -62,8 +62,8 @@ std::vector<int>& candidates(const Differences& seen, int bits, int size, std::o
       if (flips >> k & 1U) flipped ^= mask_of(doubtful[k], bits);
     if (const int at = spelt(flipped, bits); at < size) found.push_back(at);
   }
-  std::ranges::sort(found);
-  found.erase(std::ranges::unique(found).begin(), found.end());
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
@@ -139,7 +139,8 @@ std::optional<Sighting> find_position(ShapedLight& light, const Differences& see
       if (const float chi2 = chi2_at(i); chi2 < best.chi2) best = {i, chi2};
     valleys.push_back(best);
   }
-  const Valley best = *std::ranges::min_element(valleys, {}, &Valley::chi2);
+  const Valley best = *std::min_element(valleys.begin(), valleys.end(),
+                                        [](const Valley& a, const Valley& b) { return a.chi2 < b.chi2; });
   Sighting found;
   found.chi2 = best.chi2;
   found.rival = std::numeric_limits<float>::infinity();
