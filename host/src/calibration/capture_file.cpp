@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/capture_file.hpp"
 
+#include "device/programs/size_text.hpp"
 #include "device/programs/table_reader.hpp"
 #include "symrig/base/atomic_file.hpp"
 
@@ -17,19 +18,7 @@ using device::ReadContext;
 using device::TableReader;
 using device::TomlNode;
 
-constexpr int kLargest = 32'768;                             // pixels a side
 constexpr std::uint64_t kMostText = std::uint64_t{1} << 20;  // bytes of a capture file
-
-std::optional<std::pair<int, int>> two_sides(std::string_view text) {
-  int a = 0, b = 0;
-  const char* const end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, a);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, b);
-  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
-  if (a < 1 || b < 1 || a > kLargest || b > kLargest) return std::nullopt;
-  return std::pair(a, b);
-}
 
 void read_format(TableReader& table, RawLayout& raw) {
   std::string name;
@@ -50,14 +39,8 @@ void read_raw(TableReader& top, CaptureFile& file) {
   TableReader table(*node, "raw", top.context());
   RawLayout raw;
   read_format(table, raw);
-  std::string size;
   table.require("size", "columns x rows, \"1280x1024\"");
-  if (table.read("size", size)) {
-    if (const auto sides = two_sides(size))
-      raw.size = {sides->second, sides->first};
-    else
-      table.fail("size", "\"" + size + "\" is not a size", "give columns x rows, \"1280x1024\"");
-  }
+  device::read_picture_size(table, "size", raw.size);
   std::uint64_t stride = 0, bits = 0;
   if (table.read_count("stride", stride, 1, std::uint64_t{1} << 20)) raw.stride = stride;
   if (table.read_count("bits", bits, 1, 16)) raw.bits = static_cast<int>(bits);
@@ -141,13 +124,7 @@ Result<CaptureFile> parse_capture_file(std::string_view text, const std::string&
   std::uint64_t version = 0;
   top.require("symrig", "symrig = 1, the version of this format");
   top.read_count("symrig", version, 1, 1);
-  std::string projector;
-  if (top.read("projector", projector)) {
-    if (const auto sides = two_sides(projector))
-      file.projector = Grid{sides->first, sides->second};
-    else
-      top.fail("projector", "\"" + projector + "\" is not a grid", "give rows x columns, \"768x1024\"");
-  }
+  device::read_grid(top, "projector", file.projector);
   top.read_number("pedestal", file.pedestal, 0, 1);
   Nanoseconds usual{0};
   top.read("exposure", usual);

@@ -1,56 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/rig_file_keys.hpp"
 
+#include "device/programs/size_text.hpp"
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <limits>
-#include <optional>
 
 #include <fmt/format.h>
 
 namespace symrig {
 namespace {
 
+using device::read_grid;
+using device::read_picture_size;
 using device::TableReader;
 using device::TomlNode;
-
-constexpr int kLargest = 32'768;  // pixels a side
-
-/// "AxB", both 1 to kLargest.
-std::optional<std::pair<int, int>> two_sides(std::string_view text) {
-  int a = 0, b = 0;
-  const char* end = text.data() + text.size();
-  const auto first = std::from_chars(text.data(), end, a);
-  if (first.ec != std::errc() || first.ptr == end || *first.ptr != 'x') return std::nullopt;
-  const auto second = std::from_chars(first.ptr + 1, end, b);
-  if (second.ec != std::errc() || second.ptr != end) return std::nullopt;
-  if (a < 1 || b < 1 || a > kLargest || b > kLargest) return std::nullopt;
-  return std::pair(a, b);
-}
+using device::two_sides;
 
 void read_whole(TableReader& table, std::string_view key, int& value, int least, int most) {
   auto count = static_cast<std::uint64_t>(value);
   if (table.read_count(key, count, static_cast<std::uint64_t>(least), static_cast<std::uint64_t>(most)))
     value = static_cast<int>(count);
-}
-
-/// A picture's size as makers of cameras and screens write it: columns x rows.
-void read_picture_size(TableReader& table, std::string_view key, Grid& size) {
-  std::string text;
-  if (!table.read(key, text)) return;
-  const auto sides = two_sides(text);
-  if (!sides) return table.fail(key, "\"" + text + "\" is not a size", "give columns x rows, \"1280x1024\"");
-  size = {sides->second, sides->first};
-}
-
-/// A grid as everywhere else in symrig: rows x columns.
-void read_grid(TableReader& table, std::string_view key, std::optional<Grid>& grid) {
-  std::string text;
-  if (!table.read(key, text)) return;
-  const auto sides = two_sides(text);
-  if (!sides) return table.fail(key, "\"" + text + "\" is not a grid", "give rows x columns, \"48x64\"");
-  grid = Grid{sides->first, sides->second};
 }
 
 /// A table that may be left out.
@@ -65,12 +36,12 @@ void read_table(TableReader& top, std::string_view key, Read read) {
 
 void read_region(TableReader& table, CameraEntry& camera) {
   read_table(table, "region", [&camera](TableReader& region) {
-    read_whole(region, "row", camera.row, 0, kLargest);
-    read_whole(region, "col", camera.col, 0, kLargest);
+    read_whole(region, "row", camera.row, 0, device::kLargestSide);
+    read_whole(region, "col", camera.col, 0, device::kLargestSide);
     region.require("rows", "the region's height in pixels of the picture");
     region.require("cols", "the region's width in pixels of the picture");
-    read_whole(region, "rows", camera.region.rows, 1, kLargest);
-    read_whole(region, "cols", camera.region.cols, 1, kLargest);
+    read_whole(region, "rows", camera.region.rows, 1, device::kLargestSide);
+    read_whole(region, "cols", camera.region.cols, 1, device::kLargestSide);
   });
 }
 
@@ -168,9 +139,9 @@ void read_projector_entry(TableReader& top, RigFile& file) {
     ProjectorEntry& projector = file.projector;
     table.read("connector", projector.connector);
     table.read("mode", projector.mode);
-    read_whole(table, "cell", projector.cell, 1, kLargest);
-    read_whole(table, "top", projector.top, 0, kLargest);
-    read_whole(table, "left", projector.left, 0, kLargest);
+    read_whole(table, "cell", projector.cell, 1, device::kLargestSide);
+    read_whole(table, "top", projector.top, 0, device::kLargestSide);
+    read_whole(table, "left", projector.left, 0, device::kLargestSide);
     read_mirror(table, projector);
     table.read("vsync", projector.vsync);
     if (table.read("folder", projector.folder) && (table.has("connector") || table.has("mode")))
