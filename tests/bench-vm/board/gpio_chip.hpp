@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "bench-vm/selftest/guest.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -24,7 +25,7 @@ struct TracedEdge {
 class GpioChip {
  public:
   GpioChip() {
-    std::istringstream names(std::getenv("BENCH_GPIO_LINES"));
+    std::istringstream names(bench_vm::place("BENCH_GPIO_LINES"));
     for (std::string name; names >> name;) lines_.push_back(name);
   }
 
@@ -60,7 +61,7 @@ class GpioChip {
 
  private:
   std::vector<TracedEdge> sets() const {
-    const int base = std::atoi(std::getenv("BENCH_GPIO_BASE"));
+    const int base = std::stoi(bench_vm::place("BENCH_GPIO_BASE"));
     std::ifstream file(trace_path());
     std::vector<TracedEdge> edges;
     for (std::string text; std::getline(file, text);) {
@@ -78,14 +79,14 @@ class GpioChip {
     return edges;
   }
 
-  static std::string trace_path() { return std::string(std::getenv("BENCH_TRACEFS")) + "/trace"; }
+  static std::string trace_path() { return bench_vm::place("BENCH_TRACEFS") + "/trace"; }
   static std::uint64_t to_tick(const std::string& seconds) {
     const std::size_t dot = seconds.find('.');
     return std::stoull(seconds.substr(0, dot)) * 1'000'000'000 + std::stoull(seconds.substr(dot + 1)) * 1000;
   }
   std::string path(const std::string& line) const {
     const auto number = std::find(lines_.begin(), lines_.end(), line) - lines_.begin();
-    return std::string(std::getenv("BENCH_GPIO_SYSFS")) + "/sim_gpio" + std::to_string(number);
+    return bench_vm::place("BENCH_GPIO_SYSFS") + "/sim_gpio" + std::to_string(number);
   }
 
   std::vector<std::string> lines_;

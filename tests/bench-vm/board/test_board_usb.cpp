@@ -2,6 +2,7 @@
 // symrigd as a USB device: libusb on one end, FunctionFS on the other, the kernel's USB stack in between.
 // SYMRIG_USB_ROUNDS and SYMRIG_USB_UNPLUGS make it longer or shorter.
 #include "assert_ok.hpp"
+#include "bench-vm/selftest/guest.hpp"
 #include "daemon_process.hpp"
 #include "symrig/device/discovery.hpp"
 #include "symrig/protocol/frame.hpp"
@@ -23,11 +24,11 @@ unsigned number_from(const char* variable, unsigned otherwise) {
 }
 
 bool shell(const std::string& command) {
-  return std::system(command.c_str()) == 0;
+  return std::system(command.c_str()) == 0;  // NOLINT(cert-env33-c): commands of this file, in the guest
 }
 
 std::string usb_link() {
-  return std::string("usb = \"") + std::getenv("BENCH_FFS") +
+  return "usb = \"" + bench_vm::place("BENCH_FFS") +
          "\"\n[realtime]\nlock_memory = false\nlateness_us = 1000\n";
 }
 
