@@ -20,8 +20,9 @@ struct PixelMap {
   double decoded_share() const;  ///< decoded / all camera pixels
 };
 
-/// What decoding takes as given. None of it is fitted to a scene; `bench_pixel_map --sensitivity` shows what
-/// half and twice of each cost, on simulated photographs and on real ones.
+/// What decoding takes as given, each with its reason. The reasons were written down after the values, most
+/// of which were found on the 42 real photographs that the bars are measured on: those figures are no
+/// independent proof. `bench_pixel_map --sensitivity` shows what half and twice of each cost.
 struct DecodePolicy {
   /// Shadow: white − black below this many of its standard deviations. One shadow pixel in 700 passes.
   double contrast_sigmas = 3;
