@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/merge.hpp"
 
+#include "hdr/merge_checks.hpp"
 #include "hdr/merge_kernel.hpp"
 
 #include <algorithm>
@@ -27,9 +28,7 @@ constexpr std::size_t kGrain = std::size_t{1} << 14;  // pixels of one task; als
 /// Results [bytes] from which on they go past the cache: they would not stay in it until they are read.
 constexpr std::size_t kStreamed = std::size_t{8} << 20;
 
-Error bad_argument(std::string what, std::string hint = {}) {
-  return {ErrorCode::bad_argument, std::move(what), std::move(hint)};
-}
+using hdr::bad_argument;
 
 Result<void> check_frames(std::span<const Frame> frames, std::size_t values) {
   if (frames.empty() || frames.size() > kMaxFrames)
@@ -46,34 +45,12 @@ Result<void> check_frames(std::span<const Frame> frames, std::size_t values) {
   return {};
 }
 
-Result<void> check_black(const Radiance& black, Grid grid, int channels) {
-  const auto fits = [&](const auto& image) { return image.grid() == grid && image.channels() == channels; };
-  if (!fits(black.mean) || !fits(black.variance) || !fits(black.valid))
-    return Error{ErrorCode::size_mismatch,
-                 fmt::format("black photograph is {} with {} channels; the bracket is {} with {}",
-                             to_string(black.mean.grid()), black.mean.channels(), to_string(grid), channels)};
-  return {};
-}
-
-Result<void> check_dead(const Image<std::uint8_t>& dead, Grid grid, int channels) {
-  if (dead.grid() == grid && (dead.channels() == 1 || dead.channels() == channels)) return {};
-  return Error{ErrorCode::size_mismatch, fmt::format("dead-pixel mask is {}; the bracket is {}",
-                                                     to_string(dead.grid()), to_string(grid))};
-}
-
 Result<void> check(std::span<const Frame> frames, Grid grid, int channels, const NoiseModel& noise,
                    const MergeOptions& options) {
-  if (!grid.valid() || channels < 1)
-    return bad_argument(
-        fmt::format("cannot merge a bracket of {} pixels and {} channels", to_string(grid), channels));
-  if (!noise.valid()) return bad_argument("noise model cannot be used: " + noise.to_string());
-  if (!std::isfinite(options.scale) || options.scale <= 0)
-    return bad_argument(fmt::format("scale = {}; must be a positive number", options.scale));
+  SYMRIG_CHECK(hdr::check_sensor(grid, channels, noise));
   SYMRIG_CHECK(
       check_frames(frames, static_cast<std::size_t>(grid.size()) * static_cast<std::size_t>(channels)));
-  if (options.black) SYMRIG_CHECK(check_black(*options.black, grid, channels));
-  if (options.dead) SYMRIG_CHECK(check_dead(*options.dead, grid, channels));
-  return {};
+  return hdr::check_options(options, grid, channels);
 }
 
 /// Time in units of the longest exposure keeps every float near 1, whatever the shutter.

@@ -41,6 +41,18 @@ NoiseModel NoiseModel::from_variance_line(const VarianceLine& line) {
   return {full_well, read_noise, line.slope, line.pedestal, line.bits};
 }
 
+NoiseModel NoiseModel::clipped_at(int code) const {
+  NoiseModel clipped = *this;
+  clipped.full_well_ = (code - pedestal_) / gain_;
+  const double below = std::floor(code - kSaturationSigmas * gain_ * read_noise_);
+  clipped.saturation_code_ = std::min(saturation_code_, static_cast<int>(std::clamp(below, 0.0, 65535.0)));
+  return clipped;
+}
+
+int NoiseModel::clipping_code() const {
+  return static_cast<int>(std::lround(std::min(pedestal_ + gain_ * full_well_, largest_code(bits_))));
+}
+
 double NoiseModel::floor_variance() const {
   return read_noise_ * read_noise_ + 1 / (12 * gain_ * gain_);
 }

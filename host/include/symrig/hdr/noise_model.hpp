@@ -34,12 +34,18 @@ class NoiseModel {
   };
   static NoiseModel from_variance_line(const VarianceLine& line);
 
+  /// The same sensor whose light piles up at a lower code than the largest one (white level): its full well
+  /// and saturation follow.
+  NoiseModel clipped_at(int code) const;
+
   double full_well() const { return full_well_; }    ///< [e⁻]
   double read_noise() const { return read_noise_; }  ///< [e⁻ rms]
   double gain() const { return gain_; }              ///< [DN/e⁻]
   double pedestal() const { return pedestal_; }      ///< [DN]
   int bits() const { return bits_; }
   int max_code() const { return (1 << bits_) - 1; }
+  /// The code that light piles up at: pedestal + gain · full well.
+  int clipping_code() const;
 
   /// Codes at or above this one are saturated. It lies five read-noise sigmas below the clipping point, so
   /// that a full pixel whose read noise is negative is not taken for a measurement.

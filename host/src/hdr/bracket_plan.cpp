@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/bracket_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+constexpr double kStep = std::numbers::sqrt2;  // between candidate exposures
+constexpr int kSearched = 3;                   // frames that are searched exhaustively
+constexpr double kFree = 0.1;                  // longer exposures that cost this share more come for nothing
+
+/// Exposures to choose from [s], shortest first.
+std::vector<double> candidates(const ExposureRules& rules, double longest_seconds) {
+  const double longest = std::min(seconds(rules.max_exposure), longest_seconds) * (1 + 1e-9);
+  std::vector<double> all;
+  if (rules.whole_periods.count() > 0) {
+    const double period = seconds(rules.whole_periods);
+    const double first = std::max(1.0, std::ceil(seconds(rules.min_exposure) / period - 1e-9));
+    double n = first;
+    while (n * period <= longest) {
+      all.push_back(n * period);
+      n = std::max(n + 1, std::floor(n * kStep));
+    }
+    return all;
+  }
+  double t = seconds(rules.min_exposure);
+  while (t <= longest) {
+    all.push_back(t);
+    t *= kStep;
+  }
+  return all;
+}
+
+/// One radiance of one part, in electrons.
+struct Level {
+  double rate;    // [e⁻/s], black included
+  double unseen;  // its error if every frame saturates [e⁻²/s²]
+  double weight;  // pixels over (pixels · noise) of its part [s²/e⁻²]
+  std::size_t part;
+};
+
+class Planner {
+ public:
+  Planner(const Expectation& expected, const LightPath& path, const NoiseModel& noise,
+          const ExposureRules& rules)
+      : noise_(noise), rules_(rules), parts_(expected.parts.size()), budget_(expected.longest_seconds) {
+    for (std::size_t p = 0; p < parts_; ++p) {
+      double pixels = 0;
+      for (const ExpectedLight& light : expected.parts[p].lights) pixels += light.pixels;
+      const double allowed = expected.parts[p].noise / (path.scale * path.scale);
+      for (const ExpectedLight& light : expected.parts[p].lights) {
+        const double rate = std::max(0.0, light.radiance) / path.scale;
+        levels_.push_back(
+            {rate + path.black / path.scale, rate * rate, light.pixels / (pixels * allowed), p});
+      }
+    }
+    times_ = candidates(rules, budget_);
+    for (const double t : times_)
+      for (const Level& level : levels_)
+        information_.push_back(exposure_information(noise, level.rate, t, rules.headroom));
+  }
+
+  bool possible() const { return !times_.empty() && !levels_.empty(); }
+
+  BracketPlan run() {
+    std::vector<double> known(levels_.size());
+    search(known, 0, 0, kSearched);
+    if (!best_) return add_one_by_one();
+    std::vector<double> times;
+    for (const std::size_t e : *best_) times.push_back(times_[e]);
+    if (rules_.whole_periods.count() == 0) fill_wells(times);
+    return plan_of(times);
+  }
+
+ private:
+  double cost(std::size_t e) const { return times_[e] + seconds(rules_.each_frame); }
+
+  /// Mean square noise over what is allowed, of the worst part.
+  double misses(const std::vector<double>& known) const {
+    std::vector<double> sums(parts_);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      const double variance = known[l] > 0 ? 1 / known[l] : 4 * levels_[l].unseen;
+      sums[levels_[l].part] += levels_[l].weight * std::min(variance, kUnseen);
+    }
+    return *std::max_element(sums.begin(), sums.end());
+  }
+
+  void add(std::size_t e, std::vector<double>& known) const {
+    for (std::size_t l = 0; l < levels_.size(); ++l) known[l] += information_[e * levels_.size() + l];
+  }
+
+  /// Brackets of up to `left` more frames, none shorter than candidate `from`.
+  void search(const std::vector<double>& known, double spent, std::size_t from, int left) {
+    for (std::size_t e = from; e < times_.size(); ++e) {
+      const double price = spent + cost(e);
+      if (price >= best_cost_ || exposure_sum(e) > budget_) break;
+      std::vector<double> more = known;
+      add(e, more);
+      chosen_.push_back(e);
+      if (misses(more) <= 1) {
+        best_ = chosen_;
+        best_cost_ = price;
+      } else if (left > 1) {
+        search(more, price, e, left - 1);
+      }
+      chosen_.pop_back();
+    }
+  }
+  double exposure_sum(std::size_t next) const {
+    double sum = times_[next];
+    for (const std::size_t e : chosen_) sum += times_[e];
+    return sum;
+  }
+
+  /// The frame that lowers the logarithm of what is missed most for its cost, until all is met or time is up.
+  BracketPlan add_one_by_one() {
+    std::vector<double> known(levels_.size()), times;
+    double left = budget_;
+    double now = std::numeric_limits<double>::infinity();
+    while (now > 1 && std::ssize(times) < rules_.most_frames) {
+      std::optional<std::size_t> choice;
+      double gain = 0, after = now;
+      for (std::size_t e = 0; e < times_.size() && times_[e] <= left; ++e) {
+        std::vector<double> more = known;
+        add(e, more);
+        const double missed = misses(more);
+        const double per_cost =
+            (std::isinf(now) ? -std::log(missed) + 100 : std::log(now / missed)) / cost(e);
+        if (missed < now && per_cost > gain) {
+          choice = e;
+          gain = per_cost;
+          after = missed;
+        }
+      }
+      if (!choice) break;
+      add(*choice, known);
+      times.push_back(times_[*choice]);
+      left -= times_[*choice];
+      now = after;
+    }
+    if (times.empty()) times.push_back(times_.front());
+    return plan_of(times);
+  }
+
+  double misses_of(const std::vector<double>& times) const {
+    std::vector<double> known(levels_.size());
+    for (const double t : times)
+      for (std::size_t l = 0; l < levels_.size(); ++l)
+        known[l] += exposure_information(noise_, levels_[l].rate, t, rules_.headroom);
+    return misses(known);
+  }
+
+  /// Longer exposures that cost next to nothing: the shortest first, as long as that lowers the noise.
+  void fill_wells(std::vector<double>& times) const {
+    double spare = 0;
+    for (const double t : times) spare += kFree * (t + seconds(rules_.each_frame));
+    const double step = std::sqrt(kStep);
+    for (double& t : times) {
+      double missed = misses_of(times);
+      while (t * step <= times_.back() && (step - 1) * t <= spare) {
+        const double before = t;
+        t *= step;
+        const double now = misses_of(times);
+        if (now >= missed) {
+          t = before;
+          break;
+        }
+        missed = now;
+        spare -= t - before;
+      }
+    }
+  }
+
+  BracketPlan plan_of(std::vector<double> times) const {
+    std::sort(times.begin(), times.end());
+    BracketPlan plan;
+    for (const double t : times)
+      plan.exposures.emplace_back(static_cast<std::int64_t>(std::llround(1e9 * t)));
+    plan.noise = misses_of(times);
+    return plan;
+  }
+
+  static constexpr double kUnseen = 1e300;
+
+  const NoiseModel& noise_;
+  const ExposureRules& rules_;
+  std::size_t parts_;
+  double budget_;  // [s] of exposures
+  std::vector<Level> levels_;
+  std::vector<double> times_;
+  std::vector<double> information_;  // [candidate][level]
+  std::vector<std::size_t> chosen_;
+  std::optional<std::vector<std::size_t>> best_;
+  double best_cost_ = std::numeric_limits<double>::infinity();
+};
+
+Result<void> check(const Expectation& expected, const LightPath& path, const NoiseModel& noise) {
+  const auto bad = [](std::string what, std::string hint) -> Result<void> {
+    return Error{ErrorCode::bad_argument, std::move(what), std::move(hint)};
+  };
+  if (!noise.valid()) return bad("noise model cannot be used: " + noise.to_string(), "measure the sensor");
+  if (!(path.scale > 0) || !(path.black >= 0)) return bad("the light path has no scale", "give one above 0");
+  for (const ExpectedPart& part : expected.parts) {
+    if (part.lights.empty() || !(part.noise > 0))
+      return bad("a part of a photograph has no pixels, or no noise that is good enough",
+                 "give both, above 0");
+    for (const ExpectedLight& light : part.lights)
+      if (!std::isfinite(light.radiance) || !(light.pixels > 0))
+        return bad(fmt::format("{} pixels of radiance {} cannot be expected", light.pixels, light.radiance),
+                   "give finite numbers");
+  }
+  if (expected.parts.empty()) return bad("nothing is expected of the photograph", "give one part at least");
+  return {};
+}
+
+}  // namespace
+
+double exposure_information(const NoiseModel& noise, double rate, double seconds, double headroom) {
+  const double electrons = rate * seconds;
+  if (headroom * electrons * noise.gain() > noise.saturation_code() - noise.pedestal()) return 0;
+  return seconds * seconds / noise.variance(electrons);
+}
+
+Result<BracketPlan> plan_bracket(const Expectation& expected, const LightPath& path, const NoiseModel& noise,
+                                 const ExposureRules& rules) {
+  SYMRIG_CHECK(check(expected, path, noise));
+  Planner planner(expected, path, noise, rules);
+  if (planner.possible()) return planner.run();
+  return Error{
+      ErrorCode::bad_argument,
+      fmt::format("no exposure lies between {:.3g} ms and {:.3g} ms", 1e3 * seconds(rules.min_exposure),
+                  1e3 * std::min(seconds(rules.max_exposure), expected.longest_seconds)),
+      "allow the photograph more time"};
+}
+
+}  // namespace symrig

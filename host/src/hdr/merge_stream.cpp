@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/merge_stream.hpp"
+
+#include "hdr/merge_checks.hpp"
+#include "hdr/merge_stream_kernel.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig {
+namespace {
+
+constexpr std::size_t kGrain = std::size_t{1} << 14;  // values of one task
+/// Exposures that differ by less are one: the board's clock and the camera's jitter.
+constexpr double kSame = 1e-3;
+
+/// One pixel's sums become radiance and variance.
+struct Weigher {
+  double gain, floor;  // of one sample: Var[d] = gain μ t + floor [DN²]
+  double unit;         // radiance per DN and unit of time
+  double lowest;       // of μ; keeps every variance positive
+  std::span<const MergeStream::Group> groups;
+
+  /// Different exposures that a pixel could use, from its total time: those that saturate are the longest.
+  std::size_t usable(double time) const {
+    std::size_t n = 0;
+    while (n < groups.size() && groups[n].total <= time * (1 + kSame)) ++n;
+    return std::max<std::size_t>(1, n);
+  }
+  struct Estimate {
+    double mean, variance;
+  };
+  /// The pixel has at least one sample. a + b t is fitted to h(t) = t / v(t) with weights n v(t): what an
+  /// error of the weights costs in variance.
+  Estimate operator()(double s0, double t0, double s1, double t1) const {
+    const double rate = gain * std::max(s0 / t0, lowest);
+    const std::size_t n = usable(t0);
+    double w = 0, wt = 0, wtt = 0, y = 0, yt = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto& [t, count, total] = groups[k];
+      const double v = count * (rate * t + floor);
+      w += v;
+      wt += v * t;
+      wtt += v * t * t;
+      y += count * t;
+      yt += count * t * t;
+    }
+    const double determinant = w * wtt - wt * wt;
+    const bool line = n > 1 && determinant > 1e-12 * w * wtt;
+    const double b = line ? (w * yt - wt * y) / determinant : 0;
+    const double a = line ? (wtt * y - wt * yt) / determinant : y / w;
+    double noise = 0, weight = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const auto& [t, count, total] = groups[k];
+      const double g = a + b * t;
+      noise += count * g * g * (rate * t + floor);
+      weight += count * g * t;
+    }
+    return {unit * (a * s0 + b * s1) / (a * t0 + b * t1), unit * unit * noise / (weight * weight)};
+  }
+};
+
+}  // namespace
+
+MergeStream::MergeStream(Grid grid, int channels, const NoiseModel& noise)
+    : grid_(grid),
+      channels_(channels),
+      noise_(noise),
+      sum_(grid, channels),
+      time_(grid, channels),
+      weighted_sum_(grid, channels),
+      weighted_time_(grid, channels) {}
+
+Result<MergeStream> MergeStream::begin(Grid grid, int channels, const NoiseModel& noise,
+                                       std::span<const Nanoseconds> exposures) {
+  SYMRIG_CHECK(hdr::check_sensor(grid, channels, noise));
+  std::vector<Nanoseconds> sorted(exposures.begin(), exposures.end());
+  std::sort(sorted.begin(), sorted.end());
+  if (sorted.empty() || sorted.front() <= Nanoseconds{0})
+    return hdr::bad_argument("a bracket needs exposures, all above 0", "give the planned ones");
+  MergeStream stream(grid, channels, noise);
+  stream.unit_ = seconds(sorted.back());
+  double total = 0;
+  for (const Nanoseconds exposure : sorted) {
+    const double t = seconds(exposure) / stream.unit_;
+    total += t;
+    if (stream.groups_.empty() || t > stream.groups_.back().time * (1 + kSame))
+      stream.groups_.push_back({t, 0, 0});
+    stream.groups_.back().count += 1;
+    stream.groups_.back().total = total;
+  }
+  return stream;
+}
+
+Result<void> MergeStream::add(const Frame& frame) {
+  const std::size_t values = sum_.values().size();
+  if (frame.raw.size() != values)
+    return Error{ErrorCode::size_mismatch, fmt::format("frame {} has {} samples; the grid needs {}", frames_,
+                                                       frame.raw.size(), values)};
+  if (frame.exposure <= Nanoseconds{0})
+    return hdr::bad_argument(
+        fmt::format("exposure of frame {} is {} ns; must be above 0", frames_, frame.exposure.count()),
+        "give the shutter time as measured from the pulse");
+  const auto t = static_cast<float>(seconds(frame.exposure) / unit_);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values, kGrain), [&](const auto& range) {
+    const std::size_t at = range.begin();
+    hdr::add_frame(frame.raw.data() + at, range.size(), static_cast<float>(noise_.pedestal()),
+                   static_cast<float>(noise_.saturation_code()), t,
+                   {sum_.values().data() + at, time_.values().data() + at, weighted_sum_.values().data() + at,
+                    weighted_time_.values().data() + at});
+  });
+  ++frames_;
+  return {};
+}
+
+Result<Radiance> MergeStream::finish(const MergeOptions& options) const {
+  SYMRIG_CHECK(hdr::check_options(options, grid_, channels_));
+  const double floor = noise_.gain() * noise_.gain() * noise_.floor_variance();
+  const Weigher weigh{noise_.gain(), floor, options.scale / (noise_.gain() * unit_),
+                      -noise_.gain() * noise_.floor_variance() / 2, groups_};
+  Radiance out{Image<float>(grid_, channels_), Image<float>(grid_, channels_),
+               Image<std::uint8_t>(grid_, channels_)};
+  const auto pixels = static_cast<std::size_t>(grid_.size());
+  std::atomic<bool> finite = true;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sum_.values().size(), kGrain), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const std::size_t channel = options.dead != nullptr && options.dead->channels() > 1 ? i / pixels : 0;
+      const bool dead = options.dead != nullptr && options.dead->values()[channel * pixels + i % pixels] != 0;
+      const bool black = options.black == nullptr || options.black->valid.values()[i] != 0;
+      if (time_.values()[i] <= 0 || dead || !black) continue;
+      const auto [mean, variance] = weigh(
+          static_cast<double>(sum_.values()[i]), static_cast<double>(time_.values()[i]),
+          static_cast<double>(weighted_sum_.values()[i]), static_cast<double>(weighted_time_.values()[i]));
+      const double dark = options.black == nullptr ? 0 : static_cast<double>(options.black->mean.values()[i]);
+      const double dark_variance =
+          options.black == nullptr ? 0 : static_cast<double>(options.black->variance.values()[i]);
+      if (!std::isfinite(dark) || !std::isfinite(dark_variance)) finite = false;
+      out.mean.values()[i] = static_cast<float>(mean - dark);
+      out.variance.values()[i] = static_cast<float>(variance + dark_variance);
+      out.valid.values()[i] = 1;
+    }
+  });
+  if (!finite) return Error{ErrorCode::bad_value, "black photograph holds NaN or infinity"};
+  return out;
+}
+
+}  // namespace symrig

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/response.hpp"
+
+#include "hdr/response_samples.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+constexpr double kLeastStep = 1e-6;  // of a curve between codes, relative to the whole
+
+}  // namespace
+
+double ResponseCurve::operator()(double code) const {
+  const double last = static_cast<double>(light.size()) - 1;
+  const double inside = std::clamp(code, 0.0, last);
+  const auto below = static_cast<std::size_t>(inside);
+  const std::size_t above = std::min(below + 1, light.size() - 1);
+  return light[below] + (inside - static_cast<double>(below)) * (light[above] - light[below]);
+}
+
+double ResponseCurve::code_of(double share) const {
+  const auto above = std::lower_bound(light.begin(), light.end(), share);
+  if (above == light.begin()) return 0;
+  if (above == light.end()) return static_cast<double>(light.size()) - 1;
+  const double low = *(above - 1);
+  return static_cast<double>(above - light.begin()) - 1 + (share - low) / (*above - low);
+}
+
+std::vector<double> isotonic(std::span<const double> values, std::span<const double> weights) {
+  struct Pool {
+    double sum, weight;
+    std::size_t count;
+    double mean() const { return sum / weight; }
+  };
+  std::vector<Pool> pools;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double w = std::max(weights[i], 1e-12);  // codes without samples join their neighbours
+    pools.push_back({w * values[i], w, 1});
+    while (pools.size() > 1 && pools[pools.size() - 2].mean() > pools.back().mean()) {
+      const Pool last = pools.back();
+      pools.pop_back();
+      pools.back().sum += last.sum;
+      pools.back().weight += last.weight;
+      pools.back().count += last.count;
+    }
+  }
+  std::vector<double> fit;
+  for (const Pool& pool : pools) fit.insert(fit.end(), pool.count, pool.mean());
+  return fit;
+}
+
+namespace hdr {
+
+/// From ln light of the codes [first, last] that samples reached, to a curve over all codes.
+ResponseCurve finish_curve(const std::vector<double>& log_light, const std::vector<double>& weights,
+                           std::int64_t samples) {
+  const auto codes = static_cast<std::ptrdiff_t>(log_light.size());
+  std::ptrdiff_t first = 0, last = codes - 1;
+  while (first < last && weights[static_cast<std::size_t>(first)] <= 0) ++first;
+  while (last > first && weights[static_cast<std::size_t>(last)] <= 0) --last;
+  const auto part = [&](const std::vector<double>& of) {
+    return std::span(of).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first + 1));
+  };
+  const std::vector<double> fit = isotonic(part(log_light), part(weights));
+  ResponseCurve curve;
+  curve.samples = samples;
+  for (std::size_t k = 0; k < fit.size(); ++k)
+    if (std::abs(fit[k] - part(log_light)[k]) > 1e-9) ++curve.repaired;
+  const double top = std::exp(fit.back());
+  for (const double v : fit) curve.light.push_back(std::exp(v) / top);
+  // Below the codes that were seen light falls to 0 in a straight line; above them it goes on as it was
+  // rising.
+  std::vector<double> all;
+  for (std::ptrdiff_t c = 0; c < first; ++c)
+    all.push_back(curve.light.front() * static_cast<double>(c) / static_cast<double>(first));
+  all.insert(all.end(), curve.light.begin(), curve.light.end());
+  const std::size_t reach = std::min<std::size_t>(all.size() - 1, std::max<std::size_t>(1, fit.size() / 16));
+  const double slope = (all.back() - all[all.size() - 1 - reach]) / static_cast<double>(reach);
+  for (std::ptrdiff_t c = last + 1; c < codes; ++c)
+    all.push_back(curve.light.back() + slope * static_cast<double>(c - last));
+  // Strictly rising from 0 to 1.
+  const double origin = all.front();
+  const double least = kLeastStep / static_cast<double>(codes);
+  for (std::size_t c = 0; c < all.size(); ++c)
+    all[c] = c == 0 ? 0 : std::max(all[c] - origin, all[c - 1] + least * std::max(1.0, all.back() - origin));
+  const double full = all.back();
+  for (double& v : all) v /= full;
+  all.back() = 1;
+  curve.light = std::move(all);
+  return curve;
+}
+
+}  // namespace hdr
+
+Result<Linearity> test_linearity(std::span<const Frame> frames, const NoiseModel& noise) {
+  SYMRIG_CHECK(hdr::check_frames(frames));
+  constexpr std::size_t kBins = 16;
+  struct Bin {
+    double weight = 0, sum = 0, code = 0;
+  };
+  std::vector<Bin> bins(kBins);
+  Linearity result;
+  const double range = noise.saturation_code() - noise.pedestal();
+  for (std::size_t a = 0; a < frames.size(); ++a)
+    for (std::size_t b = 0; b < frames.size(); ++b) {
+      const double ratio = seconds(frames[b].exposure) / seconds(frames[a].exposure);
+      if (ratio < 1.2 || ratio > 20) continue;  // too alike to tell, or the shorter one is only noise
+      for (std::size_t i = 0; i < frames[a].raw.size(); ++i) {
+        const double low = frames[a].raw[i] - noise.pedestal(), high = frames[b].raw[i] - noise.pedestal();
+        if (frames[a].raw[i] >= noise.saturation_code() || frames[b].raw[i] >= noise.saturation_code())
+          continue;
+        const double g = noise.gain();
+        const double rough = std::max(0.0, (low + high) / (1 + ratio));
+        const double of_low = g * g * noise.variance(rough / g),
+                     of_high = g * g * noise.variance(ratio * rough / g);
+        // Chosen and binned by the best estimate of both, whose noise is not that of their difference.
+        const double light = (low / of_low + ratio * high / of_high) / (1 / of_low + ratio * ratio / of_high);
+        const double expected = ratio * light;
+        if (light < 0.05 * range || expected > 0.9 * range) continue;
+        const double variance = of_high + ratio * ratio * of_low;
+        Bin& bin = bins[std::min(kBins - 1, static_cast<std::size_t>(expected / range * kBins))];
+        bin.weight += 1 / variance;
+        bin.sum += (high - ratio * low) / variance;
+        bin.code += expected / variance;
+        ++result.samples;
+      }
+    }
+  if (result.samples == 0)
+    return Error{ErrorCode::bad_value, "no pixel is well exposed in two of the frames",
+                 "take exposures 1.5 to 4 times apart"};
+  for (const Bin& bin : bins) {
+    if (bin.weight <= 0) continue;
+    const double off = std::abs(bin.sum / bin.weight) / range, sigma = 1 / std::sqrt(bin.weight) / range;
+    if (off - 3 * sigma > result.worst - 3 * result.worst_sigma || result.worst_sigma == 0) {
+      result.worst = off;
+      result.worst_sigma = sigma;
+      result.at_code = bin.code / bin.weight + noise.pedestal();
+    }
+  }
+  return result;
+}
+
+}  // namespace symrig

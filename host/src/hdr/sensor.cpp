@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/sensor.hpp"
+
+#include "hdr/sensor_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using hdr::Codes;
+
+constexpr double kSigmas = 8;          // a defect stands out by so many: one false alarm in 10^14 pixels
+constexpr double kNoisy = 16;          // times the median variance: four times the noise
+constexpr double kUnresponsive = 0.3;  // share of its neighbourhood's response by which a pixel may be off
+constexpr double kPiledUp = 2;  // times the dark noise: a bright level that is spread no more is clipped
+
+Error bad(ErrorCode code, std::string what, std::string hint) {
+  return {code, std::move(what), std::move(hint)};
+}
+
+Result<void> check(const SensorFrames& frames) {
+  if (!frames.grid.valid() || frames.bits < 1 || frames.bits > 16)
+    return bad(
+        ErrorCode::bad_argument,
+        fmt::format("a sensor of {} and {} bits cannot be measured", to_string(frames.grid), frames.bits),
+        "give its grid and 1 to 16 bits");
+  if (frames.dark.size() < 2)
+    return bad(ErrorCode::bad_argument, fmt::format("{} dark frames", frames.dark.size()),
+               "take two at least, with the lens capped");
+  std::vector<Codes> all = frames.dark;
+  for (std::size_t level = 0; level < frames.flat.size(); ++level) {
+    if (frames.flat[level].size() < 2)
+      return bad(ErrorCode::bad_argument, fmt::format("level {} has one flat frame", level),
+                 "take two at least: noise is their difference");
+    all.insert(all.end(), frames.flat[level].begin(), frames.flat[level].end());
+  }
+  for (const Codes& codes : all)
+    if (std::ssize(codes) != frames.grid.size())
+      return bad(ErrorCode::size_mismatch,
+                 fmt::format("a frame has {} samples, the sensor {}", codes.size(), frames.grid.size()),
+                 "give frames of one camera, one plane each");
+  return {};
+}
+
+/// Pixels whose dark level or dark noise is not like the others'.
+void find_hot(const hdr::PixelMoments& dark, std::size_t frames, std::span<std::uint8_t> defects) {
+  std::vector<double> means = dark.mean, noises = dark.variance;
+  const double middle = hdr::median(means);
+  const double spread = std::max(hdr::robust_sigma(dark.mean), 0.3);
+  const double noise = std::max(hdr::median(noises), 1.0 / 12);
+  // A χ² of few degrees of freedom reaches far: the fewer frames, the more it takes to be called noisy.
+  const double noisy = kNoisy * (1 + 8 / static_cast<double>(frames - 1));
+  for (std::size_t i = 0; i < defects.size(); ++i)
+    if (std::abs(dark.mean[i] - middle) > kSigmas * spread || dark.variance[i] > noisy * noise)
+      defects[i] = 1;
+}
+
+std::vector<double> light_of(const std::vector<Codes>& level, const std::vector<double>& dark) {
+  std::vector<double> light = hdr::moments(level).mean;
+  for (std::size_t i = 0; i < light.size(); ++i) light[i] -= dark[i];
+  return light;
+}
+
+/// Pixels that answer light by much less or more than their neighbours.
+void find_unresponsive(const std::vector<double>& light, const std::vector<double>& local,
+                       std::span<std::uint8_t> defects) {
+  for (std::size_t i = 0; i < defects.size(); ++i)
+    if (std::abs(light[i] - local[i]) > kUnresponsive * std::max(local[i], 1.0)) defects[i] = 1;
+}
+
+double rms_beyond(double squares, double count, double noise) {
+  return count > 0 ? std::sqrt(std::max(0.0, squares / count - noise)) : 0;
+}
+
+/// Pixel-to-pixel sensitivity: Var[light / local] less what temporal noise explains.
+double prnu_of(const std::vector<double>& light, const std::vector<double>& local,
+               std::span<const std::uint8_t> defects, const hdr::TransferLine& line, std::size_t frames,
+               std::size_t dark_frames) {
+  double squares = 0, noise = 0, count = 0;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    if (defects[i] != 0 || local[i] <= 0) continue;
+    const double ratio = light[i] / local[i] - 1;
+    squares += ratio * ratio;
+    noise += ((line.offset + line.slope * local[i]) / static_cast<double>(frames) +
+              line.offset / static_cast<double>(dark_frames)) /
+             (local[i] * local[i]);
+    count += 1;
+  }
+  return count > 0 ? rms_beyond(squares, count, noise / count) : 0;
+}
+
+double dsnu_of(const hdr::PixelMoments& dark, std::span<const std::uint8_t> defects, std::size_t frames) {
+  double sum = 0, squares = 0, noise = 0, count = 0;
+  for (std::size_t i = 0; i < dark.mean.size(); ++i) {
+    if (defects[i] != 0) continue;
+    sum += dark.mean[i];
+    squares += dark.mean[i] * dark.mean[i];
+    noise += dark.variance[i] / static_cast<double>(frames);
+    count += 1;
+  }
+  if (count < 2) return 0;
+  return rms_beyond(squares - sum * sum / count, count - 1, noise / count);
+}
+
+double mean_of(const std::vector<double>& values, std::span<const std::uint8_t> defects) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (defects[i] == 0) {
+      sum += values[i];
+      count += 1;
+    }
+  return count > 0 ? sum / count : 0;
+}
+
+/// Every pair of frames of a level: first with second, third with fourth …
+void add_pairs(const std::vector<Codes>& level, std::span<const std::uint8_t> defects, Grid grid,
+               double pedestal, double saturation, std::vector<hdr::TransferPoint>& points) {
+  for (std::size_t k = 0; k + 1 < level.size(); k += 2)
+    hdr::add_transfer_points(level[k], level[k + 1], defects, grid, pedestal, saturation, points);
+}
+
+/// The lowest code that a bright level piles up at: its codes are spread no more than dark ones, though light
+/// makes noise. None: the largest code.
+int clipping_code(const SensorFrames& frames, double dark_noise) {
+  const int largest = (1 << frames.bits) - 1;
+  int clipped = largest;
+  for (const auto& level : frames.flat) {
+    std::vector<double> codes(level.front().begin(), level.front().end());
+    const double spread = hdr::robust_sigma(codes);
+    const double middle = hdr::median(codes);
+    if (middle > 0.25 * largest && spread <= kPiledUp * std::max(dark_noise, 0.5))
+      clipped = std::min(clipped, static_cast<int>(middle));
+  }
+  return clipped;
+}
+
+}  // namespace
+
+std::string Sensor::to_string() const {
+  std::int64_t count = 0;
+  for (const std::uint8_t d : defects.values()) count += d != 0 ? 1 : 0;
+  return fmt::format(
+      "{}; gain known to {:.2g} %, read noise to {:.2g} %; PRNU {:.2g} %, DSNU {:.2g} DN, {} defects",
+      noise.to_string(), 100 * gain_sigma, 100 * read_noise_sigma, 100 * prnu, dsnu, count);
+}
+
+Result<Sensor> measure_sensor(const SensorFrames& frames) {
+  SYMRIG_CHECK(check(frames));
+  Sensor sensor;
+  sensor.defects = Image<std::uint8_t>(frames.grid);
+  const auto defects = sensor.defects.values();
+  const hdr::PixelMoments dark = hdr::moments(frames.dark);
+  find_hot(dark, frames.dark.size(), defects);
+  const double pedestal = mean_of(dark.mean, defects);
+  std::vector<double> noises = dark.variance;
+  const int clipping = clipping_code(frames, std::sqrt(hdr::median(noises)));
+  const std::vector<Codes>* brightest = nullptr;
+  double most = 0;
+  for (const auto& level : frames.flat) {
+    const double mean = mean_of(hdr::moments(level).mean, defects);
+    if (mean <= most || mean >= pedestal + 0.75 * (clipping - pedestal)) continue;
+    most = mean;
+    brightest = &level;
+  }
+  if (brightest == nullptr || most - pedestal < 0.02 * (clipping - pedestal))
+    return bad(ErrorCode::bad_value,
+               fmt::format("no flat level lies between the dark level {:.0f} DN and saturation", pedestal),
+               "take flat frames at a tenth to two thirds of the range");
+  const std::vector<double> light = light_of(*brightest, dark.mean);
+  std::vector<double> local = hdr::smooth(light, defects, frames.grid);
+  find_unresponsive(light, local, defects);
+  local = hdr::smooth(light, defects, frames.grid);
+  std::vector<hdr::TransferPoint> points;
+  add_pairs(frames.dark, defects, frames.grid, pedestal, clipping, points);
+  const std::size_t dark_points = points.size();
+  for (const auto& level : frames.flat) add_pairs(level, defects, frames.grid, pedestal, clipping, points);
+  if (dark_points == 0 || points.size() == dark_points)
+    return bad(ErrorCode::bad_value, "no tile of the frames is free of defects and saturation",
+               "take frames of at least 8 x 8 good pixels");
+  const hdr::TransferLine line = hdr::fit_transfer(points);
+  if (!(line.slope > 0) || line.slope < 5 * std::sqrt(line.slope_variance))
+    return bad(ErrorCode::bad_value, "the noise of the flat frames does not grow with their light",
+               "take raw frames, not processed ones, and light the sensor evenly");
+  sensor.noise = NoiseModel::from_variance_line({line.offset, line.slope, frames.bits, pedestal});
+  if (clipping < (1 << frames.bits) - 1) sensor.noise = sensor.noise.clipped_at(clipping);
+  sensor.gain_sigma = std::sqrt(line.slope_variance) / line.slope;
+  const double read = std::max(line.offset - 1.0 / 12, 1.0 / 12);
+  sensor.read_noise_sigma = std::hypot(std::sqrt(line.offset_variance) / (2 * read), sensor.gain_sigma);
+  sensor.prnu = prnu_of(light, local, defects, line, brightest->size(), frames.dark.size());
+  sensor.dsnu = dsnu_of(dark, defects, frames.dark.size());
+  return sensor;
+}
+
+FramesNeeded frames_needed(std::int64_t pixels, double gain_error, double read_noise_error) {
+  // gain: the slope between the dark end and level m, √(2 / n) of the variance there, 1.5 with the dark end's
+  // share; read noise is the root of an offset of which a tenth at most is rounding: half of √(2 / n), and
+  // gain.
+  const double n = static_cast<double>(std::max<std::int64_t>(1, pixels));
+  FramesNeeded needed;
+  needed.flat_pairs = std::max(1, static_cast<int>(std::ceil(1.5 * 1.5 * 2 / (gain_error * gain_error) / n)));
+  const double rest = std::max(read_noise_error * read_noise_error - gain_error * gain_error,
+                               read_noise_error * read_noise_error / 4);
+  needed.dark = 2 * std::max(1, static_cast<int>(std::ceil(1.2 * 1.2 / (2 * rest) / n)));
+  return needed;
+}
+
+}  // namespace symrig

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hdr/sensor_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+namespace symrig::hdr {
+namespace {
+
+constexpr int kTile = 32;
+constexpr int kReach = 8;                // of the smoothing window
+constexpr int kRounds = 20;              // of reweighting
+constexpr double kFewest = 64;           // samples of a tile
+constexpr double kOutlier = 6;           // sigmas of a difference: what a transient does
+constexpr double kQuantised = 1.0 / 12;  // no variance is below that of rounding
+
+std::size_t index(Grid grid, int row, int col) {
+  return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
+}
+
+/// Samples of one tile: both frames where neither is left out nor near saturation.
+struct Tile {
+  std::vector<double> a, b;
+};
+
+Tile tile_at(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, int row, int col,
+             double pedestal) {
+  Tile tile;
+  for (int y = row; y < std::min(row + kTile, grid.rows); ++y)
+    for (int x = col; x < std::min(col + kTile, grid.cols); ++x) {
+      const std::size_t i = index(grid, y, x);
+      if (left_out[i] != 0) continue;
+      tile.a.push_back(a[i] - pedestal);
+      tile.b.push_back(b[i] - pedestal);
+    }
+  return tile;
+}
+
+double mean_of(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return sum / static_cast<double>(values.size());
+}
+
+/// Differences that are free of flicker, without their outliers: variance of one frame.
+TransferPoint point_of(const Tile& tile) {
+  const double first = mean_of(tile.a), second = mean_of(tile.b);
+  const double noise = robust_sigma(tile.a) + 1;
+  // Flicker is a factor on light; where there is none the ratio means nothing.
+  const double q = first > 4 * noise && second > 0 ? second / first : 1;
+  std::vector<double> difference;
+  for (std::size_t i = 0; i < tile.a.size(); ++i) difference.push_back(tile.a[i] - tile.b[i] / q);
+  std::vector<double> sorted = difference;
+  const double middle = median(sorted);
+  const double limit = kOutlier * std::max(robust_sigma(difference), 1.0);
+  double sum = 0, squares = 0, count = 0;
+  for (const double d : difference) {
+    if (std::abs(d - middle) > limit) continue;
+    sum += d;
+    squares += d * d;
+    count += 1;
+  }
+  if (count < 2) return {};
+  const double variance = (squares - sum * sum / count) / (count - 1);
+  return {first, variance / (1 + 1 / q), count - 1};
+}
+
+}  // namespace
+
+double median(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double robust_sigma(const std::vector<double>& values) {
+  std::vector<double> copy = values;
+  const double middle = median(copy);
+  for (double& v : copy) v = std::abs(v - middle);
+  return 1.4826 * median(copy);
+}
+
+PixelMoments moments(std::span<const Codes> frames) {
+  const std::size_t pixels = frames.front().size();
+  const auto n = static_cast<double>(frames.size());
+  PixelMoments result{std::vector<double>(pixels), std::vector<double>(pixels)};
+  for (const Codes& frame : frames)
+    for (std::size_t i = 0; i < pixels; ++i) result.mean[i] += frame[i] / n;
+  if (frames.size() < 2) return result;
+  for (const Codes& frame : frames)
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const double d = frame[i] - result.mean[i];
+      result.variance[i] += d * d / (n - 1);
+    }
+  return result;
+}
+
+std::vector<double> smooth(std::span<const double> image, std::span<const std::uint8_t> left_out, Grid grid) {
+  // Sums over all pixels above and to the left.
+  const auto width = static_cast<std::size_t>(grid.cols) + 1;
+  std::vector<double> sum(width * (static_cast<std::size_t>(grid.rows) + 1)), count(sum.size());
+  for (int y = 0; y < grid.rows; ++y)
+    for (int x = 0; x < grid.cols; ++x) {
+      const std::size_t i = index(grid, y, x);
+      const std::size_t at = (static_cast<std::size_t>(y) + 1) * width + static_cast<std::size_t>(x) + 1;
+      const double used = left_out[i] == 0 ? 1 : 0;
+      sum[at] = used * image[i] + sum[at - 1] + sum[at - width] - sum[at - width - 1];
+      count[at] = used + count[at - 1] + count[at - width] - count[at - width - 1];
+    }
+  std::vector<double> result(image.size());
+  for (int y = 0; y < grid.rows; ++y)
+    for (int x = 0; x < grid.cols; ++x) {
+      const auto top = static_cast<std::size_t>(std::max(0, y - kReach)) * width;
+      const auto bottom = static_cast<std::size_t>(std::min(grid.rows, y + kReach + 1)) * width;
+      const auto left = static_cast<std::size_t>(std::max(0, x - kReach));
+      const auto right = static_cast<std::size_t>(std::min(grid.cols, x + kReach + 1));
+      const auto box = [&](const std::vector<double>& of) {
+        return of[bottom + right] - of[bottom + left] - of[top + right] + of[top + left];
+      };
+      const double n = box(count);
+      result[index(grid, y, x)] = n > 0 ? box(sum) / n : 0;
+    }
+  return result;
+}
+
+TransferLine fit_transfer(std::span<const TransferPoint> points) {
+  TransferLine line;
+  std::vector<double> expected;
+  for (const TransferPoint& p : points) expected.push_back(std::max(p.variance, kQuantised));
+  for (int round = 0; round < kRounds; ++round) {
+    double w = 0, wx = 0, wxx = 0, wy = 0, wxy = 0;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const TransferPoint& p = points[k];
+      const double weight = p.samples / (2 * expected[k] * expected[k]);
+      w += weight;
+      wx += weight * p.mean;
+      wxx += weight * p.mean * p.mean;
+      wy += weight * p.variance;
+      wxy += weight * p.mean * p.variance;
+    }
+    const double determinant = w * wxx - wx * wx;
+    if (!(determinant > 0)) return {};
+    line = {(wxx * wy - wx * wxy) / determinant, (w * wxy - wx * wy) / determinant, wxx / determinant,
+            w / determinant};
+    // The points' own variances would favour those that came out low.
+    for (std::size_t k = 0; k < points.size(); ++k)
+      expected[k] = std::max(line.offset + line.slope * points[k].mean, kQuantised);
+  }
+  return line;
+}
+
+void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, double pedestal,
+                         double saturation, std::vector<TransferPoint>& points) {
+  for (int row = 0; row < grid.rows; row += kTile)
+    for (int col = 0; col < grid.cols; col += kTile) {
+      const Tile tile = tile_at(a, b, left_out, grid, row, col, pedestal);
+      if (static_cast<double>(tile.a.size()) < kFewest) continue;
+      const double brightest = std::max(*std::max_element(tile.a.begin(), tile.a.end()),
+                                        *std::max_element(tile.b.begin(), tile.b.end()));
+      if (brightest + pedestal >= saturation) continue;
+      const TransferPoint point = point_of(tile);
+      if (point.samples >= kFewest / 2) points.push_back(point);
+    }
+}
+
+}  // namespace symrig::hdr

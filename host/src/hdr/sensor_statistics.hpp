@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/image/grid.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::hdr {
+
+using Codes = std::span<const std::uint16_t>;
+
+/// The middle of the values, which are reordered.
+double median(std::vector<double>& values);
+/// 1.4826 × median |x − median|: σ of a normal law, whatever a minority does.
+double robust_sigma(const std::vector<double>& values);
+
+/// Per-pixel mean and variance (n − 1) of frames.
+struct PixelMoments {
+  std::vector<double> mean, variance;
+};
+PixelMoments moments(std::span<const Codes> frames);
+
+/// Mean over a window of 17 × 17 pixels that leaves out the flagged ones: what smooth light would give.
+std::vector<double> smooth(std::span<const double> image, std::span<const std::uint8_t> left_out, Grid grid);
+
+/// One tile of a photon transfer curve.
+struct TransferPoint {
+  double mean = 0;      ///< code less pedestal
+  double variance = 0;  ///< of one frame [DN²]
+  double samples = 0;   ///< degrees of freedom
+};
+
+/// Straight line Var = offset + slope · mean with the variances of both.
+struct TransferLine {
+  double offset = 0, slope = 0;
+  double offset_variance = 0, slope_variance = 0;
+};
+/// Weighted least squares, the weights taken at the line itself and iterated.
+TransferLine fit_transfer(std::span<const TransferPoint> points);
+
+/// Tiles of a difference of two frames of one level (sensor.hpp). Flagged pixels are left out.
+void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, double pedestal,
+                         double saturation, std::vector<TransferPoint>& points);
+
+}  // namespace symrig::hdr

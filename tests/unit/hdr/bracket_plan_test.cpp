@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a planned bracket must reach, what it may cost, and which rules it keeps.
+#include "symrig/hdr/bracket_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+const NoiseModel kSensor = NoiseModel::from_electrons({});
+constexpr LightPath kPath{1e-7, 0};  // white fills the well in 2 ms
+
+Expectation one_part(std::vector<ExpectedLight> lights, double sigma) {
+  Expectation expected;
+  expected.parts.push_back({std::move(lights), sigma * sigma});
+  return expected;
+}
+
+/// Mean square noise of a part after a bracket, by the formula of the merge, in radiance².
+double noise_of(const ExpectedPart& part, const std::vector<Nanoseconds>& exposures, double headroom = 1.25) {
+  double sum = 0, pixels = 0;
+  for (const ExpectedLight& light : part.lights) {
+    double information = 0;
+    for (const Nanoseconds t : exposures)
+      information += exposure_information(kSensor, light.radiance / kPath.scale, seconds(t), headroom);
+    sum += light.pixels *
+           (information > 0 ? kPath.scale * kPath.scale / information : 4 * light.radiance * light.radiance);
+    pixels += light.pixels;
+  }
+  return sum / pixels;
+}
+
+double cost_of(const std::vector<Nanoseconds>& exposures, const ExposureRules& rules) {
+  double sum = 0;
+  for (const Nanoseconds t : exposures) sum += seconds(t + rules.each_frame);
+  return sum;
+}
+
+TEST(BracketPlan, OneLevelTakesOneFrameJustLongEnough) {
+  const Expectation expected = one_part({{0.01, 1000}}, 1e-4);
+  const auto plan = plan_bracket(expected, kPath, kSensor, {});
+  ASSERT_TRUE(plan.ok()) << plan.error().line();
+  ASSERT_EQ(plan->exposures.size(), 1U);
+  EXPECT_LE(plan->noise, 1);
+  EXPECT_LE(noise_of(expected.parts[0], plan->exposures), 1e-8);
+}
+
+TEST(BracketPlan, BrightAndDarkPartsTakeOneFrameEach) {
+  Expectation expected = one_part({{0.8, 1000}}, 0.01);
+  expected.parts.push_back({{{0, 5000}, {1e-3, 500}}, 1e-10});
+  const auto plan = plan_bracket(expected, kPath, kSensor, {});
+  ASSERT_TRUE(plan.ok()) << plan.error().line();
+  EXPECT_EQ(plan->exposures.size(), 2U);
+  for (const ExpectedPart& part : expected.parts)
+    EXPECT_LE(noise_of(part, plan->exposures), part.noise * (1 + 1e-9));
+}
+
+// Against every bracket of up to three exposures √2 apart, by the same prices: no cheaper one is good enough.
+TEST(BracketPlan, NoBracketOfTheLadderIsCheaper) {
+  Expectation expected = one_part({{0.5, 100}, {0.05, 100}}, 0.004);
+  expected.parts.push_back({{{0, 1000}, {1e-3, 100}, {2e-2, 10}}, 1e-9});
+  const ExposureRules rules{.each_frame = 50ms};
+  const auto plan = plan_bracket(expected, kPath, kSensor, rules);
+  ASSERT_TRUE(plan.ok()) << plan.error().line();
+  std::vector<Nanoseconds> ladder;
+  for (double t = 20e-6; t < 10; t *= std::sqrt(2)) ladder.emplace_back(std::llround(1e9 * t));
+  const auto good = [&](const std::vector<Nanoseconds>& bracket) {
+    return std::all_of(expected.parts.begin(), expected.parts.end(), [&](const ExpectedPart& part) {
+      return noise_of(part, bracket) <= part.noise * (1 - 1e-6);
+    });
+  };
+  double cheapest = 1e9;
+  for (std::size_t a = 0; a < ladder.size(); ++a) {
+    if (good({ladder[a]})) cheapest = std::min(cheapest, cost_of({ladder[a]}, rules));
+    for (std::size_t b = a; b < ladder.size(); ++b) {
+      if (good({ladder[a], ladder[b]})) cheapest = std::min(cheapest, cost_of({ladder[a], ladder[b]}, rules));
+      for (std::size_t c = b; c < ladder.size(); ++c)
+        if (good({ladder[a], ladder[b], ladder[c]}))
+          cheapest = std::min(cheapest, cost_of({ladder[a], ladder[b], ladder[c]}, rules));
+    }
+  }
+  EXPECT_LE(cost_of(plan->exposures, rules), 1.1 * cheapest * (1 + 1e-6));  // wells are filled for a tenth
+  EXPECT_LE(plan->noise, 1);
+}
+
+TEST(BracketPlan, ExposuresAreWholePeriodsWithinTheCamerasRange) {
+  ExposureRules rules;
+  rules.whole_periods = 16'666'667ns;
+  rules.min_exposure = 20ms;
+  rules.max_exposure = 500ms;
+  Expectation expected = one_part({{0.01, 1000}}, 1e-4);
+  expected.parts.push_back({{{0, 1000}}, 1e-12});
+  const auto plan = plan_bracket(expected, kPath, kSensor, rules);
+  ASSERT_TRUE(plan.ok()) << plan.error().line();
+  for (const Nanoseconds t : plan->exposures) {
+    EXPECT_EQ(t % rules.whole_periods, 0ns);
+    EXPECT_GE(t, rules.min_exposure);
+    EXPECT_LE(t, rules.max_exposure);
+  }
+}
+
+TEST(BracketPlan, RepeatsWhatOneWellCannotHoldAndSaysWhatTimeDidNotAllow) {
+  // 0.1 fills the well in 20 ms: σ = 1e-4 takes 1 / (0.1 / 1e-7 / 1e6 ...) = photons alone 1e6, 60 wells.
+  Expectation expected = one_part({{0.1, 1000}}, 1e-4);
+  const auto plan = plan_bracket(expected, kPath, kSensor, {});
+  ASSERT_TRUE(plan.ok());
+  EXPECT_GT(plan->exposures.size(), 50U);
+  expected.longest_seconds = 0.1;
+  const auto hasty = plan_bracket(expected, kPath, kSensor, {});
+  ASSERT_TRUE(hasty.ok());
+  double sum = 0;
+  for (const Nanoseconds t : hasty->exposures) sum += seconds(t);
+  EXPECT_LE(sum, 0.1);
+  EXPECT_NEAR(hasty->noise, noise_of(expected.parts[0], hasty->exposures) / 1e-8, 1e-6 * hasty->noise);
+  EXPECT_GT(hasty->noise, 1);
+}
+
+TEST(BracketPlan, BlackLightFillsTheWellToo) {
+  // 0.05 of black is 5e5 e-/s: longer than 40 ms the pixel is full, and what is full is not seen.
+  const auto dark = plan_bracket(one_part({{1e-3, 1000}}, 1e-5), kPath, kSensor, {});
+  const auto grey = plan_bracket(one_part({{1e-3, 1000}}, 1e-5), {1e-7, 0.05}, kSensor, {});
+  ASSERT_TRUE(dark.ok() && grey.ok());
+  EXPECT_GT(dark->exposures.back(), 40ms);
+  for (const Nanoseconds t : grey->exposures) EXPECT_LT(t, 40ms);
+}
+
+TEST(BracketPlan, RefusesWhatCannotBePlanned) {
+  const auto code = [](const Expectation& expected, const LightPath& path = kPath) {
+    return plan_bracket(expected, path, kSensor, {}).error().code;
+  };
+  EXPECT_EQ(code({}), ErrorCode::bad_argument);
+  EXPECT_EQ(code(one_part({}, 1)), ErrorCode::bad_argument);
+  EXPECT_EQ(code(one_part({{1, 1}}, 0)), ErrorCode::bad_argument);
+  EXPECT_EQ(code(one_part({{NAN, 1}}, 1)), ErrorCode::bad_argument);
+  EXPECT_EQ(code(one_part({{1, 1}}, 1), {0, 0}), ErrorCode::bad_argument);
+  Expectation hasty = one_part({{1, 1}}, 1);
+  hasty.longest_seconds = 1e-6;
+  EXPECT_EQ(code(hasty), ErrorCode::bad_argument);
+}
+
+TEST(LightHistogram, KeepsPixelsAndEnergyToAQuarterOctave) {
+  LightHistogram histogram;
+  for (int k = 0; k < 1000; ++k) histogram.add(0.3F);
+  histogram.add(-1.0F);
+  histogram.add(0.0F);
+  EXPECT_EQ(histogram.pixels(), 1002);
+  EXPECT_NEAR(std::sqrt(histogram.mean_square() * 1.002), 0.3, 0.3 * 0.13);
+  const auto lights = histogram.lights();
+  ASSERT_EQ(lights.size(), 2U);
+  EXPECT_EQ(lights[0].radiance, 0);
+  EXPECT_EQ(lights[0].pixels, 2);
+  EXPECT_GE(lights[1].radiance, 0.3);  // the upper end: no pixel is planned darker than it is
+  EXPECT_LE(lights[1].radiance, 0.3 * 1.26);
+}
+
+}  // namespace
+}  // namespace symrig

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames added one by one: against merge(), and against the Cramér-Rao bound.
+#include "symrig/hdr/merge_stream.hpp"
+
+#include "simulated_sensor.hpp"
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+const NoiseModel kSensor = NoiseModel::from_electrons({});
+constexpr Grid kGrid{200, 250};
+constexpr std::size_t kPixels = 50'000;
+
+Result<Radiance> stream(const std::vector<Frame>& frames, const MergeOptions& options = {},
+                        Grid grid = kGrid) {
+  std::vector<Nanoseconds> exposures;
+  for (const Frame& frame : frames) exposures.push_back(frame.exposure);
+  SYMRIG_TRY(MergeStream stream, MergeStream::begin(grid, 1, kSensor, exposures));
+  for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
+  return stream.finish(options);
+}
+
+double bound(const std::vector<Nanoseconds>& exposures, double rate) {
+  double information = 0;
+  for (const Nanoseconds t : exposures) {
+    const double electrons = rate * seconds(t);
+    if (kSensor.pedestal() + kSensor.gain() * electrons < kSensor.saturation_code())
+      information += seconds(t) * seconds(t) / kSensor.variance(electrons);
+  }
+  return 1 / information;
+}
+
+// Two different exposures: the line through both is exactly the best weight. Rounding: sums of ten floats.
+TEST(MergeStream, TwoExposuresMergeAsMergeDoes) {
+  test::Random random(3);
+  for (const double electrons : {0.0, 30.0, 3000.0, 60'000.0}) {
+    const auto bracket = test::photograph_uniform(kSensor, test::exposure_ladder(2, 16, 100ms),
+                                                  electrons / 0.1, kPixels, random);
+    const auto merged = merge(bracket.frames(), kGrid, 1, kSensor);
+    const auto streamed = stream(bracket.frames());
+    ASSERT_TRUE(merged.ok() && streamed.ok());
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      const double sigma = std::sqrt(merged->variance.values()[i]);
+      ASSERT_EQ(streamed->valid.values()[i], merged->valid.values()[i]);
+      ASSERT_NEAR(streamed->mean.values()[i], merged->mean.values()[i], 1e-3 * sigma) << i;
+      ASSERT_NEAR(streamed->variance.values()[i], merged->variance.values()[i], 1e-4 * sigma * sigma) << i;
+    }
+  }
+}
+
+struct Ladder {
+  int count, ratio;
+  double electrons;  // in the longest exposure
+};
+class Efficiency : public testing::TestWithParam<Ladder> {};
+
+// √(2 / 50,000) = 0.6 % is the error of a variance from as many pixels: five of them.
+TEST_P(Efficiency, IsNearTheCramerRaoBoundWithRightVarianceAndNoBias) {
+  const Ladder ladder = GetParam();
+  const auto exposures = test::exposure_ladder(ladder.count, ladder.ratio, 100ms);
+  const double rate = ladder.electrons / 0.1;
+  test::Random random(17);
+  const auto bracket = test::photograph_uniform(kSensor, exposures, rate, kPixels, random);
+  const auto merged = stream(bracket.frames());
+  ASSERT_TRUE(merged.ok());
+  double squares = 0, sum = 0, told = 0;
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    const double error = merged->mean.values()[i] - rate;
+    squares += error * error / kPixels;
+    sum += error / kPixels;
+    told += merged->variance.values()[i] / kPixels;
+  }
+  EXPECT_GE(bound(exposures, rate) / squares, 0.95 - 5 * 0.0063);
+  EXPECT_NEAR(told / squares, 1, 0.05 + 5 * 0.0063);
+  EXPECT_NEAR(sum / std::sqrt(squares), 0, 0.02 + 5 * 0.0045);
+}
+INSTANTIATE_TEST_SUITE_P(Ladders, Efficiency,
+                         testing::Values(Ladder{4, 8, 0}, Ladder{4, 8, 50}, Ladder{4, 8, 5000},
+                                         Ladder{4, 8, 100'000}, Ladder{6, 2, 20}, Ladder{6, 2, 300},
+                                         Ladder{6, 2, 10'000}, Ladder{8, 2, 100}, Ladder{3, 4, 40},
+                                         Ladder{3, 4, 1000}));
+
+TEST(MergeStream, AHundredFramesAreWorthAHundred) {
+  test::Random random(5);
+  const std::vector<Nanoseconds> exposures(100, 10ms);
+  const double rate = 200 / 0.01;
+  const auto bracket = test::photograph_uniform(kSensor, exposures, rate, 5000, random);
+  const auto merged = stream(bracket.frames(), {}, {50, 100});
+  ASSERT_TRUE(merged.ok());
+  double squares = 0;
+  for (std::size_t i = 0; i < 5000; ++i) squares += std::pow(merged->mean.values()[i] - rate, 2) / 5000;
+  EXPECT_NEAR(squares / bound(exposures, rate), 1, 5 * std::sqrt(2.0 / 5000));
+}
+
+TEST(MergeStream, SaturatedAndDeadPixelsWeighNothing) {
+  constexpr Grid kSmall{1, 3};
+  const std::vector<std::uint16_t> longer{4095, 4095, 1000}, shorter{4095, 564, 564};
+  Image<std::uint8_t> dead(kSmall);
+  dead.at(0, 2) = 1;
+  const auto merged = stream({{longer, 100ms}, {shorter, 10ms}}, {.dead = &dead}, kSmall);
+  ASSERT_TRUE(merged.ok());
+  EXPECT_EQ(merged->valid.values()[0], 0);
+  EXPECT_EQ(merged->mean.values()[0], 0);
+  EXPECT_EQ(merged->valid.values()[1], 1);
+  EXPECT_NEAR(merged->mean.values()[1], 500 / kSensor.gain() / 0.01, 1e-3 * 500 / kSensor.gain() / 0.01);
+  EXPECT_EQ(merged->valid.values()[2], 0);
+}
+
+TEST(MergeStream, RefusesWhatMergeRefuses) {
+  EXPECT_EQ(MergeStream::begin(kGrid, 1, kSensor, {}).error().code, ErrorCode::bad_argument);
+  const std::vector<Nanoseconds> none{0ns};
+  EXPECT_EQ(MergeStream::begin(kGrid, 1, kSensor, none).error().code, ErrorCode::bad_argument);
+  const std::vector<Nanoseconds> one{1ms};
+  auto stream = MergeStream::begin(kGrid, 1, kSensor, one);
+  ASSERT_TRUE(stream.ok());
+  const std::vector<std::uint16_t> few(7);
+  EXPECT_EQ(stream->add({few, 1ms}).error().code, ErrorCode::size_mismatch);
+  EXPECT_EQ(stream->finish({.scale = -1}).error().code, ErrorCode::bad_argument);
+}
+
+}  // namespace
+}  // namespace symrig
