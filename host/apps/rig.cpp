@@ -109,7 +109,8 @@ std::string rig_help() {
          "flare\n"
          "  dead=0          share of dead camera pixels       indirect=1     factor on all light but the "
          "direct\n"
-         "  exposures=4     frames a photograph               ratio=8        between exposures\n"
+         "  exposures=4     frames a photograph, or auto: as many as it needs\n"
+         "  ratio=8         between exposures\n"
          "  drift=0         lamp change over 1,000 photographs\n";
 }
 

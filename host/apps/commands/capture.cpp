@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 
 struct Arguments {
   std::string rig, output, json, algorithm = "symrig";
-  std::optional<double> tolerance, dual_threshold, max_seconds, target_error;
+  std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
@@ -75,6 +75,12 @@ Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
     return Error{ErrorCode::bad_argument,
                  fmt::format("--target-error {} is not an error relative to the transport", error),
                  "give a number above 0 and below 1, such as 0.02"};
+  const double longest = arguments.photograph_seconds.value_or(options.exposure.longest_seconds);
+  if (!(longest >= 0.01 && longest <= 1e5))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("--photograph-seconds {} is no time to expose a photograph", longest),
+                 "give seconds from 0.01 to 100000, such as 60"};
+  options.exposure.longest_seconds = longest;
   options.max_patterns = arguments.max_patterns.value_or(0);
   options.max_seconds = arguments.max_seconds.value_or(0);
   options.target_error = arguments.target_error.value_or(0);
@@ -226,6 +232,11 @@ Job add_capture(CLI::App& app) {
       ->add_option("--target-error", arguments->target_error,
                    "Stop when the error estimated from held-out photographs is below this share")
       ->type_name("E");
+  command
+      ->add_option("--photograph-seconds", arguments->photograph_seconds,
+                   "Where exposures are planned: the longest that those of one photograph may take together, "
+                   "10 unless given")
+      ->type_name("S");
   add_log_options(*command, arguments->log);
   command
       ->add_option("--split", arguments->split,

@@ -5,6 +5,7 @@
 #include "acquisition/context.hpp"
 #include "acquisition/dark_excess.hpp"
 #include "acquisition/direct_light.hpp"
+#include "acquisition/forecast.hpp"
 #include "acquisition/level_search.hpp"
 #include "acquisition/merging.hpp"
 #include "acquisition/node.hpp"
@@ -30,6 +31,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// More photographs than any log holds.
+constexpr std::size_t kEndless = std::size_t{1} << 40;
+
 class Hierarchy {
  public:
   /// begun: the flood-lit photograph has been taken, as number 0 of options.log.
@@ -39,6 +43,7 @@ class Hierarchy {
         photographer_(begun, tree_),
         known_(tree_, probe.channels()),
         context_{options, tree_, probe.channels(), photographer_, known_, {}, {}},
+        plans_exposures_(probe.plans_exposures(kEndless)),
         decay_(options.economy.decay) {
     for (int l = 0; l < tree_.levels(); ++l) open_.emplace_back(tree_, l, probe.channels());
   }
@@ -51,6 +56,7 @@ class Hierarchy {
       return seconds_since(start) - (photographer_.measure_seconds() - measured_before);
     };
     SYMRIG_CHECK(begin());
+    SYMRIG_CHECK(begin_forecast());
     if (options_.economy.checks && any_open() && patterns_left() >= Checks::kCount) {
       SYMRIG_TRY(checks_, Checks::take(context_));
     }
@@ -70,6 +76,7 @@ class Hierarchy {
 
  private:
   Result<void> begin();
+  Result<void> begin_forecast();
   Result<void> search();
   Result<void> search_level(int level);
   Result<bool> finish_early();
@@ -106,8 +113,10 @@ class Hierarchy {
   Photographer photographer_;
   Known known_;
   Context context_;
+  bool plans_exposures_;
   Decay decay_;
-  std::vector<NodeLevel> open_;  ///< unknown nodes, by level
+  std::vector<NodeLevel> open_;       ///< unknown nodes, by level
+  std::optional<Forecast> forecast_;  ///< where the rig plans its exposures
   std::optional<Checks> checks_;
   bool noisy_ = false;                           ///< photographs have a variance
   std::optional<std::int64_t> reopening_until_;  ///< photographs, once the search is over
@@ -153,6 +162,19 @@ Result<void> Hierarchy::begin() {
     return Error{ErrorCode::bad_value, "every pixel of the flood-lit photograph is invalid",
                  "shorten the exposures or look for a cap on the lens"};
   place(context_, open_[0], 0, 0, {flood.mean, {}, noise, noise, std::numeric_limits<double>::infinity()});
+  return {};
+}
+
+/// Tells a rig that can choose its exposures what to expect. Noise is of no interest far below what a leaf
+/// may miss.
+Result<void> Hierarchy::begin_forecast() {
+  if (!plans_exposures_ || options_.log == nullptr) return {};
+  SYMRIG_TRY(Radiance flood, options_.log->photograph(0));
+  const ExposureGoal& goal = options_.exposure;
+  const double f = *std::max_element(context_.flood_squared.begin(), context_.flood_squared.end());
+  if (!(f > 0)) return {};
+  forecast_.emplace(tree_, goal, flood, goal.share_of_tolerance * std::sqrt(context_.tolerance() * f));
+  photographer_.forecast_by(*forecast_);
   return {};
 }
 

@@ -57,6 +57,9 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     SYMRIG_CHECK(develop_again());
     tested = judge();
     learn(std::span(tested).last(rounds_.back().tested.size()));
+    const auto light = unknown_.diagonal_light(rounds_.back().tested);
+    if (light.lit > 0 && rounds_.size() == 1)
+      context_.beside = static_cast<float>(std::clamp(light.beside / light.lit, 0.0, 1.0));
     doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
   }
   for (const NodeIndex n : predicted) accept(n);
@@ -160,7 +163,38 @@ Result<void> LevelSearch::photograph(Round& round) {
         context_.tree.order().size(), static_cast<std::size_t>(context_.channels));
   return context_.photographer.take(
       "level " + std::to_string(unknown_.level()), patterns,
-      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); });
+      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); },
+      [&](std::size_t first, std::size_t count) {
+        return foresee(r, std::span(round.shots).subspan(first, count));
+      });
+}
+
+/// What photographs of round r will show: known transport and what other rounds measured, and the estimates
+/// of the nodes that are tested.
+std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> shots) const {
+  const std::size_t pixels = context_.tree.order().size();
+  const std::size_t size = pixels * static_cast<std::size_t>(context_.channels);
+  std::vector<TreePhotograph> known(shots.size());
+  for (std::size_t k = 0; k < shots.size(); ++k) {
+    known[k].pattern.assign(pixels, 0);
+    known[k].mean.assign(size, 0);
+    for (const LitRange& lit : lit_ranges(shots[k]))
+      std::fill(known[k].pattern.begin() + lit.begin, known[k].pattern.begin() + lit.end, 1.0F);
+  }
+  context_.known.subtract_from(known);
+  for (std::size_t other = 0; other < rounds_.size(); ++other)
+    if (other != r) subtract_measured(rounds_[other].tested, shots, known);
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  std::vector<Preview> previews(shots.size());
+  tbb::parallel_for(std::size_t{0}, shots.size(), [&](std::size_t k) {
+    for (float& value : known[k].mean) value = -value;
+    previews[k] = {std::move(known[k].mean), std::vector<float>(size)};
+    for (const NodeIndex n : rounds_[r].tested)
+      for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
+        unknown_.add_estimate(node(n), side, shots[k].slot, context_.beside, previews[k].unknown);
+      });
+  });
+  return previews;
 }
 
 /// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one

@@ -60,6 +60,7 @@ class LevelSearch {
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
+  std::vector<Preview> foresee(std::size_t r, std::span<const Shot> shots) const;
   void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
   Result<void> develop_again();
   void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,

@@ -41,17 +41,26 @@ Result<void> LoggedProbe::go_on() {
   return {};
 }
 
-Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::vector<Radiance>& photographs) {
+Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
+                                     std::vector<Radiance>& photographs) {
   for (std::size_t first = 0; first < patterns.size(); first += together_) {
     const auto few = patterns.subspan(first, std::min(together_, patterns.size() - first));
-    SYMRIG_TRY(std::vector<Radiance> answers, inner_.measure(few));
+    SYMRIG_TRY(std::vector<Radiance> answers,
+               expected.empty() ? inner_.measure(few)
+                                : inner_.measure_expected(few, expected.subspan(first, few.size())));
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
     std::move(answers.begin(), answers.end(), std::back_inserter(photographs));
   }
   return {};
 }
 
-Result<std::vector<Radiance>> LoggedProbe::measure(std::span<const Pattern> patterns) {
+bool LoggedProbe::plans_exposures(std::size_t photographs) const {
+  const bool logged = !measuring_ && replayed_ + static_cast<std::int64_t>(photographs) <= log_.size();
+  return !logged && inner_.plans_exposures(photographs);
+}
+
+Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Pattern> patterns,
+                                                            std::span<const Expectation> expected) {
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());
   while (!measuring_ && replayed_ < log_.size() && photographs.size() < patterns.size()) {
@@ -61,7 +70,8 @@ Result<std::vector<Radiance>> LoggedProbe::measure(std::span<const Pattern> patt
   const auto rest = patterns.subspan(photographs.size());
   if (rest.empty()) return photographs;
   SYMRIG_CHECK(go_on());
-  SYMRIG_CHECK(measure_on(rest, photographs));
+  const auto expected_rest = expected.empty() ? expected : expected.subspan(photographs.size());
+  SYMRIG_CHECK(measure_on(rest, expected_rest, photographs));
   return photographs;
 }
 

@@ -162,17 +162,55 @@ const PairNoise& NodeLevel::z_noise(const Node& node, int a, int b, int channel)
   return pairs_[pair_offset(node, Side::row, a, channel) + static_cast<std::size_t>(b)];
 }
 
+/// What the estimate says that a lit child adds to the seen block, as a share of its estimate.
+float NodeLevel::gain(const Node& node, Side lit, int slot, int channel) const {
+  const Block& shone = block(lit == Side::col ? node.col : node.row);
+  const auto estimate = lit == Side::col ? r(node, channel) : c(node, channel);
+  const double s = sums(node, channel).s;
+  return s > 0 ? static_cast<float>(sum(part(estimate, shone, child(shone, slot))) / s) : 0.0F;
+}
+
+void NodeLevel::add_estimate(const Node& node, Side lit, int slot, float beside,
+                             std::span<float> light) const {
+  const Block& seen = block(lit == Side::col ? node.row : node.col);
+  const std::size_t pixels = light.size() / static_cast<std::size_t>(channels_);
+  for (int channel = 0; channel < channels_; ++channel) {
+    const auto estimate = lit == Side::col ? c(node, channel) : r(node, channel);
+    const float gain = this->gain(node, lit, slot, channel);
+    float* const out = light.data() + static_cast<std::size_t>(channel) * pixels + seen.begin;
+    for (int a = 0; a < seen.children; ++a) {
+      const Block& of = child(seen, a);
+      const float share = !node.diagonal() ? gain : a == slot ? 1 : beside;
+      for (std::int32_t t = of.begin - seen.begin; t < of.end - seen.begin; ++t)
+        out[t] += share * estimate[static_cast<std::size_t>(t)];
+    }
+  }
+}
+
+NodeLevel::DiagonalLight NodeLevel::diagonal_light(std::span<const std::int32_t> tested) const {
+  DiagonalLight light;
+  for (const std::int32_t n : tested) {
+    const Node& node = nodes_[static_cast<std::size_t>(n)];
+    if (!node.diagonal() || node.evidence < 0) continue;
+    const Block& of = block(node.row);
+    for (int channel = 0; channel < channels_; ++channel)
+      for (int slot = 0; slot < of.children; ++slot) {
+        const auto seen = y(node, slot, channel);
+        const double lit = sum(part(seen, of, child(of, slot)));
+        light.lit += lit;
+        if (of.children > 1) light.beside += (sum(seen) - lit) / (of.children - 1);
+      }
+  }
+  return light;
+}
+
 void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const float> residual,
                        std::span<const float> variance, std::span<const std::uint8_t> valid) {
   const Block& seen = block(lit == Side::col ? node.row : node.col);
-  const Block& shone = block(lit == Side::col ? node.col : node.row);
-  const Block& lit_child = child(shone, slot);
   const std::size_t pixels = residual.size() / static_cast<std::size_t>(channels_);
   for (int channel = 0; channel < channels_; ++channel) {
     const auto seen_estimate = lit == Side::col ? c(node, channel) : r(node, channel);
-    const auto lit_estimate = lit == Side::col ? r(node, channel) : c(node, channel);
-    const double s = sums(node, channel).s;
-    const auto gain = s > 0 ? static_cast<float>(sum(part(lit_estimate, shone, lit_child)) / s) : 0.0F;
+    const float gain = this->gain(node, lit, slot, channel);
     float* out =
         evidence_.data() + (lit == Side::col ? y_offset(node, slot, channel) : z_offset(node, slot, channel));
     PairNoise* noise = pairs_.data() + pair_offset(node, lit, slot, channel);

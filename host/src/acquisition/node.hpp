@@ -83,6 +83,16 @@ class NodeLevel {
   /// Takes what record() kept of a node out of a later photograph in which the same child is lit again.
   void subtract_measured(const Node& node, Side lit, int slot, std::span<float> residual) const;
 
+  /// Adds what the estimate foresees of a photograph in which child `slot` on side `lit` is lit: c r'/s. On
+  /// the diagonal, where c is mostly direct light: all of c on the lit child, `beside` c on the others.
+  void add_estimate(const Node& node, Side lit, int slot, float beside, std::span<float> light) const;
+
+  /// Light that tested diagonal nodes saw on children that were lit, and on one that was not, on average.
+  struct DiagonalLight {
+    double lit = 0, beside = 0;
+  };
+  DiagonalLight diagonal_light(std::span<const std::int32_t> tested) const;
+
   /// E, S, V, n and the energy of each child, each channel divided by its F² (flood_squared).
   RankEvidence evidence(const Node& node, std::span<const double> flood_squared) const;
 
@@ -98,6 +108,7 @@ class NodeLevel {
   const PairNoise& z_noise(const Node& node, int a, int b, int channel) const;
 
  private:
+  float gain(const Node& node, Side lit, int slot, int channel) const;
   std::size_t y_offset(const Node& node, int slot, int channel) const;
   std::size_t z_offset(const Node& node, int slot, int channel) const;
   std::size_t pair_offset(const Node& node, Side lit, int slot, int channel) const;

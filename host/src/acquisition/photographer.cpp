@@ -47,9 +47,23 @@ std::size_t Photographer::batch_size() const {
   return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
 }
 
-Result<std::vector<Radiance>> Photographer::measure(std::span<const Pattern> pictures) {
+/// Nothing where nobody asks.
+std::vector<Expectation> Photographer::expect(std::span<const LitBlocks> patterns, std::size_t first,
+                                              const Foresee& foresee) const {
+  if (forecaster_ == nullptr || !probe_.plans_exposures(patterns.size())) return {};
+  return forecaster_->expect(patterns, foresee ? foresee(first, patterns.size()) : std::vector<Preview>{});
+}
+
+/// Patterns [first, first + count).
+Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> patterns, std::size_t first,
+                                                    std::size_t count, const Foresee& foresee) {
+  std::vector<Pattern> pictures(count);
+  tbb::parallel_for(std::size_t{0}, count,
+                    [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
+  const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, foresee);
   const auto start = std::chrono::steady_clock::now();
-  SYMRIG_TRY(std::vector<Radiance> answers, probe_.measure(pictures));
+  SYMRIG_TRY(std::vector<Radiance> answers,
+             expected.empty() ? probe_.measure(pictures) : probe_.measure_expected(pictures, expected));
   measure_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (answers.size() != pictures.size())
     return Error{ErrorCode::frame_missing,
@@ -67,16 +81,14 @@ Result<std::vector<Radiance>> Photographer::measure(std::span<const Pattern> pic
 }
 
 Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
-                                        const Answer& use) {
+                                        const Answer& use, const Foresee& foresee) {
   const std::int64_t expected = taken_ + std::ssize(patterns);
   for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
     if (progress_ && !progress_({stage, taken_, expected}))
       return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
                    "run it again"};
-    std::vector<Pattern> pictures(std::min(batch_size(), patterns.size() - first));
-    tbb::parallel_for(std::size_t{0}, pictures.size(),
-                      [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
-    SYMRIG_TRY(std::vector<Radiance> answers, measure(pictures));
+    const std::size_t count = std::min(batch_size(), patterns.size() - first);
+    SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, foresee));
     SYMRIG_CHECK(use(first, answers));
   }
   if (progress_) progress_({stage, taken_, expected});
@@ -88,7 +100,8 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
                       [](std::size_t, std::vector<Radiance>&) -> Result<void> { return {}; });
 }
 
-Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use) {
+Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
+                                const Foresee& foresee) {
   const std::int64_t number = taken_;
   std::size_t used = 0;
   std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
@@ -112,7 +125,7 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
     }
     return {};
   };
-  return take_batches(stage, patterns, develop);
+  return take_batches(stage, patterns, develop, foresee);
 }
 
 Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,

@@ -26,6 +26,25 @@ struct LogRange {
   std::int64_t first, last;
 };
 
+/// A photograph before it is taken, as far as it can be foreseen: [channel][pixel] in tree order.
+struct Preview {
+  std::vector<float> known;    ///< light of known transport
+  std::vector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
+};
+
+/// Tells what photographs will show before they are taken (Probe::measure_expected).
+class Forecaster {
+ public:
+  Forecaster() = default;
+  Forecaster(const Forecaster&) = delete;
+  Forecaster& operator=(const Forecaster&) = delete;
+  virtual ~Forecaster() = default;
+
+  /// previews: one a pattern, or none at all.
+  virtual std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
+                                          std::span<const Preview> previews) const = 0;
+};
+
 /// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
 /// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
 /// tells progress.
@@ -45,15 +64,21 @@ class Photographer {
         taken_(before.taken_),
         measure_seconds_(before.measure_seconds_) {}
 
+  /// From now on. Must outlive this.
+  void forecast_by(const Forecaster& forecaster) { forecaster_ = &forecaster; }
+
   /// Takes photographs that are in the log from then on, the first under number taken().
   /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
 
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
-  /// Takes photographs and hands them on as they come, some at a time.
+  /// What is foreseen of patterns [first, first + count).
+  using Foresee = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
+  /// Takes photographs and hands them on as they come, some at a time. foresee is asked where it matters.
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
-  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use);
+  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
+                    const Foresee& foresee = {});
 
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
@@ -69,8 +94,12 @@ class Photographer {
  private:
   using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
-  Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use);
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> pictures);
+  Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
+                            const Foresee& foresee = {});
+  Result<std::vector<Radiance>> measure(std::span<const LitBlocks> patterns, std::size_t first,
+                                        std::size_t count, const Foresee& foresee);
+  std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::size_t first,
+                                  const Foresee& foresee) const;
   std::span<TreePhotograph> pool(std::size_t wanted) const;
 
   Probe& probe_;
@@ -78,6 +107,7 @@ class Photographer {
   const BlockTree& tree_;
   int channels_;
   Progress progress_;
+  const Forecaster* forecaster_ = nullptr;
   std::int64_t taken_ = 0;
   double measure_seconds_ = 0;
   mutable std::vector<TreePhotograph> pool_;  // kept for its memory

@@ -113,6 +113,11 @@ std::string settings_text(const CaptureOptions& options) {
   Json json{{"algorithm", name(options.algorithm)},
             {"rule", rule_json(options.rule)},
             {"economy", economy_json(options.economy)}};
+  // Exposures do not steer the choice of patterns, but photographs of two kinds do not belong into one
+  // capture.
+  const ExposureGoal usual;
+  if (options.exposure.longest_seconds != usual.longest_seconds)
+    json["photograph_seconds"] = options.exposure.longest_seconds;
   if (options.split) json["split"] = name(*options.split);
   if (options.algorithm == Algorithm::dual)
     json.update({{"dual_threshold", options.dual_threshold}, {"dual_subtracts", options.dual_subtracts}});

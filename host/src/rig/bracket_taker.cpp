@@ -17,10 +17,30 @@ constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board
 constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
 constexpr int kLockTries = 8;                    // at least; as many as retakes where those are more
 
-Nanoseconds total(std::span<const Nanoseconds> times) {
-  Nanoseconds sum{0};
-  for (const Nanoseconds t : times) sum += t;
+Nanoseconds longest_run(const device::RigProfile& profile, std::span<const Exposures> brackets) {
+  Nanoseconds sum = kRunSlack;
+  for (const Exposures& bracket : brackets) {
+    sum += profile.settle + profile.vsync_timeout + profile.advance_pulse;
+    for (const Nanoseconds exposure : bracket) sum += exposure + profile.readout;
+  }
   return sum;
+}
+
+/// One loop where all brackets are alike.
+Result<device::Program> compiled(const device::BoardInfo& board, const device::RigProfile& profile,
+                                 std::span<const Exposures> brackets) {
+  const bool alike = std::all_of(brackets.begin(), brackets.end(),
+                                 [&](const Exposures& one) { return one == brackets.front(); });
+  if (!alike) return device::compile_brackets(board, profile, brackets);
+  return device::compile_bracket(board, profile, brackets.front(),
+                                 static_cast<std::uint32_t>(brackets.size()));
+}
+
+/// The first frame of each photograph, and the end of the last one.
+std::vector<std::size_t> first_frames(std::span<const Exposures> brackets) {
+  std::vector<std::size_t> first{0};
+  for (const Exposures& bracket : brackets) first.push_back(first.back() + bracket.size());
+  return first;
 }
 
 std::vector<std::size_t> missing_in(const std::vector<std::optional<TakenBracket>>& brackets) {
@@ -44,7 +64,7 @@ BracketTaker::BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions&
     : devices_(std::move(devices)), options_(options), ledger_(options.ledger) {}
 
 Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> patterns,
-                                                     std::span<const Nanoseconds> exposures) {
+                                                     std::span<const Exposures> exposures) {
   Brackets brackets(patterns.size());
   loaded_ = false;
   std::size_t left = patterns.size();
@@ -61,7 +81,7 @@ Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> pa
   return taken;
 }
 
-Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<const Nanoseconds> exposures,
+Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<const Exposures> exposures,
                                    Brackets& brackets) {
   const std::vector<std::size_t> pending = missing_in(brackets);
   if (devices_->projector().pacing() == Pacing::host)
@@ -72,14 +92,17 @@ Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<
 /// All of them in one run: the projector goes on at each trigger.
 Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
                                              std::span<const std::size_t> pending,
-                                             std::span<const Nanoseconds> exposures, Brackets& brackets) {
-  SYMRIG_CHECK(lock(exposures.front()));
+                                             std::span<const Exposures> exposures, Brackets& brackets) {
+  SYMRIG_CHECK(lock(exposures.front().front()));
   std::vector<Pattern> again;
-  if (pending.size() < patterns.size())
-    for (const std::size_t i : pending) again.push_back(patterns[i]);
+  std::vector<Exposures> their;
+  for (const std::size_t i : pending) {
+    if (pending.size() < patterns.size()) again.push_back(patterns[i]);
+    their.push_back(exposures[i]);
+  }
   Projector& projector = devices_->projector();
   SYMRIG_CHECK(devices_->of(Part::projector, projector.load(again.empty() ? patterns : again)));
-  SYMRIG_TRY(auto taken, run(paced_profile(), exposures, pending.size()));
+  SYMRIG_TRY(auto taken, run(paced_profile(), their));
   for (std::size_t i = 0; i < pending.size(); ++i) keep(brackets[pending[i]], std::move(taken[i]));
   return {};
 }
@@ -87,15 +110,15 @@ Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
 /// One after another: each is on the screen before the board runs its bracket.
 Result<void> BracketTaker::attempt_shown(std::span<const Pattern> patterns,
                                          std::span<const std::size_t> pending,
-                                         std::span<const Nanoseconds> exposures, Brackets& brackets) {
+                                         std::span<const Exposures> exposures, Brackets& brackets) {
   if (!loaded_) SYMRIG_CHECK(devices_->of(Part::projector, devices_->projector().load(patterns)));
   loaded_ = true;
   for (const std::size_t i : pending) {
-    SYMRIG_CHECK(lock(exposures.front()));
+    SYMRIG_CHECK(lock(exposures[i].front()));
     SYMRIG_TRY(const bool shown, show(i));
     Brackets taken(1);
     if (shown) {
-      SYMRIG_TRY(taken, run(paced_profile(), exposures, 1));
+      SYMRIG_TRY(taken, run(paced_profile(), {&exposures[i], 1}));
     }
     keep(brackets[i], std::move(taken.front()));
   }
@@ -121,31 +144,30 @@ Result<void> BracketTaker::lock(Nanoseconds exposure) {
   device::RigProfile profile = paced_profile();
   profile.projector_line.clear();
   profile.vsync_line.clear();
-  const auto frames = static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1));
+  const std::vector<Exposures> guards(static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1)),
+                                      Exposures{exposure});
   for (int tries = 0; ledger_.needs_guards(); ++tries) {
     if (tries == std::max(kLockTries, options_.retakes)) return give_up(tries);
-    SYMRIG_CHECK(run(profile, {&exposure, 1}, frames));
+    SYMRIG_CHECK(run(profile, guards));
   }
   return {};
 }
 
 /// One run of the board: what is certain of it.
 Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profile,
-                                                 std::span<const Nanoseconds> exposures,
-                                                 std::size_t photographs) {
-  const std::size_t each = exposures.size();
+                                                 std::span<const Exposures> exposures) {
+  const std::vector<std::size_t> first = first_frames(exposures);
   SYMRIG_CHECK(drain());
-  SYMRIG_TRY(const device::Receipt receipt, run_board(profile, exposures, photographs));
+  SYMRIG_TRY(const device::Receipt receipt, run_board(profile, exposures));
   rig_seconds_ += seconds(receipt.duration());
   SYMRIG_TRY(const BoardEvidence evidence,
-             devices_->of(Part::board,
-                          board_evidence(receipt, exposure_line(), photographs, each, devices_->clock())));
+             devices_->of(Part::board, board_evidence(receipt, exposure_line(), first, devices_->clock())));
   frames_ += static_cast<std::int64_t>(evidence.exposures.size());
   SYMRIG_TRY(auto frames, frames_of(evidence.exposures.size()));
   const RunIdentity identity = identify(evidence.exposures, frames);
   trouble_.unanswered += evidence.unanswered;
   trouble_.unasked += evidence.unasked;
-  Brackets brackets(photographs);
+  Brackets brackets(exposures.size());
   const bool spoiled = !receipt.clean();
   if (spoiled) {
     ++trouble_.spoiled_runs;
@@ -154,15 +176,15 @@ Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profi
   const bool shown = began_after_pattern(evidence);
   trouble_.patterns_late += shown ? 0 : 1;
   if (spoiled || !shown) return brackets;
-  for (std::size_t i = 0; i < photographs; ++i) {
+  for (std::size_t i = 0; i < exposures.size(); ++i) {
     TakenBracket bracket;
-    for (std::size_t j = 0; j < each; ++j) {
-      const auto pulse = evidence.pulse_of[i * each + j];
+    for (std::size_t j = first[i]; j < first[i + 1]; ++j) {
+      const auto pulse = evidence.pulse_of[j];
       if (!pulse || !identity.frame[*pulse]) break;
       bracket.frames.push_back(std::move(frames[*identity.frame[*pulse]]));
       bracket.exposures.push_back(evidence.widths[*pulse]);
     }
-    if (bracket.frames.size() == each) brackets[i] = std::move(bracket);
+    if (bracket.frames.size() == exposures[i].size()) brackets[i] = std::move(bracket);
   }
   last_ = identity.counts;
   last_unanswered_ = evidence.unanswered;
@@ -170,15 +192,10 @@ Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profi
 }
 
 Result<device::Receipt> BracketTaker::run_board(const device::RigProfile& profile,
-                                                std::span<const Nanoseconds> exposures,
-                                                std::size_t photographs) {
+                                                std::span<const Exposures> exposures) {
   device::Board& board = devices_->board();
-  SYMRIG_TRY(const device::Program program, device::compile_bracket(board.info(), profile, exposures,
-                                                                    static_cast<std::uint32_t>(photographs)));
-  const auto frames = static_cast<std::int64_t>(exposures.size());
-  const Nanoseconds one = total(exposures) + frames * profile.readout + profile.settle +
-                          profile.vsync_timeout + profile.advance_pulse;
-  const auto most = static_cast<std::int64_t>(photographs) * one + kRunSlack;
+  SYMRIG_TRY(const device::Program program, compiled(board.info(), profile, exposures));
+  const Nanoseconds most = longest_run(profile, exposures);
   const auto go = [&]() -> Result<device::Receipt> {
     SYMRIG_CHECK(board.upload(program));  // nothing to do if the board still holds it
     SYMRIG_CHECK(devices_->clock().ask(board));

@@ -30,11 +30,11 @@ class BracketTaker {
   /// Opens and configures the devices.
   Result<void> open() { return devices_->open(); }
 
-  /// A bracket of the same exposures for each pattern.
+  /// A bracket for each pattern: exposures[i] are those of pattern i.
   /// fails: frame_missing (a photograph was in doubt after all retakes: what its frames were is said), fault
   /// (of the board), device errors that do not pass.
   Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
-                                         std::span<const Nanoseconds> exposures);
+                                         std::span<const Exposures> exposures);
 
   /// The camera's numbers jump: frames of another session lie between.
   void forget_numbers() { ledger_.restart(); }
@@ -48,20 +48,18 @@ class BracketTaker {
  private:
   using Brackets = std::vector<std::optional<TakenBracket>>;
 
-  Result<void> attempt(std::span<const Pattern> patterns, std::span<const Nanoseconds> exposures,
+  Result<void> attempt(std::span<const Pattern> patterns, std::span<const Exposures> exposures,
                        Brackets& brackets);
   Result<void> attempt_triggered(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
-                                 std::span<const Nanoseconds> exposures, Brackets& brackets);
+                                 std::span<const Exposures> exposures, Brackets& brackets);
   Result<void> attempt_shown(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
-                             std::span<const Nanoseconds> exposures, Brackets& brackets);
+                             std::span<const Exposures> exposures, Brackets& brackets);
   /// A bracket that is not there has to be taken again.
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
-  Result<Brackets> run(const device::RigProfile& profile, std::span<const Nanoseconds> exposures,
-                       std::size_t photographs);
-  Result<device::Receipt> run_board(const device::RigProfile& profile, std::span<const Nanoseconds> exposures,
-                                    std::size_t photographs);
+  Result<Brackets> run(const device::RigProfile& profile, std::span<const Exposures> exposures);
+  Result<device::Receipt> run_board(const device::RigProfile& profile, std::span<const Exposures> exposures);
   Result<device::Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);

@@ -54,8 +54,7 @@ std::uint64_t content_of(std::span<const std::uint16_t> raw, const NoiseModel& n
 }  // namespace
 
 Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const ExposureLine& line,
-                                     std::size_t photographs, std::size_t per_photograph,
-                                     const SteadyClock& clock) {
+                                     std::span<const std::size_t> first, const SteadyClock& clock) {
   BoardEvidence evidence;
   std::vector<device::FrameStamp> begins;
   for (const Pulse& pulse : pulses_of(receipt, line)) {
@@ -67,10 +66,11 @@ Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const Expos
   }
   SYMRIG_TRY(const auto pairs,
              device::FrameLedger::pair(receipt.marks, begins, receipt.rate.ticks(line.tolerance)));
-  evidence.pulse_of.resize(photographs * per_photograph);
+  evidence.pulse_of.resize(first.back());
   for (const device::LedgerEntry& entry : pairs.entries()) {
-    const std::size_t at = entry.photograph * per_photograph + entry.exposure;
-    if (at < evidence.pulse_of.size()) evidence.pulse_of[at] = entry.frame;
+    if (entry.photograph + 1 >= first.size()) continue;
+    const std::size_t at = first[entry.photograph] + entry.exposure;
+    if (at < first[entry.photograph + 1]) evidence.pulse_of[at] = entry.frame;
   }
   evidence.unanswered = std::count(evidence.pulse_of.begin(), evidence.pulse_of.end(), std::nullopt);
   evidence.unasked = static_cast<std::int64_t>(pairs.unasked().size());

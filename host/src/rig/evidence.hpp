@@ -27,7 +27,7 @@ struct ExposureLine {
 struct BoardEvidence {
   std::vector<SeenExposure> exposures;  ///< every pulse of the line, asked for or not
   std::vector<Nanoseconds> widths;      ///< of each: how long the camera exposed
-  /// The pulse of exposure j of photograph i at [i * per_photograph + j]; none: the camera made none.
+  /// The pulse of exposure j of photograph i at [first[i] + j]; none: the camera made none.
   std::vector<std::optional<std::size_t>> pulse_of;
   std::int64_t unanswered = 0;  ///< exposures without a pulse
   std::int64_t unasked = 0;     ///< pulses that no exposure asked for
@@ -35,10 +35,10 @@ struct BoardEvidence {
 
 /// Reads a receipt: pulses of the exposure line, each tied to its mark by time, on the host's clock. A pulse
 /// that begins or ends outside the run leaves its exposure unanswered.
+/// first: number of the first exposure of each photograph, and the end of the last one.
 /// fails: bad_argument (marks out of order), and as SteadyClock::at().
 Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const ExposureLine& line,
-                                     std::size_t photographs, std::size_t per_photograph,
-                                     const SteadyClock& clock);
+                                     std::span<const std::size_t> first, const SteadyClock& clock);
 
 /// What the camera tells of a frame, its content boiled down to a number.
 SeenFrame camera_evidence(const CameraFrame& frame, const NoiseModel& noise);

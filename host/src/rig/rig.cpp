@@ -2,9 +2,11 @@
 #include "symrig/rig/rig.hpp"
 
 #include "rig/bracket_taker.hpp"
+#include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
 #include "rig/metering.hpp"
 #include "symrig/hdr/merge.hpp"
+#include "symrig/hdr/merge_stream.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +19,9 @@
 namespace symrig {
 
 namespace {
+
+/// Frames of a photograph of which nothing is expected, on a rig that plans.
+constexpr int kUnplanned = 4;
 
 class Stopwatch {
  public:
@@ -120,7 +125,7 @@ Result<void> Rig::meter() {
   const int count = 1 + static_cast<int>(std::log(span) / std::log(6.0));
   SYMRIG_TRY(const auto trial, plan_exposures(timing.min_exposure, count, 6, timing));
   const Pattern flood(grid(), 1, 1.F);
-  SYMRIG_TRY(const auto taken, taker_->take({&flood, 1}, trial));
+  SYMRIG_TRY(const auto taken, taker_->take({&flood, 1}, {&trial, 1}));
   const auto rate = brightest_rate(taken[0].frames, taken[0].exposures, camera, options_.scale);
   if (!rate)
     return Error{ErrorCode::limit,
@@ -128,15 +133,40 @@ Result<void> Rig::meter() {
                              1e3 * seconds(timing.min_exposure)),
                  "use less light or close the aperture"};
   SYMRIG_TRY(exposures_, plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
-                                        options_.exposures, options_.ratio, timing));
+                                        planned() ? kUnplanned : options_.exposures, options_.ratio, timing));
+  if (planned() && taken[0].frames.front().ideal) exposures_.resize(1);  // nothing to gain from more
   return {};
 }
 
 Result<void> Rig::photograph_black() {
   if (options_.black_photographs <= 0) return {};
-  const std::vector<Pattern> dark(static_cast<std::size_t>(options_.black_photographs), Pattern(grid()));
-  SYMRIG_TRY(const auto photographs, photograph(dark, nullptr));
+  const auto count = static_cast<std::size_t>(planned() ? 1 : options_.black_photographs);
+  const std::vector<Pattern> dark(count, Pattern(grid()));
+  SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, exposures_), nullptr));
   SYMRIG_TRY(black_, average(photographs));
+  return {};
+}
+
+/// Black that is known well enough for what is expected: its error is common to all photographs.
+Result<void> Rig::refine_black(const Expectation& expected) {
+  const Camera& camera = taker_->camera();
+  const double wanted = least_noise(expected);
+  if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
+  const auto count = static_cast<std::size_t>(options_.black_photographs);
+  const Expectation dark = expected_black(*black_, expected, options_.black_photographs);
+  SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(),
+                                                  exposure_rules(options_, camera.timing())));
+  const std::vector<Pattern> patterns(count, Pattern(grid()));
+  black_.reset();
+  const std::int64_t shown = shown_;  // the lamp's references do not count the dark
+  std::vector<Radiance> photographs;
+  for (const Pattern& pattern : patterns) {
+    SYMRIG_TRY(auto one, photograph({&pattern, 1}, {&plan.exposures, 1}, nullptr));
+    photographs.push_back(std::move(one.front()));
+  }
+  shown_ = shown;
+  SYMRIG_TRY(black_, average(photographs));
+  black_for_ = wanted;
   return {};
 }
 
@@ -152,15 +182,51 @@ Result<void> Rig::check(std::span<const Pattern> patterns) const {
   return {};
 }
 
-Result<std::vector<Radiance>> Rig::measure(std::span<const Pattern> patterns) {
+/// One bracket a pattern.
+Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
+                                           std::span<const Expectation> expected) {
+  std::vector<Exposures> brackets(patterns.size(), exposures_);
+  if (!planned() || expected.empty() || exposures_.size() == 1) return brackets;
+  if (expected.size() != patterns.size())
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} patterns come with {} expectations", patterns.size(), expected.size())};
+  for (const Expectation& one : expected) SYMRIG_CHECK(refine_black(one));
+  const LightPath path{options_.scale, black_level(black_)};
+  const ExposureRules rules = exposure_rules(options_, taker_->camera().timing());
+  std::vector<Result<BracketPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
+  tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t i) {
+    plans[i] = plan_bracket(expected[i], path, taker_->camera().noise(), rules);
+  });
+  for (std::size_t i = 0; i < plans.size(); ++i) {
+    if (!plans[i].ok()) return plans[i].error();
+    brackets[i] = std::move(plans[i]->exposures);
+  }
+  return brackets;
+}
+
+/// As many photographs as one run may hold.
+std::size_t Rig::in_one_run(std::span<const Exposures> brackets) const {
+  const std::size_t frames = options_.batch * std::max<std::size_t>(1, exposures_.size());
+  std::size_t count = 0, sum = 0;
+  while (count < std::min(options_.batch, brackets.size()) &&
+         (count == 0 || sum + brackets[count].size() <= frames))
+    sum += brackets[count++].size();
+  return count;
+}
+
+Result<std::vector<Radiance>> Rig::measure_expected(std::span<const Pattern> patterns,
+                                                    std::span<const Expectation> expected) {
   SYMRIG_CHECK(check(patterns));
+  SYMRIG_TRY(const std::vector<Exposures> brackets, choose(patterns, expected));
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());
   while (photographs.size() < patterns.size()) {
-    std::size_t count = std::min(options_.batch, patterns.size() - photographs.size());
+    const std::size_t first = photographs.size();
+    std::size_t count = in_one_run(std::span(brackets).subspan(first));
     if (lamp_ && lamp_->until_due(shown_) == 0) SYMRIG_CHECK(refer());
     if (lamp_) count = std::min(count, static_cast<std::size_t>(lamp_->until_due(shown_)));
-    SYMRIG_TRY(auto measured, photograph(patterns.subspan(photographs.size(), count), lamp_.get()));
+    SYMRIG_TRY(auto measured, photograph(patterns.subspan(first, count),
+                                         std::span(brackets).subspan(first, count), lamp_.get()));
     std::move(measured.begin(), measured.end(), std::back_inserter(photographs));
     photographs_ += static_cast<std::int64_t>(count);
   }
@@ -171,7 +237,9 @@ Result<std::vector<Radiance>> Rig::measure(std::span<const Pattern> patterns) {
 Result<void> Rig::refer() {
   const Pattern flood(grid(), 1, 1.F);
   const std::int64_t shown = shown_;
-  SYMRIG_TRY(const auto reference, photograph({&flood, 1}, nullptr));
+  // The flood-lit scene is bright: the shortest exposure tells its sum as well as four do.
+  const Exposures bracket = planned() ? Exposures{exposures_.front()} : exposures_;
+  SYMRIG_TRY(const auto reference, photograph({&flood, 1}, {&bracket, 1}, nullptr));
   if (lamp_->observe(shown, reference.front())) return {};
   return Error{ErrorCode::device_lost,
                "the lamp went out: the flood-lit scene is dark, and it was not at first",
@@ -195,9 +263,10 @@ LampLevel Rig::lamp() const {
 }
 
 /// lamp: what the light is divided by; nullptr: nothing.
-Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns, const LampLog* lamp) {
-  SYMRIG_TRY(const auto brackets, taker_->take(patterns, exposures_));
-  SYMRIG_TRY(auto photographs, merge_all(brackets, lamp));
+Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns,
+                                              std::span<const Exposures> brackets, const LampLog* lamp) {
+  SYMRIG_TRY(const auto taken, taker_->take(patterns, brackets));
+  SYMRIG_TRY(auto photographs, merge_all(taken, lamp));
   shown_ += static_cast<std::int64_t>(patterns.size());
   return photographs;
 }
@@ -212,7 +281,10 @@ Result<Radiance> Rig::merge_one(const TakenBracket& bracket, double lamp) const 
   options.scale = options_.scale / lamp;  // before black is taken off, which was seen at the first level
   options.black = black_ ? &*black_ : nullptr;
   options.dead = camera.dead();
-  return merge(frames, grid(), channels(), camera.noise(), options);
+  if (frames.size() <= kMaxFrames) return merge(frames, grid(), channels(), camera.noise(), options);
+  SYMRIG_TRY(MergeStream stream, MergeStream::begin(grid(), channels(), camera.noise(), bracket.exposures));
+  for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
+  return stream.finish(options);
 }
 
 Result<std::vector<Radiance>> Rig::merge_all(std::span<const TakenBracket> brackets, const LampLog* lamp) {

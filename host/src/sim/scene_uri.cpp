@@ -99,6 +99,25 @@ Key int_key(std::string_view name, int SceneUri::*field, int lowest, int highest
       [=](const SceneUri& uri) { return fmt::format("{}", uri.*field); }};
 }
 
+/// "auto" is 0: planned for each photograph.
+Key exposures_key() {
+  return {"exposures",
+          [](std::string_view text, SceneUri& uri) -> Result<void> {
+            if (text == "auto") {
+              uri.exposures = 0;
+              return {};
+            }
+            const auto value = parse_number<int>(text);
+            if (!value || *value < 1 || *value > 8)
+              return bad_value("exposures", text, "auto, or a whole number from 1 to 8");
+            uri.exposures = *value;
+            return {};
+          },
+          [](const SceneUri& uri) {
+            return uri.exposures == 0 ? std::string("auto") : fmt::format("{}", uri.exposures);
+          }};
+}
+
 Key size_key() {
   return {"size", [](std::string_view text, SceneUri& uri) { return read_size("size", text, uri.size); },
           [](const SceneUri& uri) { return symrig::to_string(uri.size); }};
@@ -130,7 +149,7 @@ const std::vector<Key>& keys() {
       real_key("flare", &SceneUri::flare, 0, 0.5),
       real_key("dead", &SceneUri::dead, 0, 0.5),
       real_key("indirect", &SceneUri::indirect, 0, 10),
-      int_key("exposures", &SceneUri::exposures, 1, 8),
+      exposures_key(),
       real_key("ratio", &SceneUri::ratio, 1.5, 64),
       real_key("drift", &SceneUri::drift, -0.5, 0.5),
   };

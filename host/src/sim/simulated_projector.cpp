@@ -21,6 +21,12 @@ Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
                    "make patterns on the projector's grid"};
   loaded_before_ += sequence_.size();
   sequence_.assign(patterns.begin(), patterns.end());
+  places_.clear();
+  for (const Pattern& pattern : patterns) {
+    const bool dark =
+        std::all_of(pattern.values().begin(), pattern.values().end(), [](float v) { return v == 0; });
+    places_.push_back({dark, dark ? dark_++ : lit_++});
+  }
   raster_.reset();
   return {};
 }

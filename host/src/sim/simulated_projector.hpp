@@ -36,8 +36,18 @@ class SimulatedProjector final : public Projector {
   const Pattern& pattern(std::size_t index) const { return sequence_[index]; }
   /// Patterns of the sequences loaded before this one: pattern(i) is the (loaded_before() + i)-th of all.
   std::uint64_t loaded_before() const { return loaded_before_; }
-  /// Counts `patterns` that it never showed: those of a session before this one.
-  void skip(std::uint64_t patterns) { loaded_before_ += patterns; }
+  /// The place of a pattern among all dark ones, or among all others, since the projector was switched on.
+  /// The dark ones may come at another time when a capture is continued; the others come in the same order.
+  struct Place {
+    bool dark;
+    std::uint64_t number;
+  };
+  Place place(std::size_t index) const { return places_[index]; }
+  /// Counts `patterns`, none of them dark, that it never showed: those of a session before this one.
+  void skip(std::uint64_t patterns) {
+    loaded_before_ += patterns;
+    lit_ += patterns;
+  }
 
  private:
   Grid grid_;
@@ -45,7 +55,9 @@ class SimulatedProjector final : public Projector {
   boards::SimBoard* host_board_ = nullptr;
   Nanoseconds refresh_period_;
   std::vector<Pattern> sequence_;
+  std::vector<Place> places_;
   std::uint64_t loaded_before_ = 0;
+  std::uint64_t lit_ = 0, dark_ = 0;
 };
 
 }  // namespace symrig::sim

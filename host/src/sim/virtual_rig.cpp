@@ -27,7 +27,11 @@ namespace {
 class Darkroom {
  public:
   Darkroom(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds)
-      : noisy_(uri.camera_noise), studio_(uri, scene), projector_(projector), tick_seconds_(tick_seconds) {}
+      : noisy_(uri.camera_noise),
+        planned_(uri.exposures == 0),
+        studio_(uri, scene),
+        projector_(projector),
+        tick_seconds_(tick_seconds) {}
 
   std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
   const NoiseModel& noise() const { return studio_.noise(); }
@@ -36,9 +40,12 @@ class Darkroom {
  private:
   std::vector<Studio::Light> lights_of(std::span<const SimulatedExposure> exposures) const;
   Studio::Light during(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
-  CameraFrame frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
+  CameraFrame frame(const SimulatedExposure& exposure, std::uint64_t noise,
+                    std::span<const Studio::Light> lights) const;
+  std::vector<std::uint64_t> noise_keys(std::span<const SimulatedExposure> exposures) const;
 
   bool noisy_;
+  bool planned_;
   Studio studio_;
   const SimulatedProjector& projector_;
   double tick_seconds_;
@@ -54,7 +61,9 @@ std::vector<Studio::Light> Darkroom::lights_of(std::span<const SimulatedExposure
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   std::vector<Studio::Light> lights(seen.empty() ? 0 : seen.back() + 1);
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
-    lights[seen[i]] = studio_.light_of(projector_.pattern(seen[i]), projector_.loaded_before() + seen[i]);
+    lights[seen[i]] =
+        studio_.light_of(projector_.pattern(seen[i]),
+                         planned_ ? projector_.place(seen[i]).number : projector_.loaded_before() + seen[i]);
   });
   return lights;
 }
@@ -68,7 +77,8 @@ Studio::Light Darkroom::during(const SimulatedExposure& exposure,
   return studio_.during(shares);
 }
 
-CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const {
+CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::uint64_t noise,
+                            std::span<const Studio::Light> lights) const {
   const Studio::Light light = during(exposure, lights);
   CameraFrame frame;
   frame.sequence = exposure.sequence;
@@ -77,16 +87,38 @@ CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::span<const S
     return frame;
   }
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
-  frame.raw = studio_.expose(*light, open, exposure.sequence);
+  frame.raw = studio_.expose(*light, open, noise);
   return frame;
+}
+
+/// The noise of a frame is a function of its number. Where photographs have as many frames as they need, a
+/// capture that is continued does not know the number: there it is a function of the pattern's place and of
+/// the frame's place among those of the pattern.
+std::vector<std::uint64_t> Darkroom::noise_keys(std::span<const SimulatedExposure> exposures) const {
+  std::vector<std::uint64_t> keys;
+  std::size_t last = 0;
+  std::uint64_t frame = 0;
+  for (const SimulatedExposure& exposure : exposures) {
+    const auto shown = projector_.shown(exposure.begin, exposure.end);
+    if (!planned_ || shown.empty()) {
+      keys.push_back(exposure.sequence);
+      continue;
+    }
+    frame = !keys.empty() && shown.front().index == last ? frame + 1 : 0;
+    last = shown.front().index;
+    const auto place = projector_.place(last);
+    keys.push_back(combine(combine(place.dark ? 0xdaUL : 0x11UL, place.number), frame));
+  }
+  return keys;
 }
 
 std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> exposures) {
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Studio::Light> lights = lights_of(exposures);
+  const std::vector<std::uint64_t> keys = noise_keys(exposures);
   std::vector<CameraFrame> frames(exposures.size());
   tbb::parallel_for(std::size_t{0}, frames.size(),
-                    [&](std::size_t i) { frames[i] = frame(exposures[i], lights); });
+                    [&](std::size_t i) { frames[i] = frame(exposures[i], keys[i], lights); });
   seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return frames;
 }
@@ -139,6 +171,11 @@ class SimulatedRig final : public VirtualRig {
   int channels() const override { return scene_->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return rig_->measure(patterns);
+  }
+  bool plans_exposures(std::size_t photographs) const override { return rig_->plans_exposures(photographs); }
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override {
+    return rig_->measure_expected(patterns, expected);
   }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();

@@ -46,6 +46,13 @@ TEST(SceneUri, reads_every_key) {
   EXPECT_EQ(uri->drift, -0.02);
 }
 
+TEST(SceneUri, exposures_may_be_planned) {
+  const auto uri = parse_scene_uri("sim:plane?exposures=auto");
+  ASSERT_TRUE(uri.ok()) << uri.error().line();
+  EXPECT_EQ(uri->exposures, 0);
+  EXPECT_EQ(uri->to_string(), "sim:plane?size=128x128&exposures=auto");
+}
+
 TEST(SceneUri, has_no_black_level_without_noise) {
   const auto uri = parse_scene_uri("sim:plane?noise=off&black=0.01");
   ASSERT_TRUE(uri.ok());

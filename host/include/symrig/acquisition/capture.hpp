@@ -72,10 +72,21 @@ struct Economy {
   int rank = 1;
 };
 
+/// How well photographs must be known where the rig chooses its exposures (Probe::measure_expected).
+struct ExposureGoal {
+  /// σ of dark pixels as a share of τ_A F, the misfit that a leaf may have: less is of no use.
+  double share_of_tolerance = 0.35;
+  /// RMS noise as a share of the RMS radiance: of lit pixels, and of dark ones (added to the former).
+  double relative = 0.02;
+  double relative_dark = 0.025;
+  double longest_seconds = 10;  ///< of all exposures of one photograph
+};
+
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
   RankRule rule;    ///< default_rule(algorithm) unless set
   Economy economy;  ///< default_economy(algorithm) unless set
+  ExposureGoal exposure;
   /// Several views: how blocks are cut across them (docs/howto-views.md); none: chosen from the flood-lit
   /// photograph.
   std::optional<SplitOrder> split;

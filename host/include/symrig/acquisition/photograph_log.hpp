@@ -94,7 +94,14 @@ class LoggedProbe final : public Probe {
   ViewLayout views() const override { return inner_.views(); }
   /// fails: also bad_format (the log has another pattern here: it is of another capture), and as
   /// append_run().
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return measure_expected(patterns, {});
+  }
+  /// Photographs in the log need no expectation.
+  bool plans_exposures(std::size_t photographs) const override;
+  /// expected: one a pattern, or none at all.
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override;
   /// Photographs answered from the log count as they did when they were taken; setting up the rig again
   /// (metering, black) does not count again.
   ProbeCost cost() const override;
@@ -106,7 +113,8 @@ class LoggedProbe final : public Probe {
  private:
   Result<Radiance> replay(const Pattern& pattern);
   Result<void> go_on();
-  Result<void> measure_on(std::span<const Pattern> patterns, std::vector<Radiance>& photographs);
+  Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
+                          std::vector<Radiance>& photographs);
 
   Probe& inner_;
   PhotographLog& log_;

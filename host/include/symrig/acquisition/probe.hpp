@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/hdr/expectation.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/radiance.hpp"
 #include "symrig/image/view_layout.hpp"
@@ -43,6 +44,16 @@ class Probe {
   /// channels() channels. fails: size_mismatch, bad_value, device errors. On failure no photograph is
   /// returned.
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
+
+  /// True if the probe would choose its exposures for the next photographs by what is expected of them.
+  virtual bool plans_exposures(std::size_t /*photographs*/) const { return false; }
+  /// As measure(), with what is expected of each photograph: a hint that saves exposures and changes nothing
+  /// else. The exposures of a photograph follow from its pattern and its expectation alone.
+  /// fails: also size_mismatch (not one expectation a pattern, or of another grid).
+  virtual Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                         std::span<const Expectation> /*expected*/) {
+    return measure(patterns);
+  }
 
   virtual ProbeCost cost() const = 0;
 

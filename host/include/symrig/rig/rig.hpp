@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -30,8 +31,13 @@ struct RigOptions {
   Nanoseconds strobe_tolerance{1'000'000};
   /// Further lines of the board, and how those above are to be used besides what the rig needs of them.
   std::vector<device::LineConfig> lines;
-  int exposures = 4;  ///< frames a photograph, shortest first
-  double ratio = 8;   ///< each exposure to the one before it
+  /// Frames a photograph, shortest first. 0: planned for each photograph by what is expected of it
+  /// (Probe::measure_expected); those of which nothing is expected take four.
+  int exposures = 4;
+  /// Where exposures are planned: the exposure time that a frame more must save to be worth its transfer,
+  /// memory and merging.
+  Nanoseconds frame_cost{500'000'000};
+  double ratio = 8;  ///< each exposure to the one before it
   /// The brightest pixel of the flood-lit scene fills 1 / headroom of the range of the shortest exposure.
   double headroom = 1.25;
   double scale = 1;           ///< radiance per unit of projector light that one electron per second means
@@ -56,6 +62,9 @@ struct RigOptions {
   ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };
+
+/// The exposures of one photograph, shortest first.
+using Exposures = std::vector<Nanoseconds>;
 
 /// How bright the lamp is, in units of the first reference photograph.
 struct LampLevel {
@@ -115,12 +124,19 @@ class Rig final : public Probe {
   Grid grid() const override;
   ViewLayout views() const override { return options_.views; }
   int channels() const override;
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return measure_expected(patterns, {});
+  }
+  bool plans_exposures(std::size_t /*photographs*/) const override { return planned(); }
+  /// expected: one a pattern, or none at all.
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override;
   /// Metering, black, reference and retaken photographs and guard frames count as frames and rig time, not as
   /// photographs. rig_seconds is the time the board's programs ran, on its clock.
   ProbeCost cost() const override;
   std::string describe() const override { return options_.name; }
 
+  /// Of photographs of which nothing is expected.
   std::span<const Nanoseconds> exposures() const { return exposures_; }
   /// What the dark projector leaves, already subtracted from every photograph.
   const std::optional<Radiance>& black() const { return black_; }
@@ -140,19 +156,26 @@ class Rig final : public Probe {
   Result<void> begin(std::unique_ptr<DeviceSet> devices);
   Result<void> meter();
   Result<void> photograph_black();
+  Result<void> refine_black(const Expectation& expected);
+  bool planned() const { return options_.exposures == 0; }
+  Result<std::vector<Exposures>> choose(std::span<const Pattern> patterns,
+                                        std::span<const Expectation> expected);
+  std::size_t in_one_run(std::span<const Exposures> brackets) const;
   Result<void> check(std::span<const Pattern> patterns) const;
   Result<void> refer();
-  Result<std::vector<Radiance>> photograph(std::span<const Pattern> patterns, const LampLog* lamp);
+  Result<std::vector<Radiance>> photograph(std::span<const Pattern> patterns,
+                                           std::span<const Exposures> brackets, const LampLog* lamp);
   Result<Radiance> merge_one(const TakenBracket& bracket, double lamp) const;
   Result<std::vector<Radiance>> merge_all(std::span<const TakenBracket> brackets, const LampLog* lamp);
 
   RigOptions options_;
   std::unique_ptr<BracketTaker> taker_;  // looks at options_
-  std::vector<Nanoseconds> exposures_;
+  Exposures exposures_;
   std::optional<Radiance> black_;
-  std::unique_ptr<LampLog> lamp_;  // none: photographs stay as they are
-  std::int64_t shown_ = 0;         // photographs since it was opened, references included
-  std::int64_t photographs_ = 0;   // answered
+  double black_for_ = std::numeric_limits<double>::infinity();  // noise of photographs it was refined for
+  std::unique_ptr<LampLog> lamp_;                               // none: photographs stay as they are
+  std::int64_t shown_ = 0;        // photographs since it was opened, references included
+  std::int64_t photographs_ = 0;  // answered
   double merge_seconds_ = 0;
 };
 

@@ -26,7 +26,7 @@ struct SceneUri {
   double flare = 0;
   double dead = 0;
   double indirect = 1;
-  int exposures = 4;
+  int exposures = 4;  ///< frames a photograph; 0 (exposures=auto): planned for each photograph
   double ratio = 8;
   double drift = 0;
 

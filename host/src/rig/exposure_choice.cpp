@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/exposure_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace symrig {
+namespace {
+
+constexpr double kShareOfBlack = 1.0 / 16;  // of the photographs' noise
+
+}  // namespace
+
+ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing) {
+  const device::RigProfile& profile = options.profile;
+  ExposureRules rules;
+  rules.min_exposure = std::max(timing.min_exposure, profile.min_exposure);
+  rules.max_exposure = timing.max_exposure;
+  if (profile.whole_refreshes) rules.whole_periods = profile.refresh_period;
+  rules.each_frame = options.frame_cost;
+  rules.headroom = options.headroom;
+  return rules;
+}
+
+double black_level(const std::optional<Radiance>& black) {
+  if (!black) return 0;
+  std::vector<float> valid;
+  for (std::size_t i = 0; i < black->mean.values().size(); ++i)
+    if (black->valid.values()[i] != 0) valid.push_back(black->mean.values()[i]);
+  if (valid.empty()) return 0;
+  const auto rank = valid.begin() + static_cast<std::ptrdiff_t>(valid.size() - 1 - valid.size() / 1000);
+  std::nth_element(valid.begin(), rank, valid.end());
+  return std::max(0.0, static_cast<double>(*rank));
+}
+
+double mean_variance(const Radiance& photograph) {
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < photograph.variance.values().size(); ++i) {
+    if (photograph.valid.values()[i] == 0) continue;
+    sum += static_cast<double>(photograph.variance.values()[i]);
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+double least_noise(const Expectation& expected) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const ExpectedPart& part : expected.parts) least = std::min(least, part.noise);
+  return least;
+}
+
+Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs) {
+  LightHistogram lights;
+  for (std::size_t i = 0; i < black.mean.values().size(); ++i)
+    if (black.valid.values()[i] != 0)
+      lights.add(std::max(0.0F, black.mean.values()[i]) + std::sqrt(black.variance.values()[i]));
+  Expectation expected;
+  expected.parts.push_back({lights.lights(), kShareOfBlack * photographs * least_noise(of_photographs)});
+  expected.longest_seconds = of_photographs.longest_seconds / (kShareOfBlack * photographs);
+  return expected;
+}
+
+}  // namespace symrig

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/camera/camera.hpp"
+#include "symrig/hdr/bracket_plan.hpp"
+#include "symrig/image/radiance.hpp"
+#include "symrig/rig/rig.hpp"
+
+#include <optional>
+
+namespace symrig {
+
+/// What the rig's devices allow, as the planner wants it told.
+ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing);
+
+/// The radiance that all but one in a thousand valid pixels of a dark photograph stay below; 0 without one.
+double black_level(const std::optional<Radiance>& black);
+
+/// Mean variance of the valid pixels.
+double mean_variance(const Radiance& photograph);
+
+/// The least noise that any part of the photographs may have: what black must be better than.
+double least_noise(const Expectation& expected);
+
+/// How the dark projector is to be photographed so that its error, averaged over as many photographs, adds at
+/// most 1/16 to the noise of photographs that are expected so.
+Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
+
+}  // namespace symrig
