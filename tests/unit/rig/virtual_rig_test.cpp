@@ -282,6 +282,25 @@ TEST(Cost, is_alike_with_and_without_noise) {
   EXPECT_NEAR(ideal->cost().rig_seconds / noisy->cost().rig_seconds, 1, 0.1);
 }
 
+// A run of 16 photographs of two minutes lasts half an hour, and its edges are known when it is over. Each
+// must be on the host's clock as well as in a short run: a clock that knows its last half minute only would
+// put the first ones where others may be too.
+TEST(LongRuns, know_their_first_frames_as_well_as_their_last) {
+  const auto rig = open("sim:gummy?size=24x24&indirect=1e-4&black=0&exposures=auto");
+  Pattern pattern(rig->grid());
+  pattern.at(3, 3) = 1;
+  const std::vector<Pattern> patterns(16, pattern);
+  Expectation weak;
+  weak.parts.push_back({{{1e-7, 575}}, 1e-22});
+  weak.longest_seconds = 120;
+  const double before = rig->cost().rig_seconds;
+  const auto p = rig->measure_expected(patterns, std::vector<Expectation>(16, weak));
+  ASSERT_TRUE(p.ok()) << p.error().line();
+  EXPECT_GT(rig->cost().rig_seconds - before, 16 * 60);
+  EXPECT_EQ(rig->rig().trouble().frames[Verdict::ambiguous], 0);
+  EXPECT_EQ(rig->rig().trouble().retaken, 0);
+}
+
 TEST(OpenVirtualRig, refuses_what_it_cannot_be) {
   EXPECT_EQ(open_virtual_rig("sim:gumy").error().code, ErrorCode::unknown_name);
   EXPECT_EQ(open_virtual_rig("plane").error().code, ErrorCode::bad_argument);
