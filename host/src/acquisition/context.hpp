@@ -8,6 +8,7 @@
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace symrig::acquisition {
@@ -23,8 +24,8 @@ struct Context {
   std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one and the checks
   std::vector<LevelLight> level_light{};         ///< of the first photographs of each level that was searched
   /// Light beside a lit block as a share of the light on it, one in four pixels lit, as the level before saw
-  /// it: what the next may expect of blocks with themselves.
-  float beside = 0.25F;
+  /// it: what the next may expect of blocks with themselves. None: no level has looked yet.
+  std::optional<float> beside{};
 
   /// τ_A², the mean square misfit that a leaf may have, in units of F².
   double tolerance() const { return options.rule.flood_fraction * options.rule.flood_fraction; }

@@ -2,8 +2,8 @@
 #include "acquisition/forecast.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <ranges>
 #include <span>
 #include <utility>
 
@@ -12,22 +12,32 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr int kOctaves = 13;  // below the flood-lit radiance, where nothing is foreseen
+constexpr int kMostOctaves = 40;  // below the flood-lit radiance, where nothing is foreseen
 // Octaves of a part: fewer ask for more frames, and dim pixels are known better.
 constexpr double kLitOctaves = 2;
 constexpr double kDarkOctaves = 4;
 constexpr double kAstray =
     0.2;  // share of pixels that get four times the light that is foreseen, or a quarter
 
+/// An estimate tells the sum of the light, not where it goes.
+void add_dark(float known, float unknown, LightHistogram& dark) {
+  dark.add(known + unknown, 1 - 2 * kAstray);
+  dark.add(known + 4 * unknown, kAstray);
+  dark.add(known + unknown / 4, kAstray);
+}
+
 }  // namespace
 
 Forecast::Forecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma)
     : tree_(tree), goal_(goal), sigma_(sigma) {
   to_tree(tree, flood, flood_);
+  const double brightest = *std::max_element(flood_.mean.begin(), flood_.mean.end());
+  const double octaves = brightest > sigma ? std::ceil(std::log2(brightest / sigma)) : 0;
+  const int last = static_cast<int>(std::min<double>(kMostOctaves, octaves));
   for (std::size_t t = 0; t < flood_.mean.size(); ++t) {
     if (flood_.valid[t] == 0) continue;
-    for (int octave = 0; octave <= kOctaves; ++octave)
-      anything_.add(std::ldexp(flood_.mean[t], -octave), 1.0 / (kOctaves + 1));
+    for (int octave = 0; octave <= last; ++octave)
+      anything_.add(std::ldexp(flood_.mean[t], -octave), 1.0 / (last + 1));
   }
 }
 
@@ -56,22 +66,15 @@ void Forecast::add_parts(const LightHistogram& histogram, double relative, doubl
     squares = pixels = 0;
   };
   double brightest = 0;
-  for (auto light = lights.rbegin(); light != lights.rend(); ++light) {
+  for (const ExpectedLight& light : std::ranges::reverse_view(lights)) {
     const bool below_floor = relative * brightest < sigma_;  // such a part is known alike throughout
-    if (pixels > 0 && !below_floor && light->radiance < brightest * std::exp2(-octaves)) finish();
-    if (pixels <= 0) brightest = light->radiance;
-    part.lights.push_back(*light);
-    squares += light->pixels * light->radiance * light->radiance;
-    pixels += light->pixels;
+    if (pixels > 0 && !below_floor && light.radiance < brightest * std::exp2(-octaves)) finish();
+    if (pixels <= 0) brightest = light.radiance;
+    part.lights.push_back(light);
+    squares += light.pixels * light.radiance * light.radiance;
+    pixels += light.pixels;
   }
   finish();
-}
-
-/// An estimate tells the sum of the light, not where it goes.
-void Forecast::add_dark(float known, float unknown, LightHistogram& dark) const {
-  dark.add(known + unknown, 1 - 2 * kAstray);
-  dark.add(known + 4 * unknown, kAstray);
-  dark.add(known + unknown / 4, kAstray);
 }
 
 Expectation Forecast::expect_one(const LitBlocks& pattern, const Preview* preview) const {

@@ -12,7 +12,7 @@ namespace symrig::acquisition {
 /// What photographs are expected to show, and how well they must be known.
 ///   lit pixels    what is foreseen, at most the flood-lit radiance (T ≥ 0: no pattern gives a pixel more)
 ///   dark pixels   known light, and from a quarter of what is foreseen of unknown transport to four times as
-///                 much; where nothing is foreseen, anything from 10⁻⁴ of the flood-lit radiance to all of it
+///                 much; where nothing is foreseen, anything from sigma to the flood-lit radiance
 /// Both are cut into parts by radiance, and each part must be known to
 ///   noise = sigma² + (relative · RMS of the part's light)²
 class Forecast final : public Forecaster {
@@ -25,7 +25,6 @@ class Forecast final : public Forecaster {
 
  private:
   Expectation expect_one(const LitBlocks& pattern, const Preview* preview) const;
-  void add_dark(float known, float unknown, LightHistogram& dark) const;
   void add_parts(const LightHistogram& histogram, double relative, double octaves,
                  Expectation& expected) const;
 

@@ -164,9 +164,12 @@ Result<void> LevelSearch::photograph(Round& round) {
   return context_.photographer.take(
       "level " + std::to_string(unknown_.level()), patterns,
       [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); },
-      [&](std::size_t first, std::size_t count) {
-        return foresee(r, std::span(round.shots).subspan(first, count));
-      });
+      // Before any level has looked nobody knows how dark the dark is: a guess that is too bright would get
+      // photographs that show noise there, and blocks would be taken for empty.
+      !context_.beside
+          ? Photographer::Foresee()
+          : [&](std::size_t first,
+                std::size_t count) { return foresee(r, std::span(round.shots).subspan(first, count)); });
 }
 
 /// What photographs of round r will show: known transport and what other rounds measured, and the estimates
@@ -191,7 +194,7 @@ std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> s
     previews[k] = {std::move(known[k].mean), std::vector<float>(size)};
     for (const NodeIndex n : rounds_[r].tested)
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
-        unknown_.add_estimate(node(n), side, shots[k].slot, context_.beside, previews[k].unknown);
+        unknown_.add_estimate(node(n), side, shots[k].slot, *context_.beside, previews[k].unknown);
       });
   });
   return previews;
