@@ -12,7 +12,8 @@ Studio::Studio(const SceneUri& uri, const Scene& scene)
       misalign_(uri.misalign),
       flare_(uri.flare),
       drift_(uri.drift),
-      sensor_{NoiseModel::from_electrons({}), kSensitivity, static_cast<std::uint64_t>(uri.seed)} {
+      sensor_{NoiseModel::from_electrons({}), kSensitivity * uri.light,
+              static_cast<std::uint64_t>(uri.seed)} {
   if (uri.black <= 0) return;
   leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
 }

@@ -39,6 +39,8 @@ class Studio {
   std::vector<std::uint16_t> expose(const Image<float>& light, double seconds, std::uint64_t frame) const;
 
   const NoiseModel& noise() const { return sensor_.noise; }
+  /// Radiance of one electron a second, behind the filter.
+  double scale() const { return 1 / sensor_.sensitivity; }
   const Scene& scene() const { return scene_; }
 
  private:

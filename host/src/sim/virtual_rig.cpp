@@ -222,7 +222,7 @@ RigOptions SimulatedRig::rig_options() const {
   RigOptions options;
   options.exposures = uri_.exposures;
   options.ratio = uri_.ratio;
-  options.scale = 1 / kSensitivity;
+  options.scale = 1 / (kSensitivity * uri_.light);
   options.views = views_of(uri_);
   options.name = uri_.to_string();
   options.ledger.guards = 0;  // a camera in virtual time is there from its first frame on

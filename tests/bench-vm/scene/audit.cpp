@@ -82,7 +82,7 @@ class Auditor {
     std::vector<Frame> frames;
     for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
     MergeOptions merging;
-    merging.scale = options_.scale;
+    merging.scale = studio_.scale();
     return merge(frames, studio_.scene().grid(), 1, studio_.noise(), merging);
   }
 

@@ -19,7 +19,6 @@ struct AuditOptions {
   std::int64_t first_frame = 0;  ///< as bench_scene's
   std::size_t exposures = 4;     ///< frames a photograph
   std::size_t blacks = 8;        ///< dark photographs that the rig's black is the mean of
-  double scale = 1 / sim::kSensitivity;
   /// A photograph is right if it lies nearer than this to what the true frames make [sigmas, rms over the
   /// pixels, of the photograph's own noise].
   double limit = 0.2;

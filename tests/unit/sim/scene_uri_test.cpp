@@ -23,6 +23,7 @@ TEST(SceneUri, has_the_documented_defaults) {
   EXPECT_EQ(uri->exposures, 4);
   EXPECT_EQ(uri->ratio, 8);
   EXPECT_EQ(uri->drift, 0);
+  EXPECT_EQ(uri->light, 1);
   EXPECT_EQ(uri->to_string(), "sim:plane?size=128x128");
 }
 
@@ -30,7 +31,7 @@ TEST(SceneUri, reads_every_key) {
   const auto uri = parse_scene_uri(
       "sim:gummy?size=31x70&seed=9&channels=3&noise=camera&black=0.002&psf=0.1&misalign=-0.25&flare=0.05&"
       "dead=0.01"
-      "&indirect=0.5&exposures=6&ratio=4.5&drift=-0.02");
+      "&indirect=0.5&exposures=6&ratio=4.5&drift=-0.02&light=0.25");
   ASSERT_TRUE(uri.ok()) << uri.error().line();
   EXPECT_EQ(uri->size, (Grid{31, 70}));
   EXPECT_EQ(uri->seed, 9);
@@ -44,6 +45,7 @@ TEST(SceneUri, reads_every_key) {
   EXPECT_EQ(uri->exposures, 6);
   EXPECT_EQ(uri->ratio, 4.5);
   EXPECT_EQ(uri->drift, -0.02);
+  EXPECT_EQ(uri->light, 0.25);
 }
 
 TEST(SceneUri, exposures_may_be_planned) {
@@ -112,6 +114,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"sim:plane?exposures=9", kBad, "exposures"},
         Refused{"sim:plane?exposures=0", kBad, "exposures"}, Refused{"sim:plane?ratio=1", kBad, "ratio"},
         Refused{"sim:plane?ratio=8x", kBad, "'8x'"}, Refused{"sim:plane?drift=inf", kBad, "drift"},
+        Refused{"sim:plane?light=0", kBad, "light"}, Refused{"sim:plane?light=2", kBad, "light"},
         Refused{"sim:plane?misalign=1e9", kBad, "misalign"}));
 
 TEST(SceneNames, are_the_contract) {

@@ -29,6 +29,7 @@ struct SceneUri {
   int exposures = 4;  ///< frames a photograph; 0 (exposures=auto): planned for each photograph
   double ratio = 8;
   double drift = 0;
+  double light = 1;  ///< what a grey filter before the camera lets through: exposures are longer by 1 / light
 
   std::string to_string()
       const;  ///< canonical: "sim:name?size=…&…", keys that differ from their default only (size always)

@@ -32,7 +32,7 @@ class LoopedRig {
 
   Result<std::unique_ptr<Rig>> open() {
     RigOptions options;
-    options.scale = 1 / sim::kSensitivity;
+    options.scale = studio_.scale();
     options.ledger.guards = 0;  // as in the virtual rig, whose camera has no past
     auto projector =
         std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.profile.refresh_period);
