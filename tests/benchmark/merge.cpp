@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // bench_merge [rounds [keep]]: HDR merge speed against the machine's memory speed, both measured in this run,
-// alternating, and against the same formulas in double. keep: freed memory stays with the program, as a
-// command that photographs for minutes may ask of malloc; without it every large photograph is paged in anew.
+// alternating, and against the same formulas in double; frames added one by one likewise; and what other
+// weights cost. keep: freed memory stays with the program, as a command that photographs for minutes may ask
+// of malloc; without it every large photograph is paged in anew.
 //
 // Every item moves the same number of bytes as one merge of 4 frames with black and dead pixels, so that a
 // busy machine disturbs all alike. Bytes are counted as STREAM does: what is named, not what a cache fetches.
 #include "symrig/hdr/merge.hpp"
 
+#include "symrig/hdr/merge_stream.hpp"
 #include "unit/hdr/simulated_sensor.hpp"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -180,6 +183,107 @@ void measure(Grid grid, int channels, int frames, int rounds) {
               of(1, 0), of(3, 2), of(3, 1));
 }
 
+/// Frames added one by one (MergeStream), two threads: input pixels a second, beginning and end included.
+void measure_stream(Grid grid, int frames, int rounds) {
+  const auto values = static_cast<std::size_t>(grid.size());
+  const auto bracket = ramp(values, frames);
+  const auto all = bracket.frames();
+  tbb::task_arena two(2);
+  const Pin pin(two);
+  // 2 B of the frame; four sums of 4 B, read and written.
+  const double bytes = static_cast<double>(values) * frames * 34;
+  Triad triad(static_cast<std::size_t>(bytes / 12));
+  Item ceiling{"triad", bytes, [&] { two.execute([&] { triad.run(); }); }};
+  Item stream{"stream", bytes, [&] {
+                two.execute([&] {
+                  auto merging = MergeStream::begin(grid, 1, kSensor, bracket.exposures);
+                  if (!merging) std::exit(4);
+                  for (const Frame& frame : all)
+                    if (!merging->add(frame)) std::exit(4);
+                  if (!merging->finish()) std::exit(4);
+                });
+              }};
+  for (int round = 0; round < rounds; ++round)
+    for (Item* item : {&ceiling, &stream}) {
+      const auto start = Clock::now();
+      item->run();
+      item->times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+    }
+  const double pixels = static_cast<double>(values) * frames;
+  std::printf("frame by frame, %d x %d, %d frames: %.0f MPix/s best, %.0f median; %.2f of triad's speed\n",
+              grid.rows, grid.cols, frames, 1e-6 * pixels / stream.best(), 1e-6 * pixels / stream.median(),
+              ceiling.best() / stream.best());
+}
+
+/// Mean square error of an even field by a weight, saturated samples left out.
+using Weight = std::function<double(double code, double seconds)>;
+double mean_square_error(const std::vector<Frame>& frames, double rate, const Weight& weight) {
+  double squares = 0;
+  const std::size_t pixels = frames.front().raw.size();
+  for (std::size_t i = 0; i < pixels; ++i) {
+    double sum = 0, weights = 0;
+    for (const Frame& f : frames) {
+      if (f.raw[i] >= kSensor.saturation_code()) continue;
+      const double w = weight(f.raw[i], seconds(f.exposure));
+      sum += w * (f.raw[i] - kSensor.pedestal()) / kSensor.gain() / seconds(f.exposure);
+      weights += w;
+    }
+    squares += std::pow(weights > 0 ? sum / weights - rate : rate, 2);
+  }
+  return squares / static_cast<double>(pixels);
+}
+
+double mean_square_error(const Radiance& merged, double rate) {
+  double squares = 0;
+  for (const float m : merged.mean.values()) squares += std::pow(static_cast<double>(m) - rate, 2);
+  return squares / static_cast<double>(merged.mean.values().size());
+}
+
+/// 1 / Σ t² / Var over the exposures that do not saturate.
+double cramer_rao(const std::vector<Nanoseconds>& exposures, double rate) {
+  double information = 0;
+  for (const Nanoseconds t : exposures) {
+    const double electrons = rate * seconds(t);
+    if (kSensor.pedestal() + kSensor.gain() * electrons < kSensor.saturation_code())
+      information += seconds(t) * seconds(t) / kSensor.variance(electrons);
+  }
+  return 1 / information;
+}
+
+/// Four exposures, each 8 times the one before; levels in electrons of the longest.
+void compare_weights() {
+  using namespace std::chrono_literals;
+  constexpr Grid kField{400, 500};
+  const auto hat = [](double code, double) {
+    return std::max(1e-6, std::min(code, kSensor.max_code() - code));
+  };
+  const auto bell = [](double code, double t) {
+    const double middle = kSensor.max_code() / 2.0, x = (code - middle) / middle;
+    return t * t * std::exp(-4 * x * x);
+  };
+  std::printf(
+      "level e-   share of the Cramer-Rao bound: merge  frame by frame   dB above: Debevec  Robertson\n");
+  test::Random random(41);
+  for (const double level : {10., 100., 1e3, 1e4, 3e4, 1e5, 1e6, 5e6}) {
+    const double rate = level / 0.1;
+    const auto bracket =
+        test::photograph_uniform(kSensor, test::exposure_ladder(4, 8, 100ms), rate, 200'000, random);
+    const auto merged = merge(bracket.frames(), kField, 1, kSensor);
+    auto stream = MergeStream::begin(kField, 1, kSensor, bracket.exposures);
+    if (!merged || !stream) std::exit(4);
+    for (const Frame& frame : bracket.frames())
+      if (!stream->add(frame)) std::exit(4);
+    const auto streamed = stream->finish();
+    if (!streamed) std::exit(4);
+    const double ours = mean_square_error(*merged, rate), bound = cramer_rao(bracket.exposures, rate);
+    const auto above = [&](const Weight& weight) {
+      return 10 * std::log10(mean_square_error(bracket.frames(), rate, weight) / ours);
+    };
+    std::printf("%8.0f   %35.3f  %14.3f   %17.2f  %9.2f\n", level, bound / ours,
+                bound / mean_square_error(*streamed, rate), above(hat), above(bell));
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -191,5 +295,7 @@ int main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::max(1, static_cast<int>(std::strtol(argv[1], nullptr, 10))) : 60;
   measure({1000, 984}, 3, 4, rounds);
   measure({310, 350}, 1, 4, 10 * rounds);
+  measure_stream({1000, 1000}, 8, rounds);
+  compare_weights();
   return 0;
 }

@@ -19,48 +19,51 @@ constexpr std::size_t kGrain = std::size_t{1} << 14;  // values of one task
 /// Exposures that differ by less are one: the board's clock and the camera's jitter.
 constexpr double kSame = 1e-3;
 
+/// Σ count tᵏ over the shortest groups: all that the weights of a pixel need to know of its exposures.
+struct Moments {
+  double t0 = 0, t1 = 0, t2 = 0, t3 = 0;
+  double total = 0;  // Σ t of the frames that such a pixel could use
+
+  Moments with(const MergeStream::Group& group) const {
+    const double t = group.time, n = group.count;
+    return {t0 + n, t1 + n * t, t2 + n * t * t, t3 + n * t * t * t, group.total};
+  }
+};
+
 /// One pixel's sums become radiance and variance.
 struct Weigher {
   double gain, floor;  // of one sample: Var[d] = gain μ t + floor [DN²]
   double unit;         // radiance per DN and unit of time
   double lowest;       // of μ; keeps every variance positive
-  std::span<const MergeStream::Group> groups;
+  std::vector<Moments> shortest;
 
-  /// Different exposures that a pixel could use, from its total time: those that saturate are the longest.
+  void add(std::span<const MergeStream::Group> groups) {
+    for (const MergeStream::Group& group : groups)
+      shortest.push_back((shortest.empty() ? Moments{} : shortest.back()).with(group));
+  }
+  /// The exposures that a pixel could use, from its total time: those that saturate are the longest.
   std::size_t usable(double time) const {
-    std::size_t n = 0;
-    while (n < groups.size() && groups[n].total <= time * (1 + kSame)) ++n;
-    return std::max<std::size_t>(1, n);
+    std::size_t n = shortest.size();
+    while (n > 1 && shortest[n - 1].total > time * (1 + kSame)) --n;
+    return n - 1;
   }
   struct Estimate {
     double mean, variance;
   };
   /// The pixel has at least one sample. a + b t is fitted to h(t) = t / v(t) with weights n v(t): what an
-  /// error of the weights costs in variance.
+  /// error of the weights costs in variance. v(t) is a line in t, so that all sums are moments.
   Estimate operator()(double s0, double t0, double s1, double t1) const {
     const double rate = gain * std::max(s0 / t0, lowest);
     const std::size_t n = usable(t0);
-    double w = 0, wt = 0, wtt = 0, y = 0, yt = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      const auto& [t, count, total] = groups[k];
-      const double v = count * (rate * t + floor);
-      w += v;
-      wt += v * t;
-      wtt += v * t * t;
-      y += count * t;
-      yt += count * t * t;
-    }
+    const Moments& m = shortest[n];
+    const double w = rate * m.t1 + floor * m.t0, wt = rate * m.t2 + floor * m.t1,
+                 wtt = rate * m.t3 + floor * m.t2;
     const double determinant = w * wtt - wt * wt;
-    const bool line = n > 1 && determinant > 1e-12 * w * wtt;
-    const double b = line ? (w * yt - wt * y) / determinant : 0;
-    const double a = line ? (wtt * y - wt * yt) / determinant : y / w;
-    double noise = 0, weight = 0;
-    for (std::size_t k = 0; k < n; ++k) {
-      const auto& [t, count, total] = groups[k];
-      const double g = a + b * t;
-      noise += count * g * g * (rate * t + floor);
-      weight += count * g * t;
-    }
+    const bool line = n > 0 && determinant > 1e-12 * w * wtt;
+    const double b = line ? (w * m.t2 - wt * m.t1) / determinant : 0;
+    const double a = line ? (wtt * m.t1 - wt * m.t2) / determinant : m.t1 / w;
+    // Σ count (a + b t)² v(t) and Σ count (a + b t) t.
+    const double noise = a * a * w + 2 * a * b * wt + b * b * wtt, weight = a * m.t1 + b * m.t2;
     return {unit * (a * s0 + b * s1) / (a * t0 + b * t1), unit * unit * noise / (weight * weight)};
   }
 };
@@ -121,8 +124,12 @@ Result<void> MergeStream::add(const Frame& frame) {
 Result<Radiance> MergeStream::finish(const MergeOptions& options) const {
   SYMRIG_CHECK(hdr::check_options(options, grid_, channels_));
   const double floor = noise_.gain() * noise_.gain() * noise_.floor_variance();
-  const Weigher weigh{noise_.gain(), floor, options.scale / (noise_.gain() * unit_),
-                      -noise_.gain() * noise_.floor_variance() / 2, groups_};
+  Weigher weigh{noise_.gain(),
+                floor,
+                options.scale / (noise_.gain() * unit_),
+                -noise_.gain() * noise_.floor_variance() / 2,
+                {}};
+  weigh.add(groups_);
   Radiance out{Image<float>(grid_, channels_), Image<float>(grid_, channels_),
                Image<std::uint8_t>(grid_, channels_)};
   const auto pixels = static_cast<std::size_t>(grid_.size());
