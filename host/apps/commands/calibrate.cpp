@@ -5,6 +5,7 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
+#include "sensor_calibration.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/calibration_summary.hpp"
@@ -20,7 +21,7 @@ namespace {
 
 struct Arguments {
   CodeFolder from;
-  std::string rig, output, uncertainty, report, json;
+  std::string rig, sensor, response, output, uncertainty, report, json;
 };
 
 /// What a calibration found, from photographs or from a rig.
@@ -103,8 +104,13 @@ std::string told(const Calibration& c) {
 }
 
 Result<void> check_arguments(const Arguments& arguments) {
-  if (arguments.from.folder.empty() == arguments.rig.empty())
-    return Error{ErrorCode::bad_argument, "give one of --from and --rig", "see symrig calibrate --help"};
+  const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
+  if (given != 1)
+    return Error{ErrorCode::bad_argument, "give one of --from, --rig and --sensor",
+                 "see symrig calibrate --help"};
+  if (arguments.sensor.empty() && !arguments.response.empty())
+    return Error{ErrorCode::bad_argument, "--response goes with --sensor", "see symrig calibrate --help"};
+  if (!arguments.sensor.empty()) return {};
   SYMRIG_CHECK(check_output(arguments.json));
   SYMRIG_CHECK(check_output(arguments.report));
   for (const std::string& picture : {arguments.output, arguments.uncertainty}) {
@@ -127,6 +133,8 @@ Result<std::string> map_output(const Arguments& arguments) {
 
 Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
+  if (!arguments.sensor.empty())
+    return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
   SYMRIG_TRY(const std::string output, map_output(arguments));
   SYMRIG_TRY(const Calibration found,
              arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
@@ -149,8 +157,18 @@ Job add_calibrate(CLI::App& app) {
   command->add_option("--rig", arguments->rig, "Measure this rig instead: show it a Gray-code sequence")
       ->type_name("RIG");
   command
+      ->add_option(
+          "--sensor", arguments->sensor,
+          "Measure a camera's sensor instead: folder of dark and flat frames, named in its capture.toml")
+      ->type_name("DIR");
+  command
+      ->add_option("--response", arguments->response,
+                   "With --sensor: response curve to write, of a camera that is not linear")
+      ->type_name("response.toml");
+  command
       ->add_option("-o,--output", arguments->output,
-                   "Map to write, .exr or .pfm: projector column, projector row, decoded")
+                   "Map to write, .exr or .pfm: projector column, projector row, decoded; with --sensor the "
+                   "sensor.toml")
       ->type_name("map.exr");
   command
       ->add_option(
@@ -163,6 +181,7 @@ Job add_calibrate(CLI::App& app) {
   command->footer(std::string("Example:\n"
                               "  symrig calibrate --from photographs -o map.exr --json -\n"
                               "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
+                              "  symrig calibrate --sensor frames -o sensor.toml\n"
                               "\n") +
                   kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/capture_file.hpp"
 
+#include "calibration/sensor_files.hpp"
 #include "device/programs/size_text.hpp"
 #include "device/programs/table_reader.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/hdr/response_file.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -129,9 +131,14 @@ Result<CaptureFile> parse_capture_file(std::string_view text, const std::string&
   Nanoseconds usual{0};
   top.read("exposure", usual);
   read_raw(top, file);
+  std::string response;
+  top.read("response", response);
+  read_sensor_files(top, file);
   read_photographs(top, usual, file);
   top.finish();
   if (!context.state) return context.state.error();
+  if (response.empty()) return file;
+  SYMRIG_TRY(file.response, load_response(std::filesystem::path(name).parent_path() / response));
   return file;
 }
 

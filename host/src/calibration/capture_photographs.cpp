@@ -55,6 +55,24 @@ bool has_codes(const fs::path& file) {
   return file.extension() != ".exr" && file.extension() != ".pfm";
 }
 
+/// The light of each code in place of the code.
+Image<float> linear(Image<float> image, const ResponseCurve& response) {
+  const double largest = static_cast<double>(response.light.size()) - 1;
+  for (float& value : image.values()) value = static_cast<float>(response(largest * value));
+  return image;
+}
+
+Result<Image<float>> read_codes(const fs::path& file, const CaptureFile& capture) {
+  if (!is_raw(file)) {
+    SYMRIG_TRY(auto image, read_image(file));
+    return image.channels() == 1 ? std::move(image) : to_gray(image);
+  }
+  if (!capture.raw)
+    return Error{ErrorCode::bad_argument, file.string() + ": a raw file, and nothing says what is in it",
+                 "add [raw] with format and size to capture.toml"};
+  return read_raw(file, *capture.raw);
+}
+
 /// Exposures of one pattern, added up.
 class Merged {
  public:
@@ -113,14 +131,9 @@ std::string pattern_name(const GrayCode& code, int index) {
 }  // namespace
 
 Result<Image<float>> read_captured(const fs::path& file, const CaptureFile& capture) {
-  if (!is_raw(file)) {
-    SYMRIG_TRY(auto image, read_image(file));
-    return image.channels() == 1 ? std::move(image) : to_gray(image);
-  }
-  if (!capture.raw)
-    return Error{ErrorCode::bad_argument, file.string() + ": a raw file, and nothing says what is in it",
-                 "add [raw] with format and size to capture.toml"};
-  return read_raw(file, *capture.raw);
+  SYMRIG_TRY(auto image, read_codes(file, capture));
+  if (capture.response && has_codes(file)) return linear(std::move(image), *capture.response);
+  return image;
 }
 
 Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& capture,

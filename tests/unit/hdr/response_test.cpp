@@ -3,9 +3,14 @@
 #include "symrig/hdr/response.hpp"
 
 #include "simulated_sensor.hpp"
-#include "symrig/hdr/projector_response.hpp"
+#include "symrig/hdr/response_file.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <functional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -158,54 +163,41 @@ TEST(Linearity, TellsALinearCameraFromACurvedOne) {
   }
 }
 
+TEST(ResponseFile, IsReadAsItWasWritten) {
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "response.toml";
+  ResponseCurve curve;
+  curve.samples = 17;
+  for (int code = 0; code < 256; ++code) curve.light.push_back(std::pow(code / 255.0, 2.2));
+  ASSERT_TRUE(save_response(path, curve).ok());
+  const auto read = load_response(path);
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_EQ(read->light, curve.light);
+  EXPECT_EQ(read->samples, 17);
+}
+
+TEST(ResponseFile, NamesWhatIsWrong) {
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "bad_response.toml";
+  for (const auto& [text, says] : std::vector<std::pair<std::string, std::string>>{
+           {"[response]\nlight = [0, 0.5, 0.4, 1]\n",
+            ":2: response.light does not rise from 0 to 1 at code 2"},
+           {"[response]\nlight = [0, 0.5, 1]\n", "3 codes"},
+           {"[response]\nlight = [0, 0.5]\n", "does not end at 1"},
+           {"[response]\nlight = [0, nan]\n", "at code 1"},
+           {"[response]\n", "no table [response] with light"},
+           {"[response\n", ":"}}) {
+    std::ofstream(path) << text;
+    const auto read = load_response(path);
+    ASSERT_FALSE(read.ok()) << text;
+    EXPECT_EQ(read.error().code, ErrorCode::bad_format);
+    EXPECT_NE(read.error().what.find(says), std::string::npos) << read.error().line();
+  }
+}
+
 TEST(Isotonic, PoolsWhatFalls) {
   const std::vector<double> values{1, 3, 2, 2, 5, 4}, weights{1, 1, 1, 2, 1, 1};
   const std::vector<double> fit = isotonic(values, weights);
   const std::vector<double> expected{1, 2.25, 2.25, 2.25, 4.5, 4.5};
   for (std::size_t k = 0; k < fit.size(); ++k) EXPECT_NEAR(fit[k], expected[k], 1e-12);
-}
-
-std::vector<FieldLight> projector_levels(double gamma, double black, double sigma, int step) {
-  test::Random random(2);
-  std::vector<FieldLight> levels;
-  for (int level = 0; level <= 255; level += step) {
-    const double light = black + (1 - black) * std::pow(level / 255.0, gamma);
-    levels.push_back({level, light + sigma * random.normal(), sigma * sigma});
-  }
-  return levels;
-}
-
-TEST(ProjectorResponse, IsMeasuredAndInverted) {
-  const double sigma = 1e-4;
-  const auto response = ProjectorResponse::fit(projector_levels(2.2, 0.002, sigma, 1));
-  ASSERT_TRUE(response.ok()) << response.error().line();
-  EXPECT_NEAR(response->black(), 0.002, 5 * sigma);
-  for (const double share : {0.0, 0.1, 0.25, 0.5, 0.75, 1.0}) {
-    const double given = std::pow(response->level_for(share) / 255.0, 2.2);
-    EXPECT_NEAR(given, share, response->resolution() + 10 * sigma) << share;
-  }
-  EXPECT_LT(response->resolution(), 0.0045);  // half of 2.2 / 255
-}
-
-// Straight lines between levels 15 apart miss a curve by at most h² / 8 · max|f''| = (15/255)² / 8 · 2.64.
-TEST(ProjectorResponse, FewLevelsAreEnoughForASmoothOne) {
-  const auto response = ProjectorResponse::fit(projector_levels(2.2, 0, 1e-5, 15));
-  ASSERT_TRUE(response.ok()) << response.error().line();
-  for (int level = 0; level <= 255; ++level)
-    EXPECT_NEAR(response->light(level), std::pow(level / 255.0, 2.2), 0.00115 + 1e-4);
-}
-
-TEST(ProjectorResponse, NamesWhatIsWrong) {
-  auto levels = projector_levels(2.2, 0.01, 1e-4, 15);
-  levels[9].light = 0.02;
-  const auto fallen = ProjectorResponse::fit(levels);
-  ASSERT_FALSE(fallen.ok());
-  EXPECT_EQ(fallen.error().code, ErrorCode::bad_value);
-  EXPECT_NE(fallen.error().what.find("level 135"), std::string::npos) << fallen.error().what;
-  for (FieldLight& level : levels) level.light = 0.5;
-  EXPECT_EQ(ProjectorResponse::fit(levels).error().code, ErrorCode::bad_value);
-  levels.resize(3);
-  EXPECT_EQ(ProjectorResponse::fit(levels).error().code, ErrorCode::bad_argument);
 }
 
 }  // namespace

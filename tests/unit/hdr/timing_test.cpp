@@ -54,43 +54,6 @@ TEST(Beat, WholePeriodsDoNotBeat) {
   EXPECT_EQ(forecast_beat(0ns, kPeriod).error().code, ErrorCode::bad_argument);
 }
 
-std::vector<TimedLight> frames_of(double exposure, double every, double duty, double noise, int count) {
-  test::Random random(6);
-  std::vector<TimedLight> frames;
-  for (int k = 0; k < count; ++k) {
-    const double light = collected(k * every, exposure, seconds(kPeriod), duty) / exposure;
-    frames.push_back({k * every, light * (1 + noise * random.normal())});
-  }
-  return frames;
-}
-
-TEST(Beat, IsFoundInFramesWithItsSize) {
-  // First harmonic of a lamp that is on for d of its period, relative to its mean: 2 sin(π d) / (π d); a
-  // shutter that is open for n periods leaves sin(π n) / (π n) of it.
-  const double t = 4.25 * seconds(kPeriod);
-  const auto beat = find_beat(frames_of(t, 0.137, 0.5, 0.002, 200), kPeriod);
-  ASSERT_TRUE(beat.ok()) << beat.error().line();
-  EXPECT_TRUE(beat->found());
-  EXPECT_EQ(beat->harmonic, 1);
-  const double pi = 3.14159265358979;
-  const double expected = 2 / (pi * 0.5) * std::sin(pi * 4.25) / (pi * 4.25);
-  EXPECT_NEAR(beat->amplitude, expected, 5 * beat->sigma);
-  EXPECT_NE(beat->to_string(kPeriod).find("16.67 ms"), std::string::npos);
-}
-
-TEST(Beat, NoiseAloneIsNone) {
-  const double t = 4 * seconds(kPeriod);
-  const auto beat = find_beat(frames_of(t, 0.137, 0.5, 0.01, 100), kPeriod);
-  ASSERT_TRUE(beat.ok());
-  EXPECT_FALSE(beat->found()) << beat->to_string(kPeriod);
-}
-
-TEST(Beat, FramesOfOnePhaseCannotTell) {
-  EXPECT_EQ(find_beat(frames_of(0.01, seconds(kPeriod), 0.5, 0.001, 50), kPeriod).error().code,
-            ErrorCode::bad_value);
-  EXPECT_EQ(find_beat({}, kPeriod).error().code, ErrorCode::bad_argument);
-}
-
 /// Frames of a scene over three decades whose shutter does not keep what it is told.
 struct Shutters {
   NoiseModel sensor = NoiseModel::from_electrons({});

@@ -5,6 +5,7 @@
 #include "symrig/base/units.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/camera/pixel_format.hpp"
+#include "symrig/hdr/response.hpp"
 
 #include <filesystem>
 #include <optional>
@@ -32,12 +33,30 @@ struct CapturedPhotograph {
   int line = 0;             ///< in the capture file
 };
 
+/// `[sensor]` of a capture file: frames that tell what the camera is (docs/sensor.md).
+struct SensorFiles {
+  struct Level {
+    std::vector<std::string> files;
+  };
+  struct Still {
+    std::string file;
+    Nanoseconds exposure{0};
+  };
+
+  int bits = 0;                   ///< of a code; 0: told by [raw]
+  std::vector<std::string> dark;  ///< lens capped
+  std::vector<Level> flat;        ///< `[[sensor.flat]]`: frames of one smooth light each
+  std::vector<Still> bracket;     ///< `[[sensor.bracket]]`: exposures of one still scene
+};
+
 /// A capture folder as its capture.toml describes it: docs/howto-photographs.md.
 struct CaptureFile {
   std::string path;  ///< for messages
   std::optional<Grid> projector;
   double pedestal = 0;  ///< value of a pixel without light, taken off before exposures are compared
   std::optional<RawLayout> raw;
+  std::optional<ResponseCurve> response;  ///< of a camera that is not linear: codes become light by it
+  std::optional<SensorFiles> sensor;
   std::vector<CapturedPhotograph>
       photographs;  ///< in the order they were taken; empty: all pictures of the folder
 };
@@ -50,7 +69,8 @@ Result<CaptureFile> read_capture_file(const std::filesystem::path& path);
 Result<CaptureFile> parse_capture_file(std::string_view text, const std::string& name);
 
 /// One picture of a capture folder: .raw by the layout, anything else by its content (read_image). value =
-/// code / largest code. A mosaic stays one: each pixel is decoded by itself. fails: as read_image; bad_format
+/// code / largest code, or what the capture's response makes of the code (EXR and PFM hold light already). A
+/// mosaic stays one: each pixel is decoded by itself. fails: as read_image; bad_format
 /// (the file's size is not what the layout says), bad_argument (no layout).
 Result<Image<float>> read_captured(const std::filesystem::path& file, const CaptureFile& capture);
 

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "symrig/hdr/response.hpp"
+#include "symrig/hdr/sensor.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace symrig {
+
+/// The frames that `[sensor]` of a capture.toml names, as codes: docs/sensor.md.
+struct SensorPhotographs {
+  using Codes = std::vector<std::uint16_t>;
+  struct Still {
+    Codes codes;
+    Nanoseconds exposure{0};
+  };
+
+  Grid grid;
+  int bits = 0;
+  std::vector<Codes> dark;               ///< lens capped
+  std::vector<std::vector<Codes>> flat;  ///< by level
+  std::vector<Still> bracket;            ///< of one still scene in steady light
+};
+
+/// fails: as read_capture_file and read_captured; bad_value (no [sensor], bits not told, a code beyond them),
+/// size_mismatch, interrupted.
+Result<SensorPhotographs> read_sensor_folder(const std::filesystem::path& folder,
+                                             const Progress& progress = {});
+
+/// What they tell of the sensor.
+struct SensorFindings {
+  std::optional<Sensor> sensor;           ///< from dark and flat frames
+  std::optional<Linearity> linearity;     ///< from the bracket, where the sensor is known
+  std::optional<ResponseCurve> response;  ///< [Debevec97], where the bracket does not prove the camera linear
+  /// Largest difference between it and [Robertson99], as a share of full light: what the method costs.
+  double response_doubt = 0;
+};
+
+/// fails: bad_value (nothing to learn from: neither dark and flat frames nor a bracket), as measure_sensor,
+/// test_linearity, recover_debevec and recover_robertson.
+Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
+
+}  // namespace symrig

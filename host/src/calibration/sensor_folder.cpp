@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/sensor_folder.hpp"
+
+#include "symrig/calibration/capture_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Reads the frames of one folder, all of one size and depth.
+class FrameReader {
+ public:
+  FrameReader(const fs::path& folder, const CaptureFile& capture, const Progress& progress)
+      : folder_(folder), capture_(capture), progress_(progress) {}
+
+  Result<SensorPhotographs> read() {
+    const SensorFiles& files = *capture_.sensor;
+    SYMRIG_CHECK(tell_bits());
+    SYMRIG_TRY(all_.dark, all_of(files.dark));
+    for (const SensorFiles::Level& level : files.flat) {
+      SYMRIG_TRY(auto codes, all_of(level.files));
+      all_.flat.push_back(std::move(codes));
+    }
+    for (const SensorFiles::Still& still : files.bracket) {
+      SYMRIG_TRY(auto codes, codes_of(still.file));
+      all_.bracket.push_back({std::move(codes), still.exposure});
+    }
+    return std::move(all_);
+  }
+
+ private:
+  /// Raw files have the depth of their layout; pictures that of [sensor], in files of 8 or 16 bits.
+  Result<void> tell_bits() {
+    all_.bits = capture_.sensor->bits;
+    if (capture_.raw) {
+      const int raw = capture_.raw->bits > 0 ? capture_.raw->bits : capture_.raw->format->bits;
+      if (all_.bits == 0) all_.bits = raw;
+      if (all_.bits != raw)
+        return Error{ErrorCode::bad_value,
+                     fmt::format("{}: sensor.bits is {}, [raw] has {}", capture_.path, all_.bits, raw),
+                     "leave sensor.bits out"};
+    }
+    if (all_.bits > 0) return {};
+    return Error{ErrorCode::bad_value, capture_.path + ": nothing says how many bits a code has",
+                 "give [sensor] bits, or [raw]"};
+  }
+
+  Result<std::vector<SensorPhotographs::Codes>> all_of(const std::vector<std::string>& files) {
+    std::vector<SensorPhotographs::Codes> all;
+    for (const std::string& file : files) {
+      SYMRIG_TRY(auto codes, codes_of(file));
+      all.push_back(std::move(codes));
+      if (progress_ && !progress_({"reading", ++done_, 0}))
+        return Error{ErrorCode::interrupted, "reading of " + folder_.string() + " was stopped"};
+    }
+    return all;
+  }
+
+  Result<SensorPhotographs::Codes> codes_of(const std::string& file) {
+    SYMRIG_TRY(const Image<float> image, read_captured(folder_ / file, capture_));
+    if (!all_.grid.valid()) all_.grid = image.grid(), first_ = file;
+    if (image.grid() != all_.grid)
+      return Error{
+          ErrorCode::size_mismatch,
+          fmt::format("{} is {}; {} is {}", file, to_string(image.grid()), first_, to_string(all_.grid)),
+          "all frames come from one camera at one size"};
+    const bool raw = fs::path(file).extension() == ".raw" || fs::path(file).extension() == ".RAW";
+    const int stored = raw ? all_.bits : all_.bits <= 8 ? 8 : 16;
+    const auto largest = static_cast<float>((1U << static_cast<unsigned>(stored)) - 1);
+    SensorPhotographs::Codes codes;
+    codes.reserve(image.values().size());
+    for (const float value : image.values())
+      codes.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0F, 1.0F) * largest)));
+    const std::uint16_t most = codes.empty() ? std::uint16_t{0} : *std::ranges::max_element(codes);
+    if (most < 1U << static_cast<unsigned>(all_.bits)) return codes;
+    return Error{ErrorCode::bad_value,
+                 fmt::format("{}: code {} does not fit in {} bits", file, most, all_.bits),
+                 "give the bits of [sensor]; codes stand in the low ones of a 16-bit picture"};
+  }
+
+  const fs::path& folder_;
+  const CaptureFile& capture_;
+  const Progress& progress_;
+  SensorPhotographs all_;
+  std::string first_;
+  std::int64_t done_ = 0;
+};
+
+SensorFrames frames_of(const SensorPhotographs& photographs) {
+  SensorFrames frames;
+  frames.grid = photographs.grid;
+  frames.bits = photographs.bits;
+  frames.dark.assign(photographs.dark.begin(), photographs.dark.end());
+  for (const auto& level : photographs.flat) frames.flat.emplace_back(level.begin(), level.end());
+  return frames;
+}
+
+std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
+  std::vector<Frame> frames;
+  for (const auto& still : photographs.bracket) frames.push_back({still.codes, still.exposure});
+  return frames;
+}
+
+/// Codes below are dark, codes above clipped.
+ResponseOptions options_for(const SensorPhotographs& photographs, const std::optional<Sensor>& sensor) {
+  constexpr double kSigmas = 5;
+  ResponseOptions options;
+  options.bits = photographs.bits;
+  if (!sensor) return options;
+  const NoiseModel& noise = sensor->noise;
+  options.low = static_cast<int>(noise.pedestal() + kSigmas * noise.gain() * noise.read_noise());
+  options.high = noise.saturation_code();
+  return options;
+}
+
+Result<void> recover(std::span<const Frame> frames, const ResponseOptions& options,
+                     SensorFindings& findings) {
+  SYMRIG_TRY(ResponseCurve debevec, recover_debevec(frames, options));
+  SYMRIG_TRY(const ResponseCurve robertson, recover_robertson(frames, options));
+  for (std::size_t code = 0; code < debevec.light.size(); ++code)
+    findings.response_doubt =
+        std::max(findings.response_doubt, std::abs(debevec.light[code] - robertson.light[code]));
+  findings.response = std::move(debevec);
+  return {};
+}
+
+}  // namespace
+
+Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
+  SYMRIG_TRY(CaptureFile capture, read_capture_file(folder / "capture.toml"));
+  capture.response.reset();  // codes are asked for, not light
+  if (!capture.sensor)
+    return Error{ErrorCode::bad_value, capture.path + ": it has no table [sensor]",
+                 "name the dark and flat frames there (docs/sensor.md)"};
+  return FrameReader(folder, capture, progress).read();
+}
+
+Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
+  const bool frames = !photographs.dark.empty() || !photographs.flat.empty();
+  if (!frames && photographs.bracket.empty())
+    return Error{ErrorCode::bad_value, "[sensor] names no frames",
+                 "give dark and [[sensor.flat]], or [[sensor.bracket]]"};
+  SensorFindings findings;
+  if (frames) {
+    SYMRIG_TRY(findings.sensor, measure_sensor(frames_of(photographs)));
+  }
+  if (photographs.bracket.empty()) return findings;
+  const std::vector<Frame> bracket = bracket_of(photographs);
+  if (findings.sensor) {
+    SYMRIG_TRY(findings.linearity, test_linearity(bracket, findings.sensor->noise));
+    findings.sensor->nonlinearity = findings.linearity->worst;
+    if (findings.linearity->linear()) return findings;
+  }
+  SYMRIG_CHECK(recover(bracket, options_for(photographs, findings.sensor), findings));
+  return findings;
+}
+
+}  // namespace symrig

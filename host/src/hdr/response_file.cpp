@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/response_file.hpp"
+
+#include "symrig/base/atomic_file.hpp"
+
+#include <bit>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#define TOML_EXCEPTIONS 0
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+Error bad(const fs::path& path, std::uint32_t line, std::string_view what) {
+  return {ErrorCode::bad_format, fmt::format("{}:{}: {}", path.string(), line, what),
+          "write it with symrig calibrate --sensor DIR --response FILE"};
+}
+
+/// Strictly rising from 0 to 1.
+Result<std::vector<double>> light_of(const fs::path& path, const toml::array& list) {
+  std::vector<double> light;
+  for (const toml::node& item : list) {
+    const std::optional<double> value = item.value<double>();
+    const bool rises = value && (light.empty() ? *value == 0 : *value > light.back() && *value <= 1);
+    if (!rises)
+      return bad(path, item.source().begin.line,
+                 fmt::format("response.light does not rise from 0 to 1 at code {}", light.size()));
+    light.push_back(*value);
+  }
+  const bool codes = light.size() >= 2 && light.size() <= 65'536 && std::has_single_bit(light.size());
+  if (codes && light.back() == 1) return light;
+  return bad(path, list.source().begin.line,
+             codes ? std::string("response.light does not end at 1")
+                   : fmt::format("response.light has {} codes, no camera has", light.size()));
+}
+
+}  // namespace
+
+Result<void> save_response(const fs::path& path, const ResponseCurve& curve) {
+  std::string text = fmt::format(
+      "# How a camera answers light: docs/sensor.md\n[response]\nsamples = {}\n"
+      "light = [  # of each code, as a share of the largest code's\n",
+      curve.samples);
+  for (std::size_t code = 0; code < curve.light.size(); ++code)
+    text += fmt::format("{}{},", code % 8 == 0 ? (code == 0 ? "  " : "\n  ") : " ", curve.light[code]);
+  return write_file_atomically(path, text + "\n]\n");
+}
+
+Result<ResponseCurve> load_response(const fs::path& path) {
+  constexpr std::uint64_t kMost = std::uint64_t{8} << 20;
+  SYMRIG_TRY(const std::vector<std::byte> bytes, read_file(path, kMost));
+  const toml::parse_result parsed =
+      toml::parse(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
+  const toml::array* const list = parsed.table()["response"]["light"].as_array();
+  if (list == nullptr) return bad(path, 1, "it has no table [response] with light");
+  ResponseCurve curve;
+  SYMRIG_TRY(curve.light, light_of(path, *list));
+  curve.samples = parsed.table()["response"]["samples"].value_or(std::int64_t{0});
+  return curve;
+}
+
+}  // namespace symrig
