@@ -49,6 +49,41 @@ TEST_F(Relight, an_exr_holds_exactly_what_the_library_computes) {
   }
 }
 
+// A raw mosaic in colour: each pixel keeps its own sample in the colour that it sees, and the light of two
+// patterns that add up to flood light adds up to the flood-lit scene in every colour.
+TEST_F(Relight, a_mosaic_becomes_colour_with_every_sample_kept) {
+  capture_small();  // one channel: the mosaic
+  Image<float> left(kGrid), right(kGrid);
+  for (int row = 0; row < kGrid.rows; ++row)
+    for (int col = 0; col < kGrid.cols; ++col) (col < 8 ? left : right).at(row, col) = 1;
+  write_light("left.exr", left);
+  write_light("right.exr", right);
+  const auto relit = [&](const std::string& light) {
+    const Outcome outcome =
+        symrig({"relight", "scene.h5", "--light", light, "--mosaic", "GRBG", "-o", "out.exr"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return read_image(path("out.exr")).value();
+  };
+  const Image<float> a = relit("left.exr"), b = relit("right.exr"), flood = relit("white");
+  ASSERT_EQ(a.channels(), 3);
+  const Image<float> mosaic = tensor().apply(left).value();
+  const int colours[2][2] = {{1, 0}, {2, 1}};
+  for (int row = 0; row < kGrid.rows; ++row)
+    for (int col = 0; col < kGrid.cols; ++col) {
+      EXPECT_NEAR(a.at(row, col, colours[row % 2][col % 2]), mosaic.at(row, col), 1e-6);
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(a.at(row, col, c) + b.at(row, col, c), flood.at(row, col, c),
+                    1e-5 * flood.at(row, col, c) + 1e-7);
+    }
+}
+
+TEST_F(Relight, a_mosaic_that_is_none_is_refused) {
+  expect_refusal({"relight", "scene.h5", "--light", "white", "--mosaic", "RGGB", "-o", "out.exr"}, kUsage,
+                 {"--mosaic", "colour channels already"});
+  expect_refusal({"relight", "scene.h5", "--light", "white", "--mosaic", "RGBG", "-o", "out.exr"}, kUsage,
+                 {"RGBG"});
+}
+
 TEST_F(Relight, dual_is_the_transpose) {
   write_light("light.exr", ramp(kGrid, 1));
   ASSERT_EQ(symrig({"dual", "scene.h5", "--light", "light.exr", "-o", "dual.exr"}).code, 0);

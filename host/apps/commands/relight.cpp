@@ -4,6 +4,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "light.hpp"
+#include "symrig/hdr/mosaic.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
@@ -22,7 +23,7 @@ namespace {
 
 struct Arguments {
   std::string scene, light, output;
-  std::string views, from_view, to_view;  // "" if not given
+  std::string views, from_view, to_view, mosaic;  // "" if not given
   std::optional<double> exposure;
 };
 
@@ -76,6 +77,26 @@ Result<Image<float>> relit(const Arguments& arguments, const TransportTensor& te
   return relight(tensor, light, what);
 }
 
+Radiance exact(Image<float> mean) {
+  const Grid grid = mean.grid();
+  return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
+}
+
+/// A mosaic in colour: each pixel's light in the colours that the flood-lit scene has there.
+Result<Image<float>> coloured(const Arguments& arguments, const TransportTensor& tensor,
+                              Image<float> mosaic) {
+  SYMRIG_TRY(const BayerPattern pattern, parse_bayer(arguments.mosaic));
+  if (tensor.channels() != 1)
+    return Error{ErrorCode::bad_argument, "--mosaic: the scene has colour channels already",
+                 "leave it out; it is for scenes that a colour camera's raw mosaic was measured of"};
+  if (!arguments.from_view.empty() || !arguments.to_view.empty())
+    return Error{ErrorCode::bad_argument, "--mosaic does not go with --from-view or --to-view",
+                 "relight all views at once"};
+  SYMRIG_TRY(Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.F)));
+  SYMRIG_TRY(Radiance colour, colour_by_flood(exact(std::move(mosaic)), exact(std::move(flood)), pattern));
+  return std::move(colour.mean);
+}
+
 Result<Image<float>> dual_picture(const Arguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const Image<float> light,
              read_light(arguments.light, tensor.camera_grid(), "the scene's camera"));
@@ -116,8 +137,11 @@ Result<void> run(const Arguments& arguments, bool dual) {
   SYMRIG_CHECK(check_picture_output(arguments.output));
   SYMRIG_CHECK(check_exposure(arguments));
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
-  SYMRIG_TRY(const Image<float> picture,
+  SYMRIG_TRY(Image<float> picture,
              dual ? dual_picture(arguments, scene.tensor) : relit(arguments, scene.tensor));
+  if (!arguments.mosaic.empty()) {
+    SYMRIG_TRY(picture, coloured(arguments, scene.tensor, std::move(picture)));
+  }
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
   SYMRIG_CHECK(write_picture(arguments.output, picture, exposure));
   return print(told(arguments, picture, exposure));
@@ -155,7 +179,13 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
       ->add_option("--exposure", arguments->exposure,
                    "For .png: factor that brings white to 1 (default: 99.5 % of the values end below white)")
       ->type_name("X");
-  if (!dual) add_views(*command, *arguments);
+  if (!dual) {
+    add_views(*command, *arguments);
+    command
+        ->add_option("--mosaic", arguments->mosaic,
+                     "The scene was measured as a raw mosaic of these colours: write colour")
+        ->type_name("RGGB|GRBG|GBRG|BGGR");
+  }
   command->footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
   return [arguments, dual] { return run(*arguments, dual); };
 }
