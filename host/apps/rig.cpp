@@ -63,6 +63,11 @@ std::string told(const RigTrouble& trouble) {
   reopened("board", trouble.boards_reopened);
   reopened("camera", trouble.cameras_reopened);
   reopened("projector", trouble.projectors_reopened);
+  if (!trouble.exposures.empty())
+    text += fmt::format(
+        "warning: exposures and pixels disagree: {}; check exposure_offset, the strobe line "
+        "and the camera's linearity\n",
+        trouble.exposures);
   return text;
 }
 

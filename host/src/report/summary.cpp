@@ -65,6 +65,7 @@ Json trouble_json(const RigTrouble& trouble) {
           {"exposures_unasked", trouble.unasked},
           {"runs_spoiled", trouble.spoiled_runs},
           {"patterns_late", trouble.patterns_late},
+          {"exposures", trouble.exposures},
           {"reopened",
            {{"board", trouble.boards_reopened},
             {"camera", trouble.cameras_reopened},

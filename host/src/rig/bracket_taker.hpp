@@ -9,6 +9,8 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -42,6 +44,7 @@ class BracketTaker {
   const Camera& camera() const { return devices_->camera(); }
   const Projector& projector() const { return devices_->projector(); }
   const RigTrouble& trouble() const { return trouble_; }
+  void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
   double rig_seconds() const { return rig_seconds_; }  ///< of the board's programs
 

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exposure_choice.hpp"
 
+#include "symrig/hdr/exposure_ratio.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <fmt/format.h>
 
 namespace symrig {
 namespace {
@@ -17,10 +21,34 @@ ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timi
   ExposureRules rules;
   rules.min_exposure = std::max(timing.min_exposure, profile.min_exposure);
   rules.max_exposure = timing.max_exposure;
+  rules.whole_periods = profile.light_period;
   if (profile.whole_refreshes) rules.whole_periods = profile.refresh_period;
   rules.each_frame = options.frame_cost;
   rules.headroom = options.headroom;
   return rules;
+}
+
+Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing) {
+  const ExposureRules rules = exposure_rules(options, timing);
+  const Nanoseconds whole = rules.whole_periods;
+  if (whole.count() == 0) return rules.min_exposure;
+  return std::max<std::int64_t>(1, (rules.min_exposure + whole - Nanoseconds{1}) / whole) * whole;
+}
+
+Result<Exposures> in_whole_periods(Exposures exposures, const RigOptions& options) {
+  const Nanoseconds whole = exposure_rules(options, {}).whole_periods;
+  if (whole.count() == 0) return exposures;
+  for (Nanoseconds& exposure : exposures) {
+    if (exposure < whole)
+      return Error{
+          ErrorCode::limit,
+          fmt::format("the scene needs an exposure of {:.3g} ms, but the projector makes up its light "
+                      "in {:.4g} ms",
+                      1e3 * seconds(exposure), 1e3 * seconds(whole)),
+          "use less light or close the aperture"};
+    exposure -= exposure % whole;
+  }
+  return exposures;
 }
 
 double black_level(const std::optional<Radiance>& black) {
@@ -48,6 +76,21 @@ double least_noise(const Expectation& expected) {
   double least = std::numeric_limits<double>::infinity();
   for (const ExpectedPart& part : expected.parts) least = std::min(least, part.noise);
   return least;
+}
+
+std::string contradicted_exposures(const TakenBracket& bracket, const NoiseModel& noise) {
+  std::vector<Frame> frames;
+  for (std::size_t k = 0; k < bracket.frames.size(); ++k) {
+    if (bracket.frames[k].ideal) return "";
+    frames.push_back({bracket.frames[k].raw, bracket.exposures[k]});
+  }
+  const auto ratios = exposure_ratios(frames, noise);
+  if (!ratios) return "";
+  const ExposureRatio* worst = nullptr;
+  const auto off = [](const ExposureRatio& ratio) { return std::abs(ratio.seen / ratio.told - 1); };
+  for (const ExposureRatio& ratio : *ratios)
+    if (ratio.wrong() && (worst == nullptr || off(ratio) > off(*worst))) worst = &ratio;
+  return worst == nullptr ? "" : worst->to_string();
 }
 
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "rig/bracket_taker.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
@@ -8,11 +9,19 @@
 #include "symrig/rig/rig.hpp"
 
 #include <optional>
+#include <string>
 
 namespace symrig {
 
 /// What the rig's devices allow, as the planner wants it told.
 ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing);
+
+/// The shortest exposure that camera and projector allow.
+Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing);
+
+/// The next shorter ones that are whole periods, where the projector makes up its light in time.
+/// fails: limit (one is shorter than a period).
+Result<Exposures> in_whole_periods(Exposures exposures, const RigOptions& options);
 
 /// The radiance that all but one in a thousand valid pixels of a dark photograph stay below; 0 without one.
 double black_level(const std::optional<Radiance>& black);
@@ -26,5 +35,8 @@ double least_noise(const Expectation& expected);
 /// How the dark projector is to be photographed so that its error, averaged over as many photographs, adds at
 /// most 1/16 to the noise of photographs that are expected so.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
+
+/// How the frames of a bracket contradict their exposures, worst first; empty: they do not, or nothing tells.
+std::string contradicted_exposures(const TakenBracket& bracket, const NoiseModel& noise);
 
 }  // namespace symrig

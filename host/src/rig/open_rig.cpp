@@ -6,12 +6,32 @@
 #include "symrig/projector/drm_projector.hpp"
 #include "symrig/projector/folder_projector.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig {
 namespace {
+
+/// Defects of the sensor's picture as pixels of the frames. A sum of binned samples is dead if one of them
+/// is; which ones are summed depends on whether the picture is a mosaic, so all of the square count.
+Image<std::uint8_t> dead_pixels(const CameraEntry& entry) {
+  const Image<std::uint8_t>& defects = entry.defects;
+  if (std::ranges::none_of(defects.values(), [](std::uint8_t d) { return d != 0; })) return {};
+  const Region region = resolved(defects.grid(), {entry.row, entry.col, entry.region, entry.binning});
+  const int each = entry.binning;
+  Image<std::uint8_t> dead(Grid{region.size.rows / each, region.size.cols / each});
+  const int reach = each > 1 ? 2 : 1;
+  for (int row = 0; row < dead.grid().rows; ++row)
+    for (int col = 0; col < dead.grid().cols; ++col) {
+      const int top = region.row + row / reach * reach * each, left = region.col + col / reach * reach * each;
+      for (int y = top; y < std::min(top + reach * each, defects.grid().rows); ++y)
+        for (int x = left; x < std::min(left + reach * each, defects.grid().cols); ++x)
+          if (defects.at(y, x) != 0) dead.at(row, col) = 1;
+    }
+  return dead;
+}
 
 CameraSettings settings_of(const RigFile& file) {
   const CameraEntry& entry = file.camera;
@@ -26,6 +46,7 @@ CameraSettings settings_of(const RigFile& file) {
   settings.region = {entry.row, entry.col, entry.region, entry.binning};
   for (const auto& [name, value] : entry.controls) settings.controls.push_back({name, value});
   settings.noise = entry.noise;
+  settings.dead = dead_pixels(entry);
   settings.timing = {profile.min_exposure, entry.max_exposure, profile.readout};
   return settings;
 }

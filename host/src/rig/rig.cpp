@@ -121,19 +121,22 @@ const RigTrouble& Rig::trouble() const {
 Result<void> Rig::meter() {
   const Camera& camera = taker_->camera();
   const CameraTiming timing = camera.timing();
-  const double span = std::max(1.0, 0.1 * timing.max_exposure / timing.min_exposure);
+  const Nanoseconds shortest = shortest_exposure(options_, timing);
+  const double span = std::max(1.0, 0.1 * timing.max_exposure / shortest);
   const int count = 1 + static_cast<int>(std::log(span) / std::log(6.0));
-  SYMRIG_TRY(const auto trial, plan_exposures(timing.min_exposure, count, 6, timing));
+  SYMRIG_TRY(const auto trial, plan_exposures(shortest, count, 6, timing));
   const Pattern flood(grid(), 1, 1.F);
   SYMRIG_TRY(const auto taken, taker_->take({&flood, 1}, {&trial, 1}));
   const auto rate = brightest_rate(taken[0].frames, taken[0].exposures, camera, options_.scale);
+  taker_->doubt_exposures(contradicted_exposures(taken[0], camera.noise()));
   if (!rate)
     return Error{ErrorCode::limit,
                  fmt::format("the flood-lit scene saturates the camera in {:.3g} ms, its shortest exposure",
-                             1e3 * seconds(timing.min_exposure)),
+                             1e3 * seconds(shortest)),
                  "use less light or close the aperture"};
   SYMRIG_TRY(exposures_, plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
                                         planned() ? kUnplanned : options_.exposures, options_.ratio, timing));
+  SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
   if (planned() && taken[0].frames.front().ideal) exposures_.resize(1);  // nothing to gain from more
   return {};
 }

@@ -5,8 +5,10 @@
 #include "device/programs/timing.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/hdr/sensor.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -63,6 +65,7 @@ device::RigProfile profile_of(const RigFile& file) {
   profile.advance_pulse = projector.advance_pulse;
   if (projector.refresh.count() > 0) profile.refresh_period = projector.refresh;
   profile.vsync_timeout = std::max(projector.vsync_timeout, profile.refresh_period);
+  profile.light_period = projector.light_period;
   profile.settle = projector.settle;
   if (projector.sync == device::PatternSync::trigger) profile.settle += projector.trigger_delay;
   profile.readout = device::shortest_gap(camera) + 2 * file.options.ledger.tolerance + kClockMargin;
@@ -87,6 +90,27 @@ void read_map(TableReader& top, const std::filesystem::path& folder, RigFile& fi
   if (path.extension() != ".exr" && path.extension() != ".pfm")
     return top.fail("map", "\"" + map + "\" is no picture that can hold positions", "give a .exr or .pfm");
   file.map = (path.is_absolute() ? path : folder / path).string();
+}
+
+/// The sensor as it was measured: noise and defects.
+Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camera) {
+  if (camera.sensor.empty()) return {};
+  const std::filesystem::path path = folder / camera.sensor;
+  SYMRIG_TRY(Sensor sensor, load_sensor(path));
+  if (camera.bits != 0 && camera.bits != sensor.noise.bits())
+    return Error{ErrorCode::bad_format,
+                 fmt::format("{}: it was measured at {} bits, camera.bits is {}", path.string(),
+                             sensor.noise.bits(), camera.bits),
+                 "measure the sensor in the format that the rig uses"};
+  if (camera.size.valid() && !sensor.defects.empty() && sensor.defects.grid() != camera.size)
+    return Error{ErrorCode::bad_format,
+                 fmt::format("{}: it was measured on pictures of {}, camera.size is {}", path.string(),
+                             to_string(sensor.defects.grid()), to_string(camera.size)),
+                 "measure the sensor at the size that the rig uses"};
+  camera.bits = sensor.noise.bits();
+  camera.noise = sensor.noise;
+  camera.defects = std::move(sensor.defects);
+  return {};
 }
 
 void check_devices(const RigFile& file, ReadContext& context) {
@@ -126,6 +150,7 @@ std::string RigFile::identity() const {
                                          p.top, p.left, p.mirror_rows ? ", rows mirrored" : "",
                                          p.mirror_cols ? ", columns mirrored" : "")
                            : fmt::format("; projector folder {}", p.folder);
+  if (options.exposures == 0) return text + "; exposures planned";
   return text + fmt::format("; {} exposures, ratio {}", options.exposures, options.ratio);
 }
 
@@ -150,6 +175,7 @@ Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
   top.finish();
   if (context.state) check_devices(file, context);
   if (!context.state) return context.state.error();
+  SYMRIG_CHECK(read_sensor(folder, file.camera));
   settle_options(file);
   return file;
 }

@@ -67,6 +67,12 @@ void read_controls(TableReader& table, CameraEntry& camera) {
 
 void read_noise(TableReader& table, CameraEntry& camera) {
   NoiseModel::Electrons sensor;
+  if (table.read("sensor", camera.sensor)) {
+    for (const char* const key : {"full_well", "read_noise", "pedestal"})
+      if (table.has(key)) table.fail(key, "stands beside sensor", "leave it to " + camera.sensor);
+    read_whole(table, "bits", camera.bits, 1, 16);
+    return;
+  }
   table.require("full_well", "the sensor's full well in electrons: `symrig capture` needs its noise");
   table.require("read_noise", "the sensor's read noise in electrons");
   table.require("pedestal", "the code of a dark pixel");
@@ -101,6 +107,18 @@ void read_mirror(TableReader& table, ProjectorEntry& projector) {
   table.read_choice<Mirror>("mirror", mirror, kMirrors);
   projector.mirror_rows = mirror.rows;
   projector.mirror_cols = mirror.cols;
+}
+
+/// "auto" is 0: planned for each photograph.
+void read_exposures(TableReader& table, RigOptions& options) {
+  const TomlNode* const node = table.find("exposures");
+  if (node != nullptr && node->kind == TomlNode::Kind::text) {
+    if (node->text != "auto")
+      table.fail("exposures", "\"" + node->text + "\" is no number of frames", "give 1 to 8, or \"auto\"");
+    options.exposures = 0;
+    return;
+  }
+  read_whole(table, "exposures", options.exposures, 1, 8);
 }
 
 void read_views(TableReader& table, ViewLayout& views) {
@@ -157,7 +175,7 @@ void read_capture_entry(TableReader& top, RigFile& file) {
   RigOptions& options = file.options;
   read_table(top, "capture", [&](TableReader& table) {
     read_grid(table, "grid", file.grid);
-    read_whole(table, "exposures", options.exposures, 1, 8);
+    read_exposures(table, options);
     table.read_number("ratio", options.ratio, 1.01, 1000);
     table.read_number("headroom", options.headroom, 1, 100);
     table.read_number("scale", options.scale, 1e-30, 1e30);

@@ -107,6 +107,24 @@ TEST_P(FaultyRig, takes_only_photographs_of_what_it_was_asked_for) {
   EXPECT_GT(trouble.frames.missing, 0);
 }
 
+// The rig is told that the camera exposes 10 us shorter than its trigger is active, which it does not: a
+// third of the shortest exposure that it meters with. The pixels say so.
+TEST_P(FaultyRig, exposures_that_pixels_contradict_are_named) {
+  Workshop shop;
+  shop.pacing = GetParam();
+  const auto sound = shop.open(kNoisy);
+  ASSERT_NE(sound, nullptr);
+  EXPECT_EQ(sound->rig().trouble().exposures, "");
+  shop.options = [](RigOptions& options) {
+    options.strobe_line.clear();
+    options.profile.exposure_offset = Nanoseconds{-10'000};
+  };
+  const auto wrong = shop.open(kNoisy);
+  ASSERT_NE(wrong, nullptr);
+  EXPECT_NE(wrong->rig().trouble().exposures.find("times by its exposures"), std::string::npos)
+      << wrong->rig().trouble().exposures;
+}
+
 TEST_P(FaultyRig, the_test_would_notice_a_wrong_photograph) {
   Workshop shop;
   shop.pacing = GetParam();

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig_file.hpp"
 
+#include "symrig/hdr/sensor.hpp"
+
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -43,6 +46,45 @@ TEST(RigFile, the_examples_are_read) {
     const auto file = read_rig_file(std::string(SYMRIG_EXAMPLE_RIGS) + "/" + name);
     EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().line());
   }
+}
+
+TEST(RigFile, exposures_may_be_planned) {
+  const auto file = parse(kHead + "[camera]\n" + kSensor + "[projector]\n[capture]\nexposures = \"auto\"\n");
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_EQ(file->options.exposures, 0);
+  EXPECT_NE(file->identity().find("exposures planned"), std::string::npos);
+  expect_refused(kHead + "[camera]\n" + kSensor + "[projector]\n[capture]\nexposures = \"many\"\n",
+                 "11: capture.exposures", "1 to 8, or");
+}
+
+TEST(RigFile, a_measured_sensor_takes_the_place_of_its_numbers) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "rig_file_sensor";
+  std::filesystem::create_directories(folder);
+  Sensor measured;
+  measured.noise =
+      NoiseModel::from_electrons({.full_well = 9000, .read_noise = 3, .bits = 10, .pedestal = 40});
+  measured.defects = Image<std::uint8_t>({8, 12});
+  measured.defects.at(5, 7) = 1;
+  ASSERT_TRUE(save_sensor(folder / "sensor.toml", measured).ok());
+  const std::string camera = kHead + "[projector]\n[camera]\nsensor = \"sensor.toml\"\n";
+  const auto file = parse_rig_file(camera, "rig.toml", folder);
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_EQ(file->camera.bits, 10);
+  ASSERT_TRUE(file->camera.noise);
+  EXPECT_NEAR(file->camera.noise->gain(), measured.noise.gain(), 1e-9);
+  EXPECT_NEAR(file->camera.noise->read_noise(), 3, 1e-6);
+  EXPECT_EQ(file->camera.defects.at(5, 7), 1);
+  const auto refused = [&](const std::string& more, const std::string& says) {
+    const auto wrong = parse_rig_file(camera + more, "rig.toml", folder);
+    ASSERT_FALSE(wrong.ok()) << more;
+    EXPECT_EQ(wrong.error().code, ErrorCode::bad_format);
+    EXPECT_NE(wrong.error().what.find(says), std::string::npos) << wrong.error().line();
+  };
+  refused("full_well = 9000\n", "rig.toml:7: camera.full_well");
+  refused("bits = 12\n", "measured at 10 bits");
+  refused("size = \"16x8\"\n", "measured on pictures of 8x12");
+  EXPECT_EQ(parse_rig_file(camera, "rig.toml", folder / "elsewhere").error().code, ErrorCode::not_found);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(RigFile, every_key_arrives) {

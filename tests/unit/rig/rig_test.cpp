@@ -106,6 +106,20 @@ TEST(Rig, sets_its_exposures_by_the_flood_lit_scene) {
   for (std::size_t k = 1; k < 4; ++k) EXPECT_NEAR(seconds(exposures[k]), 8 * seconds(exposures[k - 1]), 8e-9);
 }
 
+// White that is made up in 2 ms: 7.98 ms become 6 ms, and so on; a wall that needs less than a period is
+// refused, not photographed at whatever the wheel shows.
+TEST(Rig, exposes_whole_periods_of_the_light) {
+  RigOptions options;
+  options.profile.light_period = 2ms;
+  Wall wall(2e6);
+  const auto rig = wall.open(options);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  for (const double open : wall.open_seconds) EXPECT_NEAR(open / 2e-3, std::round(open / 2e-3), 1e-5) << open;
+  EXPECT_EQ((*rig)->exposures().front(), 6ms);
+  Wall bright(1e7);  // 1.6 ms
+  EXPECT_EQ(bright.open(options).error().code, ErrorCode::limit);
+}
+
 TEST(Rig, exposes_as_long_as_planned_to_a_tick) {
   Wall wall(2e6);
   const auto rig = wall.open();

@@ -20,6 +20,7 @@ struct RigProfile {
   std::string vsync_line = "vsync";
   Nanoseconds advance_pulse{100'000};      ///< width of the pulse that asks for the next pattern
   Nanoseconds refresh_period{16'666'667};  ///< of the projector
+  Nanoseconds light_period{0};             ///< of a lamp or wheel that makes up white in time; 0: steady
   Nanoseconds vsync_timeout{50'000'000};   ///< no vsync for that long: the run aborts
   Nanoseconds settle{1'000'000};           ///< from vsync to the first exposure
   Nanoseconds readout{4'000'000};          ///< from the end of an exposure to the next trigger, at least

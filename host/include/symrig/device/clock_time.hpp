@@ -26,6 +26,6 @@ using BoardTime = PointOnClock<struct BoardClock, Ticks>;
 /// The clock of the link that leads to the board (Link::now()).
 using HostTime = PointOnClock<struct HostClock, Nanoseconds>;
 /// CLOCK_MONOTONIC of this machine: what V4L2 stamps frames and DRM stamps refreshes with.
-using SteadyTime = PointOnClock<struct SteadyClock, Nanoseconds>;
+using SteadyTime = PointOnClock<struct MonotonicClock, Nanoseconds>;
 
 }  // namespace symrig::device

@@ -53,6 +53,7 @@ struct ProjectorProfile {
   bool active_low = false;
   Nanoseconds advance_pulse{100'000};       ///< width of the pulse that asks for the next pattern
   Nanoseconds refresh{0};                   ///< period of its pictures; 0 = it has none of its own
+  Nanoseconds light_period{0};              ///< a lamp or wheel that makes up white in time; 0 = steady light
   Nanoseconds vsync_timeout{0};             ///< no vsync for that long: the run ends
   Nanoseconds trigger_delay{0};             ///< sync = trigger: from the pulse to the pattern
   Nanoseconds black_insertion{0};           ///< black at the end of a pattern that a triggered one follows

@@ -83,6 +83,8 @@ struct RigTrouble {
   std::int64_t boards_reopened = 0;  ///< or configured anew after a restart
   std::int64_t cameras_reopened = 0;
   std::int64_t projectors_reopened = 0;
+  /// How frames of the metered scene contradict the exposures that came with them; empty: they do not.
+  std::string exposures;
 };
 
 class BracketTaker;

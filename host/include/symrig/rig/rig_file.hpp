@@ -32,7 +32,9 @@ struct CameraEntry {
   std::vector<std::pair<std::string, std::string>> controls;  ///< by line of the file
   bool strobe = true;                                         ///< its strobe line is wired to the board
   Nanoseconds max_exposure{30'000'000'000};
+  std::string sensor;               ///< a sensor.toml beside the rig file, in place of the sensor's numbers
   std::optional<NoiseModel> noise;  ///< of one sample of the sensor
+  Image<std::uint8_t> defects;      ///< of the sensor's picture, 1 = never to be trusted; empty: none known
 };
 
 /// `[projector]` of a rig file: which screen, and where patterns lie on it; or a folder for patterns.

@@ -2,6 +2,7 @@
 #include "check_scan.hpp"
 
 #include "device/session/names.hpp"
+#include "symrig/hdr/beat.hpp"
 #include "timing.hpp"
 
 #include <algorithm>
@@ -23,6 +24,7 @@ class ScanCheck {
     check_startup();
     check_gap();
     check_settle();
+    check_beat();
     for (const PatternGroup& group : scan_.patterns) check_group(group);
     check_lamp();
     check_marker();
@@ -121,6 +123,26 @@ class ScanCheck {
         fmt::format("exposures begin {} after the pattern, '{}' needs {} to be steady",
                     duration_text(timing_.settle()), projector.name, duration_text(projector.settle)),
         setting("settle", projector.settle));
+  }
+
+  /// A wheel or a pulsed lamp: the light of an exposure depends on when it begins.
+  void check_beat() {
+    const Nanoseconds period = rig_.projector.light_period;
+    if (period.count() == 0) return;
+    std::vector<Nanoseconds> legal;
+    std::string worst;
+    double most = 0;
+    for (const Nanoseconds exposure : scan_.bracket) {
+      const auto beat = forecast_beat(exposure, period);
+      if (!beat) return;
+      legal.push_back(beat->beats() ? beat->nearest_whole : exposure);
+      if (!beat->beats() || beat->spread <= most) continue;
+      most = beat->spread;
+      worst = beat->to_string(exposure, period);
+    }
+    if (worst.empty()) return;
+    legal.erase(std::unique(legal.begin(), legal.end()), legal.end());
+    findings_.warning(scan_.bracket_place, "projector.beat", worst, bracket_setting(legal));
   }
 
   void check_group(const PatternGroup& group) {

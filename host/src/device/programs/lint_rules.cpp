@@ -22,6 +22,7 @@ constexpr std::array kRules{
     LintRule{"loop.levels", "a loop leaves a line other than it found it"},
     LintRule{"marker.exposure", "the start marker would lengthen an exposure, or mark nothing"},
     LintRule{"profile.assumption", "a number of a device profile has no source"},
+    LintRule{"projector.beat", "an exposure is no whole number of the periods in which white is made up"},
     LintRule{"projector.black_insertion", "an exposure reaches into the black at a pattern's end"},
     LintRule{"projector.min_exposure", "a pattern is shown for less than its bit depth needs"},
     LintRule{"projector.on_time", "how long the projector has to show each pattern"},

@@ -61,6 +61,7 @@ void read_projector_keys(TableReader& table, ProjectorProfile& projector) {
   table.read_choice<bool>("active", projector.active_low, kActive);
   table.read("advance_pulse", projector.advance_pulse);
   table.read("refresh", projector.refresh);
+  table.read("light_period", projector.light_period);
   table.read("vsync_timeout", projector.vsync_timeout);
   table.read("trigger_delay", projector.trigger_delay);
   table.read("black_insertion", projector.black_insertion);
