@@ -38,10 +38,13 @@ inline Taps gaussian_taps(double position, double sigma, int size) {
                               std::min(size, taps.first + Taps::kMax) - 1);
   taps.count = last - taps.first + 1;
   const auto below = [&](double x) { return 0.5 * std::erf((x - position) / (sigma * std::numbers::sqrt2)); };
-  double sum = 0;
+  double sum = 0, left = below(taps.first - 0.5);
   std::array<double, Taps::kMax> weight{};
-  for (int i = 0; i < taps.count; ++i)
-    sum += weight[static_cast<std::size_t>(i)] = below(taps.first + i + 0.5) - below(taps.first + i - 0.5);
+  for (int i = 0; i < taps.count; ++i) {
+    const double right = below(taps.first + i + 0.5);
+    sum += weight[static_cast<std::size_t>(i)] = right - left;
+    left = right;
+  }
   for (int i = 0; i < taps.count; ++i)
     taps.weight[static_cast<std::size_t>(i)] =
         sum > 0 ? static_cast<float>(weight[static_cast<std::size_t>(i)] / sum)

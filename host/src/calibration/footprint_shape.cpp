@@ -2,6 +2,7 @@
 #include "calibration/footprint_shape.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace symrig::calibration {
 
@@ -14,32 +15,59 @@ void ShapeFit::add(const StripeLight& light, std::optional<int> left_out, double
     const Shape m = light.contrasts(position, bit);
     const double d =
         static_cast<double>(seen.value[static_cast<std::size_t>(bit)]) / static_cast<double>(contrast);
-    const Vector row = Eigen::Map<const Eigen::Matrix<float, kSize, 1>>(m.data()).cast<double>();
-    a_.noalias() += weight * row * row.transpose();
-    b_ += weight * d * row;
+    for (std::size_t i = 0; i < kSize; ++i) {
+      const double weighted = weight * static_cast<double>(m[i]);
+      for (std::size_t j = 0; j < kSize; ++j) a_[i][j] += weighted * static_cast<double>(m[j]);
+      b_[i] += weighted * d;
+    }
   }
   pixels_ += 1;
 }
 
 ShapeFit& ShapeFit::operator+=(const ShapeFit& other) {
-  a_ += other.a_;
-  b_ += other.b_;
+  for (std::size_t i = 0; i < kSize; ++i) {
+    for (std::size_t j = 0; j < kSize; ++j) a_[i][j] += other.a_[i][j];
+    b_[i] += other.b_[i];
+  }
   pixels_ += other.pixels_;
   return *this;
 }
 
-/// Cyclic coordinate descent on the non-negative quadratic programme.
+double ShapeFit::information() const {
+  double trace = 0;
+  for (std::size_t i = 0; i < kSize; ++i) trace += a_[i][i];
+  return pixels_ > 0 ? trace / static_cast<double>(kSize) / pixels_ : 0;
+}
+
+/// Cyclic coordinate descent on the non-negative quadratic programme. `left`: b − A x. It ends after some
+/// sweeps: shares that the bits hardly tell apart have then not left the prior, which is as well.
 Shape ShapeFit::solve(const Shape& usual, double pull) const {
   if (pixels_ == 0) return usual;
-  const Vector prior = Eigen::Map<const Eigen::Matrix<float, kSize, 1>>(usual.data()).cast<double>();
-  const Matrix a = a_ + pull * Matrix::Identity();
-  const Vector b = b_ + pull * prior;
-  Vector x = prior;
+  Matrix a = a_;
+  Vector x{}, left = b_, per_diagonal{};
+  for (std::size_t i = 0; i < kSize; ++i) {
+    a[i][i] += pull;
+    per_diagonal[i] = 1 / a[i][i];
+    x[i] = static_cast<double>(usual[i]);
+    left[i] += pull * x[i];
+  }
+  for (std::size_t i = 0; i < kSize; ++i)
+    for (std::size_t j = 0; j < kSize; ++j) left[j] -= x[i] * a[i][j];
   constexpr int kSweeps = 50;
-  for (int sweep = 0; sweep < kSweeps; ++sweep)
-    for (int i = 0; i < kSize; ++i) x[i] = std::max(0.0, x[i] + (b[i] - a.row(i).dot(x)) / a(i, i));
+  constexpr double kSettled = 1e-10;  // far below what a float of the result can hold
+  double change = 1;
+  for (int sweep = 0; sweep < kSweeps && change > kSettled; ++sweep) {
+    change = 0;
+    for (std::size_t i = 0; i < kSize; ++i) {
+      const double step = std::max(-x[i], left[i] * per_diagonal[i]);
+      if (step == 0) continue;
+      x[i] += step;
+      for (std::size_t j = 0; j < kSize; ++j) left[j] -= step * a[i][j];
+      change = std::max(change, std::abs(step));
+    }
+  }
   Shape shape{};
-  Eigen::Map<Eigen::Matrix<float, kSize, 1>>(shape.data()) = x.cast<float>();
+  std::ranges::transform(x, shape.begin(), [](double share) { return static_cast<float>(share); });
   return shape;
 }
 

@@ -3,7 +3,7 @@
 
 #include "calibration/stripe_search.hpp"
 
-#include <Eigen/Dense>
+#include <array>
 
 namespace symrig::calibration {
 
@@ -19,15 +19,15 @@ class ShapeFit {
   Shape solve(const Shape& usual, double pull) const;
   double pixels() const { return pixels_; }
   /// What one pixel tells of one share, on average.
-  double information() const { return pixels_ > 0 ? a_.trace() / kSize / pixels_ : 0; }
+  double information() const;
 
  private:
-  static constexpr int kSize = static_cast<int>(kScales.size());
-  using Matrix = Eigen::Matrix<double, kSize, kSize>;
-  using Vector = Eigen::Matrix<double, kSize, 1>;
+  static constexpr std::size_t kSize = kScales.size();
+  using Vector = std::array<double, kSize>;
+  using Matrix = std::array<Vector, kSize>;
 
-  Matrix a_ = Matrix::Zero();
-  Vector b_ = Vector::Zero();
+  Matrix a_{};
+  Vector b_{};
   double pixels_ = 0;
 };
 

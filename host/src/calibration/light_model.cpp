@@ -81,11 +81,13 @@ std::vector<PixelLight> LightModel::fit_all(const PixelMap& map, double sigma) c
 }
 
 double LightModel::squared_residual(const PixelMap& map, double sigma) const {
-  const std::size_t stride = std::max<std::size_t>(1, map.mask.values().size() / 3'000) | 1U;
-  double sum = 0;
-  for (std::size_t pixel = 0; pixel < map.mask.values().size(); pixel += stride)
-    if (map.mask.values()[pixel]) sum += fit(map, pixel, sigma).squared_residual;
-  return sum;
+  const std::size_t pixels = map.mask.values().size();
+  const std::size_t stride = std::max<std::size_t>(1, pixels / 3'000) | 1U;
+  std::vector<double> squares((pixels + stride - 1) / stride, 0);
+  tbb::parallel_for(std::size_t{0}, squares.size(), [&](std::size_t i) {
+    if (map.mask.values()[i * stride]) squares[i] = fit(map, i * stride, sigma).squared_residual;
+  });
+  return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
 /// Golden sections: the residual falls towards the best blur from both sides.

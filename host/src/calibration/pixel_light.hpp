@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
+#include "calibration/non_negative.hpp"
 
-#include <Eigen/Dense>
+#include <array>
+#include <cstddef>
 
 namespace symrig::calibration {
 
@@ -31,10 +32,11 @@ class PixelLightFit {
  public:
   /// y: what the camera saw.
   void add(const PatternLight& p, double y) {
-    Vector x;
-    x << 1, p.direct, p.near[0], p.near[1], p.near[2], p.far;
-    a_.noalias() += x * x.transpose();
-    b_ += y * x;
+    const Solver::Vector x{1, p.direct, p.near[0], p.near[1], p.near[2], p.far};
+    for (std::size_t i = 0; i < kUnknowns; ++i) {
+      for (std::size_t j = 0; j < kUnknowns; ++j) a_[i][j] += x[i] * x[j];
+      b_[i] += y * x[i];
+    }
     yy_ += y * y;
   }
 
@@ -44,16 +46,17 @@ class PixelLightFit {
   PixelLight solve(bool lit, double least, double least_near) const;
 
  private:
-  static constexpr int kUnknowns = 3 + static_cast<int>(kNearSizes);
-  using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
-  using Vector = Eigen::Matrix<double, kUnknowns, 1>;
+  static constexpr std::size_t kUnknowns = 3 + kNearSizes;
+  using Solver = NonNegative<kUnknowns>;
+  using Point = Solver::Point;
 
-  Matrix regular() const;
-  PixelLight solve_for(unsigned allowed) const;
-  PixelLight without_noise(double least, unsigned& allowed) const;
+  double ridge() const;
+  double squared_residual(const Solver::Vector& x) const;
+  Point without_noise(const Solver& solver, double least, Solver::Set& allowed) const;
+  PixelLight light_of(const Point& point) const;
 
-  Matrix a_ = Matrix::Zero();
-  Vector b_ = Vector::Zero();
+  Solver::Matrix a_{};
+  Solver::Vector b_{};
   double yy_ = 0;
 };
 

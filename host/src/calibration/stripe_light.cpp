@@ -27,26 +27,35 @@ std::vector<Edge> edges_of(std::span<const float> stripes) {
   return edges;
 }
 
-/// A Gaussian over a stair: Σ steps · Φ((x − edge) / σ). Edges further than five sigmas left of x count
-/// whole.
-double blurred(const std::vector<Edge>& edges, double x, double sigma) {
-  const double reach = 5 * sigma;
-  double value = 0;
-  for (const Edge& e : edges) {
-    if (e.position > x + reach) break;
-    value += e.position < x - reach
-                 ? e.step
-                 : e.step * 0.5 * std::erfc((e.position - x) / (sigma * std::numbers::sqrt2));
+/// A Gaussian over a stair: Σ steps · Φ((x − edge) / σ), asked from left to right. Edges further than five
+/// sigmas left of x count whole.
+class BlurredStair {
+ public:
+  BlurredStair(const std::vector<Edge>& edges, double sigma) : edges_(edges), sigma_(sigma) {}
+
+  double operator()(double x) {
+    const double reach = 5 * sigma_;
+    for (; passed_ < edges_.size() && edges_[passed_].position < x - reach; ++passed_)
+      level_ += edges_[passed_].step;
+    double value = level_;
+    for (std::size_t i = passed_; i < edges_.size() && edges_[i].position <= x + reach; ++i)
+      value += edges_[i].step * 0.5 * std::erfc((edges_[i].position - x) / (sigma_ * std::numbers::sqrt2));
+    return value;
   }
-  return value;
-}
+
+ private:
+  const std::vector<Edge>& edges_;
+  double sigma_;
+  std::size_t passed_ = 0;  ///< edges left of all that is asked for
+  double level_ = 0;        ///< what they add up to
+};
 
 }  // namespace
 
 StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
     : bits_(code.bits(axis)),
       size_(axis == StripeAxis::columns ? code.projector().cols : code.projector().rows),
-      table_(static_cast<std::size_t>(positions()) * static_cast<std::size_t>(bits_) * kScales.size()) {
+      table_(static_cast<std::size_t>(size_) * static_cast<std::size_t>(bits_) * kScales.size()) {
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits();
   tbb::parallel_for(0, bits_, [&](int bit) {
     std::vector<float> stripes;
@@ -58,32 +67,24 @@ StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
 
 void StripeLight::fill(std::span<const float> stripes, int bit) {
   const auto edges = edges_of(stripes);
-  for (int index = 0; index < positions(); ++index) {
-    const auto row = std::span(table_).subspan(offset(index, bit), kScales.size());
-    for (std::size_t s = 0; s < kScales.size(); ++s)
-      row[s] = static_cast<float>(blurred(edges, static_cast<double>(index) / kSteps, kScales[s]));
+  for (std::size_t s = 0; s < kScales.size(); ++s) {
+    BlurredStair blurred(edges, kScales[s]);
+    for (int pixel = 0; pixel < size_; ++pixel)
+      for (int step = 0; step < kSteps; ++step)
+        table_[offset(pixel, bit) + s][static_cast<std::size_t>(step)] =
+            static_cast<float>(blurred(pixel + static_cast<double>(step) / kSteps));
   }
-}
-
-Bits StripeLight::contrast(int index, const Shape& shape) const {
-  Bits all{};
-  for (int bit = 0; bit < bits_; ++bit) {
-    const float* const row = at(index, bit);
-    float sum = 0;
-    for (std::size_t s = 0; s < kScales.size(); ++s) sum += shape[s] * row[s];
-    all[static_cast<std::size_t>(bit)] = sum;
-  }
-  return all;
 }
 
 Shape StripeLight::contrasts(double x, int bit) const {
   const double at_step = std::clamp(x * kSteps, 0.0, static_cast<double>(positions() - 1));
   const int index = std::min(static_cast<int>(at_step), positions() - 2);
   const auto share = static_cast<float>(at_step - index);
-  const float* const low = at(index, bit);
-  const float* const high = at(index + 1, bit);
+  const Steps* const low = table_.data() + offset(index / kSteps, bit);
+  const Steps* const high = table_.data() + offset((index + 1) / kSteps, bit);
+  const auto i = static_cast<std::size_t>(index % kSteps), j = static_cast<std::size_t>((index + 1) % kSteps);
   Shape out{};
-  for (std::size_t s = 0; s < kScales.size(); ++s) out[s] = low[s] + share * (high[s] - low[s]);
+  for (std::size_t s = 0; s < kScales.size(); ++s) out[s] = low[s][i] + share * (high[s][j] - low[s][i]);
   return out;
 }
 

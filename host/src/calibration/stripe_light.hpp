@@ -22,35 +22,37 @@ using Shape = std::array<float, kScales.size()>;
 /// One value a bit.
 using Bits = std::array<float, kMaxBits>;
 
+/// Positions are looked at in steps of 1 / kSteps pixel.
+inline constexpr int kSteps = 8;
+/// One value a step within a pixel: [x, x + 1).
+using Steps = std::array<float, kSteps>;
+
 /// What footprints see of the stripe patterns of one axis, for every position in steps of 1 / kSteps pixel:
 /// contrast_k(x; s) = light of pattern k less light of its complement, −1..1, in a Gaussian of sigma s around
 /// x, integrated over the projector's pixels. The dark beyond the border is part of it.
 class StripeLight {
  public:
-  static constexpr int kSteps = 8;
-
   StripeLight(const GrayCode& code, StripeAxis axis);
 
   int bits() const { return bits_; }
   int size() const { return size_; }  ///< of the axis [projector pixels]
   int positions() const { return (size_ - 1) * kSteps + 1; }
 
-  /// Σ_s shape_s contrast_k(x; s) of all bits at position index / kSteps.
-  Bits contrast(int index, const Shape& shape) const;
+  /// contrast_k(x; s) for x from `pixel` to just below pixel + 1: [bit][scale].
+  const Steps* at(int pixel) const { return table_.data() + offset(pixel, 0); }
   /// contrast_k(x; s) of one bit and all scales, linear between the steps.
   Shape contrasts(double x, int bit) const;
 
  private:
-  std::size_t offset(int index, int bit) const {
-    return (static_cast<std::size_t>(index) * static_cast<std::size_t>(bits_) +
+  std::size_t offset(int pixel, int bit) const {
+    return (static_cast<std::size_t>(pixel) * static_cast<std::size_t>(bits_) +
             static_cast<std::size_t>(bit)) *
            kScales.size();
   }
-  const float* at(int index, int bit) const { return table_.data() + offset(index, bit); }
   void fill(std::span<const float> stripes, int bit);
 
   int bits_, size_;
-  std::vector<float> table_;  ///< [position][bit][scale]
+  std::vector<Steps> table_;  ///< [pixel][bit][scale]
 };
 
 }  // namespace symrig::calibration

@@ -8,7 +8,6 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kSteps = StripeLight::kSteps;
 constexpr int kDoubtful = 3;  // bits that are tried both ways
 constexpr float kApart = 2;   // pixels: positions further than this are rivals
 
@@ -56,28 +55,75 @@ std::vector<int>& candidates(const Differences& seen, int bits, int size, std::o
     if (set) gray |= mask_of(bit, bits);
   }
   const auto doubtful = doubtful_bits(seen, bits, left_out);
+  // What bits spell is linear in them, modulo 2.
+  const int as_seen = spelt(gray, bits);
+  std::array<int, kDoubtful> turned{};
+  for (std::size_t k = 0; k < kDoubtful; ++k) turned[k] = spelt(mask_of(doubtful[k], bits), bits);
   for (unsigned flips = 0; flips < 1U << kDoubtful; ++flips) {
-    unsigned flipped = gray;
+    int at = as_seen;
     for (std::size_t k = 0; k < kDoubtful; ++k)
-      if (flips >> k & 1U) flipped ^= mask_of(doubtful[k], bits);
-    if (const int at = spelt(flipped, bits); at < size) found.push_back(at);
+      if (flips >> k & 1U) at ^= turned[k];
+    if (at < size) found.push_back(at);
   }
   std::sort(found.begin(), found.end());
   found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 
-/// Σ (D − a m)² / V with the best a ≥ 0.
-float chi_squared(const Differences& seen, float square, const Bits& m) {
-  const float dm = dot(seen.value, m), mm = dot(m, m);
-  const float explained = dm > 0 && mm > 0 ? dm * dm / mm : 0;
-  return (square - explained) / seen.variance;
-}
-
 /// A minimum of χ² over a range of steps.
 struct Valley {
   int index = 0;
-  float chi2 = std::numeric_limits<float>::infinity();
+  float explained = -1;  ///< of Σ D²
+};
+
+/// χ² of one pixel's differences at any position, by what it explains of them.
+class Explained {
+ public:
+  Explained(ShapedLight& light, const Differences& seen)
+      : light_(light), seen_(seen), square_(dot(seen.value, seen.value)) {}
+
+  float operator()(int index) {
+    return at(index / kSteps).explained[static_cast<std::size_t>(index % kSteps)];
+  }
+  /// Σ (D − a m)² / V.
+  float chi2(float explained) const { return (square_ - explained) / seen_.variance; }
+
+  /// The best step within a pixel of `position`.
+  Valley valley(int position) {
+    const int size = light_.light().size();
+    Valley best = position > 0 ? at(position - 1).best : Valley{};
+    const auto take = [&](const Valley& other) {
+      if (other.explained > best.explained) best = other;
+    };
+    take(position + 1 < size ? at(position).best : first_of(position));
+    if (position + 1 < size) take(first_of(position + 1));
+    return best;
+  }
+
+ private:
+  struct Pixel {
+    int number = -1;
+    Steps explained;
+    Valley best;
+  };
+
+  const Pixel& at(int number) {
+    Pixel& pixel = remembered_[static_cast<std::size_t>(number) % remembered_.size()];
+    if (pixel.number == number) return pixel;
+    explain(seen_.value, light_.pixel(number), light_.light().bits(), pixel.explained);
+    pixel.number = number;
+    const auto best = std::ranges::max_element(pixel.explained);
+    pixel.best = {number * kSteps + static_cast<int>(best - pixel.explained.begin()), *best};
+    return pixel;
+  }
+  /// The last position of all is the first step of the last pixel.
+  Valley first_of(int number) { return {number * kSteps, at(number).explained.front()}; }
+
+  ShapedLight& light_;
+  const Differences& seen_;
+  float square_;
+  // Candidates come in order and often lie next to each other: their pixels are asked for again at once.
+  std::array<Pixel, 4> remembered_;
 };
 
 /// Vertex of the parabola through three equidistant values, in steps from the middle one.
@@ -106,7 +152,7 @@ float deviation(ShapedLight& light, const Differences& seen, int index) {
 ShapedLight::ShapedLight(const StripeLight& light, std::optional<int> left_out)
     : light_(light),
       left_out_(left_out),
-      known_(static_cast<std::size_t>(light.positions())),
+      known_(static_cast<std::size_t>(light.size())),
       stamp_(known_.size(), 0) {}
 
 void ShapedLight::set_shape(const Shape& shape) {
@@ -114,42 +160,38 @@ void ShapedLight::set_shape(const Shape& shape) {
   ++now_;
 }
 
-const Bits& ShapedLight::at(int index) {
-  const auto i = static_cast<std::size_t>(index);
-  if (stamp_[i] != now_) {
-    known_[i] = light_.contrast(index, shape_);
-    if (left_out_) known_[i][static_cast<std::size_t>(*left_out_)] = 0;
-    stamp_[i] = now_;
-  }
-  return known_[i];
+void ShapedLight::compute(std::size_t pixel) {
+  shape_pixel(light_.at(static_cast<int>(pixel)), light_.bits(), shape_, left_out_, known_[pixel]);
+  stamp_[pixel] = now_;
+}
+
+Bits ShapedLight::at(int index) {
+  const ShapedPixel& known = pixel(index / kSteps);
+  Bits all{};
+  for (std::size_t bit = 0; bit < static_cast<std::size_t>(light_.bits()); ++bit)
+    all[bit] = known.contrast[bit][static_cast<std::size_t>(index % kSteps)];
+  return all;
 }
 
 std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, bool bit_value) {
   const StripeLight& table = light.light();
   const auto& tried = candidates(seen, table.bits(), table.size(), light.left_out(), bit_value);
   if (tried.empty()) return std::nullopt;
-  const float square = dot(seen.value, seen.value);
-  const auto chi2_at = [&](int index) { return chi_squared(seen, square, light.at(index)); };
-  const int last = table.positions() - 1;
+  Explained explains(light, seen);
   thread_local std::vector<Valley> valleys;
   valleys.clear();
-  for (const int at : tried) {
-    Valley best;
-    for (int i = std::max((at - 1) * kSteps, 0); i <= std::min((at + 1) * kSteps, last); ++i)
-      if (const float chi2 = chi2_at(i); chi2 < best.chi2) best = {i, chi2};
-    valleys.push_back(best);
-  }
-  const Valley best = *std::min_element(valleys.begin(), valleys.end(),
-                                        [](const Valley& a, const Valley& b) { return a.chi2 < b.chi2; });
+  for (const int at : tried) valleys.push_back(explains.valley(at));
+  const Valley best = *std::ranges::max_element(valleys, {}, &Valley::explained);
   Sighting found;
-  found.chi2 = best.chi2;
+  found.chi2 = explains.chi2(best.explained);
   found.rival = std::numeric_limits<float>::infinity();
   for (const Valley& v : valleys)
     if (std::abs(v.index - best.index) > static_cast<int>(kApart * kSteps))
-      found.rival = std::min(found.rival, v.chi2);
+      found.rival = std::min(found.rival, explains.chi2(v.explained));
   float offset = 0;
-  if (best.index > 0 && best.index < last)
-    offset = vertex(chi2_at(best.index - 1), best.chi2, chi2_at(best.index + 1));
+  if (best.index > 0 && best.index < table.positions() - 1)
+    offset =
+        vertex(explains.chi2(explains(best.index - 1)), found.chi2, explains.chi2(explains(best.index + 1)));
   found.position = (static_cast<float>(best.index) + offset) / kSteps;
   found.sigma = deviation(light, seen, best.index);
   return found;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "calibration/stripe_light.hpp"
+#include "calibration/stripe_kernels.hpp"
 
 #include <optional>
 #include <vector>
@@ -16,23 +16,30 @@ struct Sighting {
   float rival = 0;     ///< χ² of the best position that is more than two pixels away; infinity without one
 };
 
-/// StripeLight::contrast for one shape, remembered.
+/// What a footprint of one shape sees of the stripes, remembered.
 class ShapedLight {
  public:
   ShapedLight(const StripeLight& light, std::optional<int> left_out);
 
   /// Forgets what was remembered.
   void set_shape(const Shape& shape);
-  /// contrast of all bits at position index / kSteps; the bit that is left out is 0.
-  const Bits& at(int index);
+  const ShapedPixel& pixel(int pixel) {
+    const auto i = static_cast<std::size_t>(pixel);
+    if (stamp_[i] != now_) compute(i);
+    return known_[i];
+  }
+  /// contrast of all bits at position index / kSteps.
+  Bits at(int index);
   const StripeLight& light() const { return light_; }
   std::optional<int> left_out() const { return left_out_; }
 
  private:
+  void compute(std::size_t pixel);
+
   const StripeLight& light_;
   std::optional<int> left_out_;
   Shape shape_{};
-  std::vector<Bits> known_;
+  std::vector<ShapedPixel> known_;
   std::vector<std::uint32_t> stamp_;
   std::uint32_t now_ = 0;
 };

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/raw_map.hpp"
+#include "calibration/small_median.hpp"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 
 #include <tbb/parallel_for.h>
 
@@ -17,51 +16,59 @@ constexpr int kLeast = 6;
 
 /// The decoded pixels around one, as a window of offsets −kReach..kReach.
 class Window {
- public:
-  Window(const RawMap& map, int row, int col) : map_(map), row_(row), col_(col) {}
+  static constexpr int kSide = 2 * kReach + 1;
+  static constexpr std::size_t kPixels = std::size_t{kSide} * kSide;
 
-  bool decoded(int dr, int dc) const {
-    const int r = row_ + dr, c = col_ + dc;
-    return r >= 0 && r < map_.grid().rows && c >= 0 && c < map_.grid().cols && map_.mask.at(r, c);
+ public:
+  void read(const RawMap& map, int row, int col) {
+    const Grid grid = map.grid();
+    std::size_t at = 0;
+    for (int r = row - kReach; r <= row + kReach; ++r)
+      for (int c = col - kReach; c <= col + kReach; ++c, ++at) {
+        decoded_[at] = r >= 0 && r < grid.rows && c >= 0 && c < grid.cols && map.mask.at(r, c) != 0;
+        if (!decoded_[at]) continue;
+        for (std::size_t axis = 0; axis < 2; ++axis) position_[axis][at] = map.position[axis].at(r, c);
+      }
   }
-  double at(std::size_t axis, int dr, int dc) const {
-    return static_cast<double>(map_.position[axis].at(row_ + dr, col_ + dc));
-  }
+
+  bool decoded(int dr, int dc) const { return decoded_[index(dr, dc)]; }
+  float at(std::size_t axis, int dr, int dc) const { return position_[axis][index(dr, dc)]; }
 
   /// Median change of one axis a camera pixel, downwards or to the right; 0 if no two pixels tell.
   double slope(std::size_t axis, bool down) const {
-    std::array<double, std::size_t{2 * kReach + 1} * (2 * kReach + 1)> found{};
-    std::size_t count = 0;
+    SmallMedian<std::size_t{kSide} * (kSide - kApart)> changes;
     const int dr = down ? kApart : 0, dc = down ? 0 : kApart;
     for (int i = -kReach; i <= kReach - dr; ++i)
       for (int j = -kReach; j <= kReach - dc; ++j)
-        if (decoded(i, j) && decoded(i + dr, j + dc))
-          found[count++] = (at(axis, i + dr, j + dc) - at(axis, i, j)) / kApart;
-    if (count == 0) return 0;
-    double* const middle = found.data() + count / 2;
-    std::nth_element(found.data(), middle, found.data() + count);
-    return *middle;
+        if (decoded(i, j) && decoded(i + dr, j + dc)) changes.add(at(axis, i + dr, j + dc) - at(axis, i, j));
+    return changes.count() == 0 ? 0 : static_cast<double>(changes.value()) / kApart;
   }
 
  private:
-  const RawMap& map_;
-  int row_, col_;
+  static std::size_t index(int dr, int dc) {
+    return static_cast<std::size_t>((dr + kReach) * kSide + dc + kReach);
+  }
+
+  std::array<bool, kPixels> decoded_{};
+  std::array<std::array<float, kPixels>, 2> position_{};
 };
 
-bool supported(const RawMap& map, int row, int col, const DecodePolicy& policy) {
-  const Window window(map, row, col);
+bool supported(const Window& window, const DecodePolicy& policy) {
   std::array<double, 2> down{}, right{};
   for (std::size_t axis = 0; axis < 2; ++axis)
     down[axis] = window.slope(axis, true), right[axis] = window.slope(axis, false);
   int decoded = 0, agreeing = 0;
+  const double farthest = policy.support_distance * policy.support_distance;
   for (int i = -kReach; i <= kReach; ++i)
     for (int j = -kReach; j <= kReach; ++j) {
       if ((i == 0 && j == 0) || !window.decoded(i, j)) continue;
       const auto off = [&](std::size_t axis) {
-        return window.at(axis, i, j) - down[axis] * i - right[axis] * j - window.at(axis, 0, 0);
+        return static_cast<double>(window.at(axis, i, j)) - down[axis] * i - right[axis] * j -
+               static_cast<double>(window.at(axis, 0, 0));
       };
+      const double x = off(0), y = off(1);
       ++decoded;
-      agreeing += std::hypot(off(0), off(1)) <= policy.support_distance ? 1 : 0;
+      agreeing += x * x + y * y <= farthest ? 1 : 0;
     }
   return agreeing >= kLeast && agreeing >= policy.support_share * decoded;
 }
@@ -71,8 +78,12 @@ bool supported(const RawMap& map, int row, int col, const DecodePolicy& policy) 
 void drop_unsupported(RawMap& map, const DecodePolicy& policy) {
   Image<std::uint8_t> kept(map.grid());
   tbb::parallel_for(0, map.grid().rows, [&](int row) {
-    for (int col = 0; col < map.grid().cols; ++col)
-      kept.at(row, col) = map.mask.at(row, col) && supported(map, row, col, policy) ? 1 : 0;
+    Window window;
+    for (int col = 0; col < map.grid().cols; ++col) {
+      if (!map.mask.at(row, col)) continue;
+      window.read(map, row, col);
+      kept.at(row, col) = supported(window, policy) ? 1 : 0;
+    }
   });
   map.mask = std::move(kept);
 }

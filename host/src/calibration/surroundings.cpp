@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/surroundings.hpp"
 
+#include <algorithm>
 #include <numeric>
 #include <set>
 
@@ -15,6 +16,14 @@ int level_of(const BlockTree& tree, int size) {
          tree.grid().rows >> (level + 1) >= 1)
     ++level;
   return level;
+}
+
+/// Middle of each block, starts of which are given with the end.
+std::vector<double> centres_of(const std::vector<int>& starts) {
+  std::vector<double> centres;
+  for (std::size_t i = 0; i + 1 < starts.size(); ++i)
+    centres.push_back(0.5 * (starts[i] + starts[i + 1] - 1));
+  return centres;
 }
 
 std::size_t band(const std::vector<int>& starts, int at) {
@@ -32,6 +41,8 @@ Surroundings::Surroundings(const BlockTree& tree, int size) {
   }
   row_starts_.assign(rows.begin(), rows.end());
   col_starts_.assign(cols.begin(), cols.end());
+  row_centres_ = centres_of(row_starts_);
+  col_centres_ = centres_of(col_starts_);
   blocks_.resize(level.size());
   for (const Block& b : level)
     blocks_[band(row_starts_, b.row) * (col_starts_.size() - 1) + band(col_starts_, b.col)] = &b;
@@ -46,20 +57,13 @@ std::vector<float> Surroundings::means(std::span<const float> values, const std:
   return result;
 }
 
-Taps Surroundings::linear_taps(double position, const std::vector<int>& starts) {
-  const auto centre = [&](int i) {
-    return 0.5 * (starts[static_cast<std::size_t>(i)] + starts[static_cast<std::size_t>(i) + 1] - 1);
-  };
-  const int count = static_cast<int>(starts.size()) - 1;
-  int below = 0;
-  while (below + 1 < count && centre(below + 1) <= position) ++below;
+Taps Surroundings::linear_taps(double position, const std::vector<double>& centres) {
+  const auto after = std::ranges::upper_bound(centres.begin() + 1, centres.end(), position);
+  const auto below = after - 1;
   Taps taps;
-  taps.first = below;
-  taps.count = below + 1 < count ? 2 : 1;
-  const double share =
-      taps.count == 1
-          ? 0
-          : std::clamp((position - centre(below)) / (centre(below + 1) - centre(below)), 0.0, 1.0);
+  taps.first = static_cast<int>(below - centres.begin());
+  taps.count = after == centres.end() ? 1 : 2;
+  const double share = taps.count == 1 ? 0 : std::clamp((position - *below) / (*after - *below), 0.0, 1.0);
   taps.weight[0] = static_cast<float>(1 - share);
   taps.weight[1] = static_cast<float>(share);
   return taps;

@@ -27,14 +27,15 @@ class Surroundings {
   std::vector<float> row_means(std::span<const float> values) const { return means(values, row_starts_); }
 
   /// How the surroundings of a position are made of blocks: linear between the centres of the two nearest.
-  Taps column_taps(double position) const { return linear_taps(position, col_starts_); }
-  Taps row_taps(double position) const { return linear_taps(position, row_starts_); }
+  Taps column_taps(double position) const { return linear_taps(position, col_centres_); }
+  Taps row_taps(double position) const { return linear_taps(position, row_centres_); }
 
  private:
   static std::vector<float> means(std::span<const float> values, const std::vector<int>& starts);
-  static Taps linear_taps(double position, const std::vector<int>& starts);
+  static Taps linear_taps(double position, const std::vector<double>& centres);
 
   std::vector<int> row_starts_, col_starts_;  // first pixel of each block along the axis, and the end
+  std::vector<double> row_centres_, col_centres_;
   std::vector<const Block*> blocks_;
 };
 

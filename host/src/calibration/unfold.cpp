@@ -131,7 +131,8 @@ std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, in
 
 /// What settled neighbours foretell for a pixel; NaN if there are too few.
 double foretold(const std::vector<Choice>& choices, Grid grid, int row, int col, int reach, int spacing) {
-  std::vector<double> votes;
+  thread_local std::vector<double> votes;
+  votes.clear();
   for (int i = -reach; i <= reach; ++i) {
     for (int j = -reach; j <= reach; ++j) {
       const int r = row + i * spacing, c = col + j * spacing;

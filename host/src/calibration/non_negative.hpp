@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace symrig::calibration {
+
+/// min xᵀ A x − 2 bᵀ x over x ≥ 0, a few unknowns at most, millions of times: plain arrays of a size that the
+/// compiler knows. A is symmetric and positive definite, if need be by the ridge that is added to its
+/// diagonal. Active sets [Lawson74 ch. 23].
+template <std::size_t N>
+class NonNegative {
+ public:
+  using Vector = std::array<double, N>;
+  using Matrix = std::array<Vector, N>;
+  using Set = unsigned;  ///< bit i: unknown i
+
+  static constexpr Set kAll = (1U << N) - 1;
+
+  /// A place on the way: unknowns that are not active are 0, the others positive (those of `free` may have
+  /// any sign).
+  struct Point {
+    Vector x{};
+    Set active = 0;
+  };
+
+  /// free: unknowns without a sign. All arguments but the last two must outlive this.
+  NonNegative(const Matrix& a, const Vector& b, double ridge = 0, Set free = 0)
+      : a_(a), b_(b), ridge_(ridge), free_(free) {}
+
+  /// The minimum with unknowns that are not `allowed` at 0. from: any point; a near one is the shorter way to
+  /// the only minimum.
+  Point minimum(Set allowed, Point from) const {
+    from.active &= allowed;
+    for (std::size_t i = 0; i < N; ++i)
+      if (!has(from.active, i)) from.x[i] = 0;
+    walk(from);
+    constexpr std::size_t kMost = 3 * N;
+    for (std::size_t round = 0; round < kMost; ++round) {
+      const std::size_t next = asking_most(allowed & ~from.active, from.x);
+      if (next == N) break;
+      from.active |= 1U << next;
+      walk(from);
+    }
+    return from;
+  }
+
+  /// x of the unknowns in `set` with (A + ridge) x = right, the others 0: Cholesky's factors, row by row.
+  Vector solved(Set set, const Vector& right) const {
+    std::array<std::size_t, N> at{};
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < N; ++i)
+      if (has(set, i)) at[n++] = i;
+    Matrix factor;  // its diagonal holds inverses
+    Vector y{};
+    for (std::size_t i = 0; i < n; ++i) {
+      double sum = right[at[i]];
+      for (std::size_t j = 0; j <= i; ++j) {
+        double element = a_[at[i]][at[j]] + (i == j ? ridge_ : 0);
+        for (std::size_t k = 0; k < j; ++k) element -= factor[i][k] * factor[j][k];
+        factor[i][j] = i == j ? 1 / std::sqrt(element) : element * factor[j][j];
+        if (j < i) sum -= factor[i][j] * y[j];
+      }
+      y[i] = sum * factor[i][i];
+    }
+    Vector x{};
+    for (std::size_t i = n; i-- > 0;) {
+      double sum = y[i];
+      for (std::size_t k = i + 1; k < n; ++k) sum -= factor[k][i] * x[at[k]];
+      x[at[i]] = sum * factor[i][i];
+    }
+    return x;
+  }
+
+ private:
+  static bool has(Set set, std::size_t unknown) { return (set >> unknown & 1U) != 0; }
+
+  /// Of `set` the unknown in which the minimum lies farthest ahead; N: in none.
+  std::size_t asking_most(Set set, const Vector& x) const {
+    std::size_t next = N;
+    double most = 0;
+    for (std::size_t i = 0; i < N; ++i) {
+      if (!has(set, i)) continue;
+      double asks = b_[i];
+      for (std::size_t j = 0; j < N; ++j) asks -= a_[i][j] * x[j];
+      if (asks > 1e-9 * std::abs(b_[i]) && asks > most) next = i, most = asks;
+    }
+    return next;
+  }
+
+  /// To the minimum over the active unknowns; those that would turn negative on the way leave, one by one.
+  void walk(Point& point) const {
+    while (true) {
+      const Vector wanted = solved(point.active, b_);
+      double step = 1;
+      std::size_t blocks = N;
+      for (std::size_t i = 0; i < N; ++i)
+        if (has(point.active & ~free_, i) && wanted[i] < 0 && point.x[i] - wanted[i] > 0)
+          if (const double s = point.x[i] / (point.x[i] - wanted[i]); s < step || blocks == N)
+            step = s, blocks = i;
+      if (blocks == N) {
+        point.x = wanted;
+        return;
+      }
+      for (std::size_t i = 0; i < N; ++i) point.x[i] += step * (wanted[i] - point.x[i]);
+      point.x[blocks] = 0;
+      point.active &= ~(1U << blocks);
+    }
+  }
+
+  const Matrix& a_;
+  const Vector& b_;
+  double ridge_;
+  Set free_;
+};
+
+}  // namespace symrig::calibration

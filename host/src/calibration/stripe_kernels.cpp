@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled for every instruction set that Highway knows and chosen at run time: where most of the time of
+// decoding goes.
+#include "calibration/stripe_kernels.hpp"
+
+#include <limits>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "calibration/stripe_kernels.cpp"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace symrig::calibration::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+using Lanes = hn::CappedTag<float, kSteps>;
+
+void shape_pixel(const Steps* scales, std::size_t bits, const Shape& shape, std::size_t left_out,
+                 ShapedPixel& to) {
+  const Lanes d;
+  for (std::size_t part = 0; part < kSteps; part += hn::Lanes(d)) {
+    auto square = hn::Zero(d);
+    for (std::size_t bit = 0; bit < bits; ++bit) {
+      auto sum = hn::Zero(d);
+      if (bit != left_out)
+        for (std::size_t s = 0; s < shape.size(); ++s)
+          sum = hn::MulAdd(hn::Set(d, shape[s]), hn::LoadU(d, scales[bit * shape.size() + s].data() + part),
+                           sum);
+      hn::StoreU(sum, d, to.contrast[bit].data() + part);
+      square = hn::MulAdd(sum, sum, square);
+    }
+    hn::StoreU(hn::Max(square, hn::Set(d, std::numeric_limits<float>::min())), d, to.square.data() + part);
+  }
+}
+
+void explain(const Bits& seen, const ShapedPixel& light, std::size_t bits, Steps& to) {
+  const Lanes d;
+  for (std::size_t part = 0; part < kSteps; part += hn::Lanes(d)) {
+    auto along = hn::Zero(d);
+    for (std::size_t bit = 0; bit < bits; ++bit)
+      along = hn::MulAdd(hn::Set(d, seen[bit]), hn::LoadU(d, light.contrast[bit].data() + part), along);
+    along = hn::Max(along, hn::Zero(d));
+    hn::StoreU(hn::Div(hn::Mul(along, along), hn::LoadU(d, light.square.data() + part)), d, to.data() + part);
+  }
+}
+
+}  // namespace symrig::calibration::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace symrig::calibration {
+
+HWY_EXPORT(shape_pixel);
+HWY_EXPORT(explain);
+
+void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
+                 ShapedPixel& to) {
+  HWY_DYNAMIC_DISPATCH(shape_pixel)
+  (scales, static_cast<std::size_t>(bits), shape, static_cast<std::size_t>(left_out.value_or(kMaxBits)), to);
+}
+
+void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to) {
+  HWY_DYNAMIC_DISPATCH(explain)(seen, light, static_cast<std::size_t>(bits), to);
+}
+
+}  // namespace symrig::calibration
+#endif  // HWY_ONCE

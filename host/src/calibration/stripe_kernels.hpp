@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "calibration/stripe_light.hpp"
+
+#include <array>
+#include <optional>
+
+namespace symrig::calibration {
+
+/// What a footprint sees of all bits while it moves over one projector pixel.
+struct ShapedPixel {
+  std::array<Steps, kMaxBits> contrast;  ///< of each bit; 0 of the one that is left out
+  Steps square;                          ///< Σ_k contrast_k², never 0
+};
+
+/// contrast_k(x) = Σ_s shape_s scales_ks(x). scales: [bit][scale], as StripeLight::at gives them.
+void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
+                 ShapedPixel& to);
+
+/// What the best a ≥ 0 explains of Σ_k D_k² if D_k = a contrast_k(x): (Σ D m)² / Σ m², or nothing.
+void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to);
+
+}  // namespace symrig::calibration
