@@ -171,7 +171,7 @@ Result<void> save(const Arguments& arguments, Measured measured, const std::stri
 /// Stops before a rig whose camera and projector do not share their pixels wastes a capture.
 Result<void> check_axis(Probe& rig) {
   SYMRIG_TRY(const CoaxialCheck check, check_coaxial(rig));
-  if (!check.misaligned() && !check.flaring()) return {};
+  if (!check.misaligned() && !check.flaring() && !check.doubled()) return {};
   return Error{ErrorCode::bad_value, check.to_string(), "or leave out --check-axis to capture all the same"};
 }
 

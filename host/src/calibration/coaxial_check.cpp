@@ -2,9 +2,11 @@
 #include "symrig/calibration/coaxial_check.hpp"
 
 #include "calibration/coaxial_comb.hpp"
+#include "calibration/double_image.hpp"
 #include "calibration/flare_fit.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <vector>
@@ -21,11 +23,13 @@ namespace {
 
 using calibration::Axis;
 using calibration::Comb;
+using calibration::DoubleImage;
 using calibration::Flare;
 using calibration::Imbalance;
 using calibration::Light;
 
-constexpr int kNear = 3;  // pixels: distances that a shift may reach
+constexpr int kNear = 3;     // pixels: distances that a shift may reach
+constexpr int kBlurred = 2;  // pixels around a second picture that see some of it
 /// Photographs are floats: their sums are known to this share of the light even without noise.
 constexpr double kRounding = 1e-6;
 /// How far the true flare may lie from its fitted profile, at near distances and in all.
@@ -72,19 +76,35 @@ Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, cons
   return shift;
 }
 
-/// The flare is judged by the far stripes, which no shift reaches; where none is found to be shifted, by all.
-AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, double sigmas) {
-  std::vector<Imbalance> far;
-  std::ranges::copy_if(found, std::back_inserter(far), [](const auto& one) { return one.distance > kNear; });
+/// Whether two stripes this far apart exchange light of a second picture.
+bool sees(const DoubleImage& second, int distance, const Comb& comb) {
+  if (second.shift == 0) return false;
+  const int off = std::abs(std::abs(second.shift) - distance) % comb.period;
+  const int other = (std::abs(second.shift) + distance) % comb.period;
+  return std::min({off, comb.period - off, other, comb.period - other}) <= kBlurred;
+}
+
+/// The flare is judged by the far stripes, which no shift reaches; where none is found to be shifted, by all;
+/// never by those that a second picture reaches.
+AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, const DoubleImage& second,
+                     double sigmas) {
+  std::vector<Imbalance> far, usable;
+  for (const Imbalance& one : found) {
+    if (sees(second, one.distance, comb)) continue;
+    usable.push_back(one);
+    if (one.distance > kNear) far.push_back(one);
+  }
   Flare flare = fit_flare(far, comb);
   if (flare.significance < sigmas) flare = {};
   AxisCheck axis;
   axis.measured = true;
   axis.shift = first_moment(found, flare, comb);
-  if (axis.shift.significance() < sigmas) flare = fit_flare(found, comb);
+  if (axis.shift.significance() < sigmas) flare = fit_flare(usable, comb);
   axis.flare = {flare.share, std::hypot(flare.sigma, kProfileError * flare.share)};
   axis.flare_length = flare.length;
   axis.flare_significance = flare.significance;
+  axis.second = {second.share, second.sigma};
+  axis.second_shift = second.shift;
   return axis;
 }
 
@@ -96,9 +116,9 @@ bool finite(const Radiance& photograph) {
   return true;
 }
 
-Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb) {
+Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb, std::span<const int> offsets) {
   std::vector<Pattern> patterns;
-  for (const int offset : comb.offsets) patterns.push_back(comb.pattern(offset));
+  for (const int offset : offsets) patterns.push_back(comb.pattern(offset));
   SYMRIG_TRY(auto photographs, probe.measure(patterns));
   if (photographs.size() != patterns.size())
     return Error{ErrorCode::frame_missing, fmt::format("the rig answered {} patterns with {} photographs",
@@ -109,16 +129,33 @@ Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb) {
   return photographs;
 }
 
+/// Looks for a second picture, and at it if there may be one.
+Result<DoubleImage> find_double_image(Probe& probe, const Comb& comb, std::span<const Radiance> photographs,
+                                      CoaxialCheck& check) {
+  const auto distance =
+      calibration::suspect_double_image(comb, photographs, check.options.smallest_second / 2);
+  if (!distance) return DoubleImage{};
+  SYMRIG_TRY(const auto there, show(probe, comb, std::array{comb.offsets.front() + *distance}));
+  ++check.photographs;
+  return calibration::prove_double_image(comb, photographs, there.front(), *distance);
+}
+
+bool doubles(const DoubleImage& second, const CoaxialOptions& options) {
+  return second.share > std::max(options.sigmas * second.sigma, options.smallest_second);
+}
+
 Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
   const auto comb = calibration::make_comb(which, probe.grid());
   if (!comb) return AxisCheck{};
-  SYMRIG_TRY(const auto photographs, show(probe, *comb));
+  SYMRIG_TRY(const auto photographs, show(probe, *comb, comb->offsets));
   check.photographs += std::ssize(photographs);
   const auto found = imbalances(*comb, photographs);
   if (found.empty()) return AxisCheck{};
   for (const Imbalance& one : found)
     if (std::abs(one.value) > std::abs(check.reciprocity.value)) check.reciprocity = {one.value, one.sigma};
-  return judge_axis(found, *comb, check.options.sigmas);
+  SYMRIG_TRY(DoubleImage second, find_double_image(probe, *comb, photographs, check));
+  if (!doubles(second, check.options)) second = {};
+  return judge_axis(found, *comb, second, check.options.sigmas);
 }
 
 bool shifted(const AxisCheck& axis, const CoaxialOptions& options) {
@@ -130,6 +167,12 @@ bool flares(const AxisCheck& axis, const CoaxialOptions& options) {
   const double passes = shifted(axis, options) ? kFlareOfShift * std::abs(axis.shift.value) : 0;
   return axis.measured && axis.flare_significance > options.sigmas &&
          std::abs(axis.flare.value) > options.smallest_flare + passes;
+}
+
+/// A shift moves indirect light too, and what is sharp in it stands out.
+bool doubled_along(const AxisCheck& axis, const CoaxialOptions& options) {
+  const double passes = shifted(axis, options) ? kFlareOfShift * std::abs(axis.shift.value) : 0;
+  return axis.measured && axis.second_shift != 0 && axis.second.value > passes;
 }
 
 /// "+0.098 +- 0.010", with the digits that its sigma leaves; never "-0.000".
@@ -155,6 +198,20 @@ std::string name_flare(const AxisCheck& axis, const char* back, const char* ahea
                      100 * axis.flare.sigma, axis.flare.value < 0 ? back : ahead, axis.flare_length);
 }
 
+/// "2.0 +- 0.1 % falls a second time 9 pixels to the right"
+std::string name_second(const AxisCheck& axis, const char* back, const char* ahead) {
+  return fmt::format("{:.2g} +- {:.1g} % of the light falls a second time, {} pixels {}",
+                     100 * axis.second.value, 100 * axis.second.sigma, std::abs(axis.second_shift),
+                     axis.second_shift < 0 ? back : ahead);
+}
+
+std::string name_seconds(const CoaxialCheck& check) {
+  std::string text;
+  if (doubled_along(check.rows, check.options)) text += name_second(check.rows, "upwards", "downwards");
+  if (!doubled_along(check.cols, check.options)) return text;
+  return (text.empty() ? "" : text + ", and ") + name_second(check.cols, "to the left", "to the right");
+}
+
 std::string name_flares(const CoaxialCheck& check) {
   std::string text;
   if (flares(check.rows, check.options)) text += name_flare(check.rows, "upwards", "downwards");
@@ -172,17 +229,22 @@ bool CoaxialCheck::flaring() const {
   return flares(rows, options) || flares(cols, options);
 }
 
+bool CoaxialCheck::doubled() const {
+  return doubled_along(rows, options) || doubled_along(cols, options);
+}
+
 std::string CoaxialCheck::to_string() const {
   if (!measured()) return "coaxial check: too few pixels or too little light to tell";
   const std::string shift = "the camera looks " + name_shift(*this) + " of where the projector shines";
-  if (!misaligned() && !flaring()) return "coaxial: " + shift;
-  std::string text;
-  if (misaligned()) text = "misaligned: " + shift + "; align the rig or calibrate it";
-  if (misaligned() && flaring()) text += ". ";
+  std::vector<std::string> found;
+  if (misaligned()) found.push_back("misaligned: " + shift + "; align the rig or calibrate it");
+  if (doubled())
+    found.push_back("double image: " + name_seconds(*this) +
+                    "; look for a second reflecting surface (beam splitter, filter, window)");
   if (flaring())
-    text += "one-sided flare: of the light, " + name_flares(*this) +
-            " falls aside; clean the lenses, shade them from stray light";
-  return text;
+    found.push_back("one-sided flare: of the light, " + name_flares(*this) +
+                    " falls aside; clean the lenses, shade them from stray light");
+  return found.empty() ? "coaxial: " + shift : fmt::format("{}", fmt::join(found, ". "));
 }
 
 Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) {

@@ -27,12 +27,16 @@ struct AxisCheck {
   Estimate flare;
   double flare_length = 0;        ///< [pixels] in which the flare falls to 1 / e, where one was found
   double flare_significance = 0;  ///< sigmas of the flare, its profile aside
+  /// Share of the light in a second picture, and where that lies; 0 if nothing looked like one.
+  Estimate second;
+  int second_shift = 0;  ///< [pixels]
 };
 
 struct CoaxialOptions {
   double sigmas = 5;             ///< an alarm needs this significance, and more than the smallest value below
   double smallest_shift = 0.01;  ///< [pixels] below it, misalignment costs less than camera noise
   double smallest_flare = 1e-3;  ///< share of the light; the same
+  double smallest_second = 1e-3;  ///< share of the light in a second picture; the same
 };
 
 /// Whether camera and projector share their pixels.
@@ -46,6 +50,7 @@ struct CoaxialCheck {
   bool measured() const { return rows.measured || cols.measured; }
   bool misaligned() const;
   bool flaring() const;
+  bool doubled() const;
   /// One line that names what was found and what to do.
   std::string to_string() const;
 };
@@ -59,7 +64,13 @@ struct CoaxialCheck {
 ///   - a one-sided flare of share s and length l reaches the far stripes: r(d) = s (1 − k) k^d, k =
 ///   exp(−1/l),
 ///     summed over the repeated stripes.
-/// cost: 8 photographs (4 on a grid with one axis below four pixels). error: the stated sigmas hold camera
+///   - a second picture of share s, g pixels off (two surfaces of a beam splitter, a filter, a window): light
+///     stands out g pixels from every stripe. One more photograph, of stripes there, proves it:
+///     r(g) − r(g − 3) = s. Seen from 6 pixels to 6 less than the period (a quarter of the axis), but not at
+///     half of it; nearer it counts as a shift. A second picture that camera and projector share leaves T
+///     symmetric, and is none.
+/// cost: 8 photographs (4 on a grid with one axis below four pixels), and one an axis where something looks
+/// like a second picture. error: the stated sigmas hold camera
 /// noise, a quarter of the flare's part in the shift (its profile is a guess), and a tenth of the shift (the
 /// direct light that it is scaled by has texture; on grids below 32 pixels it is a matter of yes or no). A
 /// shift moves indirect light too, which looks like a flare: on a misaligned rig a flare is named only if its

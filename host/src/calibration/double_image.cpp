@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/double_image.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace symrig::calibration {
+namespace {
+
+constexpr int kReach = 3;  // pixels that direct light may be off its place
+constexpr int kApart = 2;  // pixels: a second picture, blurred over its neighbours, is gone this far away
+
+/// Light at this offset from the start of every group, above the mean of what is kApart before and behind.
+double standing_out(const Radiance& photograph, const Comb& comb, int offset) {
+  const auto at = [&](int place) { return light_at(photograph, comb, place).value; };
+  return at(offset) - (at(offset - kApart) + at(offset + kApart)) / 2;
+}
+
+/// (light that goes from stripes at `from` to `to`) − (what comes back), over the direct light.
+Imbalance exchange(const Comb& comb, const Radiance& a, int from, const Radiance& b, int to) {
+  const Light there = light_at(a, comb, to), back = light_at(b, comb, from);
+  const double direct = (direct_light(a, comb, from).value + direct_light(b, comb, to).value) / 2;
+  return {to - from, (there.value - back.value) / direct, std::sqrt(there.variance + back.variance) / direct};
+}
+
+/// Whether the second picture lies `distance` ahead, or period − distance back: both put light at the same
+/// places but for one, behind the last stripe.
+bool lies_ahead(const Comb& comb, const Radiance& photograph, int distance) {
+  const int behind = (comb.groups - 1) * comb.period, place = comb.offsets.front() + distance;
+  if (behind + place + kApart >= comb.length()) return 2 * distance <= comb.period;
+  Comb last = comb;
+  last.groups = 1;
+  return standing_out(photograph, last, behind + place) >
+         standing_out(photograph, comb, place) / comb.groups / 2;
+}
+
+}  // namespace
+
+std::optional<int> suspect_double_image(const Comb& comb, std::span<const Radiance> photographs,
+                                        double least) {
+  std::vector<Light> direct;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    direct.push_back(direct_light(photographs[i], comb, comb.offsets[i]));
+    if (!(direct.back().value > 5 * std::sqrt(direct.back().variance))) return std::nullopt;
+  }
+  std::optional<int> found;
+  double most = least;
+  const int nearest = kReach + kApart + 1;
+  for (int distance = nearest; distance <= comb.period - nearest; ++distance) {
+    if (comb.offsets.front() + distance >= comb.length()) break;
+    double share = 0;
+    for (std::size_t i = 0; i < photographs.size(); ++i)
+      share += standing_out(photographs[i], comb, comb.offsets[i] + distance) / direct[i].value;
+    share /= static_cast<double>(photographs.size());
+    if (share > most) most = share, found = distance;
+  }
+  return found;
+}
+
+DoubleImage prove_double_image(const Comb& comb, std::span<const Radiance> photographs, const Radiance& there,
+                               int distance) {
+  const int second = comb.offsets.front() + distance;
+  // Of the stripes of the sequence one is three pixels nearer to the second picture than the first ones.
+  std::optional<Imbalance> far, near;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    if (comb.offsets[i] == comb.offsets.front())
+      far = exchange(comb, photographs[i], comb.offsets[i], there, second);
+    if (comb.offsets[i] == comb.offsets.front() + kReach)
+      near = exchange(comb, photographs[i], comb.offsets[i], there, second);
+  }
+  if (!far || !near) return {};
+  const bool ahead = lies_ahead(comb, photographs.front(), distance);
+  // The second picture is as blurred as the first: this share of it lies where it was looked for.
+  const double sharp = light_at(photographs.front(), comb, comb.offsets.front()).value /
+                       direct_light(photographs.front(), comb, comb.offsets.front()).value;
+  return {ahead ? distance : distance - comb.period, (far->value - near->value) / sharp,
+          std::hypot(far->sigma, near->sigma) / sharp};
+}
+
+}  // namespace symrig::calibration
