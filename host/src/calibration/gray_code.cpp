@@ -81,15 +81,19 @@ long number_in(const fs::path& picture) {
   return last - first > 8 ? -1 : std::stol(name.substr(first, last - first + 1));
 }
 
-/// "between 02.png and 04.png one is missing", where the numbers of the files say so.
+/// "between 02.png and 04.png there is a gap", where the numbers of the files say so.
 std::string gap_in(const std::vector<fs::path>& pictures) {
+  std::string gap;
+  std::size_t steps = 0;
   for (std::size_t i = 1; i < pictures.size(); ++i) {
     const long before = number_in(pictures[i - 1]), after = number_in(pictures[i]);
-    if (before >= 0 && after > before + 1)
-      return fmt::format(" (between {} and {} there is a gap)", pictures[i - 1].filename().string(),
-                         pictures[i].filename().string());
+    steps += before >= 0 && after == before + 1 ? 1 : 0;
+    if (gap.empty() && before >= 0 && after > before + 1)
+      gap = fmt::format(" (between {} and {} there is a gap)", pictures[i - 1].filename().string(),
+                        pictures[i].filename().string());
   }
-  return {};
+  // Numbers that mostly go by tens, or are no counts at all, have no gaps.
+  return 2 * steps >= pictures.size() ? gap : std::string();
 }
 
 Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pictures,
@@ -97,12 +101,13 @@ Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pi
   const int count = static_cast<int>(pictures.size());
   const std::string gap = gap_in(pictures);
   if (!projector) {
-    if (const auto code = GrayCode::of_length(count)) return *code;
+    // With a pair missing the number would stand for another projector.
+    if (const auto code = GrayCode::of_length(count); code && gap.empty()) return *code;
     return Error{
         ErrorCode::size_mismatch,
         fmt::format("{}: has {} photographs{}; a Gray-code sequence has 2 (column bits + row bits) + 2",
                     folder.string(), count, gap),
-        "42 for a projector of 768x1024; give the projector's size if it is another"};
+        "42 for a projector of 768x1024; give the projector's size if the photographs are all there"};
   }
   if (!projector->valid())
     return Error{ErrorCode::bad_argument, "projector size " + to_string(*projector) + " is not a grid"};
@@ -191,13 +196,36 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
 
 namespace {
 
+/// Names the most usual missing photograph: one too few, and the last is as bright as the pair before it adds
+/// up to, as white is.
+Result<void> check_black_is_there(const fs::path& folder, const std::vector<fs::path>& pictures,
+                                  const CaptureFile& capture, const std::optional<Grid>& projector) {
+  const auto count = static_cast<int>(pictures.size());
+  const bool one_short = projector ? GrayCode(*projector).photographs() == count + 1 : count % 2 != 0;
+  if (!one_short || count < 3 || !gap_in(pictures).empty()) return {};
+  std::vector<double> means;
+  for (auto at = pictures.end() - 3; at != pictures.end(); ++at) {
+    SYMRIG_TRY(const auto image, read_captured(*at, capture));
+    means.push_back(mean(image));
+  }
+  constexpr double kMost = 0.75;  // pattern + complement = white + black, and black below a third of white
+  if (means[2] < kMost * (means[0] + means[1])) return {};
+  return Error{
+      ErrorCode::size_mismatch,
+      fmt::format("{}: has {} photographs, and the last, {}, is the white one: the black one is missing",
+                  folder.string(), count, pictures.back().filename().string()),
+      "photograph the projector showing black; its name must come last"};
+}
+
 /// All pictures of the folder, in natural order.
 Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureFile& capture,
                                           const ReadCodeOptions& options) {
   SYMRIG_TRY(const auto pictures, list_pictures(folder, capture.raw.has_value()));
   const int count = static_cast<int>(pictures.size());
-  SYMRIG_TRY(const GrayCode code,
-             code_of(folder, pictures, options.projector ? options.projector : capture.projector));
+  const auto projector = options.projector ? options.projector : capture.projector;
+  if (!projector || projector->valid())
+    SYMRIG_CHECK(check_black_is_there(folder, pictures, capture, projector));
+  SYMRIG_TRY(const GrayCode code, code_of(folder, pictures, projector));
   CodePhotographs photographs{code, {}, {}};
   for (const fs::path& picture : pictures) {
     SYMRIG_TRY(auto image, read_captured(picture, capture));

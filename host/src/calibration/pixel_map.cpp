@@ -86,17 +86,54 @@ bool trusted(const AxisSightings& axis, std::size_t i, const DecodePolicy& polic
          axis.misfit.values()[i] <= policy.largest_misfit * policy.largest_misfit;
 }
 
-Result<void> check_orientation(const RawMap& raw, double orientation) {
+/// Whether positions of an axis mostly fall where they should rise: columns to the right, rows downwards.
+bool runs_backwards(const RawMap& raw, StripeAxis axis) {
+  constexpr int kApart = 8, kStride = 5;
+  const auto& position = raw.position[calibration::axis_index(axis)];
+  const int down = axis == StripeAxis::rows ? kApart : 0, right = kApart - down;
+  std::int64_t rising = 0, falling = 0;
+  for (int row = 0; row + down < raw.grid().rows; row += kStride)
+    for (int col = 0; col + right < raw.grid().cols; col += kStride) {
+      if (!raw.mask.at(row, col) || !raw.mask.at(row + down, col + right)) continue;
+      const float step = position.at(row + down, col + right) - position.at(row, col);
+      rising += step > 0 ? 1 : 0;
+      falling += step < 0 ? 1 : 0;
+    }
+  return falling > rising;
+}
+
+/// "00.png and 01.png (columns, 512 px)": the pair that mirrors a whole axis if it is swapped.
+std::string coarsest_pair(const CodePhotographs& photographs, StripeAxis axis) {
+  const int pair = axis == StripeAxis::columns ? 0 : photographs.code.column_bits();
+  const auto at = static_cast<std::size_t>(2 * pair);
+  return fmt::format("{} and {} ({})", photographs.names[at], photographs.names[at + 1],
+                     photographs.code.pair(pair).name);
+}
+
+/// With both axes backwards the camera stands on its head, and orientation is kept: then, as with a camera on
+/// its side, either pair may be the one.
+Error backwards(const CodePhotographs& photographs, const RawMap& raw, double share) {
+  const bool columns = runs_backwards(raw, StripeAxis::columns), rows = runs_backwards(raw, StripeAxis::rows);
+  const std::string column_pair = coarsest_pair(photographs, StripeAxis::columns),
+                    row_pair = coarsest_pair(photographs, StripeAxis::rows);
+  const std::string pairs = columns == rows ? column_pair + ", or " + row_pair
+                            : columns       ? column_pair
+                                            : row_pair;
+  return {ErrorCode::bad_value,
+          fmt::format("the decoded map runs backwards over {:.0f} % of its pixels: {} are swapped, or the "
+                      "projection is mirrored",
+                      100 * share, pairs),
+          "exchange the two files"};
+}
+
+Result<void> check_orientation(const CodePhotographs& photographs, const RawMap& raw, double orientation) {
   if (count(raw.mask) == 0)
     return Error{ErrorCode::bad_value,
                  "no pixel could be decoded: the stripes are not where the sequence says",
                  "the order is: column pairs (most significant bit first), row pairs, white, black"};
   const double share = calibration::oriented_share(raw, orientation);
   if (share > 0.5) return {};
-  return Error{ErrorCode::bad_value,
-               fmt::format("the decoded map runs backwards over {:.0f} % of its pixels", 100 * (1 - share)),
-               "a pattern and its complement are swapped, photographs are out of order, or the projection is "
-               "mirrored"};
+  return backwards(photographs, raw, 1 - share);
 }
 
 /// Positions beyond the projector leave the mask.
@@ -141,7 +178,7 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
     keep_inside(raw, code.projector());
   }
   if (options.neighbours) calibration::drop_unsupported(raw, options.policy);
-  SYMRIG_CHECK(check_orientation(raw, orientation));
+  SYMRIG_CHECK(check_orientation(photographs, raw, orientation));
   if (options.smooth) calibration::refine(raw, light.lit);
   map.contrast = std::move(light.contrast);
   map.col = std::move(raw.position[0]);

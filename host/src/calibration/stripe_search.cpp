@@ -112,8 +112,9 @@ class Explained {
     if (pixel.number == number) return pixel;
     explain(seen_.value, light_.pixel(number), light_.light().bits(), pixel.explained);
     pixel.number = number;
-    const auto best = std::ranges::max_element(pixel.explained);
-    pixel.best = {number * kSteps + static_cast<int>(best - pixel.explained.begin()), *best};
+    const float* const first = pixel.explained.data();
+    const float* const best = std::max_element(first, first + kSteps);
+    pixel.best = {number * kSteps + static_cast<int>(best - first), *best};
     return pixel;
   }
   /// The last position of all is the first step of the last pixel.

@@ -46,7 +46,8 @@ class Window {
 
  private:
   static std::size_t index(int dr, int dc) {
-    return static_cast<std::size_t>((dr + kReach) * kSide + dc + kReach);
+    const int at = (dr + kReach) * kSide + dc + kReach;
+    return static_cast<std::size_t>(at);
   }
 
   std::array<bool, kPixels> decoded_{};

@@ -37,10 +37,17 @@ TEST_P(SwappedPair, IsNamed) {
 // rows: one of their stripes is wider than what the camera sees of the 80 rows.
 INSTANTIATE_TEST_SUITE_P(Pairs, SwappedPair, testing::Values(2, 3, 4, 5, 6, 9, 10, 11, 12, 13));
 
-TEST(WrongSequence, CoarsestPairSwappedRunsBackwards) {
-  auto photographs = test::default_photographs();
-  std::swap(photographs.images[0], photographs.images[1]);
-  EXPECT_TRUE(names(refusal(photographs), "backwards"));
+TEST(WrongSequence, CoarsestPairSwappedRunsBackwardsAndIsNamed) {
+  const int rows = 2 * test::default_photographs().code.column_bits();
+  for (const int first : {0, rows}) {
+    auto photographs = test::default_photographs();
+    const auto at = static_cast<std::size_t>(first);
+    std::swap(photographs.images[at], photographs.images[at + 1]);
+    const std::string line = refusal(photographs);
+    EXPECT_TRUE(names(line, "backwards")) << line;
+    EXPECT_TRUE(names(line, photographs.names[at] + " and " + photographs.names[at + 1])) << line;
+    EXPECT_FALSE(names(line, photographs.names[static_cast<std::size_t>(rows - first)] + " and ")) << line;
+  }
 }
 
 TEST(WrongSequence, SaturatedWhiteIsNamed) {
