@@ -13,9 +13,11 @@ namespace {
 
 using namespace report;
 
-constexpr int kSide = 640;  // pixels of the longer side of a picture
+constexpr int kSide = 640;           // pixels of the longer side of a picture
+constexpr int kNarrowest = 420;      // two pictures fill a row
+constexpr std::uint8_t kNone = 150;  // grey: the scale of colours has its own black and white, but no grey
 
-/// Every `stride`th pixel of a picture on the camera's grid; what is not decoded becomes black. Positions are
+/// Every `stride`th pixel of a picture on the camera's grid; what is not decoded becomes grey. Positions are
 /// not averaged: the mean of two surfaces is a place on neither.
 class Thumbnails {
  public:
@@ -40,7 +42,7 @@ class Thumbnails {
     Picture picture = false_colour(values, static_cast<float>(top));
     for (int channel = 0; channel < picture.channels(); ++channel)
       for (std::size_t i = 0; i < known.values().size(); ++i)
-        if (!known.values()[i]) picture.plane(channel)[i] = 0;
+        if (!known.values()[i]) picture.plane(channel)[i] = kNone;
     return picture;
   }
   /// One number of the decoded pixels.
@@ -58,12 +60,13 @@ class Thumbnails {
 std::string positions_section(const PixelMap& map, const Thumbnails& small) {
   const auto shown = [&](const Image<float>& position, int size, const char* what) {
     return figure(small.decoded(size - 1, [&](int r, int c) { return position.at(r, c); }), what,
-                  fmt::format("The projector {} that each camera pixel sees. Black: not decoded.", what),
+                  fmt::format("The projector {} that each camera pixel sees. Grey: not decoded.", what),
                   colour_scale("0", fmt::format("{}", size - 1)));
   };
   return section(
       "map", "The map",
-      row_of({shown(map.col, map.projector.cols, "column"), shown(map.row, map.projector.rows, "row")}, 300));
+      row_of({shown(map.col, map.projector.cols, "column"), shown(map.row, map.projector.rows, "row")},
+             kNarrowest));
 }
 
 std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
@@ -76,15 +79,17 @@ std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
   };
   return section(
       "doubts", "How well it is known",
-      row_of({figure(small.decoded(kSigma, sigma), "uncertainty",
-                     "Standard deviation of the position, the larger of column and row, in projector pixels.",
-                     colour_scale("0", fmt::format("{} or more", kSigma))),
-              figure(small.decoded(kOff, distance), "distance from the neighbours",
-                     "Distance from an affine map of the 15 × 15 pixels around, in projector pixels. Lines: "
-                     "edges of "
-                     "surfaces. Specks: glints, or wrong positions.",
-                     colour_scale("0", fmt::format("{} or more", kOff)))},
-             300));
+      row_of(
+          {figure(
+               small.decoded(kSigma, sigma), "uncertainty",
+               "Standard deviation of the position, the larger of column and row, in projector pixels. Grey: "
+               "not decoded.",
+               colour_scale("0", fmt::format("{} or more", kSigma))),
+           figure(small.decoded(kOff, distance), "distance from the neighbours",
+                  "Distance from an affine map of the 15 × 15 pixels around, in projector pixels. Lines: "
+                  "edges of surfaces. Specks: glints, or wrong positions.",
+                  colour_scale("0", fmt::format("{} or more", kOff)))},
+          kNarrowest));
 }
 
 std::string facts(const CalibrationSummary& s, const PixelMap& map) {
@@ -106,17 +111,18 @@ std::string facts(const CalibrationSummary& s, const PixelMap& map) {
 
 std::string calibration_page(const CalibrationSummary& summary, const PixelMap& map) {
   const Thumbnails small(map);
-  const float white = white_level(map.contrast);
-  const auto contrast =
-      small.coloured(static_cast<double>(white), [&](int r, int c) { return map.contrast.at(r, c); });
+  const Picture lit = photograph(shrunk(map.contrast, kSide), white_level(map.contrast));
   std::string html = "<h1>" + escape(summary.source) + "</h1>\n" +
                      section("facts", "Pixel map", facts(summary, map)) + positions_section(map, small) +
                      doubts_section(map, small);
-  html += section("light", "What was lit",
-                  row_of({figure(contrast, "white less black",
-                                 "White less black photograph: where the projector's light arrives at all.",
-                                 colour_scale("0", short_number(white)))},
-                         300));
+  html += section(
+      "light", "What was lit",
+      row_of({figure(
+                 lit, "white less black",
+                 "White less black photograph: where the projector's light arrives at all. What is dark here "
+                 "cannot be decoded; what is bright and grey above sees light of other surfaces.",
+                 "")},
+             kNarrowest));
   return page(summary.source + ": pixel map", html);
 }
 
