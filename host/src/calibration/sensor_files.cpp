@@ -26,7 +26,7 @@ void for_tables(TableReader& table, std::string_view key, const Use& use) {
 
 void read_level(TableReader& table, SensorFiles& files) {
   SensorFiles::Level level;
-  table.require("files", "two frames of one light at least, [\"a0.png\", \"a1.png\"]");
+  table.require("files", R"(two frames of one light at least, ["a0.png", "a1.png"])");
   table.read("files", level.files);
   files.flat.push_back(std::move(level));
 }

@@ -51,7 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"no_version", "projector = \"24x40\"\n", "symrig"},
         Refused{"unknown_key", "symrig = 1\nprojektor = \"24x40\"\n", "projektor"},
         Refused{"projector", "symrig = 1\nprojector = \"24by40\"\n", "capture.toml:2: projector"},
-        Refused{"sensor_key", "symrig = 1\n[sensor]\ndarks = [\"a.png\"]\n", "capture.toml:3: sensor.darks"},
+        Refused{"sensor_key", "symrig = 1\n[sensor]\ndarks = [\"a.png\"]\n", "capture.toml:3: there is no key sensor.darks"},
         Refused{"no_exposure", "symrig = 1\n[[sensor.bracket]]\nfile = \"a.png\"\n",
                 "sensor.bracket.exposure"},
         Refused{"no_list", "symrig = 1\n[sensor.flat]\nfiles = [\"a.png\"]\n", "is not a list of tables"},
