@@ -105,7 +105,7 @@ bool runs_backwards(const RawMap& raw, StripeAxis axis) {
 /// "00.png and 01.png (columns, 512 px)": the pair that mirrors a whole axis if it is swapped.
 std::string coarsest_pair(const CodePhotographs& photographs, StripeAxis axis) {
   const int pair = axis == StripeAxis::columns ? 0 : photographs.code.column_bits();
-  const auto at = static_cast<std::size_t>(2 * pair);
+  const std::size_t at = 2 * static_cast<std::size_t>(pair);
   return fmt::format("{} and {} ({})", photographs.names[at], photographs.names[at + 1],
                      photographs.code.pair(pair).name);
 }
