@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/capture_file.hpp"
 
+#include "scratch.hpp"
 #include "symrig/image/file.hpp"
 #include "synthetic_photographs.hpp"
 
@@ -51,7 +52,8 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"no_version", "projector = \"24x40\"\n", "symrig"},
         Refused{"unknown_key", "symrig = 1\nprojektor = \"24x40\"\n", "projektor"},
         Refused{"projector", "symrig = 1\nprojector = \"24by40\"\n", "capture.toml:2: projector"},
-        Refused{"sensor_key", "symrig = 1\n[sensor]\ndarks = [\"a.png\"]\n", "capture.toml:3: there is no key sensor.darks"},
+        Refused{"sensor_key", "symrig = 1\n[sensor]\ndarks = [\"a.png\"]\n",
+                "capture.toml:3: there is no key sensor.darks"},
         Refused{"no_exposure", "symrig = 1\n[[sensor.bracket]]\nfile = \"a.png\"\n",
                 "sensor.bracket.exposure"},
         Refused{"no_list", "symrig = 1\n[sensor.flat]\nfiles = [\"a.png\"]\n", "is not a list of tables"},
@@ -73,14 +75,6 @@ INSTANTIATE_TEST_SUITE_P(
 class CaptureFolder : public testing::Test {
  protected:
   static constexpr Grid kGrid{24, 40};
-
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("symrig-CaptureFolder-" + name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  static std::string name() { return testing::UnitTest::GetInstance()->current_test_info()->name(); }
 
   static Image<float> light(int pattern) {
     Image<float> image = GrayCode(kGrid).pattern(pattern);
@@ -115,7 +109,8 @@ class CaptureFolder : public testing::Test {
     write(file, bytes);
   }
 
-  fs::path folder_;
+  test::Scratch scratch_;
+  const fs::path& folder_ = scratch_.folder();
 };
 
 TEST_F(CaptureFolder, PatternsAreFoundByNameInAnyOrder) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gray_code.hpp"
 
+#include "scratch.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/image/file.hpp"
 #include "synthetic_photographs.hpp"
@@ -19,15 +20,6 @@ namespace fs = std::filesystem;
 /// A folder that goes with the test.
 class GrayCodeFolder : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ =
-        fs::temp_directory_path() / (std::string("symrig-") + info->test_suite_name() + "-" + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   /// Writes a sequence as 0.png, 1.png, ..., 27.png: natural order matters.
   void write(const CodePhotographs& photographs) const {
     for (std::size_t i = 0; i < photographs.images.size(); ++i)
@@ -35,7 +27,8 @@ class GrayCodeFolder : public testing::Test {
   }
   fs::path path(std::size_t i) const { return folder_ / (std::to_string(i) + ".png"); }
 
-  fs::path folder_;
+  test::Scratch scratch_;
+  const fs::path& folder_ = scratch_.folder();
 };
 
 std::string lit_positions(const GrayCode& code, int photograph) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/map_file.hpp"
 
+#include "scratch.hpp"
 #include "symrig/image/file.hpp"
 #include "synthetic_photographs.hpp"
 
@@ -22,10 +23,10 @@ Image<float> good() {
 TEST(MapFile, ComesBackAsItWasWritten) {
   const auto map = decode(test::default_photographs());
   ASSERT_TRUE(map.ok()) << map.error().line();
-  const auto path = std::filesystem::temp_directory_path() / "symrig-MapFile-ComesBack.exr";
+  const test::Scratch scratch;
+  const auto path = scratch / "map.exr";
   ASSERT_TRUE(write_image(path, map_picture(*map)).ok());
   const auto read = read_pixel_map(path, map->projector);
-  std::filesystem::remove(path);
   ASSERT_TRUE(read.ok()) << read.error().line();
   EXPECT_EQ(read->camera, map->camera);
   EXPECT_EQ(read->mask, map->mask);

@@ -26,6 +26,8 @@
 
 namespace symrig::device::test {
 
+using symrig::test::Scratch;
+
 /// A listening local socket, or a TCP port of the loop-back that the system chose.
 class Listener {
  public:

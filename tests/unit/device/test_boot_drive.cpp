@@ -14,7 +14,7 @@ namespace symrig::device {
 namespace {
 
 namespace fs = std::filesystem;
-using test::Scratch;
+using symrig::test::Scratch;
 
 fs::path make_drive(const Scratch& scratch, const std::string& name, const std::string& board = "RPI-RP2") {
   fs::create_directory(scratch / name);

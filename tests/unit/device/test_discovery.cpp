@@ -14,7 +14,7 @@
 namespace symrig::device {
 namespace {
 
-using test::Scratch;
+using symrig::test::Scratch;
 
 class FakeBus final : public UsbBus {
  public:

@@ -15,6 +15,7 @@ namespace symrig::device {
 namespace {
 
 using namespace test;
+using symrig::test::Scratch;
 
 std::string digest_of(const std::string& text) {
   return sha256({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});

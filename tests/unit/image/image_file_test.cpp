@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "scratch.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/image/file.hpp"
 
@@ -25,21 +26,12 @@ std::vector<std::byte> bytes_of(const std::vector<int>& codes) {
 /// A folder that goes with the test.
 class ImageFile : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    std::string name = std::string("symrig-") + info->test_suite_name() + "-" + info->name();
-    std::ranges::replace(name, '/', '-');
-    folder_ = fs::temp_directory_path() / name;
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::size_t files() const {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder_), {}));
   }
 
-  fs::path folder_;
+  test::Scratch scratch_;
+  const fs::path& folder_ = scratch_.folder();
 };
 
 /// Values that neither format may bend: negative, above 1, tiny, large.

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::device::test {
+namespace symrig::test {
 
 /// A new folder of its own, gone with the object. Its path is short enough for a socket.
 class Scratch {
@@ -31,4 +31,4 @@ class Scratch {
   std::filesystem::path folder_;
 };
 
-}  // namespace symrig::device::test
+}  // namespace symrig::test
