@@ -174,7 +174,7 @@ double misfit(const StripeLight& light, double x, const Bits& seen, float contra
   double sum = 0;
   for (int bit = 0; bit < light.bits(); ++bit) {
     const Shape m = light.contrasts(x, bit);
-    double left = static_cast<double>(seen[static_cast<std::size_t>(bit)] / contrast);
+    auto left = static_cast<double>(seen[static_cast<std::size_t>(bit)] / contrast);
     for (std::size_t s = 0; s < m.size(); ++s) left -= static_cast<double>(shape[s] * m[s]);
     sum += left * left;
   }
