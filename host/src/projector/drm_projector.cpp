@@ -77,7 +77,7 @@ Result<Shown> DrmProjector::flip_to(std::size_t index) {
   const std::size_t back = buffer_with(index);
   SYMRIG_CHECK(screen_->submit(back));
   draw_ahead(index + 1, back);
-  const auto shown = screen_->await();
+  auto shown = screen_->await();
   SYMRIG_CHECK(screen_->check());
   if (shown) front_ = back;
   return shown;

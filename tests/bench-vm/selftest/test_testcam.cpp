@@ -31,7 +31,7 @@ std::int64_t stamp_of(const v4l2_buffer& buffer) {
 std::string find_camera() {
   for (int i = 0; i < 1000; ++i) {
     for (const auto& entry : std::filesystem::directory_iterator("/sys/class/video4linux")) {
-      const std::string node = "/dev/" + entry.path().filename().string();
+      std::string node = "/dev/" + entry.path().filename().string();
       if (read_text(entry.path() / "name") == "testcam\n" && Stream(node).ok()) return node;
     }
     sleep_until(now_ns() + 10'000'000);

@@ -59,6 +59,7 @@ class MachineCards final : public Cards {
     for (fs::directory_iterator at(kFolder, error), end; !error && at != end; at.increment(error))
       if (const auto number = card_number(at->path().filename().string())) numbers.insert(*number);
     std::vector<std::string> names;
+    names.reserve(numbers.size());
     for (const int number : numbers) names.push_back(fmt::format("card{}", number));
     return names;
   }
