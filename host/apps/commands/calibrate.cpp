@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "level_calibration.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 #include "sensor_calibration.hpp"
@@ -21,7 +22,7 @@ namespace {
 
 struct Arguments {
   CodeFolder from;
-  std::string rig, sensor, response, output, uncertainty, report, json;
+  std::string rig, levels, sensor, response, output, uncertainty, report, json;
 };
 
 /// What a calibration found, from photographs or from a rig.
@@ -110,6 +111,11 @@ Result<void> check_arguments(const Arguments& arguments) {
                  "see symrig calibrate --help"};
   if (arguments.sensor.empty() && !arguments.response.empty())
     return Error{ErrorCode::bad_argument, "--response goes with --sensor", "see symrig calibrate --help"};
+  if (arguments.rig.empty() && !arguments.levels.empty())
+    return Error{ErrorCode::bad_argument, "--levels goes with --rig", "see symrig calibrate --help"};
+  if (!arguments.levels.empty() && !(arguments.output + arguments.uncertainty + arguments.report).empty())
+    return Error{ErrorCode::bad_argument, "--levels measures no map",
+                 "leave -o, --uncertainty and --report out"};
   if (!arguments.sensor.empty()) return {};
   SYMRIG_CHECK(check_output(arguments.json));
   SYMRIG_CHECK(check_output(arguments.report));
@@ -135,6 +141,7 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
   if (!arguments.sensor.empty())
     return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
+  if (!arguments.levels.empty()) return calibrate_levels({arguments.rig, arguments.levels, arguments.json});
   SYMRIG_TRY(const std::string output, map_output(arguments));
   SYMRIG_TRY(const Calibration found,
              arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
@@ -156,6 +163,10 @@ Job add_calibrate(CLI::App& app) {
   add_code_folder(*command, arguments->from);
   command->add_option("--rig", arguments->rig, "Measure this rig instead: show it a Gray-code sequence")
       ->type_name("RIG");
+  command
+      ->add_option("--levels", arguments->levels,
+                   "With --rig: measure the light of its projector's levels instead, file to write")
+      ->type_name("levels.toml");
   command
       ->add_option(
           "--sensor", arguments->sensor,
@@ -181,6 +192,7 @@ Job add_calibrate(CLI::App& app) {
   command->footer(std::string("Example:\n"
                               "  symrig calibrate --from photographs -o map.exr --json -\n"
                               "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
+                              "  symrig calibrate --rig rig.toml --levels levels.toml\n"
                               "  symrig calibrate --sensor frames -o sensor.toml\n"
                               "\n") +
                   kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);

@@ -62,6 +62,7 @@ Result<std::unique_ptr<Projector>> open_folder(const RigFile& file, Grid grid) {
   options.screen = entry.screen;
   options.placement = placement_of(entry);
   options.grid = grid;
+  options.codes = entry.codes;
   options.refresh_period = file.options.profile.refresh_period;
   if (!entry.push.empty()) options.push = push_by_command(entry.push);
   SYMRIG_TRY(auto projector, FolderProjector::open(std::move(options)));
@@ -74,6 +75,7 @@ Result<std::unique_ptr<Projector>> open_screen(const RigFile& file, Grid grid) {
   options.mode = file.projector.mode;
   options.placement = placement_of(file.projector);
   options.grid = grid;
+  options.codes = file.projector.codes;
   SYMRIG_TRY(auto projector, DrmProjector::open(options));
   return std::unique_ptr<Projector>(std::move(projector));
 }

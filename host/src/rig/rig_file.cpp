@@ -5,6 +5,7 @@
 #include "device/programs/timing.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <algorithm>
@@ -92,6 +93,14 @@ void read_map(TableReader& top, const std::filesystem::path& folder, RigFile& fi
   file.map = (path.is_absolute() ? path : folder / path).string();
 }
 
+/// The projector's levels as they were measured.
+Result<void> read_levels(const std::filesystem::path& folder, ProjectorEntry& projector) {
+  if (projector.levels.empty()) return {};
+  SYMRIG_TRY(const std::vector<double> light, load_projector_light(folder / projector.levels));
+  SYMRIG_TRY(projector.codes, CodeTable::from_light(light));
+  return {};
+}
+
 /// The sensor as it was measured: noise and defects.
 Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camera) {
   if (camera.sensor.empty()) return {};
@@ -150,6 +159,7 @@ std::string RigFile::identity() const {
                                          p.top, p.left, p.mirror_rows ? ", rows mirrored" : "",
                                          p.mirror_cols ? ", columns mirrored" : "")
                            : fmt::format("; projector folder {}", p.folder);
+  if (!p.levels.empty()) text += fmt::format(", levels {}", p.levels);
   if (options.exposures == 0) return text + "; exposures planned";
   return text + fmt::format("; {} exposures, ratio {}", options.exposures, options.ratio);
 }
@@ -176,6 +186,7 @@ Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
   if (context.state) check_devices(file, context);
   if (!context.state) return context.state.error();
   SYMRIG_CHECK(read_sensor(folder, file.camera));
+  SYMRIG_CHECK(read_levels(folder, file.projector));
   settle_options(file);
   return file;
 }

@@ -162,6 +162,7 @@ void read_projector_entry(TableReader& top, RigFile& file) {
     read_whole(table, "left", projector.left, 0, device::kLargestSide);
     read_mirror(table, projector);
     table.read("vsync", projector.vsync);
+    table.read("levels", projector.levels);
     if (table.read("folder", projector.folder) && (table.has("connector") || table.has("mode")))
       table.fail("folder", "stands beside a screen's keys", "give either a folder or a connector");
     read_picture_size(table, "screen", projector.screen);

@@ -152,6 +152,7 @@ const std::vector<Key>& keys() {
       exposures_key(),
       real_key("ratio", &SceneUri::ratio, 1.5, 64),
       real_key("drift", &SceneUri::drift, -0.5, 0.5),
+      real_key("gamma", &SceneUri::gamma, 0.25, 4),
       real_key("light", &SceneUri::light, 1e-3, 1),
   };
   return all;

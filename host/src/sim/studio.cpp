@@ -2,13 +2,16 @@
 #include "sim/studio.hpp"
 
 #include "sim/camera_optics.hpp"
+#include "symrig/projector/placement.hpp"
 
+#include <cmath>
 #include <utility>
 
 namespace symrig::sim {
 
 Studio::Studio(const SceneUri& uri, const Scene& scene)
     : scene_(scene),
+      gamma_(uri.gamma),
       misalign_(uri.misalign),
       flare_(uri.flare),
       drift_(uri.drift),
@@ -18,8 +21,16 @@ Studio::Studio(const SceneUri& uri, const Scene& scene)
   leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
 }
 
+/// The light that a projector which answers its levels by a power makes of a pattern.
+Image<float> Studio::projected(const Image<float>& pattern) const {
+  const CodeTable codes;
+  Image<float> light = pattern;
+  for (float& value : light.values()) value = static_cast<float>(std::pow(codes.code(value) / 255.0, gamma_));
+  return light;
+}
+
 Studio::Light Studio::light_of(const Image<float>& pattern, std::uint64_t shown_before) const {
-  Image<float> light = scene_.apply(pattern);
+  Image<float> light = scene_.apply(gamma_ == 1 ? pattern : projected(pattern));
   for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
   for (int c = 0; c < light.channels(); ++c) {
     if (misalign_ != 0) shift(light.grid(), misalign_, light.plane(c));

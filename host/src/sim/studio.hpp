@@ -44,7 +44,10 @@ class Studio {
   const Scene& scene() const { return scene_; }
 
  private:
+  Image<float> projected(const Image<float>& pattern) const;
+
   const Scene& scene_;
+  double gamma_;
   double misalign_;
   double flare_;
   double drift_;

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig_file.hpp"
 
+#include "scratch.hpp"
+#include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -85,6 +89,24 @@ TEST(RigFile, a_measured_sensor_takes_the_place_of_its_numbers) {
   refused("size = \"16x8\"\n", "measured on pictures of 8x12");
   EXPECT_EQ(parse_rig_file(camera, "rig.toml", folder / "elsewhere").error().code, ErrorCode::not_found);
   std::filesystem::remove_all(folder);
+}
+
+TEST(RigFile, measured_levels_choose_the_codes) {
+  const test::Scratch scratch;
+  std::vector<FieldLight> fields;
+  for (int level = 0; level <= 255; level += 15)
+    fields.push_back({level, std::pow(level / 255.0, 2.0), 1e-12});
+  const auto response = ProjectorResponse::fit(fields);
+  ASSERT_TRUE(response.ok()) << response.error().line();
+  ASSERT_TRUE(save_projector_response(scratch / "levels.toml", *response).ok());
+  const std::string text = kHead + "[camera]\n" + kSensor + "[projector]\nlevels = \"levels.toml\"\n";
+  const auto file = parse_rig_file(text, "rig.toml", scratch.folder());
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_TRUE(file->projector.codes.measured());
+  EXPECT_NEAR(file->projector.codes.code(0.25F), 127.5,
+              1);  // a square: half the level, a quarter of the light
+  EXPECT_NE(file->identity().find("levels levels.toml"), std::string::npos);
+  EXPECT_EQ(parse_rig_file(text, "rig.toml", scratch / "elsewhere").error().code, ErrorCode::not_found);
 }
 
 TEST(RigFile, every_key_arrives) {

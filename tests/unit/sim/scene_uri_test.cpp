@@ -23,6 +23,7 @@ TEST(SceneUri, has_the_documented_defaults) {
   EXPECT_EQ(uri->exposures, 4);
   EXPECT_EQ(uri->ratio, 8);
   EXPECT_EQ(uri->drift, 0);
+  EXPECT_EQ(uri->gamma, 1);
   EXPECT_EQ(uri->light, 1);
   EXPECT_EQ(uri->to_string(), "sim:plane?size=128x128");
 }
@@ -31,7 +32,7 @@ TEST(SceneUri, reads_every_key) {
   const auto uri = parse_scene_uri(
       "sim:gummy?size=31x70&seed=9&channels=3&noise=camera&black=0.002&psf=0.1&misalign=-0.25&flare=0.05&"
       "dead=0.01"
-      "&indirect=0.5&exposures=6&ratio=4.5&drift=-0.02&light=0.25");
+      "&indirect=0.5&exposures=6&ratio=4.5&drift=-0.02&gamma=2.2&light=0.25");
   ASSERT_TRUE(uri.ok()) << uri.error().line();
   EXPECT_EQ(uri->size, (Grid{31, 70}));
   EXPECT_EQ(uri->seed, 9);
@@ -45,6 +46,7 @@ TEST(SceneUri, reads_every_key) {
   EXPECT_EQ(uri->exposures, 6);
   EXPECT_EQ(uri->ratio, 4.5);
   EXPECT_EQ(uri->drift, -0.02);
+  EXPECT_EQ(uri->gamma, 2.2);
   EXPECT_EQ(uri->light, 0.25);
 }
 

@@ -6,6 +6,7 @@
 #include "symrig/device/program_file.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/grid.hpp"
+#include "symrig/projector/placement.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>
@@ -47,7 +48,9 @@ struct ProjectorEntry {
   Grid screen;         ///< with a folder: the projector's pixels
   std::string
       push;  ///< with a folder: a shell command that brings the pictures to the projector; may be empty
-  bool vsync = true;  ///< its vsync is wired to the board
+  bool vsync = true;   ///< its vsync is wired to the board
+  std::string levels;  ///< the projector's measured response, from the rig file's folder on; empty: none
+  CodeTable codes;     ///< made of it
 };
 
 /// A rig as people write it: docs/rig-file.md.

@@ -29,6 +29,7 @@ struct SceneUri {
   int exposures = 4;  ///< frames a photograph; 0 (exposures=auto): planned for each photograph
   double ratio = 8;
   double drift = 0;
+  double gamma = 1;  ///< other than 1: the projector has 256 levels, light = (level / 255)^gamma
   double light = 1;  ///< what a grey filter before the camera lets through: exposures are longer by 1 / light
 
   std::string to_string()

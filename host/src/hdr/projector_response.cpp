@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/hdr/projector_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+constexpr double kSigmas = 5;
+
+Error bad(ErrorCode code, std::string what, std::string hint) {
+  return {code, std::move(what), std::move(hint)};
+}
+
+/// One entry a level, in order; those photographed more than once are averaged with weights 1 / variance.
+Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int largest) {
+  std::vector<FieldLight> sorted(levels.begin(), levels.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const FieldLight& a, const FieldLight& b) { return a.level < b.level; });
+  std::vector<FieldLight> each;
+  for (const FieldLight& one : sorted) {
+    if (one.level < 0 || one.level > largest || !std::isfinite(one.light) || !(one.variance >= 0))
+      return bad(ErrorCode::bad_argument,
+                 fmt::format("level {} of {} with light {}", one.level, largest, one.light),
+                 fmt::format("give levels from 0 to {} and finite light", largest));
+    const double variance = std::max(one.variance, 1e-30);
+    if (each.empty() || each.back().level != one.level) {
+      each.push_back({one.level, one.light, variance});
+      continue;
+    }
+    FieldLight& same = each.back();
+    const double weight = 1 / same.variance + 1 / variance;
+    same.light = (same.light / same.variance + one.light / variance) / weight;
+    same.variance = 1 / weight;
+  }
+  if (each.size() < 5 || each.front().level != 0 || each.back().level != largest)
+    return bad(ErrorCode::bad_argument, fmt::format("{} levels are not a response", each.size()),
+               "photograph black, white and three levels between at least");
+  return each;
+}
+
+Result<void> check_order(const std::vector<FieldLight>& each) {
+  if (!(each.back().light - each.front().light >
+        kSigmas * std::sqrt(each.back().variance + each.front().variance)))
+    return bad(ErrorCode::bad_value, "white gives no more light than black",
+               "check the projector and the order");
+  for (std::size_t k = 1; k < each.size(); ++k) {
+    const double fall = each[k - 1].light - each[k].light;
+    const double allowed = kSigmas * std::sqrt(each[k].variance + each[k - 1].variance) +
+                           0.002 * (each.back().light - each.front().light);
+    if (fall > allowed)
+      return bad(ErrorCode::bad_value,
+                 fmt::format("level {} is darker than level {}", each[k].level, each[k - 1].level),
+                 "let the lamp warm up and measure again");
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<ProjectorResponse> ProjectorResponse::fit(std::span<const FieldLight> levels, int largest) {
+  SYMRIG_TRY(const std::vector<FieldLight> each, gathered(levels, largest));
+  SYMRIG_CHECK(check_order(each));
+  std::vector<double> light, weights;
+  for (const FieldLight& one : each) {
+    light.push_back(one.light);
+    weights.push_back(1 / one.variance);
+  }
+  const double scale = *std::max_element(weights.begin(), weights.end());
+  for (double& w : weights) w /= scale;
+  const std::vector<double> rising = isotonic(light, weights);
+  const double low = rising.front(), span = rising.back() - rising.front();
+  ProjectorResponse response;
+  response.curve_.samples = std::ssize(levels);
+  for (std::size_t k = 0; k + 1 < each.size(); ++k)
+    for (int level = each[k].level; level < each[k + 1].level; ++level) {
+      const double at = static_cast<double>(level - each[k].level) / (each[k + 1].level - each[k].level);
+      response.curve_.light.push_back((rising[k] + at * (rising[k + 1] - rising[k]) - low) / span);
+    }
+  response.curve_.light.push_back(1);
+  response.black_ = low / rising.back();
+  response.black_sigma_ = std::sqrt(each.front().variance) / rising.back();
+  return response;
+}
+
+int ProjectorResponse::level_for(double share) const {
+  const auto& light = curve_.light;
+  const auto above = std::lower_bound(light.begin(), light.end(), share);
+  if (above == light.begin()) return 0;
+  if (above == light.end()) return static_cast<int>(light.size()) - 1;
+  const bool nearer_below = share - *(above - 1) <= *above - share;
+  return static_cast<int>(above - light.begin()) - (nearer_below ? 1 : 0);
+}
+
+double ProjectorResponse::resolution() const {
+  double largest = 0;
+  for (std::size_t k = 1; k < curve_.light.size(); ++k)
+    largest = std::max(largest, curve_.light[k] - curve_.light[k - 1]);
+  return largest / 2;
+}
+
+}  // namespace symrig

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/hdr/projector_response.hpp"
+
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#define TOML_EXCEPTIONS 0
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kLevels = 256;
+
+Error bad(const fs::path& path, std::uint32_t line, std::string_view what) {
+  return {ErrorCode::bad_format, fmt::format("{}:{}: {}", path.string(), line, what),
+          "write it with symrig calibrate --rig RIG --levels FILE"};
+}
+
+}  // namespace
+
+Result<void> save_projector_response(const fs::path& path, const ProjectorResponse& response) {
+  std::string text = fmt::format(
+      "# How a projector answers its levels: docs/levels.md\n[levels]\nphotographs = {}\n"
+      "light = [  # of each level, black taken off, as a share of white's\n",
+      response.curve().samples);
+  for (std::size_t level = 0; level < response.curve().light.size(); ++level)
+    text += fmt::format("{}{:.9g},", level % 8 == 0 ? (level == 0 ? "  " : "\n  ") : " ",
+                        response.curve().light[level]);
+  return write_file_atomically(path, text + "\n]\n");
+}
+
+Result<std::vector<double>> load_projector_light(const fs::path& path) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 20;
+  SYMRIG_TRY(const std::vector<std::byte> bytes, read_file(path, kMost));
+  const toml::parse_result parsed =
+      toml::parse(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
+  const toml::array* const list = parsed.table()["levels"]["light"].as_array();
+  if (list == nullptr) return bad(path, 1, "it has no table [levels] with light");
+  std::vector<double> light;
+  for (const toml::node& item : *list) {
+    const std::optional<double> value = item.value<double>();
+    const bool legal = value && (light.empty() ? *value == 0 : *value >= light.back() && *value <= 1);
+    if (!legal)
+      return bad(path, item.source().begin.line,
+                 fmt::format("levels.light falls, or leaves 0 to 1, at level {}", light.size()));
+    light.push_back(*value);
+  }
+  if (light.size() == kLevels && light.back() == 1) return light;
+  return bad(path, list->source().begin.line,
+             light.size() == kLevels ? std::string("levels.light does not end at 1")
+                                     : fmt::format("levels.light has {} levels, not 256", light.size()));
+}
+
+}  // namespace symrig
