@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 
 std::vector<std::byte> bytes_of(const std::vector<int>& codes) {
   std::vector<std::byte> bytes;
+  bytes.reserve(codes.size());
   for (const int code : codes) bytes.push_back(static_cast<std::byte>(code));
   return bytes;
 }
