@@ -6,6 +6,7 @@
 #include "meter.hpp"
 #include "rig.hpp"
 #include "symrig/hdr/projector_response.hpp"
+#include "symrig/projector/placement.hpp"
 #include "symrig/rig/rig_file.hpp"
 
 #include <algorithm>
@@ -71,32 +72,35 @@ Result<std::vector<FieldLight>> photograph_levels(Probe& rig, std::size_t togeth
   return field_lights(levels, fields);
 }
 
-/// The power that passes through the level of half the light.
-double gamma_at_half(const ProjectorResponse& response) {
-  const int level = std::clamp(response.level_for(0.5), 1, kWhite - 1);
-  return std::log(response.light(level)) / std::log(static_cast<double>(level) / kWhite);
+/// The level of half the light, and the power that passes through it.
+struct HalfLight {
+  int level = 0;
+  double gamma = 1;
+};
+
+Result<HalfLight> half_light(const ProjectorResponse& response) {
+  SYMRIG_TRY(const CodeTable table, CodeTable::from_light(response.curve().light));
+  const int level = std::clamp(int{table.code(0.5F)}, 1, kWhite - 1);
+  return HalfLight{level, std::log(response.light(level)) / std::log(static_cast<double>(level) / kWhite)};
 }
 
 std::string to_json(const std::string& rig, const std::vector<FieldLight>& fields,
-                    const ProjectorResponse& response) {
-  nlohmann::ordered_json json{{"command", "calibrate"},
-                              {"rig", rig},
-                              {"photographs", fields.size()},
-                              {"half_level", response.level_for(0.5)},
-                              {"gamma_at_half", gamma_at_half(response)},
-                              {"resolution", response.resolution()},
+                    const ProjectorResponse& response, const HalfLight& half) {
+  nlohmann::ordered_json json{{"command", "calibrate"},         {"rig", rig},
+                              {"photographs", fields.size()},   {"half_level", half.level},
+                              {"gamma_at_half", half.gamma},    {"resolution", response.resolution()},
                               {"light", response.curve().light}};
   return json.dump(1) + "\n";
 }
 
 std::string told(const std::string& rig, const std::vector<FieldLight>& fields,
-                 const ProjectorResponse& response) {
+                 const ProjectorResponse& response, const HalfLight& half) {
   return fmt::format(
       "{}: {} photographs of even fields\n"
       "  half of white's light is level {}: a gamma of {:.3f} there\n"
       "  the largest step between two levels is {}, so that a pattern is right to {} of white\n",
-      rig, fields.size(), response.level_for(0.5), gamma_at_half(response),
-      percent(2 * response.resolution()), percent(response.resolution()));
+      rig, fields.size(), half.level, half.gamma, percent(2 * response.resolution()),
+      percent(response.resolution()));
 }
 
 Result<void> check_uncorrected(const std::string& rig) {
@@ -116,9 +120,10 @@ Result<void> calibrate_levels(const LevelCalibration& asked) {
   SYMRIG_TRY(const OpenedRig opened, open_rig(asked.rig));
   SYMRIG_TRY(const std::vector<FieldLight> fields, photograph_levels(*opened.probe, opened.together));
   SYMRIG_TRY(const ProjectorResponse response, ProjectorResponse::fit(fields, kWhite));
+  SYMRIG_TRY(const HalfLight half, half_light(response));
   SYMRIG_CHECK(save_projector_response(asked.output, response));
-  SYMRIG_CHECK(write_text(asked.json, to_json(opened.probe->describe(), fields, response)));
-  return asked.json == "-" ? Result<void>() : print(told(opened.probe->describe(), fields, response));
+  SYMRIG_CHECK(write_text(asked.json, to_json(opened.probe->describe(), fields, response, half)));
+  return asked.json == "-" ? Result<void>() : print(told(opened.probe->describe(), fields, response, half));
 }
 
 }  // namespace symrig::apps

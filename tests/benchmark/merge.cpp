@@ -9,7 +9,7 @@
 #include "symrig/hdr/merge.hpp"
 
 #include "symrig/hdr/merge_stream.hpp"
-#include "unit/hdr/simulated_sensor.hpp"
+#include "unit/hdr/merge_contest.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -215,52 +215,10 @@ void measure_stream(Grid grid, int frames, int rounds) {
               ceiling.best() / stream.best());
 }
 
-/// Mean square error of an even field by a weight, saturated samples left out.
-using Weight = std::function<double(double code, double seconds)>;
-double mean_square_error(const std::vector<Frame>& frames, double rate, const Weight& weight) {
-  double squares = 0;
-  const std::size_t pixels = frames.front().raw.size();
-  for (std::size_t i = 0; i < pixels; ++i) {
-    double sum = 0, weights = 0;
-    for (const Frame& f : frames) {
-      if (f.raw[i] >= kSensor.saturation_code()) continue;
-      const double w = weight(f.raw[i], seconds(f.exposure));
-      sum += w * (f.raw[i] - kSensor.pedestal()) / kSensor.gain() / seconds(f.exposure);
-      weights += w;
-    }
-    squares += std::pow(weights > 0 ? sum / weights - rate : rate, 2);
-  }
-  return squares / static_cast<double>(pixels);
-}
-
-double mean_square_error(const Radiance& merged, double rate) {
-  double squares = 0;
-  for (const float m : merged.mean.values()) squares += std::pow(static_cast<double>(m) - rate, 2);
-  return squares / static_cast<double>(merged.mean.values().size());
-}
-
-/// 1 / Σ t² / Var over the exposures that do not saturate.
-double cramer_rao(const std::vector<Nanoseconds>& exposures, double rate) {
-  double information = 0;
-  for (const Nanoseconds t : exposures) {
-    const double electrons = rate * seconds(t);
-    if (kSensor.pedestal() + kSensor.gain() * electrons < kSensor.saturation_code())
-      information += seconds(t) * seconds(t) / kSensor.variance(electrons);
-  }
-  return 1 / information;
-}
-
 /// Four exposures, each 8 times the one before; levels in electrons of the longest.
 void compare_weights() {
   using namespace std::chrono_literals;
   constexpr Grid kField{400, 500};
-  const auto hat = [](double code, double) {
-    return std::max(1e-6, std::min(code, kSensor.max_code() - code));
-  };
-  const auto bell = [](double code, double t) {
-    const double middle = kSensor.max_code() / 2.0, x = (code - middle) / middle;
-    return t * t * std::exp(-4 * x * x);
-  };
   std::printf(
       "level e-   share of the Cramer-Rao bound: merge  frame by frame   dB above: Debevec  Robertson\n");
   test::Random random(41);
@@ -275,12 +233,14 @@ void compare_weights() {
       if (!stream->add(frame)) std::exit(4);
     const auto streamed = stream->finish();
     if (!streamed) std::exit(4);
-    const double ours = mean_square_error(*merged, rate), bound = cramer_rao(bracket.exposures, rate);
-    const auto above = [&](const Weight& weight) {
-      return 10 * std::log10(mean_square_error(bracket.frames(), rate, weight) / ours);
+    const double ours = test::mean_square_error(*merged, rate);
+    const double bound = test::cramer_rao(kSensor, bracket.exposures, rate);
+    const auto above = [&](const test::Weight& weight) {
+      return 10 * std::log10(test::mean_square_error(kSensor, bracket.frames(), rate, weight) / ours);
     };
     std::printf("%8.0f   %35.3f  %14.3f   %17.2f  %9.2f\n", level, bound / ours,
-                bound / mean_square_error(*streamed, rate), above(hat), above(bell));
+                bound / test::mean_square_error(*streamed, rate), above(test::debevec_weight(kSensor)),
+                above(test::robertson_weight(kSensor)));
   }
 }
 

@@ -81,18 +81,7 @@ Result<ProjectorResponse> ProjectorResponse::fit(std::span<const FieldLight> lev
       response.curve_.light.push_back((rising[k] + at * (rising[k + 1] - rising[k]) - low) / span);
     }
   response.curve_.light.push_back(1);
-  response.black_ = low / rising.back();
-  response.black_sigma_ = std::sqrt(each.front().variance) / rising.back();
   return response;
-}
-
-int ProjectorResponse::level_for(double share) const {
-  const auto& light = curve_.light;
-  const auto above = std::lower_bound(light.begin(), light.end(), share);
-  if (above == light.begin()) return 0;
-  if (above == light.end()) return static_cast<int>(light.size()) - 1;
-  const bool nearer_below = share - *(above - 1) <= *above - share;
-  return static_cast<int>(above - light.begin()) - (nearer_below ? 1 : 0);
 }
 
 double ProjectorResponse::resolution() const {

@@ -2,7 +2,7 @@
 // Frames added one by one: against merge(), and against the Cramér-Rao bound.
 #include "symrig/hdr/merge_stream.hpp"
 
-#include "simulated_sensor.hpp"
+#include "merge_contest.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,16 +22,6 @@ Result<Radiance> stream(const std::vector<Frame>& frames, const MergeOptions& op
   SYMRIG_TRY(MergeStream stream, MergeStream::begin(grid, 1, kSensor, exposures));
   for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
   return stream.finish(options);
-}
-
-double bound(const std::vector<Nanoseconds>& exposures, double rate) {
-  double information = 0;
-  for (const Nanoseconds t : exposures) {
-    const double electrons = rate * seconds(t);
-    if (kSensor.pedestal() + kSensor.gain() * electrons < kSensor.saturation_code())
-      information += seconds(t) * seconds(t) / kSensor.variance(electrons);
-  }
-  return 1 / information;
 }
 
 // Two different exposures: the line through both is exactly the best weight. Rounding: sums of ten floats.
@@ -74,7 +64,7 @@ TEST_P(Efficiency, IsNearTheCramerRaoBoundWithRightVarianceAndNoBias) {
     sum += error / kPixels;
     told += merged->variance.values()[i] / kPixels;
   }
-  EXPECT_GE(bound(exposures, rate) / squares, 0.95 - 5 * 0.0063);
+  EXPECT_GE(test::cramer_rao(kSensor, exposures, rate) / squares, 0.95 - 5 * 0.0063);
   EXPECT_NEAR(told / squares, 1, 0.05 + 5 * 0.0063);
   EXPECT_NEAR(sum / std::sqrt(squares), 0, 0.02 + 5 * 0.0045);
 }
@@ -93,7 +83,7 @@ TEST(MergeStream, AHundredFramesAreWorthAHundred) {
   ASSERT_TRUE(merged.ok());
   double squares = 0;
   for (std::size_t i = 0; i < 5000; ++i) squares += std::pow(merged->mean.values()[i] - rate, 2) / 5000;
-  EXPECT_NEAR(squares / bound(exposures, rate), 1, 5 * std::sqrt(2.0 / 5000));
+  EXPECT_NEAR(squares / test::cramer_rao(kSensor, exposures, rate), 1, 5 * std::sqrt(2.0 / 5000));
 }
 
 TEST(MergeStream, SaturatedAndDeadPixelsWeighNothing) {

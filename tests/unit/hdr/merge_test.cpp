@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/merge.hpp"
 
-#include "simulated_sensor.hpp"
+#include "merge_contest.hpp"
 
 #include <cmath>
 #include <limits>
@@ -44,27 +44,14 @@ Statistics judge(const Radiance& merged, double truth) {
   return {s.chi_square / n, s.bias / n, s.mean_variance / n, s.variance / n, s.valid};
 }
 
-bool usable(const NoiseModel& noise, double electrons) {
-  return noise.pedestal() + noise.gain() * electrons < noise.saturation_code();
-}
-
 /// Variance [e⁻²] of the longest sample that does not saturate.
 double longest_usable_variance(const NoiseModel& noise, const std::vector<Nanoseconds>& exposures,
                                double rate) {
   double variance = noise.floor_variance();
   for (const Nanoseconds t : exposures)
-    if (usable(noise, rate * seconds(t))) variance = std::max(variance, noise.variance(rate * seconds(t)));
+    if (test::usable(noise, rate * seconds(t)))
+      variance = std::max(variance, noise.variance(rate * seconds(t)));
   return variance;
-}
-
-/// Cramér-Rao bound of the rate from the samples that do not saturate: 1 / Σ t² / (rate t + floor).
-double cramer_rao(const NoiseModel& noise, const std::vector<Nanoseconds>& exposures, double rate) {
-  double information = 0;
-  for (const Nanoseconds t : exposures) {
-    const double electrons = rate * seconds(t);
-    if (usable(noise, electrons)) information += seconds(t) * seconds(t) / noise.variance(electrons);
-  }
-  return 1 / information;
 }
 
 constexpr Grid kGrid{400, 500};
@@ -89,7 +76,7 @@ TEST_P(MergeStatistics, VarianceIsRightBiasIsSmallAndTheCramerRaoBoundIsNear) {
   const auto exposures = test::exposure_ladder(4, 8, 100ms);
   const double rate = GetParam() / 0.1;
   const Statistics s = judge(merge_uniform(exposures, rate, 11), rate);
-  const double efficiency = cramer_rao(kSensor, exposures, rate) / s.variance;
+  const double efficiency = test::cramer_rao(kSensor, exposures, rate) / s.variance;
   RecordProperty("chi_square", std::to_string(s.chi_square));
   RecordProperty("bias_in_sigmas", std::to_string(s.bias_in_sigmas()));
   RecordProperty("variance_ratio", std::to_string(s.mean_variance / s.variance));

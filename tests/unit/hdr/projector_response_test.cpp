@@ -28,9 +28,11 @@ TEST(ProjectorResponse, IsMeasuredAndInverted) {
   const double sigma = 1e-4;
   const auto response = ProjectorResponse::fit(projector_levels(2.2, 0.002, sigma, 1));
   ASSERT_TRUE(response.ok()) << response.error().line();
-  EXPECT_NEAR(response->black(), 0.002, 5 * sigma);
-  for (const double share : {0.0, 0.1, 0.25, 0.5, 0.75, 1.0}) {
-    const double given = std::pow(response->level_for(share) / 255.0, 2.2);
+  EXPECT_EQ(response->light(0), 0);  // black is taken off
+  const auto table = CodeTable::from_light(response->curve().light);
+  ASSERT_TRUE(table.ok()) << table.error().line();
+  for (const float share : {0.0F, 0.1F, 0.25F, 0.5F, 0.75F, 1.0F}) {
+    const double given = std::pow(table->code(share) / 255.0, 2.2);
     EXPECT_NEAR(given, share, response->resolution() + 10 * sigma) << share;
   }
   EXPECT_LT(response->resolution(), 0.0045);  // half of 2.2 / 255
@@ -66,9 +68,11 @@ TEST(ProjectorResponse, GoesThroughAFileToTheCodeTable) {
   const auto light = load_projector_light(scratch / "levels.toml");
   ASSERT_TRUE(light.ok()) << light.error().line();
   const auto table = CodeTable::from_light(*light);
+  const auto before = CodeTable::from_light(response->curve().light);
   ASSERT_TRUE(table.ok()) << table.error().line();
+  ASSERT_TRUE(before.ok()) << before.error().line();
   for (const float share : {0.0F, 0.1F, 0.25F, 0.5F, 0.75F, 1.0F})
-    EXPECT_EQ(table->code(share), response->level_for(share)) << share;
+    EXPECT_EQ(table->code(share), before->code(share)) << share;
 }
 
 TEST(ProjectorResponse, ADamagedFileIsNamedWithItsLine) {

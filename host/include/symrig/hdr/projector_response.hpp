@@ -27,18 +27,12 @@ class ProjectorResponse {
 
   /// Light of a level as a share of white's, black taken off: 0 … 1, never falling.
   double light(int level) const { return curve_.light[static_cast<std::size_t>(level)]; }
-  /// The level whose light is nearest to a share of white's: what to send for it.
-  int level_for(double share) const;
-  /// Light at black over light at white: what the dark projector leaves.
-  double black() const { return black_; }
-  double black_sigma() const { return black_sigma_; }
-  /// Largest error of level_for: half the largest step, as a share of white.
+  /// How far the nearest level may be from a light: half the largest step, as a share of white.
   double resolution() const;
   const ResponseCurve& curve() const { return curve_; }
 
  private:
   ResponseCurve curve_;
-  double black_ = 0, black_sigma_ = 0;
 };
 
 /// A TOML table [levels] (docs/levels.md): the light of each level. Written atomically.  fails: io,
