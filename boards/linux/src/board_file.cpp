@@ -2,6 +2,7 @@
 #include "board_file.hpp"
 
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 
 #include <algorithm>
 #include <array>
@@ -215,6 +216,7 @@ BoardFile default_board() {
 }
 
 Result<BoardFile> parse_board_file(std::string_view text, const std::string& source) {
+  SYMRIG_CHECK(check_toml_nesting(text, source));
   try {
     return Reader(source).read(toml::parse(text));
   } catch (const toml::parse_error& error) {

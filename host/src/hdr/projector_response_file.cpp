@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 #include "symrig/hdr/projector_response.hpp"
 
 #include <optional>
@@ -39,8 +40,9 @@ Result<void> save_projector_response(const fs::path& path, const ProjectorRespon
 Result<std::vector<double>> load_projector_light(const fs::path& path) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 20;
   SYMRIG_TRY(const std::vector<std::byte> bytes, read_file(path, kMost));
-  const toml::parse_result parsed =
-      toml::parse(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  SYMRIG_CHECK(check_toml_nesting(text, path.string()));
+  const toml::parse_result parsed = toml::parse(text);
   if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
   const toml::array* const list = parsed.table()["levels"]["light"].as_array();
   if (list == nullptr) return bad(path, 1, "it has no table [levels] with light");

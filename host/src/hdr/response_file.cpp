@@ -2,6 +2,7 @@
 #include "symrig/hdr/response_file.hpp"
 
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 
 #include <bit>
 #include <optional>
@@ -56,8 +57,9 @@ Result<void> save_response(const fs::path& path, const ResponseCurve& curve) {
 Result<ResponseCurve> load_response(const fs::path& path) {
   constexpr std::uint64_t kMost = std::uint64_t{8} << 20;
   SYMRIG_TRY(const std::vector<std::byte> bytes, read_file(path, kMost));
-  const toml::parse_result parsed =
-      toml::parse(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  SYMRIG_CHECK(check_toml_nesting(text, path.string()));
+  const toml::parse_result parsed = toml::parse(text);
   if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
   const toml::array* const list = parsed.table()["response"]["light"].as_array();
   if (list == nullptr) return bad(path, 1, "it has no table [response] with light");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <cmath>
@@ -108,6 +109,7 @@ Result<Sensor> load_sensor(const fs::path& path) {
   constexpr std::uint64_t kMost = std::uint64_t{64} << 20;
   SYMRIG_TRY(const std::vector<std::byte> bytes, read_file(path, kMost));
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  SYMRIG_CHECK(check_toml_nesting(text, path.string()));
   const toml::parse_result parsed = toml::parse(text);
   if (!parsed)
     return Error{ErrorCode::bad_format,

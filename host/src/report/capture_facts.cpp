@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/capture_facts.hpp"
 
+#include "symrig/base/nesting.hpp"
+
 namespace symrig::report {
 
 CaptureFacts::CaptureFacts(std::string_view json)
-    : json_(nlohmann::json::parse(json.begin(), json.end(), nullptr, false)) {
+    : json_(check_json_nesting(json) ? nlohmann::json::parse(json.begin(), json.end(), nullptr, false)
+                                     : nlohmann::json::object()) {
   if (!json_.is_object()) json_ = nlohmann::json::object();
 }
 

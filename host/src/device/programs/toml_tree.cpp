@@ -2,6 +2,8 @@
 // The only place that knows the TOML library.
 #include "toml_tree.hpp"
 
+#include "symrig/base/nesting.hpp"
+
 #include <algorithm>
 #include <utility>
 
@@ -88,6 +90,7 @@ const TomlNode* TomlNode::find(std::string_view name) const {
 }
 
 Result<TomlNode> parse_toml(std::string_view text, const std::string& file) {
+  SYMRIG_CHECK(check_toml_nesting(text, file));
   const toml::parse_result parsed = toml::parse(text, file);
   if (parsed) return copy(parsed.table(), "");
   const toml::parse_error& error = parsed.error();
