@@ -18,8 +18,9 @@ Error not_simulated(const std::string& rig) {
 
 /// A rig is named by its file, or simulated.
 Result<void> check_file(const std::string& rig) {
-  std::error_code ignored;
-  if (std::filesystem::exists(rig, ignored)) return {};
+  std::error_code failed;
+  const bool there = std::filesystem::exists(rig, failed);
+  if (there || failed == std::errc::permission_denied) return {};  // reading it says what is wrong
   if (rig.ends_with(".toml"))
     return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
   return Error{ErrorCode::unknown_name, fmt::format("no rig is called '{}'", rig),

@@ -27,6 +27,8 @@ Error open_error(const fs::path& path, int error) {
     return {ErrorCode::bad_argument, path.string() + " is there already", "continue from it, or delete it"};
   if (error == ENOENT || error == ENOTDIR)
     return {ErrorCode::not_found, path.string() + ": no such file or folder", "check the path"};
+  if (error == EISDIR)
+    return {ErrorCode::io, path.string() + ": is a folder, not a file", "give the name of a file"};
   return io_error(path, "cannot be opened", error);
 }
 
@@ -65,7 +67,7 @@ Result<AppendedFile> AppendedFile::create(const fs::path& path) {
 }
 
 Result<AppendedFile> AppendedFile::open(const fs::path& path) {
-  AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
   if (file.fd_ < 0) return open_error(path, errno);
   struct stat status {};
   if (::fstat(file.fd_, &status) != 0) return file.failure("cannot be read");

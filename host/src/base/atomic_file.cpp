@@ -88,6 +88,42 @@ void sync_folder(const fs::path& target) {
   ::close(fd);
 }
 
+Error read_error(const fs::path& path, int error) {
+  const bool denied = error == EACCES || error == EPERM;
+  return {ErrorCode::io, path.string() + ": cannot be read (" + std::generic_category().message(error) + ")",
+          denied ? "ask for the permission to read it" : "check the path and the disk"};
+}
+
+/// A file that is read. Opening does not wait for the writer of a pipe.
+class OpenFile {
+ public:
+  explicit OpenFile(const fs::path& path)
+      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// Bytes of a file that was just opened; errno still tells why it could not be.
+Result<std::uint64_t> size_of(const fs::path& path, int fd) {
+  if (fd < 0 && (errno == ENOENT || errno == ENOTDIR))
+    return Error{ErrorCode::not_found, path.string() + ": no such file", "check the path"};
+  struct stat status {};
+  if (fd < 0 || ::fstat(fd, &status) != 0) return read_error(path, errno);
+  if (S_ISDIR(status.st_mode))
+    return Error{ErrorCode::io, path.string() + ": is a folder, not a file", "give the name of a file"};
+  if (!S_ISREG(status.st_mode))
+    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
 /// Reads until the end of the file or until `bytes` is full; the number read, or −1.
 std::ptrdiff_t read_all(int fd, std::span<std::byte> bytes) {
   std::size_t done = 0;
@@ -116,25 +152,21 @@ Result<void> write_file_atomically(const fs::path& path, std::string_view text) 
   return write_file_atomically(path, std::as_bytes(std::span(text)));
 }
 
+Result<void> check_readable(const fs::path& path) {
+  const OpenFile file(path);
+  SYMRIG_TRY([[maybe_unused]] const std::uint64_t size, size_of(path, file.fd()));
+  return {};
+}
+
 Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t max_bytes) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0 && (errno == ENOENT || errno == ENOTDIR))
-    return Error{ErrorCode::not_found, path.string() + ": no such file", "check the path"};
-  if (fd < 0) return io_error(path, "cannot be read", errno);
-  const struct Closer {
-    int fd;
-    ~Closer() { ::close(fd); }
-  } closer{fd};
-  struct stat status {};
-  if (::fstat(fd, &status) != 0) return io_error(path, "cannot be read", errno);
-  if (!S_ISREG(status.st_mode))
-    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
-  if (static_cast<std::uint64_t>(status.st_size) > max_bytes)
-    return Error{ErrorCode::limit, path.string() + ": has " + std::to_string(status.st_size) +
-                                       " bytes; at most " + std::to_string(max_bytes) + " are read"};
-  std::vector<std::byte> bytes(static_cast<std::size_t>(status.st_size));
-  const std::ptrdiff_t got = read_all(fd, bytes);
-  if (got < 0) return io_error(path, "cannot be read", errno);
+  const OpenFile file(path);
+  SYMRIG_TRY(const std::uint64_t size, size_of(path, file.fd()));
+  if (size > max_bytes)
+    return Error{ErrorCode::limit, path.string() + ": has " + std::to_string(size) + " bytes; at most " +
+                                       std::to_string(max_bytes) + " are read"};
+  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  const std::ptrdiff_t got = read_all(file.fd(), bytes);
+  if (got < 0) return read_error(path, errno);
   bytes.resize(static_cast<std::size_t>(got));
   return bytes;
 }

@@ -57,9 +57,13 @@ bool natural_less(const std::string& a, const std::string& b) {
 /// raw: .raw files are pictures, too.
 Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
   std::error_code error;
-  if (!fs::is_directory(folder, error))
+  if (!fs::is_directory(folder, error)) {
+    if (error == std::errc::permission_denied)
+      return Error{ErrorCode::io, folder.string() + ": cannot be read (Permission denied)",
+                   "ask for the permission to read it"};
     return Error{ErrorCode::not_found, folder.string() + ": no such folder",
                  "give the folder that holds the photographs"};
+  }
   std::vector<fs::path> pictures;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (it->is_regular_file(error) && picture_suffix(it->path(), raw)) pictures.push_back(it->path());

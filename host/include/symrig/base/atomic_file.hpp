@@ -18,7 +18,11 @@ namespace symrig {
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
-/// Reads a whole file. fails: not_found, io (a folder, unreadable), limit (more than max_bytes).
+/// Can it be read as a file? Nothing is read, and a pipe without a writer is not waited for.
+/// fails: not_found; io (permission denied, a folder, no regular file).
+Result<void> check_readable(const std::filesystem::path& path);
+
+/// Reads a whole file. fails: as check_readable; limit (more than max_bytes).
 Result<std::vector<std::byte>> read_file(const std::filesystem::path& path,
                                          std::uint64_t max_bytes = std::uint64_t{4} << 30);
 

@@ -3,6 +3,7 @@
 
 #include "sha256.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 
 #include <algorithm>
 #include <array>
@@ -60,11 +61,12 @@ struct Promise {
 
 Result<Promise> read_promise(const fs::path& uf2) {
   const fs::path path = fs::path(uf2).replace_extension(".json");
-  std::error_code error;
-  if (!fs::exists(path, error))
+  const auto read = read_bytes(path);
+  if (!read && read.error().code == ErrorCode::not_found)
     return Error{ErrorCode::not_found, fmt::format("{} is not there", path.string()),
                  "firmware files come with it: keep the two together"};
-  SYMRIG_TRY(const auto bytes, read_bytes(path));
+  SYMRIG_TRY(const auto bytes, read);
+  SYMRIG_CHECK(check_json_nesting({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
   const auto json = nlohmann::json::parse(bytes, nullptr, false);
   const auto word = [&](const char* key) -> std::string {
     return json.is_object() && json.contains(key) && json[key].is_string() ? json[key].get<std::string>()

@@ -39,8 +39,8 @@ Result<Source> find_profile(const std::string& which, const fs::path& folder) {
   if (is_path(which)) return read_source(folder / which);
   for (const fs::path& place : profile_folders()) {
     const fs::path file = place / (which + ".toml");
-    std::error_code ignored;
-    if (fs::is_regular_file(file, ignored)) return read_source(file);
+    std::error_code failed;
+    if (fs::is_regular_file(file, failed) || failed == std::errc::permission_denied) return read_source(file);
   }
   for (const BuiltinProfile& profile : kBuiltinProfiles)
     if (profile.name == which) return Source{which + ".toml", std::string(profile.text)};
