@@ -69,18 +69,66 @@ bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape
   return dataset.close();
 }
 
+namespace {
+
+/// As h5py writes a text: the library makes the memory, and takes it back.
+Result<std::string> read_variable_text(hid_t attribute, hid_t type, hid_t space, const char* name) {
+  char* text = nullptr;
+  if (H5Aread(attribute, type, static_cast<void*>(&text)) < 0) return broken(name, "cannot be read");
+  std::string copy = text == nullptr ? std::string() : std::string(text);
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, static_cast<void*>(&text));
+  return copy;
+}
+
+/// Padded with zeros, ended by one, or padded with spaces (Fortran).
+Result<std::string> read_fixed_text(hid_t attribute, hid_t type, const char* name) {
+  std::string text(H5Tget_size(type), '\0');
+  if (H5Aread(attribute, type, text.data()) < 0) return broken(name, "cannot be read");
+  if (H5Tget_strpad(type) == H5T_STR_NULLTERM) text.resize(std::min(text.find('\0'), text.size()));
+  const char pad = H5Tget_strpad(type) == H5T_STR_SPACEPAD ? ' ' : '\0';
+  text.resize(text.find_last_not_of(pad) + 1);
+  return text;
+}
+
+/// Data of another file, or of none, are not followed: a file from elsewhere must not make us read a device.
+bool holds_its_data(hid_t dataset, std::uint64_t file_bytes) {
+  constexpr std::uint64_t kUsualChunk = std::uint64_t{16} << 20;
+  const Handle create(H5Dget_create_plist(dataset), H5Pclose);
+  const H5D_layout_t layout = H5Pget_layout(create.id());
+  if (H5Pget_external_count(create.id()) != 0 || layout == H5D_VIRTUAL) return false;
+  if (layout != H5D_CHUNKED) return true;
+  std::array<hsize_t, H5S_MAX_RANK> chunk{};
+  const int rank = H5Pget_chunk(create.id(), H5S_MAX_RANK, chunk.data());
+  double bytes = 8;
+  for (int k = 0; k < rank; ++k) bytes *= static_cast<double>(chunk[static_cast<std::size_t>(k)]);
+  return bytes <= static_cast<double>(std::max(8 * file_bytes, kUsualChunk));
+}
+
+herr_t refuse_link(const char*, const char*, const char*, const char*, unsigned*, hid_t, void*) {
+  return -1;
+}
+
+/// How datasets are opened: no link leads out of the file.
+hid_t dataset_access() {
+  static const hid_t access = [] {  // lives as long as the program
+    const hid_t made = H5Pcreate(H5P_DATASET_ACCESS);
+    H5Pset_elink_cb(made, refuse_link, nullptr);
+    return made;
+  }();
+  return access;
+}
+
+}  // namespace
+
 Result<std::string> read_text(hid_t object, const char* name) {
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
   if (!attribute.ok()) return broken(name, "is missing");
   const Handle type(H5Aget_type(attribute.id()), H5Tclose);
   const Handle space(H5Aget_space(attribute.id()), H5Sclose);
-  if (H5Tget_class(type.id()) != H5T_STRING || H5Tis_variable_str(type.id()) > 0 ||
-      H5Sget_simple_extent_npoints(space.id()) != 1)
-    return broken(name, "is not a fixed-length text");
-  std::string text(H5Tget_size(type.id()), '\0');
-  if (H5Aread(attribute.id(), type.id(), text.data()) < 0) return broken(name, "cannot be read");
-  text.resize(text.find_last_not_of('\0') + 1);
-  return text;
+  if (H5Tget_class(type.id()) != H5T_STRING || H5Sget_simple_extent_npoints(space.id()) != 1)
+    return broken(name, "is not a text");
+  return H5Tis_variable_str(type.id()) > 0 ? read_variable_text(attribute.id(), type.id(), space.id(), name)
+                                           : read_fixed_text(attribute.id(), type.id(), name);
 }
 
 Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected) {
@@ -98,9 +146,10 @@ Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, 
 
 Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
                        std::uint64_t file_bytes) {
-  if (H5Lexists(place, name, H5P_DEFAULT) <= 0) return broken(name, "is missing");
-  const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
+  if (H5Lexists(place, name, dataset_access()) <= 0) return broken(name, "is missing");
+  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
   if (!dataset.ok()) return broken(name, "cannot be opened");
+  if (!holds_its_data(dataset.id(), file_bytes)) return broken(name, "has its data elsewhere");
   const Handle space(H5Dget_space(dataset.id()), H5Sclose);
   if (H5Sget_simple_extent_ndims(space.id()) != static_cast<int>(rank))
     return broken(name, "has not " + std::to_string(rank) + " dimensions");
@@ -112,8 +161,14 @@ Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::siz
   return shape;
 }
 
+Handle open_group(hid_t file, const std::string& path) {
+  const Handle access(H5Pcreate(H5P_GROUP_ACCESS), H5Pclose);
+  H5Pset_elink_cb(access.id(), refuse_link, nullptr);
+  return {H5Gopen2(file, path.c_str(), access.id()), H5Gclose};
+}
+
 Result<void> read_into(hid_t place, const char* name, hid_t type, void* data) {
-  const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
+  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
   const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
   if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
     return broken(name, "has the wrong type");

@@ -88,7 +88,11 @@ bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<
   return write_dataset(place, name, native<T>(), shape, data.data());
 }
 
+/// Not ok() if it is missing, or behind a link to another file.
+Handle open_group(hid_t file, const std::string& path);
+
 // Reading: every failure names the thing and is bad_format.
+/// A text of fixed or variable length, ASCII or UTF-8.
 Result<std::string> read_text(hid_t object, const char* name);
 Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
 

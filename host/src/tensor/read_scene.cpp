@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
 #include "tensor/read_tensor.hpp"
@@ -13,9 +15,21 @@ namespace {
 namespace fs = std::filesystem;
 using namespace scene_file;
 
-Error bad_file(const fs::path& path, const std::string& what) {
-  return {ErrorCode::bad_format, path.string() + ": " + what,
-          "the file is damaged or not a scene; capture or fit it again"};
+Result<void> readable(const fs::path& path) {
+  auto can = check_readable(path);
+  if (can || can.error().code != ErrorCode::not_found) return can;
+  return Error{ErrorCode::not_found, path.string() + ": no such file", "`symrig capture` makes scene files"};
+}
+
+/// Why HDF5 did not open a file that can be read.
+Error not_opened(const fs::path& path, std::uint64_t bytes) {
+  if (bytes == 0)
+    return {ErrorCode::bad_format, path.string() + ": is empty", "capture or fit the scene again"};
+  if (H5Fis_hdf5(path.c_str()) <= 0)
+    return {ErrorCode::bad_format, path.string() + ": is no HDF5 file, so it is no scene", "name a scene.h5"};
+  return {ErrorCode::bad_format,
+          path.string() + ": is an HDF5 file, but cut short or damaged (" + std::to_string(bytes) + " bytes)",
+          "copy it again from where it came, or capture the scene again"};
 }
 
 Error named(const fs::path& path, Error error) {
@@ -49,13 +63,15 @@ Result<Head> read_head(const Source& source) {
   SYMRIG_TRY(const Grid projector, read_grid(source, "projector_grid"));
   if (channels[0] < 1 || channels[0] > 64)
     return Error{ErrorCode::bad_format, "attribute 'channels' is not in 1..64", "the file is damaged"};
-  if (symmetric[0] != 0 && !(camera == projector))
+  if (symmetric[0] != 0 && symmetric[0] != 1)
+    return Error{ErrorCode::bad_format, "attribute 'symmetric' is neither 0 nor 1", "the file is damaged"};
+  if (symmetric[0] == 1 && !(camera == projector))
     return Error{ErrorCode::bad_format, "a symmetric tensor with two different grids", "the file is damaged"};
-  return Head{major[0], symmetric[0] != 0, channels[0], camera, projector};
+  return Head{major[0], symmetric[0] == 1, channels[0], camera, projector};
 }
 
 Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
-  const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
+  const h5::Handle group = h5::open_group(source.file.id(), path);
   if (!group.ok())
     return Error{ErrorCode::bad_format, "group '" + path + "' is missing or damaged", "the file is damaged"};
   h5::Shape p, c;
@@ -65,7 +81,8 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
   if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
       c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
     return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
-  if (!all_finite(pattern) || !all_finite(photograph)) return not_finite(path);
+  SYMRIG_CHECK(check_values(pattern, "'" + path + "/pattern'", kBrightest));
+  SYMRIG_CHECK(check_values(photograph, "'" + path + "/photograph'", kLargest));
   HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};
   std::copy(pattern.begin(), pattern.end(), held.pattern.values().begin());
   std::copy(photograph.begin(), photograph.end(), held.photograph.values().begin());
@@ -75,6 +92,9 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
 Result<StoredScene> read_all(const Source& source) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
+  if (const auto shallow = check_json_nesting(capture); !shallow)
+    return Error{ErrorCode::bad_format, "attribute 'capture': " + shallow.error().what,
+                 "the file is damaged"};
   SYMRIG_TRY(const BlockTree camera,
              tensor::read_tree(source.file.id(), "camera", head.camera, source.bytes));
   SYMRIG_TRY(const BlockTree projector,
@@ -82,10 +102,9 @@ Result<StoredScene> read_all(const Source& source) {
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
   SYMRIG_CHECK(read_tensor(source, head, camera, projector, builder));
-  SYMRIG_TRY(const std::vector<std::int32_t> held_out_count,
-             h5::read_integers(source.file.id(), "held_out_count", 1));
+  SYMRIG_TRY(const std::int32_t held_out_count, read_count(source, "held_out_count", "held_out"));
   std::vector<HeldOut> held_out;
-  for (std::int32_t k = 0; k < held_out_count[0]; ++k) {
+  for (std::int32_t k = 0; k < held_out_count; ++k) {
     SYMRIG_TRY(HeldOut one_of, read_held_out(source, head, "held_out/" + std::to_string(k)));
     held_out.push_back(std::move(one_of));
   }
@@ -97,15 +116,11 @@ Result<StoredScene> read_all(const Source& source) {
 Result<StoredScene> load_scene(const fs::path& path) {
   const std::scoped_lock lock(hdf5_mutex());
   h5::be_quiet();
+  SYMRIG_CHECK(readable(path));
   std::error_code failed;
-  if (!fs::exists(path, failed))
-    return Error{ErrorCode::not_found, path.string() + ": no such file",
-                 "`symrig capture` makes scene files"};
-  if (!fs::is_regular_file(path, failed))
-    return Error{ErrorCode::bad_format, path.string() + ": not a file", "name a scene.h5"};
   const std::uint64_t bytes = fs::file_size(path, failed);
   const Source source{h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose), bytes};
-  if (!source.file.ok()) return bad_file(path, "cannot be read as HDF5");
+  if (!source.file.ok()) return not_opened(path, bytes);
   auto scene = read_all(source);
   if (!scene) return named(path, std::move(scene).error());
   return scene;

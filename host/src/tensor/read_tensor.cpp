@@ -2,6 +2,7 @@
 #include "tensor/read_tensor.hpp"
 
 #include "tensor/half.hpp"
+#include "tensor/leaf_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,28 +17,34 @@ Error not_finite(const std::string& what) {
   return {ErrorCode::bad_value, what + " has a value that is not a finite number", "the file is damaged"};
 }
 
+Error too_large(const std::string& what) {
+  return {ErrorCode::bad_value, what + " has a value that no scene has (2^60 or more)",
+          "the file is damaged"};
+}
+
 Error damaged(const std::string& what) {
   return {ErrorCode::bad_format, what, "the file is damaged"};
+}
+
+Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups) {
+  SYMRIG_TRY(const auto count, h5::read_integers(source.file.id(), attribute, 1));
+  if (count[0] < 0) return damaged("attribute '" + std::string(attribute) + "' is negative");
+  const std::string next = groups + "/" + std::to_string(count[0]);
+  if (H5Lexists(source.file.id(), groups.c_str(), H5P_DEFAULT) > 0 &&
+      H5Lexists(source.file.id(), next.c_str(), H5P_DEFAULT) > 0)
+    return damaged("there is a group '" + next + "', but '" + attribute + "' is " + std::to_string(count[0]));
+  return count[0];
+}
+
+Result<void> check_values(std::span<const float> values, const std::string& what, float most) {
+  if (!all_finite(values)) return not_finite(what);
+  if (largest_of(values) >= most) return too_large(what);
+  return {};
 }
 
 namespace {
 
 using tensor::Half;
-
-struct Trees {
-  const BlockTree* camera;
-  const BlockTree* projector;
-
-  int levels() const { return std::max(camera->levels(), projector->levels()); }
-  /// Blocks of a level; 0 beyond the tree's last.
-  static std::int64_t blocks(const BlockTree& tree, int level) {
-    return level < tree.levels() ? std::ssize(tree.level(level)) : 0;
-  }
-};
-
-bool range_ok(std::int32_t begin, std::int32_t end, std::int64_t size) {
-  return 0 <= begin && begin < end && end <= size;
-}
 
 /// The floats of a dataset of `name`: as they are in version 1, halves without their exponents in version 2.
 Result<std::vector<float>> read_halves(const Source& source, const Head& head, const std::string& name,
@@ -106,15 +113,14 @@ Result<void> read_leaves(const Source& source, const Head& head, const Trees& tr
   for (std::size_t k = 0; k < table.rank.size(); ++k) {
     const std::int32_t* r = &table.range[4 * k];
     const Leaf leaf{r[0], r[1], r[2], r[3], table.rank[k], table.level[k]};
-    bool ok = range_ok(r[0], r[1], head.camera.size()) && range_ok(r[2], r[3], head.projector.size()) &&
-              leaf.level >= 0 && leaf.level < trees.levels() && leaf.rank >= 1 &&
-              leaf.rank <= std::min(leaf.rows(), leaf.cols());
+    bool ok = leaf_in_place(leaf, head, trees);
     const std::size_t size = ok ? static_cast<std::size_t>(std::int64_t{head.channels} * leaf.rank *
                                                            (std::int64_t{leaf.rows()} + leaf.cols()))
                                 : 0;
     ok = ok && size <= table.factors.size() - used;
     const auto factors = ok ? std::span(table.factors).subspan(used, size) : std::span<float>();
-    if (!ok || (head.version > 1 && !scale_leaf(factors, leaf, head.channels, table, exponent)))
+    ok = ok && (head.version == 1 || scale_leaf(factors, leaf, head.channels, table, exponent));
+    if (!ok || !leaf_values_ok(factors, leaf, head))
       return damaged("leaf " + std::to_string(k) + " in 'leaves' breaks the rules of the format");
     builder.add_leaf(r[0], r[1], r[2], r[3], leaf.rank, leaf.level, factors);
     used += size;
@@ -158,6 +164,7 @@ Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder&
       if (exponents.size() != channels || !scale(std::span(values).subspan(c * n, n), exponents[c]))
         return damaged("dataset 'scalars/exponents' breaks the rules of the format");
   }
+  SYMRIG_CHECK(check_values(values, "dataset 'scalars/values'", kLargest));
   std::vector<float> of_scalar(channels);
   for (std::size_t k = 0; k < n; ++k) {
     const std::int32_t row = at[2 * k], col = at[2 * k + 1];
@@ -179,10 +186,14 @@ Result<void> read_diagonal(const Source& source, const Head& head, TensorBuilder
   const auto channels = static_cast<std::size_t>(head.channels);
   if (s != h5::Shape{at.size(), channels} || (!head.symmetric && !at.empty()))
     return damaged("the datasets in 'diagonal' do not fit together");
-  if (!all_finite(values)) return not_finite("dataset 'diagonal/values'");
+  SYMRIG_CHECK(check_values(values, "dataset 'diagonal/values'", kLargest));
+  std::vector<bool> seen(static_cast<std::size_t>(head.camera.size()));
   for (std::size_t k = 0; k < at.size(); ++k) {
     if (at[k] < 0 || at[k] >= head.camera.size())
       return damaged("diagonal entry " + std::to_string(k) + " points outside the grid");
+    if (seen[static_cast<std::size_t>(at[k])])
+      return damaged("dataset 'diagonal/at' names pixel " + std::to_string(at[k]) + " twice");
+    seen[static_cast<std::size_t>(at[k])] = true;
     builder.add_scalar(at[k], at[k], std::span(values).subspan(k * channels, channels));
   }
   return {};
@@ -201,7 +212,7 @@ Result<void> read_columns(const Source& source, const Head& head, TensorBuilder&
   const bool fit = first.size() == n + 1 && first.front() == 0 && first.back() == std::ssize(rows) &&
                    s[0] == rows.size() && s[1] == channels;
   if (!fit || (head.symmetric && n > 0)) return damaged("the datasets in 'columns' do not fit together");
-  if (!all_finite(values)) return not_finite("dataset 'columns/values'");
+  SYMRIG_CHECK(check_values(values, "dataset 'columns/values'", kLargest));
   for (const std::int32_t row : rows)
     if (row < 0 || row >= head.camera.size())
       return damaged("dataset 'columns/rows' points outside the grid");
@@ -228,7 +239,7 @@ bool stays_on_grid(std::span<const float> plane, Grid grid, BandOffset d) {
 
 Result<void> read_band(const Source& source, const Head& head, const std::string& path,
                        TensorBuilder& builder) {
-  const h5::Handle group(H5Gopen2(source.file.id(), path.c_str(), H5P_DEFAULT), H5Gclose);
+  const h5::Handle group = h5::open_group(source.file.id(), path);
   if (!group.ok()) return damaged("group '" + path + "' is missing or damaged");
   SYMRIG_TRY(const auto radius, h5::read_integers(group.id(), "radius", 1));
   if (!head.symmetric || radius[0] < 1 || radius[0] > 1024)
@@ -248,13 +259,14 @@ Result<void> read_band(const Source& source, const Head& head, const std::string
     if (!scale(plane, exponents[k]) || !stays_on_grid(plane, head.camera, offsets[k % offsets.size()]))
       return damaged("'" + path + "' breaks the rules of the format");
   }
+  SYMRIG_CHECK(check_values(values, "'" + path + "/values'", kLargest));
   builder.add_band(radius[0], values);
   return {};
 }
 
 Result<void> read_bands(const Source& source, const Head& head, TensorBuilder& builder) {
-  SYMRIG_TRY(const auto count, h5::read_integers(source.file.id(), "band_count", 1));
-  for (std::int32_t k = 0; k < count[0]; ++k)
+  SYMRIG_TRY(const std::int32_t count, read_count(source, "band_count", "bands"));
+  for (std::int32_t k = 0; k < count; ++k)
     SYMRIG_CHECK(read_band(source, head, "bands/" + std::to_string(k), builder));
   return {};
 }

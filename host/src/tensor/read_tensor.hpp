@@ -25,9 +25,18 @@ struct Head {
   Grid camera, projector;
 };
 
+/// Radiances and entries of T stay below this, so that no sum over a picture overflows a float.
+constexpr float kLargest = 0x1p60F;
+/// Light of a pattern.
+constexpr float kBrightest = 0x1p30F;
+
 Error damaged(const std::string& what);
-Error not_finite(const std::string& what);
-bool all_finite(std::span<const float> values);
+/// Every value is finite and smaller in size than `most`. fails: bad_value, naming `what`.
+Result<void> check_values(std::span<const float> values, const std::string& what, float most);
+
+/// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or
+/// there is one more).
+Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups);
 
 /// Reads every part of T into the builder. fails: bad_format, bad_value.
 Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,

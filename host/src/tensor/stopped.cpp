@@ -25,6 +25,14 @@ std::size_t block_of(std::span<const Block> blocks, std::int32_t pixel) {
   return static_cast<std::size_t>(after - blocks.begin()) - 1;
 }
 
+double sum_of_sizes(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0,
+                         [](double sum, double v) { return sum + std::abs(v); });
+}
+
+/// With less of the light than this left over, 1/s only magnifies rounding.
+constexpr double kLeastShare = 1e-9;
+
 /// Gathers the deep leaves of a symmetric tensor under their ancestors at one level.
 class Gathering {
  public:
@@ -56,6 +64,7 @@ class Gathering {
   }
 
   /// T_PQ ≈ (c/√s)(r/√s)', s = Σc: the estimate the acquisition had before it went deeper. [Garg06 §5.2]
+  /// Where light and its negative cancel out, s says nothing and the estimate is 0.
   void append_to(TensorBuilder& builder, int level) const {
     std::vector<float> factors;
     for (const auto& [key, node] : ancestors_) {
@@ -69,7 +78,7 @@ class Gathering {
                                                  static_cast<std::size_t>(q.size()));
         const double s =
             0.5 * (std::accumulate(c.begin(), c.end(), 0.0) + std::accumulate(r.begin(), r.end(), 0.0));
-        const double scale = s > 0 ? 1 / std::sqrt(s) : 0;
+        const double scale = s > kLeastShare * (sum_of_sizes(c) + sum_of_sizes(r)) ? 1 / std::sqrt(s) : 0;
         for (const double v : c) factors.push_back(static_cast<float>(v * scale));
         for (const double v : r) factors.push_back(static_cast<float>(v * scale));
       }
