@@ -4,12 +4,11 @@
 #include "check_lines.hpp"
 #include "check_scan.hpp"
 #include "check_steps.hpp"
-#include "device/session/line_setup.hpp"
+#include "durations.hpp"
 #include "emit.hpp"
 #include "lower.hpp"
 #include "symrig/device/lint.hpp"
 #include "symrig/device/timeline.hpp"
-#include "symrig/protocol/check_program.hpp"
 #include "timing.hpp"
 
 #include <algorithm>
@@ -74,19 +73,6 @@ void check_board(const CompiledProgram& compiled, int place, Findings& findings)
         finding.line.empty() ? finding.what : fmt::format("line '{}': {}", finding.line, finding.what),
         finding.alternative);
   }
-}
-
-void fill_durations(CompiledProgram& compiled) {
-  const auto config = line_setup(compiled.board, compiled.lines);
-  if (!config) return;
-  protocol::ProgramTiming timing;
-  protocol::check_program({{compiled.program.bytes().data(), compiled.program.bytes().size()}},
-                          program_rules(compiled.board, *config), timing,
-                          [](const protocol::Violation&) { return false; });
-  compiled.steps = timing.steps;
-  compiled.shortest = compiled.board.rate.nanoseconds(Ticks{timing.min});
-  compiled.longest = compiled.board.rate.nanoseconds(Ticks{timing.max});
-  compiled.expected = compiled.shortest;
 }
 
 void fill_scan(const ProgramFile& file, CompiledProgram& compiled) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board_json.hpp"
 
+#include "json_numbers.hpp"
+#include "symrig/base/nesting.hpp"
 #include "symrig/device/board_file.hpp"
 #include "symrig/protocol/program.hpp"
 
@@ -44,7 +46,7 @@ namespace {
 std::uint8_t waits_from(const Json& line) {
   if (!line.contains("waits")) return 7;
   const Json& waits = line.at("waits");
-  if (waits.is_number()) return waits.get<std::uint8_t>();
+  if (waits.is_number()) return whole_number<std::uint8_t>(waits, "waits", {0, 7});
   const auto bit = [&waits](const char* edge, unsigned value) {
     const bool can = waits.is_array() ? std::find(waits.begin(), waits.end(), edge) != waits.end()
                                       : waits.at(edge).get<bool>();
@@ -53,28 +55,74 @@ std::uint8_t waits_from(const Json& line) {
   return static_cast<std::uint8_t>(bit("rising", 1) | bit("falling", 2) | bit("both", 4));
 }
 
+/// Ticks that no board comes near: sums of some of them still fit.
+constexpr std::uint64_t kManyTicks = std::uint64_t{1} << 40U;
+/// Between these all conversions of ticks are exact.
+constexpr std::uint64_t kSlowest = 1000, kFastest = 10'000'000'000;
+constexpr std::size_t kMostLines = 32;
+
+Ticks ticks_at(const Json& json, const char* key, std::uint64_t least) {
+  return {whole_number_at<std::uint64_t>(json, key, {least, kManyTicks})};
+}
+
+/// Names go into files and onto terminals.
+std::string name_of(const std::string& name, bool may_be_empty = false) {
+  constexpr std::size_t kLongest = 64;
+  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  const bool printable = std::none_of(name.begin(), name.end(), control);
+  if (printable && name.size() <= kLongest && (may_be_empty || !name.empty())) return name;
+  throw BadJson("a line's name or pin is empty, has control characters, or more than 64 bytes");
+}
+
+void check_board(const BoardInfo& board) {
+  if (board.max_dwell < board.min_dwell) throw BadJson("'max_dwell' is less than 'min_dwell'");
+  if (board.lines.size() > kMostLines) throw BadJson("it has more than 32 lines");
+  for (std::size_t k = 0; k < board.lines.size(); ++k)
+    if (board.line(board.lines[k].name) != static_cast<int>(k))
+      throw BadJson(fmt::format("two lines are called '{}'", board.lines[k].name));
+}
+
+/// In bytes, or in records of 8.
+std::uint32_t program_bytes_of(const Json& json) {
+  constexpr std::uint32_t kMost = 1U << 30U;
+  if (json.contains("program_records"))
+    return whole_number_at<std::uint32_t>(json, "program_records", {0, kMost / 8}) * 8;
+  return whole_number_at<std::uint32_t>(json, "program_bytes", {0, kMost});
+}
+
+LineInfo line_info(const Json& line) {
+  return {name_of(line.at("name").get<std::string>()),
+          line.at("output").get<bool>(),
+          name_of(line.value("pin", std::string()), true),
+          waits_from(line),
+          line.value("trips", false),
+          whole_number_or<std::uint32_t>(line, "stamp_ticks", 1U)};
+}
+
 }  // namespace
+
+Json parse_json(std::string_view text) {
+  if (const auto shallow = check_json_nesting(text); !shallow) throw BadJson(shallow.error().what);
+  return Json::parse(text);
+}
 
 BoardInfo board_from_json(const Json& json) {
   BoardInfo board;
   board.board = json.at(json.contains("name") ? "name" : "board").get<std::string>();
   board.firmware_version = json.value(json.contains("firmware") ? "firmware" : "firmware_version", "");
   board.unique_id = json.value(json.contains("serial") ? "serial" : "unique_id", "");
-  board.rate = {json.at("tick_hz").get<std::uint64_t>()};
-  board.min_dwell = {json.at("min_dwell").get<std::uint64_t>()};
-  board.max_dwell = {json.at("max_dwell").get<std::uint64_t>()};
-  board.wait_latency = {json.at("wait_latency").get<std::uint64_t>()};
-  board.program_bytes = json.contains("program_records") ? json.at("program_records").get<std::uint32_t>() * 8
-                                                         : json.at("program_bytes").get<std::uint32_t>();
-  board.loop_depth = json.value("loop_depth", protocol::kMaxLoopDepth);
-  board.queue_segments = json.value("queue_segments", board.queue_segments);
-  board.refill_ticks = json.value("refill_ticks", board.refill_ticks);
-  board.poll_ticks = json.value("poll_ticks", board.poll_ticks);
-  board.lateness = {json.value("lateness", board.lateness.count)};
-  for (const Json& line : json.at("lines"))
-    board.lines.push_back({line.at("name").get<std::string>(), line.at("output").get<bool>(),
-                           line.value("pin", std::string()), waits_from(line), line.value("trips", false),
-                           line.value("stamp_ticks", 1U)});
+  board.rate = {whole_number_at<std::uint64_t>(json, "tick_hz", {kSlowest, kFastest})};
+  board.min_dwell = ticks_at(json, "min_dwell", 1);
+  board.max_dwell = ticks_at(json, "max_dwell", 1);
+  board.wait_latency = ticks_at(json, "wait_latency", 0);
+  board.program_bytes = program_bytes_of(json);
+  board.loop_depth = whole_number_or(json, "loop_depth", protocol::kMaxLoopDepth);
+  board.queue_segments = whole_number_or(json, "queue_segments", board.queue_segments);
+  board.refill_ticks = whole_number_or(json, "refill_ticks", board.refill_ticks);
+  board.poll_ticks = whole_number_or(json, "poll_ticks", board.poll_ticks);
+  if (json.contains("lateness")) board.lateness = ticks_at(json, "lateness", 0);
+  for (const Json& line : json.at("lines")) board.lines.push_back(line_info(line));
+  check_board(board);
   return board;
 }
 
@@ -93,13 +141,13 @@ LineConfig line_from_json(const Json& json) {
   LineConfig line;
   line.line = json.at("line").get<std::string>();
   line.safe_level = json.at("safe_level").get<bool>();
-  line.hazard = static_cast<Hazard>(json.at("hazard").get<int>());
+  line.hazard = static_cast<Hazard>(whole_number_at<int>(json, "hazard", {0, 2}));
   line.capture = json.at("capture").get<bool>();
-  line.max_on = Nanoseconds(json.at("max_on_ns").get<std::int64_t>());
-  line.min_off = Nanoseconds(json.at("min_off_ns").get<std::int64_t>());
+  line.max_on = Nanoseconds(whole_number_at<std::int64_t>(json, "max_on_ns", {0, kLongestNanoseconds}));
+  line.min_off = Nanoseconds(whole_number_at<std::int64_t>(json, "min_off_ns", {0, kLongestNanoseconds}));
   line.max_duty = json.at("max_duty").get<double>();
-  if (const Json trip = json.value("trip_level", Json()); trip.is_boolean())
-    line.trip_level = trip.get<bool>();
+  if (!(line.max_duty > 0 && line.max_duty <= 1)) throw BadJson("'max_duty' is not a share from 0 to 1");
+  if (const Json trip = json.value("trip_level", Json()); !trip.is_null()) line.trip_level = trip.get<bool>();
   return line;
 }
 
@@ -107,20 +155,25 @@ std::string board_file_text(const BoardInfo& board) {
   return board_json(board).dump(1) + "\n";
 }
 
+namespace {
+
+Error no_board(std::string_view why) {
+  return {ErrorCode::bad_format, fmt::format("it does not describe a board: {}", why),
+          "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
+}
+
+}  // namespace
+
 Result<BoardInfo> parse_board_file(std::string_view text) {
   try {
-    Json json = Json::parse(text);
+    Json json = parse_json(text);
     if (json.contains("capabilities")) json.update(Json(json.at("capabilities")));  // a firmware's manifest
     const bool inside = json.contains("board") && json.at("board").is_object();
-    BoardInfo board = board_from_json(inside ? json.at("board") : json);
-    if (board.rate.hz < 1000 || board.min_dwell.count == 0 || board.max_dwell < board.min_dwell ||
-        board.lines.size() > 32)
-      return Error{ErrorCode::bad_format, "it describes a board that there cannot be",
-                   "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
-    return board;
+    return board_from_json(inside ? json.at("board") : json);
   } catch (const Json::exception& error) {
-    return Error{ErrorCode::bad_format, fmt::format("it does not describe a board: {}", error.what()),
-                 "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
+    return no_board(error.what());
+  } catch (const BadJson& error) {
+    return no_board(error.what());
   }
 }
 

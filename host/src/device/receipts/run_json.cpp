@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board_json.hpp"
+#include "json_numbers.hpp"
 #include "symrig/device/run.hpp"
 #include "symrig/device/symprog.hpp"
 
@@ -174,27 +175,56 @@ std::string receipt_json(const RunRecord& record, std::size_t max_edges) {
 
 namespace {
 
-std::vector<CapturedEdge> read_edges(const Json& json, Ticks start) {
+/// Times of a receipt, which are ticks since the start of the run.
+class RunClock {
+ public:
+  RunClock(const Json& json, TickRate rate)
+      : start_{whole_number_at<std::uint64_t>(json.at("time"), "started_tick", {0, kLastStart})},
+        most_(static_cast<std::int64_t>(std::min(kLongest * rate.hz, kLastStart))) {}
+
+  Ticks start() const { return start_; }
+  /// An edge before the start is told with a negative time.
+  Ticks tick(const Json& since) const {
+    const std::int64_t least = -static_cast<std::int64_t>(std::min<std::uint64_t>(start_.count, kLastStart));
+    const auto ticks =
+        whole_number<std::int64_t>(since, "ticks since the start", {std::max(least, -most_), most_});
+    return Ticks{start_.count + static_cast<std::uint64_t>(ticks)};
+  }
+
+ private:
+  static constexpr std::uint64_t kLastStart = std::uint64_t{1} << 62U;
+  /// 200 days in seconds: in picoseconds they still fit 64 bits.
+  static constexpr std::uint64_t kLongest = std::uint64_t{200} * 86'400;
+
+  Ticks start_;
+  std::int64_t most_;
+};
+
+std::vector<CapturedEdge> read_edges(const Json& json, const RunClock& clock, std::size_t lines) {
   std::vector<CapturedEdge> edges;
   for (const Json& edge : json.at("edges"))
-    edges.push_back({edge.at(0).get<int>(), edge.at(1).get<int>() != 0,
-                     Ticks{start.count + static_cast<std::uint64_t>(edge.at(2).get<std::int64_t>())}});
+    edges.push_back({whole_number<int>(edge.at(0), "line of an edge", {0, static_cast<int>(lines) - 1}),
+                     whole_number<int>(edge.at(1), "level of an edge", {0, 1}) != 0, clock.tick(edge.at(2))});
+  const auto listed = whole_number_at<std::uint64_t>(json, "listed");
+  if (listed != edges.size()) throw BadJson("'listed' is not the number of edges that are listed");
+  whole_number_at<std::uint64_t>(json, "count", {listed, std::numeric_limits<std::uint64_t>::max()});
   return edges;
 }
 
 StoredRun from_json(const Json& json) {
   StoredRun run;
   run.board = board_from_json(json.at("board"));
-  const Ticks start{json.at("time").at("started_tick").get<std::uint64_t>()};
+  const RunClock clock(json, run.board.rate);
+  const std::size_t known = run.board.lines.size();
   const Json& planned = json.at("planned");
   run.plan.rate = run.board.rate;
-  run.plan.start = start;
-  run.plan.end = start + Ticks{planned.at("end").get<std::uint64_t>()};
-  run.plan.initial_levels = planned.at("initial_levels").get<std::uint32_t>();
+  run.plan.start = clock.start();
+  run.plan.end = std::max(clock.tick(planned.at("end")), clock.start());
+  run.plan.initial_levels = whole_number_at<std::uint32_t>(planned, "initial_levels");
   run.plan.complete = planned.at("complete").get<bool>();
-  for (const CapturedEdge& edge : read_edges(planned, start))
+  for (const CapturedEdge& edge : read_edges(planned, clock, known))
     run.plan.edges.push_back({edge.line, edge.level, edge.tick, 0});
-  run.captured = read_edges(json.at("captured"), start);
+  run.captured = read_edges(json.at("captured"), clock, known);
   std::vector<LineConfig> lines;
   for (const Json& line : json.at("lines")) lines.push_back(line_from_json(line));
   run.watched = watched_outputs(run.board, lines);
@@ -212,17 +242,14 @@ Error no_receipt(std::string_view why) {
 
 Result<StoredRun> read_receipt(std::string_view text) {
   try {
-    const Json json = Json::parse(text);
+    const Json json = parse_json(text);
     if (!json.is_object() || json.value("format", "") != kFormat)
       return no_receipt("it does not say that it is one");
     if (json.at("version") != 1) return no_receipt("its version is not 1");
-    StoredRun run = from_json(json);
-    for (const CapturedEdge& edge : run.captured)
-      if (edge.line < 0 || edge.line >= 32) return no_receipt("an edge of a line that there cannot be");
-    for (const PlannedEdge& edge : run.plan.edges)
-      if (edge.line < 0 || edge.line >= 32) return no_receipt("an edge of a line that there cannot be");
-    return run;
+    return from_json(json);
   } catch (const Json::exception& error) {
+    return no_receipt(error.what());
+  } catch (const BadJson& error) {
     return no_receipt(error.what());
   }
 }

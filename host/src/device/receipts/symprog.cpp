@@ -2,8 +2,10 @@
 #include "symrig/device/symprog.hpp"
 
 #include "board_json.hpp"
+#include "device/programs/durations.hpp"
 #include "device/session/line_setup.hpp"
 #include "device/session/names.hpp"
+#include "json_numbers.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
 
@@ -30,6 +32,10 @@ Json wiring_json(const RigWiring& wiring) {
           {"active_low", wiring.active_low}, {"refresh_ns", wiring.refresh.count()}};
 }
 
+Nanoseconds nanoseconds_at(const Json& json, const char* key) {
+  return Nanoseconds(whole_number_at<std::int64_t>(json, key, {0, kLongestNanoseconds}));
+}
+
 RigWiring wiring_from_json(const Json& json) {
   const auto text = [&json](const char* key) { return json.at(key).get<std::string>(); };
   return {text("projector"),
@@ -37,7 +43,7 @@ RigWiring wiring_from_json(const Json& json) {
           text("camera"),
           text("strobe"),
           json.at("active_low").get<std::vector<std::string>>(),
-          Nanoseconds(json.at("refresh_ns").get<std::int64_t>())};
+          nanoseconds_at(json, "refresh_ns")};
 }
 
 Json header(const CompiledProgram& program) {
@@ -69,19 +75,35 @@ CompiledProgram from_header(const Json& json) {
   CompiledProgram program;
   program.board = board_from_json(json.at("board"));
   for (const Json& line : json.at("lines")) program.lines.push_back(line_from_json(line));
-  const auto ns = [&json](const char* key) { return Nanoseconds(json.at(key).get<std::int64_t>()); };
-  program.keep_alive = ns("keep_alive_ns");
+  program.keep_alive = nanoseconds_at(json, "keep_alive_ns");
   program.wiring = wiring_from_json(json.at("wiring"));
   program.is_scan = json.at("scan").get<bool>();
-  program.patterns = json.at("patterns").get<std::uint64_t>();
-  program.exposures = json.at("exposures").get<std::uint64_t>();
-  program.steps = json.at("steps").get<std::uint64_t>();
-  program.shortest = ns("shortest_ns");
-  program.longest = ns("longest_ns");
-  program.expected = ns("expected_ns");
-  if (!json.at("on_time_ns").is_null()) program.on_time = ns("on_time_ns");
-  program.places = json.at("places").get<std::vector<int>>();
+  program.patterns = whole_number_at<std::uint64_t>(json, "patterns");
+  program.exposures = whole_number_at<std::uint64_t>(json, "exposures");
+  program.steps = whole_number_at<std::uint64_t>(json, "steps");
+  program.shortest = nanoseconds_at(json, "shortest_ns");
+  program.longest = nanoseconds_at(json, "longest_ns");
+  program.expected = nanoseconds_at(json, "expected_ns");
+  if (!json.at("on_time_ns").is_null()) program.on_time = nanoseconds_at(json, "on_time_ns");
+  for (const Json& place : json.at("places"))
+    program.places.push_back(whole_number<int>(place, "places", {0, std::numeric_limits<int>::max()}));
   return program;
+}
+
+/// The header repeats what the records and the configuration of the lines say.
+Result<void> check_header(const Json& json, const CompiledProgram& program) {
+  if (program.places.size() != program.program.records()) return broken("its places are wrong");
+  if (json.at("program_hash") != fmt::format("{:08x}", program.program.hash()))
+    return broken("its records are not those that its header names");
+  const auto hash = config_hash(program);
+  if (!hash) return broken(hash.error().what);
+  if (json.at("config_hash") != fmt::format("{:08x}", *hash))
+    return broken("the configuration of its lines is not the one that its header names");
+  CompiledProgram timed = program;
+  fill_durations(timed);
+  if (timed.steps != program.steps || timed.shortest != program.shortest || timed.longest != program.longest)
+    return broken("its durations are not those of its records");
+  return {};
 }
 
 }  // namespace
@@ -122,11 +144,14 @@ Result<CompiledProgram> read_symprog(std::span<const std::uint8_t> bytes) {
   const auto text = body.first(text_size);
   const auto records = body.subspan(text_size);
   try {
-    CompiledProgram program = from_header(Json::parse(text.begin(), text.end()));
+    const Json json = parse_json({reinterpret_cast<const char*>(text.data()), text.size()});
+    CompiledProgram program = from_header(json);
     SYMRIG_TRY(program.program, Program::from_bytes({records.begin(), records.end()}));
-    if (program.places.size() != program.program.records()) return broken("its places are wrong");
+    SYMRIG_CHECK(check_header(json, program));
     return program;
   } catch (const Json::exception& error) {
+    return broken(error.what());
+  } catch (const BadJson& error) {
     return broken(error.what());
   }
 }
