@@ -2,6 +2,7 @@
 #include "symrig/acquisition/photograph_log.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -18,6 +19,24 @@ ProbeCost operator-(const ProbeCost& a, const ProbeCost& b) {
           a.simulate_seconds - b.simulate_seconds, a.merge_seconds - b.merge_seconds};
 }
 
+/// A log keeps whatever it is given, and its checksums only say that it kept it. What is used must be
+/// numbers.
+bool photograph_ok(const Radiance& photograph) {
+  constexpr float kLargest = 0x1p60F, kLargestVariance = 0x1p120F;
+  return std::ranges::all_of(photograph.mean.values(), [](float v) { return std::abs(v) < kLargest; }) &&
+         std::ranges::all_of(photograph.variance.values(),
+                             [](float v) { return v >= 0 && v < kLargestVariance; });
+}
+
+bool cost_ok(const ProbeCost& spent) {
+  constexpr std::int64_t kMost = std::int64_t{1} << 50U;
+  constexpr double kLongest = 9e9;  // 285 years: nanoseconds still fit
+  const auto count = [](std::int64_t n) { return n >= 0 && n < kMost; };
+  const auto time = [](double seconds) { return seconds >= 0 && seconds < kLongest; };
+  return count(spent.photographs) && count(spent.frames) && time(spent.rig_seconds) &&
+         time(spent.simulate_seconds) && time(spent.merge_seconds);
+}
+
 }  // namespace
 
 Result<Radiance> LoggedProbe::replay(const Pattern& pattern) {
@@ -29,6 +48,11 @@ Result<Radiance> LoggedProbe::replay(const Pattern& pattern) {
                  "delete the log to begin anew"};
   SYMRIG_TRY(Radiance photograph, log_.photograph(replayed_));
   SYMRIG_TRY(replayed_cost_, log_.spent(replayed_));
+  if (!photograph_ok(photograph) || !cost_ok(replayed_cost_))
+    return Error{ErrorCode::bad_format,
+                 "photograph " + std::to_string(replayed_) +
+                     " of the log has numbers that no camera gives (not finite, negative or too large)",
+                 "the log is damaged: delete it to begin anew"};
   ++replayed_;
   return photograph;
 }
