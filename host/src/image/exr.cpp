@@ -74,8 +74,13 @@ Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
   Imf::Header header;
   header.readFrom(input, version);
   const auto& window = header.dataWindow();
-  return checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
-                      std::int64_t{window.max.x} - window.min.x + 1, name);
+  SYMRIG_TRY(const Grid grid, checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
+                                           std::int64_t{window.max.x} - window.min.x + 1, name));
+  // The tightest of its codings (DWAB) packs some 30,000 pixels of one value into a byte.
+  constexpr std::size_t kPixelsInByte = std::size_t{1} << 17, kSlack = std::size_t{1} << 20;
+  if (static_cast<std::size_t>(grid.size()) > kPixelsInByte * bytes.size() + kSlack)
+    return damaged(name, "claims more pixels than its bytes can hold");
+  return grid;
 }
 
 /// Which channels hold the picture: R G B, or the only one that is not A.

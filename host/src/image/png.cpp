@@ -188,6 +188,9 @@ Result<Image<float>> decode_png(Bytes bytes, const std::string& name) {
   Reader reader(source);
   if (!reader.read_header()) return damaged(name, reader.failure());
   SYMRIG_TRY(const Grid grid, checked_grid(reader.rows(), reader.cols(), name));
+  // DEFLATE makes at most 1,032 bytes of one.
+  if (reader.row_bytes() * static_cast<std::size_t>(grid.rows) / 1032 > bytes.size())
+    return damaged(name, "claims more pixels than its bytes can hold");
   if (!reader.choose_layout()) return damaged(name, reader.failure());
   const std::size_t row_bytes = reader.row_bytes();
   std::vector<png_byte> data(row_bytes * static_cast<std::size_t>(grid.rows));
