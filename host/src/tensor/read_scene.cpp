@@ -17,8 +17,13 @@ using namespace scene_file;
 
 Result<void> readable(const fs::path& path) {
   auto can = check_readable(path);
-  if (can || can.error().code != ErrorCode::not_found) return can;
-  return Error{ErrorCode::not_found, path.string() + ": no such file", "`symrig capture` makes scene files"};
+  if (can) return can;
+  std::error_code unknown;
+  if (can.error().code == ErrorCode::not_found)
+    return Error{ErrorCode::not_found, can.error().what, "`symrig capture` makes scene files"};
+  if (fs::exists(path, unknown) && !fs::is_regular_file(path, unknown))
+    return Error{ErrorCode::bad_format, can.error().what, "name a scene.h5"};
+  return can;
 }
 
 /// Why HDF5 did not open a file that can be read.
