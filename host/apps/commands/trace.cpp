@@ -56,15 +56,22 @@ Result<Drawing> draw_plan(const device::CompiledProgram& program, Nanoseconds re
   return drawing;
 }
 
+/// Edges may come before the start of a run: negative.
+std::int64_t nanoseconds_since_start(const device::StoredRun& run, device::Ticks tick) {
+  const device::Ticks start = run.plan.start;
+  return tick < start ? -run.board.rate.nanoseconds(start - tick).count()
+                      : run.board.rate.nanoseconds(tick - start).count();
+}
+
 std::string differences_csv(const device::StoredRun& run, const device::Comparison& all) {
   const double tick = 1e9 / static_cast<double>(run.board.rate.hz);
   std::string text = "line,level,planned_ns,actual_ns,difference_ns\n";
   for (const device::EdgePair& pair : all.pairs) {
-    const auto planned = run.board.rate.nanoseconds(pair.planned.tick - run.plan.start).count();
-    text += fmt::format(
-        "{},{},{},{},{:.6g}\n", run.board.lines.at(static_cast<std::size_t>(pair.planned.line)).name,
-        pair.planned.level ? 1 : 0, planned, run.board.rate.nanoseconds(pair.actual - run.plan.start).count(),
-        static_cast<double>(pair.late()) * tick);
+    const std::int64_t planned = nanoseconds_since_start(run, pair.planned.tick);
+    text += fmt::format("{},{},{},{},{:.6g}\n",
+                        run.board.lines.at(static_cast<std::size_t>(pair.planned.line)).name,
+                        pair.planned.level ? 1 : 0, planned, nanoseconds_since_start(run, pair.actual),
+                        static_cast<double>(pair.late()) * tick);
   }
   return text;
 }
