@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/atomic_file.hpp"
 
+#include "base/file_place.hpp"
+
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -47,9 +49,12 @@ class TemporaryFile {
     return true;
   }
 
-  bool commit(const fs::path& target) {
-    committed_ = ::fsync(fd_) == 0 && ::rename(path_.c_str(), target.c_str()) == 0;
-    return committed_;
+  /// asked: how the user named the target.
+  Result<void> commit(const fs::path& asked, const fs::path& target) {
+    if (::fsync(fd_) != 0) return io_error(asked, "cannot be written", errno);
+    SYMRIG_CHECK(replace_file(path_, target));
+    committed_ = true;
+    return {};
   }
 
  private:
@@ -58,31 +63,9 @@ class TemporaryFile {
   bool committed_ = false;
 };
 
-fs::path temporary_name(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  return target.parent_path() /
-         fmt::format(".{}.{}-{}.tmp", target.filename().string(), ::getpid(), counter++);
-}
-
-/// The file that is to be replaced: behind a symbolic link it is the link's target.
-Result<fs::path> resolve(const fs::path& path) {
-  std::error_code error;
-  const fs::path target = fs::is_symlink(path, error) ? fs::weakly_canonical(path, error) : path;
-  if (target.filename().empty() || fs::is_directory(target, error))
-    return Error{ErrorCode::io, path.string() + ": is a folder, not a file", "give the name of a file"};
-  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
-  if (!fs::is_directory(folder, error))
-    return Error{ErrorCode::not_found, path.string() + ": there is no folder " + folder.string(),
-                 "make the folder first"};
-  if (fs::exists(target, error) && !fs::is_regular_file(target, error))
-    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
-  return target;
-}
-
 /// Makes the rename itself durable; a file system that cannot is not an error.
 void sync_folder(const fs::path& target) {
-  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const int fd = ::open(base::folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
   ::fsync(fd);
   ::close(fd);
@@ -94,11 +77,19 @@ Error read_error(const fs::path& path, int error) {
           denied ? "ask for the permission to read it" : "check the path and the disk"};
 }
 
-/// A file that is read. Opening does not wait for the writer of a pipe.
+/// Opening a pipe waits for its other end, opening a serial port may reset what hangs on it.
+bool is_special(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
+}
+
+/// A file that is read; what is neither a file nor a folder is not opened.
 class OpenFile {
  public:
   explicit OpenFile(const fs::path& path)
-      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
+      : special_(is_special(path)),
+        fd_(special_ ? -1 : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
   OpenFile(const OpenFile&) = delete;
   OpenFile& operator=(const OpenFile&) = delete;
   ~OpenFile() {
@@ -106,13 +97,18 @@ class OpenFile {
   }
 
   int fd() const { return fd_; }
+  bool special() const { return special_; }
 
  private:
+  bool special_;
   int fd_;
 };
 
 /// Bytes of a file that was just opened; errno still tells why it could not be.
-Result<std::uint64_t> size_of(const fs::path& path, int fd) {
+Result<std::uint64_t> size_of(const fs::path& path, const OpenFile& file) {
+  if (file.special())
+    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
+  const int fd = file.fd();
   if (fd < 0 && (errno == ENOENT || errno == ENOTDIR))
     return Error{ErrorCode::not_found, path.string() + ": no such file", "check the path"};
   struct stat status {};
@@ -139,13 +135,39 @@ std::ptrdiff_t read_all(int fd, std::span<std::byte> bytes) {
 
 }  // namespace
 
-Result<void> write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
-  SYMRIG_TRY(const fs::path target, resolve(path));
-  TemporaryFile file(temporary_name(target));
-  if (!file.is_open()) return io_error(path, "cannot be written", errno);
-  if (!file.write(bytes) || !file.commit(target)) return io_error(path, "cannot be written", errno);
-  sync_folder(target);
+Result<fs::path> replaceable_file(const fs::path& path) {
+  std::error_code error;
+  const fs::path target = base::link_target(path);
+  if (target.filename().empty() || fs::is_directory(target, error))
+    return Error{ErrorCode::io, path.string() + ": is a folder, not a file", "give the name of a file"};
+  const fs::path folder = base::folder_of(target);
+  if (!fs::is_directory(folder, error))
+    return Error{ErrorCode::not_found, path.string() + ": there is no folder " + folder.string(),
+                 "make the folder first"};
+  if (fs::exists(fs::symlink_status(target, error)) && !fs::is_regular_file(target, error))
+    return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
+  return target;
+}
+
+Result<void> replace_file(const fs::path& temporary, const fs::path& target) {
+  SYMRIG_TRY(const fs::path file, replaceable_file(target));
+  if (::rename(temporary.c_str(), file.c_str()) != 0)
+    return io_error(target, "cannot be put in place", errno);
+  sync_folder(file);
   return {};
+}
+
+fs::path temporary_name(const fs::path& target) {
+  static std::atomic<unsigned> counter{0};
+  return target.parent_path() /
+         fmt::format(".{}.{}-{}.tmp", target.filename().string(), ::getpid(), counter++);
+}
+
+Result<void> write_file_atomically(const fs::path& path, std::span<const std::byte> bytes) {
+  SYMRIG_TRY(const fs::path target, replaceable_file(path));
+  TemporaryFile file(temporary_name(target));
+  if (!file.is_open() || !file.write(bytes)) return io_error(path, "cannot be written", errno);
+  return file.commit(path, target);
 }
 
 Result<void> write_file_atomically(const fs::path& path, std::string_view text) {
@@ -154,13 +176,13 @@ Result<void> write_file_atomically(const fs::path& path, std::string_view text) 
 
 Result<void> check_readable(const fs::path& path) {
   const OpenFile file(path);
-  SYMRIG_TRY([[maybe_unused]] const std::uint64_t size, size_of(path, file.fd()));
+  SYMRIG_TRY([[maybe_unused]] const std::uint64_t size, size_of(path, file));
   return {};
 }
 
 Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t max_bytes) {
   const OpenFile file(path);
-  SYMRIG_TRY(const std::uint64_t size, size_of(path, file.fd()));
+  SYMRIG_TRY(const std::uint64_t size, size_of(path, file));
   if (size > max_bytes)
     return Error{ErrorCode::limit, path.string() + ": has " + std::to_string(size) + " bytes; at most " +
                                        std::to_string(max_bytes) + " are read"};

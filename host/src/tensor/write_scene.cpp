@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/atomic_file.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
 #include "tensor/half.hpp"
@@ -222,24 +223,18 @@ bool sync_file(const fs::path& path) {
 Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
   const std::scoped_lock lock(scene_file::hdf5_mutex());
   h5::be_quiet();
-  const fs::path temporary = path.string() + ".part" + std::to_string(::getpid());
+  SYMRIG_TRY(const fs::path target, replaceable_file(path));
+  const fs::path temporary = temporary_name(target);
   const h5::Handle access = file_access();
-  h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose);
-  const bool written = file.ok() && write_all(file.id(), scene);
+  h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
+  if (!file.ok()) return io_error(path, "cannot be written");
+  const bool written = write_all(file.id(), scene);
+  const Result<void> done = file.close() && written && sync_file(temporary)
+                                ? replace_file(temporary, target)
+                                : io_error(path, "cannot be written");
   std::error_code ignored;
-  if (!file.close() || !written || !sync_file(temporary)) {
-    const Error error = io_error(path, "cannot be written");
-    fs::remove(temporary, ignored);
-    return error;
-  }
-  std::error_code failed;
-  fs::rename(temporary, path, failed);
-  if (failed) {
-    fs::remove(temporary, ignored);
-    return Error{ErrorCode::io, path.string() + ": cannot be put in place (" + failed.message() + ")",
-                 "check the folder and its permissions"};
-  }
-  return {};
+  if (!done) fs::remove(temporary, ignored);
+  return done;
 }
 
 }  // namespace symrig

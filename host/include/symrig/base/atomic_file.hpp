@@ -18,7 +18,15 @@ namespace symrig {
 Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::byte> bytes);
 Result<void> write_file_atomically(const std::filesystem::path& path, std::string_view text);
 
-/// Can it be read as a file? Nothing is read, and a pipe without a writer is not waited for.
+/// For writers that make the file themselves: a name beside `target` that nobody else has,
+std::filesystem::path temporary_name(const std::filesystem::path& target);
+/// the file that `path` stands for, behind symbolic links: a regular file, or none yet,
+/// fails: not_found (no folder), io (a folder, device, pipe or socket).
+Result<std::filesystem::path> replaceable_file(const std::filesystem::path& path);
+/// and the rename. Only a regular file is ever replaced.  fails: as replaceable_file, io.
+Result<void> replace_file(const std::filesystem::path& temporary, const std::filesystem::path& target);
+
+/// Can it be read as a file? Nothing is read, and pipes and devices are never opened.
 /// fails: not_found; io (permission denied, a folder, no regular file).
 Result<void> check_readable(const std::filesystem::path& path);
 

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which file a path leads to.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <sys/types.h>
+
+namespace symrig::base {
+
+/// The file at the end of symbolic links, also where it does not exist yet.
+std::filesystem::path link_target(const std::filesystem::path& path);
+
+/// The folder that a file lies in.
+std::filesystem::path folder_of(const std::filesystem::path& path);
+
+/// The descriptor that a path such as /dev/stdout or /dev/fd/3 stands for; "-" is standard output.
+std::optional<int> descriptor_of(const std::filesystem::path& path);
+
+/// A file by device and inode; one that does not exist yet by its folder's and its name.
+struct FilePlace {
+  dev_t device = 0;
+  ino_t inode = 0;
+  mode_t mode = 0;   ///< 0: there is no such file
+  std::string name;  ///< of a file that does not exist
+
+  bool exists() const { return mode != 0; }
+  bool regular() const;
+  bool operator==(const FilePlace& other) const {
+    return device == other.device && inode == other.inode && name == other.name;
+  }
+};
+
+/// nullopt: neither the file nor its folder exists.
+std::optional<FilePlace> place_of(const std::filesystem::path& path);
+std::optional<FilePlace> place_of(int descriptor);
+
+/// "a folder", "a device", ...
+const char* kind_of(mode_t mode);
+
+}  // namespace symrig::base

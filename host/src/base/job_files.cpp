@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/job_files.hpp"
+
+#include "base/file_place.hpp"
+#include "base/named_files.hpp"
+#include "base/write_descriptor.hpp"
+#include "symrig/base/atomic_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <system_error>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using base::descriptor_of, base::FilePlace, base::folder_of, base::place_of;
+
+struct FormatNames {
+  FileFormat format;
+  const char* text;    ///< "an HDF5 scene"
+  const char* suffix;  ///< the one to suggest
+  bool binary;
+};
+
+constexpr std::array<FormatNames, 10> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
+                                                {FileFormat::picture, "a picture", ".exr", true},
+                                                {FileFormat::map, "a map", ".exr", true},
+                                                {FileFormat::program, "a compiled program", ".symprog", true},
+                                                {FileFormat::log, "a photograph log", ".log", true},
+                                                {FileFormat::page, "an HTML page", ".html", false},
+                                                {FileFormat::json, "JSON", ".json", false},
+                                                {FileFormat::table, "CSV", ".csv", false},
+                                                {FileFormat::settings, "TOML", ".toml", false},
+                                                {FileFormat::waveform, "a VCD waveform", ".vcd", false}}};
+
+const FormatNames& names_of(FileFormat format) {
+  return *std::find_if(kFormats.begin(), kFormats.end(),
+                       [format](const FormatNames& one) { return one.format == format; });
+}
+
+struct Suffix {
+  std::string_view text;
+  FileFormat format;
+};
+
+/// Suffixes that say what a file is. Others say nothing, and any output may have them.
+constexpr std::array<Suffix, 21> kSuffixes{{
+    {".h5", FileFormat::scene},        {".hdf5", FileFormat::scene},   {".exr", FileFormat::picture},
+    {".pfm", FileFormat::picture},     {".png", FileFormat::picture},  {".jpg", FileFormat::picture},
+    {".jpeg", FileFormat::picture},    {".tif", FileFormat::picture},  {".tiff", FileFormat::picture},
+    {".pgm", FileFormat::picture},     {".raw", FileFormat::picture},  {".uf2", FileFormat::program},
+    {".symprog", FileFormat::program}, {".log", FileFormat::log},      {".html", FileFormat::page},
+    {".htm", FileFormat::page},        {".json", FileFormat::json},    {".csv", FileFormat::table},
+    {".toml", FileFormat::settings},   {".vcd", FileFormat::waveform}, {".elf", FileFormat::program},
+}};
+
+bool fits(FileFormat suffix, FileFormat output) {
+  if (suffix == output) return true;
+  if (suffix == FileFormat::picture && output == FileFormat::map) return true;
+  return suffix == FileFormat::log && !names_of(output).binary;  // notes.log may hold any text
+}
+
+Result<void> check_suffix(const std::string& option, const fs::path& path, FileFormat format) {
+  std::string suffix = path.extension().string();
+  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const auto known =
+      std::find_if(kSuffixes.begin(), kSuffixes.end(), [&](const Suffix& one) { return one.text == suffix; });
+  if (known == kSuffixes.end() || fits(known->format, format)) return {};
+  return Error{ErrorCode::bad_argument,
+               fmt::format("{} writes {}, but {} has the suffix of another format", option,
+                           names_of(format).text, path.string()),
+               fmt::format("give a name that ends in {}", names_of(format).suffix)};
+}
+
+Error not_written(const fs::path& path, const std::string& why, const char* hint,
+                  ErrorCode code = ErrorCode::io) {
+  return {code, fmt::format("{} cannot be written: {}", path.string(), why), hint};
+}
+
+Result<void> check_descriptor(const std::string& option, const fs::path& path, int descriptor,
+                              FileFormat format) {
+  if (names_of(format).binary)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{} writes {}, which cannot go to {}", option, names_of(format).text,
+                             path == "-" ? "standard output" : path.string()),
+                 "give the name of a file"};
+  const int flags = ::fcntl(descriptor, F_GETFL);
+  if (descriptor <= STDERR_FILENO || (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY)) return {};
+  return not_written(path, "no such descriptor is open for writing", "give the name of a file",
+                     ErrorCode::bad_argument);
+}
+
+/// A new file in a folder that takes new files, or a regular file there.
+Result<void> check_target(const fs::path& path) {
+  const auto place = place_of(path);
+  if (path.filename().empty() || (place && place->exists() && !place->regular()))
+    return not_written(
+        path, fmt::format("it is {}", place && place->exists() ? base::kind_of(place->mode) : "a folder"),
+        "give a file name");
+  const fs::path folder = folder_of(base::link_target(path));
+  std::error_code error;
+  if (!fs::is_directory(folder, error))
+    return not_written(path, "there is no folder " + folder.string(), "make it, or give another place",
+                       ErrorCode::not_found);
+  if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
+  return not_written(path, fmt::format("{} ({})", folder.string(), std::generic_category().message(errno)),
+                     "give a folder that you may write to");
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+  const auto place = place_of(a);
+  return place && place == place_of(b);
+}
+
+}  // namespace
+
+bool is_standard_output(const fs::path& path) {
+  return descriptor_of(path) == STDOUT_FILENO;
+}
+
+JobFiles& JobFiles::reads(std::string_view what, const fs::path& path) {
+  if (!path.empty()) inputs_.push_back({std::string(what), path});
+  return *this;
+}
+
+JobFiles& JobFiles::reads_folder(std::string_view what, const fs::path& folder) {
+  for (const fs::path& path : base::photographs_in(folder)) reads(what, path);
+  return reads_settings(what, folder.empty() ? folder : folder / "capture.toml");
+}
+
+JobFiles& JobFiles::reads_settings(std::string_view what, const fs::path& path) {
+  if (path.empty()) return *this;
+  for (const fs::path& named : base::files_named_in(path)) reads(what, named);
+  return reads(what, path);
+}
+
+JobFiles& JobFiles::writes(std::string_view option, const fs::path& path, FileFormat format) {
+  if (!path.empty()) outputs_.push_back({std::string(option), path, format});
+  return *this;
+}
+
+JobFiles& JobFiles::measures_anew(std::string_view option, const fs::path& path) {
+  if (!path.empty()) anew_.push_back({std::string(option), path});
+  return *this;
+}
+
+Result<void> JobFiles::check_inputs(const Output& output) const {
+  for (const Input& one : anew_)
+    if (one.what == output.option && same_file(one.path, output.path)) return {};
+  for (const Input& input : inputs_)
+    if (same_file(input.path, output.path))
+      return Error{ErrorCode::bad_argument,
+                   fmt::format("{} {} is the same file as {} {}, which is read", output.option,
+                               output.path.string(), input.what, input.path.string()),
+                   "give the output another name"};
+  return {};
+}
+
+Result<void> JobFiles::check_others(std::size_t k) const {
+  const Output& one = outputs_[k];
+  for (std::size_t i = 0; i < k; ++i)
+    if (same_file(outputs_[i].path, one.path))
+      return Error{ErrorCode::bad_argument,
+                   fmt::format("{} {} is the same file as {} {}", one.option, one.path.string(),
+                               outputs_[i].option, outputs_[i].path.string()),
+                   "give each output a name of its own"};
+  return {};
+}
+
+/// What is printed goes to a file, too, where a shell was told so: `symrig inspect a.h5 >> a.h5`.
+Result<void> JobFiles::check_redirection() const {
+  const auto printed = place_of(STDOUT_FILENO);
+  if (!printed || !printed->regular()) return {};
+  const auto clash = [&](const fs::path& path) -> Result<void> {
+    if (is_standard_output(path) || printed != place_of(path)) return {};
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("standard output goes to {}, which this command uses", path.string()),
+                 "redirect it to another file"};
+  };
+  for (const Input& input : inputs_) SYMRIG_CHECK(clash(input.path));
+  for (const Output& output : outputs_) SYMRIG_CHECK(clash(output.path));
+  return {};
+}
+
+Result<void> JobFiles::check() const {
+  for (const Output& output : outputs_) SYMRIG_CHECK(check_inputs(output));
+  for (std::size_t k = 0; k < outputs_.size(); ++k) SYMRIG_CHECK(check_others(k));
+  SYMRIG_CHECK(check_redirection());
+  for (const Output& output : outputs_) {
+    if (const auto descriptor = descriptor_of(output.path)) {
+      SYMRIG_CHECK(check_descriptor(output.option, output.path, *descriptor, output.format));
+      continue;
+    }
+    SYMRIG_CHECK(check_target(output.path));
+    SYMRIG_CHECK(check_suffix(output.option, output.path, output.format));
+  }
+  return {};
+}
+
+Result<void> write_text_output(const fs::path& path, std::string_view text) {
+  if (const auto descriptor = descriptor_of(path)) return base::write_descriptor(*descriptor, text);
+  return write_file_atomically(path, text);
+}
+
+}  // namespace symrig

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/standard_streams.hpp"
+
+#include "base/write_descriptor.hpp"
+
+#include <cerrno>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+namespace symrig {
+
+void reserve_standard_streams() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
+    // The lowest free number is this one. It is opened the wrong way round: using it fails.
+    const int got = ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+    if (got >= 0 && got != descriptor) ::close(got);
+  }
+}
+
+Result<void> write_standard_output(std::string_view text) {
+  return base::write_descriptor(STDOUT_FILENO, text);
+}
+
+void write_standard_error(std::string_view text) {
+  static_cast<void>(base::write_descriptor(STDERR_FILENO, text));
+}
+
+}  // namespace symrig
