@@ -13,7 +13,8 @@ namespace symrig::acquisition {
 namespace {
 
 constexpr std::array<char, 8> kMagic{'S', 'Y', 'M', 'R', 'L', 'O', 'G', '\n'};
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kOldest = 1;  // the same, without notes on budgets
+constexpr std::uint32_t kVersion = 2;
 constexpr std::uint64_t kLongestText = 1 << 20;
 
 struct Front {
@@ -96,15 +97,16 @@ Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& id
   if (file.size() < sizeof front) return bad_head(file, "is not a photograph log");
   SYMRIG_CHECK(file.read(0, std::as_writable_bytes(std::span(&front, 1))));
   if (front.magic != kMagic) return bad_head(file, "is not a photograph log");
-  if (front.version != kVersion)
+  if (front.version < kOldest || front.version > kVersion)
     return bad_head(file, "is a photograph log of version " + std::to_string(front.version) +
-                              ", this program reads version " + std::to_string(kVersion));
+                              ", this program reads versions " + std::to_string(kOldest) + " to " +
+                              std::to_string(kVersion));
   if (front.text_bytes > kLongestText || sizeof front + front.text_bytes > file.size())
     return bad_head(file, "is damaged in its head");
   SYMRIG_TRY(const std::string theirs, read_text(file, front));
   const std::string ours = text_of(identity);
   if (theirs != ours) return bad_head(file, "is of another capture: " + difference(theirs, ours));
-  return HeadState::whole;
+  return front.version == kOldest ? HeadState::whole_of_version_1 : HeadState::whole;
 }
 
 }  // namespace symrig::acquisition

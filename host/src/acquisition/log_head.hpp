@@ -13,7 +13,8 @@ std::vector<std::byte> log_head(const LogIdentity& identity);
 /// Whether the file begins with the head of this capture.
 enum class HeadState : std::uint8_t {
   whole,
-  torn,  ///< its writer was killed before the head was complete: no photograph is lost
+  whole_of_version_1,  ///< its records say nothing of budgets, and must not
+  torn,                ///< its writer was killed before the head was complete: no photograph is lost
 };
 /// fails: bad_format (not a log, a newer version, another capture: the first difference is named), io.
 Result<HeadState> check_log_head(const AppendedFile& file, const LogIdentity& identity);

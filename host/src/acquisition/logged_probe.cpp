@@ -39,13 +39,18 @@ bool cost_ok(const ProbeCost& spent) {
 
 }  // namespace
 
-Result<Radiance> LoggedProbe::replay(const Pattern& pattern) {
+Result<void> PhotographLog::forget(std::int64_t /*first*/, std::int64_t differs) {
+  return Error{ErrorCode::bad_format,
+               "photograph " + std::to_string(differs) +
+                   " of the log was taken with another pattern than this capture asks for",
+               "give the budget and the version of symrig that the log was begun with, or delete the log to "
+               "begin anew"};
+}
+
+/// Nothing if the log holds another photograph here.
+Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern) {
   SYMRIG_TRY(const Pattern logged, log_.pattern(replayed_));
-  if (logged != pattern)
-    return Error{ErrorCode::bad_format,
-                 "photograph " + std::to_string(replayed_) +
-                     " of the log was taken with another pattern: the log is of another capture",
-                 "delete the log to begin anew"};
+  if (logged != pattern) return std::optional<Radiance>();
   SYMRIG_TRY(Radiance photograph, log_.photograph(replayed_));
   SYMRIG_TRY(replayed_cost_, log_.spent(replayed_));
   if (!photograph_ok(photograph) || !cost_ok(replayed_cost_))
@@ -54,7 +59,21 @@ Result<Radiance> LoggedProbe::replay(const Pattern& pattern) {
                      " of the log has numbers that no camera gives (not finite, negative or too large)",
                  "the log is damaged: delete it to begin anew"};
   ++replayed_;
-  return photograph;
+  return std::optional(std::move(photograph));
+}
+
+/// From the beginning of the run that the next photograph would be in: then runs, noise and costs are those
+/// of a capture that was never broken off. photographs: of this call, a call begins a run.
+Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs) {
+  const std::size_t back = photographs.size() % together_;
+  const std::int64_t first = replayed_ - static_cast<std::int64_t>(back);
+  SYMRIG_CHECK(log_.forget(first, replayed_));
+  photographs.resize(photographs.size() - back);
+  replayed_ = first;
+  if (first > 0) {
+    SYMRIG_TRY(replayed_cost_, log_.spent(first - 1));
+  }
+  return {};
 }
 
 Result<void> LoggedProbe::go_on() {
@@ -79,7 +98,9 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
 }
 
 bool LoggedProbe::plans_exposures(std::size_t photographs) const {
-  const bool logged = !measuring_ && replayed_ + static_cast<std::int64_t>(photographs) <= log_.size();
+  const std::int64_t end = replayed_ + static_cast<std::int64_t>(photographs);
+  bool logged = !measuring_ && end <= log_.size();
+  for (std::int64_t k = replayed_; logged && k < end; ++k) logged = !log_.budgeted(k);
   return !logged && inner_.plans_exposures(photographs);
 }
 
@@ -88,8 +109,11 @@ Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Patt
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());
   while (!measuring_ && replayed_ < log_.size() && photographs.size() < patterns.size()) {
-    SYMRIG_TRY(Radiance photograph, replay(patterns[photographs.size()]));
-    photographs.push_back(std::move(photograph));
+    SYMRIG_TRY(std::optional<Radiance> photograph, replay(patterns[photographs.size()]));
+    if (photograph)
+      photographs.push_back(*std::move(photograph));
+    else
+      SYMRIG_CHECK(leave_log(photographs));
   }
   const auto rest = patterns.subspan(photographs.size());
   if (rest.empty()) return photographs;

@@ -22,8 +22,8 @@ class MemoryLog final : public PhotographLog {
                           const ProbeCost& spent) override {
     SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
     for (std::size_t k = 0; k < patterns.size(); ++k)
-      acquisition::encode_record(patterns[k], photographs[k], spent,
-                                 static_cast<std::uint32_t>(patterns.size() - k - 1),
+      acquisition::encode_record(patterns[k], photographs[k],
+                                 {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), false},
                                  records_.emplace_back());
     return {};
   }

@@ -12,8 +12,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "records are little-endian and copied as they are");
 static_assert(sizeof(float) == 4 && sizeof(double) == 8);
 
-constexpr std::uint32_t kBinary = 0;  ///< a bit a pixel
-constexpr std::uint32_t kGrey = 1;    ///< a float a pixel
+constexpr std::uint32_t kBinary = 0;        ///< a bit a pixel
+constexpr std::uint32_t kGrey = 1;          ///< a float a pixel
+constexpr std::uint32_t kBudgeted = 0x100;  ///< beside the kind: a capture with a budget took it
 
 /// The fixed front of a record.
 struct Front {
@@ -102,6 +103,10 @@ Front front_of(std::span<const std::byte> record) {
   return front;
 }
 
+std::uint32_t kind_of(std::span<const std::byte> record) {
+  return front_of(record).pattern_kind & ~kBudgeted;
+}
+
 template <class T>
 bool has_shape(const Image<T>& image, const PhotographShape& shape) {
   return image.grid() == shape.grid && image.channels() == shape.channels;
@@ -137,17 +142,17 @@ Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> pa
   return {};
 }
 
-void encode_record(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent,
-                   std::uint32_t left, Record& record) {
+void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
+                   Record& record) {
   const std::uint32_t kind = is_binary(pattern.values()) ? kBinary : kGrey;
   record.resize(Layout({pattern.grid(), photograph.mean.channels()}, kind).end);
-  const Front front{spent.photographs,
-                    spent.frames,
-                    spent.rig_seconds,
-                    spent.simulate_seconds,
-                    spent.merge_seconds,
-                    kind,
-                    left};
+  const Front front{note.spent.photographs,
+                    note.spent.frames,
+                    note.spent.rig_seconds,
+                    note.spent.simulate_seconds,
+                    note.spent.merge_seconds,
+                    kind | (note.budgeted ? kBudgeted : 0),
+                    note.left};
   Writer writer(record.data());
   writer.bytes(&front, sizeof front);
   if (kind == kBinary)
@@ -165,7 +170,7 @@ RecordSizes record_sizes(const PhotographShape& shape) {
 
 bool record_fits(const PhotographShape& shape, std::span<const std::byte> record) {
   if (record.size() < sizeof(Front)) return false;
-  const std::uint32_t kind = front_of(record).pattern_kind;
+  const std::uint32_t kind = kind_of(record);
   return (kind == kBinary || kind == kGrey) && record.size() == Layout(shape, kind).end;
 }
 
@@ -178,6 +183,10 @@ std::uint32_t record_left(std::span<const std::byte> record) {
   return front_of(record).left;
 }
 
+bool record_budgeted(std::span<const std::byte> record) {
+  return (front_of(record).pattern_kind & kBudgeted) != 0;
+}
+
 ProbeCost record_spent(std::span<const std::byte> record) {
   const Front front = front_of(record);
   return {front.photographs, front.frames, front.rig_seconds, front.simulate_seconds, front.merge_seconds};
@@ -188,7 +197,7 @@ namespace {
 void get_pattern(const PhotographShape& shape, std::span<const std::byte> record, Pattern& to) {
   if (!has_shape(to, {shape.grid, 1})) to = Pattern(shape.grid);
   const std::byte* bytes = record.data() + sizeof(Front);
-  if (front_of(record).pattern_kind == kBinary)
+  if (kind_of(record) == kBinary)
     unpack(bytes, to.values());
   else
     get(bytes, to.values());
@@ -198,7 +207,7 @@ void get_photograph(const PhotographShape& shape, std::span<const std::byte> rec
   if (!has_shape(to.mean, shape)) to.mean = Image<float>(shape.grid, shape.channels);
   if (!has_shape(to.variance, shape)) to.variance = Image<float>(shape.grid, shape.channels);
   if (!has_shape(to.valid, shape)) to.valid = Image<std::uint8_t>(shape.grid, shape.channels);
-  const Layout at(shape, front_of(record).pattern_kind);
+  const Layout at(shape, kind_of(record));
   get(record.data() + at.mean, to.mean.values());
   get(record.data() + at.variance, to.variance.values());
   unpack(record.data() + at.valid, to.valid.values());

@@ -25,10 +25,17 @@ using Record = std::vector<std::byte>;
 Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> patterns,
                        std::span<const Radiance> photographs);
 
-/// The photograph as bytes; both must have passed check_run. left: photographs of the same run that follow.
+/// What a record says besides the photograph.
+struct RecordNote {
+  ProbeCost spent;
+  std::uint32_t left = 0;  ///< photographs of the same run that follow
+  bool budgeted = false;   ///< PhotographLog::budgeted
+};
+
+/// The photograph as bytes; both must have passed check_run.
 /// record is overwritten: a caller who keeps it spares the system from handing out the memory each time.
-void encode_record(const Pattern& pattern, const Radiance& photograph, const ProbeCost& spent,
-                   std::uint32_t left, Record& record);
+void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
+                   Record& record);
 
 /// Bytes of a record whose pattern is binary, and of one whose pattern is grey: there are no others.
 struct RecordSizes {
@@ -45,6 +52,7 @@ std::size_t pattern_end(const PhotographShape& shape, std::size_t record_bytes);
 
 /// How many photographs of the same run follow.
 std::uint32_t record_left(std::span<const std::byte> record);
+bool record_budgeted(std::span<const std::byte> record);
 ProbeCost record_spent(std::span<const std::byte> record);
 Pattern record_pattern(const PhotographShape& shape, std::span<const std::byte> record);
 Radiance record_photograph(const PhotographShape& shape, std::span<const std::byte> record);

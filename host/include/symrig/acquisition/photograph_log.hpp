@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -52,18 +53,33 @@ class PhotographLog {
   virtual Result<void> read(std::int64_t k, LoggedPhotograph& to) const = 0;
   /// By the end of the run that photograph k was taken in.
   virtual Result<ProbeCost> spent(std::int64_t k) const = 0;
+
+  /// True if photograph k was taken by a capture with a budget: with a larger one it may ask for another.
+  virtual bool budgeted([[maybe_unused]] std::int64_t k) const { return false; }
+  /// The capture asks for another photograph number `differs` than the log holds. Forgets the photographs
+  /// from number `first` on, if a smaller budget chose them; a file keeps them until the next append_run().
+  /// fails: bad_format (why they are kept: the log is as it was).
+  virtual Result<void> forget(std::int64_t first, std::int64_t differs);
 };
 
 /// A log that lives as long as the process: 8 bytes a pixel and channel, and some bits, a photograph.
 std::unique_ptr<PhotographLog> make_memory_log(Grid grid, int channels);
+
+/// What a capture may spend. It is not part of what a log is of: a capture may be continued with more.
+struct LogBudget {
+  std::int64_t photographs = 0;  ///< 0: no limit
+  double rig_seconds = 0;        ///< 0: no limit
+  bool any = false;              ///< these or another limit, such as an error to reach
+};
 
 /// What a capture must share with its log to be continued from it. The texts hold one fact a line, so that a
 /// difference can be named.
 struct LogIdentity {
   Grid grid;
   int channels = 1;
-  std::string rig;      ///< Probe::describe()
-  std::string options;  ///< what steers the choice of patterns, "name value" lines
+  std::string rig;        ///< Probe::describe()
+  std::string options;    ///< what steers the choice of patterns, "name value" lines
+  LogBudget budget = {};  ///< of this capture; not compared
 };
 
 /// A log in a file (docs/photograph-log.md). What was appended is safe from the death of the process; synced
@@ -72,10 +88,11 @@ struct LogIdentity {
 Result<std::unique_ptr<PhotographLog>> create_photograph_log(const std::filesystem::path& path,
                                                              const LogIdentity& identity);
 
-/// Opens a log to read it and to append to it. Every photograph is checked (CRC-32C); at the first run that
-/// is torn or damaged the file is cut. A file whose writer was killed before the head was whole becomes an
-/// empty log. fails: not_found; bad_format (not a log, of a newer version, or of another capture: the
-/// difference is named); io (also: another process has it open).
+/// Opens a log to read it and to append to it. Every photograph is checked (CRC-32C); what comes from the
+/// first run on that is torn or damaged is left out. The file itself changes with the first append_run():
+/// then that part is cut, and a head whose writer was killed becomes whole. fails: not_found; bad_format (not
+/// a log, of a newer version, or of another capture: the difference is named); io (also: another process has
+/// it open).
 Result<std::unique_ptr<PhotographLog>> open_photograph_log(const std::filesystem::path& path,
                                                            const LogIdentity& identity);
 
@@ -92,7 +109,8 @@ class LoggedProbe final : public Probe {
   Grid grid() const override { return inner_.grid(); }
   int channels() const override { return inner_.channels(); }
   ViewLayout views() const override { return inner_.views(); }
-  /// fails: also bad_format (the log has another pattern here: it is of another capture), and as
+  /// Where a smaller budget chose the log's next photographs and this capture asks for others, it measures on
+  /// from there.  fails: also bad_format (the log has another pattern for another reason), and as
   /// append_run().
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return measure_expected(patterns, {});
@@ -111,7 +129,8 @@ class LoggedProbe final : public Probe {
   std::int64_t replayed() const { return replayed_; }
 
  private:
-  Result<Radiance> replay(const Pattern& pattern);
+  Result<std::optional<Radiance>> replay(const Pattern& pattern);
+  Result<void> leave_log(std::vector<Radiance>& photographs);
   Result<void> go_on();
   Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
                           std::vector<Radiance>& photographs);
