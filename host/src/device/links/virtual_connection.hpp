@@ -44,15 +44,20 @@ class VirtualBench::Connection {
 
   /// The payload of the answer, which has at least `least` bytes. fails: device_lost (silence, the end, or
   /// the server's own reason), protocol.
-  Result<std::vector<std::uint8_t>> ask(char type, std::span<const std::uint8_t> payload, std::size_t least);
+  /// board_time: how long the board runs for it. A server that was silent once is not asked again.
+  Result<std::vector<std::uint8_t>> ask(char type, std::span<const std::uint8_t> payload, std::size_t least,
+                                        Nanoseconds board_time = Nanoseconds{0});
   /// A request whose answer says only that it is done.
-  Result<void> tell(char type, std::span<const std::uint8_t> payload);
+  Result<void> tell(char type, std::span<const std::uint8_t> payload,
+                    Nanoseconds board_time = Nanoseconds{0});
 
  private:
-  Result<void> fill(std::size_t count);
+  Result<void> fill(std::size_t count, Nanoseconds patience);
+  Error silence(Nanoseconds patience) const;
 
   ByteStream stream_;
   std::vector<std::uint8_t> waiting_;
+  bool silent_ = false;
 };
 
 }  // namespace symrig::device

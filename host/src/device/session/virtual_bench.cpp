@@ -16,6 +16,7 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::uint8_t kLetGo = 2;
 constexpr std::uint8_t kAll = 255;
 constexpr std::size_t kEdgeBytes = 10;
+constexpr Nanoseconds kRestart = 2s;  // of the board's time: it boots and the cable's other end greets it
 
 Nanoseconds time_in(std::span<const std::uint8_t> answer) {
   return Nanoseconds{unpack<std::int64_t>(answer, 0)};
@@ -31,7 +32,7 @@ class VirtualLink final : public Link {
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
     // A board's clock has steps: whoever waits for the rest of a time must come to its end.
     const Nanoseconds wait = timeout.count() > 0 ? std::max<Nanoseconds>(timeout, 1us) : Nanoseconds{0};
-    SYMRIG_TRY(auto answer, connection_->ask('r', Packer().put(wait.count()).bytes(), 8));
+    SYMRIG_TRY(auto answer, connection_->ask('r', Packer().put(wait.count()).bytes(), 8, wait));
     now_ = time_in(answer);
     answer.erase(answer.begin(), answer.begin() + 8);
     return answer;
@@ -112,15 +113,15 @@ Result<std::vector<PinEdge>> VirtualBench::edges() const {
 }
 
 Result<void> VirtualBench::cable(bool in) const {
-  return connection_->tell('d', Packer().put(std::uint8_t{in}).bytes());
+  return connection_->tell('d', Packer().put(std::uint8_t{in}).bytes(), kRestart);
 }
 
 Result<void> VirtualBench::stall(Nanoseconds time) const {
-  return connection_->tell('s', Packer().put(static_cast<std::uint64_t>(time.count())).bytes());
+  return connection_->tell('s', Packer().put(static_cast<std::uint64_t>(time.count())).bytes(), time);
 }
 
 Result<void> VirtualBench::power_cycle() const {
-  return connection_->tell('p', {});
+  return connection_->tell('p', {}, kRestart);
 }
 
 }  // namespace symrig::device
