@@ -58,5 +58,18 @@ TEST(BootDrive, takes_a_file_whole) {
   EXPECT_FALSE(copy_to_boot_drive(scratch / "new.uf2", scratch.folder()).ok());
 }
 
+TEST(BootDrive, is_not_written_over_the_file_itself) {
+  const Scratch scratch;
+  const fs::path drive = make_drive(scratch, "RPI-RP2");
+  std::ofstream(drive / "symrig.uf2") << "firmware";
+  fs::create_hard_link(drive / "symrig.uf2", scratch / "link.uf2");
+  for (const fs::path& file : {drive / "symrig.uf2", scratch / "link.uf2"}) {
+    const auto refused = copy_to_boot_drive(file, drive);
+    ASSERT_FALSE(refused.ok());
+    EXPECT_EQ(refused.error().code, ErrorCode::bad_argument);
+    EXPECT_EQ(fs::file_size(drive / "symrig.uf2"), 8U);
+  }
+}
+
 }  // namespace
 }  // namespace symrig::device

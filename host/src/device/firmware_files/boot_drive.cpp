@@ -3,6 +3,7 @@
 
 #include "device/links/fd.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/job_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -52,8 +53,10 @@ Result<void> write_all(const Fd& file, std::span<const std::byte> bytes, const f
 }  // namespace
 
 Result<void> check_boot_drive(const fs::path& folder) {
-  std::ifstream info(folder / "INFO_UF2.TXT");
-  if (!info)
+  std::error_code none;
+  std::ifstream info;  // opening a pipe of that name would wait for its other end
+  if (fs::is_regular_file(folder / "INFO_UF2.TXT", none)) info.open(folder / "INFO_UF2.TXT");
+  if (!info.is_open())
     return Error{ErrorCode::not_found,
                  fmt::format("{} is no boot loader's drive: it has no INFO_UF2.TXT", folder.string()),
                  "hold the board's BOOTSEL button while you plug it in, and mount the drive RPI-RP2"};
@@ -81,7 +84,8 @@ Result<void> copy_to_boot_drive(const fs::path& uf2, const fs::path& drive) {
   SYMRIG_CHECK(check_boot_drive(drive));
   SYMRIG_TRY(const auto bytes, read_file(uf2));
   const fs::path path = drive / "symrig.uf2";
-  const Fd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  SYMRIG_CHECK(JobFiles().reads("the firmware", uf2).writes("the copy", path, FileFormat::program).check());
+  const Fd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644));
   if (!file)
     return Error{ErrorCode::io, fmt::format("{} cannot be written ({})", path.string(), std::strerror(errno)),
                  "mount the drive so that you may write to it"};
