@@ -7,13 +7,15 @@
 #include "realtime.hpp"
 #include "serial_transport.hpp"
 #include "socket_transport.hpp"
+#include "symrig/base/printable.hpp"
+#include "symrig/base/standard_streams.hpp"
 #include "usb_transport.hpp"
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -74,8 +76,7 @@ Fd open_stop_signals() {
 Result<void> make_safe(const BoardFile& file) {
   const std::uint32_t levels = kept_safe_levels(file);
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
-  fmt::print("outputs are at their safe levels ({:08x})\n", levels);
-  return {};
+  return write_standard_output(fmt::format("outputs are at their safe levels ({:08x})\n", levels));
 }
 
 Abilities abilities_of(const Measured& measured, const BoardFile& file) {
@@ -91,10 +92,11 @@ Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
   SYMRIG_TRY(const auto gpio, take_lines(file.lines, levels));
   if (file.lock_memory) lock_memory();
   const Measured measured = measure(*gpio, levels, seconds * kWakesASecond, file.priority);
-  fmt::print("{}", measured_text(measured, abilities_of(measured, file)));
-  SYMRIG_CHECK(save_measured(measured_path(file), measured));
-  fmt::print("kept in {}; the next start promises nothing better\n", measured_path(file).string());
-  return {};
+  const Result<void> kept = save_measured(measured_path(file), measured);
+  SYMRIG_CHECK(write_standard_output(measured_text(measured, abilities_of(measured, file))));
+  if (!kept) return kept;
+  return write_standard_output(printable(
+      fmt::format("kept in {}; the next start promises nothing better\n", measured_path(file).string())));
 }
 
 Result<void> serve(const BoardFile& file) {
@@ -125,12 +127,10 @@ Result<void> run(const Arguments& arguments) {
   if (arguments.measure_seconds > 0) return measure_and_keep(file, arguments.measure_seconds);
   if (!arguments.id) return serve(file);
   SYMRIG_TRY(const auto id, unique_id(file));
-  fmt::print("{}\n", hexadecimal(id));
-  return {};
+  return write_standard_output(hexadecimal(id) + "\n");
 }
 
-int guarded(const Arguments& arguments) {
-  const Result<void> done = run(arguments);
+int finish(const Result<void>& done) {
   if (done) return 0;
   log_line(done.error().line());
   return exit_code(done.error().code);
@@ -140,6 +140,7 @@ int guarded(const Arguments& arguments) {
 }  // namespace symrig::sbc
 
 int main(int argc, char** argv) {
+  symrig::reserve_standard_streams();
   try {
     symrig::sbc::Arguments arguments;
     CLI::App app(
@@ -162,11 +163,15 @@ int main(int argc, char** argv) {
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-      return app.exit(error) == 0 ? 0 : 2;
+      std::ostringstream text;
+      const bool asked = app.exit(error, text, text) == 0;
+      if (asked) return symrig::sbc::finish(symrig::write_standard_output(text.str()));
+      symrig::write_standard_error(symrig::printable(text.str()));
+      return 2;
     }
-    return symrig::sbc::guarded(arguments);
+    return symrig::sbc::finish(symrig::sbc::run(arguments));
   } catch (const std::exception& error) {
-    static_cast<void>(std::fprintf(stderr, "symrigd: %s\n", error.what()));
+    symrig::sbc::log_line(error.what());
     return 5;
   }
 }

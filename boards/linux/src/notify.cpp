@@ -2,9 +2,10 @@
 #include "notify.hpp"
 
 #include "fd.hpp"
+#include "symrig/base/printable.hpp"
+#include "symrig/base/standard_streams.hpp"
 
 #include <cstddef>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -29,7 +30,7 @@ void notify_manager(std::string_view state) {
 }
 
 void log_line(std::string_view text) {
-  static_cast<void>(std::fprintf(stderr, "symrigd: %.*s\n", static_cast<int>(text.size()), text.data()));
+  write_standard_error("symrigd: " + printable_line(text) + "\n");
 }
 
 }  // namespace symrig::sbc

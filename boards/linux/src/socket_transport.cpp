@@ -64,7 +64,9 @@ Result<std::unique_ptr<SocketTransport>> SocketTransport::listen_unix(const std:
     return Error{ErrorCode::bad_argument, name + ": the path is too long for a socket", "use a shorter one"};
   std::memcpy(address.sun_path, path.data(), path.size());
   if (answers(address)) return no_socket(name, EADDRINUSE);
-  ::unlink(path.c_str());
+  // What an earlier daemon left. A file that somebody named by mistake stays.
+  struct stat status {};
+  if (::lstat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode)) ::unlink(path.c_str());
   Fd listener = new_socket(AF_UNIX);
   if (!listener || ::bind(listener.get(), as_sockaddr(address), sizeof address) != 0)
     return no_socket(name, errno);
