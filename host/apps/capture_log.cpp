@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 namespace symrig::apps {
 namespace {
@@ -16,6 +17,13 @@ namespace fs = std::filesystem;
 
 std::string log_path(const std::string& output) {
   return output + ".log";
+}
+
+/// Device and inode; zeros where nothing is.
+std::pair<std::uint64_t, std::uint64_t> file_at(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return {0, 0};
+  return {status.st_dev, status.st_ino};
 }
 
 }  // namespace
@@ -28,6 +36,11 @@ void add_log_options(CLI::App& command, LogOptions& options) {
       ->excludes(off);
   command.add_flag("--keep-log", options.keep, "Leave scene.h5.log there when scene.h5 is done")
       ->excludes(off);
+}
+
+JobFiles CaptureLog::declare(const std::string& output, const LogOptions& options, JobFiles files) {
+  if (!options.off) files.writes("the log", log_path(output), FileFormat::log);
+  return files;
 }
 
 Result<void> CaptureLog::check(const std::string& output, const LogOptions& options) {
@@ -50,25 +63,38 @@ Result<CaptureLog> CaptureLog::open(const std::string& output, const LogOptions&
     SYMRIG_TRY(capture.log_, open_photograph_log(capture.path_, identity));
   } else {
     SYMRIG_TRY(capture.log_, create_photograph_log(capture.path_, identity));
+    capture.created_ = true;
   }
+  capture.file_ = file_at(capture.path_);
+  capture.found_ = capture.log_->size();
   return capture;
+}
+
+bool CaptureLog::still_there() const {
+  return file_at(path_) == file_;
 }
 
 Error CaptureLog::broken_off(Error error) {
   if (!log_) return error;
   if (log_->size() == 0) {
     std::error_code ignored;
-    fs::remove(path_, ignored);
+    if (created_ && still_there()) fs::remove(path_, ignored);
     return error;
   }
+  // The log itself is refused: it stays as it was, and no --resume goes on from it.
+  if (error.code == ErrorCode::bad_format && log_->size() == found_) return error;
   if (!error.hint.empty() && error.code != ErrorCode::interrupted) error.what += "; " + error.hint;
+  if (!still_there()) {
+    error.hint = fmt::format("{} is gone: somebody has deleted or moved it, so nothing is kept", path_);
+    return error;
+  }
   error.hint = fmt::format("{} keeps {} photographs: --resume goes on from there", path_,
                            grouped(static_cast<double>(log_->size())));
   return error;
 }
 
 Result<void> CaptureLog::finished() {
-  if (!log_ || keep_) return {};
+  if (!log_ || keep_ || !still_there()) return {};
   std::error_code failed;
   fs::remove(path_, failed);
   if (!failed) return {};

@@ -1,30 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cmath>
-#include <cstdio>
-#include <cstring>
+#include "symrig/base/printable.hpp"
+#include "symrig/base/standard_streams.hpp"
 
 #include <fmt/format.h>
 
 namespace symrig::apps {
 
 Result<void> print(std::string_view text) {
-  const bool done =
-      std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
-  if (done) return {};
-  return Error{ErrorCode::io, fmt::format("standard output cannot be written ({})", std::strerror(errno)),
-               "check what it is connected to"};
+  return write_standard_output(printable(text));
 }
 
 void print_error(std::string_view command, std::string_view line) {
-  std::string clean(line);
-  std::replace_if(
-      clean.begin(), clean.end(), [](unsigned char c) { return c < 0x20 || c == 0x7F; }, ' ');
-  fmt::print(stderr, "symrig{}{}: {}\n", command.empty() ? "" : " ", command, clean);
+  write_standard_error(
+      fmt::format("symrig{}{}: {}\n", command.empty() ? "" : " ", command, printable_line(line)));
 }
 
 }  // namespace symrig::apps

@@ -11,11 +11,11 @@ namespace symrig::apps {
 
 using text::byte_size, text::duration, text::grouped, text::percent;
 
-/// Writes results to standard output.  fails: io (a closed pipe, a full disk).
+/// Writes text for people to standard output; what a terminal would obey is shown instead (printable()).
+/// fails: io (a closed pipe, a full disk).
 Result<void> print(std::string_view text);
 
-/// One line on stderr: "symrig capture: what; next step". Line breaks and control characters of the message
-/// become spaces.
+/// One line on stderr: "symrig capture: what; next step", printable.
 void print_error(std::string_view command, std::string_view line);
 
 }  // namespace symrig::apps

@@ -3,6 +3,7 @@
 
 #include "console.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 #include "symrig/hdr/projector_response.hpp"
@@ -90,7 +91,7 @@ std::string to_json(const std::string& rig, const std::vector<FieldLight>& field
                               {"photographs", fields.size()},   {"half_level", half.level},
                               {"gamma_at_half", half.gamma},    {"resolution", response.resolution()},
                               {"light", response.curve().light}};
-  return json.dump(1) + "\n";
+  return json_text(json, 1);
 }
 
 std::string told(const std::string& rig, const std::vector<FieldLight>& fields,
@@ -115,7 +116,10 @@ Result<void> check_uncorrected(const std::string& rig) {
 }  // namespace
 
 Result<void> calibrate_levels(const LevelCalibration& asked) {
-  for (const std::string& file : {asked.output, asked.json}) SYMRIG_CHECK(check_output(file));
+  SYMRIG_CHECK(rig_files(asked.rig)
+                   .writes("--levels", asked.output, FileFormat::settings)
+                   .writes("--json", asked.json, FileFormat::json)
+                   .check());
   SYMRIG_CHECK(check_uncorrected(asked.rig));
   SYMRIG_TRY(const OpenedRig opened, open_rig(asked.rig));
   SYMRIG_TRY(const std::vector<FieldLight> fields, photograph_levels(*opened.probe, opened.together));
@@ -123,7 +127,8 @@ Result<void> calibrate_levels(const LevelCalibration& asked) {
   SYMRIG_TRY(const HalfLight half, half_light(response));
   SYMRIG_CHECK(save_projector_response(asked.output, response));
   SYMRIG_CHECK(write_text(asked.json, to_json(opened.probe->describe(), fields, response, half)));
-  return asked.json == "-" ? Result<void>() : print(told(opened.probe->describe(), fields, response, half));
+  return is_standard_output(asked.json) ? Result<void>()
+                                        : print(told(opened.probe->describe(), fields, response, half));
 }
 
 }  // namespace symrig::apps

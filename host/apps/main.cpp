@@ -2,12 +2,14 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "meter.hpp"
+#include "symrig/base/standard_streams.hpp"
 
 #include <array>
 #include <csignal>
 #include <exception>
 #include <new>
 #include <optional>
+#include <sstream>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -89,9 +91,16 @@ int finish(std::string_view command, const Result<void>& result) {
   return exit_code(result.error().code);
 }
 
+/// Help or version. Where it cannot be written, the exit code says so.
+int print_help(CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream text;
+  app.exit(error, text, text);
+  return finish("", print(text.str()));
+}
+
 /// Help and version end well; anything else the parser objects to is a usage error of one line.
 int parse_failure(CLI::App& app, const CLI::ParseError& error) {
-  if (error.get_exit_code() == 0) return app.exit(error);
+  if (error.get_exit_code() == 0) return print_help(app, error);
   const auto parsed = app.get_subcommands();
   const std::string command = parsed.empty() ? "" : parsed.front()->get_name();
   const std::string separator = command.empty() ? "" : " ";
@@ -128,11 +137,12 @@ int run(int argc, char** argv) {
 }  // namespace symrig::apps
 
 int main(int argc, char** argv) {
+  symrig::reserve_standard_streams();
   symrig::apps::keep_freed_memory();
   try {
     return symrig::apps::run(argc, argv);
   } catch (const std::bad_alloc&) {
-    symrig::apps::print_error("", "out of memory; use a smaller grid or a machine with more memory");
+    symrig::write_standard_error("symrig: out of memory; use a smaller grid or a machine with more memory\n");
   } catch (const std::exception& error) {
     symrig::apps::print_error("", std::string("internal fault: ") + error.what());
   }

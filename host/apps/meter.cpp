@@ -2,10 +2,10 @@
 #include "meter.hpp"
 
 #include "console.hpp"
+#include "symrig/base/standard_streams.hpp"
 
 #include <atomic>
 #include <csignal>
-#include <cstdio>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -20,6 +20,17 @@ extern "C" void on_signal(int) {
   stop_asked = true;
 }
 
+/// A terminal that closes sends the signal twice (the kernel and the shell), so the second one is no wish to
+/// end at once. Under nohup it stays ignored.
+void catch_hang_up() {
+  struct sigaction action {};
+  sigaction(SIGHUP, nullptr, &action);
+  if (action.sa_handler == SIG_IGN) return;
+  action = {};
+  action.sa_handler = on_signal;
+  sigaction(SIGHUP, &action, nullptr);
+}
+
 }  // namespace
 
 void catch_interrupts() {
@@ -28,6 +39,7 @@ void catch_interrupts() {
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one finds the default: the process ends
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  catch_hang_up();
 }
 
 bool interrupted() {
@@ -43,7 +55,7 @@ Meter::Meter(std::string command, std::string unit)
       next_(start_) {}
 
 Meter::~Meter() {
-  if (shown_) static_cast<void>(std::fputs("\r\033[K", stderr));
+  if (shown_) write_standard_error("\r\033[K");
 }
 
 Progress Meter::progress() {
@@ -57,8 +69,7 @@ bool Meter::report(const ProgressEvent& event) {
   if (now < next_) return !interrupted();
   next_ = now + std::chrono::milliseconds(100);
   shown_ = true;
-  fmt::print(stderr, "\r\033[K{}", line(event, now));
-  static_cast<void>(std::fflush(stderr));
+  write_standard_error(fmt::format("\r\033[K{}", line(event, now)));
   return !interrupted();
 }
 

@@ -8,8 +8,8 @@
 
 namespace symrig::apps {
 
-/// From now on Ctrl-C (or SIGTERM) asks the running job to stop at its next photograph; a second one ends the
-/// process at once.
+/// From now on Ctrl-C (or SIGTERM, SIGHUP) asks the running job to stop at its next photograph; a second
+/// Ctrl-C or SIGTERM ends the process at once.
 void catch_interrupts();
 bool interrupted();
 

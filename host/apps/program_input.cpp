@@ -34,6 +34,12 @@ Error about(const std::string& file, const Error& error) {
 
 }  // namespace
 
+JobFiles program_files(const std::string& file, const std::string& board) {
+  JobFiles files;
+  files.reads_settings("the input or a file that it names", file);
+  return device::looks_like_uri(board) ? files : files.reads("--board", board);
+}
+
 Result<device::BoardInfo> board_info_of(const std::string& board) {
   if (device::looks_like_uri(board)) {
     SYMRIG_TRY(const auto uri, device::DeviceUri::parse(board));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/job_files.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/device/compile.hpp"
 
@@ -12,6 +13,9 @@ namespace symrig::apps {
 /// What `--board` means: the board at a URI, or the JSON description of one in a file.
 /// fails: bad_argument, not_found, bad_format, device_lost.
 Result<device::BoardInfo> board_info_of(const std::string& board);
+
+/// What commands on a program read: the file and the files that it names; `--board`, unless it is a URI.
+JobFiles program_files(const std::string& file, const std::string& board);
 
 /// A program as it was given: a file in TOML, compiled for `board`, or a compiled one.
 struct ProgramInput {

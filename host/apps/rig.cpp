@@ -33,6 +33,10 @@ bool is_simulated(const std::string& rig) {
   return rig.starts_with("sim:");
 }
 
+JobFiles rig_files(const std::string& rig) {
+  return is_simulated(rig) ? JobFiles() : JobFiles().reads_settings("the rig file or a file of it", rig);
+}
+
 Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig) {
   if (!is_simulated(rig)) return not_simulated(rig);
   return sim::open_virtual_rig(rig);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/job_files.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/sim/virtual_rig.hpp"
@@ -23,6 +24,9 @@ struct OpenedRig {
   /// would lose as many when the process dies (docs/photograph-log.md).
   std::size_t together = 1;
 };
+
+/// What opening `--rig RIG` reads: the rig file and the files that it names.
+JobFiles rig_files(const std::string& rig);
 
 /// Opens `--rig RIG`: sim:NAME?key=value&… or a rig file (docs/rig-file.md).
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors.

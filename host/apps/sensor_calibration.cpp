@@ -4,6 +4,7 @@
 #include "code_folder.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "meter.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/hdr/response_file.hpp"
@@ -59,7 +60,7 @@ std::string to_json(const SensorCalibration& asked, const SensorPhotographs& pho
     json["response"] = {{"samples", found.response->samples},
                         {"repaired", found.response->repaired},
                         {"doubt", found.response_doubt}};
-  return json.dump(1) + "\n";
+  return json_text(json, 1);
 }
 
 std::string told_sensor(const Sensor& sensor, const SensorPhotographs& photographs) {
@@ -117,13 +118,19 @@ Result<void> write_files(const SensorCalibration& asked, const SensorFindings& f
 }  // namespace
 
 Result<void> calibrate_sensor(const SensorCalibration& asked) {
-  for (const std::string& file : {asked.output, asked.response, asked.json}) SYMRIG_CHECK(check_output(file));
+  SYMRIG_CHECK(JobFiles()
+                   .reads_folder("a frame", asked.folder)
+                   .measures_anew("--response", asked.response)
+                   .writes("-o", asked.output, FileFormat::settings)
+                   .writes("--response", asked.response, FileFormat::settings)
+                   .writes("--json", asked.json, FileFormat::json)
+                   .check());
   Meter meter("calibrate", "frames");
   SYMRIG_TRY(const SensorPhotographs photographs, read_sensor_folder(asked.folder, meter.progress()));
   SYMRIG_TRY(const SensorFindings found, examine_sensor(photographs));
   SYMRIG_CHECK(write_files(asked, found));
   SYMRIG_CHECK(write_text(asked.json, to_json(asked, photographs, found)));
-  return asked.json == "-" ? Result<void>() : print(told(asked, photographs, found));
+  return is_standard_output(asked.json) ? Result<void>() : print(told(asked, photographs, found));
 }
 
 }  // namespace symrig::apps

@@ -13,11 +13,7 @@ import sys
 import tempfile
 import time
 
-try:
-    import h5py
-except ImportError as missing:
-    print(f"skipped: {missing}; install python3-h5py")
-    sys.exit(77)
+from scene_content import content
 
 CAPTURES = (
     ("sim:vgroove-textured?size=40x52&drift=0.05&dead=0.01", "symrig"),
@@ -25,21 +21,6 @@ CAPTURES = (
 )
 KILLS = (0.0, 0.0, 0.05, 0.3, 0.31, 0.6, 0.95)  # shares of the whole log
 TICK_SECONDS = 8e-9  # where a session begins may move a wait for the projector by a tick of the board
-
-
-def content(path):
-    """Every dataset as bytes and every attribute, but the JSON with its times."""
-    found = {}
-
-    def note(name, thing):
-        found.update({f"{name}@{key}": str(value) for key, value in thing.attrs.items() if key != "capture"})
-        if isinstance(thing, h5py.Dataset):
-            found[name] = (thing.shape, str(thing.dtype), thing[()].tobytes())
-
-    with h5py.File(path, "r") as file:
-        note("", file)
-        file.visititems(note)
-    return found
 
 
 def kill_when(log, size, command):

@@ -21,7 +21,8 @@ TEST_F(RigFileCommand, a_file_that_is_not_there_is_bad_input) {
 TEST_F(RigFileCommand, a_mistake_in_it_is_named_with_its_line) {
   std::ofstream(path("rig.toml")) << "symrig = 1\n[board]\nurl = \"usb:\"\n" << kSensor;
   for (const char* command : {"capture", "calibrate"}) {
-    const Outcome outcome = symrig({command, "--rig", "rig.toml", "-o", "out.exr"});
+    const std::string output = std::string(command) == "capture" ? "scene.h5" : "out.exr";
+    const Outcome outcome = symrig({command, "--rig", "rig.toml", "-o", output});
     EXPECT_EQ(outcome.code, 4) << command;
     EXPECT_NE(outcome.err.find("rig.toml:2: board.uri is missing"), std::string::npos) << outcome.err;
   }

@@ -6,6 +6,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "guarded.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 
@@ -30,7 +31,8 @@ struct Arguments {
   bool talks() const { return printed() == 0; }
   std::ptrdiff_t printed() const {
     const auto all = outputs();
-    return std::count_if(all.begin(), all.end(), [](const std::string* path) { return *path == "-"; });
+    return std::count_if(all.begin(), all.end(),
+                         [](const std::string* path) { return is_standard_output(*path); });
   }
 };
 
@@ -74,7 +76,7 @@ void add_case(const BenchCase& what, Bench& bench) {
       fmt::format("bench {}/{} {} {} {}", bench.run.captures.size() + 1, bench.run.planned, what.scene,
                   to_string(what.grid), name(what.algorithm));
   Meter meter(label, "photographs");
-  Result<BenchedTensor> result = run_case(bench.run.plan, what, meter.progress());
+  Result<BenchedTensor> result = guarded([&] { return run_case(bench.run.plan, what, meter.progress()); });
   if (result) {
     bench.run.captures.push_back(result->capture);
     keep_largest(what, std::move(result->tensor), bench);
@@ -141,7 +143,11 @@ Result<void> run(const Arguments& arguments) {
     return Error{ErrorCode::bad_argument, "more than one of --html, --json and --csv is -",
                  "standard output takes one of them; give the others a file"};
   SYMRIG_TRY(BenchPlan plan, bench_plan(arguments.choice));
-  for (const std::string* path : arguments.outputs()) SYMRIG_CHECK(check_output(*path));
+  SYMRIG_CHECK(JobFiles()
+                   .writes("--html", arguments.html, FileFormat::page)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .writes("--csv", arguments.csv, FileFormat::table)
+                   .check());
   const std::vector<BenchCase> cases = bench_cases(plan);
   Bench bench;
   bench.run.plan = std::move(plan);

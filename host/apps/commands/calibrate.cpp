@@ -117,14 +117,12 @@ Result<void> check_arguments(const Arguments& arguments) {
     return Error{ErrorCode::bad_argument, "--levels measures no map",
                  "leave -o, --uncertainty and --report out"};
   if (!arguments.sensor.empty()) return {};
-  SYMRIG_CHECK(check_output(arguments.json));
-  SYMRIG_CHECK(check_output(arguments.report));
   for (const std::string& picture : {arguments.output, arguments.uncertainty}) {
     if (picture.empty()) continue;
     if (is_png(picture))
       return Error{ErrorCode::bad_argument, fmt::format("{}: a map holds positions, and PNG cannot", picture),
                    "write a .exr or .pfm"};
-    SYMRIG_CHECK(check_picture_output(picture));
+    SYMRIG_CHECK(check_picture_suffix(picture));
   }
   return {};
 }
@@ -137,12 +135,26 @@ Result<std::string> map_output(const Arguments& arguments) {
   return file.map;
 }
 
+/// The map that the rig file names is measured anew.
+JobFiles files_of(const Arguments& arguments, const std::string& map) {
+  JobFiles files = rig_files(arguments.rig);
+  files.reads_folder("a photograph", arguments.from.folder)
+      .writes("-o", map, FileFormat::map)
+      .writes("--uncertainty", arguments.uncertainty, FileFormat::map)
+      .writes("--report", arguments.report, FileFormat::page)
+      .writes("--json", arguments.json, FileFormat::json);
+  if (arguments.rig.empty() || is_simulated(arguments.rig)) return files;
+  if (const auto rig = read_rig_file(arguments.rig)) files.measures_anew("-o", rig->map);
+  return files;
+}
+
 Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
   if (!arguments.sensor.empty())
     return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
   if (!arguments.levels.empty()) return calibrate_levels({arguments.rig, arguments.levels, arguments.json});
   SYMRIG_TRY(const std::string output, map_output(arguments));
+  SYMRIG_CHECK(files_of(arguments, output).check());
   SYMRIG_TRY(const Calibration found,
              arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
   if (!output.empty()) SYMRIG_CHECK(write_image(output, map_picture(found.map)));
@@ -151,7 +163,7 @@ Result<void> run(const Arguments& arguments) {
   if (!arguments.report.empty())
     SYMRIG_CHECK(write_text(arguments.report, calibration_page(found.summary, found.map)));
   SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
-  return arguments.json == "-" ? Result<void>() : print(told(found));
+  return is_standard_output(arguments.json) ? Result<void>() : print(told(found));
 }
 
 }  // namespace

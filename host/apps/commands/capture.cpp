@@ -7,6 +7,7 @@
 #include "console.hpp"
 #include "error_table.hpp"
 #include "files.hpp"
+#include "guarded.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
@@ -148,7 +149,7 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
   Probe& probe = logged ? static_cast<Probe&>(*logged) : rig;
   options.log = log.log();
   auto result = capture(probe, options);
-  if (!result) return log.broken_off(std::move(result).error());
+  if (!result) return result.error();
   const CaptureSummary summary{.scene = rig.describe(),
                                .algorithm = options.algorithm,
                                .rule = options.rule,
@@ -175,27 +176,47 @@ Result<void> check_axis(Probe& rig) {
   return Error{ErrorCode::bad_value, check.to_string(), "or leave out --check-axis to capture all the same"};
 }
 
-Result<void> run(const Arguments& arguments) {
-  const auto start = Clock::now();
-  SYMRIG_TRY(CaptureOptions options, options_of(arguments));
-  SYMRIG_CHECK(check_output(arguments.output));
-  SYMRIG_CHECK(check_output(arguments.json));
-  SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
-  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
-  const std::unique_ptr<Probe>& rig = opened.probe;
-  if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
-  const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options)};
-  SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
+/// Until everything is on the disk. Returns what is to be told.
+Result<std::string> measure_and_save(const Arguments& arguments, CaptureOptions options, OpenedRig& opened,
+                                     CaptureLog& log, Clock::time_point start) {
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
   SYMRIG_TRY(Measured measured, measure(opened, options, log));
   meter.reset();
   measured.summary.total_seconds = since(start);
   const std::string json = capture_json(measured.summary, measured.result);
-  const std::string text = told(measured.summary, measured.result, arguments.output);
-  if (auto saved = save(arguments, std::move(measured), json); !saved) return log.broken_off(saved.error());
+  std::string text = told(measured.summary, measured.result, arguments.output);
+  SYMRIG_CHECK(save(arguments, std::move(measured), json));
+  return text;
+}
+
+LogBudget budget_of(const CaptureOptions& options) {
+  const bool any = options.max_patterns > 0 || options.max_seconds > 0 || options.target_error > 0;
+  return {options.max_patterns, options.max_seconds, any};
+}
+
+JobFiles files_of(const Arguments& arguments) {
+  JobFiles files = rig_files(arguments.rig);
+  files.writes("-o", arguments.output, FileFormat::scene).writes("--json", arguments.json, FileFormat::json);
+  return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
+}
+
+Result<void> run(const Arguments& arguments) {
+  const auto start = Clock::now();
+  SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
+  SYMRIG_CHECK(files_of(arguments).check());
+  SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
+  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
+  const std::unique_ptr<Probe>& rig = opened.probe;
+  if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
+  const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options),
+                             budget_of(options)};
+  SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
+  const Result<std::string> text =
+      guarded([&] { return measure_and_save(arguments, options, opened, log, start); });
+  if (!text) return log.broken_off(text.error());
   SYMRIG_CHECK(log.finished());
-  return arguments.json == "-" ? Result<void>() : print(text);
+  return is_standard_output(arguments.json) ? Result<void>() : print(*text);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "program_input.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/device/symprog.hpp"
@@ -40,12 +41,14 @@ std::string to_json(const device::CompiledProgram& program, std::uint32_t config
         {"per_pattern", per_pattern}}},
       {"on_time_us",
        program.on_time ? nlohmann::ordered_json(1e6 * seconds(*program.on_time)) : nlohmann::ordered_json()}};
-  return json.dump(1) + "\n";
+  return json_text(json, 1);
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.output));
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(program_files(arguments.file, arguments.board)
+                   .writes("-o", arguments.output, FileFormat::program)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .check());
   SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
   const auto compilation = device::compile_program(file, board);
@@ -55,7 +58,7 @@ Result<void> run(const Arguments& arguments) {
   const auto bytes = device::symprog_bytes(program);
   SYMRIG_CHECK(write_file_atomically(arguments.output, std::as_bytes(std::span(bytes))));
   SYMRIG_CHECK(write_text(arguments.json, to_json(program, config)));
-  if (arguments.json == "-") return {};
+  if (is_standard_output(arguments.json)) return {};
   return print(findings_text(arguments.file, compilation.findings, device::Severity::warning) +
                fmt::format("{} for board '{}': ", arguments.output, board.board) + program_summary(program));
 }

@@ -5,6 +5,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "meter.hpp"
 
 #include <memory>
@@ -60,7 +61,7 @@ std::string json_of(const ConformanceReport& report) {
   for (const CheckResult& result : report.results)
     json["checks"].push_back(
         {{"name", result.name}, {"outcome", name(result.outcome)}, {"detail", result.detail}});
-  return json.dump(2) + "\n";
+  return json_text(json, 2);
 }
 
 Result<void> sum_up(const ConformanceReport& report, bool talks) {
@@ -79,13 +80,13 @@ Result<void> sum_up(const ConformanceReport& report, bool talks) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   device::ConformanceOptions options;
   options.filter = arguments.filter;
   if (!arguments.jumper.empty()) {
     SYMRIG_TRY(options.jumper, parse_jumper(arguments.jumper));
   }
-  const bool talks = arguments.json != "-";
+  const bool talks = !is_standard_output(arguments.json);
   Result<void> printed;
   options.on_result = [&](const CheckResult& result) {
     if (talks && printed) printed = print(line_of(result));

@@ -65,7 +65,10 @@ std::string told(const HeldOutError& e) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(rig_files(arguments.rig)
+                   .reads("the scene", arguments.scene)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .check());
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   if (arguments.rig.empty() && scene.held_out.empty())
     return Error{ErrorCode::bad_argument,
@@ -80,7 +83,7 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_TRY(const std::vector<HeldOutError> held_out, against_photographs(scene));
   SYMRIG_CHECK(write_text(arguments.json, evaluation_json(captured_scene(scene), arguments.rig,
                                                           errors ? &*errors : nullptr, held_out)));
-  if (arguments.json == "-") return {};
+  if (is_standard_output(arguments.json)) return {};
   std::string text =
       errors ? fmt::format("relative errors against {}\n",
                            is_simulated(arguments.rig) ? "the true transport" : "photographs taken now") +

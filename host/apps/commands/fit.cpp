@@ -75,8 +75,11 @@ std::string told(const Arguments& arguments, const FirstBounceFit& fit,
 
 Result<void> run(const Arguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
-  SYMRIG_CHECK(check_output(arguments.output));
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles()
+                   .reads_folder("a photograph", arguments.from.folder)
+                   .writes("-o", arguments.output, FileFormat::scene)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .check());
   std::optional<Meter> meter(std::in_place, "fit", "steps");
   SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(arguments.from, meter->progress()));
   FitOptions options;
@@ -91,7 +94,7 @@ Result<void> run(const Arguments& arguments) {
   const std::string text = told(arguments, fit, errors);
   SYMRIG_CHECK(save_scene(arguments.output, {std::move(fit.tensor), json, std::move(fit.held_out)}));
   SYMRIG_CHECK(write_text(arguments.json, json));
-  return arguments.json == "-" ? Result<void>() : print(text);
+  return is_standard_output(arguments.json) ? Result<void>() : print(text);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "meter.hpp"
+#include "symrig/base/job_files.hpp"
 #include "symrig/device/boot_drive.hpp"
 #include "symrig/device/firmware_file.hpp"
 
@@ -153,12 +154,21 @@ Result<void> flash(const Arguments& arguments, const FirmwareFile& file) {
   return check_return(arguments, file, known);
 }
 
+/// The copy must not land on the file that it is made of.
+Result<void> check_drive(const Arguments& arguments) {
+  const fs::path copy = fs::path(arguments.drive) / "symrig.uf2";
+  std::error_code none;
+  if (arguments.drive.empty() || !fs::exists(copy, none)) return {};
+  return JobFiles().reads("FILE", arguments.file).writes("--drive", copy, FileFormat::program).check();
+}
+
 Result<void> run(const Arguments& arguments) {
   if (!(arguments.wait >= 0 && arguments.wait <= 3600))
     return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
                  "30 s are enough for most systems to mount a drive"};
   SYMRIG_TRY(const FirmwareFile file, device::read_firmware(arguments.file));
   if (arguments.verify) return print(describe(arguments, file));
+  SYMRIG_CHECK(check_drive(arguments));
   return flash(arguments, file);
 }
 

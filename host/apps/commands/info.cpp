@@ -4,6 +4,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "spans.hpp"
 
 #include <algorithm>
@@ -164,18 +165,18 @@ Result<void> run_camera(const Arguments& arguments) {
   SYMRIG_TRY(const CameraInfo camera, look_at_camera(arguments.camera));
   Json json{{"command", "info"}};
   json.update(camera_json(camera));
-  SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
-  return arguments.json == "-" ? Result<void>() : print(camera_text(camera));
+  SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
+  return is_standard_output(arguments.json) ? Result<void>() : print(camera_text(camera));
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   if (!arguments.camera.empty()) return run_camera(arguments);
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_TRY(const BoardStatus status, board.status());
   const BoardInfo& info = board.info();
-  SYMRIG_CHECK(write_text(arguments.json, to_json(info, status).dump(2) + "\n"));
-  if (arguments.json == "-") return {};
+  SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(info, status), 2)));
+  if (is_standard_output(arguments.json)) return {};
   return print(identity_text(info) + state_text(info, status) + ability_text(info) +
                line_table(info, status));
 }

@@ -53,10 +53,13 @@ std::string rank_line(const TransportTensor& tensor) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles()
+                   .reads("the scene", arguments.scene)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .check());
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   SYMRIG_CHECK(write_text(arguments.json, inspection_json(scene)));
-  if (arguments.json == "-") return {};
+  if (is_standard_output(arguments.json)) return {};
   std::string text = size_lines(arguments.scene, scene) + level_table(scene.tensor) + rank_line(scene.tensor);
   for (const HeldOut& one : scene.held_out) text += fmt::format("held-out photograph: {}\n", one.name);
   return print(text);

@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "program_input.hpp"
 
 #include <algorithm>
@@ -29,16 +30,18 @@ std::string to_json(const Arguments& arguments, const device::Compilation& compi
                     {"alternative", finding.alternative}});
   const nlohmann::ordered_json json{
       {"command", "lint"}, {"file", arguments.file}, {"ok", compilation.ok()}, {"findings", std::move(list)}};
-  return json.dump(1) + "\n";
+  return json_text(json, 1);
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(program_files(arguments.file, arguments.board)
+                   .writes("--json", arguments.json, FileFormat::json)
+                   .check());
   SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
   const auto compilation = device::compile_program(file, board);
   SYMRIG_CHECK(write_text(arguments.json, to_json(arguments, compilation)));
-  if (arguments.json != "-") {
+  if (!is_standard_output(arguments.json)) {
     std::string text = findings_text(arguments.file, compilation.findings, Severity::note);
     if (compilation.ok())
       text += fmt::format("{}: good for board '{}'; ", arguments.file, board.board) +

@@ -4,6 +4,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "list_projectors.hpp"
 #include "symrig/camera/camera_info.hpp"
 
@@ -108,7 +109,7 @@ nlohmann::ordered_json to_json(const Row& row) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(const auto boards, boards_to_ask(arguments.devices));
   std::vector<Row> rows;
   rows.reserve(boards.size());
@@ -119,8 +120,8 @@ Result<void> run(const Arguments& arguments) {
   const auto displays = find_displays();
   json["projectors"] = projectors_json(displays);
   json["cameras"] = cameras_json(cameras);
-  SYMRIG_CHECK(write_text(arguments.json, json.dump(2) + "\n"));
-  if (arguments.json == "-") return {};
+  SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
+  if (is_standard_output(arguments.json)) return {};
   return print(table(rows) + projectors_table(displays) + cameras_summary(cameras));
 }
 

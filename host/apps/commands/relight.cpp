@@ -134,7 +134,12 @@ std::string told(const Arguments& arguments, const Image<float>& picture, double
 }
 
 Result<void> run(const Arguments& arguments, bool dual) {
-  SYMRIG_CHECK(check_picture_output(arguments.output));
+  SYMRIG_CHECK(check_picture_suffix(arguments.output));
+  SYMRIG_CHECK(JobFiles()
+                   .reads("the scene", arguments.scene)
+                   .reads("--light", arguments.light)
+                   .writes("-o", arguments.output, FileFormat::picture)
+                   .check());
   SYMRIG_CHECK(check_exposure(arguments));
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   SYMRIG_TRY(Image<float> picture,

@@ -41,7 +41,10 @@ void add_truth(const StoredScene& scene, ReportOptions& options) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.output));
+  SYMRIG_CHECK(JobFiles()
+                   .reads("the scene", arguments.scene)
+                   .writes("-o", arguments.output, FileFormat::page)
+                   .check());
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   Meter meter("report", "sections");
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
@@ -49,7 +52,7 @@ Result<void> run(const Arguments& arguments) {
   add_truth(scene, options);
   SYMRIG_TRY(const std::string page, html_report(scene, options));
   SYMRIG_CHECK(write_text(arguments.output, page));
-  if (arguments.output == "-") return {};
+  if (is_standard_output(arguments.output)) return {};
   return print(fmt::format("{}: {}, open it in a browser\n", arguments.output,
                            byte_size(static_cast<double>(page.size()))));
 }

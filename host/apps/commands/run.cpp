@@ -95,8 +95,10 @@ Result<device::RunRecord> run_it(device::Board& board, const device::CompiledPro
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.output));
-  SYMRIG_CHECK(check_output(arguments.vcd));
+  SYMRIG_CHECK(program_files(arguments.file, "")
+                   .writes("-o", arguments.output, FileFormat::json)
+                   .writes("--vcd", arguments.vcd, FileFormat::waveform)
+                   .check());
   SYMRIG_TRY(const Plan plan, load(arguments.file));
   SYMRIG_TRY(auto link, open(arguments.device, plan));
   device::BoardOptions options;
@@ -107,7 +109,8 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(write_text(arguments.output, device::receipt_json(record)));
   SYMRIG_CHECK(write_text(arguments.vcd, vcd_of(record)));
   if (const auto error = device::run_error(record)) return *error;
-  return arguments.output == "-" || arguments.vcd == "-" ? Result<void>() : print(summary(record));
+  const bool printed = is_standard_output(arguments.output) || is_standard_output(arguments.vcd);
+  return printed ? Result<void>() : print(summary(record));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "console.hpp"
 #include "device_option.hpp"
 #include "files.hpp"
+#include "json_text.hpp"
 #include "symrig/device/self_test.hpp"
 
 #include <algorithm>
@@ -99,11 +100,11 @@ Result<void> verdict(const SelfTest& test) {
 
 Result<void> run(const Arguments& arguments) {
   SYMRIG_TRY(const auto options, options_of(arguments));
-  SYMRIG_CHECK(check_output(arguments.json));
+  SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_TRY(const SelfTest test, device::self_test(board, options));
-  SYMRIG_CHECK(write_text(arguments.json, to_json(board.info(), test).dump(2) + "\n"));
-  if (arguments.json != "-") SYMRIG_CHECK(print(report(board.info(), test)));
+  SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(board.info(), test), 2)));
+  if (!is_standard_output(arguments.json)) SYMRIG_CHECK(print(report(board.info(), test)));
   return verdict(test);
 }
 

@@ -127,15 +127,18 @@ Result<Drawing> draw(const Arguments& arguments) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_CHECK(check_output(arguments.vcd));
-  SYMRIG_CHECK(check_output(arguments.wavedrom));
-  SYMRIG_CHECK(check_output(arguments.differences));
+  SYMRIG_CHECK(program_files(arguments.file, arguments.board)
+                   .writes("--vcd", arguments.vcd, FileFormat::waveform)
+                   .writes("--wavedrom", arguments.wavedrom, FileFormat::json)
+                   .writes("--differences", arguments.differences, FileFormat::table)
+                   .check());
   SYMRIG_TRY(const Drawing drawing, draw(arguments));
   if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, device::vcd_text(drawing.waveforms)));
   if (!arguments.wavedrom.empty())
     SYMRIG_CHECK(write_text(arguments.wavedrom, device::wavedrom_text(drawing.waveforms)));
   SYMRIG_CHECK(write_text(arguments.differences, drawing.differences));
-  const bool printed = arguments.vcd == "-" || arguments.wavedrom == "-" || arguments.differences == "-";
+  const bool printed = is_standard_output(arguments.vcd) || is_standard_output(arguments.wavedrom) ||
+                       is_standard_output(arguments.differences);
   return printed ? Result<void>() : print(drawing.summary);
 }
 

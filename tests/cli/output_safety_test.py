@@ -1,0 +1,321 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Outputs against inputs: every command, every output, and everything that could stand in its place.
+
+An output that is an input, two outputs that are one file, an output that is a folder, device, pipe or socket, and an output with the
+suffix of another format: refused in one line before any work, and the folder is as it was.
+
+usage: output_safety_test.py SYMRIG
+"""
+
+import contextlib
+import dataclasses
+import os
+import pathlib
+import re
+import socket
+import stat
+import subprocess
+import sys
+import tempfile
+
+SMALL = "sim:vgroove-textured?size=12x17&noise=off"
+PROGRAM = 'symrig = 1\n[program]\npatterns = 8\nbracket = ["1 ms", "4 ms"]\n'
+RIG = 'symrig = 1\nmap = "map.exr"\n[board]\nuri = "unix:no-board.sock"\n[camera]\nbits = 12\nfull_well = 20000\nread_noise = 6\npedestal = 64\n[projector]\n'
+
+
+@dataclasses.dataclass
+class Job:
+    """A command line with {output} for each output, the natural names of its outputs, and what it reads."""
+
+    words: list
+    outputs: dict  # option or derived file -> natural name
+    inputs: list = dataclasses.field(default_factory=list)
+    derived: dict = dataclasses.field(default_factory=dict)  # file -> (option, suffix): named by the program itself
+    anew: dict = dataclasses.field(default_factory=dict)  # option -> an input that it measures anew, and may replace
+    ends: int = 0  # exit code with these outputs; None: not run to its end here
+
+
+JOBS = [
+    Job(["capture", "--rig", SMALL], {"-o": "scene.h5", "--json": "out.json"}, derived={"-o": ".log"}),
+    Job(["capture", "--rig", "rig.toml"], {"-o": "scene.h5", "--json": "out.json"}, ["rig.toml", "map.exr"], {"-o": ".log"}, ends=3),
+    Job(["relight", "in.h5", "--light", "light.pfm"], {"-o": "out.exr"}, ["in.h5", "light.pfm"]),
+    Job(["dual", "in.h5", "--light", "light.pfm"], {"-o": "out.png"}, ["in.h5", "light.pfm"]),
+    Job(["evaluate", "in.h5", "--rig", SMALL], {"--json": "out.json"}, ["in.h5"]),
+    Job(["evaluate", "in.h5", "--rig", "rig.toml"], {"--json": "out.json"}, ["in.h5", "rig.toml", "map.exr"], ends=3),
+    Job(["inspect", "in.h5"], {"--json": "out.json"}, ["in.h5"]),
+    Job(["report", "in.h5"], {"-o": "out.html"}, ["in.h5"]),
+    Job(
+        ["calibrate", "--rig", SMALL],
+        {"-o": "new.exr", "--uncertainty": "sigma.pfm", "--report": "out.html", "--json": "out.json"},
+    ),
+    Job(
+        ["calibrate", "--from", "photographs"],
+        {"-o": "new.exr", "--uncertainty": "sigma.pfm", "--report": "out.html", "--json": "out.json"},
+        ["photographs/00.png", "photographs/capture.toml", "photographs/response.toml"],
+        ends=4,
+    ),
+    Job(
+        ["calibrate", "--rig", "rig.toml"],
+        {"-o": "new.exr", "--json": "out.json"},
+        ["rig.toml", "map.exr"],
+        anew={"-o": "map.exr"},
+        ends=3,
+    ),
+    Job(["calibrate", "--rig", SMALL], {"--levels": "levels.toml", "--json": "out.json"}),
+    Job(
+        ["calibrate", "--sensor", "photographs"],
+        {"-o": "sensor.toml", "--response": "new.toml", "--json": "out.json"},
+        ["photographs/00.png", "photographs/capture.toml", "photographs/response.toml"],
+        anew={"--response": "photographs/response.toml"},
+        ends=4,
+    ),
+    Job(
+        ["fit", "--from", "photographs"],
+        {"-o": "fit.h5", "--json": "out.json"},
+        ["photographs/00.png", "photographs/capture.toml"],
+        ends=4,
+    ),
+    Job(
+        ["bench", "--quick", "--scenes", "plane", "--size", "8x8", "--algorithms", "brute", "--no-memory"],
+        {"--html": "out.html", "--json": "out.json", "--csv": "out.csv"},
+    ),
+    Job(["list"], {"--json": "out.json"}),
+    Job(["info", "--device", "sim:"], {"--json": "out.json"}),
+    Job(["selftest", "--device", "sim:", "--pings", "1"], {"--json": "out.json"}),
+    Job(["lint", "p.toml", "--board", "board.json"], {"--json": "out.json"}, ["p.toml", "board.json"], ends=4),
+    Job(["lint", "p.toml"], {"--json": "out.json"}, ["p.toml"]),
+    Job(["compile", "p.toml"], {"-o": "out.symprog", "--json": "out.json"}, ["p.toml"]),
+    Job(["run", "p.toml", "--device", "sim:"], {"-o": "out.json", "--vcd": "out.vcd"}, ["p.toml"]),
+    Job(
+        ["trace", "receipt.json"],
+        {"--vcd": "out.vcd", "--wavedrom": "out.json", "--differences": "out.csv"},
+        ["receipt.json"],
+    ),
+    Job(["conformance", "sim:", "--filter", "^hello"], {"--json": "out.json"}, ends=None),
+]
+
+# Options with a value that name no file to write. A new option belongs here or into JOBS.
+NO_OUTPUT = """--rig --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
+--light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
+--seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter""".split()
+# The copy must not land on the file that it is made of: tests/unit/device/test_boot_drive.cpp.
+OWN_RULE = {("flash", "--drive")}
+
+
+class Bench:
+    def __init__(self, symrig, folder):
+        self.symrig, self.folder, self.tried = symrig, folder, 0
+
+    def path(self, name):
+        return self.folder / name
+
+    def run(self, words, **more):
+        more = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL} | more
+        return subprocess.run([self.symrig, *words], cwd=self.folder, timeout=120, check=False, **more)
+
+    def picture(self):
+        """All that a refusal must leave alone."""
+        found = {}
+        for path in sorted(self.folder.rglob("*")):
+            status = path.lstat()
+            content = path.read_bytes() if stat.S_ISREG(status.st_mode) else b""
+            link = os.readlink(path) if path.is_symlink() else ""
+            found[str(path.relative_to(self.folder))] = (status.st_mode, status.st_ino, status.st_rdev, status.st_nlink, content, link)
+        return found
+
+    def refuses(self, words, codes, what, **more):
+        self.tried += 1
+        before = self.picture()
+        done = self.run(words, **more)
+        told = f"{what}: {' '.join(words)}\n  exit {done.returncode}: {done.stderr.decode(errors='replace')}"
+        assert done.returncode in codes, told
+        assert done.stderr.startswith(b"symrig ") and done.stderr.count(b"\n") == 1, told
+        assert not done.stdout, told
+        assert self.picture() == before, f"it changed the folder\n{told}"
+
+
+def words_with(job, outputs):
+    return job.words + [word for pair in outputs.items() for word in pair]
+
+
+@contextlib.contextmanager
+def placed(*paths):
+    """Removes what a case has put there."""
+    yield
+    for path in paths:
+        path.rmdir() if path.is_dir() and not path.is_symlink() else path.unlink()
+
+
+def named(name, prefix):
+    """A name with the same suffix in the same folder."""
+    return prefix + pathlib.Path(name).name
+
+
+def against_inputs(bench, job, option):
+    natural = job.outputs[option]
+    for read in [name for name in job.inputs if name != job.anew.get(option)]:
+        bench.refuses(words_with(job, job.outputs | {option: read}), {2}, "an output is an input")
+        bench.refuses(words_with(job, job.outputs | {option: f"./{read}"}), {2}, "an output is an input by another path")
+        link = bench.path(named(natural, "link-"))
+        for make in (os.link, os.symlink):
+            make(bench.path(read), link)
+            with placed(link):
+                bench.refuses(words_with(job, job.outputs | {option: link.name}), {2}, f"an output is an input, {make.__name__}")
+
+
+def against_outputs(bench, job, option):
+    for other in job.outputs:
+        if other == option:
+            continue
+        natural = job.outputs[other]
+        bench.refuses(words_with(job, job.outputs | {option: natural}), {2}, "two outputs have one name")
+        first, second = bench.path(natural), bench.path(named(job.outputs[option], "link-"))
+        second.symlink_to(natural)  # of a file that is not there yet
+        with placed(second):
+            bench.refuses(words_with(job, job.outputs | {option: second.name}), {2}, "two outputs, a link to what is not there")
+        first.write_text("before")
+        os.link(first, second)
+        with placed(first, second):
+            bench.refuses(words_with(job, job.outputs | {option: second.name}), {2}, "two outputs, hard link")
+
+
+def special_files(folder, name):
+    """Makes what is no regular file under that name, and says what it is."""
+    path = folder / name
+    path.mkdir()
+    yield "a folder"
+    os.mkfifo(path)
+    yield "a named pipe"
+    with contextlib.closing(socket.socket(socket.AF_UNIX)) as one:
+        one.bind(str(path))
+        yield "a socket"
+    path.symlink_to("/dev/null")
+    yield "a link to a device"
+    if os.geteuid() == 0:
+        with contextlib.suppress(PermissionError):
+            os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 3))  # as /dev/null
+        if path.exists():
+            yield "a device"
+
+
+def against_special_files(bench, job, option):
+    # The log of a capture is named by the program: its place may be taken, too.
+    for suffix in {"", job.derived.get(option, "")}:
+        name = job.outputs[option] + suffix
+        for kind in special_files(bench.folder, name):
+            with placed(bench.path(name)):
+                bench.refuses(words_with(job, job.outputs), {2, 4}, f"in the place of an output is {kind}")
+    if option in job.derived:
+        for other in set(job.outputs) - {option}:
+            log = job.outputs[option] + job.derived[option]
+            bench.refuses(words_with(job, job.outputs | {other: log}), {2}, "an output is the log")
+
+
+def against_other_formats(bench, job, option):
+    own = pathlib.Path(job.outputs[option]).suffix
+    same = {".exr", ".pfm", ".png"} if own in (".exr", ".pfm", ".png") else {own}
+    for suffix in {".h5", ".png", ".json", ".toml", ".html", ".csv", ".vcd", ".symprog", ".PNG"} - same:
+        if suffix.lower() not in same:
+            bench.refuses(words_with(job, job.outputs | {option: "odd" + suffix}), {2}, "the suffix of another format")
+
+
+def against_redirection(bench, job):
+    for name in [*job.inputs, *(["already.json"] if "--json" in job.outputs else [])]:
+        outputs = job.outputs | ({"--json": name} if name == "already.json" else {})
+        bench.path("already.json").write_text("before")
+        with placed(bench.path("already.json")), open(bench.path(name), "ab") as redirected:
+            bench.tried += 1
+            before = bench.picture()
+            done = bench.run(words_with(job, outputs), stdout=redirected)
+            told = f"standard output goes to {name}: {words_with(job, outputs)}\n  exit {done.returncode}: {done.stderr}"
+            assert done.returncode == 2 and bench.picture() == before, told
+
+
+def works(bench, job):
+    """The same command line with outputs of its own: what is refused above is refused for its output."""
+    if job.ends is None:
+        return
+    before = bench.picture().keys()
+    for _ in range(2):  # a second time, it replaces its own files
+        done = bench.run(words_with(job, job.outputs))
+        assert done.returncode == job.ends, (words_with(job, job.outputs), done.returncode, done.stderr)
+    written = bench.picture().keys() - before
+    assert written == (set(job.outputs.values()) if job.ends == 0 else set()), written
+    for name in written:
+        bench.path(name).unlink()
+
+
+def writes_through(bench):
+    """Text goes to descriptors that the shell has opened; binary files do not."""
+    plain = bench.run(["inspect", "in.h5", "--json", "-"]).stdout
+    assert plain.startswith(b"{")
+    for name in ("/dev/stdout", "/proc/self/fd/1", "/dev/fd/1"):
+        done = bench.run(["inspect", "in.h5", "--json", name])
+        assert (done.returncode, done.stdout) == (0, plain), (name, done)
+    read, write = os.pipe()
+    done = bench.run(["inspect", "in.h5", "--json", f"/dev/fd/{write}"], pass_fds=[write])
+    os.close(write)
+    with open(read, "rb") as end:
+        assert done.returncode == 0 and end.read() == plain, done
+    bench.refuses(["inspect", "in.h5", "--json", "/dev/fd/77"], {2}, "no such descriptor")
+    bench.refuses(["run", "p.toml", "--device", "sim:", "-o", "-", "--vcd", "/dev/stdout"], {2}, "two outputs on standard output")
+    for words in (["capture", "--rig", SMALL, "-o"], ["compile", "p.toml", "-o"], ["relight", "in.h5", "--light", "white", "-o"]):
+        for name in ("-", "/dev/stdout"):
+            bench.refuses([*words, name], {2}, "a binary file on standard output")
+    done = bench.run(["compile", "p.toml", "-o", "program"])  # a name without suffix is a name
+    assert done.returncode == 0, done.stderr
+    bench.path("program").unlink()
+
+
+def options_of(help_text):
+    """Options that take a value: --json FILE."""
+    return set(re.findall(r"^  (?:-\w,)?(--[\w-]+) (?!Excludes:|Needs:)(?=\S)", help_text, re.MULTILINE))
+
+
+def table_is_complete(bench):
+    """A command or an option that is new must be put into the table."""
+    head = bench.run(["--help"]).stdout.decode()
+    commands = set(re.findall(r"^  (\w+) {2,}\w", head.split("Example:")[0].split("ommands:", 1)[1], re.MULTILINE))
+    listed = {job.words[0] for job in JOBS}
+    assert commands - listed == {"identify", "flash"}, (commands - listed, listed - commands)
+    for command in sorted(commands):
+        text = bench.run([command, "--help"]).stdout.decode()
+        written = {name for job in JOBS if job.words[0] == command for name in job.outputs}
+        for option in options_of(text.split("Example:")[0]):
+            short = re.search(rf"^  (-\w),{option} ", text, re.MULTILINE)
+            known = option in NO_OUTPUT or option in written or (short and short[1] in written) or (command, option) in OWN_RULE
+            assert known, f"{command} {option}: does it name a file to write? Put it into JOBS or NO_OUTPUT"
+
+
+def prepare(bench):
+    for name, text in {"p.toml": PROGRAM, "rig.toml": RIG, "map.exr": "a map", "board.json": "{}"}.items():
+        bench.path(name).write_text(text)
+    bench.path("photographs").mkdir()
+    bench.path("photographs/00.png").write_text("a photograph")
+    bench.path("photographs/response.toml").write_text("a response")
+    bench.path("photographs/capture.toml").write_text('symrig = 1\nresponse = "response.toml"  # not "out.json"\n')
+    bench.path("light.pfm").write_bytes(b"Pf\n17 12\n-1.0\n" + b"\0\0\0\0" * (17 * 12))
+    assert bench.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
+    assert bench.run(["run", "p.toml", "--device", "sim:", "-o", "receipt.json"]).returncode == 0
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(os.path.abspath(sys.argv[1]), pathlib.Path(folder))
+        table_is_complete(bench)
+        prepare(bench)
+        writes_through(bench)
+        for job in JOBS:
+            works(bench, job)
+            against_redirection(bench, job)
+            for option in job.outputs:
+                against_inputs(bench, job, option)
+                against_outputs(bench, job, option)
+                against_special_files(bench, job, option)
+                against_other_formats(bench, job, option)
+        print(f"{bench.tried} refusals of {len(JOBS)} command lines")
+        if os.geteuid() != 0:
+            print("not root: character devices were not made, links to /dev/null were")
+
+
+main()
