@@ -120,7 +120,6 @@ Result<void> write_files(const SensorCalibration& asked, const SensorFindings& f
 Result<void> calibrate_sensor(const SensorCalibration& asked) {
   SYMRIG_CHECK(JobFiles()
                    .reads_folder("a frame", asked.folder)
-                   .measures_anew("--response", asked.response)
                    .writes("-o", asked.output, FileFormat::settings)
                    .writes("--response", asked.response, FileFormat::settings)
                    .writes("--json", asked.json, FileFormat::json)
