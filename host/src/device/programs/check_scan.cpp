@@ -2,6 +2,7 @@
 #include "check_scan.hpp"
 
 #include "device/session/names.hpp"
+#include "longer_bracket.hpp"
 #include "symrig/hdr/beat.hpp"
 #include "timing.hpp"
 
@@ -42,8 +43,7 @@ class ScanCheck {
 
   void check_bracket() {
     const Nanoseconds least = min_exposure();
-    std::vector<Nanoseconds> legal = scan_.bracket;
-    for (Nanoseconds& exposure : legal) exposure = std::max(exposure, least);
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
     std::set<Nanoseconds> seen;
     for (const Nanoseconds exposure : scan_.bracket) {
       if (exposure < least)
@@ -154,16 +154,15 @@ class ScanCheck {
     if (timing_.around(group)) return check_around(group);
     const Nanoseconds refresh = rig_.projector.refresh;
     if (refresh.count() == 0) return;
-    std::vector<Nanoseconds> legal;
-    bool broken = false;
-    for (const Nanoseconds exposure : scan_.bracket) {
-      const std::int64_t rounds = std::max<std::int64_t>(1, (exposure + refresh / 2) / refresh);
-      legal.push_back(rounds * refresh);
-      // Off by a thousandth of a refresh: grey levels are off by no more than that.
-      broken = broken || std::abs((exposure - legal.back()).count()) * 1000 > refresh.count();
-    }
-    if (!broken) return;
-    legal.erase(std::unique(legal.begin(), legal.end()), legal.end());
+    const auto whole = [refresh](Nanoseconds exposure) {
+      return std::max<std::int64_t>(1, (exposure + refresh / 2) / refresh) * refresh;
+    };
+    // Off by a thousandth of a refresh: grey levels are off by no more than that.
+    const auto broken = [&](Nanoseconds exposure) {
+      return std::abs((exposure - whole(exposure)).count()) * 1000 > refresh.count();
+    };
+    if (std::none_of(scan_.bracket.begin(), scan_.bracket.end(), broken)) return;
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, refresh, whole);
     findings_.error(scan_.bracket_place, "projector.whole_refresh",
                     fmt::format("patterns of {} bits are made up within each refresh of {}: exposures that "
                                 "are not whole refreshes see wrong grey levels",
@@ -182,10 +181,8 @@ class ScanCheck {
           "advance = \"exposure\"");
     const Nanoseconds least = rig_.projector.trigger_delay + timing_.on_time(group) +
                               board_.rate.nanoseconds(board_.min_dwell + Ticks{1});
-    std::vector<Nanoseconds> legal = scan_.bracket;
-    for (Nanoseconds& exposure : legal) exposure = std::max(exposure, least);
-    if (legal == scan_.bracket) return;
-    legal.erase(std::unique(legal.begin(), legal.end()), legal.end());
+    if (*std::min_element(scan_.bracket.begin(), scan_.bracket.end()) >= least) return;
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
     findings_.error(scan_.bracket_place, "projector.whole_refresh",
                     fmt::format("a pattern of {} bits is whole only over its {} on the screen, {} after the "
                                 "trigger: exposures have to take in all of it",
