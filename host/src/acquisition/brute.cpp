@@ -22,6 +22,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureOptions& options)
         "brute force on " + to_string(tree.grid()) + " may hold " + std::to_string(bytes >> 20) + " MiB",
         "use --algorithm symrig, or a smaller grid"};
   Photographer photographer(probe, nullptr, tree, options.progress);
+  photographer.expect_later(kNoneToCome);
   std::vector<LitBlocks> patterns;
   patterns.reserve(static_cast<std::size_t>(pixels));
   for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});

@@ -95,7 +95,7 @@ std::vector<Pattern> parts_of(const Image<float>& pattern) {
 Truth photographed(Probe& probe, const Progress& progress, std::int64_t photographs) {
   return [&probe, progress, photographs,
           done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Radiance> {
-    if (progress && !progress({"photographs to compare with", done, photographs}))
+    if (progress && !progress({"photographs to compare with", done, photographs, kNoneToCome}))
       return Error{ErrorCode::interrupted, "stopped before the comparison was done", "nothing was written"};
     const std::vector<Pattern> parts = parts_of(pattern);
     SYMRIG_TRY(std::vector<Radiance> taken, probe.measure(parts));

@@ -340,6 +340,7 @@ Result<void> Hierarchy::refine_direct_light() {
   reopening_until_.reset();
   const auto extra =
       static_cast<std::size_t>(std::min(noisy_ ? std::max(kFewest, share) : 0, patterns_left()));
+  photographer_.expect_later(kNoneToCome);
   SYMRIG_CHECK(photographer_.take("direct light", std::vector<LitBlocks>(extra, LitBlocks{{0, pixels}})));
   context_.patterns_per_level.push_back(static_cast<std::int64_t>(extra));
   DirectLight::Model model{{}, std::vector<double>(context_.flood_squared.size())};

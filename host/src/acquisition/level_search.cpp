@@ -3,6 +3,7 @@
 
 #include "acquisition/colouring.hpp"
 #include "acquisition/conflict_graph.hpp"
+#include "acquisition/search_forecast.hpp"
 #include "acquisition/short_range.hpp"
 
 #include <algorithm>
@@ -53,6 +54,7 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
+    foretell(budget);
     SYMRIG_CHECK(photograph(rounds_.back()));
     SYMRIG_CHECK(develop_again());
     tested = judge();
@@ -64,6 +66,25 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
   }
   for (const NodeIndex n : predicted) accept(n);
   return tested;
+}
+
+/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
+void LevelSearch::foretell(std::int64_t budget) {
+  const BlockTree& tree = context_.tree;
+  std::vector<double> children;
+  for (int l = 0; l + 1 < tree.levels(); ++l)
+    children.push_back(static_cast<double>(tree.level(l + 1).size()) /
+                       static_cast<double>(tree.level(l).size()));
+  const auto level = static_cast<std::size_t>(unknown_.level());
+  const std::int64_t round = std::ssize(rounds_.back().shots);
+  UnitsToCome later = forecast_later({.level = unknown_.level(),
+                                      .planned = context_.patterns_per_level[level + 1] + round,
+                                      .before = context_.patterns_per_level[level],
+                                      .taken = context_.photographer.taken() + round,
+                                      .direct_share = context_.options.economy.direct_share,
+                                      .children = children});
+  if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
+  context_.photographer.expect_later(later);
 }
 
 /// A block with itself is accepted only where a budget ends. Then it is taken for direct light, since a

@@ -55,6 +55,7 @@ class LevelSearch {
   bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
+  void foretell(std::int64_t budget);
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;

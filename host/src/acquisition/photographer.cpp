@@ -84,14 +84,14 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
                                         const Answer& use, const Foresee& foresee) {
   const std::int64_t expected = taken_ + std::ssize(patterns);
   for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
-    if (progress_ && !progress_({stage, taken_, expected}))
+    if (progress_ && !progress_({stage, taken_, expected, later_}))
       return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
                    "run it again"};
     const std::size_t count = std::min(batch_size(), patterns.size() - first);
     SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, foresee));
     SYMRIG_CHECK(use(first, answers));
   }
-  if (progress_) progress_({stage, taken_, expected});
+  if (progress_) progress_({stage, taken_, expected, later_});
   return {};
 }
 

@@ -64,6 +64,9 @@ class Photographer {
         taken_(before.taken_),
         measure_seconds_(before.measure_seconds_) {}
 
+  /// How many photographs come after those that are asked for next, for progress.
+  void expect_later(UnitsToCome later) { later_ = later; }
+
   /// From now on. Must outlive this.
   void forecast_by(const Forecaster& forecaster) { forecaster_ = &forecaster; }
 
@@ -108,6 +111,7 @@ class Photographer {
   int channels_;
   Progress progress_;
   const Forecaster* forecaster_ = nullptr;
+  UnitsToCome later_ = {};
   std::int64_t taken_ = 0;
   double measure_seconds_ = 0;
   mutable std::vector<TreePhotograph> pool_;  // kept for its memory

@@ -128,6 +128,7 @@ Result<void> add_band(Context& context, int radius) {
       combs.push_back(std::move(comb));
     }
   const std::int64_t first = context.photographer.taken();
+  context.photographer.expect_later({});  // the search goes on if the combs find light that goes further
   SYMRIG_CHECK(context.photographer.take("short-range light", combs));
   context.patterns_per_level.back() += std::ssize(combs);
   // seen[offset of the comb][channel][pixel]

@@ -138,7 +138,7 @@ Result<RelightSpeed> measure_relight(const TransportTensor& tensor, const Religh
   Rounds one(1);
   Rounds all(tbb::info::default_concurrency());
   for (int round = 0; round < options.rounds; ++round) {
-    if (options.progress && !options.progress({"memory speed", round, options.rounds}))
+    if (options.progress && !options.progress({"memory speed", round, options.rounds, kNoneToCome}))
       return Error{ErrorCode::interrupted, "stopped while measuring memory speed", ""};
     SYMRIG_CHECK(one.run(triad, tensor, pattern));
     SYMRIG_CHECK(all.run(triad, tensor, pattern));

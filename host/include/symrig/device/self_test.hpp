@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/device/board.hpp"
@@ -20,6 +21,7 @@ struct SelfTestOptions {
   int pings = 30;                    ///< questions for the clock, at least 1
   Nanoseconds between{100'000'000};  ///< from one to the next; the first eight follow each other at once
   std::optional<Jumper> jumper = {};
+  Progress progress = {};  ///< of the questions for the clock
 };
 
 /// Round trips of the questions for the clock.

@@ -61,6 +61,8 @@ Result<void> check_clock(Board& board, const SelfTestOptions& options, SelfTest&
   std::vector<Nanoseconds> trips;
   TimeReading reading{};
   for (int k = 0; k < std::max(options.pings, 1); ++k) {
+    if (options.progress && !options.progress({"asking for the time", k, options.pings}))
+      return Error{ErrorCode::interrupted, "stopped before the board was tested", "run it again"};
     if (k >= kBurst) SYMRIG_CHECK(board.idle(options.between));
     SYMRIG_TRY(reading, board.time());
     trips.push_back(reading.received - reading.sent);

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/progress.hpp"
+
+#include <cstdint>
+#include <span>
+
+namespace symrig::acquisition {
+
+/// A level of the search while its photographs are taken.
+struct LevelPlan {
+  int level = 0;
+  std::int64_t planned = 0;          ///< photographs of this level
+  std::int64_t before = 0;           ///< photographs of the level before
+  std::int64_t taken = 0;            ///< photographs when this level is done
+  double direct_share = 0;           ///< of all photographs: flood-lit ones at the end
+  std::span<const double> children;  ///< of a block of each level that can be searched: 4, fewer near pixels
+};
+
+/// Photographs after this level. How many a level needs is not known before the one above it is judged, but
+/// neighbours are alike. Captures of all simulated scenes from 24x40 to 128x128, with tolerances from 1e-5 to
+/// 3e-3, took 0.7 to 2.2 times the photographs of the level before, 0.9 to 1.7 in the mean of what followed.
+/// Unknown where blocks share no photographs, for then nothing bounds the next level, and in level 0, after
+/// which scenes of direct light end.
+UnitsToCome forecast_later(const LevelPlan& plan);
+
+}  // namespace symrig::acquisition

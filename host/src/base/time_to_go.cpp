@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/time_to_go.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace symrig {
+namespace {
+
+constexpr double kShortest = 0.3;    // s: before that start-up is most of what has been seen
+constexpr double kWindow = 0.5;      // of the time: photographs that a log answers are soon forgotten
+constexpr double kRoom = 4;          // between the bounds
+constexpr double kFinishing = 0.12;  // of the time so far: what the work after the last unit takes at most
+
+}  // namespace
+
+void TimeToGo::tell(const ProgressEvent& event, double seconds) {
+  if (!moments_.empty() && event.done < moments_.back().done) moments_.clear();  // another job's count
+  moments_.push_back({seconds, event.done});
+  // The first one that is kept begins the window.
+  while (moments_.size() > 2 && moments_[1].seconds <= seconds * (1 - kWindow)) moments_.pop_front();
+  left_ = std::max<std::int64_t>(0, event.expected - event.done);
+  later_ = event.expected > 0 ? event.later : UnitsToCome{};
+}
+
+/// Seconds a unit.
+std::optional<double> TimeToGo::pace() const {
+  if (moments_.size() < 2 || moments_.back().seconds < kShortest) return std::nullopt;
+  const auto done = static_cast<double>(moments_.back().done - moments_.front().done);
+  const double took = moments_.back().seconds - moments_.front().seconds;
+  if (!(done > 0) || !(took > 0)) return std::nullopt;
+  return took / done;
+}
+
+std::optional<double> TimeToGo::seconds() const {
+  const auto each = pace();
+  if (!each || !later_.known()) return std::nullopt;
+  const double least = *each * static_cast<double>(left_ + later_.least);
+  const double most = *each * static_cast<double>(left_ + later_.most) + kFinishing * moments_.back().seconds;
+  if (!(least > 0) || most > kRoom * least) return std::nullopt;
+  return std::sqrt(least * most);
+}
+
+}  // namespace symrig
