@@ -2,7 +2,9 @@
 #include "symrig/acquisition/capture.hpp"
 
 #include "acquisition/hierarchy.hpp"
+#include "symrig/base/nearest_name.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -22,11 +24,21 @@ std::string_view name(Algorithm algorithm) {
   return "unknown";
 }
 
+std::span<const std::string_view> algorithm_names() {
+  static const auto names = [] {
+    std::array<std::string_view, kAlgorithms.size()> list;
+    std::transform(kAlgorithms.begin(), kAlgorithms.end(), list.begin(),
+                   [](const auto& algorithm) { return algorithm.second; });
+    return list;
+  }();
+  return names;
+}
+
 Result<Algorithm> parse_algorithm(std::string_view text) {
   for (const auto& [value, known] : kAlgorithms)
     if (known == text) return value;
   return Error{ErrorCode::unknown_name, "no algorithm '" + std::string(text) + "'",
-               "known: symrig, paper, dual, brute"};
+               nearest_hint(text, algorithm_names())};
 }
 
 RankRule default_rule(Algorithm algorithm) {

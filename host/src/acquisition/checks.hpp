@@ -36,8 +36,9 @@ class Checks {
   /// Frobenius error by what is left of the two halves.
   double frobenius(std::span<const TreePhotograph> left) const;
 
-  /// The errors of DESIGN §4 as far as photographs can tell: squares of the residual less their noise, over
-  /// squares of the photograph less its noise; never below what the noise of the check itself can resolve.
+  /// The errors of TransportErrors as far as photographs can tell: squares of the residual less their noise,
+  /// over squares of the photograph less its noise; never below what the noise of the check itself can
+  /// resolve.
   static TransportErrors errors(const std::vector<Residual>& residuals);
 
   /// Mean square of what the known transport misses where the random half is dark, beyond noise, by channel:

@@ -4,6 +4,7 @@
 #include "controls.hpp"
 #include "driver.hpp"
 #include "offers.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
 
@@ -34,6 +35,15 @@ std::string list(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
+/// "did you mean 'FLIR'? ", or nothing.
+std::string nearest_camera(const std::vector<FoundCamera>& all, std::string_view wanted) {
+  std::vector<std::string_view> names;
+  for (const FoundCamera& camera : all)
+    for (const std::string* name : {&camera.name, &camera.serial, &camera.bus, &camera.path})
+      if (!name->empty()) names.push_back(*name);
+  return suggestion(wanted, names);
+}
+
 Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std::vector<FoundCamera>& all,
                              std::string_view wanted) {
   if (fitting.size() == 1) return fitting.front().path;
@@ -42,7 +52,7 @@ Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std:
                  "plug one in; `symrig list` shows what is seen"};
   if (fitting.empty())
     return Error{ErrorCode::unknown_name, fmt::format("no camera is called '{}'", wanted),
-                 "there are " + list(all)};
+                 nearest_camera(all, wanted) + "there are " + list(all)};
   return Error{ErrorCode::bad_argument,
                wanted.empty() ? std::string("several cameras are there")
                               : fmt::format("several cameras are called '{}'", wanted),

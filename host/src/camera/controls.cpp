@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "controls.hpp"
 
-#include "base/nearest_name.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
 #include <cctype>

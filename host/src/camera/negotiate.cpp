@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "negotiate.hpp"
 
-#include "base/nearest_name.hpp"
 #include "offers.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/mosaic.hpp"
 
+#include "symrig/base/nearest_name.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -58,8 +61,10 @@ Result<BayerPattern> parse_bayer(std::string_view name) {
       {"RGGB", {0, 1, 1, 2}}, {"GRBG", {1, 0, 2, 1}}, {"GBRG", {1, 2, 0, 1}}, {"BGGR", {2, 1, 1, 0}}};
   for (const auto& [known, colours] : kKnown)
     if (known == name) return BayerPattern{colours};
+  std::vector<std::string_view> names;
+  for (const auto& one : kKnown) names.push_back(one.first);
   return Error{ErrorCode::unknown_name, fmt::format("no colour mosaic is called '{}'", name),
-               "known: RGGB, GRBG, GBRG, BGGR"};
+               nearest_hint(name, names)};
 }
 
 Result<Radiance> demosaic(const Radiance& mosaic, const BayerPattern& pattern) {

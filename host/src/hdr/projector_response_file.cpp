@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hdr/toml_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/nesting.hpp"
 #include "symrig/hdr/projector_response.hpp"
 
+#include <array>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
-
-#define TOML_EXCEPTIONS 0
-#define TOML_ENABLE_FORMATTERS 0
-#include <toml++/toml.h>
 
 namespace symrig {
 namespace {
@@ -44,6 +42,11 @@ Result<std::vector<double>> load_projector_light(const fs::path& path) {
   SYMRIG_CHECK(check_toml_nesting(text, path.string()));
   const toml::parse_result parsed = toml::parse(text);
   if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
+  constexpr std::array<std::string_view, 1> kTables{"levels"};
+  constexpr std::array<std::string_view, 2> kKeys{"photographs", "light"};
+  SYMRIG_CHECK(check_keys(path, parsed.table(), "", kTables));
+  if (const toml::table* const table = parsed.table()["levels"].as_table())
+    SYMRIG_CHECK(check_keys(path, *table, "levels.", kKeys));
   const toml::array* const list = parsed.table()["levels"]["light"].as_array();
   if (list == nullptr) return bad(path, 1, "it has no table [levels] with light");
   std::vector<double> light;

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/response_file.hpp"
 
+#include "hdr/toml_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/nesting.hpp"
 
+#include <array>
 #include <bit>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
-
-#define TOML_EXCEPTIONS 0
-#define TOML_ENABLE_FORMATTERS 0
-#include <toml++/toml.h>
 
 namespace symrig {
 namespace {
@@ -61,6 +59,11 @@ Result<ResponseCurve> load_response(const fs::path& path) {
   SYMRIG_CHECK(check_toml_nesting(text, path.string()));
   const toml::parse_result parsed = toml::parse(text);
   if (!parsed) return bad(path, parsed.error().source().begin.line, parsed.error().description());
+  constexpr std::array<std::string_view, 1> kTables{"response"};
+  constexpr std::array<std::string_view, 2> kKeys{"samples", "light"};
+  SYMRIG_CHECK(check_keys(path, parsed.table(), "", kTables));
+  if (const toml::table* const table = parsed.table()["response"].as_table())
+    SYMRIG_CHECK(check_keys(path, *table, "response.", kKeys));
   const toml::array* const list = parsed.table()["response"]["light"].as_array();
   if (list == nullptr) return bad(path, 1, "it has no table [response] with light");
   ResponseCurve curve;

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hdr/toml_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/nesting.hpp"
 #include "symrig/hdr/sensor.hpp"
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
-
-#define TOML_EXCEPTIONS 0
-#define TOML_ENABLE_FORMATTERS 0
-#include <toml++/toml.h>
 
 namespace symrig {
 namespace {
@@ -116,10 +114,16 @@ Result<Sensor> load_sensor(const fs::path& path) {
                  fmt::format("{}:{}: {}", path.string(), parsed.error().source().begin.line,
                              parsed.error().description()),
                  "write it as docs/sensor.md shows"};
+  constexpr std::array<std::string_view, 1> kTables{"sensor"};
+  constexpr std::array<std::string_view, 12> kKeys{"bits",       "pedestal",         "gain",     "gain_sigma",
+                                                   "read_noise", "read_noise_sigma", "clipping", "prnu",
+                                                   "dsnu",       "nonlinearity",     "grid",     "defects"};
+  SYMRIG_CHECK(check_keys(path, parsed.table(), "", kTables));
   const toml::table* table = parsed.table()["sensor"].as_table();
   if (table == nullptr)
     return Error{ErrorCode::bad_format, fmt::format("{}: it has no table [sensor]", path.string()),
                  "write it as docs/sensor.md shows"};
+  SYMRIG_CHECK(check_keys(path, *table, "sensor.", kKeys));
   Reader reader(path, *table);
   const int bits = static_cast<int>(reader.number("bits", {1, 16}));
   const double largest = std::ldexp(1.0, bits) - 1;

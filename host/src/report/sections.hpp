@@ -28,7 +28,7 @@ std::string headline(const Context& context);                  // what it is, ke
 Result<std::string> lights_section(const Context& context);    // flood-lit, bar, letters, beside truth
 Result<std::string> inside_section(const Context& context);    // a slice of T, the level map
 Result<std::string> levels_section(const Context& context);    // Fig. 9 and Fig. 11
-std::string errors_section(const Context& context);            // the errors of DESIGN §4
+std::string errors_section(const Context& context);            // the errors of TransportErrors
 Result<std::string> held_out_section(const Context& context);  // photographs beside predictions
 std::string cost_section(const Context& context);              // patterns, time, memory, how to repeat it
 

@@ -159,7 +159,7 @@ Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri) {
   if (uri.size.size() > kLargestScene)
     return Error{ErrorCode::limit,
                  fmt::format("size={} has more than {} pixels", to_string(uri.size), kLargestScene),
-                 "simulate a smaller grid"};
+                 "give a smaller grid, such as 4096x4096"};
   for (const Maker& maker : kMakers) {
     if (maker.name != uri.name) continue;
     Channels channels = maker.make(uri);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tensor/split.hpp"
 
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <numeric>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace symrig {
 namespace {
@@ -31,8 +33,10 @@ std::string_view name(SplitOrder order) {
 Result<SplitOrder> parse_split_order(std::string_view text) {
   for (const auto& [value, known] : kOrders)
     if (known == text) return value;
+  std::vector<std::string_view> names;
+  for (const auto& order : kOrders) names.push_back(order.second);
   return Error{ErrorCode::unknown_name, "no split order is called '" + std::string(text) + "'",
-               "known: flat, views-first, views-last, all-at-once, compensated"};
+               nearest_hint(text, names)};
 }
 
 namespace tensor {

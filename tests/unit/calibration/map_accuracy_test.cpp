@@ -11,7 +11,8 @@ namespace {
 
 constexpr double kBlur = 0.5;    // PSF of projector, camera and camera pixel together [projector pixels]
 constexpr double kBlack = 0.05;  // black level, share of white
-constexpr double kFullWell = 20'000, kRead = 6, kLargest = 4095;  // the simulated camera of DESIGN §5
+constexpr double kFullWell = 20'000, kRead = 6,
+                 kLargest = 4095;  // the simulated camera, docs/command-line.md
 
 /// Light of a row of stripes under a Gaussian at x, by sampling it at 200 points within five sigmas.
 double under(const std::vector<float>& stripes, double x) {

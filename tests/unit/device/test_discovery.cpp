@@ -80,11 +80,11 @@ TEST(Discovery, of_several_none_is_guessed) {
   ASSERT_FALSE(unnamed.ok());
   EXPECT_EQ(exit_code(unnamed.error().code), 2);
   EXPECT_EQ(unnamed.error().line(),
-            "3 boards are connected; name one with --device: usb:D4 (1-4), usb:E6603 (1-2), usb:E6614 (1-3)");
+            "3 boards are connected; name one of them: usb:D4 (1-4), usb:E6603 (1-2), usb:E6614 (1-3)");
   const auto ambiguous = choose_board(found, "e66");
   ASSERT_FALSE(ambiguous.ok());
   EXPECT_EQ(ambiguous.error().line(),
-            "'e66' fits 2 boards; name one with --device: usb:E6603 (1-2), usb:E6614 (1-3)");
+            "'e66' fits 2 boards; name one of them: usb:E6603 (1-2), usb:E6614 (1-3)");
   const auto chosen = choose_board(found, "e661");
   ASSERT_OK(chosen);
   EXPECT_EQ(chosen->text(), "usb:E6614");

@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,8 +27,10 @@ enum class Algorithm : std::uint8_t {
   brute,   ///< one pattern a pixel
 };
 std::string_view name(Algorithm algorithm);
-/// fails: unknown_name.
+/// fails: unknown_name (with all that are known, and the nearest).
 Result<Algorithm> parse_algorithm(std::string_view text);
+/// All algorithms, the default first.
+std::span<const std::string_view> algorithm_names();
 
 /// When a node is a leaf. F = RMS of the flood-lit photograph; n = samples compared.
 struct RankRule {

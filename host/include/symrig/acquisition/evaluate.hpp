@@ -15,7 +15,8 @@ namespace symrig {
 /// channel] → [camera grid, channels].
 using TrueTransport = std::function<Result<Image<float>>(const Image<float>& pattern)>;
 
-/// The errors of DESIGN §4, each relative: ‖estimate − truth‖ / ‖truth‖ over all channels.
+/// The errors of `symrig evaluate` (docs/command-line.md), each relative: ‖estimate − truth‖ / ‖truth‖ over
+/// all channels.
 struct TransportErrors {
   double frobenius =
       0;  ///< (T̃−T)Z over Rademacher Z: an unbiased estimate of the relative Frobenius error (in squares)

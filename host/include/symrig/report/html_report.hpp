@@ -19,7 +19,7 @@ struct ReportOptions {
 
 /// One self-contained HTML page (pictures as data URIs, inline CSS and SVG, no script, no request): what the
 /// scene looks like under a few lights, beside ground truth where it is known, what the transport looks like
-/// inside [Garg06 Fig. 2c, 2d, 9, 11], what it cost, and the four errors of DESIGN §4.
+/// inside [Garg06 Fig. 2c, 2d, 9, 11], what it cost, and the errors of TransportErrors.
 /// fails: whatever truth fails with; interrupted.
 Result<std::string> html_report(const StoredScene& scene, const ReportOptions& options);
 

@@ -13,7 +13,8 @@
 
 namespace symrig::sim {
 
-/// `sim:<name>[?key=value&...]`, parsed. Names, keys and defaults are DESIGN §5's contract.
+/// `sim:<name>[?key=value&...]`, parsed. docs/command-line.md lists names, keys and
+/// defaults.
 struct SceneUri {
   std::string name = "plane";
   Grid size{128, 128};
@@ -40,8 +41,17 @@ struct SceneUri {
 /// of range).
 Result<SceneUri> parse_scene_uri(std::string_view uri);
 
-/// The scene names of DESIGN §5.
+/// All scenes, by the names that `sim:NAME` takes.
 std::span<const std::string_view> scene_names();
+
+/// A key of `sim:NAME?key=value`.
+struct SceneKey {
+  std::string_view name;
+  std::string standard;  ///< its value where nobody gives one
+  std::string_view meaning;
+};
+/// All keys, for help and documents.
+std::span<const SceneKey> scene_keys();
 
 /// The coaxial views that tile the scene's grid: 2x2 in views2, 3x3 in views3, else one.
 ViewLayout views_of(const SceneUri& uri);

@@ -21,7 +21,7 @@ struct HeldOut {
 /// What a scene.h5 holds: the tensor, how it was captured, and photographs to judge it by.
 struct StoredScene {
   TransportTensor tensor;
-  std::string capture_json = "{}";  ///< the `--json` of the command that made it (DESIGN §6)
+  std::string capture_json = "{}";  ///< the `--json` of the command that made it (docs/command-line.md)
   std::vector<HeldOut> held_out;
 };
 

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/device/device_uri.hpp"
 
+#include "symrig/base/nearest_name.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -35,6 +38,17 @@ Error malformed(std::string_view text, std::string_view why) {
       ErrorCode::bad_argument, fmt::format("'{}' is no device: {}", text, why),
       "a device is sim:, usb:SERIAL, serial:/dev/ttyACM0, tcp:HOST:PORT, unix:PATH, virtual:tcp:HOST:PORT or "
       "virtual:unix:PATH"};
+}
+
+/// "ubs:123" means "usb:".
+Error unknown_scheme(std::string_view text) {
+  Error error = malformed(text, "it begins with no known kind of link");
+  std::vector<std::string_view> known;
+  for (const Scheme& scheme : kSchemes) known.push_back(scheme.text);
+  const std::size_t colon = text.find(':');
+  error.hint =
+      suggestion(text.substr(0, colon == std::string_view::npos ? colon : colon + 1), known) + error.hint;
+  return error;
 }
 
 std::optional<std::uint32_t> number(std::string_view text) {
@@ -146,7 +160,7 @@ Result<DeviceUri> DeviceUri::parse(std::string_view text) {
         return parse_virtual(text, rest, scheme.transport);
     }
   }
-  return malformed(text, "it begins with no known kind of link");
+  return unknown_scheme(text);
 }
 
 std::string DeviceUri::text() const {

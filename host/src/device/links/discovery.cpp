@@ -72,7 +72,7 @@ std::string list_of(std::span<const FoundBoard> boards) {
 
 Error none_there() {
   return {ErrorCode::device_lost, "no board is connected",
-          "check its cable; symrig list shows what is there; --device sim: is a simulated one"};
+          "check its cable; symrig list shows what is there"};
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ Result<DeviceUri> choose_board(std::span<const FoundBoard> found, std::string_vi
   return Error{ErrorCode::bad_argument,
                wanted.empty() ? fmt::format("{} boards are connected", fits.size())
                               : fmt::format("'{}' fits {} boards", wanted, fits.size()),
-               fmt::format("name one with --device: {}", list_of(fits))};
+               fmt::format("name one of them: {}", list_of(fits))};
 }
 
 Result<DeviceUri> choose_board(std::string_view wanted) {

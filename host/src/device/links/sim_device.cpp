@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim_device.hpp"
 
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -51,12 +54,12 @@ class OwningSimLink final : public Link {
   Result<int> line(const std::string& name, bool output) const {
     const int found = board_.line(name);
     if (found >= 0 && board_.config().lines[static_cast<std::size_t>(found)].output == output) return found;
-    std::string known;
+    std::vector<std::string> known;
     for (const boards::SimLine& one : board_.config().lines)
-      if (one.output == output) known += (known.empty() ? "" : ", ") + one.name;
+      if (one.output == output) known.push_back(one.name);
     const char* kind = output ? "output" : "input";
     return Error{ErrorCode::unknown_name, fmt::format("the simulated board has no {} '{}'", kind, name),
-                 fmt::format("its {}s are {}", kind, known)};
+                 nearest_hint(name, known)};
   }
 
   boards::SimBoard board_;

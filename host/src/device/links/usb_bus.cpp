@@ -17,7 +17,7 @@ namespace {
 
 Error no_usb(int code) {
   return {ErrorCode::io, fmt::format("USB cannot be looked at ({})", libusb_strerror(code)),
-          "name the board with --device instead"};
+          "name the board by its URI instead"};
 }
 
 struct FreeConfig {

@@ -4,6 +4,7 @@
 #include "builtin_profiles.hpp"
 #include "profile_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -29,12 +30,6 @@ bool is_path(const std::string& which) {
   return which.find('/') != std::string::npos || which.ends_with(".toml");
 }
 
-std::string known_names() {
-  std::string text;
-  for (const std::string& name : builtin_profiles()) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 Result<Source> find_profile(const std::string& which, const fs::path& folder) {
   if (is_path(which)) return read_source(folder / which);
   for (const fs::path& place : profile_folders()) {
@@ -45,7 +40,7 @@ Result<Source> find_profile(const std::string& which, const fs::path& folder) {
   for (const BuiltinProfile& profile : kBuiltinProfiles)
     if (profile.name == which) return Source{which + ".toml", std::string(profile.text)};
   return Error{ErrorCode::not_found, fmt::format("there is no device profile '{}'", which),
-               "known: " + known_names() + "; or give the path of a .toml file"};
+               nearest_hint(which, builtin_profiles()) + "; or give the path of a .toml file"};
 }
 
 /// What both kinds of profile begin with.

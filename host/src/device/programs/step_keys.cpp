@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "step_keys.hpp"
 
+#include "symrig/base/nearest_name.hpp"
+
 #include <array>
 
 #include <fmt/format.h>
@@ -30,6 +32,15 @@ constexpr int kMaxNesting = 16;
 
 void read_loop(TableReader& table, FileStep& step, int depth);
 
+/// "did you mean 'hold'? " of the first key that is nearly a step.
+std::string misspelt_kind(const TomlNode& node) {
+  std::vector<std::string_view> known;
+  for (const auto& [word, kind] : kKinds) known.push_back(word);
+  for (const TomlNode& child : node.children)
+    if (const std::string text = suggestion(child.key, known); !text.empty()) return text;
+  return {};
+}
+
 FileStep read_step(const TomlNode& node, const std::string& path, ReadContext& context, int depth) {
   TableReader table(node, path, context);
   FileStep step;
@@ -41,8 +52,9 @@ FileStep read_step(const TomlNode& node, const std::string& path, ReadContext& c
     ++kinds;
   }
   if (kinds != 1) {
+    const std::string misspelt = kinds == 0 ? misspelt_kind(node) : std::string();
     context.fail(node.line, fmt::format("{}: a step does {}", path, kinds == 0 ? "nothing" : "two things"),
-                 "each step has one of: set, hold, pulse, wait, mark, loop, pattern, expose");
+                 misspelt + "each step has one of: set, hold, pulse, wait, mark, loop, pattern, expose");
     return step;
   }
   switch (step.kind) {

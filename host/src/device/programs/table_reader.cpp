@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "table_reader.hpp"
 
-#include "base/nearest_name.hpp"
 #include "duration.hpp"
 
 #include <algorithm>
@@ -125,16 +124,25 @@ bool TableReader::read_number(std::string_view key, double& value, double least,
 }
 
 void TableReader::require(std::string_view key, std::string_view form) {
-  if (!has(key))
-    context_->fail(table_->line, fmt::format("{} is missing", path_of(key)), fmt::format("give {}", form));
+  if (has(key)) return;
+  if (context_->state) context_->lacking = table_;
+  context_->fail(table_->line, fmt::format("{} is missing", path_of(key)), fmt::format("give {}", form));
+  known_.emplace_back(key);
+}
+
+std::vector<std::string> TableReader::known_names() const {
+  std::vector<std::string> names;
+  for (const std::string& name : known_)
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  return names;
 }
 
 void TableReader::finish() {
   for (const TomlNode& child : table_->children) {
     if (std::find(known_.begin(), known_.end(), child.key) != known_.end()) continue;
-    const std::vector<std::string_view> known(known_.begin(), known_.end());
+    if (context_->lacking == table_) context_->state = {};
     context_->fail(child.line, fmt::format("there is no key {}", path_of(child.key)),
-                   nearest_hint(child.key, known), ErrorCode::bad_format);
+                   nearest_hint(child.key, known_names()), ErrorCode::bad_format);
     return;
   }
 }

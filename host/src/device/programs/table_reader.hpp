@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "toml_tree.hpp"
@@ -18,6 +19,7 @@ namespace symrig::device {
 struct ReadContext {
   std::string file;
   Result<void> state = {};
+  const TomlNode* lacking = nullptr;  ///< the table, if the fault is that a key of it is missing
 
   /// Keeps the first fault: "scan.toml:12: what; hint".
   void fail(int line, std::string_view what, std::string hint, ErrorCode code = ErrorCode::bad_format);
@@ -49,7 +51,8 @@ class TableReader {
   template <class T>
   bool read_choice(std::string_view key, T& value, std::span<const std::pair<std::string_view, T>> choices);
 
-  /// After all keys: an unknown one is an error that names the nearest and all that are known.
+  /// After all keys: an unknown one is an error that names the nearest and all that are known. It goes before
+  /// a missing one of this table, which is often the same one, misspelt.
   void finish();
   void require(std::string_view key, std::string_view form);
   void fail(std::string_view key, std::string_view what, std::string hint);
@@ -57,6 +60,7 @@ class TableReader {
   ReadContext& context() { return *context_; }
 
  private:
+  std::vector<std::string> known_names() const;
   const TomlNode* expect(std::string_view key, TomlNode::Kind kind, std::string_view form);
 
   const TomlNode* table_;
@@ -74,14 +78,16 @@ bool TableReader::read_choice(std::string_view key, T& value,
   std::string word;
   if (!read(key, word)) return false;
   std::string all;
+  std::vector<std::string_view> known;
   for (const auto& [name, meaning] : choices) {
     if (word == name) {
       value = meaning;
       return true;
     }
     all += (all.empty() ? "\"" : ", \"") + std::string(name) + "\"";
+    known.push_back(name);
   }
-  fail(key, "\"" + word + "\" is not known", "legal: " + all);
+  fail(key, "\"" + word + "\" is not known", suggestion(word, known) + "legal: " + all);
   return false;
 }
 

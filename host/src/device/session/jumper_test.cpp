@@ -22,7 +22,7 @@ Result<int> line_of(const BoardInfo& info, const std::string& name, bool output)
   const int line = info.line(name);
   if (line < 0)
     return Error{ErrorCode::unknown_name, fmt::format("the board has no line '{}'", name),
-                 fmt::format("its {} are {}", output ? "outputs" : "inputs", known_lines(info, output))};
+                 line_hint(info, name, output)};
   if (info.lines[static_cast<std::size_t>(line)].output != output)
     return Error{ErrorCode::bad_argument,
                  fmt::format("line '{}' is not an {}", name, output ? "output" : "input"),

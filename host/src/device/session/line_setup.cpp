@@ -83,7 +83,7 @@ Result<protocol::BoardConfig> line_setup(const BoardInfo& info, std::span<const 
     const int k = info.line(line.line);
     if (k < 0)
       return Error{ErrorCode::unknown_name, fmt::format("the board has no line '{}'", line.line),
-                   fmt::format("outputs: {}; inputs: {}", known_lines(info, true), known_lines(info, false))};
+                   line_hint(info, line.line)};
     const std::uint32_t bit = 1U << static_cast<unsigned>(k);
     if ((named & bit) != 0)
       return Error{ErrorCode::bad_argument, fmt::format("line '{}' is configured twice", line.line),

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "names.hpp"
 
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/device/board.hpp"
 #include "symrig/protocol/messages.hpp"
 
 #include <array>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -161,6 +163,16 @@ std::string known_lines(const BoardInfo& info, bool output) {
   for (const LineInfo& line : info.lines)
     if (line.output == output) text += (text.empty() ? "" : ", ") + line.name;
   return text.empty() ? "none" : text;
+}
+
+std::string line_hint(const BoardInfo& info, std::string_view given, std::optional<bool> output) {
+  std::vector<std::string_view> names;
+  for (const LineInfo& line : info.lines)
+    if (!output || line.output == *output) names.push_back(line.name);
+  std::string text = suggestion(given, names);
+  if (output.value_or(true)) text += "outputs: " + known_lines(info, true);
+  if (!output) text += "; ";
+  return output.value_or(false) ? text : text + "inputs: " + known_lines(info, false);
 }
 
 }  // namespace symrig::device

@@ -4,6 +4,7 @@
 #include "symrig/device/board_info.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -28,5 +29,7 @@ std::string ticks_text(const BoardInfo& info, std::uint64_t ticks);
 std::string duration_text(Nanoseconds duration);
 /// "vsync, camera_strobe": the board's lines of one direction.
 std::string known_lines(const BoardInfo& info, bool output);
+/// The next step after a line that the board has not: the nearest name, and those of that direction, or all.
+std::string line_hint(const BoardInfo& info, std::string_view given, std::optional<bool> output = {});
 
 }  // namespace symrig::device

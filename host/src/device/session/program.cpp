@@ -42,7 +42,7 @@ int ProgramBuilder::output(std::string_view line) {
       board_.lines[static_cast<std::size_t>(index)].output)
     return index;
   fail(ErrorCode::unknown_name, fmt::format("the board has no output '{}'", line),
-       "outputs: " + known_lines(board_, true));
+       line_hint(board_, line, true));
   return -1;
 }
 
@@ -149,7 +149,7 @@ ProgramBuilder& ProgramBuilder::wait_edge(std::string_view line, EdgeKind edge, 
   const bool input = index >= 0 && !board_.lines[static_cast<std::size_t>(index)].output;
   if (!input)
     fail(ErrorCode::unknown_name, fmt::format("the board has no input '{}'", line),
-         "inputs: " + known_lines(board_, false));
+         line_hint(board_, line, false));
   const Ticks limit = board_.rate.ticks(std::max(timeout, Nanoseconds{0}));
   if (timeout.count() <= 0 || limit.count == 0 || limit > board_.max_dwell)
     fail(ErrorCode::bad_argument, fmt::format("a time-out of {}", duration_text(timeout)),

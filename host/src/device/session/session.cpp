@@ -303,7 +303,7 @@ Result<std::uint32_t> Board::Session::find_line(std::string_view line, bool outp
     return static_cast<std::uint32_t>(index);
   return Error{ErrorCode::unknown_name,
                fmt::format("the board has no {} '{}'", output ? "output" : "input", line),
-               fmt::format("{}: {}", output ? "outputs" : "inputs", known_lines(info_, output))};
+               line_hint(info_, line, output)};
 }
 
 Result<LineUse> Board::Session::line_use(std::string_view line) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/route.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -48,7 +49,8 @@ Error none(const Search& search, const std::string& wanted) {
     return {ErrorCode::device_lost, "no projector is plugged in",
             fmt::format("connect one to {}", fmt::join(search.known, ", "))};
   return {ErrorCode::unknown_name, fmt::format("there is no connector '{}'", wanted),
-          fmt::format("this machine has {}", fmt::join(search.known, ", "))};
+          suggestion(wanted, std::vector<std::string_view>(search.known.begin(), search.known.end())) +
+              fmt::format("this machine has {}", fmt::join(search.known, ", "))};
 }
 
 Error several(const Search& search, const std::string& wanted) {
