@@ -2,6 +2,7 @@
 #include "bench_plan.hpp"
 
 #include "capture_options.hpp"
+#include "numbers.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <algorithm>
@@ -114,6 +115,37 @@ BenchSweep sweep_of(Algorithm algorithm, const Tolerances& given, bool quick) {
   return sweep;
 }
 
+/// Tolerances that no capture would run with.
+Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& given) {
+  for (const auto& [algorithm, values] : given) {
+    const auto uses = [&](const BenchSweep& sweep) {
+      const bool own = !algorithm.empty() && name(sweep.algorithm) == algorithm;
+      const bool shared = algorithm.empty() && !given.contains(std::string(name(sweep.algorithm)));
+      return sweep.algorithm != Algorithm::brute && (own || shared);
+    };
+    if (std::any_of(plan.sweeps.begin(), plan.sweeps.end(), uses)) continue;
+    return Error{ErrorCode::bad_argument,
+                 algorithm.empty()
+                     ? std::string("--tolerances without a name have no effect: no algorithm uses them")
+                     : fmt::format("--tolerances {}: have no effect: no such capture runs", algorithm),
+                 "leave them out, or name their algorithm in --algorithms"};
+  }
+  return {};
+}
+
+/// --quick makes defaults smaller.
+Result<void> check_quick_used(const BenchChoice& choice, const Tolerances& given) {
+  const auto names = algorithms_of(choice);
+  const bool swept = std::all_of(names.begin(), names.end(), [&given](const std::string& name) {
+    return name == "brute" || given.contains(name) || given.contains("");
+  });
+  if (!choice.quick || !choice.seeds || choice.sizes.empty() || !swept) return {};
+  return Error{
+      ErrorCode::bad_argument,
+      "--quick has no effect beside --size, --seeds and --tolerances: it makes their defaults smaller",
+      "leave it out"};
+}
+
 }  // namespace
 
 void add_bench_choice(CLI::App& command, BenchChoice& choice) {
@@ -134,6 +166,8 @@ void add_bench_choice(CLI::App& command, BenchChoice& choice) {
       ->type_name("N");
   command.add_option("--noise", choice.noise, "camera or off")->type_name("NAME")->capture_default_str();
   command.add_option("--channels", choice.channels, "1 or 3")->type_name("N")->capture_default_str();
+  takes_number<int>(command.get_option("--seeds"));
+  takes_number<int>(command.get_option("--channels"));
   command.add_flag("--quick", choice.quick, "Smaller defaults: 32x32, one seed, three tolerances");
 }
 
@@ -146,6 +180,8 @@ Result<BenchPlan> bench_plan(const BenchChoice& choice) {
     SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(text));
     plan.sweeps.push_back(sweep_of(algorithm, given, choice.quick));
   }
+  SYMRIG_CHECK(check_tolerances_used(plan, given));
+  SYMRIG_CHECK(check_quick_used(choice, given));
   return plan;
 }
 

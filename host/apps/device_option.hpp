@@ -14,6 +14,10 @@ namespace symrig::apps {
 /// `--device URI|SERIAL`, as every command has it that speaks to one board.
 void add_device(CLI::App& command, std::string& device);
 
+/// The board that is meant. Where none is there, the error also names the simulated one.
+/// fails: as device::choose_board.
+Result<device::DeviceUri> choose_board(const std::string& device);
+
 /// Opens the board that --device names; empty: SYMRIG_DEVICE, or the only board there is.
 /// fails: as device::choose_board, device::open_link and device::Board::connect.
 Result<device::Board> open_board(const std::string& device, const device::BoardOptions& options = {});

@@ -2,29 +2,48 @@
 #include "light.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/letters.hpp"
 
-#include <optional>
+#include <array>
+#include <filesystem>
+#include <string_view>
+#include <system_error>
+#include <vector>
 
 #include <fmt/format.h>
 
 namespace symrig::apps {
 namespace {
 
-std::optional<Image<float>> built_in(const std::string& light, Grid grid) {
-  if (light == "white") return Image<float>(grid, 1, 1.0F);
-  if (light == "bar") return bar_pattern(grid);
-  if (light == "letters") return letters_pattern(grid);
-  if (light == "natural") return natural_pattern(grid, 1);
-  return std::nullopt;
+struct BuiltIn {
+  std::string_view name, meaning;
+  Image<float> (*draw)(Grid grid);
+};
+constexpr std::array<BuiltIn, 4> kBuiltIn{{
+    {"white", "every pixel on", [](Grid grid) { return Image<float>(grid, 1, 1.0F); }},
+    {"bar", "a vertical bar, an eighth of the width", [](Grid grid) { return bar_pattern(grid); }},
+    {"letters", "the word SYMRIG", [](Grid grid) { return letters_pattern(grid); }},
+    {"natural", "a smooth textured picture", [](Grid grid) { return natural_pattern(grid, 1); }},
+}};
+
+/// No file, and no built-in light of that name.
+Error no_light(const std::string& light) {
+  std::vector<std::string_view> names;
+  for (const BuiltIn& one : kBuiltIn) names.push_back(one.name);
+  return {ErrorCode::not_found, fmt::format("there is no file {}, and no built-in light is called so", light),
+          fmt::format("{}built-in lights: {}", suggestion(light, names), listed(names))};
 }
 
 }  // namespace
 
 Result<Image<float>> read_light(const std::string& light, Grid grid, const std::string& of) {
-  if (auto drawn = built_in(light, grid)) return *std::move(drawn);
+  for (const BuiltIn& one : kBuiltIn)
+    if (one.name == light) return one.draw(grid);
+  std::error_code ignored;
+  if (!std::filesystem::exists(light, ignored) && !ignored) return no_light(light);
   SYMRIG_TRY(const Image<float> picture, read_image(light));
   if (picture.grid() != grid)
     return Error{ErrorCode::size_mismatch,
@@ -35,14 +54,13 @@ Result<Image<float>> read_light(const std::string& light, Grid grid, const std::
 }
 
 std::string light_help() {
-  return "IMAGE is an EXR, PNG or PFM file of that grid; its values are linear light (PNG: code / largest "
-         "code), and any\n"
-         "finite value is allowed. Colour becomes its luminance: projectors show white light. Or a built-in "
-         "light:\n"
-         "  white      every pixel on\n"
-         "  bar        a vertical bar, an eighth of the width\n"
-         "  letters    the word SYMRIG\n"
-         "  natural    a smooth textured picture\n";
+  std::string text =
+      "IMAGE is an EXR, PNG or PFM file of that grid; its values are linear light (PNG: code / largest "
+      "code), and any\n"
+      "finite value is allowed. Colour becomes its luminance: projectors show white light. Or a built-in "
+      "light:\n";
+  for (const BuiltIn& one : kBuiltIn) text += fmt::format("  {:<9}  {}\n", one.name, one.meaning);
+  return text;
 }
 
 }  // namespace symrig::apps

@@ -3,6 +3,8 @@
 #include "console.hpp"
 #include "meter.hpp"
 #include "symrig/base/standard_streams.hpp"
+#include "symrig/base/nearest_name.hpp"
+#include "usage.hpp"
 
 #include <array>
 #include <csignal>
@@ -10,7 +12,10 @@
 #include <new>
 #include <optional>
 #include <sstream>
+#include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 #include <malloc.h>
@@ -58,10 +63,10 @@ constexpr const char* kExample =
     "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.\n"
     "Each command has its own help: symrig capture --help";
 
-std::string known_commands() {
-  std::string text;
-  for (const Command& command : kCommands) text += (text.empty() ? "" : ", ") + std::string(command.name);
-  return text;
+std::vector<std::string_view> command_names() {
+  std::vector<std::string_view> names;
+  for (const Command& command : kCommands) names.push_back(command.name);
+  return names;
 }
 
 /// The word that should be a command but is none.
@@ -99,12 +104,17 @@ int print_help(CLI::App& app, const CLI::ParseError& error) {
 }
 
 /// Help and version end well; anything else the parser objects to is a usage error of one line.
-int parse_failure(CLI::App& app, const CLI::ParseError& error) {
+int parse_failure(CLI::App& app, const CLI::ParseError& error, std::span<const std::string> words) {
   if (error.get_exit_code() == 0) return print_help(app, error);
-  const auto parsed = app.get_subcommands();
-  const std::string command = parsed.empty() ? "" : parsed.front()->get_name();
+  const auto named =
+      app.get_subcommands([&](const CLI::App* one) { return one->get_name() == words.front(); });
+  const CLI::App* const parsed = named.empty() ? nullptr : named.front();
+  const std::string command = parsed == nullptr ? "" : parsed->get_name();
   const std::string separator = command.empty() ? "" : " ";
-  return usage_error(command, fmt::format("{}; see symrig{}{} --help", error.what(), separator, command));
+  const auto misspelt =
+      parsed == nullptr ? unknown_option(app, words) : unknown_option(*parsed, words.subspan(1));
+  const std::string what = misspelt ? *misspelt : std::string(error.what());
+  return usage_error(command, fmt::format("{}; see symrig{}{} --help", what, separator, command));
 }
 
 int run(int argc, char** argv) {
@@ -116,15 +126,17 @@ int run(int argc, char** argv) {
   std::array<Job, kCommands.size()> jobs;
   for (std::size_t k = 0; k < kCommands.size(); ++k) jobs[k] = kCommands[k].add(app);
   if (const auto word = unknown_command(argc, argv))
-    return usage_error("", fmt::format("there is no command '{}'; commands: {}", *word, known_commands()));
+    return usage_error("", no_command(*word, command_names()));
   if (argc < 2)
-    return usage_error("",
-                       fmt::format("no command given; commands: {}; see symrig --help", known_commands()));
+    return usage_error(
+        "", fmt::format("no command given; commands: {}; see symrig --help", listed(command_names())));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return parse_failure(app, error);
+    return parse_failure(app, error, std::vector<std::string>(argv + 1, argv + argc));
   }
+  for (const CLI::App* command : app.get_subcommands())
+    if (const auto empty = empty_value(*command)) return usage_error(command->get_name(), *empty);
   catch_interrupts();
   static_cast<void>(
       std::signal(SIGXFSZ, SIG_IGN));  // a file beyond its limit is an error that write() tells, not a death

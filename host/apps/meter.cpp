@@ -3,7 +3,9 @@
 
 #include "console.hpp"
 #include "symrig/base/standard_streams.hpp"
+#include "terminal_line.hpp"
 
+#include <array>
 #include <atomic>
 #include <csignal>
 
@@ -51,7 +53,6 @@ Meter::Meter(std::string command, std::string unit)
       unit_(std::move(unit)),
       terminal_(isatty(STDERR_FILENO) == 1),
       start_(Clock::now()),
-      stage_start_(start_),
       next_(start_) {}
 
 Meter::~Meter() {
@@ -65,32 +66,31 @@ Progress Meter::progress() {
 bool Meter::report(const ProgressEvent& event) {
   if (!terminal_) return !interrupted();
   const auto now = Clock::now();
-  if (event.stage != stage_) enter_stage(event, now);
-  if (now < next_) return !interrupted();
+  const double seconds = std::chrono::duration<double>(now - start_).count();
+  to_go_.tell(event, seconds);
+  const bool new_stage = event.stage != stage_;
+  if (now < next_ && !new_stage) return !interrupted();
+  stage_ = event.stage;
   next_ = now + std::chrono::milliseconds(100);
   shown_ = true;
-  write_standard_error(fmt::format("\r\033[K{}", line(event, now)));
+  write_standard_error(fmt::format("\r\033[K{}", line(event, seconds)));
   return !interrupted();
 }
 
-void Meter::enter_stage(const ProgressEvent& event, Clock::time_point now) {
-  stage_ = event.stage;
-  stage_first_ = event.done;
-  stage_start_ = now;
-  next_ = now;
-}
-
-/// "symrig capture: level 5, 120 of 318 photographs, 12 s, about 20 s to go". What later levels need is not
-/// known before this one is judged: the time to go is that of what is planned so far.
-std::string Meter::line(const ProgressEvent& event, Clock::time_point now) const {
-  std::string text = fmt::format("symrig {}: {}, {}", command_, stage_, event.done);
-  if (event.expected > 0) text += fmt::format(" of {}", event.expected);
-  text += fmt::format(" {}, {}", unit_, duration(std::chrono::duration<double>(now - start_).count()));
-  const double in_stage = std::chrono::duration<double>(now - stage_start_).count();
-  const auto done = static_cast<double>(event.done - stage_first_);
-  const auto left = static_cast<double>(event.expected - event.done);
-  if (done > 0 && left > 0) text += fmt::format(", about {} to go", duration(in_stage / done * left));
-  return text;
+/// "symrig capture: level 5, 120 of 318 photographs, 12 s, about 20 s to go", or less of it on a terminal
+/// that is too narrow. The last column stays free: some terminals wrap when it is written.
+std::string Meter::line(const ProgressEvent& event, double seconds) const {
+  std::string count = fmt::format("{}", event.done);
+  if (event.expected > 0) count += fmt::format(" of {}", event.expected);
+  const auto left = to_go_.seconds();
+  const std::string to_go = left ? fmt::format(", about {} to go", duration(*left)) : std::string();
+  const std::string counted = fmt::format("{}, {} {}", stage_, count, unit_);
+  const std::array<std::string, 4> forms{
+      fmt::format("symrig {}: {}, {}{}", command_, counted, duration(seconds), to_go),
+      fmt::format("{}, {}{}", counted, duration(seconds), to_go),
+      left ? fmt::format("{}, {}{}", stage_, count, to_go) : counted,
+      left ? fmt::format("{}{}", count, to_go) : counted};
+  return fitting(forms, terminal_columns(STDERR_FILENO) - 1);
 }
 
 }  // namespace symrig::apps

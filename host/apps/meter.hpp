@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/progress.hpp"
+#include "symrig/base/time_to_go.hpp"
 
 #include <chrono>
 #include <string>
@@ -13,8 +14,8 @@ namespace symrig::apps {
 void catch_interrupts();
 bool interrupted();
 
-/// One line of progress on a terminal's stderr, rewritten in place; silent in a pipe. Also the way by which
-/// Ctrl-C reaches the library.
+/// One line of progress on a terminal's stderr, rewritten in place and never wider than the terminal; silent
+/// in a pipe. Also the way by which Ctrl-C reaches the library.
 class Meter {
  public:
   /// unit: what is counted, "photographs".
@@ -29,14 +30,13 @@ class Meter {
  private:
   using Clock = std::chrono::steady_clock;
   bool report(const ProgressEvent& event);
-  void enter_stage(const ProgressEvent& event, Clock::time_point now);
-  std::string line(const ProgressEvent& event, Clock::time_point now) const;
+  std::string line(const ProgressEvent& event, double seconds) const;
 
   std::string command_, unit_, stage_;
   bool terminal_;
   bool shown_ = false;
-  std::int64_t stage_first_ = 0;
-  Clock::time_point start_, stage_start_, next_;
+  TimeToGo to_go_;
+  Clock::time_point start_, next_;
 };
 
 }  // namespace symrig::apps

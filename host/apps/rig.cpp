@@ -2,6 +2,7 @@
 #include "rig.hpp"
 
 #include "meter.hpp"
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/rig/open_rig.hpp"
 
 #include <filesystem>
@@ -16,6 +17,21 @@ Error not_simulated(const std::string& rig) {
           "only a simulated rig knows the truth, for example sim:vgroove-textured"};
 }
 
+std::string scene_key_help() {
+  std::string text;
+  for (const sim::SceneKey& key : sim::scene_keys())
+    text += fmt::format("  {:<16}{}\n", fmt::format("{}={}", key.name, key.standard), key.meaning);
+  return text;
+}
+
+/// "simm:gumy" and "gumy" mean sim:gummy.
+std::string meant_scene(const std::string& rig) {
+  const std::size_t colon = rig.find(':');
+  const std::string name = rig.substr(colon == std::string::npos ? 0 : colon + 1);
+  const auto nearest = nearest_name(name.substr(0, name.find('?')), sim::scene_names());
+  return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
+}
+
 /// A rig is named by its file, or simulated.
 Result<void> check_file(const std::string& rig) {
   std::error_code failed;
@@ -24,7 +40,8 @@ Result<void> check_file(const std::string& rig) {
   if (rig.ends_with(".toml"))
     return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
   return Error{ErrorCode::unknown_name, fmt::format("no rig is called '{}'", rig),
-               "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
+               meant_scene(rig) +
+                   "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
 }
 
 }  // namespace
@@ -98,10 +115,7 @@ TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progres
 }
 
 std::string known_scenes() {
-  std::string text;
-  for (const std::string_view name : sim::scene_names())
-    text += (text.empty() ? "" : ", ") + std::string(name);
-  return text;
+  return listed(sim::scene_names());
 }
 
 std::string rig_help() {
@@ -110,18 +124,7 @@ std::string rig_help() {
          "latter runs the real "
          "firmware on a board in virtual time.\n"
          "  scenes: " +
-         known_scenes() +
-         "\n"
-         "  size=128x128    rows x columns of the grid        channels=1     1 or 3\n"
-         "  noise=camera    or off                            seed=1         textures and noise\n"
-         "  black=0.0005    projector black level             psf=0          blur [A, 1-2A, A], both sides\n"
-         "  misalign=0      camera shift in pixels            flare=0        share of light in a camera "
-         "flare\n"
-         "  dead=0          share of dead camera pixels       indirect=1     factor on all light but the "
-         "direct\n"
-         "  exposures=4     frames a photograph, or auto: as many as it needs\n"
-         "  ratio=8         between exposures\n"
-         "  drift=0         lamp change over 1,000 photographs\n";
+         known_scenes() + "\n" + scene_key_help();
 }
 
 }  // namespace symrig::apps

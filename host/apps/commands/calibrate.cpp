@@ -2,6 +2,7 @@
 #include "code_folder.hpp"
 #include "command.hpp"
 #include "console.hpp"
+#include "effects.hpp"
 #include "files.hpp"
 #include "level_calibration.hpp"
 #include "meter.hpp"
@@ -12,6 +13,7 @@
 #include "symrig/report/calibration_summary.hpp"
 #include "symrig/rig/rig_file.hpp"
 
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -45,7 +47,8 @@ Result<CodePhotographs> photograph_code(Probe& rig, Radiance& white) {
   Meter meter("calibrate", "photographs");
   const Progress progress = meter.progress();
   for (std::size_t k = 0; k < patterns.size(); ++k) {
-    if (!progress({"Gray code", static_cast<std::int64_t>(k), static_cast<std::int64_t>(patterns.size())}))
+    if (!progress({"Gray code", static_cast<std::int64_t>(k), static_cast<std::int64_t>(patterns.size()),
+                   kNoneToCome}))
       return Error{ErrorCode::interrupted, fmt::format("calibration stopped after {} photographs", k),
                    "run it again"};
     SYMRIG_TRY(std::vector<Radiance> seen, rig.measure(std::span(patterns).subspan(k, 1)));
@@ -104,6 +107,17 @@ std::string told(const Calibration& c) {
              rig.offset_row, rig.offset_col, rig.offset_rms, rig.predicted_noise, percent(rig.invalid_share));
 }
 
+/// Each way to calibrate has its own files.
+Result<void> check_calibrate_effects(const CLI::App& command, const Arguments& arguments) {
+  const bool sensor = !arguments.sensor.empty(), folder = !arguments.from.folder.empty();
+  const std::array<Idle, 3> options{{
+      {"--projector", !folder, "without --from: a rig knows its projector"},
+      {"--uncertainty", sensor, "with --sensor, which measures no map"},
+      {"--report", sensor, "with --sensor, which measures no map"},
+  }};
+  return check_effects(command, options);
+}
+
 Result<void> check_arguments(const Arguments& arguments) {
   const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
   if (given != 1)
@@ -148,8 +162,9 @@ JobFiles files_of(const Arguments& arguments, const std::string& map) {
   return files;
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const Arguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
+  SYMRIG_CHECK(check_calibrate_effects(command, arguments));
   if (!arguments.sensor.empty())
     return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
   if (!arguments.levels.empty()) return calibrate_levels({arguments.rig, arguments.levels, arguments.json});
@@ -208,7 +223,7 @@ Job add_calibrate(CLI::App& app) {
                               "  symrig calibrate --sensor frames -o sensor.toml\n"
                               "\n") +
                   kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
-  return [arguments] { return run(*arguments); };
+  return [command, arguments] { return run(*command, *arguments); };
 }
 
 }  // namespace symrig::apps

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
+#include "capture_effects.hpp"
 #include "capture_log.hpp"
 #include "capture_options.hpp"
 #include "command.hpp"
@@ -9,7 +10,9 @@
 #include "files.hpp"
 #include "guarded.hpp"
 #include "meter.hpp"
+#include "numbers.hpp"
 #include "rig.hpp"
+#include "symrig/base/nearest_name.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
@@ -201,13 +204,15 @@ JobFiles files_of(const Arguments& arguments) {
   return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const Arguments& arguments) {
   const auto start = Clock::now();
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
+  SYMRIG_CHECK(check_capture_effects(command, options.algorithm));
   SYMRIG_CHECK(files_of(arguments).check());
   SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
   SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
   const std::unique_ptr<Probe>& rig = opened.probe;
+  SYMRIG_CHECK(check_rig_effects(command, *rig));
   if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
   const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options),
                              budget_of(options)};
@@ -234,7 +239,7 @@ Job add_capture(CLI::App& app) {
   add_json(*command, arguments->json);
   command->add_flag("--dual-subtract", arguments->dual_subtract,
                     "For dual: subtract what is stored already (stronger than the published method)");
-  command->add_option("--algorithm", arguments->algorithm, "symrig, paper, dual or brute")
+  command->add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
       ->type_name("NAME")
       ->capture_default_str();
   command
@@ -272,7 +277,12 @@ Job add_capture(CLI::App& app) {
                    "Refit everything to all photographs in the end, so many steps; 0: not")
       ->type_name("N");
   command->footer(std::string(kExample) + "\n" + rig_help() + "\n" + kExitCodes);
-  return [arguments] { return run(*arguments); };
+  for (const char* option :
+       {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
+    takes_number<double>(command->get_option(option));
+  takes_number<std::int64_t>(command->get_option("--max-patterns"));
+  takes_number<int>(command->get_option("--polish"));
+  return [command, arguments] { return run(*command, *arguments); };
 }
 
 }  // namespace symrig::apps

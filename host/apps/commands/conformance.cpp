@@ -92,7 +92,7 @@ Result<void> run(const Arguments& arguments) {
     if (talks && printed) printed = print(line_of(result));
   };
   options.stop = [] { return interrupted(); };
-  SYMRIG_TRY(const auto uri, device::choose_board(arguments.uri));
+  SYMRIG_TRY(const auto uri, choose_board(arguments.uri));
   SYMRIG_TRY(auto link, device::open_link(uri));
   SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
   if (!printed) return printed;

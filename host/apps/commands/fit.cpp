@@ -4,6 +4,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "meter.hpp"
+#include "numbers.hpp"
 #include "symrig/report/calibration_summary.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -124,6 +125,7 @@ Job add_fit(CLI::App& app) {
       "The result holds direct light through the pixel map, light scattered nearby, and light by way of the\n"
       "whole scene. relight, dual, inspect, evaluate and report take it like any other tensor.\n\n" +
       kExitCodes);
+  takes_number<int>(command->get_option("--hold-out"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -2,13 +2,17 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
+#include "effects.hpp"
 #include "meter.hpp"
 #include "symrig/base/job_files.hpp"
+#include "numbers.hpp"
 #include "symrig/device/boot_drive.hpp"
 #include "symrig/device/firmware_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -48,11 +52,15 @@ std::string describe(const Arguments& arguments, const FirmwareFile& file) {
 /// Asks again and again until there is an answer, or the patience is over. fails: the last reason,
 /// interrupted.
 template <class T>
-Result<T> wait_for(double seconds, const std::function<Result<T>()>& ask) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+Result<T> wait_for(const char* what, double seconds, const std::function<Result<T>()>& ask) {
+  const auto begin = std::chrono::steady_clock::now();
+  Meter meter("flash", "seconds");
+  const Progress progress = meter.progress();
   while (true) {
     Result<T> answer = ask();
-    if (answer || std::chrono::steady_clock::now() >= end) return answer;
+    const double waited = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (answer || waited >= seconds) return answer;
+    progress({what, static_cast<std::int64_t>(waited), static_cast<std::int64_t>(std::ceil(seconds))});
     if (interrupted())
       return Error{ErrorCode::interrupted, "stopped while waiting for the board",
                    "run it again: a board in its boot loader waits for ever"};
@@ -76,7 +84,7 @@ Result<fs::path> new_drive(const std::vector<fs::path>& before) {
 
 Result<fs::path> find_drive(const Arguments& arguments, const std::vector<fs::path>& before) {
   const fs::path given = arguments.drive;
-  return wait_for<fs::path>(arguments.wait, [&]() -> Result<fs::path> {
+  return wait_for<fs::path>("waiting for its drive", arguments.wait, [&]() -> Result<fs::path> {
     if (given.empty()) return new_drive(before);
     SYMRIG_CHECK(device::check_boot_drive(given));
     return given;
@@ -98,7 +106,7 @@ Result<std::optional<Known>> find_board(const Arguments& arguments) {
 /// Until the board has left: it takes a moment after its answer.
 Result<bool> left(const Arguments& arguments, const DeviceUri& uri) {
   constexpr device::BoardOptions kBrief{.reply_timeout = 50ms, .attempts = 2};
-  return wait_for<bool>(std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
+  return wait_for<bool>("waiting for it to leave", std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
     if (!open_board(uri, kBrief)) return true;
     return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
                  "hold its BOOTSEL button while you plug it in, and run this again"};
@@ -130,7 +138,7 @@ Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
 Result<void> check_return(const Arguments& arguments, const FirmwareFile& file,
                           const std::optional<Known>& known) {
   if (arguments.wait == 0) return print("copied; not waited for the board, so nothing is checked\n");
-  SYMRIG_TRY(const auto board, wait_for<device::Board>(arguments.wait, [&] {
+  SYMRIG_TRY(const auto board, wait_for<device::Board>("waiting for its return", arguments.wait, [&] {
                return known ? open_board(known->uri) : open_board(arguments.device);
              }));
   SYMRIG_CHECK(compare(file, board.info()));
@@ -162,10 +170,21 @@ Result<void> check_drive(const Arguments& arguments) {
   return JobFiles().reads("FILE", arguments.file).writes("--drive", copy, FileFormat::program).check();
 }
 
-Result<void> run(const Arguments& arguments) {
+/// --verify looks at the files only.
+Result<void> check_flash_effects(const CLI::App& command, const Arguments& arguments) {
+  const std::string why = "with --verify, which looks at the files only";
+  const std::array<Idle, 4> options{{{"--device", arguments.verify, why},
+                                     {"--drive", arguments.verify, why},
+                                     {"--wait", arguments.verify, why},
+                                     {"--again", arguments.verify, why}}};
+  return check_effects(command, options);
+}
+
+Result<void> run(const CLI::App& command, const Arguments& arguments) {
   if (!(arguments.wait >= 0 && arguments.wait <= 3600))
     return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
                  "30 s are enough for most systems to mount a drive"};
+  SYMRIG_CHECK(check_flash_effects(command, arguments));
   SYMRIG_TRY(const FirmwareFile file, device::read_firmware(arguments.file));
   if (arguments.verify) return print(describe(arguments, file));
   SYMRIG_CHECK(check_drive(arguments));
@@ -202,7 +221,8 @@ Job add_flash(CLI::App& app) {
                   "BOOTSEL button\n"
                   "while you plug it in.\n") +
       kDeviceHelp + "\n" + kExitCodes);
-  return [arguments] { return run(*arguments); };
+  takes_number<double>(command->get_option("--wait"));
+  return [command, arguments] { return run(*command, *arguments); };
 }
 
 }  // namespace symrig::apps

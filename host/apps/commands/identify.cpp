@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
+#include "numbers.hpp"
 
 #include <cmath>
 #include <memory>
@@ -42,6 +43,7 @@ Job add_identify(CLI::App& app) {
                               "  symrig identify --device E66038\n"
                               "\n") +
                   kDeviceHelp + "\n" + kExitCodes);
+  takes_number<double>(command->get_option("--seconds"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -2,13 +2,16 @@
 // relight and dual: the tensor applied, and its transpose.
 #include "command.hpp"
 #include "console.hpp"
+#include "effects.hpp"
 #include "files.hpp"
 #include "light.hpp"
+#include "numbers.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <memory>
@@ -133,7 +136,14 @@ std::string told(const Arguments& arguments, const Image<float>& picture, double
   return text + "\n";
 }
 
-Result<void> run(const Arguments& arguments, bool dual) {
+/// Views are needed to relight one, or to write one.
+Result<void> check_views(const CLI::App& command, const Arguments& arguments) {
+  const bool one = !arguments.from_view.empty() || !arguments.to_view.empty();
+  const std::array<Idle, 1> options{{{"--views", !one, "without --from-view or --to-view"}}};
+  return check_effects(command, options);
+}
+
+Result<void> run(const CLI::App& command, const Arguments& arguments, bool dual) {
   SYMRIG_CHECK(check_picture_suffix(arguments.output));
   SYMRIG_CHECK(JobFiles()
                    .reads("the scene", arguments.scene)
@@ -141,6 +151,7 @@ Result<void> run(const Arguments& arguments, bool dual) {
                    .writes("-o", arguments.output, FileFormat::picture)
                    .check());
   SYMRIG_CHECK(check_exposure(arguments));
+  if (!dual) SYMRIG_CHECK(check_views(command, arguments));
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   SYMRIG_TRY(Image<float> picture,
              dual ? dual_picture(arguments, scene.tensor) : relit(arguments, scene.tensor));
@@ -192,7 +203,8 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
         ->type_name("RGGB|GRBG|GBRG|BGGR");
   }
   command->footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
-  return [arguments, dual] { return run(*arguments, dual); };
+  takes_number<double>(command->get_option("--exposure"));
+  return [command, arguments, dual] { return run(*command, *arguments, dual); };
 }
 
 }  // namespace

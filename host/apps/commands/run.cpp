@@ -47,7 +47,7 @@ Result<Plan> load(const std::string& path) {
 /// "sim:" is a simulated rig wired as the program says.
 Result<std::unique_ptr<device::Link>> open(const std::string& device, const Plan& plan) {
   if (device == "sim:") return device::make_sim_rig(plan.wiring());
-  SYMRIG_TRY(const auto uri, device::choose_board(device));
+  SYMRIG_TRY(const auto uri, choose_board(device));
   return device::open_link(uri);
 }
 

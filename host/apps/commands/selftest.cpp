@@ -4,10 +4,14 @@
 #include "device_option.hpp"
 #include "files.hpp"
 #include "json_text.hpp"
+#include "meter.hpp"
+#include "numbers.hpp"
 #include "symrig/device/self_test.hpp"
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -99,10 +103,13 @@ Result<void> verdict(const SelfTest& test) {
 }
 
 Result<void> run(const Arguments& arguments) {
-  SYMRIG_TRY(const auto options, options_of(arguments));
+  SYMRIG_TRY(auto options, options_of(arguments));
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(auto board, open_board(arguments.device));
+  std::optional<Meter> meter(std::in_place, "selftest", "answers");
+  options.progress = meter->progress();
   SYMRIG_TRY(const SelfTest test, device::self_test(board, options));
+  meter.reset();
   SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(board.info(), test), 2)));
   if (!is_standard_output(arguments.json)) SYMRIG_CHECK(print(report(board.info(), test)));
   return verdict(test);
@@ -130,6 +137,7 @@ Job add_selftest(CLI::App& app) {
                   "it, that one does:\n"
                   "see that nothing but the wire hangs on it.\n") +
       kDeviceHelp + "\n" + kExitCodes);
+  takes_number<int>(command->get_option("--pings"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 #include "console.hpp"
+#include "effects.hpp"
 #include "files.hpp"
+#include "numbers.hpp"
 #include "program_input.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/device/compare.hpp"
 #include "symrig/device/run.hpp"
 #include "symrig/device/waveform.hpp"
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -108,12 +111,31 @@ Result<device::CompiledProgram> compile_file(const Arguments& arguments, Nanosec
   return *std::move(compilation.program);
 }
 
-Result<Drawing> draw(const Arguments& arguments) {
+/// What a file holds decides which options mean something.
+enum class Kind { receipt, compiled, program };
+
+/// --board is for files that are compiled here, --max-edges for plans that are worked out here.
+Result<void> check_trace_effects(const CLI::App& command, Kind kind) {
+  const bool nothing_drawn = command.count("--vcd") + command.count("--wavedrom") == 0;
+  const std::string unseen = "without --vcd or --wavedrom";
+  const std::array<Idle, 6> options{{
+      {"--plan", command.count("--actual") > 0, "beside --actual: both are drawn anyway"},
+      {"--plan", nothing_drawn, unseen},
+      {"--actual", nothing_drawn, unseen},
+      {"--board", kind == Kind::receipt, "on a receipt, which names its board"},
+      {"--board", kind == Kind::compiled, "on a compiled program, which is for one board"},
+      {"--max-edges", kind == Kind::receipt, "on a receipt: its edges are drawn as they stand there"},
+  }};
+  return check_effects(command, options);
+}
+
+Result<Drawing> draw(const CLI::App& command, const Arguments& arguments) {
   SYMRIG_TRY(const auto bytes, read_file(arguments.file));
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto first = text.find_first_not_of(" \t\r\n");
   if (first != std::string_view::npos && text[first] == '{') {
     auto run = device::read_receipt(text);
+    if (run) SYMRIG_CHECK(check_trace_effects(command, Kind::receipt));
     if (!run) return Error{run.error().code, arguments.file + ": " + run.error().what, run.error().hint};
     return draw_receipt(arguments, *run);
   }
@@ -122,17 +144,18 @@ Result<Drawing> draw(const Arguments& arguments) {
                  "run it first: symrig run FILE -o receipt.json"};
   Nanoseconds refresh{0};
   SYMRIG_TRY(const bool compiled, is_compiled(arguments.file));
+  SYMRIG_CHECK(check_trace_effects(command, compiled ? Kind::compiled : Kind::program));
   SYMRIG_TRY(const auto program, compiled ? load_compiled(arguments.file) : compile_file(arguments, refresh));
   return draw_plan(program, refresh, arguments.max_edges);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const Arguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
                    .writes("--vcd", arguments.vcd, FileFormat::waveform)
                    .writes("--wavedrom", arguments.wavedrom, FileFormat::json)
                    .writes("--differences", arguments.differences, FileFormat::table)
                    .check());
-  SYMRIG_TRY(const Drawing drawing, draw(arguments));
+  SYMRIG_TRY(const Drawing drawing, draw(command, arguments));
   if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, device::vcd_text(drawing.waveforms)));
   if (!arguments.wavedrom.empty())
     SYMRIG_CHECK(write_text(arguments.wavedrom, device::wavedrom_text(drawing.waveforms)));
@@ -166,8 +189,8 @@ Job add_trace(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--max-edges", arguments->max_edges, "Draw a plan's first edges only")
       ->type_name("N")
-      ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
+  takes_number<int>(command->get_option("--max-edges"))->check(CLI::Range(1, 10'000'000), "");
   command->footer(
       std::string("Example:\n"
                   "  symrig trace receipt.json --vcd run.vcd --wavedrom run.json\n"
@@ -176,7 +199,7 @@ Job add_trace(CLI::App& app) {
                   "projector, it takes the\n"
                   "profile's refresh; a receipt has the edges that came.\n\n") +
       kExitCodes);
-  return [arguments] { return run(*arguments); };
+  return [command, arguments] { return run(*command, *arguments); };
 }
 
 }  // namespace symrig::apps

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "numbers.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace symrig::apps {
+namespace {
+
+/// A plus sign is a number's, as everywhere but in from_chars.
+std::string_view unsigned_text(std::string_view text) {
+  const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
+  return plus ? text.substr(1) : text;
+}
+
+template <class T>
+std::from_chars_result parse(std::string_view text, T& value) {
+  return std::from_chars(text.data(), text.data() + text.size(), value);
+}
+
+}  // namespace
+
+std::string whole_number_fault(const std::string& text, long long least, long long most) {
+  const std::string_view digits = unsigned_text(text);
+  long long value = 0;
+  const auto [stop, error] = parse(digits, value);
+  const bool whole = stop == digits.data() + digits.size() && error != std::errc::invalid_argument;
+  if (!whole) return fmt::format("'{}' is not a whole number", text);
+  if (error == std::errc{} && value >= least && value <= most) return {};
+  return fmt::format("'{}' is too {}; give {} to {}", text, text[0] == '-' ? "small" : "large", least, most);
+}
+
+std::string real_number_fault(const std::string& text) {
+  const std::string_view digits = unsigned_text(text);
+  double value = 0;
+  const auto [stop, error] = parse(digits, value);
+  if (stop != digits.data() + digits.size() || error == std::errc::invalid_argument)
+    return fmt::format("'{}' is not a number", text);
+  if (error == std::errc::result_out_of_range)
+    return fmt::format("'{}' is beyond all numbers of 64 bits", text);
+  return std::isfinite(value) ? std::string() : fmt::format("'{}' is not a finite number", text);
+}
+
+}  // namespace symrig::apps
