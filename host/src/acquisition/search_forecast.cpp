@@ -46,7 +46,8 @@ UnitsToCome forecast_later(const LevelPlan& plan) {
   const auto with_direct = [&plan](double later) {
     return later + plan.direct_share * (static_cast<double>(plan.taken) + later);
   };
-  return {std::llround(with_direct(all_later(plan, kLeastSecond, kLeastGrowth))),
+  // Without noise no flood-lit photograph is taken at the end.
+  return {std::llround(all_later(plan, kLeastSecond, kLeastGrowth)),
           std::llround(with_direct(all_later(plan, kMostSecond, most_growth(plan))))};
 }
 

@@ -7,10 +7,11 @@
 namespace symrig {
 namespace {
 
-constexpr double kShortest = 0.3;    // s: before that start-up is most of what has been seen
-constexpr double kWindow = 0.5;      // of the time: photographs that a log answers are soon forgotten
-constexpr double kRoom = 4;          // between the bounds
-constexpr double kFinishing = 0.12;  // of the time so far: what the work after the last unit takes at most
+constexpr double kShortest = 0.3;   // s: before that start-up is most of what has been seen
+constexpr double kWindow = 0.5;     // of the time: photographs that a log answers are soon forgotten
+constexpr double kRoom = 3;         // between the bounds: the mean is off by less than two, with a margin
+constexpr double kFinishing = 0.3;  // of the time so far: what the work after the last unit takes at most
+constexpr double kSlower = 1.5;     // units to come take so much longer at most, as what is known grows
 
 }  // namespace
 
@@ -36,7 +37,8 @@ std::optional<double> TimeToGo::seconds() const {
   const auto each = pace();
   if (!each || !later_.known()) return std::nullopt;
   const double least = *each * static_cast<double>(left_ + later_.least);
-  const double most = *each * static_cast<double>(left_ + later_.most) + kFinishing * moments_.back().seconds;
+  const double most =
+      kSlower * *each * static_cast<double>(left_ + later_.most) + kFinishing * moments_.back().seconds;
   if (!(least > 0) || most > kRoom * least) return std::nullopt;
   return std::sqrt(least * most);
 }
