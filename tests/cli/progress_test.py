@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The progress line on a terminal: one line that is never wider than the terminal, also when that changes.
+
+usage: progress_test.py SYMRIG
+"""
+
+import fcntl
+import os
+import pty
+import re
+import struct
+import sys
+import tempfile
+import termios
+import unicodedata
+
+CLEAR = "\r\x1b[K"
+RIG = "sim:gummy?size=80x80&noise=off"
+
+
+def set_columns(terminal, columns):
+    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+
+
+def width(text):
+    return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
+
+
+def updates_of(symrig, columns, later_columns):
+    """What was written line by line, each with the width that the terminal had when it was asked last."""
+    with tempfile.TemporaryDirectory() as folder:
+        child, terminal = pty.fork()
+        if child == 0:
+            os.chdir(folder)
+            os.execv(symrig, [symrig, "capture", "--rig", RIG, "-o", "a.h5", "--json", "a.json"])
+        set_columns(terminal, columns)
+        text, resized_at = "", None
+        while True:
+            try:
+                text += os.read(terminal, 65536).decode()
+            except OSError:
+                break
+            if resized_at is None and text.count(CLEAR) >= 4:
+                set_columns(terminal, later_columns)
+                resized_at = text.count(CLEAR)
+        _, status = os.waitpid(child, 0)
+    return text, resized_at, os.waitstatus_to_exitcode(status)
+
+
+def check(symrig, columns, later_columns):
+    text, resized_at, code = updates_of(symrig, columns, later_columns)
+    updates = text.split(CLEAR)
+    assert code == 0, (code, text)
+    assert updates[0] == "", updates[0]
+    assert len(updates) > resized_at + 3, "too few updates to judge"
+    shown, rest = updates[1:-1], updates[-1]
+    for number, update in enumerate(shown, 1):
+        assert "\n" not in update and "\x1b" not in update, repr(update)
+        # The first one may come before the terminal has its size, one while it changes.
+        least = max(columns, later_columns) if number <= resized_at + 1 else later_columns
+        assert number == 1 or width(update) < least, (number, update)
+    assert re.match(r"a\.h5: \d+ patterns", rest), rest
+    return shown
+
+
+def main():
+    symrig = os.path.abspath(sys.argv[1])
+    wide = check(symrig, 120, 100)
+    assert any(re.fullmatch(r"symrig capture: level \d, \d+ of \d+ photographs, .*, about .* to go", line) for line in wide), wide
+    narrow = check(symrig, 42, 30)
+    assert any("to go" in line for line in narrow), narrow
+    check(symrig, 30, 12)
+
+
+if __name__ == "__main__":
+    main()
