@@ -36,7 +36,7 @@ class OptionValues : public CommandTest {
     for (std::string line; std::getline(help, line);) {
       std::smatch found;
       if (std::regex_search(line, found, std::regex("^  (?:-\\w,)?(--[a-z-]+) ([^ ]+)"))) {
-        if (found[1] != "--help" && !std::string(found[2]).empty()) options.push_back({found[1], found[2]});
+        if (found[1] != "--help" && found[2] != "Excludes:") options.push_back({found[1], found[2]});
       }
     }
     return options;
@@ -84,7 +84,7 @@ TEST_F(OptionValues, no_option_takes_nothing) {
       EXPECT_TRUE(told) << command << " " << outcome.err;
       ++tried;
     }
-  EXPECT_GT(tried, 60U);
+  EXPECT_GT(tried, 50U);
 }
 
 TEST_F(OptionValues, no_number_is_taken_for_another) {
