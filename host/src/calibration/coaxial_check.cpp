@@ -28,17 +28,24 @@ using calibration::Flare;
 using calibration::Imbalance;
 using calibration::Light;
 
-constexpr int kNear = 3;     // pixels: distances that a shift may reach
+constexpr int kNear = 3;     // pixels: distances that a shift of up to largest_shift reaches
 constexpr int kBlurred = 2;  // pixels around a second picture that see some of it
 /// Photographs are floats: their sums are known to this share of the light even without noise.
 constexpr double kRounding = 1e-6;
 /// How far the true flare may lie from its fitted profile, at near distances and in all.
 constexpr double kProfileError = 0.25;
-/// The texture of the stripes leaves this much of the scale of a shift open.
-constexpr double kScaleError = 0.1;
+/// The texture of the stripes leaves this much of the scale of a shift open, and this share of the smooth
+/// light within three pixels may be none.
+constexpr double kScaleError = 0.1, kSmoothError = 0.5;
 /// A shift of a pixel passes for a flare of at most this share: it moves the indirect light too. A curved
 /// mirror showed half as much, matt scenes a tenth.
 constexpr double kFlareOfShift = 1;
+/// More of the light no flare carries away.
+constexpr double kLargestFlare = 0.2;
+
+bool lit(const Light& light) {
+  return light.value > 5 * std::sqrt(light.variance);
+}
 
 /// r(d) of every pair of stripes: light that went d pixels up the axis less light that went d pixels down it,
 /// over the direct light. Empty if that is not above the noise.
@@ -50,29 +57,44 @@ std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> ph
       const Light down = light_at(photographs[j], comb, comb.offsets[i]);
       const Light a = direct_light(photographs[i], comb, comb.offsets[i]);
       const Light b = direct_light(photographs[j], comb, comb.offsets[j]);
-      const double direct = (a.value + b.value) / 2;
-      if (!(direct > 5 * std::sqrt(a.variance + b.variance))) return {};
+      if (!lit(a) || !lit(b)) return {};
+      // Of the stripes whose light it is: their texture then is no error.
+      const double difference = up.value - down.value, direct = difference > 0 ? a.value : b.value;
       const double noise = std::sqrt(up.variance + down.variance) / direct;
-      found.push_back({comb.offsets[j] - comb.offsets[i], (up.value - down.value) / direct,
-                       std::hypot(noise, kRounding)});
+      found.push_back({comb.offsets[j] - comb.offsets[i], difference / direct, std::hypot(noise, kRounding)});
     }
   }
   return found;
 }
 
-/// −Σ_{d ≤ 3} d (r(d) − flare(d)).
-Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, const Comb& comb) {
+/// Relative error of a shift: by how much the direct light may be wrong that it is scaled by.
+double scale_error(const Comb& comb, std::span<const Radiance> photographs) {
+  double most = 0;
+  for (std::size_t i = 0; i < photographs.size(); ++i)
+    most = std::max(most, smooth_share(photographs[i], comb, comb.offsets[i]));
+  return std::hypot(kScaleError, kSmoothError * most);
+}
+
+/// −Σ_{d ≤ 3} d (r(d) − flare(d)). What a shift does to indirect light looks like a flare that is smaller
+/// than itself: such a flare is not taken off, it makes the shift less certain.
+Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, const Comb& comb,
+                      double scale_error) {
   Estimate shift;
   double variance = 0, corrected = 0;
   for (const Imbalance& one : found) {
-    if (one.distance > kNear) continue;
+    if (one.distance > kNear) continue;  // each distance occurs once (make_comb)
     const double light = flare.share * flare_imbalance(comb, one.distance, flare.length);
-    shift.value -= one.distance * (one.value - light);
+    shift.value -= one.distance * one.value;
     corrected += one.distance * light;
     variance += one.distance * one.distance * one.sigma * one.sigma;
   }
-  shift.sigma =
-      std::sqrt(variance + std::pow(kProfileError * corrected, 2) + std::pow(kScaleError * shift.value, 2));
+  double open = std::min(std::abs(corrected), kLargestFlare);
+  if (std::abs(flare.share) < kLargestFlare &&
+      std::abs(flare.share) > kFlareOfShift * std::abs(shift.value)) {
+    shift.value += corrected;
+    open = kProfileError * std::abs(corrected);
+  }
+  shift.sigma = std::sqrt(variance + open * open + std::pow(scale_error * shift.value, 2));
   return shift;
 }
 
@@ -87,7 +109,7 @@ bool sees(const DoubleImage& second, int distance, const Comb& comb) {
 /// The flare is judged by the far stripes, which no shift reaches; where none is found to be shifted, by all;
 /// never by those that a second picture reaches.
 AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, const DoubleImage& second,
-                     double sigmas) {
+                     double sigmas, double scale_error) {
   std::vector<Imbalance> far, usable;
   for (const Imbalance& one : found) {
     if (sees(second, one.distance, comb)) continue;
@@ -98,7 +120,7 @@ AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, const D
   if (flare.significance < sigmas) flare = {};
   AxisCheck axis;
   axis.measured = true;
-  axis.shift = first_moment(found, flare, comb);
+  axis.shift = first_moment(found, flare, comb, scale_error);
   if (axis.shift.significance() < sigmas) flare = fit_flare(usable, comb);
   axis.flare = {flare.share, std::hypot(flare.sigma, kProfileError * flare.share)};
   axis.flare_length = flare.length;
@@ -141,7 +163,27 @@ Result<DoubleImage> find_double_image(Probe& probe, const Comb& comb, std::span<
 }
 
 bool doubles(const DoubleImage& second, const CoaxialOptions& options) {
-  return second.share > std::max(options.sigmas * second.sigma, options.smallest_second);
+  constexpr double kMost = 1;  // the second picture is the fainter one
+  return second.share < kMost &&
+         second.share > std::max(options.sigmas * second.sigma, options.smallest_second);
+}
+
+/// What is said of an axis whose stripes are not seen within three pixels of where they were shown, but
+/// elsewhere; nothing if they are, or are not seen at all.
+std::optional<AxisCheck> shifted_beyond(const Comb& comb, std::span<const Radiance> photographs) {
+  const auto distance =
+      calibration::light_elsewhere(comb, photographs, static_cast<int>(CoaxialCheck::largest_shift));
+  if (!distance) return std::nullopt;
+  Light there;
+  for (std::size_t i = 0; i < photographs.size(); ++i) {
+    const Light one = direct_light(photographs[i], comb, comb.offsets[i] + *distance);
+    there.value += one.value, there.variance += one.variance;
+  }
+  if (!lit(there)) return std::nullopt;
+  AxisCheck axis;
+  axis.measured = axis.beyond = true;
+  axis.shift = {static_cast<double>(-*distance), 1};
+  return axis;
 }
 
 Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
@@ -149,18 +191,19 @@ Result<AxisCheck> check_axis(Probe& probe, Axis which, CoaxialCheck& check) {
   if (!comb) return AxisCheck{};
   SYMRIG_TRY(const auto photographs, show(probe, *comb, comb->offsets));
   check.photographs += std::ssize(photographs);
+  if (const auto beyond = shifted_beyond(*comb, photographs)) return *beyond;
   const auto found = imbalances(*comb, photographs);
   if (found.empty()) return AxisCheck{};
   for (const Imbalance& one : found)
     if (std::abs(one.value) > std::abs(check.reciprocity.value)) check.reciprocity = {one.value, one.sigma};
   SYMRIG_TRY(DoubleImage second, find_double_image(probe, *comb, photographs, check));
   if (!doubles(second, check.options)) second = {};
-  return judge_axis(found, *comb, second, check.options.sigmas);
+  return judge_axis(found, *comb, second, check.options.sigmas, scale_error(*comb, photographs));
 }
 
 bool shifted(const AxisCheck& axis, const CoaxialOptions& options) {
-  return axis.measured && axis.shift.significance() > options.sigmas &&
-         std::abs(axis.shift.value) > options.smallest_shift;
+  return axis.beyond || (axis.measured && axis.shift.significance() > options.sigmas &&
+                         std::abs(axis.shift.value) > options.smallest_shift);
 }
 
 bool flares(const AxisCheck& axis, const CoaxialOptions& options) {
@@ -184,17 +227,34 @@ std::string text_of(const Estimate& estimate) {
   return fmt::format("{:+.{}f} +- {:.{}f}", rounded, digits, estimate.sigma, digits);
 }
 
+/// "+0.098 +- 0.010 pixels down", "about 5 pixels up"
+std::string name_axis(const AxisCheck& axis, const char* back, const char* ahead) {
+  if (!axis.beyond) return text_of(axis.shift) + " pixels " + ahead;
+  return fmt::format("about {:.0f} pixels {}", std::abs(axis.shift.value),
+                     axis.shift.value < 0 ? back : ahead);
+}
+
 std::string name_shift(const CoaxialCheck& check) {
   std::string text;
-  if (check.rows.measured) text += text_of(check.rows.shift) + " pixels down";
+  if (check.rows.measured) text += name_axis(check.rows, "up", "down");
   if (check.rows.measured && check.cols.measured) text += " and ";
-  if (check.cols.measured) text += text_of(check.cols.shift) + " pixels to the right";
+  if (check.cols.measured) text += name_axis(check.cols, "to the left", "to the right");
   return text;
 }
 
-/// "1.0 +- 0.3 % upwards within about 7 pixels": what leaves its place along one axis, and whereto.
+std::string name_misalignment(const CoaxialCheck& check) {
+  const std::string text =
+      "misaligned: the camera looks " + name_shift(check) + " of where the projector shines; ";
+  if (!check.rows.beyond && !check.cols.beyond) return text + "align the rig or calibrate it";
+  return text + fmt::format(
+                    "that is beyond the {:g} pixels that this check measures: align the rig, then "
+                    "check again",
+                    CoaxialCheck::largest_shift);
+}
+
+/// "1.0 +- 0.3 % upwards over about 7 pixels": what leaves its place along one axis, and whereto.
 std::string name_flare(const AxisCheck& axis, const char* back, const char* ahead) {
-  return fmt::format("{:.2g} +- {:.1g} % {} within about {:.0f} pixels", 100 * std::abs(axis.flare.value),
+  return fmt::format("{:.2g} +- {:.1g} % {} over about {:.0f} pixels", 100 * std::abs(axis.flare.value),
                      100 * axis.flare.sigma, axis.flare.value < 0 ? back : ahead, axis.flare_length);
 }
 
@@ -237,13 +297,15 @@ std::string CoaxialCheck::to_string() const {
   if (!measured()) return "coaxial check: too few pixels or too little light to tell";
   const std::string shift = "the camera looks " + name_shift(*this) + " of where the projector shines";
   std::vector<std::string> found;
-  if (misaligned()) found.push_back("misaligned: " + shift + "; align the rig or calibrate it");
+  if (misaligned()) found.push_back(name_misalignment(*this));
   if (doubled())
     found.push_back("double image: " + name_seconds(*this) +
                     "; look for a second reflecting surface (beam splitter, filter, window)");
   if (flaring())
-    found.push_back("one-sided flare: of the light, " + name_flares(*this) +
-                    " falls aside; clean the lenses, shade them from stray light");
+    found.push_back("asymmetry: of the light, more goes than comes back, by " + name_flares(*this) +
+                    "; it fits a one-sided flare (clean the lenses, shade them from stray light), unequal "
+                    "focus of camera and projector, brightness that falls off towards the border of one of "
+                    "them, and pictures resampled from another grid");
   return found.empty() ? "coaxial: " + shift : fmt::format("{}", fmt::join(found, ". "));
 }
 

@@ -2,6 +2,7 @@
 #include "calibration/coaxial_comb.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace symrig::calibration {
 namespace {
@@ -35,12 +36,21 @@ Pattern Comb::pattern(int offset) const {
 }
 
 std::optional<Comb> make_comb(Axis axis, Grid grid) {
+  constexpr int kShortest = 16;  // a stripe seven pixels ahead of one is nine behind the next
+  constexpr int kMargin = kReach + 1;
+  constexpr int kEnough = 4;  // groups: what the border takes from one of them is little
   Comb comb{axis, grid, 0, 1, {0, 1, 3}};
-  if (comb.length() <= kReach) return std::nullopt;
-  comb.period = std::max(8, comb.length() / 4);
+  const int length = comb.length();
+  if (length <= kReach) return std::nullopt;
+  comb.period = std::max(kShortest, length / 4);
   const int far = 3 * comb.period / 8 + 1;
-  if (far < comb.length()) comb.offsets.push_back(far);
-  comb.groups = 1 + std::max(0, (comb.length() - 1 - comb.offsets.back()) / comb.period);
+  if (far + 2 * kReach < length) comb.offsets.push_back(far);
+  comb.groups = 1 + std::max(0, (length - 1 - comb.offsets.back()) / comb.period);
+  if (comb.groups >= kEnough) return comb;
+  // Light that a shift moves by up to three pixels stays on the picture, where there is room.
+  const int first = std::min(kMargin, (length - 1 - comb.offsets.back()) / 2);
+  for (int& offset : comb.offsets) offset += first;
+  comb.groups = 1 + std::max(0, (length - 1 - comb.offsets.back() - first) / comb.period);
   return comb;
 }
 
@@ -65,8 +75,27 @@ Light light_at(const Radiance& photograph, const Comb& comb, int offset) {
   return {all * light.value, all * all * light.variance + (light.pixels - seen) * scatter, light.pixels};
 }
 
+namespace {
+
+/// Mean light of a pixel between `near` and `near` + 1 pixels from the stripes, on the darker side: on the
+/// other lies what a shift has moved.
+Light beside(const Radiance& photograph, const Comb& comb, int offset, int near) {
+  Light darker;
+  for (const int side : {-1, 1}) {
+    Light here = light_at(photograph, comb, offset + side * near);
+    const Light next = light_at(photograph, comb, offset + side * (near + 1));
+    here.value += next.value, here.variance += next.variance, here.pixels += next.pixels;
+    if (here.pixels == 0) continue;
+    here = {here.value / here.pixels, here.variance / (here.pixels * here.pixels), here.pixels};
+    if (darker.pixels == 0 || here.value < darker.value) darker = here;
+  }
+  return darker;
+}
+
+}  // namespace
+
 Light direct_light(const Radiance& photograph, const Comb& comb, int offset) {
-  const Light away = light_at(photograph, comb, offset + comb.period / 2);
+  const Light away = beside(photograph, comb, offset, kReach);
   Light direct;
   for (int d = -kReach; d <= kReach; ++d) {
     const Light here = light_at(photograph, comb, offset + d);
@@ -74,11 +103,39 @@ Light direct_light(const Radiance& photograph, const Comb& comb, int offset) {
     direct.variance += here.variance;
     direct.pixels += here.pixels;
   }
-  if (away.pixels == 0) return direct;
-  const double share = direct.pixels / away.pixels;
-  direct.value -= share * away.value;
-  direct.variance += share * share * away.variance;
+  direct.value -= direct.pixels * away.value;
+  direct.variance += direct.pixels * direct.pixels * away.variance;
   return direct;
+}
+
+double smooth_share(const Radiance& photograph, const Comb& comb, int offset) {
+  Light near;
+  for (int d = -kReach; d <= kReach; ++d) {
+    const Light here = light_at(photograph, comb, offset + d);
+    near.value += here.value, near.pixels += here.pixels;
+  }
+  const double smooth = near.pixels * beside(photograph, comb, offset, kReach).value;
+  return near.value > 0 ? std::clamp(smooth / near.value, 0.0, 1.0) : 0;
+}
+
+std::optional<int> light_elsewhere(const Comb& comb, std::span<const Radiance> photographs, int near) {
+  constexpr double kElsewhere = 2;
+  int found = 0;
+  double most = 0, here = 0;
+  for (int d = -comb.length() + 1; d < comb.length(); ++d) {
+    if (comb.groups > 1 && (2 * d <= -comb.period || 2 * d > comb.period)) continue;
+    Light there;
+    for (std::size_t i = 0; i < photographs.size(); ++i) {
+      const Light one = light_at(photographs[i], comb, comb.offsets[i] + d);
+      there.value += one.value, there.pixels += one.pixels;
+    }
+    if (there.pixels == 0) continue;
+    const double mean = there.value / there.pixels;
+    if (mean > most) most = mean, found = d;
+    if (std::abs(d) <= near) here = std::max(here, mean);
+  }
+  if (std::abs(found) <= near || most < kElsewhere * here) return std::nullopt;
+  return found;
 }
 
 }  // namespace symrig::calibration

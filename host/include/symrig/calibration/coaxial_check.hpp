@@ -22,8 +22,10 @@ struct Estimate {
 struct AxisCheck {
   bool measured = false;  ///< false: fewer than four pixels along this axis, or too dark to tell
   Estimate shift;         ///< [pixels] the camera sees at x what the rig has at x + shift
-  /// Share of the light that falls off one-sidedly along this axis, towards larger positions if positive;
-  /// sigma includes that its profile is not known.
+  /// The shift is larger than largest_shift: `shift` then says only where most light lies, to a pixel.
+  bool beyond = false;
+  /// Share of the light that goes further along this axis than comes back, towards larger positions if
+  /// positive, as a one-sided flare makes it; sigma includes that its profile is not known.
   Estimate flare;
   double flare_length = 0;        ///< [pixels] in which the flare falls to 1 / e, where one was found
   double flare_significance = 0;  ///< sigmas of the flare, its profile aside
@@ -41,6 +43,8 @@ struct CoaxialOptions {
 
 /// Whether camera and projector share their pixels.
 struct CoaxialCheck {
+  static constexpr double largest_shift = 2.5;  ///< [pixels] what is measured; beyond it light gets lost
+
   AxisCheck rows, cols;
   /// Largest |qᵀ T p − pᵀ T q| of two patterns as a share of their direct light.
   Estimate reciprocity;
@@ -60,7 +64,9 @@ struct CoaxialCheck {
 /// off, repeated over the picture. For a symmetric T, p_jᵀ T p_i = p_iᵀ T p_j, whatever the scene, its
 /// interreflections and its blur; so their difference shows what camera or projector add:
 ///   - a shift by m pixels moves direct light by m: Σ_{d ≤ 3} d · r(d) = −m, the first moment of the
-///     differences r(d) at distance d over the direct light; valid to ±3 pixels;
+///     differences r(d) at distance d over the direct light of the stripes that it comes from; measured to
+///   ±2.5 pixels. Where most light lies further from the stripes, the check says so, and measures nothing
+///   else;
 ///   - a one-sided flare of share s and length l reaches the far stripes: r(d) = s (1 − k) k^d, k =
 ///   exp(−1/l),
 ///     summed over the repeated stripes.
@@ -71,11 +77,12 @@ struct CoaxialCheck {
 ///     symmetric, and is none.
 /// cost: 8 photographs (4 on a grid with one axis below four pixels), and one an axis where something looks
 /// like a second picture. error: the stated sigmas hold camera
-/// noise, a quarter of the flare's part in the shift (its profile is a guess), and a tenth of the shift (the
-/// direct light that it is scaled by has texture; on grids below 32 pixels it is a matter of yes or no). A
-/// shift moves indirect light too, which looks like a flare: on a misaligned rig a flare is named only if its
-/// share is above the shift in pixels. fails: whatever the probe fails with, bad_value (NaN or infinity in a
-/// valid pixel).
+/// noise, a quarter of the flare's part in the shift (its profile is a guess), and a tenth of the shift (some
+/// of the light that it moves goes beyond three pixels, or over the border). A one-sided flare is not the
+/// only cause of an asymmetry: unequal focus, brightness that falls off towards the border of one of the
+/// optics, and resampled pictures look so, too; to_string() lists them. A shift moves indirect light too,
+/// which looks like a flare: on a misaligned rig a flare is named only if its share is above the shift in
+/// pixels. fails: whatever the probe fails with, bad_value (NaN or infinity in a valid pixel).
 Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options = {});
 
 }  // namespace symrig
