@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <tbb/blocked_range.h>
@@ -18,6 +19,12 @@ struct Shares {
   int first = 0;
   std::vector<double> share;
 };
+
+/// Whether the box lies on the projector from end to end. A position of 32 bits may be off by this much.
+bool lies_inside(double centre, double width, int size) {
+  const double rounding = 4 * static_cast<double>(std::numeric_limits<float>::epsilon()) * (size + width);
+  return centre - width / 2 >= -0.5 - rounding && centre + width / 2 <= size - 0.5 + rounding;
+}
 
 /// The box [centre − width / 2, centre + width / 2) cut by pixels j = [j − ½, j + ½); what lies beyond the
 /// border is handed to the pixels inside.
@@ -38,6 +45,10 @@ void cut(double centre, double width, int size, Shares& out) {
   }
   for (double& s : out.share) s /= sum;
 }
+
+/// Pixels wholly on the projector tell a mean where they are this share of what a projector pixel gets: a
+/// sliver of one tells of its neighbours.
+constexpr float kLeastInside = 1e-3F;
 
 /// How far the map runs from one camera pixel to the next.
 class Spread {
@@ -105,10 +116,12 @@ Result<Resampling> Resampling::from_map(const PixelMap& map) {
     for (int col = 0; col < map.camera.cols; ++col) {
       made.first_.push_back(static_cast<std::uint32_t>(made.weight_.size()));
       if (!map.mask.at(row, col)) continue;
-      cut(static_cast<double>(map.col.at(row, col)), spread.side(map.col, row, col), map.projector.cols,
-          cols);
-      cut(static_cast<double>(map.row.at(row, col)), spread.side(map.row, row, col), map.projector.rows,
-          rows);
+      const auto x = static_cast<double>(map.col.at(row, col)), y = static_cast<double>(map.row.at(row, col));
+      const double wide = spread.side(map.col, row, col), high = spread.side(map.row, row, col);
+      cut(x, wide, map.projector.cols, cols);
+      cut(y, high, map.projector.rows, rows);
+      made.inside_.at(row, col) =
+          lies_inside(x, wide, map.projector.cols) && lies_inside(y, high, map.projector.rows) ? 1 : 0;
       for (std::size_t i = 0; i < rows.share.size(); ++i)
         for (std::size_t j = 0; j < cols.share.size(); ++j) {
           if (!(rows.share[i] * cols.share[j] > 0)) continue;
@@ -119,6 +132,7 @@ Result<Resampling> Resampling::from_map(const PixelMap& map) {
     }
   made.first_.push_back(static_cast<std::uint32_t>(made.weight_.size()));
   SYMRIG_TRY(made.coverage_, made.to_projector(Image<float>(map.camera, 1, 1)));
+  SYMRIG_TRY(made.inside_coverage_, made.to_projector(made.inside_));
   return made;
 }
 
@@ -159,10 +173,20 @@ Result<Image<float>> Resampling::to_camera(const Image<float>& projector) const 
 
 Result<Image<float>> Resampling::mean_on_projector(const Image<float>& camera) const {
   SYMRIG_TRY(Image<float> mean, to_projector(camera));
-  const auto coverage = coverage_.values();
+  Image<float> whole = camera;
+  for (int channel = 0; channel < whole.channels(); ++channel)
+    std::ranges::transform(whole.plane(channel), inside_.values(), whole.plane(channel).begin(),
+                           [](float x, float inside) { return inside > 0 ? x : 0; });
+  SYMRIG_TRY(const Image<float> inside, to_projector(whole));
+  const auto all = coverage_.values(), enough = inside_coverage_.values();
   for (int channel = 0; channel < mean.channels(); ++channel) {
     const auto plane = mean.plane(channel);
-    for (std::size_t j = 0; j < plane.size(); ++j) plane[j] = coverage[j] > 0 ? plane[j] / coverage[j] : 0;
+    const auto better = inside.plane(channel);
+    for (std::size_t j = 0; j < plane.size(); ++j)
+      if (enough[j] > kLeastInside * all[j])
+        plane[j] = better[j] / enough[j];
+      else
+        plane[j] = all[j] > 0 ? plane[j] / all[j] : 0;
   }
   return mean;
 }

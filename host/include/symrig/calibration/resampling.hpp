@@ -33,18 +33,21 @@ class Resampling {
   Result<Image<float>> to_camera(const Image<float>& projector) const;
   /// R 1: how many camera pixels each projector pixel gets its light from; 0 where none looks.
   const Image<float>& coverage() const { return coverage_; }
-  /// R x / R 1, for what is a mean and not a sum (radiance, reflectance); 0 where no camera pixel looks.
-  /// fails: size_mismatch.
+  /// R x / R 1, for what is a mean and not a sum (radiance, reflectance); 0 where no camera pixel looks. A
+  /// camera pixel that the projector's border cuts sees dark beside it, and would darken the mean: it counts
+  /// only where no pixel that lies wholly on the projector tells. fails: size_mismatch.
   Result<Image<float>> mean_on_projector(const Image<float>& camera) const;
 
  private:
-  Resampling(Grid camera, Grid projector) : camera_(camera), projector_(projector) {}
+  Resampling(Grid camera, Grid projector) : camera_(camera), projector_(projector), inside_(camera) {}
 
   Grid camera_, projector_;
   std::vector<std::uint32_t> first_;  ///< first weight of each camera pixel, and the end
   std::vector<std::uint32_t> pixel_;  ///< projector pixel of each weight
   std::vector<float> weight_;
   Image<float> coverage_;
+  Image<float> inside_;           ///< camera grid: 1 where the box lies wholly on the projector
+  Image<float> inside_coverage_;  ///< R inside
 };
 
 }  // namespace symrig
