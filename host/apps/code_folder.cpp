@@ -35,6 +35,8 @@ CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments) {
       .add_option("--projector", arguments.projector,
                   "Size of the projector (default: from the number of photographs)")
       ->type_name("ROWSxCOLUMNS");
+  command.add_flag("--unchecked", arguments.unchecked,
+                   "Decode a sequence that contradicts itself, too: what comes of it may be wrong");
   return command.add_option("--from", arguments.folder, "Folder of Gray-code photographs, see below")
       ->type_name("DIR");
 }

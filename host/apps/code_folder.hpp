@@ -10,12 +10,13 @@
 
 namespace symrig::apps {
 
-/// `--from DIR` and `--projector ROWSxCOLUMNS`, shared by calibrate and fit.
+/// `--from DIR`, `--projector ROWSxCOLUMNS` and `--unchecked`, shared by calibrate and fit.
 struct CodeFolder {
   std::string folder, projector;
+  bool unchecked = false;
 };
 
-/// Adds both options; --from is left to the command to require.
+/// Adds the options; --from is left to the command to require.
 CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments);
 
 /// Reads the photographs of a Gray-code sequence.  fails: bad_argument (--projector), as

@@ -36,7 +36,9 @@ struct Calibration {
 Result<Calibration> from_folder(const CodeFolder& from) {
   Meter meter("calibrate", "photographs");
   SYMRIG_TRY(const CodePhotographs photographs, read_code_folder(from, meter.progress()));
-  SYMRIG_TRY(PixelMap map, decode(photographs));
+  DecodeOptions options;
+  options.check_sequence = !from.unchecked;
+  SYMRIG_TRY(PixelMap map, decode(photographs, options));
   return Calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
 }
 
@@ -125,6 +127,8 @@ Result<void> check_arguments(const Arguments& arguments) {
                  "see symrig calibrate --help"};
   if (arguments.sensor.empty() && !arguments.response.empty())
     return Error{ErrorCode::bad_argument, "--response goes with --sensor", "see symrig calibrate --help"};
+  if (arguments.from.folder.empty() && arguments.from.unchecked)
+    return Error{ErrorCode::bad_argument, "--unchecked goes with --from", "see symrig calibrate --help"};
   if (arguments.rig.empty() && !arguments.levels.empty())
     return Error{ErrorCode::bad_argument, "--levels goes with --rig", "see symrig calibrate --help"};
   if (!arguments.levels.empty() && !(arguments.output + arguments.uncertainty + arguments.report).empty())

@@ -221,14 +221,83 @@ Result<void> check_black_is_there(const fs::path& folder, const std::vector<fs::
       "photograph the projector showing black; its name must come last"};
 }
 
+/// Every so many-th pixel of each picture.
+Result<std::vector<std::vector<float>>> thumbnails(const std::vector<fs::path>& pictures,
+                                                   const CaptureFile& capture) {
+  constexpr std::size_t kPixels = 4096;
+  std::vector<std::vector<float>> all;
+  for (const fs::path& picture : pictures) {
+    SYMRIG_TRY(const auto image, read_captured(picture, capture));
+    const auto values = image.values();
+    std::vector<float> few;
+    for (std::size_t i = 0; i < values.size(); i += values.size() / kPixels + 1) few.push_back(values[i]);
+    all.push_back(std::move(few));
+  }
+  return all;
+}
+
+/// How unlike the sums of neighbours are, if photograph `gap` of the sequence is missing: rms over pairs and
+/// pixels, over the mean. In a whole sequence pattern + complement = white + black.
+double unlike_sums(const std::vector<std::vector<float>>& pictures, std::size_t gap) {
+  const std::size_t pixels = pictures.front().size(), lone = gap / 2 * 2;
+  double squares = 0, light = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    double sum = 0, square = 0, count = 0;
+    for (std::size_t k = 0; k + 1 < pictures.size(); k += k == lone ? 1 : 2) {
+      if (k == lone) continue;
+      const auto both = static_cast<double>(pictures[k][i]) + static_cast<double>(pictures[k + 1][i]);
+      sum += both, square += both * both, count += 1;
+    }
+    if (count == 0) return 1;
+    squares += std::max(square / count - sum * sum / count / count, 0.0);
+    light += sum / count;
+  }
+  return light > 0 ? std::sqrt(squares * static_cast<double>(pixels)) / light : 1;
+}
+
+/// Names the photograph whose partner is missing, where the file names do not tell: all other neighbours add
+/// up to one picture.
+Result<void> check_none_is_missing(const fs::path& folder, const std::vector<fs::path>& pictures,
+                                   const CaptureFile& capture, const std::optional<Grid>& projector) {
+  const auto count = pictures.size();
+  const bool one_short =
+      projector ? GrayCode(*projector).photographs() == static_cast<int>(count) + 1 : count % 2 != 0;
+  if (!one_short || count < 5 || !gap_in(pictures).empty()) return {};
+  SYMRIG_TRY(const auto few, thumbnails(pictures, capture));
+  for (const auto& one : few)
+    if (one.size() != few.front().size()) return {};
+  std::size_t lone = 0;
+  double least = unlike_sums(few, 0), next = 1e300;
+  for (std::size_t gap = 2; gap <= count; gap += 2) {
+    const double unlike = unlike_sums(few, gap);
+    if (unlike < least)
+      next = least, least = unlike, lone = gap;
+    else
+      next = std::min(next, unlike);
+  }
+  constexpr double kClearly = 0.7;
+  if (!(least < kClearly * next)) return {};
+  const auto name = [&](std::size_t k) { return pictures[k].filename().string(); };
+  const bool numbered = number_in(pictures.front()) >= 0;
+  const std::string what =
+      lone == 0 && numbered ? fmt::format("the first one, before {}, is missing", name(0))
+      : lone < count        ? fmt::format("the partner of {} is missing, before or after it", name(lone))
+                            : fmt::format("the last one, after {}, is missing", name(count - 1));
+  return Error{ErrorCode::size_mismatch,
+               fmt::format("{}: has {} photographs, and by their light {}", folder.string(), count, what),
+               "photograph it, or give it its number; a sequence has 2 (column bits + row bits) + 2"};
+}
+
 /// All pictures of the folder, in natural order.
 Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureFile& capture,
                                           const ReadCodeOptions& options) {
   SYMRIG_TRY(const auto pictures, list_pictures(folder, capture.raw.has_value()));
   const int count = static_cast<int>(pictures.size());
   const auto projector = options.projector ? options.projector : capture.projector;
-  if (!projector || projector->valid())
+  if (!projector || projector->valid()) {
     SYMRIG_CHECK(check_black_is_there(folder, pictures, capture, projector));
+    SYMRIG_CHECK(check_none_is_missing(folder, pictures, capture, projector));
+  }
   SYMRIG_TRY(const GrayCode code, code_of(folder, pictures, projector));
   CodePhotographs photographs{code, {}, {}};
   for (const fs::path& picture : pictures) {

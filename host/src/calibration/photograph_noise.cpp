@@ -124,4 +124,49 @@ NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional
   return line;
 }
 
+namespace {
+
+/// Mean square of the values that are not far from 0; 8-bit photographs may repeat themselves in half of
+/// their pixels, then one code is not far.
+double repeat_square(std::vector<double>& values) {
+  const double robust = robust_square(values);
+  if (robust > 0) return robust;
+  double code = 1;
+  for (const double v : values)
+    if (v != 0) code = std::min(code, std::abs(v));
+  double sum = 0, count = 0;
+  for (const double v : values)
+    if (std::abs(v) < 2.5 * code) sum += v * v, count += 1;
+  return count > 0 ? sum / count : 0;
+}
+
+}  // namespace
+
+NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  const auto sample = sample_by_level(photographs);
+  std::vector<int> pairs;
+  for (int pair = 0; pair < photographs.code.pairs(); ++pair)
+    if (pair != held_out) pairs.push_back(pair);
+  const auto sum = [&](int pair, std::size_t i) {
+    return static_cast<double>(photographs.image(2 * pair).values()[i]) +
+           static_cast<double>(photographs.image(2 * pair + 1).values()[i]);
+  };
+  std::vector<Point> points;
+  for (std::size_t bin = 0; bin < kBins; ++bin) {
+    std::vector<double> changes;
+    Point point;
+    double count = 0;
+    for (std::size_t at = bin * sample.size() / kBins; at < (bin + 1) * sample.size() / kBins; ++at)
+      for (std::size_t k = 0; k + 1 < pairs.size(); ++k) {
+        const double here = sum(pairs[k], sample[at]), next = sum(pairs[k + 1], sample[at]);
+        changes.push_back(next - here);
+        point.level += here / 2, count += 1;
+      }
+    point.level /= std::max(count, 1.0);
+    point.variance = repeat_square(changes) / 4;
+    points.push_back(point);
+  }
+  return line_through(points);
+}
+
 }  // namespace symrig::calibration

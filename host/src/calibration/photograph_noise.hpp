@@ -21,4 +21,8 @@ struct NoiseLine {
 /// takes away. Robust variances of bins of equal level, then a line through them with both terms ≥ 0.
 NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional<int>& held_out);
 
+/// The same from pairs alone, of what one adds up to against the next: for a sequence of which white and
+/// black are not trusted yet. rms is not set.
+NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::optional<int>& held_out);
+
 }  // namespace symrig::calibration

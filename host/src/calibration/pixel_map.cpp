@@ -157,7 +157,7 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
   if (options.held_out_pair && (*options.held_out_pair < 0 || *options.held_out_pair >= code.pairs()))
     return Error{ErrorCode::bad_argument, fmt::format("held-out pair {} does not exist; pairs are 0 to {}",
                                                       *options.held_out_pair, code.pairs() - 1)};
-  SYMRIG_CHECK(calibration::check_sequence(photographs, options.held_out_pair));
+  if (options.check_sequence) SYMRIG_CHECK(calibration::check_sequence(photographs, options.held_out_pair));
   SYMRIG_TRY(auto light, find_light(photographs, options));
   PixelMap map;
   map.camera = photographs.camera();
@@ -178,7 +178,7 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
     keep_inside(raw, code.projector());
   }
   if (options.neighbours) calibration::drop_unsupported(raw, options.policy);
-  SYMRIG_CHECK(check_orientation(photographs, raw, orientation));
+  if (options.check_sequence) SYMRIG_CHECK(check_orientation(photographs, raw, orientation));
   if (options.smooth) calibration::refine(raw, light.lit);
   map.contrast = std::move(light.contrast);
   map.col = std::move(raw.position[0]);

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_check.hpp"
 
+#include "calibration/sequence_order.hpp"
+#include "calibration/sequence_sums.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace symrig::calibration {
 namespace {
@@ -26,40 +30,18 @@ Sample sample_of(Grid grid) {
   return sample;
 }
 
-Result<void> check_white(const CodePhotographs& photographs) {
+Result<void> check_white(const SequenceLight& light) {
   constexpr double kMostSaturated = 0.02;
-  const auto white = photographs.white().values();
   // Integer files hold 1 at their largest code; measured radiance does not meet it by chance.
-  const auto saturated = static_cast<double>(std::ranges::count(white, 1.0F));
-  const double share = saturated / static_cast<double>(white.size());
+  double saturated = 0;
+  for (const std::size_t i : light.sample)
+    saturated += light.of(light.photographs.code.white(), i) == 1.0F ? 1 : 0;
+  const double share = saturated / static_cast<double>(light.sample.size());
   if (share <= kMostSaturated) return {};
-  return Error{
-      ErrorCode::bad_value,
-      fmt::format("{} (white) is saturated in {:.0f} % of its pixels",
-                  photographs.names[static_cast<std::size_t>(photographs.code.white())], 100 * share),
-      "photograph the sequence again with a shorter exposure"};
-}
-
-/// Black is the darkest photograph everywhere.
-Result<void> check_black(const CodePhotographs& photographs, const std::optional<int>& held_out) {
-  constexpr double kMostLit = 0.1;
-  const auto white = photographs.white().values(), black = photographs.black().values();
-  double lit = 0, all = 0;
-  for (std::size_t i = 0; i < white.size(); ++i) {
-    if (!(white[i] > 0)) continue;
-    float darkest = white[i];
-    for (int k = 0; k < photographs.code.white(); ++k)
-      if (k / 2 != held_out) darkest = std::min(darkest, photographs.image(k).values()[i]);
-    all += 1;
-    lit += black[i] - darkest > 0.25F * (white[i] - darkest) && white[i] > darkest ? 1 : 0;
-  }
-  if (all == 0 || lit <= kMostLit * all) return {};
-  return Error{
-      ErrorCode::bad_value,
-      fmt::format("{} (black) is lit: over {:.0f} % of its pixels it is brighter than patterns that leave "
-                  "them dark",
-                  photographs.names[static_cast<std::size_t>(photographs.code.black())], 100 * lit / all),
-      "the last photograph must be taken with the projector showing black"};
+  return Error{ErrorCode::bad_value,
+               fmt::format("{} (white) is saturated in {:.0f} % of the pixels that the projector lights",
+                           light.name(light.photographs.code.white()), 100 * share),
+               "photograph the sequence again with a shorter exposure"};
 }
 
 /// pattern + complement ≈ gain (white + black), moved by (dcol, drow) camera pixels.
@@ -106,11 +88,6 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-std::string names_of(const CodePhotographs& photographs, int pair) {
-  return photographs.names[static_cast<std::size_t>(2 * pair)] + " and " +
-         photographs.names[static_cast<std::size_t>(2 * pair) + 1];
-}
-
 constexpr double kShift = 0.25, kShiftSigmas = 10;  // camera pixels; what counts as moved
 constexpr double kMisfit = 0.1;  // interreflection and the projector's edges cost a few percent
 
@@ -139,135 +116,73 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
       "photograph the sequence again, with everything fixed"};
 }
 
-Result<void> judge(const CodePhotographs& photographs, int pair, const Match& found, double usual_misfit) {
-  constexpr double kGain = 0.1;
-  if (foreign(found, usual_misfit))
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("{} ({}) do not add up to white + black ({:.0f} % off)", names_of(photographs, pair),
-                    photographs.code.pair(pair).name, 100 * found.misfit),
-        "one of them shows another pattern or exposure, or is out of order"};
-  if (std::abs(found.gain - 1) > kGain)
-    return Error{ErrorCode::bad_value,
-                 fmt::format("{} ({}) add up to {:.2f} times white + black", names_of(photographs, pair),
-                             photographs.code.pair(pair).name, found.gain),
-                 "exposure or lamp has changed: photograph the sequence with both fixed"};
-  return {};
-}
-
-Result<void> check_pairs(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+/// Movements of fractions of a pixel, which leave sums much alike.
+Result<void> check_shifts(const SequenceLight& light) {
+  const CodePhotographs& photographs = light.photographs;
   const Sample sample = sample_of(photographs.camera());
-  std::vector<Match> found;
+  std::vector<Match> found(static_cast<std::size_t>(photographs.code.pairs()));
   std::vector<double> misfits;
-  for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
-    found.push_back(pair == held_out ? Match{} : match(photographs, pair, sample));
-    if (pair != held_out) misfits.push_back(found.back().misfit);
+  for (const int pair : light.pairs) {
+    found[static_cast<std::size_t>(pair)] = match(photographs, pair, sample);
+    misfits.push_back(found[static_cast<std::size_t>(pair)].misfit);
   }
   const double usual = misfits.empty() ? 0 : median(misfits);
-  std::vector<Match> alike = found;
-  for (Match& one : alike)
+  for (Match& one : found)
     if (foreign(one, usual)) one = {};  // its shift means nothing
-  SYMRIG_CHECK(check_movement(photographs, alike));
-  for (int pair = 0; pair < photographs.code.pairs(); ++pair)
-    SYMRIG_CHECK(judge(photographs, pair, found[static_cast<std::size_t>(pair)], usual));
-  return {};
+  return check_movement(photographs, found);
 }
 
-/// Positions along one axis as the signs spell them, −1 where a pixel has little light.
-Image<int> spelt(const CodePhotographs& photographs, StripeAxis axis) {
-  const GrayCode& code = photographs.code;
-  const int first = axis == StripeAxis::columns ? 0 : code.column_bits();
-  Image<int> positions(photographs.camera(), 1, -1);
-  double mean = 0;
-  for (std::size_t i = 0; i < positions.values().size(); ++i)
-    mean += static_cast<double>(photographs.white().values()[i] - photographs.black().values()[i]);
-  const auto least = static_cast<float>(mean / 2 / static_cast<double>(positions.values().size()));
-  for (std::size_t i = 0; i < positions.values().size(); ++i) {
-    if (photographs.white().values()[i] - photographs.black().values()[i] < least) continue;
-    int bit = 0, value = 0;
-    for (int k = first; k < first + code.bits(axis); ++k) {
-      bit ^= photographs.image(2 * k).values()[i] > photographs.image(2 * k + 1).values()[i] ? 1 : 0;
-      value = 2 * value + bit;
-    }
-    positions.values()[i] = value;
-  }
-  return positions;
+Result<void> check_order(const SequenceLight& light) {
+  const OrderFinding found = judge_order(light);
+  if (found.right) return {};
+  if (found.explanations.size() == 1)
+    return Error{ErrorCode::bad_value, found.explanations.front(), found.advice};
+  constexpr std::ptrdiff_t kMost = 4;
+  const auto end = found.explanations.begin() + std::min(std::ssize(found.explanations), kMost);
+  return Error{ErrorCode::bad_value,
+               fmt::format("the stripes contradict the order of the photographs; what fits: {}",
+                           fmt::join(found.explanations.begin(), end, "; or ")),
+               "put the photographs in order, or photograph the sequence again"};
 }
 
-/// Swapping a pair mirrors every position inside its block; block 0: none is swapped.
-int mirrored(int position, int block) {
-  return block == 0 ? position : 2 * (position / block) * block + block - 1 - position;
+Result<void> check_reach(const SequenceLight& light) {
+  const Reach reach = find_reach_beyond(light);
+  const GrayCode& code = light.photographs.code;
+  const Grid projector = code.projector();
+  std::vector<std::string> where, else_swapped;
+  const auto add = [&](const Reach::Axis& axis, const char* what, int coarsest) {
+    if (axis.farthest == 0) return;
+    where.push_back(fmt::format("{} {}", what, axis.farthest));
+    if (axis.swapped)
+      else_swapped.push_back(fmt::format(", or {} and {} ({}) are swapped and the map runs backwards",
+                                         light.name(2 * coarsest), light.name(2 * coarsest + 1),
+                                         code.pair(coarsest).name));
+  };
+  add(reach.rows, "row", code.column_bits());
+  add(reach.columns, "column", 0);
+  if (where.empty()) return {};
+  const Grid least{std::max(projector.rows, reach.rows.farthest + 1),
+                   std::max(projector.cols, reach.columns.farthest + 1)};
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format("the stripes reach to {}: the projector that showed them is larger than {}{}",
+                  fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
+      fmt::format("give its size, at least {} in rows x columns (--projector, or projector in capture.toml)",
+                  to_string(least))};
 }
-
-/// How rough positions are that are mirrored inside blocks: of fine blocks the mean of min(|second
-/// difference|, 4), of wide ones the number of jumps over a quarter of `size` (few, as they have few
-/// borders).
-class Roughness {
- public:
-  Roughness(const Image<int>& positions, int size) : positions_(positions), size_(size) {}
-
-  double operator()(int block) const {
-    const Grid grid = positions_.grid();
-    double sum = 0;
-    const int stride = std::max(1, grid.rows / 256);
-    for (int r = 0; r < grid.rows; r += stride)
-      for (int c = kApart; c + kApart < grid.cols; ++c)
-        sum += at(positions_.at(r, c - kApart), positions_.at(r, c), positions_.at(r, c + kApart), block);
-    for (int r = kApart; r + kApart < grid.rows; ++r)
-      for (int c = 0; c < grid.cols; c += stride)
-        sum += at(positions_.at(r - kApart, c), positions_.at(r, c), positions_.at(r + kApart, c), block);
-    return sum;
-  }
-
- private:
-  static constexpr int kApart = 2, kMost = 4, kFine = 16;
-
-  double at(int a, int b, int c, int block) const {
-    if (a < 0 || b < 0 || c < 0) return 0;
-    const int second = std::abs(mirrored(a, block) - 2 * mirrored(b, block) + mirrored(c, block));
-    if (size_ <= kFine) return std::min(second, kMost);
-    return second > size_ / 4 ? 1 : 0;
-  }
-
-  const Image<int>& positions_;
-  int size_;
-};
 
 }  // namespace
 
-std::optional<int> find_swapped_pair(const CodePhotographs& photographs) {
-  constexpr double kSmoother = 0.7, kLeast = 20;
-  std::optional<int> found;
-  double best = kSmoother;
-  for (const StripeAxis axis : {StripeAxis::columns, StripeAxis::rows}) {
-    const Image<int> positions = spelt(photographs, axis);
-    const int bits = photographs.code.bits(axis);
-    const int first = axis == StripeAxis::columns ? 0 : photographs.code.column_bits();
-    for (int bit = 1; bit < bits; ++bit) {
-      const int block = 1 << (bits - bit);
-      const Roughness roughness(positions, block);
-      const double as_is = roughness(0);
-      const double ratio = as_is > kLeast ? roughness(block) / as_is : 1;
-      if (ratio < best) {
-        best = ratio;
-        found = first + bit;
-      }
-    }
-  }
-  return found;
-}
-
 Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out) {
-  SYMRIG_CHECK(check_white(photographs));
-  SYMRIG_CHECK(check_black(photographs, held_out));
-  SYMRIG_CHECK(check_pairs(photographs, held_out));
-  if (held_out) return {};
-  if (const auto swapped = find_swapped_pair(photographs))
-    return Error{ErrorCode::bad_value,
-                 fmt::format("{} ({}) are swapped: the complement comes first",
-                             names_of(photographs, *swapped), photographs.code.pair(*swapped).name),
-                 "exchange the two files"};
-  return {};
+  const SequenceLight light = find_sequence_light(photographs, held_out);
+  if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding says so
+  SYMRIG_CHECK(check_white(light));
+  const SumsVerdict sums = check_sums(light);
+  // A small movement spoils sums, too: its own message says more.
+  if (sums.change || sums.result.ok()) SYMRIG_CHECK(check_shifts(light));
+  SYMRIG_CHECK(sums.result);
+  SYMRIG_CHECK(check_order(light));
+  return check_reach(light);
 }
 
 }  // namespace symrig::calibration

@@ -7,16 +7,13 @@
 
 namespace symrig::calibration {
 
-/// Looks for what ruins a sequence before anything is decoded, and names the photograph: a white one that is
-/// saturated (over 2 % of its pixels hold the largest code), a black one that is lit, a pair that does not
-/// add up to white + black (another exposure, a photograph that is not of this pair, a camera or scene that
-/// moved: more than a quarter of a pixel), a pattern and its complement that are swapped. Photographs of
-/// `held_out` are not looked at. fails: bad_value.
+/// Looks for what ruins a sequence before anything is decoded, and names the photographs that the evidence
+/// singles out, or the explanations that fit: a white that is saturated (over 2 % of the pixels that the
+/// projector lights hold the largest code); sums of pairs that are not one picture (check_sums); a camera or
+/// scene that moved by more than a quarter of a pixel; stripes that contradict their order (judge_order);
+/// positions beyond the projector. Only pixels that the projector lights are looked at, however few they are;
+/// what is seen of them is compared with the noise that the photographs show. Photographs of `held_out` are
+/// not looked at. fails: bad_value.
 Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out);
-
-/// The pair whose pattern and complement are swapped: with one of them the wrong way round, positions jump at
-/// every border of its blocks; put right, they do not. nullopt: none would become smoother by it. That the
-/// coarsest pair of an axis is swapped does not show here, only in the map's orientation.
-std::optional<int> find_swapped_pair(const CodePhotographs& photographs);
 
 }  // namespace symrig::calibration

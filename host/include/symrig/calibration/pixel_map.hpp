@@ -55,7 +55,10 @@ struct DecodeOptions {
   DecodePolicy policy = {};
   bool neighbours = true;  ///< drop positions that few neighbours' agree with
   bool smooth = false;     ///< replace positions by the plane of their neighbours', fill small holes
-  bool mirrored = false;   ///< a rear projection: the map turns orientation round
+  /// Refuse a sequence that contradicts itself: a wrong order, photographs of another scene, a wrong
+  /// projector. Without it whatever decodes is decoded, rightly or wrongly.
+  bool check_sequence = true;
+  bool mirrored = false;  ///< a rear projection: the map turns orientation round
   /// A pair that must not be looked at, because it is to be predicted later. Its bit is derived: without Gray
   /// bit k a position is known up to a reflection inside its block of 2^(bits−k) pixels. In blocks that are
   /// wide on the camera only one of the two runs the right way, as camera and projector look at the same side

@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/sequence_order.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig::calibration {
+namespace {
+
+constexpr float kStrong = 0.3F;  // of a pixel's amplitude: what is a sign
+constexpr double kSigmas = 3;    // and of the noise of a difference
+constexpr int kWidest = 8;       // pixels over which an edge may be blurred
+constexpr double kMostEdges = 25, kLeastEdges = 6;
+constexpr double kLines = 64;  // across the lit part, either way
+
+/// What pair t shows at the edges of pair s.
+struct Votes {
+  double lit = 0, dark = 0, weak = 0;
+  double all() const { return lit + dark + weak; }
+};
+
+/// Votes of all pairs at the edges of all others.
+class EdgeVotes {
+ public:
+  explicit EdgeVotes(const SequenceLight& light) : light_(light), count_(light.photographs.code.pairs()) {
+    votes_.resize(static_cast<std::size_t>(count_) * static_cast<std::size_t>(count_));
+    find_resolved();
+    const Grid grid = light.photographs.camera();
+    const auto lit = std::ranges::count_if(light.amplitude.values(), [](float a) { return a > 0; });
+    const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(lit)) / kLines));
+    for (int row = step / 2; row < grid.rows; row += step)
+      scan(static_cast<std::size_t>(row * grid.cols), 1, grid.cols);
+    for (int col = step / 2; col < grid.cols; col += step)
+      scan(static_cast<std::size_t>(col), static_cast<std::size_t>(grid.cols), grid.rows);
+  }
+
+  const Votes& at(int s, int t) const {
+    return votes_[static_cast<std::size_t>(s) * static_cast<std::size_t>(count_) +
+                  static_cast<std::size_t>(t)];
+  }
+  int pairs() const { return count_; }
+  bool resolved(int pair) const { return resolved_[static_cast<std::size_t>(pair)]; }
+
+ private:
+  float sign_level(std::size_t pixel) const {
+    return std::max(kStrong * light_.amplitude.values()[pixel],
+                    static_cast<float>(kSigmas * std::sqrt(2.0) * light_.sigma(pixel)));
+  }
+  /// Stripes that are too fine for the camera have no sign anywhere.
+  void find_resolved() {
+    resolved_.assign(static_cast<std::size_t>(count_), false);
+    for (const int pair : light_.pairs) {
+      std::size_t strong = 0;
+      for (const std::size_t i : light_.sample)
+        strong += std::abs(light_.difference(pair, i)) > sign_level(i) ? 1 : 0;
+      resolved_[static_cast<std::size_t>(pair)] = 2 * strong > light_.sample.size();
+    }
+  }
+  void scan(std::size_t begin, std::size_t stride, int length) {
+    for (const int pair : light_.pairs) {
+      if (!resolved(pair)) continue;
+      int last = -1;
+      float before = 0;
+      for (int k = 0; k < length; ++k) {
+        const std::size_t pixel = begin + static_cast<std::size_t>(k) * stride;
+        if (!(light_.amplitude.values()[pixel] > 0)) {
+          last = -1;
+          continue;
+        }
+        const float d = light_.difference(pair, pixel);
+        if (std::abs(d) < sign_level(pixel)) continue;
+        if (last >= 0 && k - last <= kWidest && d * before < 0) vote(pair, begin, stride, last, k);
+        last = k, before = d;
+      }
+    }
+  }
+  /// The edge lies between two pixels: what each other pair shows there.
+  void vote(int pair, std::size_t begin, std::size_t stride, int from, int to) {
+    const auto pixel = [&](int k) { return begin + static_cast<std::size_t>(k) * stride; };
+    int k = from;
+    while (k + 1 < to && light_.difference(pair, pixel(k)) * light_.difference(pair, pixel(k + 1)) > 0) ++k;
+    const std::size_t i = pixel(k), j = pixel(k + 1);
+    const float a = light_.difference(pair, i), b = light_.difference(pair, j);
+    const float share = a == b ? 0.5F : a / (a - b);
+    const float level = (sign_level(i) + sign_level(j)) / 2;
+    for (const int other : light_.pairs) {
+      if (other == pair) continue;
+      const float v = (1 - share) * light_.difference(other, i) + share * light_.difference(other, j);
+      Votes& votes = votes_[static_cast<std::size_t>(pair) * static_cast<std::size_t>(count_) +
+                            static_cast<std::size_t>(other)];
+      (v > level ? votes.lit : v < -level ? votes.dark : votes.weak) += 1;
+    }
+  }
+
+  const SequenceLight& light_;
+  int count_;
+  std::vector<Votes> votes_;
+  std::vector<bool> resolved_;
+};
+
+/// What a pair's photographs are, by an explanation.
+struct Role {
+  int axis = 0, bit = 0;
+  bool inverted = false, known = true;
+};
+struct Explanation {
+  std::vector<Role> roles;
+  std::string text, advice;
+  bool vague = false;  ///< says only that a pair is wrong
+  int pair = -1;       ///< which is meant
+  double likelihood = 0;
+};
+
+double likelihood_of(const Votes& votes, const Role& s, const Role& t, bool resolved) {
+  const double all = resolved ? votes.all() : votes.lit + votes.dark;
+  if (all < kLeastEdges) return 0;
+  std::array<double, 3> p{0.45, 0.45, 0.1};  // lit, dark, weak
+  if (!s.known || !t.known) {
+    p = {0.33, 0.33, 0.34};
+  } else if (s.axis == t.axis && s.bit == t.bit) {
+    p = {0.05, 0.05, 0.9};
+  } else if (s.axis == t.axis && t.bit > s.bit) {
+    const bool lit = (t.bit == s.bit + 1) != t.inverted;
+    p = lit ? std::array{0.8, 0.1, 0.1} : std::array{0.1, 0.8, 0.1};
+  }
+  const double weight = std::min(all, kMostEdges) / all;
+  return weight * (votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]) +
+                   (resolved ? votes.weak * std::log(p[2]) : 0));
+}
+
+class Explanations {
+ public:
+  explicit Explanations(const SequenceLight& light) : light_(light), votes_(light) {
+    add(usual(), "", "", -1);
+    single_pairs();
+    two_pairs();
+    whole_sequence();
+  }
+
+  OrderFinding finding() const {
+    constexpr double kMargin = 10, kAlike = 3;
+    OrderFinding found;
+    double best = -1e300;
+    for (const Explanation& e : all_) best = std::max(best, e.likelihood);
+    if (all_.front().likelihood >= best - kMargin) return found;
+    found.right = false;
+    for (const Explanation& e : all_)
+      if (e.likelihood >= best - kAlike && !(e.vague && told_better(e, best - kAlike))) {
+        found.explanations.push_back(e.text);
+        found.advice = e.advice;
+      }
+    return found;
+  }
+
+ private:
+  bool told_better(const Explanation& vague, double least) const {
+    return std::ranges::any_of(all_, [&](const Explanation& e) {
+      return !e.vague && e.pair == vague.pair && e.pair >= 0 && e.likelihood >= least;
+    });
+  }
+  const GrayCode& code() const { return light_.photographs.code; }
+  std::vector<Role> divided(int columns) const {
+    std::vector<Role> roles;
+    for (int k = 0; k < code().pairs(); ++k)
+      roles.push_back({k < columns ? 0 : 1, k < columns ? k : k - columns});
+    return roles;
+  }
+  std::vector<Role> usual() const { return divided(code().column_bits()); }
+  std::string names(int pair) const { return light_.name(2 * pair) + " and " + light_.name(2 * pair + 1); }
+  std::string full(int pair) const { return names(pair) + " (" + code().pair(pair).name + ")"; }
+
+  void add(std::vector<Role> roles, std::string text, std::string advice, int pair, bool vague = false) {
+    Explanation e{std::move(roles), std::move(text), std::move(advice), vague, pair, 0};
+    for (const int s : light_.pairs)
+      for (const int t : light_.pairs)
+        if (s != t)
+          e.likelihood += likelihood_of(votes_.at(s, t), e.roles[static_cast<std::size_t>(s)],
+                                        e.roles[static_cast<std::size_t>(t)], votes_.resolved(t));
+    all_.push_back(std::move(e));
+  }
+  void single_pairs() {
+    for (const int k : light_.pairs) {
+      auto roles = usual();
+      roles[static_cast<std::size_t>(k)].inverted = true;
+      add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
+      roles = usual();
+      roles[static_cast<std::size_t>(k)].known = false;
+      add(roles, full(k) + " do not show their stripes", "photograph the sequence again", k, true);
+      for (const int j : light_.pairs) {
+        if (j == k) continue;
+        roles = usual();
+        roles[static_cast<std::size_t>(k)] = roles[static_cast<std::size_t>(j)];
+        add(roles, fmt::format("{} show the stripes of {}", full(k), names(j)),
+            "replace them by the photographs of their own pattern, or photograph the sequence again", k);
+      }
+    }
+  }
+  void two_pairs() {
+    for (const int a : light_.pairs)
+      for (const int b : light_.pairs) {
+        if (b <= a) continue;
+        auto roles = usual();
+        std::swap(roles[static_cast<std::size_t>(a)], roles[static_cast<std::size_t>(b)]);
+        add(roles, fmt::format("{} stand where {} belong, and the other way round", full(a), full(b)),
+            "exchange the two pairs", a);
+      }
+  }
+  void whole_sequence() {
+    for (int columns = 1; columns < code().pairs(); ++columns)
+      if (columns != code().column_bits())
+        add(divided(columns),
+            fmt::format(
+                "the sequence has {} pairs of columns and {} of rows, a projector of {} has {} and {}",
+                columns, code().pairs() - columns, to_string(code().projector()), code().column_bits(),
+                code().row_bits()),
+            "give the size of the projector that showed it, in rows x columns", -1);
+    auto roles = usual();
+    for (Role& role : roles) role.inverted = true;
+    add(roles, "every complement comes before its pattern", "exchange the two of each pair", -1);
+    roles = usual();
+    for (Role& role : roles)
+      role.bit = (role.axis == 0 ? code().column_bits() : code().row_bits()) - 1 - role.bit;
+    add(roles, "the finest stripes come first", "name the files so that the widest stripes come first", -1);
+  }
+
+  const SequenceLight& light_;
+  EdgeVotes votes_;
+  std::vector<Explanation> all_;
+};
+
+/// Positions along one axis; −1 where a bit has no clear sign.
+int spelt(const SequenceLight& light, StripeAxis axis, std::size_t pixel) {
+  constexpr int kFine = 2;  // bits whose stripes may be blurred: they move a position by a few pixels
+  const GrayCode& code = light.photographs.code;
+  const int first = axis == StripeAxis::columns ? 0 : code.column_bits(), bits = code.bits(axis);
+  const float level = std::max(kStrong * light.amplitude.values()[pixel],
+                               static_cast<float>(kSigmas * std::sqrt(2.0) * light.sigma(pixel)));
+  int bit = 0, value = 0;
+  for (int k = first; k < first + bits; ++k) {
+    const float d = light.difference(k, pixel);
+    if (k < first + bits - kFine && std::abs(d) < level) return -1;
+    bit ^= d > 0 ? 1 : 0;
+    value = 2 * value + bit;
+  }
+  return value;
+}
+
+/// Where clear positions reach beyond `size`, and their neighbours too: nowhere if that is fewer than 1 in
+/// 200.
+Reach::Axis reach_beyond(const SequenceLight& light, StripeAxis axis, int size) {
+  constexpr int kApart = 4;  // projector pixels between neighbours of one surface
+  constexpr double kLeast = 0.005, kMostMirrored = 0.02;
+  const int last = (1 << light.photographs.code.bits(axis)) - 1;
+  double clear = 0, mirrored = 0;
+  std::vector<int> beyond;
+  for (const std::size_t i : light.sample) {
+    const int at = spelt(light, axis, i);
+    if (at < 0) continue;
+    clear += 1;
+    mirrored += last - at >= size + kApart ? 1 : 0;
+    if (at < size + kApart || i + 1 >= light.amplitude.values().size()) continue;
+    const int next = light.amplitude.values()[i + 1] > 0 ? spelt(light, axis, i + 1) : -1;
+    if (next >= 0 && std::abs(next - at) <= kApart) beyond.push_back(at);
+  }
+  constexpr std::size_t kFewest = 10;
+  if (beyond.size() < kFewest || static_cast<double>(beyond.size()) < kLeast * clear) return {};
+  const auto far = beyond.begin() + static_cast<std::ptrdiff_t>(beyond.size() * 9 / 10);
+  std::ranges::nth_element(beyond, far);
+  return {*far, mirrored < kMostMirrored * clear};
+}
+
+}  // namespace
+
+OrderFinding judge_order(const SequenceLight& light) {
+  return Explanations(light).finding();
+}
+
+Reach find_reach_beyond(const SequenceLight& light) {
+  const GrayCode& code = light.photographs.code;
+  if (static_cast<int>(light.pairs.size()) < code.pairs()) return {};
+  return {reach_beyond(light, StripeAxis::columns, code.projector().cols),
+          reach_beyond(light, StripeAxis::rows, code.projector().rows)};
+}
+
+}  // namespace symrig::calibration
