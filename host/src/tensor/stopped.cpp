@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of the hierarchy: the tensor as it stood at a level (Fig. 11), and slices of T (Fig. 2c, 2d).
-#include "symrig/tensor/transport_tensor.hpp"
+#include "symrig/tensor/stopped.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,8 +36,8 @@ constexpr double kLeastShare = 1e-9;
 /// Gathers the deep leaves of a symmetric tensor under their ancestors at one level.
 class Gathering {
  public:
-  Gathering(std::span<const Block> blocks, int channels)
-      : blocks_(blocks), channels_(static_cast<std::size_t>(channels)) {}
+  Gathering(std::span<const Block> blocks, int channels, WithinBlocks within)
+      : blocks_(blocks), channels_(static_cast<std::size_t>(channels)), within_(within) {}
 
   /// Row sums `rows` on [row_begin, …) and column sums `cols` on [col_begin, …) of one leaf and one channel.
   void add(std::int32_t row_begin, std::span<const double> rows, std::int32_t col_begin,
@@ -68,6 +68,10 @@ class Gathering {
   void append_to(TensorBuilder& builder, int level) const {
     std::vector<float> factors;
     for (const auto& [key, node] : ancestors_) {
+      if (within_ == WithinBlocks::direct && key.first == key.second) {
+        append_direct(builder, blocks_[key.first], node.c);
+        continue;
+      }
       const Block& p = blocks_[key.first];
       const Block& q = blocks_[key.second];
       factors.clear();
@@ -87,8 +91,19 @@ class Gathering {
   }
 
  private:
+  void append_direct(TensorBuilder& builder, const Block& block, std::span<const double> c) const {
+    const auto pixels = static_cast<std::size_t>(block.size());
+    std::vector<float> values(channels_);
+    for (std::int32_t i = 0; i < block.size(); ++i) {
+      for (std::size_t channel = 0; channel < channels_; ++channel)
+        values[channel] = static_cast<float>(c[channel * pixels + static_cast<std::size_t>(i)]);
+      builder.add_scalar(block.begin + i, block.begin + i, values);
+    }
+  }
+
   std::span<const Block> blocks_;
   std::size_t channels_;
+  WithinBlocks within_;
   std::map<std::pair<std::size_t, std::size_t>, Ancestor> ancestors_;
 };
 
@@ -123,51 +138,101 @@ std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, 
   return sums;
 }
 
+/// Cuts a tensor at a level: what lies deeper is gathered under its ancestors.
+class Cut {
+ public:
+  Cut(const TransportTensor& tensor, int level, WithinBlocks within)
+      : tensor_(tensor),
+        level_(level),
+        last_(std::clamp(level, 0, tensor.camera_tree().levels() - 1)),
+        channels_(tensor.channels()),
+        builder_(tensor.camera_tree(), channels_),
+        deeper_(tensor.camera_tree().level(last_), channels_, within) {}
+
+  TransportTensor run(bool merged_is_deeper) && {
+    cut_leaves(merged_is_deeper);
+    cut_scalars();
+    cut_bands();
+    for (int l = 0; l <= std::min(level_, tensor_.levels() - 1); ++l)
+      for (const EmptyLeaf& empty : tensor_.empties(l))
+        builder_.add_empty(l, empty.row_block, empty.col_block);
+    deeper_.append_to(builder_, last_);
+    return std::move(builder_).finish();
+  }
+
+ private:
+  /// True if a leaf between two whole blocks was made of leaves between their children.
+  bool merged(const Leaf& leaf) const {
+    if (leaf.rank < 2 || leaf.row_begin == leaf.col_begin || leaf.level + 1 >= tensor_.camera_tree().levels())
+      return false;
+    const auto blocks = tensor_.camera_tree().level(leaf.level);
+    return blocks[block_of(blocks, leaf.row_begin)].size() == leaf.rows() &&
+           blocks[block_of(blocks, leaf.col_begin)].size() == leaf.cols();
+  }
+
+  void gather(const Leaf& leaf, const float* a, std::size_t channel) {
+    const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
+    deeper_.add(leaf.row_begin, row_sums(a, leaf.rows(), b, leaf.cols(), leaf.rank), leaf.col_begin,
+                row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), channel);
+  }
+
+  void cut_leaves(bool merged_is_deeper) {
+    const std::vector<float> pool = tensor_.factors();
+    const float* factors = pool.data();
+    for (const Leaf& leaf : tensor_.leaves()) {
+      const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
+      const bool stays = leaf.level + (merged_is_deeper && merged(leaf) ? 1 : 0) <= level_;
+      if (stays)
+        builder_.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
+                          std::span(factors, static_cast<std::size_t>(size * channels_)));
+      for (int channel = 0; !stays && channel < channels_; ++channel)
+        gather(leaf, factors + channel * size, static_cast<std::size_t>(channel));
+      factors += size * channels_;
+    }
+  }
+
+  void gather(const ScalarLeaf& at, float value, std::size_t channel) {
+    const double one = value;
+    deeper_.add(at.row, std::span(&one, 1), at.col, std::span(&one, 1), channel);
+  }
+
+  void cut_scalars() {
+    const std::vector<float> values = tensor_.scalar_values();
+    std::size_t first = 0;
+    for (const ScalarLeaf& scalar : tensor_.scalars()) {
+      const auto of_scalar = std::span(values).subspan(first, static_cast<std::size_t>(channels_));
+      first += of_scalar.size();
+      const bool stays = tensor_.scalar_level(scalar) <= level_;
+      if (stays) builder_.add_scalar(scalar.row, scalar.col, of_scalar);
+      for (std::size_t c = 0; !stays && c < of_scalar.size(); ++c) gather(scalar, of_scalar[c], c);
+    }
+  }
+
+  void cut_bands() {
+    for (const BandLeaf& band : tensor_.bands()) {
+      if (level_ >= tensor_.levels() - 1)
+        builder_.add_band(band.radius, band.values);
+      else
+        for_band_entries(
+            tensor_.camera_tree(), channels_, band,
+            [this](const ScalarLeaf& at, float value, std::size_t channel) { gather(at, value, channel); });
+    }
+  }
+
+  const TransportTensor& tensor_;
+  int level_, last_, channels_;
+  TensorBuilder builder_;
+  Gathering deeper_;
+};
+
 }  // namespace
 
 TransportTensor TransportTensor::stopped_at(int level) const {
-  const int last = std::clamp(level, 0, camera_.levels() - 1);
-  TensorBuilder builder(camera_, channels_);
-  Gathering deeper(camera_.level(last), channels_);
-  const std::vector<float> pool = factors();
-  const float* factors = pool.data();
-  for (const Leaf& leaf : leaves()) {
-    const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
-    if (leaf.level <= level)
-      builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
-                       std::span(factors, static_cast<std::size_t>(size * channels_)));
-    for (int channel = 0; leaf.level > level && channel < channels_; ++channel) {
-      const float* a = factors + channel * size;
-      const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
-      deeper.add(leaf.row_begin, row_sums(a, leaf.rows(), b, leaf.cols(), leaf.rank), leaf.col_begin,
-                 row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), static_cast<std::size_t>(channel));
-    }
-    factors += size * channels_;
-  }
-  const auto entry = [&](const ScalarLeaf& at, float value, std::size_t channel) {
-    const double one = value;
-    deeper.add(at.row, std::span(&one, 1), at.col, std::span(&one, 1), channel);
-  };
-  const std::vector<float> values = scalar_values();
-  std::size_t first = 0;
-  for (const ScalarLeaf& scalar : scalars()) {
-    const auto of_scalar = std::span(values).subspan(first, static_cast<std::size_t>(channels_));
-    first += of_scalar.size();
-    if (scalar_level(scalar) <= level) builder.add_scalar(scalar.row, scalar.col, of_scalar);
-    for (std::size_t c = 0; scalar_level(scalar) > level && c < of_scalar.size(); ++c)
-      entry(scalar, of_scalar[c], c);
-  }
-  for (const BandLeaf& band : bands()) {
-    if (level >= levels() - 1) {
-      builder.add_band(band.radius, band.values);
-    } else {
-      for_band_entries(camera_, channels_, band, entry);
-    }
-  }
-  for (int l = 0; l <= std::min(level, levels() - 1); ++l)
-    for (const EmptyLeaf& empty : empties(l)) builder.add_empty(l, empty.row_block, empty.col_block);
-  deeper.append_to(builder, last);
-  return std::move(builder).finish();
+  return Cut(*this, level, WithinBlocks::product).run(false);
+}
+
+TransportTensor stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within) {
+  return Cut(tensor, level, within).run(true);
 }
 
 namespace {
