@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 #include "console.hpp"
+#include "invocation.hpp"
 #include "meter.hpp"
 #include "symrig/base/standard_streams.hpp"
 #include "symrig/base/nearest_name.hpp"
@@ -151,6 +152,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   symrig::reserve_standard_streams();
   symrig::apps::keep_freed_memory();
+  symrig::apps::remember_command_line(argc, argv);
   try {
     return symrig::apps::run(argc, argv);
   } catch (const std::bad_alloc&) {

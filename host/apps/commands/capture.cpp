@@ -9,6 +9,7 @@
 #include "error_table.hpp"
 #include "files.hpp"
 #include "guarded.hpp"
+#include "invocation.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "rig.hpp"
@@ -162,7 +163,8 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
                                .measure_seconds = since(start) - result->process_seconds,
                                .peak_memory_bytes = peak_memory(),
                                .replayed = logged ? logged->replayed() : 0,
-                               .trouble = opened.rig->trouble()};
+                               .trouble = opened.rig->trouble(),
+                               .made = made_now()};
   return Measured{summary, *std::move(result)};
 }
 

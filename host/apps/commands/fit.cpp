@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "invocation.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/report/calibration_summary.hpp"
@@ -92,7 +93,8 @@ Result<void> run(const Arguments& arguments) {
   if (interrupted())
     return Error{ErrorCode::interrupted, "stopped before the scene was written", "run it again"};
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::string json = fit_json(folder_name(arguments.from.folder), photographs, fit, errors, seconds);
+  const std::string json =
+      fit_json(folder_name(arguments.from.folder), photographs, fit, errors, seconds, made_now());
   const std::string text = told(arguments, fit, errors);
   SYMRIG_CHECK(save_scene(arguments.output, {std::move(fit.tensor), json, std::move(fit.held_out)}));
   SYMRIG_CHECK(write_text(arguments.json, json));

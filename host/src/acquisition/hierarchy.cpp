@@ -80,7 +80,7 @@ class Hierarchy {
   Result<void> search();
   Result<void> search_level(int level);
   Result<bool> finish_early();
-  void tell_error();
+  void tell_step(int level);
   void reopen_suspects();
   void put_back();
   Result<void> refine_direct_light();
@@ -133,6 +133,7 @@ class Hierarchy {
   bool reopened_ = false;  ///< some were, and stayed so
   std::set<int> refused_radii_;
   std::vector<double> error_per_level_;
+  std::vector<CaptureStep> steps_;
   std::string stopped_by_ = "done";
 };
 
@@ -185,7 +186,7 @@ Result<void> Hierarchy::search() {
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));
-    tell_error();
+    tell_step(level);
   }
   return {};
 }
@@ -285,8 +286,10 @@ void Hierarchy::accept_open() {
   for (NodeLevel& level : open_) level = NodeLevel(tree_, level.level(), context_.channels);
 }
 
-void Hierarchy::tell_error() {
-  if (checks_) error_per_level_.push_back(better_assumption().error);
+void Hierarchy::tell_step(int level) {
+  CaptureStep step{level, photographer_.taken(), photographer_.rig_seconds(), std::nullopt};
+  if (checks_) error_per_level_.push_back(*(step.error = better_assumption().error));
+  steps_.push_back(step);
 }
 
 /// Leaves that the checks find wrong are split, as long as that costs little: a tenth of the photographs
@@ -409,6 +412,7 @@ Result<CaptureResult> Hierarchy::finish() {
   result.stopped_by = stopped_by_;
   result.suspects = suspects_;
   result.error_per_level = std::move(error_per_level_);
+  result.steps = std::move(steps_);
   return result;
 }
 

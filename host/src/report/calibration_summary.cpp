@@ -113,7 +113,7 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
 }
 
 std::string fit_json(const std::string& source, const CodePhotographs& photographs, const FirstBounceFit& fit,
-                     const std::vector<HeldOutError>& held_out, double total_seconds) {
+                     const std::vector<HeldOutError>& held_out, double total_seconds, const Made& made) {
   const TransportTensor& tensor = fit.tensor;
   Json json;
   json["command"] = "fit";
@@ -129,6 +129,7 @@ std::string fit_json(const std::string& source, const CodePhotographs& photograp
   json["tensor_bytes"] = tensor.bytes();
   json["dense_bytes"] = tensor.dense_bytes();
   json["seconds"] = {{"total", total_seconds}};
+  report::add_made(json, made);
   return report::json_text(json);
 }
 

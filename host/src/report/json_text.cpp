@@ -22,6 +22,12 @@ Json leaves_json(const TransportTensor& tensor) {
   return {{"rank1", rank1}, {"lowrank", low_rank}, {"empty", empty}, {"scalar", scalar}};
 }
 
+void add_made(Json& json, const Made& made) {
+  if (!made.date.empty()) json["date"] = made.date;
+  if (!made.version.empty()) json["version"] = made.version;
+  if (!made.command_line.empty()) json["command_line"] = made.command_line;
+}
+
 Json held_out_json(const std::vector<HeldOutError>& all) {
   Json list = Json::array();
   for (const HeldOutError& one : all)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/report/made.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -19,6 +20,9 @@ std::string json_text(const Json& json);
 Json grid_json(Grid grid);
 /// {rank1, lowrank, empty, scalar}, one number a level each.
 Json leaves_json(const TransportTensor& tensor);
+
+/// Adds `date`, `version` and `command_line`; those that are known.
+void add_made(Json& json, const Made& made);
 
 /// One object a photograph: name, rms, mean_white, relative, lit_pixels.
 Json held_out_json(const std::vector<HeldOutError>& all);

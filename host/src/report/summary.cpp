@@ -54,6 +54,16 @@ Json ranks_json(const TransportTensor& tensor) {
   return count;
 }
 
+Json steps_json(const std::vector<CaptureStep>& steps) {
+  Json list = Json::array();
+  for (const CaptureStep& step : steps)
+    list.push_back({{"level", step.level},
+                    {"patterns", step.patterns},
+                    {"rig_seconds", step.rig_seconds},
+                    {"error", step.error ? Json(*step.error) : Json(nullptr)}});
+  return list;
+}
+
 /// What went wrong with frames and devices, and was put right.
 Json trouble_json(const RigTrouble& trouble) {
   Json frames{{"missing", trouble.frames.missing}};
@@ -91,6 +101,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["stopped_by"] = result.stopped_by;
   json["estimated_error"] = result.estimated ? errors_json(*result.estimated) : Json(nullptr);
   json["error_per_level"] = result.error_per_level;
+  json["steps"] = steps_json(result.steps);
   json["suspects"] = result.suspects;
   json["split"] = name(tensor.camera_tree().split());
   json["patterns_brute_force"] = tensor.projector_grid().size();
@@ -107,6 +118,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["noise"] = summary.noise;
   json["trouble"] = trouble_json(summary.trouble);
+  report::add_made(json, summary.made);
   return json_text(json);
 }
 

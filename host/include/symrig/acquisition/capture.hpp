@@ -109,6 +109,15 @@ struct CaptureOptions {
 RankRule default_rule(Algorithm algorithm);
 Economy default_economy(Algorithm algorithm);
 
+/// How a search stood when a level was done.
+struct CaptureStep {
+  int level = 0;
+  std::int64_t patterns = 0;  ///< photographs taken by then, the flood-lit and the held-out ones included
+  double rig_seconds = 0;     ///< on the rig's clock by then
+  /// Estimated frobenius error if the search had ended here; none: nothing was held out.
+  std::optional<double> error = {};
+};
+
 struct CaptureResult {
   TransportTensor tensor;
   std::int64_t patterns = 0;                     ///< photographs taken
@@ -122,6 +131,8 @@ struct CaptureResult {
   std::int64_t suspects = 0;  ///< leaves that the held-out photographs find wrong and that stayed so
   double refine_seconds =
       0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
+  /// In the order of the search. A level comes again where its leaves were split later.
+  std::vector<CaptureStep> steps = {};
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.

@@ -45,7 +45,7 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
 
 /// The keys of `symrig fit --json`, kept in the scene file too.
 std::string fit_json(const std::string& source, const CodePhotographs& photographs, const FirstBounceFit& fit,
-                     const std::vector<HeldOutError>& held_out, double total_seconds);
+                     const std::vector<HeldOutError>& held_out, double total_seconds, const Made& made = {});
 
 /// The map for people: one self-contained HTML page (no script, no request) with what was decoded, how well
 /// each position is known and where neighbours contradict it.

@@ -4,6 +4,7 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/report/made.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -25,6 +26,7 @@ struct CaptureSummary {
   std::int64_t peak_memory_bytes = 0;  ///< largest resident size of the process so far
   std::int64_t replayed = 0;           ///< photographs that came from the log of a capture broken off
   RigTrouble trouble = {};             ///< what went wrong with frames and devices, and was put right
+  Made made = {};
 };
 
 /// The keys of `symrig capture --json` (docs/command-line.md): one JSON object, indented, ends with a

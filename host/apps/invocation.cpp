@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "invocation.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <ctime>
+#include <string_view>
+#include <vector>
+
+namespace symrig::apps {
+namespace {
+
+std::string& remembered() {
+  static std::string line;
+  return line;
+}
+
+bool plain(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+         std::string_view("_./:=,+-@%").find(c) != std::string_view::npos;
+}
+
+std::string quoted(std::string_view word) {
+  std::string out(word);
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return out;
+  out.assign(1, '\'');
+  for (const char c : word) {
+    if (c == '\'')
+      out.append("'\\''");
+    else
+      out.push_back(static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? '?' : c);
+  }
+  out.push_back('\'');
+  return out;
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  char text[sizeof "2026-01-31T23:59:58Z"] = "";
+  if (gmtime_r(&now, &parts) == nullptr) return {};
+  return std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts) > 0 ? text : "";
+}
+
+}  // namespace
+
+std::string shell_line(std::span<const char* const> words) {
+  std::string line;
+  for (const char* word : words) {
+    if (!line.empty()) line.push_back(' ');
+    line.append(quoted(word));
+  }
+  return line;
+}
+
+void remember_command_line(int argc, const char* const* argv) {
+  std::vector<const char*> words{"symrig"};
+  if (argc > 1) words.insert(words.end(), argv + 1, argv + argc);
+  remembered() = shell_line(words);
+}
+
+Made made_now() {
+  return {utc_now(), SYMRIG_VERSION, remembered()};
+}
+
+}  // namespace symrig::apps
