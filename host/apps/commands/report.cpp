@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "invocation.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 #include "symrig/report/html_report.hpp"
@@ -48,7 +49,8 @@ Result<void> run(const Arguments& arguments) {
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   Meter meter("report", "sections");
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
-                        .progress = meter.progress()};
+                        .progress = meter.progress(),
+                        .made = made_now()};
   add_truth(scene, options);
   SYMRIG_TRY(const std::string page, html_report(scene, options));
   SYMRIG_CHECK(write_text(arguments.output, page));

@@ -21,9 +21,10 @@ class CaptureFacts {
   std::optional<std::string> text(const char* path) const;
   std::vector<double> numbers(const char* path) const;
   const nlohmann::json& json() const { return json_; }
+  /// nullptr if there is nothing.
+  const nlohmann::json* find(const char* path) const;
 
  private:
-  const nlohmann::json* find(const char* path) const;
   nlohmann::json json_;
 };
 

@@ -83,23 +83,49 @@ std::string node_bars(const std::vector<NodeCounts>& levels) {
   return svg + "</svg>\n";
 }
 
-std::string log_bars(const std::vector<Bar>& bars) {
-  constexpr double kLeft = 120, kWidth = 440, kText = 130, kRow = 30;
-  double most = 10;
-  for (const Bar& bar : bars) most = std::max(most, bar.value);
+namespace {
+
+// Of the horizontal bars: labels stand left of kBarsLeft, numbers right of each bar.
+constexpr double kBarsLeft = 104, kBarsWidth = 440, kBarsText = 118, kBarsRow = 28;
+constexpr double kBarsRoom = kBarsWidth - kBarsLeft - kBarsText;
+
+/// Powers of ten from 1 to the first that no bar exceeds.
+int decades_over(const std::vector<Bar>& bars) {
+  int decades = 1;
+  for (const Bar& bar : bars)
+    while (decades < 15 && bar.value > std::pow(10.0, decades)) ++decades;
+  return decades;
+}
+
+std::string bars_axis(int decades, double bottom, const std::string& quantity) {
+  std::string svg;
+  const int step = decades > 6 ? 3 : decades > 4 ? 2 : 1;
+  for (int d = 0; d <= decades; d += step)
+    svg += fmt::format(
+        R"(<line class="axis" x1="{0:.1f}" x2="{0:.1f}" y1="2" y2="{1}"/><text class="soft" x="{0:.1f}" y="{2}" text-anchor="middle">{3}</text>)",
+        kBarsLeft + kBarsRoom * d / decades, bottom, bottom + 15, grouped(std::pow(10.0, d)));
+  return svg + fmt::format(R"(<text class="soft" x="{:.1f}" y="{}" text-anchor="middle">{}</text>)",
+                           kBarsLeft + kBarsRoom / 2, bottom + 31, escape(quantity));
+}
+
+}  // namespace
+
+std::string log_bars(const std::vector<Bar>& bars, const std::string& quantity) {
+  const int decades = decades_over(bars);
+  const double bottom = kBarsRow * static_cast<double>(bars.size()) + 4;
   std::string svg =
-      fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="Bars on a logarithmic scale">)", kWidth,
-                  kRow * static_cast<double>(bars.size()) + 6);
+      fmt::format(R"(<svg viewBox="0 0 {} {}" role="img" aria-label="{}, on a logarithmic scale">)",
+                  kBarsWidth, bottom + 36, escape(quantity)) +
+      bars_axis(decades, bottom, quantity);
   for (std::size_t k = 0; k < bars.size(); ++k) {
-    const double y = kRow * static_cast<double>(k) + 4;
-    const double length =
-        (kWidth - kLeft - kText) * std::max(0.0, std::log10(std::max(1.0, bars[k].value)) / std::log10(most));
+    const double y = kBarsRow * static_cast<double>(k) + 6;
+    const double value = bars[k].value >= 1 && bars[k].value < 1e15 ? bars[k].value : 1;
+    const double length = kBarsRoom * std::log10(value) / decades;
     svg += fmt::format(
         "<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text><rect x=\"{}\" y=\"{}\" width=\"{:.1f}\" "
-        "height=\"20\" "
-        "style=\"fill:var({})\"/><text class=\"soft\" x=\"{:.1f}\" y=\"{}\">{}</text>",
-        kLeft - 8, y + 15, escape(bars[k].label), kLeft, y, length, bars[k].accent ? "--accent" : "--empty",
-        kLeft + length + 8, y + 15, escape(bars[k].text));
+        "height=\"20\" style=\"fill:var({})\"/><text class=\"halo\" x=\"{:.1f}\" y=\"{}\">{}</text>",
+        kBarsLeft - 8, y + 15, escape(bars[k].label), kBarsLeft, y, std::max(1.0, length),
+        bars[k].accent ? "--accent" : "--empty", kBarsLeft + length + 8, y + 15, escape(bars[k].text));
   }
   return svg + "</svg>\n";
 }

@@ -20,7 +20,7 @@ struct Bar {
   bool accent = false;
 };
 
-/// Horizontal bars on a logarithmic scale that begins at 1.
-std::string log_bars(const std::vector<Bar>& bars);
+/// Horizontal bars over a logarithmic axis that begins at 1. quantity: what the axis counts.
+std::string log_bars(const std::vector<Bar>& bars, const std::string& quantity);
 
 }  // namespace symrig::report

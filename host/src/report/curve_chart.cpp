@@ -65,19 +65,21 @@ std::string tick_text(double value) {
   return value >= 1 ? grouped(value) : fmt::format("{:g}", value);
 }
 
-std::string grid_lines(const LogAxis& x, const LogAxis& y) {
+std::string grid_lines(const LogAxis& x, const LogAxis& y, const CurveChart& chart) {
+  const auto cost_text = chart.cost_text != nullptr ? chart.cost_text : tick_text;
+  const auto error_text = chart.error_text != nullptr ? chart.error_text : tick_text;
   std::string svg;
   for (const double value : ticks(x)) {
     const double at = x.at(value);
     svg += fmt::format(
         R"(<line class="axis" x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2}"/><text class="soft" x="{0:.1f}" y="{3}" text-anchor="middle">{4}</text>)",
-        at, kTop, kHeight - kBottom, kHeight - kBottom + 15, tick_text(value));
+        at, kTop, kHeight - kBottom, kHeight - kBottom + 15, escape(cost_text(value)));
   }
   for (const double value : ticks(y)) {
     const double at = y.at(value);
     svg += fmt::format(
         R"(<line class="axis" x1="{1}" x2="{2}" y1="{0:.1f}" y2="{0:.1f}"/><text class="soft" x="{3}" y="{4:.1f}" text-anchor="end">{5}</text>)",
-        at, kLeft, kWidth - kRight, kLeft - 5, at + 4, tick_text(value));
+        at, kLeft, kWidth - kRight, kLeft - 5, at + 4, escape(error_text(value)));
   }
   return svg;
 }
@@ -99,6 +101,23 @@ std::string shape(Marker marker, double x, double y, double r) {
                      y - 1.2 * r, fmt::arg("r", 1.2 * r));
 }
 
+std::string error_bar(const CurveSeries& series, const CurveDot& one, const LogAxis& x, const LogAxis& y) {
+  if (!(one.high > one.low)) return {};
+  const double at = x.at(one.at.cost);
+  const double top = y.at(one.high), bottom = y.at(one.low);
+  return fmt::format(
+      R"(<path d="M{0:.1f} {1:.1f}V{2:.1f}M{3:.1f} {1:.1f}h6M{3:.1f} {2:.1f}h6" style="fill:none;stroke:var({4});stroke-width:1.2"/>)",
+      at, top, bottom, at - 3, series.colour);
+}
+
+std::string label(const CurveDot& one, const LogAxis& x, const LogAxis& y) {
+  if (one.label.empty()) return {};
+  const double at = x.at(one.at.cost);
+  const bool left = at > kWidth - kRight - 40;
+  return fmt::format(R"(<text class="halo" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>)",
+                     at + (left ? -7 : 7), y.at(one.at.error) - 5, left ? "end" : "start", escape(one.label));
+}
+
 std::string dot(const CurveSeries& series, const CurveDot& one, const LogAxis& x, const LogAxis& y) {
   const char* ring = one.ringed ? ";stroke:var(--ink);stroke-width:1.5" : ";fill-opacity:0.6";
   return shape(series.marker, x.at(one.at.cost), y.at(one.at.error), one.ringed ? 4.2 : 3.2) +
@@ -116,7 +135,8 @@ std::string drawn(const CurveSeries& series, const LogAxis& x, const LogAxis& y)
   if (series.line.size() > 1)
     svg += fmt::format(R"(<polyline points="{}" style="fill:none;stroke:var({});stroke-width:1.8"/>)", points,
                        series.colour);
-  for (const CurveDot& one : series.dots) svg += dot(series, one, x, y);
+  for (const CurveDot& one : series.dots)
+    svg += error_bar(series, one, x, y) + dot(series, one, x, y) + label(one, x, y);
   return svg;
 }
 
@@ -124,6 +144,23 @@ std::string frame(const CurveChart& chart) {
   return fmt::format(
       R"(<text x="{}" y="14" style="font-weight:600">{}</text><text class="soft" x="{}" y="{}" text-anchor="middle">{}</text>)",
       kLeft, escape(chart.title), (kLeft + kWidth - kRight) / 2, kHeight - 6, escape(chart.cost_label));
+}
+
+constexpr double kBeyond = 1e30;
+
+bool drawable(const CostError& p) {
+  return p.cost > 1 / kBeyond && p.cost < kBeyond && p.error >= 0 && p.error < kBeyond;
+}
+
+/// Without what has no place on the axes.
+CurveChart drawable(CurveChart chart) {
+  for (CurveSeries& series : chart.series) {
+    std::erase_if(series.dots, [](const CurveDot& one) { return !drawable(one.at); });
+    std::erase_if(series.line, [](const CostError& p) { return !drawable(p); });
+    for (CurveDot& one : series.dots)
+      if (!(one.low >= 0 && one.low < one.high && one.high < kBeyond)) one.low = one.high = 0;
+  }
+  return chart;
 }
 
 std::string in_words(const char* words) {
@@ -135,7 +172,7 @@ std::string curves(const CurveChart& chart, const std::vector<double>& costs,
                    const std::vector<double>& errors) {
   const LogAxis x = axis_over(costs, kLeft, kWidth - kRight);
   const LogAxis y = axis_over(errors, kHeight - kBottom, kTop);
-  std::string svg = grid_lines(x, y);
+  std::string svg = grid_lines(x, y, chart);
   if (chart.target > 0)
     svg += fmt::format(
         R"(<line x1="{0}" x2="{1}" y1="{2:.1f}" y2="{2:.1f}" style="stroke:var(--soft);stroke-dasharray:4 4"/>)",
@@ -146,12 +183,14 @@ std::string curves(const CurveChart& chart, const std::vector<double>& costs,
 
 }  // namespace
 
-std::string curve_chart(const CurveChart& chart) {
+std::string curve_chart(const CurveChart& asked) {
+  const CurveChart chart = drawable(asked);
   std::vector<double> costs, errors;
   for (const CurveSeries& series : chart.series)
     for (const CurveDot& one : series.dots) {
       costs.push_back(one.at.cost);
-      if (one.at.error > 0) errors.push_back(one.at.error);
+      for (const double error : {one.at.error, one.low, one.high})
+        if (error > 0) errors.push_back(error);
     }
   const std::string inside = costs.empty()    ? in_words("nothing was captured")
                              : errors.empty() ? in_words("no error in any capture")
@@ -164,7 +203,7 @@ std::string curve_chart(const CurveChart& chart) {
 std::string marker_sample(const std::string& colour, Marker marker) {
   const CurveSeries series{.colour = colour, .marker = marker, .dots = {}, .line = {}};
   const LogAxis middle{1, 10, 6, 6};
-  return R"(<svg viewBox="0 0 12 12" style="display:inline-block;width:0.9rem;margin:0 0.3rem 0 0;vertical-align:-0.1rem">)" +
+  return R"(<svg viewBox="0 0 12 12" aria-hidden="true" style="display:inline-block;width:0.9rem;margin:0 0.3rem 0 0;vertical-align:-0.1rem">)" +
          dot(series, {{1, 1}, "", false}, middle, middle) + "</svg>";
 }
 

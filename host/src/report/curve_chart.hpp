@@ -17,6 +17,8 @@ struct CurveDot {
   CostError at;
   std::string title;  ///< shown when the pointer rests on it
   bool ringed = false;
+  double low = 0, high = 0;  ///< ends of an error bar; none unless low < high
+  std::string label = {};    ///< beside the dot
 };
 
 struct CurveSeries {
@@ -30,10 +32,14 @@ struct CurveChart {
   std::string title, cost_label, error_label;
   std::vector<CurveSeries> series;  ///< later ones are drawn on top
   double target = 0;                ///< dashed line at this error; 0 = none
+  /// How costs and errors stand on the axes; nullptr: as plain numbers.
+  std::string (*cost_text)(double) = nullptr;
+  std::string (*error_text)(double) = nullptr;
 };
 
 /// A capture without any error has no place on a logarithmic axis: it is drawn on the lower edge. Without any
-/// point at all, or without any error, the chart says so in words.
+/// point at all, or without any error, the chart says so in words. A dot whose cost is not positive, or that
+/// is not finite, is left out, as is what lies beyond 1e±30.
 std::string curve_chart(const CurveChart& chart);
 
 /// One marker, to stand in a line of text.

@@ -6,12 +6,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <span>
 #include <string_view>
 
 namespace symrig::report {
 namespace {
+
+// Every 17th of the 256 published sRGB colours of viridis: lightness rises evenly, for colour-blind eyes and
+// in grey print too. Straight lines between them stay within 7 codes of the others. Source: S. van der Walt,
+// N. J. Smith, "A better default colormap for matplotlib", SciPy 2015 (data in the public domain, CC0).
+constexpr std::array<Rgb, 16> kViridis{{{68, 1, 84},
+                                        {72, 26, 108},
+                                        {71, 47, 125},
+                                        {65, 68, 135},
+                                        {57, 86, 140},
+                                        {49, 104, 142},
+                                        {42, 120, 142},
+                                        {35, 136, 142},
+                                        {31, 152, 139},
+                                        {34, 168, 132},
+                                        {53, 183, 121},
+                                        {84, 197, 104},
+                                        {122, 209, 81},
+                                        {165, 219, 54},
+                                        {210, 226, 27},
+                                        {253, 231, 37}}};
 
 std::uint8_t byte(double share) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(share, 0.0, 1.0)));
@@ -21,6 +40,8 @@ void put(Picture& picture, std::int64_t pixel, Rgb colour) {
   for (int c = 0; c < 3; ++c)
     picture.plane(c)[static_cast<std::size_t>(pixel)] = colour[static_cast<std::size_t>(c)];
 }
+
+}  // namespace
 
 std::string base64(std::span<const std::uint8_t> bytes) {
   constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -34,8 +55,6 @@ std::string base64(std::span<const std::uint8_t> bytes) {
   }
   return text;
 }
-
-}  // namespace
 
 float white_level(const Image<float>& image, double share) {
   std::vector<float> values;
@@ -76,17 +95,14 @@ Image<float> difference(const Image<float>& a, const Image<float>& b) {
   return sum;
 }
 
-// A helix through the colour cube around the grey diagonal: brightness rises evenly from black to white, so
-// the scale reads in grey print too. Source: D. A. Green, "A colour scheme for the display of astronomical
-// intensity images", Bull. Astr. Soc. India 39 (2011), eq. 2; start 0.5, rotations -1.3, hue 1.1.
 Rgb colour_of(double share) {
-  const double l = std::clamp(share, 0.0, 1.0);
-  const double phi = 2 * std::numbers::pi * (0.5 / 3 + 1 - 1.3 * l);
-  const double a = 1.1 * l * (1 - l) / 2;
-  const double c = std::cos(phi);
-  const double s = std::sin(phi);
-  return {byte(l + a * (-0.14861 * c + 1.78277 * s)), byte(l + a * (-0.29227 * c - 0.90649 * s)),
-          byte(l + a * 1.97294 * c)};
+  const double at = std::clamp(std::isnan(share) ? 0.0 : share, 0.0, 1.0) * (kViridis.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(at), kViridis.size() - 2);
+  const double part = at - static_cast<double>(below);
+  Rgb colour{};
+  for (std::size_t c = 0; c < colour.size(); ++c)
+    colour[c] = byte(((1 - part) * kViridis[below][c] + part * kViridis[below + 1][c]) / 255);
+  return colour;
 }
 
 Picture false_colour(const Image<float>& image, float top) {
@@ -100,7 +116,10 @@ Picture log_colour(const Image<float>& image, float top, int decades) {
   Picture picture(image.grid(), 3);
   for (std::int64_t i = 0; i < image.grid().size(); ++i) {
     const float v = image.plane(0)[static_cast<std::size_t>(i)];
-    put(picture, i, colour_of(v > 0 && top > 0 ? 1 + std::log10(static_cast<double>(v) / top) / decades : 0));
+    put(picture, i,
+        colour_of(v > 0 && top > 0
+                      ? 1 + std::log10(static_cast<double>(v) / static_cast<double>(top)) / decades
+                      : 0));
   }
   return picture;
 }

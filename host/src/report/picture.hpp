@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,7 +32,7 @@ Image<float> difference(const Image<float>& a, const Image<float>& b);
 
 /// One channel in false colour from 0 (dark) to `top` (bright).
 Picture false_colour(const Image<float>& image, float top);
-/// One channel in false colour on a logarithmic scale from top · 10^-decades (dark; below: black) to top.
+/// One channel in false colour on a logarithmic scale from top · 10^-decades (dark; below: as dark) to top.
 Picture log_colour(const Image<float>& image, float top, int decades);
 /// Levels of the hierarchy in grey: darker is deeper, −1 (nothing stored) is a dark red [Garg06 Fig. 2d].
 Picture level_greys(const Image<float>& levels, int deepest);
@@ -41,6 +42,9 @@ Rgb level_grey(int level, int deepest);
 
 /// Averaged down until the longer side is at most `side`.
 Image<float> shrunk(const Image<float>& image, int side);
+
+/// [RFC 4648 §4]
+std::string base64(std::span<const std::uint8_t> bytes);
 
 /// `data:image/png;base64,…`.
 std::string data_uri(const Picture& picture);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/html.hpp"
+#include "report/save_link.hpp"
 #include "report/sections.hpp"
 
 #include <array>
@@ -9,58 +10,103 @@
 namespace symrig::report {
 namespace {
 
-using Rows = std::vector<std::pair<std::string, std::string>>;
+struct Kind {
+  const char* name;
+  const char* path;  ///< below /error of evaluate and /estimated_error of capture
+  double TransportErrors::*truth;
+  const char* meaning;
+};
 
-std::string against_truth(const TransportErrors& e) {
-  const auto row = [](const char* name, double error, const char* meaning) {
-    return std::pair<std::string, std::string>(name, fmt::format("<b>{}</b> {}", percent(error), meaning));
-  };
-  const Rows rows{
-      row("frobenius", e.frobenius, "of T as a whole; the bright direct light dominates it"),
-      row("indirect", e.indirect,
-          "of the transport between lit cells and other cells: no direct light in it"),
-      row("flood", e.flood, "under all-positive light: shows a bias that random tests average away"),
-      row("relight, bar", e.relight_bar, "a vertical bar, an eighth of the width"),
-      row("relight, random", e.relight_random, "a random black-and-white pattern"),
-      row("relight, natural", e.relight_natural, "a smooth textured picture"),
-      row("bar, indirect", e.bar_indirect, "the bar, seen only outside it"),
-  };
-  return paragraph(
-             "Each is ‖estimate − truth‖ / ‖truth‖ against the exact transport of the "
-             "simulated scene, noise-free. "
-             "Several, because each hides something.") +
-         facts_table(rows);
+constexpr std::array<Kind, 7> kKinds{
+    {{"frobenius", "/frobenius", &TransportErrors::frobenius,
+      "T as a whole; the bright direct light dominates it"},
+     {"indirect", "/indirect", &TransportErrors::indirect,
+      "transport between lit cells and other cells: no direct light in it"},
+     {"flood", "/flood", &TransportErrors::flood,
+      "under all-positive light: shows a bias that random tests average away"},
+     {"relight, bar", "/relight/bar", &TransportErrors::relight_bar,
+      "a vertical bar, an eighth of the width"},
+     {"relight, random", "/relight/random", &TransportErrors::relight_random,
+      "a random black-and-white pattern"},
+     {"relight, natural", "/relight/natural", &TransportErrors::relight_natural, "a smooth textured picture"},
+     {"bar, indirect", "/bar_indirect", &TransportErrors::bar_indirect, "the bar, seen only outside it"}}};
+
+std::optional<Sourced> estimate_of(const Context& context, const Kind& kind) {
+  return count_at(context.facts, std::string("/estimated_error") + kind.path);
 }
 
-/// The same errors as the capture itself estimated them; empty if it did not.
-std::string own_estimate(const CaptureFacts& facts) {
-  constexpr std::array<std::pair<const char*, const char*>, 7> kNames{
-      {{"frobenius", "/estimated_error/frobenius"},
-       {"indirect", "/estimated_error/indirect"},
-       {"flood", "/estimated_error/flood"},
-       {"relight, bar", "/estimated_error/relight/bar"},
-       {"relight, random", "/estimated_error/relight/random"},
-       {"relight, natural", "/estimated_error/relight/natural"},
-       {"bar, indirect", "/estimated_error/bar_indirect"}}};
-  Rows rows;
-  for (const auto& [name, path] : kNames)
-    if (const auto error = facts.number(path)) rows.emplace_back(name, percent(*error));
-  if (rows.empty()) return {};
-  return "<h3>As the capture estimated them</h3>" +
-         paragraph("From photographs that it held out: this is all that a real rig can tell.") +
-         facts_table(rows);
+/// How sure the estimate is, where the file tells.
+std::optional<Sourced> uncertainty_of(const Context& context, const Kind& kind) {
+  return uncertainty_at(context.facts, kind.path);
+}
+
+std::string estimate_cell(const Context& context, const Kind& kind) {
+  const auto uncertainty = uncertainty_of(context, kind);
+  const std::string estimate = told(estimate_of(context, kind), percent);
+  if (estimate.empty()) return "not known";
+  return uncertainty ? estimate + " ± " + told(uncertainty, percent) : estimate;
+}
+
+bool estimated(const Context& context) {
+  for (const Kind& kind : kKinds)
+    if (estimate_of(context, kind)) return true;
+  return false;
+}
+
+std::string exact_or_empty(const std::optional<Sourced>& number_told) {
+  return number_told ? exact(number_told->value) : std::string();
+}
+
+std::string table(const Context& context) {
+  const bool estimates = estimated(context);
+  std::vector<std::string> head{"error"};
+  if (estimates) head.emplace_back("estimated by the capture");
+  if (context.errors) head.emplace_back("against the truth");
+  head.emplace_back("of what");
+  std::vector<std::vector<std::string>> rows;
+  Csv csv({"error", "estimated", "uncertainty", "against_truth"});
+  for (const Kind& kind : kKinds) {
+    std::vector<std::string> row{escape(kind.name)};
+    if (estimates) row.push_back(estimate_cell(context, kind));
+    const double truth = context.errors ? (*context.errors).*kind.truth : 0;
+    if (context.errors)
+      row.push_back(number(truth, std::string("evaluate:/error") + kind.path, percent(truth)));
+    row.emplace_back(kind.meaning);
+    rows.push_back(std::move(row));
+    csv.add({kind.name, exact_or_empty(estimate_of(context, kind)),
+             exact_or_empty(uncertainty_of(context, kind)), context.errors ? exact(truth) : std::string()});
+  }
+  return number_table_html("Errors", head, rows, Last::words) +
+         save_row(csv.link(context.file("errors"), "errors"));
+}
+
+std::string intro(const Context& context) {
+  std::string text = "Each is ‖estimate − truth‖ / ‖truth‖. Several, because each hides something.";
+  if (estimated(context))
+    text +=
+        " The capture estimates them from photographs that it held out: this is all that a real rig can "
+        "tell.";
+  if (context.errors)
+    text += " The truth is the exact transport of the simulated scene, without noise.";
+  else
+    text +=
+        fmt::format(" The true transport of this scene is not known. {}", escape(context.options.no_truth));
+  return paragraph(text);
 }
 
 }  // namespace
 
 std::string errors_section(const Context& context) {
-  const std::string estimate = own_estimate(context.facts);
-  if (context.errors) return section("errors", "Errors", against_truth(*context.errors) + estimate);
-  if (!estimate.empty()) return section("errors", "Errors", estimate);
-  if (!context.scene.held_out.empty()) return {};
-  return section("errors", "Errors",
-                 paragraph(fmt::format("The true transport of this scene is not known. {}",
-                                       escape(context.options.no_truth))));
+  if (context.errors || estimated(context))
+    return section("errors", "How far off it is", intro(context) + table(context) + error_curves(context));
+  std::string text =
+      fmt::format("The true transport of this scene is not known. {}", escape(context.options.no_truth));
+  if (context.scene.held_out.empty())
+    text += " The file holds no photograph to compare with, and no estimate of the error.";
+  else
+    text += " The held-out photographs below tell how well it predicts.";
+  return section("errors", "How far off it is",
+                 paragraph(text + " So there is no error to draw against patterns or seconds."));
 }
 
 }  // namespace symrig::report

@@ -108,26 +108,35 @@ std::string slice_caption(const TransportTensor& tensor, int row) {
       row, tensor.camera_grid().rows);
 }
 
-std::string slice_figure(const TransportTensor& tensor, const Image<float>& slice, int row) {
+std::string slice_figure(const Context& context, const Image<float>& slice, int row) {
+  const TransportTensor& tensor = context.tensor();
   const float top = top_of_scale(slice);
   const float most = *std::max_element(slice.values().begin(), slice.values().end());
   const std::string scale = fmt::format(
-      " Logarithmic, {} decades; brightest: {} and above (the largest is {}); black: below {}, or "
+      " Logarithmic, {} decades; brightest: {} and above (the largest is {}); darkest: below {}, or "
       "negative. Radiance per unit of projector light.",
       kDecades, short_number(top), short_number(most), short_number(top * std::pow(0.1, kDecades)));
-  return figure(log_colour(shrunk(slice, kPictureSide), top, kDecades), "slice of T",
-                slice_caption(tensor, row) + scale,
-                colour_scale(short_number(top * std::pow(0.1, kDecades)), short_number(top)));
+  return figure(log_colour(shrunk(slice, kPictureSide), top, kDecades),
+                {.alt = "slice of T",
+                 .caption_html = slice_caption(tensor, row) + scale,
+                 .scale_html = colour_scale(short_number(top * std::pow(0.1, kDecades)), short_number(top)),
+                 .file = context.file("slice"),
+                 .values = &slice});
 }
 
-Result<std::string> level_figure(const TransportTensor& tensor, int row) {
+Result<std::string> level_figure(const Context& context, int row) {
+  const TransportTensor& tensor = context.tensor();
   SYMRIG_TRY(const Image<float> levels, tensor.level_map(row));
   const int deepest = tensor.camera_tree().levels() - 1;
-  return figure(level_greys(levels, deepest), "level map",
-                "The level at which each entry of that slice was found to be a leaf. White: a large block "
-                "was enough; dark: "
-                "down to single pixels; dark red: nothing is stored.",
-                level_scale(deepest));
+  return figure(
+      level_greys(levels, deepest),
+      {.alt = "level map of the slice",
+       .caption_html =
+           "The level at which each entry of that slice was found to be a leaf. White: a large block "
+           "was enough; dark: down to single pixels; dark red: nothing is stored.",
+       .scale_html = level_scale(deepest),
+       .file = context.file("slice-levels"),
+       .values = &levels});
 }
 
 }  // namespace
@@ -142,9 +151,9 @@ Result<std::string> inside_section(const Context& context) {
                                   (row + 0.5) / tensor.camera_grid().rows),
              "flood-lit picture with the line of the slice",
              fmt::format("The line of the slice (red): row {}.", row)),
-      slice_figure(tensor, slice, row)};
+      slice_figure(context, slice, row)};
   if (tensor.symmetric()) {
-    SYMRIG_TRY(std::string levels, level_figure(tensor, row));
+    SYMRIG_TRY(std::string levels, level_figure(context, row));
     figures.push_back(std::move(levels));
   }
   return section(

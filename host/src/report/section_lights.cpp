@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/html.hpp"
 #include "report/picture.hpp"
+#include "report/save_link.hpp"
 #include "report/sections.hpp"
 #include "symrig/report/letters.hpp"
 
@@ -29,31 +30,37 @@ Result<Relit> relight(const Context& context, Image<float> light) {
   return relit;
 }
 
-std::string shown(const Image<float>& image, float white, const std::string& alt,
-                  const std::string& caption) {
-  return figure(photograph(shrunk(image, kPictureSide), white), alt, caption);
+/// file: empty if it is saved elsewhere on the page.
+std::string shown(const Image<float>& image, float white, const std::string& alt, const std::string& caption,
+                  const std::string& file = {}) {
+  return figure(photograph(shrunk(image, kSmallSide), white),
+                {.alt = alt, .caption_html = caption, .file = file});
 }
 
-std::string difference_figure(const Relit& relit) {
+std::string difference_figure(const Relit& relit, const std::string& file) {
   const Image<float> off = difference(relit.predicted, *relit.truth);
   const float top = *std::max_element(off.values().begin(), off.values().end());
   const float white = white_level(*relit.truth);
   const std::string caption = fmt::format(
       "|relit − truth|, the bright end is its largest value: {} of the truth's white. Relative error {}.",
       percent(white > 0 ? top / white : 0), percent(relative_error(relit.predicted, *relit.truth)));
-  return figure(false_colour(shrunk(off, kPictureSide), top), "difference", caption,
-                colour_scale("0", short_number(top)));
+  return figure(false_colour(shrunk(off, kSmallSide), top),
+                {.alt = "difference",
+                 .caption_html = caption,
+                 .scale_html = colour_scale("0", short_number(top)),
+                 .file = file});
 }
 
-std::string relit_row(const Relit& relit, float white, const std::string& what) {
+std::string relit_row(const Context& context, const Relit& relit, float white, const std::string& what) {
+  const std::string file = context.file(file_stem(what));
   std::vector<std::string> figures{
-      shown(relit.light, 1, "light: " + what, "The light: " + what + "."),
+      shown(relit.light, 1, "light: " + what, "The light: " + what + ".", file + "-light"),
       shown(relit.predicted, white, "relit",
-            fmt::format("Relit from the tensor. White: radiance {}.", short_number(white)))};
+            fmt::format("Relit from the tensor. White: radiance {}.", short_number(white)), file + "-relit")};
   if (relit.truth) {
-    figures.push_back(
-        shown(*relit.truth, white, "ground truth", "Ground truth under the same light, same exposure."));
-    figures.push_back(difference_figure(relit));
+    figures.push_back(shown(*relit.truth, white, "ground truth",
+                            "Ground truth under the same light, same exposure.", file + "-truth"));
+    figures.push_back(difference_figure(relit, file + "-difference"));
   }
   return row_of(figures, relit.truth ? 210 : 280);
 }
@@ -77,27 +84,49 @@ std::string indirect_row(const Context& context, const Relit& bar) {
       "The same bar, exposed {:.0f}× longer: outside the bar only light that bounced at least twice arrives "
       "(the bar itself is overexposed).",
       direct / white));
-  std::vector<std::string> figures{
-      shown(bar.predicted, white, "relit, exposed for indirect light", "Relit from the tensor.")};
+  std::vector<std::string> figures{shown(bar.predicted, white, "relit, exposed for indirect light",
+                                         "Relit from the tensor.", context.file("bar-indirect"))};
   if (bar.truth)
-    figures.push_back(shown(*bar.truth, white, "ground truth, exposed for indirect light", "Ground truth."));
+    figures.push_back(shown(*bar.truth, white, "ground truth, exposed for indirect light", "Ground truth.",
+                            context.file("bar-indirect-truth")));
   return html + row_of(figures, 280);
 }
 
 Result<std::string> flood_row(const Context& context) {
   SYMRIG_TRY(const Relit flood, relight(context, Image<float>(context.tensor().projector_grid(), 1, 1.0F)));
   const float white = white_level(flood.best());
-  std::vector<std::string> figures{
-      shown(flood.predicted, white, "flood-lit",
-            fmt::format("Flood-lit: every projector pixel on. White: radiance {} per unit "
-                        "of projector light.",
-                        short_number(white)))};
-  if (flood.truth) {
-    figures.push_back(
-        shown(*flood.truth, white, "ground truth, flood-lit", "Ground truth, flood-lit, same exposure."));
-    figures.push_back(difference_figure(flood));
-  }
-  return row_of(figures, 260);
+  return row_of(
+      {shown(
+           flood.predicted, white, "flood-lit, relit",
+           fmt::format("Flood-lit: every projector pixel on. White: radiance {} per unit of projector light.",
+                       short_number(white))),
+       shown(*flood.truth, white, "ground truth, flood-lit", "Ground truth, flood-lit, same exposure.",
+             context.file("flood-lit-truth")),
+       difference_figure(flood, context.file("flood-lit-difference"))},
+      260);
+}
+
+/// Beside the truth.
+Result<std::string> compared(const Context& context) {
+  const Grid projector = context.tensor().projector_grid();
+  SYMRIG_TRY(std::string html, flood_row(context));
+  SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
+  html += "<h3>A vertical bar</h3>" + relit_row(context, bar, white_level(bar.best()), "a vertical bar") +
+          indirect_row(context, bar);
+  SYMRIG_TRY(const Relit letters, relight(context, letters_pattern(projector)));
+  return html + "<h3>Letters</h3>" + relit_row(context, letters, white_level(letters.best()), "letters");
+}
+
+/// Without a truth: lights that the top of the page does not show.
+Result<std::string> more_lights(const Context& context) {
+  constexpr unsigned kSeed = 9;
+  const Grid projector = context.tensor().projector_grid();
+  SYMRIG_TRY(const Relit natural, relight(context, natural_pattern(projector, kSeed)));
+  SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
+  const std::string indirect = indirect_row(context, bar);
+  return "<h3>A smooth picture</h3>" +
+         relit_row(context, natural, white_level(natural.best()), "a smooth picture") +
+         (indirect.empty() ? indirect : "<h3>A vertical bar</h3>" + indirect);
 }
 
 }  // namespace
@@ -113,19 +142,12 @@ double relative_error(const Image<float>& estimate, const Image<float>& truth) {
 }
 
 Result<std::string> lights_section(const Context& context) {
-  const Grid projector = context.tensor().projector_grid();
-  SYMRIG_TRY(std::string html, flood_row(context));
-  SYMRIG_TRY(const Relit bar, relight(context, bar_pattern(projector)));
-  html += "<h3>A vertical bar</h3>" + relit_row(bar, white_level(bar.best()), "a vertical bar") +
-          indirect_row(context, bar);
-  SYMRIG_TRY(const Relit letters, relight(context, letters_pattern(projector)));
-  html += "<h3>Letters</h3>" + relit_row(letters, white_level(letters.best()), "letters");
+  SYMRIG_TRY(const std::string html, context.has_truth() ? compared(context) : more_lights(context));
   const std::string intro =
-      context.has_truth() ? "The bar and the letters were not shown during the capture. "
-                            "Ground truth is the simulated scene itself, free of noise. Relative error: "
-                            "‖relit − truth‖ / ‖truth‖."
-                          : "What the scene looks like under lights that were never shown, computed from the "
-                            "tensor.";
+      context.has_truth()
+          ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
+            "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
+          : "What the scene looks like under lights that were never shown, computed from the tensor.";
   return section("lights", "Under new light", paragraph(intro) + html);
 }
 

@@ -12,6 +12,7 @@
 namespace symrig::text {
 
 std::string grouped(double number) {
+  if (!(std::abs(number) < 1e15)) return short_number(number);
   const std::string digits = fmt::format("{:.0f}", std::abs(number));
   std::string out = number <= -0.5 ? "-" : "";
   for (std::size_t i = 0; i < digits.size(); ++i) {
@@ -45,6 +46,7 @@ std::string byte_size(double bytes) {
 }
 
 std::string duration(double seconds) {
+  if (!(std::abs(seconds) < 1e12)) return short_number(seconds) + " s";
   if (seconds < 0.0095) return fmt::format("{:.2g} ms", seconds * 1e3);
   if (seconds < 1) return fmt::format("{:.0f} ms", seconds * 1e3);
   if (seconds < 60) return fmt::format("{:.1f} s", seconds);

@@ -65,6 +65,23 @@ TEST(CurveChart, a_capture_without_error_stands_on_the_lower_edge) {
   EXPECT_NEAR(y[1], 192, 0.05);
 }
 
+// A file may tell any number.
+TEST(CurveChart, what_has_no_place_on_the_axes_is_left_out) {
+  CurveChart chart =
+      chart_of({{10, 0.1}, {20, 0.05}, {0, 0.1}, {-3, 0.1}, {1e308, 0.1}, {30, 1e308}, {40, -1}});
+  chart.series[0].dots[0].low = 0.05;
+  chart.series[0].dots[0].high = 0.2;
+  chart.series[0].dots[1].low = -1;
+  chart.series[0].dots[1].high = 1e308;
+  const std::string svg = curve_chart(chart);
+  EXPECT_EQ(attributes(svg, "cx").size(), 2U);
+  EXPECT_EQ(svg.find("inf"), std::string::npos);
+  EXPECT_EQ(svg.find("nan"), std::string::npos);
+  std::size_t bars = 0;
+  for (std::size_t at = svg.find("h6\""); at != std::string::npos; at = svg.find("h6\"", at + 1)) ++bars;
+  EXPECT_EQ(bars, 1U);
+}
+
 TEST(CurveChart, nothing_to_draw_is_said_in_words) {
   EXPECT_NE(curve_chart(chart_of({})).find("nothing was captured"), std::string::npos);
   EXPECT_NE(curve_chart(chart_of({{10, 0}})).find("no error in any capture"), std::string::npos);

@@ -34,11 +34,37 @@ TEST(Picture, white_level_of_a_single_spark_is_the_spark) {
 
 TEST(Picture, colours_get_brighter_all_the_way) {
   const auto luminance = [](Rgb c) { return 0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]; };
-  EXPECT_EQ(colour_of(0), (Rgb{0, 0, 0}));
-  EXPECT_EQ(colour_of(1), (Rgb{255, 255, 255}));
+  EXPECT_EQ(colour_of(0), (Rgb{68, 1, 84}));
+  EXPECT_EQ(colour_of(1), (Rgb{253, 231, 37}));
   // Rounding to bytes moves a luminance by up to half a code, so steps of 1/64 (four codes) must still rise.
   for (int k = 0; k < 64; ++k)
     EXPECT_LT(luminance(colour_of(k / 64.0)), luminance(colour_of((k + 1) / 64.0))) << k;
+}
+
+// Colours of the published table between those that are kept: straight lines stay within 7 codes. Lightness
+// L* [CIE 1976] of the table rises by 76 from end to end, evenly to within 1.5.
+TEST(Picture, colours_are_those_of_viridis) {
+  const std::vector<std::pair<int, Rgb>> published{{104, {41, 122, 142}}, {110, {39, 128, 142}},
+                                                   {128, {33, 145, 140}}, {145, {31, 161, 136}},
+                                                   {200, {112, 207, 87}}, {247, {234, 229, 26}}};
+  for (const auto& [k, colour] : published)
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(colour_of(k / 255.0)[c], colour[c], 7) << k;
+  const auto lightness = [](Rgb colour) {
+    const auto linear = [](int code) {
+      const double v = code / 255.0;
+      return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+    };
+    const double y = 0.2126 * linear(colour[0]) + 0.7152 * linear(colour[1]) + 0.0722 * linear(colour[2]);
+    return 116 * std::cbrt(y) - 16;
+  };
+  const double first = lightness(colour_of(0)), last = lightness(colour_of(1));
+  for (int k = 0; k <= 32; ++k)
+    EXPECT_NEAR(lightness(colour_of(k / 32.0)), first + (last - first) * k / 32, 1.5) << k;
+}
+
+TEST(Picture, what_is_no_number_has_a_colour_too) {
+  EXPECT_EQ(colour_of(std::numeric_limits<double>::quiet_NaN()), colour_of(0));
+  EXPECT_EQ(colour_of(std::numeric_limits<double>::infinity()), colour_of(1));
 }
 
 TEST(Picture, a_logarithmic_scale_ends_where_it_says) {
@@ -49,10 +75,10 @@ TEST(Picture, a_logarithmic_scale_ends_where_it_says) {
   image.at(0, 3) = -1;
   const Picture picture = log_colour(image, 2, 4);
   const auto at = [&](int i) { return Rgb{picture.at(0, i, 0), picture.at(0, i, 1), picture.at(0, i, 2)}; };
-  EXPECT_EQ(at(0), (Rgb{255, 255, 255}));
+  EXPECT_EQ(at(0), colour_of(1));
   EXPECT_EQ(at(1), colour_of(0.5));
-  EXPECT_EQ(at(2), (Rgb{0, 0, 0}));
-  EXPECT_EQ(at(3), (Rgb{0, 0, 0}));
+  EXPECT_EQ(at(2), colour_of(0));
+  EXPECT_EQ(at(3), colour_of(0));
 }
 
 TEST(Picture, deeper_levels_are_darker_and_nothing_is_red) {

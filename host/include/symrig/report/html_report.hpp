@@ -4,6 +4,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/report/made.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <string>
@@ -15,6 +16,7 @@ struct ReportOptions {
   TrueTransport truth = {};   ///< may be empty: then nothing is compared
   std::string no_truth = {};  ///< why there is no truth, for the reader; may be empty
   Progress progress = {};     ///< may be empty; one event a section
+  Made made = {};             ///< the page itself
 };
 
 /// One self-contained HTML page (pictures as data URIs, inline CSS and SVG, no script, no request): what the

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/image/encode.hpp"
+
+#include "image/codec.hpp"
+
+namespace symrig {
+
+Result<std::vector<std::byte>> encode_exr(const Image<float>& image) {
+  if (image.empty() || (image.channels() != 1 && image.channels() != 3))
+    return Error{ErrorCode::bad_argument, "only pictures of 1 or 3 channels become OpenEXR",
+                 "encode its channels one by one"};
+  return codec::encode_exr(image, "picture");
+}
+
+}  // namespace symrig

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/search_steps.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig::report {
+namespace {
+
+std::size_t entries(const CaptureFacts& facts, const char* path) {
+  const nlohmann::json* found = facts.find(path);
+  return found != nullptr && found->is_array() ? std::min(found->size(), kMostStages - 2) : 0;
+}
+
+std::optional<Sourced> difference(const std::optional<Sourced>& after, const std::optional<Sourced>& before) {
+  if (!after || !before || after->value < before->value) return std::nullopt;
+  return Sourced{after->value - before->value, after->from + " - " + before->from};
+}
+
+/// The first of several names that may stand for one thing.
+std::optional<Sourced> first_of(const CaptureFacts& facts, const std::vector<std::string>& paths) {
+  for (const std::string& path : paths)
+    if (auto found = count_at(facts, path)) return found;
+  return std::nullopt;
+}
+
+/// k: which of the errors per level.
+std::optional<Sourced> uncertainty_of_level(const CaptureFacts& facts, std::size_t k) {
+  return first_of(facts, {fmt::format("/error_per_level_half_width/{}", k),
+                          fmt::format("/error_per_level_uncertainty/{}", k)});
+}
+
+/// What every file tells of its levels.
+Stage before_the_levels(const CaptureFacts& facts) {
+  Stage stage{.name = "before the levels"};
+  stage.patterns = stage.by_then = count_at(facts, "/patterns_per_level/0");
+  return stage;
+}
+
+/// Files that tell each step of the search.
+std::vector<Stage> told_steps(const CaptureFacts& facts) {
+  std::vector<Stage> stages{before_the_levels(facts)};
+  std::vector<int> seen;
+  std::size_t errors = 0;
+  for (std::size_t k = 0; k < entries(facts, "/steps"); ++k) {
+    const std::string step = fmt::format("/steps/{}", k);
+    const auto level = count_at(facts, step + "/level");
+    if (!level || level->value > 64) continue;
+    Stage stage;
+    stage.level = static_cast<int>(level->value);
+    const bool again = std::find(seen.begin(), seen.end(), *stage.level) != seen.end();
+    seen.push_back(*stage.level);
+    stage.name = fmt::format("level {}{}", *stage.level, again ? " again" : "");
+    stage.by_then = count_at(facts, step + "/patterns");
+    stage.patterns = difference(stage.by_then, stages.back().by_then);
+    stage.rig_seconds = count_at(facts, step + "/rig_seconds");
+    stage.error = count_at(facts, step + "/error");
+    if (stage.error) stage.uncertainty = uncertainty_of_level(facts, errors++);
+    stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+/// Older files: photographs of each level, and the error after each. The first entry of patterns_per_level is
+/// what was taken before the levels, so that errors stand one place further left.
+std::vector<Stage> told_levels(const CaptureFacts& facts) {
+  std::vector<Stage> stages{before_the_levels(facts)};
+  const std::size_t levels = entries(facts, "/patterns_per_level");
+  const std::size_t errors = entries(facts, "/error_per_level");
+  if (errors == 0 || errors >= levels)
+    return stages;  // leaves were split later: nothing says which level is which
+  double sum = stages[0].by_then ? stages[0].by_then->value : 0;
+  for (std::size_t k = 0; k < errors; ++k) {
+    Stage stage{.name = fmt::format("level {}", k), .level = static_cast<int>(k)};
+    stage.patterns = count_at(facts, fmt::format("/patterns_per_level/{}", k + 1));
+    sum += stage.patterns ? stage.patterns->value : 0;
+    stage.by_then = Sourced{sum, fmt::format("sum /patterns_per_level 0..{}", k + 1)};
+    stage.error = count_at(facts, fmt::format("/error_per_level/{}", k));
+    if (stage.error) stage.uncertainty = uncertainty_of_level(facts, k);
+    stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+/// dual, brute and files of other commands: photographs alone.
+std::vector<Stage> told_rounds(const CaptureFacts& facts) {
+  std::vector<Stage> stages;
+  double sum = 0;
+  for (std::size_t k = 0; k < entries(facts, "/patterns_per_level"); ++k) {
+    Stage stage{.name = fmt::format("round {}", k + 1)};
+    stage.patterns = count_at(facts, fmt::format("/patterns_per_level/{}", k));
+    sum += stage.patterns ? stage.patterns->value : 0;
+    stage.by_then = Sourced{sum, fmt::format("sum /patterns_per_level 0..{}", k)};
+    stages.push_back(std::move(stage));
+  }
+  return stages;
+}
+
+/// The finished tensor.
+Stage finished(const CaptureFacts& facts, const std::vector<Stage>& before) {
+  Stage stage{.name = "finished"};
+  stage.by_then = count_at(facts, "/patterns");
+  if (!before.empty()) stage.patterns = difference(stage.by_then, before.back().by_then);
+  stage.rig_seconds = count_at(facts, "/rig_seconds");
+  stage.error = count_at(facts, "/estimated_error/frobenius");
+  if (stage.error) stage.uncertainty = uncertainty_at(facts, "/frobenius");
+  return stage;
+}
+
+/// Where the file does not tell when a stage ended: at the pace of the whole capture.
+void scale_seconds(std::vector<Stage>& stages) {
+  const Stage last = stages.back();
+  if (!last.rig_seconds || !last.by_then || !(last.by_then->value > 0)) return;
+  for (Stage& stage : stages) {
+    if (stage.rig_seconds || !stage.by_then) continue;
+    stage.rig_seconds = Sourced{last.rig_seconds->value * stage.by_then->value / last.by_then->value, ""};
+    stage.seconds_scaled = true;
+  }
+}
+
+}  // namespace
+
+std::optional<Sourced> count_at(const CaptureFacts& facts, const std::string& path) {
+  const auto value = facts.number(path.c_str());
+  if (!value || !(*value >= 0 && *value < 1e15)) return std::nullopt;
+  return Sourced{*value, path};
+}
+
+std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& path) {
+  return first_of(facts, {"/estimated_error_half_width" + path, "/estimated_error_uncertainty" + path});
+}
+
+std::vector<Stage> stages_of(const CaptureFacts& facts) {
+  std::vector<Stage> stages = entries(facts, "/steps") > 0             ? told_steps(facts)
+                              : entries(facts, "/error_per_level") > 0 ? told_levels(facts)
+                                                                       : told_rounds(facts);
+  stages.push_back(finished(facts, stages));
+  scale_seconds(stages);
+  return stages;
+}
+
+}  // namespace symrig::report

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// The top of the page: what it is, what it looks like, what it took.
+#include "report/html.hpp"
+#include "report/picture.hpp"
+#include "report/save_link.hpp"
+#include "report/sections.hpp"
+#include "symrig/report/letters.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig::report {
+namespace {
+
+std::string patterns_tile(const CaptureFacts& facts) {
+  const auto patterns = count_at(facts, "/patterns");
+  if (!patterns) return {};
+  const auto brute = count_at(facts, "/patterns_brute_force");
+  std::string meaning = "patterns";
+  if (brute && patterns->value > 0)
+    meaning += fmt::format("; one pixel at a time would take {}, {}× as many", grouped(brute->value),
+                           short_number(brute->value / patterns->value));
+  return tile(told(patterns, grouped), meaning);
+}
+
+bool simulated(const CaptureFacts& facts) {
+  return facts.text("/scene").value_or("").starts_with("sim:");
+}
+
+std::string time_tile(const CaptureFacts& facts) {
+  const auto rig = count_at(facts, "/rig_seconds");
+  if (!rig) return {};
+  const auto frames = count_at(facts, "/frames");
+  return tile(
+      told(rig, duration),
+      std::string(simulated(facts) ? "simulated capture time, on the rig's clock" : "on the rig's clock") +
+          (frames ? fmt::format(" ({} frames)", grouped(frames->value)) : std::string()));
+}
+
+std::string size_tile(const TransportTensor& tensor) {
+  const auto bytes = static_cast<double>(tensor.bytes());
+  return tile(number(bytes, "inspect:/tensor_bytes", byte_size(bytes)),
+              fmt::format("tensor in memory; T as a full matrix: {}", byte_size(tensor.dense_bytes())));
+}
+
+/// Photographs taken by somebody else, and the worst prediction of one that was kept back.
+std::string photographs_tiles(const Context& context) {
+  std::string html;
+  if (const auto count = count_at(context.facts, "/photographs"))
+    html += tile(told(count, grouped), "photographs");
+  const auto worst = std::max_element(
+      context.held_out.begin(), context.held_out.end(),
+      [](const HeldOutError& a, const HeldOutError& b) { return a.relative() < b.relative(); });
+  if (worst == context.held_out.end()) return html;
+  return html + tile(number(worst->relative(),
+                            fmt::format("evaluate:/held_out/{}/relative", worst - context.held_out.begin()),
+                            percent(worst->relative())),
+                     "of mean white: rms error of the worst held-out photograph");
+}
+
+/// The error that is quoted first: against the truth where it is known, else as the capture estimated it.
+std::string error_tiles(const Context& context) {
+  if (context.errors)
+    return tile(number(context.errors->frobenius, "evaluate:/error/frobenius",
+                       percent(context.errors->frobenius)),
+                "error of T (relative, Frobenius), against the truth") +
+           tile(number(context.errors->indirect, "evaluate:/error/indirect",
+                       percent(context.errors->indirect)),
+                "error of the indirect light alone, against the truth");
+  const auto estimate = count_at(context.facts, "/estimated_error/frobenius");
+  return estimate
+             ? tile(told(estimate, percent), "error of T (relative, Frobenius), as the capture estimated it")
+             : std::string();
+}
+
+std::string stop_tile(const CaptureFacts& facts) {
+  const auto end = facts.text("/stopped_by");
+  return end && *end != "done" ? tile(escape(*end), "the budget that ended the capture early")
+                               : std::string();
+}
+
+Result<std::string> shown(const Context& context, const Image<float>& light, const std::string& name,
+                          const std::string& caption) {
+  SYMRIG_TRY(const Image<float> seen, context.tensor().apply(light));
+  const float white = white_level(seen);
+  return figure(
+      photograph(shrunk(seen, kPictureSide), white),
+      {.alt = name,
+       .caption_html = fmt::format("<b>{}</b> White: radiance {}.", escape(caption), short_number(white)),
+       .file = context.file(file_stem(name)),
+       .values = &seen});
+}
+
+}  // namespace
+
+std::string told(const std::optional<Sourced>& number_told, std::string (*text)(double)) {
+  if (!number_told) return {};
+  const std::string shown_text = text(number_told->value);
+  return number_told->from.empty() ? escape(shown_text)
+                                   : number(number_told->value, "capture:" + number_told->from, shown_text);
+}
+
+std::string headline(const Context& context) {
+  const TransportTensor& tensor = context.tensor();
+  std::string text = escape(fmt::format("Light transport from a {} projector to a {} camera, {} channel{}",
+                                        to_string(tensor.projector_grid()), to_string(tensor.camera_grid()),
+                                        tensor.channels(), tensor.channels() == 1 ? "" : "s"));
+  if (const auto scene = context.facts.text("/scene")) text += "; scene " + breakable(*scene);
+  if (const auto algorithm = context.facts.text("/algorithm")) text += "; algorithm " + breakable(*algorithm);
+  return fmt::format("<h1>{}</h1>\n<p class=\"lead\">{}.</p>\n", breakable(context.options.title), text);
+}
+
+Result<std::string> scene_pictures(const Context& context) {
+  const Grid projector = context.tensor().projector_grid();
+  SYMRIG_TRY(std::string flood, shown(context, Image<float>(projector, 1, 1.0F), "flood-lit",
+                                      "Flood-lit: every projector pixel on."));
+  SYMRIG_TRY(std::string bar,
+             shown(context, bar_pattern(projector), "relit by a vertical bar", "Relit by a vertical bar."));
+  SYMRIG_TRY(std::string letters,
+             shown(context, letters_pattern(projector), "relit by letters", "Relit by letters."));
+  return "<section id=\"scene\" aria-label=\"The scene\">" +
+         row_of({std::move(flood), std::move(bar), std::move(letters)}, 300) + "</section>\n";
+}
+
+std::string key_numbers(const Context& context) {
+  return tiles(patterns_tile(context.facts) + time_tile(context.facts) + size_tile(context.tensor()) +
+               photographs_tiles(context) + error_tiles(context) + stop_tile(context.facts));
+}
+
+}  // namespace symrig::report
