@@ -59,7 +59,7 @@ class ReportNumbers : public CommandTest {
     const std::string source = from.substr(0, from.find(':'));
     const std::string rest = from.substr(from.find(':') + 1);
     if (const std::size_t minus = rest.find(" - "); minus != std::string::npos)
-      return at(source, rest.substr(0, minus)) - at(source, rest.substr(minus + 3));
+      return truth(source + ":" + rest.substr(0, minus)) - truth(source + ":" + rest.substr(minus + 3));
     if (!rest.starts_with("sum ")) return at(source, rest);
     const std::string array = rest.substr(4, rest.find(' ', 4) - 4);
     double sum = 0;

@@ -35,6 +35,12 @@ class ReportStops : public CommandTest {
     EXPECT_EQ(symrig({"evaluate", "scene.h5", "--rig", rig, "--json", "errors.json"}).code, 0);
     return json("errors.json").at("error").at("frobenius");
   }
+  /// Of the last picture: the finished tensor.
+  static double last_letters(const std::map<std::string, double>& numbers) {
+    int k = 0;
+    while (numbers.contains("letters:/stopped/" + std::to_string(k + 1))) ++k;
+    return numbers.at("letters:/stopped/" + std::to_string(k));
+  }
   /// One for each picture of "Stopped at each level": the one before the levels, then one a level.
   static std::vector<Stop> stops(const std::map<std::string, double>& numbers) {
     std::vector<Stop> all;
@@ -68,9 +74,9 @@ TEST_F(ReportStops, agree_with_captures_whose_budget_ends_there) {
     std::vector<double> really;
     for (std::size_t k = 0; k < told.size(); ++k) {
       capture(rig, {"--max-patterns", std::to_string(static_cast<int>(told[k].patterns))});
-      const auto& per_level = json("capture.json").at("error_per_level");
+      const nlohmann::json per_level = json("capture.json").at("error_per_level");
       ASSERT_EQ(per_level.size(), k) << rig;
-      really.push_back(*stops(page()).back().letters);
+      really.push_back(last_letters(page()));
       if (k == 0) continue;
       EXPECT_EQ(*told[k].estimate, per_level.back().get<double>())
           << rig << ", stopped after level " << k - 1;
