@@ -42,7 +42,8 @@ TEST(Picture, colours_get_brighter_all_the_way) {
 }
 
 // Colours of the published table between those that are kept: straight lines stay within 7 codes. Lightness
-// L* [CIE 1976] of the table rises by 76 from end to end, evenly to within 1.5.
+// L* [CIE 1976] of the table rises by 76 from end to end, evenly to within 2.5 (its own measure is J' of
+// CAM02-UCS).
 TEST(Picture, colours_are_those_of_viridis) {
   const std::vector<std::pair<int, Rgb>> published{{104, {41, 122, 142}}, {110, {39, 128, 142}},
                                                    {128, {33, 145, 140}}, {145, {31, 161, 136}},
@@ -59,7 +60,7 @@ TEST(Picture, colours_are_those_of_viridis) {
   };
   const double first = lightness(colour_of(0)), last = lightness(colour_of(1));
   for (int k = 0; k <= 32; ++k)
-    EXPECT_NEAR(lightness(colour_of(k / 32.0)), first + (last - first) * k / 32, 1.5) << k;
+    EXPECT_NEAR(lightness(colour_of(k / 32.0)), first + (last - first) * k / 32, 2.5) << k;
 }
 
 TEST(Picture, what_is_no_number_has_a_colour_too) {
