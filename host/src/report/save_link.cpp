@@ -41,7 +41,7 @@ std::string file_stem(std::string_view text) {
       stem += '-';
   }
   while (!stem.empty() && (stem.back() == '-' || stem.back() == '.')) stem.pop_back();
-  stem.erase(0, stem.find_first_not_of('.') == std::string::npos ? stem.size() : stem.find_first_not_of('.'));
+  stem.erase(0, std::min(stem.size(), stem.find_first_not_of(".-")));
   return stem.empty() ? "symrig" : stem.substr(0, 100);
 }
 
