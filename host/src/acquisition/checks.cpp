@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::uint64_t kSeed = 0xC4EC;
 constexpr double kSignificant = 3;  // standard deviations
-enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural, kChecks };
-static_assert(kChecks == Checks::kCount);
+constexpr std::size_t kChecks = Checks::kCount;
+constexpr auto kHalf = Checks::kHalf, kOtherHalf = Checks::kOtherHalf, kSparse = Checks::kSparse,
+               kOtherSparse = Checks::kOtherSparse, kBar = Checks::kBar, kNatural = Checks::kNatural;
 constexpr std::array<const char*, kChecks> kNames{
     "random half", "its complement", "random 1/32", "another 1/32", "bar", "picture"};
 
@@ -116,18 +117,6 @@ std::vector<TreePhotograph> Checks::halves() const {
     both[k].mean = residuals_[k].residual;
   }
   return both;
-}
-
-double Checks::frobenius(std::span<const TreePhotograph> left) const {
-  Squares squares;
-  const TreePhotograph& p = residuals_[kHalf].photograph;
-  const TreePhotograph& q = residuals_[kOtherHalf].photograph;
-  for (std::size_t at = 0; at < p.mean.size(); ++at)
-    if (p.valid[at] != 0 && q.valid[at] != 0)
-      squares.add(static_cast<double>(left[kHalf].mean[at]) - left[kOtherHalf].mean[at],
-                  static_cast<double>(p.mean[at]) - q.mean[at],
-                  static_cast<double>(p.variance[at]) + q.variance[at]);
-  return squares.relative();
 }
 
 TransportErrors Checks::errors(const std::vector<Residual>& residuals) {

@@ -17,6 +17,8 @@ namespace symrig::acquisition {
 class Checks {
  public:
   static constexpr std::int64_t kCount = 6;  ///< photographs
+  /// Their order.
+  enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural };
 
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(Context& context);
@@ -29,12 +31,12 @@ class Checks {
   /// Of the transport known now: subtracts what has been added since the last time, or all of it if some was
   /// changed. Valid until the next call.
   const std::vector<Residual>& residuals(const Context& context);
+  /// The photographs; what is left of them is of the last residuals().
+  const std::vector<Residual>& photographs() const { return residuals_; }
   /// Subtract everything anew next time: needed after Known::rewind() to before the last residuals().
   void forget() { rewritten_ = -1; }
   /// Pattern and residual of the two halves, to see what more would leave of them.
   std::vector<TreePhotograph> halves() const;
-  /// Frobenius error by what is left of the two halves.
-  double frobenius(std::span<const TreePhotograph> left) const;
 
   /// The errors of TransportErrors as far as photographs can tell: squares of the residual less their noise,
   /// over squares of the photograph less its noise; never below what the noise of the check itself can

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/evaluate.hpp"
 
+#include "symrig/acquisition/measured_errors.hpp"
 #include "symrig/base/random.hpp"
 
 #include <algorithm>
@@ -16,6 +17,15 @@ namespace {
 /// Squared norms gathered over pixels, channels and random vectors, less what noise adds to them.
 struct Squares {
   double error = 0, truth = 0, everything = 0;
+  double error_noise = 0;  ///< variance of error by the photographs' noise
+
+  Squares& operator+=(const Squares& other) {
+    error += other.error;
+    truth += other.truth;
+    everything += other.everything;
+    error_noise += other.error_noise;
+    return *this;
+  }
 
   /// ‖error‖/‖truth‖. Where the truth is exactly dark (a plane has no indirect light) any error is told as a
   /// share of the whole photograph instead: still 0 only for a tensor that is dark there too.
@@ -55,6 +65,7 @@ class Comparison {
         squares->everything += t * t - variance;
         if (!seen->empty() && (*seen)[i % pixels] == 0) continue;
         squares->error += e * e - variance;
+        squares->error_noise += 4 * variance * e * e - 2 * variance * variance;  // Var[e²]
         squares->truth += t * t - variance;
       }
     }
@@ -120,25 +131,65 @@ Image<float> cut_at_median(Image<float> picture) {
   return picture;
 }
 
-Result<TransportErrors> compare_all(const TransportTensor& tensor, const Comparison& compare,
-                                    const Image<float>& natural_light, const EvaluateOptions& options) {
+struct Told {
+  double value, half_width;
+};
+
+/// Half of the interval that noise leaves: two standard deviations of the squared error.
+double noise_width(const Squares& of) {
+  constexpr double kSigmas = 2;
+  const double value = of.relative();
+  if (!(of.error_noise > 0) || !(of.truth > 0)) return 0;
+  const double high = std::max(0.0, of.error) + kSigmas * std::sqrt(of.error_noise);
+  const double low = of.error - kSigmas * std::sqrt(of.error_noise);
+  return std::max(std::sqrt(high / of.truth) - value, value - std::sqrt(std::max(0.0, low) / of.truth));
+}
+
+Told told(const Squares& of) {
+  return {of.relative(), noise_width(of)};
+}
+
+/// Several random vectors: what leaving each one out changes. Few vectors: Student's t instead of two
+/// standard deviations, 2 (1 + 1.2 / degrees of freedom) to a per cent from three degrees on.
+Told told(const std::vector<Squares>& probes) {
+  Squares all;
+  for (const Squares& one : probes) all += one;
+  const auto n = static_cast<double>(probes.size());
+  if (probes.size() < 2) return {all.relative(), all.relative()};
+  double mean = 0, squares = 0;
+  for (const Squares& out : probes) {
+    Squares left;
+    for (const Squares& one : probes)
+      if (&one != &out) left += one;
+    const double value = left.relative();
+    mean += value / n;
+    squares += value * value;
+  }
+  const double variance = std::max(0.0, squares - n * mean * mean) * (n - 1) / n;
+  return {all.relative(), 2 * (1 + 1.2 / (n - 1)) * std::sqrt(variance) + noise_width(all)};
+}
+
+Result<ErrorEstimate> compare_all(const TransportTensor& tensor, const Comparison& compare,
+                                  const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const auto pixels = static_cast<std::size_t>(grid.size());
   const bool coaxial = grid == tensor.camera_grid();
   const Seen all;
   Random random(options.seed);
-  Squares frobenius, indirect, flood, bar, bar_outside, random_light, natural;
-  for (int k = 0; k < options.probes; ++k) {
+  std::vector<Squares> frobenius(static_cast<std::size_t>(std::max(0, options.probes)));
+  std::vector<Squares> indirect = frobenius;
+  Squares flood, bar, bar_outside, random_light, natural;
+  for (std::size_t k = 0; k < frobenius.size(); ++k) {
     Image<float> z(grid);
     for (float& v : z.values()) v = random.sign();
-    SYMRIG_CHECK(compare.add(z, {{&all, &frobenius}}));
+    SYMRIG_CHECK(compare.add(z, {{&all, &frobenius[k]}}));
     Seen dark(pixels, 1);
     for (std::size_t i = 0; i < pixels; ++i) {
       const bool lit = random.uniform() < 1.0 / 16;
       z.values()[i] = lit ? random.sign() : 0;
       dark[i] = lit ? 0 : 1;
     }
-    if (coaxial) SYMRIG_CHECK(compare.add(z, {{&dark, &indirect}}));
+    if (coaxial) SYMRIG_CHECK(compare.add(z, {{&dark, &indirect[k]}}));
   }
   const Image<float> bar_light = bar_pattern(grid);
   Seen outside(pixels);
@@ -151,24 +202,40 @@ Result<TransportErrors> compare_all(const TransportTensor& tensor, const Compari
   } else {
     SYMRIG_CHECK(compare.add(bar_light, {{&all, &bar}}));
   }
-  return TransportErrors{frobenius.relative(),    indirect.relative(), flood.relative(),      bar.relative(),
-                         random_light.relative(), natural.relative(),  bar_outside.relative()};
+  const Told f = told(frobenius), i = told(indirect), e = told(flood), b = told(bar), r = told(random_light),
+             n = told(natural), o = told(bar_outside);
+  return ErrorEstimate{
+      {f.value, i.value, e.value, b.value, r.value, n.value, o.value},
+      {f.half_width, i.half_width, e.half_width, b.half_width, r.half_width, n.half_width, o.half_width},
+      {}};
 }
 
 }  // namespace
 
-Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
-                                 const EvaluateOptions& options) {
+Result<ErrorEstimate> measure_errors(const TransportTensor& tensor, const TrueTransport& truth,
+                                     const EvaluateOptions& options) {
   const Image<float> natural = natural_pattern(tensor.projector_grid(), options.seed + 2);
   return compare_all(tensor, Comparison(tensor, exactly(truth)), natural, options);
 }
 
-Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe, const EvaluateOptions& options,
-                                 const Progress& progress) {
+Result<ErrorEstimate> measure_errors(const TransportTensor& tensor, Probe& probe,
+                                     const EvaluateOptions& options, const Progress& progress) {
   const Image<float> natural = cut_at_median(natural_pattern(tensor.projector_grid(), options.seed + 2));
   const std::int64_t photographs = std::int64_t{4} * options.probes + 4;
   return compare_all(tensor, Comparison(tensor, photographed(probe, progress, photographs)), natural,
                      options);
+}
+
+Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
+                                 const EvaluateOptions& options) {
+  SYMRIG_TRY(const ErrorEstimate measured, measure_errors(tensor, truth, options));
+  return measured.value;
+}
+
+Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe, const EvaluateOptions& options,
+                                 const Progress& progress) {
+  SYMRIG_TRY(const ErrorEstimate measured, measure_errors(tensor, probe, options, progress));
+  return measured.value;
 }
 
 }  // namespace symrig

@@ -5,10 +5,12 @@
 #include "acquisition/context.hpp"
 #include "acquisition/dark_excess.hpp"
 #include "acquisition/direct_light.hpp"
+#include "acquisition/error_estimate.hpp"
 #include "acquisition/forecast.hpp"
 #include "acquisition/level_search.hpp"
 #include "acquisition/merging.hpp"
 #include "acquisition/node.hpp"
+#include "acquisition/noise_check.hpp"
 #include "acquisition/placement.hpp"
 #include "acquisition/polish.hpp"
 #include "acquisition/prediction.hpp"
@@ -86,6 +88,7 @@ class Hierarchy {
   Result<void> refine_direct_light();
   std::vector<LogRange> whole_photographs() const;
   Result<void> polish();
+  Result<NoiseCheck> check_noise() const;
   Result<CaptureResult> finish();
 
   bool any_open() const {
@@ -104,7 +107,7 @@ class Hierarchy {
   /// What is assumed of blocks that were not looked into, and the estimated frobenius error with it.
   struct Assumption {
     bool direct = true;
-    double error = 0;
+    ErrorBar error;
   };
   Assumption better_assumption();
 
@@ -132,8 +135,9 @@ class Hierarchy {
   std::optional<Reopening> reopening_;
   bool reopened_ = false;  ///< some were, and stayed so
   std::set<int> refused_radii_;
-  std::vector<double> error_per_level_;
+  std::vector<ErrorBar> error_per_level_;
   std::vector<CaptureStep> steps_;
+  std::int64_t first_again_ = 0;  ///< log number of the flood-lit photographs at the end
   std::string stopped_by_ = "done";
 };
 
@@ -231,8 +235,9 @@ Result<bool> Hierarchy::finish_early() {
                settle_short_range(context_, *checks_, open_, patterns_left(), refused_radii_));
     if (short_range) return true;
   }
-  const bool reached = options_.target_error > 0 && !error_per_level_.empty() &&
-                       error_per_level_.back() <= options_.target_error;
+  const bool reached =
+      options_.target_error > 0 && !error_per_level_.empty() &&
+      error_per_level_.back().value + error_per_level_.back().half_width <= options_.target_error;
   const Budget budget = tightest_budget();
   if (!reached && budget.left > 0) return false;
   if (reached)
@@ -271,8 +276,8 @@ Hierarchy::Assumption Hierarchy::better_assumption() {
     std::vector<TreePhotograph> left = without_pairs;
     known_.subtract_from(left, pairs);
     known_.rewind(pairs);
-    const double error = checks_->frobenius(left);
-    if (direct || error < best.error) best = {direct, error};
+    const ErrorBar error = frobenius_error(tree_, checks_->photographs(), left);
+    if (direct || error.value < best.error.value) best = {direct, error};
   }
   known_.rewind(searched);
   return best;
@@ -288,7 +293,10 @@ void Hierarchy::accept_open() {
 
 void Hierarchy::tell_step(int level) {
   CaptureStep step{level, photographer_.taken(), photographer_.rig_seconds(), std::nullopt};
-  if (checks_) error_per_level_.push_back(*(step.error = better_assumption().error));
+  if (checks_) {
+    error_per_level_.push_back(better_assumption().error);
+    step.error = error_per_level_.back().value;
+  }
   steps_.push_back(step);
 }
 
@@ -344,6 +352,7 @@ Result<void> Hierarchy::refine_direct_light() {
   const auto extra =
       static_cast<std::size_t>(std::min(noisy_ ? std::max(kFewest, share) : 0, patterns_left()));
   photographer_.expect_later(kNoneToCome);
+  first_again_ = photographer_.taken();
   SYMRIG_CHECK(photographer_.take("direct light", std::vector<LitBlocks>(extra, LitBlocks{{0, pixels}})));
   context_.patterns_per_level.push_back(static_cast<std::int64_t>(extra));
   DirectLight::Model model{{}, std::vector<double>(context_.flood_squared.size())};
@@ -399,19 +408,41 @@ Result<void> Hierarchy::polish() {
   return {};
 }
 
+/// Compares photographs of the same light: the first one, the halves, some of those at the end.
+Result<NoiseCheck> Hierarchy::check_noise() const {
+  constexpr std::int64_t kMost = 8;
+  std::vector<TreePhotograph> floods;
+  const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
+    floods.insert(floods.end(), p.begin(), p.end());
+  };
+  SYMRIG_CHECK(photographer_.read(0, 1, keep));
+  const std::int64_t again = first_again_ > 0 ? photographer_.taken() - first_again_ : 0;
+  SYMRIG_CHECK(photographer_.read(first_again_, std::min(again, kMost), keep));
+  const auto& checks = checks_->photographs();
+  return acquisition::check_noise(tree_, floods, &checks[Checks::kHalf].photograph,
+                                  &checks[Checks::kOtherHalf].photograph);
+}
+
 Result<CaptureResult> Hierarchy::finish() {
   CaptureResult result;
+  result.tensor = known_.tensor();
   if (checks_) {
-    const auto& residuals = checks_->residuals(context_);
-    result.estimated = Checks::errors(residuals);
+    SYMRIG_TRY(result.noise_check, check_noise());
+    ErrorEstimate estimate =
+        estimate_errors(result.tensor, checks_->photographs(), doubted_variance(result.noise_check));
+    result.estimated = estimate.value;
+    result.estimated_half_width = estimate.half_width;
+    result.estimate_not_given = std::move(estimate.not_given);
     result.held_out = checks_->held_out(context_);
   }
-  result.tensor = known_.tensor();
   result.patterns = photographer_.taken();
   result.patterns_per_level = std::move(context_.patterns_per_level);
   result.stopped_by = stopped_by_;
   result.suspects = suspects_;
-  result.error_per_level = std::move(error_per_level_);
+  for (const ErrorBar& error : error_per_level_) {
+    result.error_per_level.push_back(error.value);
+    result.error_per_level_half_width.push_back(error.half_width);
+  }
   result.steps = std::move(steps_);
   return result;
 }

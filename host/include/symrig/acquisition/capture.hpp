@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/noise_check.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
@@ -99,7 +101,7 @@ struct CaptureOptions {
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
   std::int64_t max_patterns = 0;      ///< stop after as many photographs; 0: no limit
   double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
-  double target_error = 0;            ///< stop when the estimated frobenius error is below; 0: no target
+  double target_error = 0;  ///< stop when the estimated frobenius error and its half width are below; 0: none
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
   PhotographLog* log = nullptr;
   Progress progress;  ///< may be empty
@@ -125,10 +127,15 @@ struct CaptureResult {
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
   /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
   std::string stopped_by = "done";
-  std::optional<TransportErrors> estimated = {};  ///< from held_out; none: nothing was held out
-  std::vector<double> error_per_level = {};       ///< estimated frobenius after each level; may be empty
-  std::vector<HeldOut> held_out = {};             ///< photographs that no part of the tensor was made from
-  std::int64_t suspects = 0;  ///< leaves that the held-out photographs find wrong and that stayed so
+  /// From held_out; none: nothing was held out. NaN where an error cannot be told: estimate_not_given.
+  std::optional<TransportErrors> estimated = {};
+  TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
+  std::vector<ErrorNotGiven> estimate_not_given = {};
+  std::vector<double> error_per_level = {};  ///< estimated frobenius after each level; may be empty
+  std::vector<double> error_per_level_half_width = {};
+  NoiseCheck noise_check = {};
+  std::vector<HeldOut> held_out = {};  ///< photographs that no part of the tensor was made from
+  std::int64_t suspects = 0;           ///< leaves that the held-out photographs find wrong and that stayed so
   double refine_seconds =
       0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
   /// In the order of the search. A level comes again where its leaves were split later.
