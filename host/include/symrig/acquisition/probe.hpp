@@ -41,8 +41,11 @@ class Probe {
 
   /// Shows each pattern and returns what the camera saw, as radiance per unit of projector light.
   /// patterns: one channel, values in [0,1] on grid(). Result: one Radiance a pattern, on the same grid,
-  /// channels() channels. fails: size_mismatch, bad_value, device errors. On failure no photograph is
-  /// returned.
+  /// channels() channels. The noise of each photograph has the variance that it states, and is independent of
+  /// that of other photographs and of other pixels: black frames or lamp readings that several photographs
+  /// share must be far more precise than these. Errors, rank tests and weights rely on it; noise that all
+  /// photographs share is taken for light. A capture tells gross cases (noise_check.hpp). fails:
+  /// size_mismatch, bad_value, device errors. On failure no photograph is returned.
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
 
   /// True if the probe would choose its exposures for the next photographs by what is expected of them.
