@@ -3,21 +3,52 @@
 
 #include "console.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace symrig::apps {
+namespace {
 
-std::string error_table(const TransportErrors& e) {
-  return fmt::format(
-      "  frobenius        {:>10}   all of T\n"
-      "  indirect         {:>10}   without the direct light\n"
-      "  flood            {:>10}   all projector pixels on\n"
-      "  relight bar      {:>10}   a vertical bar\n"
-      "  relight random   {:>10}   a random pattern\n"
-      "  relight natural  {:>10}   a smooth picture\n"
-      "  bar_indirect     {:>10}   the bar, seen only outside it\n",
-      percent(e.frobenius), percent(e.indirect), percent(e.flood), percent(e.relight_bar),
-      percent(e.relight_random), percent(e.relight_natural), percent(e.bar_indirect));
+struct Row {
+  const char* name;
+  const char* key;  ///< as in ErrorNotGiven
+  double TransportErrors::*field;
+  const char* meaning;
+};
+
+constexpr std::array<Row, 7> kRows{{
+    {"frobenius", "frobenius", &TransportErrors::frobenius, "all of T"},
+    {"indirect", "indirect", &TransportErrors::indirect, "without the direct light"},
+    {"flood", "flood", &TransportErrors::flood, "all projector pixels on"},
+    {"relight bar", "relight.bar", &TransportErrors::relight_bar, "a vertical bar"},
+    {"relight random", "relight.random", &TransportErrors::relight_random, "a random pattern"},
+    {"relight natural", "relight.natural", &TransportErrors::relight_natural, "a smooth picture"},
+    {"bar_indirect", "bar_indirect", &TransportErrors::bar_indirect, "the bar, seen only outside it"},
+}};
+
+std::string reason_of(const ErrorEstimate& errors, const char* key) {
+  const auto why = std::find_if(errors.not_given.begin(), errors.not_given.end(),
+                                [&](const ErrorNotGiven& one) { return one.key == key; });
+  return why == errors.not_given.end() ? std::string() : ": " + why->reason;
+}
+
+}  // namespace
+
+std::string error_table(const ErrorEstimate& errors) {
+  std::string text;
+  for (const Row& row : kRows) {
+    const double value = errors.value.*row.field, width = errors.half_width.*row.field;
+    if (std::isnan(value)) {
+      text += fmt::format("  {:<16} not given{}\n", row.name, reason_of(errors, row.key));
+      continue;
+    }
+    const std::string bound = width > 0 ? "± " + percent(width) : std::string();
+    text += fmt::format("  {:<16} {:>10} {:<12} {}\n", row.name, percent(value), bound, row.meaning);
+  }
+  return text;
 }
 
 }  // namespace symrig::apps

@@ -118,12 +118,17 @@ std::string told_besides(const CaptureSummary& summary, const CaptureResult& res
                         grouped(static_cast<double>(summary.replayed)));
   text += told(summary.trouble);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
+  for (const std::string& finding : result.noise_check.findings)
+    text += fmt::format("warning: {}; estimated errors and rank tests trust the stated noise\n", finding);
   if (result.estimated)
-    text += fmt::format("relative errors, estimated from {} held-out photographs\n", result.held_out.size()) +
-            error_table(*result.estimated);
+    text += fmt::format("relative errors, estimated from {} held-out photographs (±: {:.0f} % confidence)\n",
+                        result.held_out.size(), 100 * kErrorConfidence) +
+            error_table({*result.estimated, result.estimated_half_width, result.estimate_not_given});
   if (result.error_per_level.empty()) return text;
   text += "error after each level:";
-  for (const double error : result.error_per_level) text += " " + percent(error);
+  for (std::size_t k = 0; k < result.error_per_level.size(); ++k)
+    text += fmt::format("{} {} ± {}", k == 0 ? "" : ",", percent(result.error_per_level[k]),
+                        percent(result.error_per_level_half_width[k]));
   return text + "\n";
 }
 
@@ -257,8 +262,9 @@ Job add_capture(CLI::App& app) {
   command->add_option("--max-seconds", arguments->max_seconds, "Stop after this long on the rig's clock")
       ->type_name("S");
   command
-      ->add_option("--target-error", arguments->target_error,
-                   "Stop when the error estimated from held-out photographs is below this share")
+      ->add_option(
+          "--target-error", arguments->target_error,
+          "Stop when the error estimated from held-out photographs and its uncertainty are below this share")
       ->type_name("E");
   command
       ->add_option("--photograph-seconds", arguments->photograph_seconds,

@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/acquisition/evaluate.hpp"
-
 #include "command.hpp"
 #include "console.hpp"
 #include "error_table.hpp"
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
+#include "symrig/acquisition/measured_errors.hpp"
+#include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace symrig::apps {
 namespace {
@@ -29,24 +33,32 @@ Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
           "give the rig that the scene was captured from"};
 }
 
-Result<TransportErrors> against_truth(const TransportTensor& tensor, const std::string& rig) {
+/// Errors, and the rig as it calls itself.
+struct Judged {
+  ErrorEstimate errors;
+  std::string rig;
+};
+
+Result<Judged> against_truth(const TransportTensor& tensor, const std::string& rig) {
   SYMRIG_TRY(const std::shared_ptr<const sim::Scene> truth, open_truth(rig));
   const bool fits = truth->grid() == tensor.camera_grid() && truth->grid() == tensor.projector_grid() &&
                     truth->channels() == tensor.channels();
   if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());
   Meter meter("evaluate", "patterns");
-  return evaluate(tensor, truth_of(truth, meter.progress()));
+  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, truth_of(truth, meter.progress())));
+  return Judged{std::move(errors), rig};
 }
 
 /// A real rig: photographs that the tensor has never seen.
-Result<TransportErrors> against_rig(const TransportTensor& tensor, const std::string& rig) {
+Result<Judged> against_rig(const TransportTensor& tensor, const std::string& rig) {
   SYMRIG_TRY(const OpenedRig opened, open_rig(rig));
   Probe& probe = *opened.probe;
   const bool fits = probe.grid() == tensor.camera_grid() && probe.grid() == tensor.projector_grid() &&
                     probe.channels() == tensor.channels();
   if (!fits) return grids_differ(tensor, probe.grid(), probe.channels());
   Meter meter("evaluate", "photographs");
-  return evaluate(tensor, probe, {}, meter.progress());
+  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, probe, {}, meter.progress()));
+  return Judged{std::move(errors), probe.describe()};
 }
 
 Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) {
@@ -64,6 +76,14 @@ std::string told(const HeldOutError& e) {
                      e.mean_white);
 }
 
+/// One line, before anybody reads the numbers.
+void warn(const std::string& file, const std::vector<std::string>& differs) {
+  if (differs.empty()) return;
+  print_error("evaluate", fmt::format("warning: {} was captured from another scene: {}; the errors tell how "
+                                      "different the two are",
+                                      file, fmt::join(differs, ", ")));
+}
+
 Result<void> run(const Arguments& arguments) {
   SYMRIG_CHECK(rig_files(arguments.rig)
                    .reads("the scene", arguments.scene)
@@ -74,20 +94,25 @@ Result<void> run(const Arguments& arguments) {
     return Error{ErrorCode::bad_argument,
                  fmt::format("{} holds no held-out photographs to compare with", arguments.scene),
                  "give the rig it was captured from: --rig rig.toml or --rig sim:NAME"};
-  std::optional<TransportErrors> errors;
+  std::optional<Judged> errors;
+  std::vector<std::string> differs;
   if (!arguments.rig.empty()) {
     const bool known = is_simulated(arguments.rig);
     SYMRIG_TRY(errors,
                known ? against_truth(scene.tensor, arguments.rig) : against_rig(scene.tensor, arguments.rig));
+    differs = differences_of_scene(captured_scene(scene), errors->rig);
+    warn(arguments.scene, differs);
   }
   SYMRIG_TRY(const std::vector<HeldOutError> held_out, against_photographs(scene));
-  SYMRIG_CHECK(write_text(arguments.json, evaluation_json(captured_scene(scene), arguments.rig,
-                                                          errors ? &*errors : nullptr, held_out)));
+  SYMRIG_CHECK(write_text(
+      arguments.json,
+      evaluation_json(captured_scene(scene), arguments.rig, errors ? &errors->errors.value : nullptr,
+                      held_out, errors ? &errors->errors.half_width : nullptr, differs)));
   if (is_standard_output(arguments.json)) return {};
   std::string text =
       errors ? fmt::format("relative errors against {}\n",
                            is_simulated(arguments.rig) ? "the true transport" : "photographs taken now") +
-                   error_table(*errors)
+                   error_table(errors->errors)
              : std::string();
   for (const HeldOutError& one : held_out) text += told(one);
   return print(text);

@@ -19,17 +19,9 @@ std::optional<Sourced> difference(const std::optional<Sourced>& after, const std
   return Sourced{after->value - before->value, after->from + " - " + before->from};
 }
 
-/// The first of several names that may stand for one thing.
-std::optional<Sourced> first_of(const CaptureFacts& facts, const std::vector<std::string>& paths) {
-  for (const std::string& path : paths)
-    if (auto found = count_at(facts, path)) return found;
-  return std::nullopt;
-}
-
 /// k: which of the errors per level.
 std::optional<Sourced> uncertainty_of_level(const CaptureFacts& facts, std::size_t k) {
-  return first_of(facts, {fmt::format("/error_per_level_half_width/{}", k),
-                          fmt::format("/error_per_level_uncertainty/{}", k)});
+  return count_at(facts, fmt::format("/error_per_level_uncertainty/{}", k));
 }
 
 /// What every file tells of its levels.
@@ -129,7 +121,7 @@ std::optional<Sourced> count_at(const CaptureFacts& facts, const std::string& pa
 }
 
 std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::string& path) {
-  return first_of(facts, {"/estimated_error_half_width" + path, "/estimated_error_uncertainty" + path});
+  return count_at(facts, "/estimated_error_uncertainty" + path);
 }
 
 std::vector<Stage> stages_of(const CaptureFacts& facts) {

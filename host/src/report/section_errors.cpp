@@ -3,6 +3,7 @@
 #include "report/save_link.hpp"
 #include "report/sections.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/format.h>
@@ -40,10 +41,18 @@ std::optional<Sourced> uncertainty_of(const Context& context, const Kind& kind) 
   return uncertainty_at(context.facts, kind.path);
 }
 
+/// The reason that the capture gives, if it gives one.
+std::string why_not_given(const Context& context, const Kind& kind) {
+  std::string key = std::string(kind.path).substr(1);
+  std::replace(key.begin(), key.end(), '/', '.');
+  const auto why = context.facts.text(("/estimated_error_not_given/" + key).c_str());
+  return why ? "not given: " + *why : "not known";
+}
+
 std::string estimate_cell(const Context& context, const Kind& kind) {
   const auto uncertainty = uncertainty_of(context, kind);
   const std::string estimate = told(estimate_of(context, kind), percent);
-  if (estimate.empty()) return "not known";
+  if (estimate.empty()) return escape(why_not_given(context, kind));
   return uncertainty ? estimate + " ± " + told(uncertainty, percent) : estimate;
 }
 

@@ -43,6 +43,27 @@ Json errors_json(const TransportErrors& errors) {
       {"bar_indirect", errors.bar_indirect}};
 }
 
+/// Half of the interval around each error. NaN is null.
+Json uncertainty_json(const TransportErrors& half_width) {
+  Json json = errors_json(half_width);
+  json["confidence"] = kErrorConfidence;
+  return json;
+}
+
+Json not_given_json(const std::vector<ErrorNotGiven>& all) {
+  Json json = Json::object();
+  for (const ErrorNotGiven& one : all) json[one.key] = one.reason;
+  return json;
+}
+
+Json noise_check_json(const NoiseCheck& check) {
+  return {{"variance_ratio", check.variance_ratio},
+          {"shared_ratio", check.shared_ratio},
+          {"neighbours", check.neighbours},
+          {"lamp", check.lamp},
+          {"findings", check.findings}};
+}
+
 /// Largest rank and how many leaves have each rank.
 Json ranks_json(const TransportTensor& tensor) {
   std::vector<std::int64_t> count;
@@ -100,8 +121,13 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["replayed"] = summary.replayed;
   json["stopped_by"] = result.stopped_by;
   json["estimated_error"] = result.estimated ? errors_json(*result.estimated) : Json(nullptr);
+  json["estimated_error_uncertainty"] =
+      result.estimated ? uncertainty_json(result.estimated_half_width) : Json(nullptr);
+  json["estimated_error_not_given"] = not_given_json(result.estimate_not_given);
   json["error_per_level"] = result.error_per_level;
   json["steps"] = steps_json(result.steps);
+  json["error_per_level_uncertainty"] = result.error_per_level_half_width;
+  json["noise_check"] = noise_check_json(result.noise_check);
   json["suspects"] = result.suspects;
   json["split"] = name(tensor.camera_tree().split());
   json["patterns_brute_force"] = tensor.projector_grid().size();
@@ -145,12 +171,15 @@ std::string settings_text(const CaptureOptions& options) {
 }
 
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
-                            const std::vector<HeldOutError>& held_out) {
+                            const std::vector<HeldOutError>& held_out, const TransportErrors* half_width,
+                            const std::vector<std::string>& differs) {
   Json json;
   json["command"] = "evaluate";
   json["scene"] = scene;
   json["rig"] = rig.empty() ? Json(nullptr) : Json(rig);
+  json["rig_differs"] = differs;
   if (errors != nullptr) json["error"] = errors_json(*errors);
+  if (half_width != nullptr) json["error_uncertainty"] = uncertainty_json(*half_width);
   json["held_out"] = report::held_out_json(held_out);
   return json_text(json);
 }

@@ -41,7 +41,7 @@ StoredScene general(Grid camera, Grid projector) {
 constexpr const char* kTold =
     R"({"scene": "sim:plane?size=4x6", "algorithm": "symrig", "patterns": 60, "patterns_brute_force": 1024, "rig_seconds": 90,
         "patterns_per_level": [7, 4, 16, 30, 3], "error_per_level": [0.5, 0.25, 0.01], "estimated_error": {"frobenius": 0.005},
-        "error_per_level_half_width": [0.1, 0.05, 0.02], "seconds": {"total": 2}, "command_line": "symrig capture", "version": "0.1.0",
+        "error_per_level_uncertainty": [0.1, 0.05, 0.02], "seconds": {"total": 2}, "command_line": "symrig capture", "version": "0.1.0",
         "steps": [{"level": 0, "patterns": 11, "rig_seconds": 16, "error": 0.5}, {"level": 1, "patterns": 27, "rig_seconds": 40, "error": 0.25},
                   {"level": 2, "patterns": 57, "rig_seconds": 85, "error": 0.01}]})";
 
@@ -53,7 +53,7 @@ constexpr std::array kHostile{
     R"({"patterns_per_level": [7, 4], "error_per_level": [1, 2, 3, 4, 5], "patterns": 5, "rig_seconds": 1e-300})",
     R"({"steps": [{"level": 1e9, "patterns": 1}, {"level": -1}, 7, {"level": 0, "patterns": 0, "rig_seconds": 0, "error": 1e-320}], "patterns": 1})",
     R"({"steps": {"levels": []}, "estimated_error": [1], "stopped_by": ["<b>"], "scene": 7, "command_line": "<script>'\"&"})",
-    R"({"estimated_error": {"frobenius": 1e14, "relight": {"bar": -0.5}}, "estimated_error_half_width": {"frobenius": 1e13}})"};
+    R"({"estimated_error": {"frobenius": 1e14, "relight": {"bar": -0.5}}, "estimated_error_uncertainty": {"frobenius": 1e13}})"};
 
 TEST(ReportPage, is_sound_for_every_kind_of_tensor) {
   std::vector<StoredScene> scenes;

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace symrig {
 
@@ -51,9 +52,12 @@ struct HeldOutError {
 /// Predicts one held-out photograph and compares.  fails: size_mismatch.
 Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out);
 
-/// The keys of `symrig evaluate --json`. errors may be null (no truth given).
+/// The keys of `symrig evaluate --json`. errors may be null (no truth given), and so may how far off they
+/// are. differs: differences_of_scene().
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
-                            const std::vector<HeldOutError>& held_out);
+                            const std::vector<HeldOutError>& held_out,
+                            const TransportErrors* half_width = nullptr,
+                            const std::vector<std::string>& differs = {});
 
 /// The keys of `symrig inspect --json`.
 std::string inspection_json(const StoredScene& scene);
