@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tools/test ends as failed when a stage did not finish: what a later stage would test is what was built before.
+
+A copy of the script runs in an empty tree, with programs on its PATH that only note that they were called.
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
+GOOD_REPORT = '<testsuite tests="3" failures="0" disabled="0" skipped="0"></testsuite>'
+FAILED_REPORT = '<testsuite tests="3" failures="1" disabled="0" skipped="0"></testsuite>'
+
+
+class Tree:
+    """A tree with tools/test and stand-ins for all that it calls."""
+
+    def __init__(self, folder):
+        self.root = pathlib.Path(folder)
+        self.bin = self.root / "bin"
+        self.bin.mkdir()
+        (self.root / "tools").mkdir()
+        for name in ("test", "lib.sh"):
+            shutil.copy(TOOLS / name, self.root / "tools" / name)
+        for name in ("setup", "firmware", "check-tidy"):
+            self.program(self.root / "tools" / name, name)
+        self.program(self.bin / "cmake", "cmake", 'mkdir -p build/release build/asan-ubsan')
+        self.program(self.bin / "ninja", "ninja")
+        self.ctest(GOOD_REPORT, 0)
+
+    def program(self, path, name, body="", code=0):
+        path.write_text(f"#!/bin/bash\necho {name} >>{self.root}/called\n{body}\nexit {code}\n", encoding="utf-8")
+        path.chmod(0o755)
+
+    def ctest(self, report, code):
+        body = f"""while [ $# -gt 0 ]; do [ "$1" != --output-junit ] || echo '{report}' >"$2"; shift; done"""
+        self.program(self.bin / "ctest", "ctest", body, code)
+
+    def run(self):
+        environment = {**os.environ, "PATH": f"{self.bin}:{os.environ['PATH']}"}
+        done = subprocess.run(
+            [self.root / "tools" / "test"], env=environment, capture_output=True, text=True, check=False
+        )
+        called = (self.root / "called").read_text(encoding="utf-8").split()
+        return done.returncode, called, done.stdout.splitlines()[-1]
+
+
+class StagesTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.tree = Tree(folder.name)
+
+    def test_all_stages_run_and_are_counted(self):
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 0)
+        self.assertEqual(called.count("ctest"), 2)
+        self.assertIn("check-tidy", called)
+        self.assertEqual(last, "8 passed, 0 failed, 0 skipped")
+
+    def test_tests_that_fail_do_not_hide_the_stages_after_them(self):
+        self.tree.ctest(FAILED_REPORT, 8)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertEqual(called.count("ctest"), 2)
+        self.assertEqual(last, "6 passed, 2 failed, 0 skipped")
+
+    def test_an_interrupted_build_ends_the_run(self):
+        self.tree.program(self.tree.bin / "ninja", "ninja", code=130)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertNotIn("ctest", called)
+        self.assertNotIn("check-tidy", called)
+        self.assertIn("1 failed", last)
+
+    def test_interrupted_tests_end_the_run(self):
+        self.tree.ctest(GOOD_REPORT, 130)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertEqual(called.count("ctest"), 1)
+        self.assertIn("1 failed", last)
+
+    def test_a_configuration_that_failed_ends_the_run(self):
+        self.tree.program(self.tree.bin / "cmake", "cmake", code=1)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertNotIn("ninja", called)
+        self.assertIn("1 failed", last)
+
+    def test_firmware_that_was_not_built_ends_the_run(self):
+        self.tree.program(self.tree.root / "tools" / "firmware", "firmware", code=1)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertNotIn("cmake", called)
+        self.assertIn("1 failed", last)
+
+
+if __name__ == "__main__":
+    unittest.main()
