@@ -11,11 +11,13 @@ find_dependency(nlohmann_json)
 find_dependency(OpenEXR)
 find_dependency(PNG)
 find_dependency(hwy)
-set(HDF5_PREFER_PARALLEL OFF)
-find_dependency(HDF5 COMPONENTS C)
 
-# libusb and libdrm bring no CMake package, only a pkg-config file.
+# libusb and libdrm bring no CMake package, only a pkg-config file. HDF5 is found the same way, because CMake's FindHDF5 fails
+# in a project whose only language is C++. Debian calls the serial library hdf5-serial, others call it hdf5.
 find_dependency(PkgConfig)
+if(NOT TARGET PkgConfig::SYMRIG_HDF5)
+  pkg_search_module(SYMRIG_HDF5 REQUIRED IMPORTED_TARGET GLOBAL hdf5-serial hdf5)
+endif()
 if(NOT TARGET PkgConfig::LIBUSB)
   pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET GLOBAL libusb-1.0)
 endif()

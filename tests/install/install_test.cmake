@@ -24,7 +24,7 @@ endforeach()
 
 # Every installed header stands alone, with nothing but what is installed.
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/symrig/*.hpp)
-set(project "cmake_minimum_required(VERSION 3.25)\nproject(headers LANGUAGES C CXX)\nfind_package(symrig REQUIRED)\n")
+set(project "cmake_minimum_required(VERSION 3.25)\nproject(headers LANGUAGES CXX)\nfind_package(symrig REQUIRED)\n")
 string(APPEND project "file(GLOB each *.cpp)\nadd_library(headers OBJECT \${each})\ntarget_link_libraries(headers symrig::symrig)\n")
 file(WRITE ${WORK}/headers/CMakeLists.txt "${project}")
 foreach(header IN LISTS headers)
