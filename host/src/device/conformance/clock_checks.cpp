@@ -68,7 +68,7 @@ Verdict agrees_with_status(Subject& board) {
   return within("tick of the status", before, after, now->tick);
 }
 
-constexpr std::array<Check, 4> kChecks{{
+constexpr std::array<Check, 4> kClockChecks{{
     {"clock.monotone", "never goes back", monotone},
     {"clock.echo", "returns the host's number as it is", echo},
     {"clock.rate", "runs as fast as it says, within 500 ppm", rate},
@@ -78,7 +78,7 @@ constexpr std::array<Check, 4> kChecks{{
 }  // namespace
 
 std::span<const Check> clock_checks() {
-  return kChecks;
+  return kClockChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -115,7 +115,7 @@ Verdict lost_are_counted(Subject& board) {
   return same("events_lost of run_done", told, board.done().events_lost);
 }
 
-constexpr std::array<Check, 5> kChecks{{
+constexpr std::array<Check, 5> kEventChecks{{
     {"events.in_order", "events come in order and without gaps", in_order},
     {"events.sent_again", "events come again until they are acknowledged, and then no more", sent_again},
     {"events.credit", "no more events in flight than the host's credit", credit},
@@ -126,7 +126,7 @@ constexpr std::array<Check, 5> kChecks{{
 }  // namespace
 
 std::span<const Check> event_checks() {
-  return kChecks;
+  return kEventChecks;
 }
 
 }  // namespace symrig::device::conformance

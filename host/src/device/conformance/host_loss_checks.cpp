@@ -119,7 +119,7 @@ Verdict autonomous(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_RUNNING);
 }
 
-constexpr std::array<Check, 7> kChecks{{
+constexpr std::array<Check, 7> kHostLossChecks{{
     {"host_loss.while_armed", "armed: safe within the ttl and 10 ms", while_armed},
     {"host_loss.while_running", "running: safe within the ttl and 10 ms, and the run's end is told",
      while_running},
@@ -133,7 +133,7 @@ constexpr std::array<Check, 7> kChecks{{
 }  // namespace
 
 std::span<const Check> host_loss_checks() {
-  return kChecks;
+  return kHostLossChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -102,7 +102,7 @@ Verdict identify(Subject& board) {
   return code_is("identify for 0 s", symrig_wire_Code_CODE_OK, board.session.code(request));
 }
 
-constexpr std::array<Check, 9> kChecks{{
+constexpr std::array<Check, 9> kIdentityChecks{{
     {"identity.hello", "says who it is, and requires nothing unknown", hello},
     {"identity.stable", "says the same when asked again", stable},
     {"identity.capabilities", "its numbers make sense", capabilities},
@@ -117,7 +117,7 @@ constexpr std::array<Check, 9> kChecks{{
 }  // namespace
 
 std::span<const Check> identity_checks() {
-  return kChecks;
+  return kIdentityChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -85,7 +85,7 @@ Verdict trips(Subject& board) {
   return board.outputs_safe();
 }
 
-constexpr std::array<Check, 4> kChecks{{
+constexpr std::array<Check, 4> kInterlockChecks{{
     {"interlock.open_refuses", "with an open interlock nothing is armed or moved", open_refuses},
     {"interlock.closed_allows", "with a closed one everything is", closed_allows},
     {"interlock.not_an_output", "an output cannot be an interlock", not_an_output},
@@ -95,7 +95,7 @@ constexpr std::array<Check, 4> kChecks{{
 }  // namespace
 
 std::span<const Check> interlock_checks() {
-  return kChecks;
+  return kInterlockChecks;
 }
 
 }  // namespace symrig::device::conformance

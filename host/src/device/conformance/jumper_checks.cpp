@@ -66,7 +66,7 @@ Verdict levels(Subject& board) {
   return {};
 }
 
-constexpr std::array<Check, 2> kChecks{{
+constexpr std::array<Check, 2> kJumperChecks{{
     {"jumper.levels", "an input follows the output that is wired to it", levels},
     {"jumper.stamps", "every edge comes back, at a constant delay", stamps},
 }};
@@ -74,7 +74,7 @@ constexpr std::array<Check, 2> kChecks{{
 }  // namespace
 
 std::span<const Check> jumper_checks() {
-  return kChecks;
+  return kJumperChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -131,7 +131,7 @@ std::uint32_t output_mask(const Subject& board) {
   return mask;
 }
 
-Verdict by_hand(Subject& board) {
+Verdict each_by_hand(Subject& board) {
   SYMRIG_MUST(board.configure());
   std::uint32_t all = 0;
   for (const std::uint32_t line : board.outputs()) {
@@ -181,7 +181,7 @@ Verdict run_is_cut(Subject& board) {
   return same("end", symrig_wire_RunEnd_RUN_END_ABORTED, raw(board.done().end));
 }
 
-constexpr std::array<Check, 12> kChecks{{
+constexpr std::array<Check, 12> kLimitChecks{{
     {"limits.lamp_needs_keep_alive", "a lamp is armed only with a keep-alive", lamp_needs_keep_alive},
     {"limits.lamp_not_autonomous", "a lamp does not run without a host", lamp_not_autonomous},
     {"limits.laser_needs_max_on", "a laser needs a max_on", laser_needs_max_on},
@@ -191,7 +191,7 @@ constexpr std::array<Check, 12> kChecks{{
     {"limits.bad_numbers", "limits out of range are refused", bad_numbers},
     {"limits.guard_max_on", "a line left on is switched off within 10 ms of its max_on", guard_max_on},
     {"limits.cooling", "a line that has to rest is not turned on", cooling},
-    {"limits.by_hand", "levels by hand, one output after the other", by_hand},
+    {"limits.by_hand", "levels by hand, one output after the other", each_by_hand},
     {"limits.by_hand_wrong_line", "no levels by hand on inputs", by_hand_wrong_line},
     {"limits.safe_high", "a safe level may be high", safe_high},
     {"limits.run_is_cut", "an abort amid a run makes safe at once", run_is_cut},
@@ -200,7 +200,7 @@ constexpr std::array<Check, 12> kChecks{{
 }  // namespace
 
 std::span<const Check> limit_checks() {
-  return kChecks;
+  return kLimitChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -244,7 +244,7 @@ Verdict line_use(Subject& board) {
   return {};
 }
 
-constexpr std::array<Check, 11> kChecks{{
+constexpr std::array<Check, 11> kProgramChecks{{
     {"programs.words", "marks, steps and duration to the tick", words},
     {"programs.edges", "edges that the board sees, to its resolution", edges},
     {"programs.loops", "loops in loops", loops},
@@ -261,7 +261,7 @@ constexpr std::array<Check, 11> kChecks{{
 }  // namespace
 
 std::span<const Check> program_checks() {
-  return kChecks;
+  return kProgramChecks;
 }
 
 }  // namespace symrig::device::conformance

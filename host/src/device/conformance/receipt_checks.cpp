@@ -69,7 +69,7 @@ Verdict bad_frames(Subject& board) {
   return same("bad_frames after one bad frame", before->bad_frames + 1, after->bad_frames);
 }
 
-constexpr std::array<Check, 4> kChecks{{
+constexpr std::array<Check, 4> kReceiptChecks{{
     {"receipt.hashes", "program and configuration are named by their hashes", hashes},
     {"receipt.counters", "plan, steps, duration and faults of a clean run", counters},
     {"receipt.aborted", "how far a run came that was broken off", aborted},
@@ -79,7 +79,7 @@ constexpr std::array<Check, 4> kChecks{{
 }  // namespace
 
 std::span<const Check> receipt_checks() {
-  return kChecks;
+  return kReceiptChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -76,7 +76,7 @@ Verdict max_dwell(Subject& board) {
   return skipped("words of any length are legal, and no input can be awaited");
 }
 
-Verdict not_an_output(Subject& board) {
+Verdict level_without_output(Subject& board) {
   std::uint32_t outputs = 0;
   for (const std::uint32_t line : board.outputs()) outputs |= 1U << line;
   for (std::uint32_t k = 0; k < protocol::kMaxOutputs; ++k)
@@ -191,13 +191,13 @@ Verdict refill(Subject& board) {
   return breaks(board, program, Rule::refill, first.record);
 }
 
-constexpr std::array<Check, 19> kChecks{{
+constexpr std::array<Check, 19> kRuleChecks{{
     {"rules.length", "1: empty, odd or too long", length},
     {"rules.bad_op", "2: no such operation", bad_op},
     {"rules.bad_arg", "3: bits that mean nothing", bad_arg},
     {"rules.min_dwell", "4: a word too short", min_dwell},
     {"rules.max_dwell", "5: a word too long, or a time-out of 0", max_dwell},
-    {"rules.not_an_output", "6: a level for a line that is no output", not_an_output},
+    {"rules.not_an_output", "6: a level for a line that is no output", level_without_output},
     {"rules.not_an_input", "7: a wait on a line that is no input", not_an_input},
     {"rules.loop_depth", "8: loops too deep", loop_depth},
     {"rules.loop_balance", "9: an end of no loop", loop_balance},
@@ -216,7 +216,7 @@ constexpr std::array<Check, 19> kChecks{{
 }  // namespace
 
 std::span<const Check> rule_checks() {
-  return kChecks;
+  return kRuleChecks;
 }
 
 }  // namespace symrig::device::conformance

@@ -197,7 +197,7 @@ Verdict arm_hashes(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_LOADED);
 }
 
-constexpr std::array<Check, 9> kChecks{{
+constexpr std::array<Check, 9> kStateChecks{{
     {"states.safe", "every request in SAFE", walk<kS>},
     {"states.configured", "every request in CONFIGURED", walk<kC>},
     {"states.loaded", "every request in LOADED", walk<kL>},
@@ -212,7 +212,7 @@ constexpr std::array<Check, 9> kChecks{{
 }  // namespace
 
 std::span<const Check> state_checks() {
-  return kChecks;
+  return kStateChecks;
 }
 
 }  // namespace symrig::device::conformance

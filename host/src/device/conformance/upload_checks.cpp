@@ -169,7 +169,7 @@ Verdict dropped_with_config(Subject& board) {
   return same("program_hash", 0, now->program_hash);
 }
 
-constexpr std::array<Check, 8> kChecks{{
+constexpr std::array<Check, 8> kUploadChecks{{
     {"upload.window", "a whole window of chunks at once", window},
     {"upload.chunk_repeated", "a repeated chunk is taken once", chunk_repeated},
     {"upload.chunks_out_of_order", "a chunk after a gap is not taken", chunks_out_of_order},
@@ -183,7 +183,7 @@ constexpr std::array<Check, 8> kChecks{{
 }  // namespace
 
 std::span<const Check> upload_checks() {
-  return kChecks;
+  return kUploadChecks;
 }
 
 }  // namespace symrig::device::conformance

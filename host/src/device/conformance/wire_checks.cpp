@@ -59,7 +59,7 @@ Verdict truncated(Subject& board) {
   return ignored(board, cut, 1);
 }
 
-Verdict too_long(Subject& board) {
+Verdict endless_frame(Subject& board) {
   Bytes endless(2000, 1);
   endless.push_back(0);
   return ignored(board, endless, 1);
@@ -202,11 +202,11 @@ Verdict urgent_other(Subject& board) {
   return urgent(board, symrig_wire_Request_reset_config_tag, symrig_wire_Code_CODE_NOT_URGENT);
 }
 
-constexpr std::array<Check, 19> kChecks{{
+constexpr std::array<Check, 19> kWireChecks{{
     {"wire.zeros", "zeros between frames mean nothing", zeros},
     {"wire.corrupted", "a flipped bit anywhere: no answer, no harm", corrupted},
     {"wire.truncated", "half a frame: no answer, counted", truncated},
-    {"wire.too_long", "2,000 bytes without a zero: no answer, counted", too_long},
+    {"wire.too_long", "2,000 bytes without a zero: no answer, counted", endless_frame},
     {"wire.bad_kind", "a kind of frame that is none: no answer, counted", bad_kind},
     {"wire.duplicated", "a repeated request is answered from memory", duplicated},
     {"wire.done_once", "a start that comes three times starts once", done_once},
@@ -227,7 +227,7 @@ constexpr std::array<Check, 19> kChecks{{
 }  // namespace
 
 std::span<const Check> wire_checks() {
-  return kChecks;
+  return kWireChecks;
 }
 
 }  // namespace symrig::device::conformance
