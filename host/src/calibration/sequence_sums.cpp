@@ -210,8 +210,7 @@ class Sums {
                  "one of them shows another pattern or exposure, or is out of order");
   }
   std::string seems(int member, int pair, const std::string& what) const {
-    return fmt::format("{} ({}) {}; {} do not add up to white + black", name(member),
-                       light_.photographs.code.pair(pair).name, what, names(pair));
+    return fmt::format("{} {}; {} do not add up to white + black", name(member), what, full(pair));
   }
   const std::vector<float>& sum_of(int pair) const {
     return sums_[static_cast<std::size_t>(std::ranges::find(members_, pair) - members_.begin())];
