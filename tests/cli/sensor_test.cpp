@@ -133,7 +133,7 @@ TEST_F(SensorFolder, what_is_not_there_is_named) {
   expect_refusal({"calibrate", "--sensor", "frames"}, kBadInput, {"dark0.png"});
   write_text(path("frames/capture.toml"), toml_ + "[[sensor.flat]]\nfile = \"a.png\"\n");
   expect_refusal({"calibrate", "--sensor", "frames"}, kBadInput,
-                 {"capture.toml:4", "sensor.flat.files is missing"});
+                 {"capture.toml:5", "no key sensor.flat.file; did you mean 'files'?"});
   expect_refusal({"calibrate", "--sensor", "frames", "--from", "frames"}, kUsage, {"--sensor"});
   expect_refusal({"calibrate", "--from", "frames", "--response", "r.toml"}, kUsage, {"--response"});
 }

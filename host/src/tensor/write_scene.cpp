@@ -218,6 +218,14 @@ bool sync_file(const fs::path& path) {
   return (::close(fd) == 0) && ok;
 }
 
+/// A file of its own, whole and on the disk.
+bool write_file(const fs::path& path, const StoredScene& scene) {
+  const h5::Handle access = file_access();
+  h5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
+  const bool written = file.ok() && write_all(file.id(), scene);
+  return file.close() && written && sync_file(path);
+}
+
 }  // namespace
 
 Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
@@ -225,13 +233,9 @@ Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
   h5::be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);
-  const h5::Handle access = file_access();
-  h5::Handle file(H5Fcreate(temporary.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
-  if (!file.ok()) return io_error(path, "cannot be written");
-  const bool written = write_all(file.id(), scene);
-  const Result<void> done = file.close() && written && sync_file(temporary)
-                                ? replace_file(temporary, target)
-                                : io_error(path, "cannot be written");
+  const Result<void> done = write_file(temporary, scene) ? replace_file(temporary, target)
+                                                         : Result<void>(io_error(path, "cannot be written"));
+  // A full disk may leave a part of it, even where HDF5 could not begin.
   std::error_code ignored;
   if (!done) fs::remove(temporary, ignored);
   return done;
