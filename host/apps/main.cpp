@@ -3,8 +3,8 @@
 #include "console.hpp"
 #include "invocation.hpp"
 #include "meter.hpp"
-#include "symrig/base/standard_streams.hpp"
 #include "symrig/base/nearest_name.hpp"
+#include "symrig/base/standard_streams.hpp"
 #include "usage.hpp"
 
 #include <array>
@@ -12,8 +12,8 @@
 #include <exception>
 #include <new>
 #include <optional>
-#include <sstream>
 #include <span>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>

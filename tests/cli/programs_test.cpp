@@ -57,7 +57,8 @@ TEST_F(Programs, a_board_can_be_described_by_a_file) {
 TEST_F(Programs, files_that_are_none_are_refused_with_their_line) {
   write("scan.toml", "symrig = 1\n[program]\npatern = 8\n");
   for (const std::string command : {"lint", "run", "trace"})
-    expect_refusal({command, "scan.toml"}, kBadInput, {"scan.toml:3:", "program.patern; did you mean 'patterns'?"});
+    expect_refusal({command, "scan.toml"}, kBadInput,
+                   {"scan.toml:3:", "program.patern; did you mean 'patterns'?"});
   expect_refusal({"compile", "scan.toml", "-o", "scan.symprog"}, kBadInput, {"scan.toml:3:"});
   expect_refusal({"lint", "nowhere.toml"}, kBadInput, {"nowhere.toml"});
   expect_refusal({"run", "nowhere.toml"}, kBadInput, {"nowhere.toml"});

@@ -24,7 +24,9 @@ TEST_F(RigFileCommand, a_mistake_in_it_is_named_with_its_line) {
     const std::string output = std::string(command) == "capture" ? "scene.h5" : "out.exr";
     const Outcome outcome = symrig({command, "--rig", "rig.toml", "-o", output});
     EXPECT_EQ(outcome.code, 4) << command;
-    EXPECT_NE(outcome.err.find("rig.toml:3: there is no key board.url; did you mean 'uri'?"), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find("rig.toml:3: there is no key board.url; did you mean 'uri'?"),
+              std::string::npos)
+        << outcome.err;
   }
   EXPECT_EQ(files(), std::set<std::string>{"rig.toml"});
 }

@@ -4,8 +4,8 @@
 #include "device_option.hpp"
 #include "effects.hpp"
 #include "meter.hpp"
-#include "symrig/base/job_files.hpp"
 #include "numbers.hpp"
+#include "symrig/base/job_files.hpp"
 #include "symrig/device/boot_drive.hpp"
 #include "symrig/device/firmware_file.hpp"
 

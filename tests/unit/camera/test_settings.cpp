@@ -178,8 +178,9 @@ TEST_F(Settings, a_camera_is_found_by_what_it_is_called) {
   EXPECT_EQ(chosen("/dev/v4l/by-id/anything"), "/dev/v4l/by-id/anything");
   EXPECT_NE(chosen("Fake camera").find("several cameras are called 'Fake camera'"), std::string::npos);
   EXPECT_NE(chosen("").find("several cameras are there"), std::string::npos);
-  EXPECT_NE(chosen("S3").find("no camera is called 'S3'; did you mean 'S2'? there are /dev/video0 (Fake camera)"),
-            std::string::npos);
+  EXPECT_NE(
+      chosen("S3").find("no camera is called 'S3'; did you mean 'S2'? there are /dev/video0 (Fake camera)"),
+      std::string::npos);
   system.cameras.erase("/dev/video3");
   EXPECT_EQ(chosen(""), "/dev/video0");
   system.cameras.clear();
