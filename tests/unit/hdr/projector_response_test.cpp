@@ -84,7 +84,8 @@ TEST(ProjectorResponse, ADamagedFileIsNamedWithItsLine) {
     EXPECT_EQ(light.error().code, ErrorCode::bad_format);
     EXPECT_NE(light.error().what.find(says), std::string::npos) << light.error().line();
   };
-  refused("light = 3\n", "no table [levels]");
+  refused("light = 3\n", "there is no key light");
+  refused("", "no table [levels]");
   refused("[levels]\nlight = [0, 0.5,\n 0.4]\n", "levels.toml:3: levels.light falls");
   refused("[levels]\nlight = [0, 1]\n", "has 2 levels, not 256");
   refused("[levels\n", "levels.toml:1");

@@ -202,7 +202,8 @@ TEST_F(SensorFile, NamesLineAndKeyOfWhatIsWrong) {
   EXPECT_NE(wrong("[sensor]\nbits = 12\npedestal = 64\n").what.find("gain"), std::string::npos);
   const Error range = wrong("[sensor]\nbits = 12\npedestal = 64\ngain = 0.2\nread_noise = -6\n");
   EXPECT_NE(range.what.find("sensor.toml:5: sensor.read_noise"), std::string::npos) << range.what;
-  EXPECT_NE(wrong("[camera]\n").what.find("[sensor]"), std::string::npos);
+  EXPECT_NE(wrong("[camera]\n").what.find("there is no key camera"), std::string::npos);
+  EXPECT_NE(wrong("").what.find("[sensor]"), std::string::npos);
   EXPECT_EQ(wrong("[sensor\n").code, ErrorCode::bad_format);
   const std::string good = "[sensor]\nbits = 12\npedestal = 64\ngain = 0.2\nread_noise = 6\n";
   ASSERT_TRUE(load(good).ok());

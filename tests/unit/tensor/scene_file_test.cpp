@@ -163,7 +163,7 @@ TEST_F(SceneFile, not_finite_values_are_refused) {
 TEST_F(SceneFile, a_failed_write_leaves_the_old_file) {
   ASSERT_TRUE(save_scene(path("scene.h5"), example()).ok());
   const std::string before = bytes_of(path("scene.h5"));
-  EXPECT_EQ(save_scene(path("no/such/folder/scene.h5"), example()).error().code, ErrorCode::io);
+  EXPECT_EQ(save_scene(path("no/such/folder/scene.h5"), example()).error().code, ErrorCode::not_found);
   fs::create_directory(path("taken.h5"));
   write(path("taken.h5") / "x", "a folder with content cannot be replaced");
   EXPECT_EQ(save_scene(path("taken.h5"), example()).error().code, ErrorCode::io);
