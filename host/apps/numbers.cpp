@@ -30,6 +30,9 @@ std::string whole_number_fault(const std::string& text, long long least, long lo
   const auto [stop, error] = parse(digits, value);
   const bool whole = stop == digits.data() + digits.size() && error != std::errc::invalid_argument;
   if (!whole) return fmt::format("'{}' is not a whole number", text);
+  // Whoever converts it later may take 010 for eight.
+  const std::string_view figures = digits.substr(digits[0] == '-' ? 1 : 0);
+  if (figures.size() > 1 && figures[0] == '0') return fmt::format("'{}' begins with a zero; leave it out", text);
   if (error == std::errc{} && value >= least && value <= most) return {};
   return fmt::format("'{}' is too {}; give {} to {}", text, text[0] == '-' ? "small" : "large", least, most);
 }
