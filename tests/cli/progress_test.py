@@ -15,7 +15,7 @@ import termios
 import unicodedata
 
 CLEAR = "\r\x1b[K"
-RIG = "sim:gummy?size=80x80&noise=off"
+RIG = "sim:gummy?size=160x160&noise=off"
 
 
 def set_columns(terminal, columns):
@@ -68,7 +68,7 @@ def main():
     wide = check(symrig, 120, 100)
     assert any(re.fullmatch(r"symrig capture: level \d, \d+ of \d+ photographs, .*, about .* to go", line) for line in wide), wide
     narrow = check(symrig, 42, 30)
-    assert any("to go" in line for line in narrow), narrow
+    assert any("about" in line for line in narrow), narrow
     check(symrig, 30, 12)
 
 
