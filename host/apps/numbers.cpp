@@ -32,7 +32,8 @@ std::string whole_number_fault(const std::string& text, long long least, long lo
   if (!whole) return fmt::format("'{}' is not a whole number", text);
   // Whoever converts it later may take 010 for eight.
   const std::string_view figures = digits.substr(digits[0] == '-' ? 1 : 0);
-  if (figures.size() > 1 && figures[0] == '0') return fmt::format("'{}' begins with a zero; leave it out", text);
+  if (figures.size() > 1 && figures[0] == '0')
+    return fmt::format("'{}' begins with a zero; leave it out", text);
   if (error == std::errc{} && value >= least && value <= most) return {};
   return fmt::format("'{}' is too {}; give {} to {}", text, text[0] == '-' ? "small" : "large", least, most);
 }

@@ -113,7 +113,8 @@ TEST_F(OptionValues, whole_numbers_are_decimal) {
   expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--max-patterns", "18446744073709551616"}, kUsage,
                  {"'18446744073709551616' is too large", "9223372036854775807"});
   for (const char* zero : {"09", "010"})
-    expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--max-patterns", zero}, kUsage, {"begins with a zero"});
+    expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--max-patterns", zero}, kUsage,
+                   {"begins with a zero"});
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search_forecast.hpp"
 
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -10,8 +11,8 @@ namespace {
 
 constexpr double kDirect = 0.05;
 
-LevelPlan plan(int level, std::int64_t planned, const std::vector<double>& children,
-               std::int64_t before = 0) {
+/// The plan looks at `children`: they have to outlive it.
+LevelPlan plan(int level, std::int64_t planned, std::span<const double> children, std::int64_t before = 0) {
   return {.level = level, .planned = planned, .before = before, .children = children};
 }
 
@@ -25,7 +26,8 @@ TEST(SearchForecast, nothing_is_known_before_level_1_and_where_blocks_share_noth
 }
 
 TEST(SearchForecast, after_the_last_level_only_the_direct_light_is_left) {
-  LevelPlan last = plan(5, 64, std::vector<double>(6, 4.0), 44);
+  const std::vector<double> children(6, 4.0);
+  LevelPlan last = plan(5, 64, children, 44);
   last.taken = 200;
   last.direct_share = kDirect;
   EXPECT_EQ(forecast_later(last).least, 0);
@@ -33,8 +35,9 @@ TEST(SearchForecast, after_the_last_level_only_the_direct_light_is_left) {
 }
 
 TEST(SearchForecast, blocks_of_few_pixels_have_fewer_children_to_light) {
-  const auto whole = forecast_later(plan(3, 40, {4, 4, 4, 4, 4, 4}, 40));
-  const auto few = forecast_later(plan(3, 40, {4, 4, 4, 4, 3, 1.25}, 40));
+  const std::vector<double> all_four(6, 4.0), near_pixels{4, 4, 4, 4, 3, 1.25};
+  const auto whole = forecast_later(plan(3, 40, all_four, 40));
+  const auto few = forecast_later(plan(3, 40, near_pixels, 40));
   EXPECT_LT(few.least, whole.least);
   EXPECT_LT(few.most, whole.most);
   EXPECT_GT(few.least, 0);
