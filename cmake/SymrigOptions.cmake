@@ -31,6 +31,12 @@ function(symrig_options target)
   symrig_sanitize(${target})
 endfunction()
 
+# symrig_quick_to_compile(target): commands and tests spend their time in the library, which is compiled for speed;
+# they themselves are compiled for a short build.
+function(symrig_quick_to_compile target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+endfunction()
+
 # symrig_alone(target file...): these files share names of unnamed namespaces with others of their folder.
 function(symrig_alone target)
   set_source_files_properties(${ARGN} TARGET_DIRECTORY ${target} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

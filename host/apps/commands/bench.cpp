@@ -21,7 +21,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct BenchArguments {
   BenchChoice choice;
   std::string html, json, csv;
   bool no_memory = false;
@@ -36,7 +36,7 @@ struct Arguments {
   }
 };
 
-constexpr const char* kExample =
+constexpr const char* kBenchExample =
     "Example:\n"
     "  symrig bench --scenes gummy,mirror --size 64x64 --seeds 3 -o bench.html --json bench.json\n"
     "  symrig bench --quick                                           all scenes, in about a minute\n"
@@ -116,7 +116,7 @@ void add_memory_speed(Bench& bench) {
     print_error("bench", speed.error().what + "; --no-memory leaves it out");
 }
 
-Result<void> write_results(const Arguments& arguments, const BenchRun& run) {
+Result<void> write_results(const BenchArguments& arguments, const BenchRun& run) {
   if (!arguments.json.empty()) SYMRIG_CHECK(write_text(arguments.json, bench_json(run)));
   if (!arguments.csv.empty()) SYMRIG_CHECK(write_text(arguments.csv, bench_csv(run)));
   if (!arguments.html.empty()) SYMRIG_CHECK(write_text(arguments.html, bench_page(run)));
@@ -138,7 +138,7 @@ Result<void> ending(const Bench& bench) {
   return {};
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const BenchArguments& arguments) {
   if (arguments.printed() > 1)
     return Error{ErrorCode::bad_argument, "more than one of --html, --json and --csv is -",
                  "standard output takes one of them; give the others a file"};
@@ -163,7 +163,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_bench(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("bench", "Speed against error: every scene, algorithm and tolerance in one run");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<BenchArguments>();
   add_bench_choice(*command, arguments->choice);
   command->add_option("-o,--html", arguments->html, "Page with the curves to write; - is standard output")
       ->type_name("FILE");
@@ -172,7 +172,7 @@ Job add_bench(CLI::App& app) {
       ->type_name("FILE");
   command->add_flag("--no-memory", arguments->no_memory,
                     "Leave out memory speed (it takes about 400 MB, more on machines with large caches)");
-  command->footer(std::string(kExample) + "\nScenes: " + known_scenes() + "\n\n" + kExitCodes);
+  command->footer(std::string(kBenchExample) + "\nScenes: " + known_scenes() + "\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

@@ -22,7 +22,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct CalibrateArguments {
   CodeFolder from;
   std::string rig, levels, sensor, response, output, uncertainty, report, json;
 };
@@ -88,7 +88,7 @@ Result<Calibration> from_rig(const std::string& name) {
   return calibration;
 }
 
-std::string told(const Calibration& c) {
+std::string calibration_text(const Calibration& c) {
   std::string text = fmt::format(
       "{}: {} photographs, camera {}, projector {}\n"
       "decoded {} of the camera's pixels, {} of the lit ones; {} of them lie over 1.5 pixels off their "
@@ -110,7 +110,7 @@ std::string told(const Calibration& c) {
 }
 
 /// Each way to calibrate has its own files.
-Result<void> check_calibrate_effects(const CLI::App& command, const Arguments& arguments) {
+Result<void> check_calibrate_effects(const CLI::App& command, const CalibrateArguments& arguments) {
   const bool sensor = !arguments.sensor.empty(), folder = !arguments.from.folder.empty();
   const std::array<Idle, 3> options{{
       {"--projector", !folder, "without --from: a rig knows its projector"},
@@ -120,7 +120,7 @@ Result<void> check_calibrate_effects(const CLI::App& command, const Arguments& a
   return check_effects(command, options);
 }
 
-Result<void> check_arguments(const Arguments& arguments) {
+Result<void> check_arguments(const CalibrateArguments& arguments) {
   const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
   if (given != 1)
     return Error{ErrorCode::bad_argument, "give one of --from, --rig and --sensor",
@@ -146,7 +146,7 @@ Result<void> check_arguments(const Arguments& arguments) {
 }
 
 /// Where the map goes: as asked for, else where the rig file says.
-Result<std::string> map_output(const Arguments& arguments) {
+Result<std::string> map_output(const CalibrateArguments& arguments) {
   if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
     return arguments.output;
   SYMRIG_TRY(const RigFile file, read_rig_file(arguments.rig));
@@ -154,7 +154,7 @@ Result<std::string> map_output(const Arguments& arguments) {
 }
 
 /// The map that the rig file names is measured anew.
-JobFiles files_of(const Arguments& arguments, const std::string& map) {
+JobFiles files_of(const CalibrateArguments& arguments, const std::string& map) {
   JobFiles files = rig_files(arguments.rig);
   files.reads_folder("a photograph", arguments.from.folder)
       .writes("-o", map, FileFormat::map)
@@ -166,7 +166,7 @@ JobFiles files_of(const Arguments& arguments, const std::string& map) {
   return files;
 }
 
-Result<void> run(const CLI::App& command, const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
   SYMRIG_CHECK(check_calibrate_effects(command, arguments));
   if (!arguments.sensor.empty())
@@ -182,7 +182,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments) {
   if (!arguments.report.empty())
     SYMRIG_CHECK(write_text(arguments.report, calibration_page(found.summary, found.map)));
   SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
-  return is_standard_output(arguments.json) ? Result<void>() : print(told(found));
+  return is_standard_output(arguments.json) ? Result<void>() : print(calibration_text(found));
 }
 
 }  // namespace
@@ -190,7 +190,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments) {
 Job add_calibrate(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("calibrate", "Which projector pixel each camera pixel sees, black level and noise");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CalibrateArguments>();
   add_code_folder(*command, arguments->from);
   command->add_option("--rig", arguments->rig, "Measure this rig instead: show it a Gray-code sequence")
       ->type_name("RIG");

@@ -30,7 +30,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Arguments {
+struct CaptureArguments {
   std::string rig, output, json, algorithm = "symrig";
   std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
   std::optional<std::int64_t> max_patterns;
@@ -40,7 +40,7 @@ struct Arguments {
   LogOptions log;
 };
 
-constexpr const char* kExample =
+constexpr const char* kCaptureExample =
     "Example:\n"
     "  symrig capture --rig 'sim:gummy?size=100x77&noise=off' -o gummy.h5 --json gummy.json\n"
     "\n"
@@ -65,7 +65,7 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
+Result<void> set_budgets(const CaptureArguments& arguments, CaptureOptions& options) {
   if (arguments.max_patterns && *arguments.max_patterns < 1)
     return Error{ErrorCode::bad_argument,
                  fmt::format("--max-patterns {} leaves no photograph to take", *arguments.max_patterns),
@@ -92,7 +92,7 @@ Result<void> set_budgets(const Arguments& arguments, CaptureOptions& options) {
   return {};
 }
 
-Result<CaptureOptions> options_of(const Arguments& arguments) {
+Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
   SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
   SYMRIG_CHECK(check_share("--tolerance", arguments.tolerance));
   SYMRIG_CHECK(check_share("--dual-threshold", arguments.dual_threshold));
@@ -173,7 +173,7 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
   return Measured{summary, *std::move(result)};
 }
 
-Result<void> save(const Arguments& arguments, Measured measured, const std::string& json) {
+Result<void> save(const CaptureArguments& arguments, Measured measured, const std::string& json) {
   CaptureResult& result = measured.result;
   SYMRIG_CHECK(save_scene(arguments.output, {std::move(result.tensor), json, std::move(result.held_out)}));
   return write_text(arguments.json, json);
@@ -187,7 +187,7 @@ Result<void> check_axis(Probe& rig) {
 }
 
 /// Until everything is on the disk. Returns what is to be told.
-Result<std::string> measure_and_save(const Arguments& arguments, CaptureOptions options, OpenedRig& opened,
+Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options, OpenedRig& opened,
                                      CaptureLog& log, Clock::time_point start) {
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
@@ -205,13 +205,13 @@ LogBudget budget_of(const CaptureOptions& options) {
   return {options.max_patterns, options.max_seconds, any};
 }
 
-JobFiles files_of(const Arguments& arguments) {
+JobFiles files_of(const CaptureArguments& arguments) {
   JobFiles files = rig_files(arguments.rig);
   files.writes("-o", arguments.output, FileFormat::scene).writes("--json", arguments.json, FileFormat::json);
   return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
 }
 
-Result<void> run(const CLI::App& command, const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   const auto start = Clock::now();
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
   SYMRIG_CHECK(check_capture_effects(command, options.algorithm));
@@ -236,7 +236,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments) {
 Job add_capture(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("capture", "Measure how a scene transports light, adaptively, and save the tensor");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CaptureArguments>();
   command->add_option("--rig", arguments->rig, "The rig to measure with, see below")
       ->required()
       ->type_name("RIG");
@@ -284,7 +284,7 @@ Job add_capture(CLI::App& app) {
       ->add_option("--polish", arguments->polish,
                    "Refit everything to all photographs in the end, so many steps; 0: not")
       ->type_name("N");
-  command->footer(std::string(kExample) + "\n" + rig_help() + "\n" + kExitCodes);
+  command->footer(std::string(kCaptureExample) + "\n" + rig_help() + "\n" + kExitCodes);
   for (const char* option :
        {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
     takes_number<double>(command->get_option(option));

@@ -16,7 +16,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct CompileArguments {
   std::string file, output, board = "sim:", json;
 };
 
@@ -44,7 +44,7 @@ std::string to_json(const device::CompiledProgram& program, std::uint32_t config
   return json_text(json, 1);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const CompileArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
                    .writes("-o", arguments.output, FileFormat::program)
                    .writes("--json", arguments.json, FileFormat::json)
@@ -67,7 +67,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_compile(CLI::App& app) {
   CLI::App* command = app.add_subcommand("compile", "A program file as the records that a board runs");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CompileArguments>();
   command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
   command->add_option("-o,--output", arguments->output, "Where to write the compiled program")
       ->required()

@@ -21,11 +21,11 @@ using device::CheckOutcome;
 using device::CheckResult;
 using device::ConformanceReport;
 
-struct Arguments {
+struct ConformanceArguments {
   std::string uri, filter, jumper, json;
 };
 
-constexpr const char* kExample =
+constexpr const char* kConformanceExample =
     "Example:\n"
     "  symrig conformance sim:                                    the simulated board\n"
     "  symrig conformance usb: --jumper projector_trigger:vsync   a board with one wire from an output to an "
@@ -79,7 +79,7 @@ Result<void> sum_up(const ConformanceReport& report, bool talks) {
                "update its firmware; docs/conformance.md says what each check asks for"};
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const ConformanceArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   device::ConformanceOptions options;
   options.filter = arguments.filter;
@@ -105,14 +105,14 @@ Result<void> run(const Arguments& arguments) {
 Job add_conformance(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "conformance", "Whether a board does all that the protocol asks for: a list of named checks");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ConformanceArguments>();
   command->add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
   command->add_option("--filter", arguments->filter, "Only checks whose name this regular expression finds")
       ->type_name("REGEX");
   command->add_option("--jumper", arguments->jumper, "A wire from an output to an input that is time-stamped")
       ->type_name("OUTPUT:INPUT");
   add_json(*command, arguments->json);
-  command->footer(std::string(kExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
+  command->footer(std::string(kConformanceExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

@@ -22,7 +22,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::string scene, rig, json;
 };
 
@@ -84,7 +84,7 @@ void warn(const std::string& file, const std::vector<std::string>& differs) {
                                       file, fmt::join(differs, ", ")));
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const EvaluateArguments& arguments) {
   SYMRIG_CHECK(rig_files(arguments.rig)
                    .reads("the scene", arguments.scene)
                    .writes("--json", arguments.json, FileFormat::json)
@@ -123,7 +123,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_evaluate(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "evaluate", "Errors of a tensor against the true transport, or against held-out photographs");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<EvaluateArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");

@@ -18,7 +18,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct FitArguments {
   CodeFolder from;
   std::string output, json;
   std::optional<int> hold_out;
@@ -41,7 +41,7 @@ std::optional<int> default_pair(const GrayCode& code) {
 }
 
 /// --hold-out counts from 1; 0 keeps nothing back.
-Result<std::optional<int>> held_out_pair(const Arguments& arguments, const GrayCode& code) {
+Result<std::optional<int>> held_out_pair(const FitArguments& arguments, const GrayCode& code) {
   if (!arguments.hold_out) return default_pair(code);
   const int n = *arguments.hold_out;
   if (n == 0) return std::optional<int>();
@@ -59,7 +59,7 @@ Result<std::vector<HeldOutError>> errors_of(const FirstBounceFit& fit) {
   return errors;
 }
 
-std::string told(const Arguments& arguments, const FirstBounceFit& fit,
+std::string told(const FitArguments& arguments, const FirstBounceFit& fit,
                  const std::vector<HeldOutError>& errors) {
   const FitStatistics& s = fit.statistics;
   std::string text = fmt::format(
@@ -75,7 +75,7 @@ std::string told(const Arguments& arguments, const FirstBounceFit& fit,
   return text;
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const FitArguments& arguments) {
   const auto start = std::chrono::steady_clock::now();
   SYMRIG_CHECK(JobFiles()
                    .reads_folder("a photograph", arguments.from.folder)
@@ -106,7 +106,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_fit(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "fit", "A tensor of direct light and a global rest, from Gray-code photographs already taken");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<FitArguments>();
   add_code_folder(*command, arguments->from)->required();
   command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
       ->required()

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 using device::BoardInfo, device::DeviceUri, device::FirmwareFile;
 
-struct Arguments {
+struct FlashArguments {
   std::string file, device, drive;
   double wait = 30;
   bool verify = false;
@@ -42,7 +42,7 @@ struct Known {
   BoardInfo info;
 };
 
-std::string describe(const Arguments& arguments, const FirmwareFile& file) {
+std::string describe(const FlashArguments& arguments, const FirmwareFile& file) {
   return fmt::format(
       "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as its manifest says\n",
       arguments.file, file.manifest.version, file.manifest.board, file.manifest.firmware_hash,
@@ -82,7 +82,7 @@ Result<fs::path> new_drive(const std::vector<fs::path>& before) {
                "name the board's with --drive PATH"};
 }
 
-Result<fs::path> find_drive(const Arguments& arguments, const std::vector<fs::path>& before) {
+Result<fs::path> find_drive(const FlashArguments& arguments, const std::vector<fs::path>& before) {
   const fs::path given = arguments.drive;
   return wait_for<fs::path>("waiting for its drive", arguments.wait, [&]() -> Result<fs::path> {
     if (given.empty()) return new_drive(before);
@@ -92,7 +92,7 @@ Result<fs::path> find_drive(const Arguments& arguments, const std::vector<fs::pa
 }
 
 /// The board that is to be flashed; nullopt if there is none but a boot loader's drive.
-Result<std::optional<Known>> find_board(const Arguments& arguments) {
+Result<std::optional<Known>> find_board(const FlashArguments& arguments) {
   const auto uri = device::choose_board(arguments.device);
   if (!uri) {
     const bool in_boot_loader = !arguments.drive.empty() || !device::boot_drives().empty();
@@ -104,17 +104,17 @@ Result<std::optional<Known>> find_board(const Arguments& arguments) {
 }
 
 /// Until the board has left: it takes a moment after its answer.
-Result<bool> left(const Arguments& arguments, const DeviceUri& uri) {
-  constexpr device::BoardOptions kBrief{.reply_timeout = 50ms, .attempts = 2};
+Result<bool> left(const FlashArguments& arguments, const DeviceUri& uri) {
+  constexpr device::BoardOptions kOneAnswer{.reply_timeout = 50ms, .attempts = 2};
   return wait_for<bool>("waiting for it to leave", std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
-    if (!open_board(uri, kBrief)) return true;
+    if (!open_board(uri, kOneAnswer)) return true;
     return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
                  "hold its BOOTSEL button while you plug it in, and run this again"};
   });
 }
 
 /// true: the board is in its boot loader. false: it runs this firmware already.
-Result<bool> enter_boot_loader(const Arguments& arguments, const FirmwareFile& file, const Known& known) {
+Result<bool> enter_boot_loader(const FlashArguments& arguments, const FirmwareFile& file, const Known& known) {
   SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
   if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
   {
@@ -135,7 +135,7 @@ Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
       "hold its BOOTSEL button while you plug it in, and run this again"};
 }
 
-Result<void> check_return(const Arguments& arguments, const FirmwareFile& file,
+Result<void> check_return(const FlashArguments& arguments, const FirmwareFile& file,
                           const std::optional<Known>& known) {
   if (arguments.wait == 0) return print("copied; not waited for the board, so nothing is checked\n");
   SYMRIG_TRY(const auto board, wait_for<device::Board>("waiting for its return", arguments.wait, [&] {
@@ -147,7 +147,7 @@ Result<void> check_return(const Arguments& arguments, const FirmwareFile& file,
                            board.info().firmware_hash));
 }
 
-Result<void> flash(const Arguments& arguments, const FirmwareFile& file) {
+Result<void> flash(const FlashArguments& arguments, const FirmwareFile& file) {
   SYMRIG_TRY(const auto known, find_board(arguments));
   std::vector<fs::path> before;
   if (known) {
@@ -163,7 +163,7 @@ Result<void> flash(const Arguments& arguments, const FirmwareFile& file) {
 }
 
 /// The copy must not land on the file that it is made of.
-Result<void> check_drive(const Arguments& arguments) {
+Result<void> check_drive(const FlashArguments& arguments) {
   const fs::path copy = fs::path(arguments.drive) / "symrig.uf2";
   std::error_code none;
   if (arguments.drive.empty() || !fs::exists(copy, none)) return {};
@@ -171,7 +171,7 @@ Result<void> check_drive(const Arguments& arguments) {
 }
 
 /// --verify looks at the files only.
-Result<void> check_flash_effects(const CLI::App& command, const Arguments& arguments) {
+Result<void> check_flash_effects(const CLI::App& command, const FlashArguments& arguments) {
   const std::string why = "with --verify, which looks at the files only";
   const std::array<Idle, 4> options{{{"--device", arguments.verify, why},
                                      {"--drive", arguments.verify, why},
@@ -180,7 +180,7 @@ Result<void> check_flash_effects(const CLI::App& command, const Arguments& argum
   return check_effects(command, options);
 }
 
-Result<void> run(const CLI::App& command, const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const FlashArguments& arguments) {
   if (!(arguments.wait >= 0 && arguments.wait <= 3600))
     return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
                  "30 s are enough for most systems to mount a drive"};
@@ -195,7 +195,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments) {
 
 Job add_flash(CLI::App& app) {
   CLI::App* command = app.add_subcommand("flash", "Puts firmware on a board, and checks that it runs there");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<FlashArguments>();
   command->add_option("file", arguments->file, "Firmware, with its manifest FILE.json beside it")
       ->required()
       ->type_name("FILE.uf2");

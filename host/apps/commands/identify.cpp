@@ -12,12 +12,12 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct IdentifyArguments {
   std::string device;
   double seconds = 5;
 };
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const IdentifyArguments& arguments) {
   if (!(arguments.seconds >= 0 && arguments.seconds <= 60))
     return Error{ErrorCode::bad_argument,
                  fmt::format("--seconds {} is not between 0 and 60", arguments.seconds),
@@ -34,7 +34,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_identify(CLI::App& app) {
   CLI::App* command = app.add_subcommand("identify", "Lets a board blink, so that you see which one it is");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<IdentifyArguments>();
   add_device(*command, arguments->device);
   command->add_option("--seconds", arguments->seconds, "How long, 0 to 60, rounded up; 0 ends it")
       ->capture_default_str()

@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using device::BoardInfo, device::BoardStatus, device::LineInfo;
 
-struct Arguments {
+struct InfoArguments {
   std::string device, camera, json;
 };
 
@@ -161,7 +161,7 @@ Json to_json(const BoardInfo& info, const BoardStatus& status) {
   return json;
 }
 
-Result<void> run_camera(const Arguments& arguments) {
+Result<void> run_camera(const InfoArguments& arguments) {
   SYMRIG_TRY(const CameraInfo camera, look_at_camera(arguments.camera));
   Json json{{"command", "info"}};
   json.update(camera_json(camera));
@@ -169,7 +169,7 @@ Result<void> run_camera(const Arguments& arguments) {
   return is_standard_output(arguments.json) ? Result<void>() : print(camera_text(camera));
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const InfoArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   if (!arguments.camera.empty()) return run_camera(arguments);
   SYMRIG_TRY(auto board, open_board(arguments.device));
@@ -186,7 +186,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_info(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "info", "All that a board says of itself: firmware, state, lines, limits; or all that a camera does");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<InfoArguments>();
   add_device(*command, arguments->device);
   command
       ->add_option(

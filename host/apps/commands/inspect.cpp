@@ -14,7 +14,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct InspectArguments {
   std::string scene, json;
 };
 
@@ -52,7 +52,7 @@ std::string rank_line(const TransportTensor& tensor) {
   return fmt::format("highest rank of a leaf: {}\n", highest);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const InspectArguments& arguments) {
   SYMRIG_CHECK(JobFiles()
                    .reads("the scene", arguments.scene)
                    .writes("--json", arguments.json, FileFormat::json)
@@ -69,7 +69,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_inspect(CLI::App& app) {
   CLI::App* command = app.add_subcommand("inspect", "What a tensor file holds: levels, leaves, ranks, bytes");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<InspectArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");

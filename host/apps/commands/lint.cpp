@@ -16,11 +16,11 @@ namespace {
 
 using device::Severity;
 
-struct Arguments {
+struct LintArguments {
   std::string file, board = "sim:", json;
 };
 
-std::string to_json(const Arguments& arguments, const device::Compilation& compilation) {
+std::string to_json(const LintArguments& arguments, const device::Compilation& compilation) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const device::FileFinding& finding : compilation.findings)
     list.push_back({{"line", finding.place},
@@ -33,7 +33,7 @@ std::string to_json(const Arguments& arguments, const device::Compilation& compi
   return json_text(json, 1);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const LintArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
@@ -63,7 +63,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_lint(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("lint", "What is wrong with a program, by rule, with the shortest legal fix");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<LintArguments>();
   command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
   command->add_option("--board", arguments->board, "The board it is for: a URI, or a file that describes it")
       ->type_name("URI|FILE")

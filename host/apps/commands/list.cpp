@@ -20,7 +20,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct ListArguments {
   std::vector<std::string> devices;
   std::string json;
 };
@@ -108,7 +108,7 @@ nlohmann::ordered_json to_json(const Row& row) {
           {"error", row.error.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.error)}};
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const ListArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(const auto boards, boards_to_ask(arguments.devices));
   std::vector<Row> rows;
@@ -129,7 +129,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_list(CLI::App& app) {
   CLI::App* command = app.add_subcommand("list", "The boards, projectors and cameras that are connected");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ListArguments>();
   command
       ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
       ->type_name("URI")

@@ -24,7 +24,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct RelightArguments {
   std::string scene, light, output;
   std::string views, from_view, to_view, mosaic;  // "" if not given
   std::optional<double> exposure;
@@ -61,7 +61,7 @@ Result<ViewLayout> layout_of(const std::string& text, const TransportTensor& ten
                "three rows of two views are 3x2"};
 }
 
-Result<ViewRelight> asked(const Arguments& arguments, const TransportTensor& tensor) {
+Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const ViewLayout views, layout_of(arguments.views, tensor));
   SYMRIG_TRY(const std::optional<View> from, view_of("--from-view", arguments.from_view));
   SYMRIG_TRY(const std::optional<View> to, view_of("--to-view", arguments.to_view));
@@ -72,7 +72,7 @@ Result<ViewRelight> asked(const Arguments& arguments, const TransportTensor& ten
 }
 
 /// The photograph under a light, of all views or between two of them.
-Result<Image<float>> relit(const Arguments& arguments, const TransportTensor& tensor) {
+Result<Image<float>> relit(const RelightArguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const ViewRelight what, asked(arguments, tensor));
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
   SYMRIG_TRY(const Image<float> light,
@@ -86,7 +86,7 @@ Radiance exact(Image<float> mean) {
 }
 
 /// A mosaic in colour: each pixel's light in the colours that the flood-lit scene has there.
-Result<Image<float>> coloured(const Arguments& arguments, const TransportTensor& tensor,
+Result<Image<float>> coloured(const RelightArguments& arguments, const TransportTensor& tensor,
                               Image<float> mosaic) {
   SYMRIG_TRY(const BayerPattern pattern, parse_bayer(arguments.mosaic));
   if (tensor.channels() != 1)
@@ -100,13 +100,13 @@ Result<Image<float>> coloured(const Arguments& arguments, const TransportTensor&
   return std::move(colour.mean);
 }
 
-Result<Image<float>> dual_picture(const Arguments& arguments, const TransportTensor& tensor) {
+Result<Image<float>> dual_picture(const RelightArguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const Image<float> light,
              read_light(arguments.light, tensor.camera_grid(), "the scene's camera"));
   return tensor.apply_transposed(light);
 }
 
-Result<void> check_exposure(const Arguments& arguments) {
+Result<void> check_exposure(const RelightArguments& arguments) {
   if (!arguments.exposure) return {};
   if (!is_png(arguments.output))
     return Error{ErrorCode::bad_argument,
@@ -127,7 +127,7 @@ double automatic_exposure(const Image<float>& picture) {
   return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
-std::string told(const Arguments& arguments, const Image<float>& picture, double exposure) {
+std::string told(const RelightArguments& arguments, const Image<float>& picture, double exposure) {
   const auto [least, most] = std::minmax_element(picture.values().begin(), picture.values().end());
   std::string text = fmt::format("{}: {}, {} channel{}, radiance {:.4g} to {:.4g}", arguments.output,
                                  to_string(picture.grid()), picture.channels(),
@@ -137,13 +137,13 @@ std::string told(const Arguments& arguments, const Image<float>& picture, double
 }
 
 /// Views are needed to relight one, or to write one.
-Result<void> check_views(const CLI::App& command, const Arguments& arguments) {
+Result<void> check_views(const CLI::App& command, const RelightArguments& arguments) {
   const bool one = !arguments.from_view.empty() || !arguments.to_view.empty();
   const std::array<Idle, 1> options{{{"--views", !one, "without --from-view or --to-view"}}};
   return check_effects(command, options);
 }
 
-Result<void> run(const CLI::App& command, const Arguments& arguments, bool dual) {
+Result<void> run(const CLI::App& command, const RelightArguments& arguments, bool dual) {
   SYMRIG_CHECK(check_picture_suffix(arguments.output));
   SYMRIG_CHECK(JobFiles()
                    .reads("the scene", arguments.scene)
@@ -163,7 +163,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments, bool dual)
   return print(told(arguments, picture, exposure));
 }
 
-void add_views(CLI::App& command, Arguments& arguments) {
+void add_views(CLI::App& command, RelightArguments& arguments) {
   command
       .add_option(
           "--from-view", arguments.from_view,
@@ -179,7 +179,7 @@ void add_views(CLI::App& command, Arguments& arguments) {
 
 Job add(CLI::App& app, bool dual, const char* name, const char* about, const char* footer) {
   CLI::App* command = app.add_subcommand(name, about);
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RelightArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");

@@ -17,7 +17,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string scene, output;
 };
 
@@ -41,7 +41,7 @@ void add_truth(const StoredScene& scene, ReportOptions& options) {
         fmt::format("The file says it came from {}, but its grid or its channels are others.", rig);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const ReportArguments& arguments) {
   SYMRIG_CHECK(JobFiles()
                    .reads("the scene", arguments.scene)
                    .writes("-o", arguments.output, FileFormat::page)
@@ -63,7 +63,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_report(CLI::App& app) {
   CLI::App* command = app.add_subcommand("report", "One self-contained page with pictures and numbers");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ReportArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");

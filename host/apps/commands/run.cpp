@@ -19,7 +19,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct RunArguments {
   std::string file, device, output, vcd;
   bool clear_fault = false;
 };
@@ -94,7 +94,7 @@ Result<device::RunRecord> run_it(device::Board& board, const device::CompiledPro
   return device::run_program(board, program, options);
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const RunArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, "")
                    .writes("-o", arguments.output, FileFormat::json)
                    .writes("--vcd", arguments.vcd, FileFormat::waveform)
@@ -117,7 +117,7 @@ Result<void> run(const Arguments& arguments) {
 
 Job add_run(CLI::App& app) {
   CLI::App* command = app.add_subcommand("run", "Runs a program on a board and writes the receipt");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<RunArguments>();
   command->add_option("file", arguments->file, "Program file (TOML), or a compiled one")
       ->required()
       ->type_name("scan.toml|scan.symprog");

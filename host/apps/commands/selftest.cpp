@@ -22,12 +22,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 using device::JumperPulse, device::SelfCheck, device::SelfTest;
 
-struct Arguments {
+struct SelftestArguments {
   std::string device, jumper, json;
   int pings = device::SelfTestOptions{}.pings;
 };
 
-Result<device::SelfTestOptions> options_of(const Arguments& arguments) {
+Result<device::SelfTestOptions> options_of(const SelftestArguments& arguments) {
   device::SelfTestOptions options;
   if (arguments.pings < 1 || arguments.pings > 10'000)
     return Error{ErrorCode::bad_argument,
@@ -102,7 +102,7 @@ Result<void> verdict(const SelfTest& test) {
                "docs/howto-boards.md says what each check looks at"};
 }
 
-Result<void> run(const Arguments& arguments) {
+Result<void> run(const SelftestArguments& arguments) {
   SYMRIG_TRY(auto options, options_of(arguments));
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   SYMRIG_TRY(auto board, open_board(arguments.device));
@@ -120,7 +120,7 @@ Result<void> run(const Arguments& arguments) {
 Job add_selftest(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("selftest", "What a board can check by itself, and with one jumper wire");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SelftestArguments>();
   add_device(*command, arguments->device);
   command
       ->add_option("--jumper", arguments->jumper, "A wire from an output to an input: pulses go through it")

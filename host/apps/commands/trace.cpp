@@ -19,7 +19,7 @@
 namespace symrig::apps {
 namespace {
 
-struct Arguments {
+struct TraceArguments {
   std::string file, board = "sim:", vcd, wavedrom, differences;
   bool plan = false, actual = false;
   std::size_t max_edges = 100'000;
@@ -79,7 +79,7 @@ std::string differences_csv(const device::StoredRun& run, const device::Comparis
   return text;
 }
 
-Result<Drawing> draw_receipt(const Arguments& arguments, const device::StoredRun& run) {
+Result<Drawing> draw_receipt(const TraceArguments& arguments, const device::StoredRun& run) {
   Drawing drawing;
   const bool both = arguments.plan == arguments.actual;
   const auto known = [&run](int line) { return static_cast<std::size_t>(line) < run.board.lines.size(); };
@@ -102,7 +102,7 @@ Result<Drawing> draw_receipt(const Arguments& arguments, const device::StoredRun
   return drawing;
 }
 
-Result<device::CompiledProgram> compile_file(const Arguments& arguments, Nanoseconds& refresh) {
+Result<device::CompiledProgram> compile_file(const TraceArguments& arguments, Nanoseconds& refresh) {
   SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
   auto compilation = device::compile_program(file, board);
@@ -129,7 +129,7 @@ Result<void> check_trace_effects(const CLI::App& command, Kind kind) {
   return check_effects(command, options);
 }
 
-Result<Drawing> draw(const CLI::App& command, const Arguments& arguments) {
+Result<Drawing> draw(const CLI::App& command, const TraceArguments& arguments) {
   SYMRIG_TRY(const auto bytes, read_file(arguments.file));
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto first = text.find_first_not_of(" \t\r\n");
@@ -149,7 +149,7 @@ Result<Drawing> draw(const CLI::App& command, const Arguments& arguments) {
   return draw_plan(program, refresh, arguments.max_edges);
 }
 
-Result<void> run(const CLI::App& command, const Arguments& arguments) {
+Result<void> run(const CLI::App& command, const TraceArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
                    .writes("--vcd", arguments.vcd, FileFormat::waveform)
                    .writes("--wavedrom", arguments.wavedrom, FileFormat::json)
@@ -170,7 +170,7 @@ Result<void> run(const CLI::App& command, const Arguments& arguments) {
 Job add_trace(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("trace", "Draws what a program plans, or what a run planned and did");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<TraceArguments>();
   command->add_option("file", arguments->file, "Program file, compiled program, or receipt of a run")
       ->required()
       ->type_name("FILE|receipt.json");

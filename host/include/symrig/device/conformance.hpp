@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/device/jumper.hpp"
 #include "symrig/device/link.hpp"
 
 #include <cstddef>
@@ -28,11 +29,6 @@ struct CheckResult {
   std::string name;
   CheckOutcome outcome = CheckOutcome::passed;
   std::string detail;  ///< failed: what was expected and what came; skipped: why
-};
-
-/// A wire from an output to an input that the board time-stamps.
-struct Jumper {
-  std::string output, input;
 };
 
 struct ConformanceOptions {

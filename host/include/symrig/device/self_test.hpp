@@ -5,17 +5,13 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/device/board.hpp"
+#include "symrig/device/jumper.hpp"
 
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace symrig::device {
-
-/// A wire from one of the board's outputs to one of its inputs that stamps edges.
-struct Jumper {
-  std::string output, input;
-};
 
 struct SelfTestOptions {
   int pings = 30;                    ///< questions for the clock, at least 1
