@@ -64,8 +64,8 @@ TransportTensor merged(const BlockTree& tree) {
 // have it.
 TEST(StoppedCapture, merged_leaves_count_as_cut_further) {
   const BlockTree tree({4, 4});
-  for (const Leaf& leaf : stopped_capture(merged(tree), 1, WithinBlocks::direct).leaves())
-    EXPECT_EQ(leaf.rank, 1);
+  const TransportTensor above = stopped_capture(merged(tree), 1, WithinBlocks::direct);
+  for (const Leaf& leaf : above.leaves()) EXPECT_EQ(leaf.rank, 1);
   int two = 0;
   const TransportTensor below = stopped_capture(merged(tree), 2, WithinBlocks::direct);
   for (const Leaf& leaf : below.leaves()) two += leaf.rank == 2 ? 1 : 0;
