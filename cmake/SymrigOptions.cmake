@@ -9,8 +9,10 @@ set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 find_program(SYMRIG_CCACHE ccache)
 if(SYMRIG_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_C_COMPILER_LAUNCHER ${SYMRIG_CCACHE})
-  # ccache takes precompiled headers only if it may trust what CMake says of them.
-  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros ${SYMRIG_CCACHE})
+  # ccache takes precompiled headers only if it may trust what CMake says of them. Paths count from the source folder, so that
+  # a second checkout finds what the first one compiled.
+  set(CMAKE_CXX_COMPILER_LAUNCHER env CCACHE_SLOPPINESS=pch_defines,time_macros CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}
+    CCACHE_NOHASHDIR=1 ${SYMRIG_CCACHE})
 endif()
 
 function(symrig_options target)
