@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench_case.hpp"
 
-#include "capture_options.hpp"
 #include "rig.hpp"
 
 #include <chrono>
@@ -24,9 +23,8 @@ Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, con
   const auto start = Clock::now();
   SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
   const std::shared_ptr<sim::VirtualRig> rig = std::move(opened);
-  CaptureOptions options = options_for(what.algorithm, what.tolerance);
-  options.progress = progress;
-  SYMRIG_TRY(CaptureResult result, capture(*rig, options));
+  SYMRIG_TRY(CaptureResult result,
+             capture(*rig, {.algorithm = what.algorithm, .tolerance = what.tolerance, .progress = progress}));
   const std::chrono::duration<double> wall = Clock::now() - start;
   const ProbeCost cost = rig->cost();
   SYMRIG_TRY(const TransportErrors error, evaluate(result.tensor, truth_of(scene_of(rig), progress)));

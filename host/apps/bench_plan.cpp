@@ -72,7 +72,7 @@ Result<double> read_tolerance(std::string_view text) {
   if (error != std::errc{} || stop != text.data() + text.size())
     return Error{ErrorCode::bad_argument, fmt::format("--tolerances: '{}' is not a number", text),
                  "give numbers with commas between them, such as 1e-3,3e-4"};
-  SYMRIG_CHECK(check_share("--tolerances", value));
+  SYMRIG_CHECK(check_tolerance("--tolerances", value));
   return value;
 }
 

@@ -52,14 +52,18 @@ Result<void> CaptureLog::check(const std::string& output, const LogOptions& opti
                "go on from it with --resume, or delete it to begin anew"};
 }
 
+bool CaptureLog::goes_on(const std::string& output, const LogOptions& options) {
+  std::error_code ignored;
+  return options.resume && fs::exists(log_path(output), ignored);
+}
+
 Result<CaptureLog> CaptureLog::open(const std::string& output, const LogOptions& options,
                                     const LogIdentity& identity) {
   CaptureLog capture;
   if (options.off) return capture;
   capture.path_ = log_path(output);
   capture.keep_ = options.keep;
-  std::error_code ignored;
-  if (options.resume && fs::exists(capture.path_, ignored)) {
+  if (goes_on(output, options)) {
     SYMRIG_TRY(capture.log_, open_photograph_log(capture.path_, identity));
   } else {
     SYMRIG_TRY(capture.log_, create_photograph_log(capture.path_, identity));

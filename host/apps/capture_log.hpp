@@ -28,6 +28,8 @@ class CaptureLog {
   static JobFiles declare(const std::string& output, const LogOptions& options, JobFiles files);
   /// Before long work.  fails: bad_argument (a log is there and nobody said --resume).
   static Result<void> check(const std::string& output, const LogOptions& options);
+  /// Whether a log is there that --resume goes on from.
+  static bool goes_on(const std::string& output, const LogOptions& options);
   /// Begins a log, or continues the one that is there. With --no-log: keeps nothing.
   /// fails: as create_photograph_log and open_photograph_log.
   static Result<CaptureLog> open(const std::string& output, const LogOptions& options,

@@ -1,34 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture_options.hpp"
 
-#include <cmath>
-
-#include <fmt/format.h>
+#include <algorithm>
+#include <array>
+#include <string>
+#include <utility>
 
 namespace symrig::apps {
+namespace {
 
-CaptureOptions options_for(Algorithm algorithm, std::optional<double> tolerance) {
-  CaptureOptions options;
-  options.algorithm = algorithm;
-  options.rule = default_rule(algorithm);
-  options.economy = default_economy(algorithm);
-  if (!tolerance) return options;
-  options.rule.flood_fraction = options.rule.empty_fraction = *tolerance;
-  if (algorithm == Algorithm::dual) options.dual_threshold = *tolerance;
-  return options;
+/// Names of the library's options, and of the command's.
+constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
+    {"tolerance", "--tolerance"},
+    {"dual_threshold", "--dual-threshold"},
+    {"dual_subtracts", "--dual-subtract"},
+    {"max_patterns", "--max-patterns"},
+    {"max_seconds", "--max-seconds"},
+    {"target_error", "--target-error"},
+    {"photograph_seconds", "--photograph-seconds"},
+    {"polish", "--polish"},
+    {"split", "--split"},
+    {"algorithm", "--algorithm"},
+}};
+
+std::string in_command_words(const std::string& text) {
+  std::string words;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" ,", begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const auto* found =
+        std::find_if(kNames.begin(), kNames.end(), [&word](const auto& name) { return name.first == word; });
+    words += found == kNames.end() ? word : found->second;
+    if (end < text.size()) words += text[end];
+    begin = end + 1;
+  }
+  return words;
 }
 
-std::optional<double> default_tolerance(Algorithm algorithm) {
-  const CaptureOptions options = options_for(algorithm, {});
-  if (algorithm == Algorithm::brute) return std::nullopt;
-  return algorithm == Algorithm::dual ? options.dual_threshold : options.rule.flood_fraction;
+}  // namespace
+
+Error in_command_words(Error error) {
+  error.what = in_command_words(error.what);
+  return error;
 }
 
-Result<void> check_share(const char* option, const std::optional<double>& value) {
-  if (!value || (std::isfinite(*value) && *value > 0 && *value < 1)) return {};
-  return Error{ErrorCode::bad_argument,
-               fmt::format("{} {} is not a share of the flood-lit signal", option, *value),
-               "give a number above 0 and below 1, such as 3e-4"};
+Result<void> check_tolerance(const char* option, double value) {
+  const auto settings = settings_of({.tolerance = value});
+  if (settings) return {};
+  Error error = settings.error();
+  error.what.replace(0, std::string("tolerance").size(), option);
+  return error;
 }
 
 }  // namespace symrig::apps

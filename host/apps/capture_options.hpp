@@ -4,19 +4,14 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/base/result.hpp"
 
-#include <optional>
-
 namespace symrig::apps {
 
-/// What `--algorithm` and `--tolerance` mean, in every command that captures.
-/// tolerance: detail to stop at as a share of the RMS of the flood-lit photograph; empty is the algorithm's
-/// own. dual takes it as its threshold; brute force has none.
-CaptureOptions options_for(Algorithm algorithm, std::optional<double> tolerance);
+/// What settings_of() and check_rig() refuse, in the words of the command line: what they name max_patterns
+/// is
+/// --max-patterns there.
+Error in_command_words(Error error);
 
-/// The tolerance that an algorithm runs with unless told otherwise; nothing for brute force.
-std::optional<double> default_tolerance(Algorithm algorithm);
-
-/// fails: bad_argument (naming the option) unless 0 < value < 1. Nothing given is right.
-Result<void> check_share(const char* option, const std::optional<double>& value);
+/// The same for one list of tolerances.  fails: bad_argument (naming the option) unless 0 < value < 1.
+Result<void> check_tolerance(const char* option, double value);
 
 }  // namespace symrig::apps

@@ -122,7 +122,8 @@ Result<void> calibrate_levels(const LevelCalibration& asked) {
                    .check());
   SYMRIG_CHECK(check_uncorrected(asked.rig));
   SYMRIG_TRY(const OpenedRig opened, open_rig(asked.rig));
-  SYMRIG_TRY(const std::vector<FieldLight> fields, photograph_levels(*opened.probe, opened.together));
+  SYMRIG_TRY(const std::vector<FieldLight> fields,
+             photograph_levels(*opened.probe, opened.probe->together()));
   SYMRIG_TRY(const ProjectorResponse response, ProjectorResponse::fit(fields, kWhite));
   SYMRIG_TRY(const HalfLight half, half_light(response));
   SYMRIG_CHECK(save_projector_response(asked.output, response));

@@ -64,14 +64,14 @@ Result<OpenedRig> open_rig(const std::string& rig) {
     SYMRIG_TRY(auto simulated, sim::open_virtual_rig(rig));
     const Rig* inside = &simulated->rig();
     const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
-    return OpenedRig{std::move(simulated), inside, noise, 4};
+    return OpenedRig{std::move(simulated), inside, noise};
   }
   SYMRIG_CHECK(check_file(rig));
   SYMRIG_TRY(RigFile file, read_rig_file(rig));
   file.options.wanted = [] { return !interrupted(); };
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
-  return OpenedRig{std::move(real), inside, "camera", 1};
+  return OpenedRig{std::move(real), inside, "camera"};
 }
 
 std::string told(const RigTrouble& trouble) {

@@ -20,9 +20,6 @@ struct OpenedRig {
   std::unique_ptr<Probe> probe;
   const Rig* rig = nullptr;  ///< inside the probe: for its trouble
   std::string noise;         ///< "off" or "camera"
-  /// Photographs that are worth asking for at once. A simulated rig computes them in parallel; a real one
-  /// would lose as many when the process dies (docs/photograph-log.md).
-  std::size_t together = 1;
 };
 
 /// What opening `--rig RIG` reads: the rig file and the files that it names.

@@ -110,6 +110,9 @@ TEST_F(Capture, a_misaligned_rig_is_told_before_the_capture_is_wasted) {
   const std::string rig = "sim:vgroove-textured?size=64x64";
   expect_refusal({"capture", "--rig", rig + "&misalign=0.1", "--check-axis", "-o", "a.h5"}, kBadInput,
                  {"--check-axis"});
+  // Without a log there is nothing to go on from, and nothing was checked before.
+  expect_refusal({"capture", "--rig", rig + "&misalign=0.1", "--check-axis", "--resume", "-o", "a.h5"},
+                 kBadInput, {"--check-axis"});
   EXPECT_EQ(symrig({"capture", "--rig", rig, "--check-axis", "--max-patterns", "20", "-o", "b.h5"}).code, 0);
 }
 

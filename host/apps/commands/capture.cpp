@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
-#include "capture_effects.hpp"
 #include "capture_log.hpp"
 #include "capture_options.hpp"
 #include "command.hpp"
@@ -65,49 +64,34 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-Result<void> set_budgets(const CaptureArguments& arguments, CaptureOptions& options) {
-  if (arguments.max_patterns && *arguments.max_patterns < 1)
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("--max-patterns {} leaves no photograph to take", *arguments.max_patterns),
-                 "give 1 or more"};
-  const double seconds = arguments.max_seconds.value_or(1);
-  if (!std::isfinite(seconds) || seconds <= 0)
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("--max-seconds {} is not a time to measure in", seconds),
-                 "give the seconds on the rig's clock, such as 3600"};
-  const double error = arguments.target_error.value_or(0.5);
-  if (!(error > 0 && error < 1))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("--target-error {} is not an error relative to the transport", error),
-                 "give a number above 0 and below 1, such as 0.02"};
-  const double longest = arguments.photograph_seconds.value_or(options.exposure.longest_seconds);
-  if (!(longest >= 0.01 && longest <= 1e5))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("--photograph-seconds {} is no time to expose a photograph", longest),
-                 "give seconds from 0.01 to 100000, such as 60"};
-  options.exposure.longest_seconds = longest;
-  options.max_patterns = arguments.max_patterns.value_or(0);
-  options.max_seconds = arguments.max_seconds.value_or(0);
-  options.target_error = arguments.target_error.value_or(0);
+/// To the library 0 is no budget. Whoever gives one wants one.
+Result<void> check_budgets_given(const CaptureArguments& arguments) {
+  const auto none = [](const char* option, const char* next) {
+    return Error{ErrorCode::bad_argument, fmt::format("{} 0 leaves nothing to measure with", option), next};
+  };
+  if (arguments.max_patterns == 0) return none("--max-patterns", "give 1 or more");
+  if (arguments.max_seconds == 0.0) return none("--max-seconds", "give seconds, such as 3600");
+  if (arguments.target_error == 0.0) return none("--target-error", "give a number above 0, such as 0.02");
   return {};
 }
 
 Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
   SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
-  SYMRIG_CHECK(check_share("--tolerance", arguments.tolerance));
-  SYMRIG_CHECK(check_share("--dual-threshold", arguments.dual_threshold));
-  CaptureOptions options = options_for(algorithm, arguments.tolerance);
-  SYMRIG_CHECK(set_budgets(arguments, options));
-  if (arguments.dual_threshold) options.dual_threshold = *arguments.dual_threshold;
-  options.dual_subtracts = arguments.dual_subtract;
-  if (arguments.polish && (*arguments.polish < 0 || *arguments.polish > 20))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("--polish {} is not a number of steps", *arguments.polish), "give 0 to 20"};
-  options.economy.polish = arguments.polish.value_or(options.economy.polish);
+  SYMRIG_CHECK(check_budgets_given(arguments));
+  std::optional<SplitOrder> split;
   if (!arguments.split.empty()) {
-    SYMRIG_TRY(options.split, parse_split_order(arguments.split));
+    SYMRIG_TRY(split, parse_split_order(arguments.split));
   }
-  return options;
+  return CaptureOptions{.algorithm = algorithm,
+                        .tolerance = arguments.tolerance,
+                        .polish = arguments.polish,
+                        .photograph_seconds = arguments.photograph_seconds,
+                        .split = split,
+                        .dual_threshold = arguments.dual_threshold,
+                        .dual_subtracts = arguments.dual_subtract,
+                        .max_patterns = arguments.max_patterns.value_or(0),
+                        .max_seconds = arguments.max_seconds.value_or(0),
+                        .target_error = arguments.target_error.value_or(0)};
 }
 
 /// What only some captures have to tell: a log, a budget, an estimate of the error.
@@ -154,15 +138,16 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
   const auto start = Clock::now();
   Probe& rig = *opened.probe;
   std::optional<LoggedProbe> logged;
-  if (log.log() != nullptr) logged.emplace(rig, *log.log(), opened.together);
+  if (log.log() != nullptr) logged.emplace(rig, *log.log(), rig.together());
   Probe& probe = logged ? static_cast<Probe&>(*logged) : rig;
   options.log = log.log();
+  SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
   auto result = capture(probe, options);
   if (!result) return result.error();
   const CaptureSummary summary{.scene = rig.describe(),
-                               .algorithm = options.algorithm,
-                               .rule = options.rule,
-                               .dual_threshold = options.dual_threshold,
+                               .algorithm = settings.algorithm,
+                               .rule = settings.rule,
+                               .dual_threshold = settings.dual_threshold,
                                .noise = opened.noise,
                                .cost = probe.cost(),
                                .measure_seconds = since(start) - result->process_seconds,
@@ -179,11 +164,12 @@ Result<void> save(const CaptureArguments& arguments, Measured measured, const st
   return write_text(arguments.json, json);
 }
 
-/// Stops before a rig whose camera and projector do not share their pixels wastes a capture.
 Result<void> check_axis(Probe& rig) {
-  SYMRIG_TRY(const CoaxialCheck check, check_coaxial(rig));
-  if (!check.misaligned() && !check.flaring() && !check.doubled()) return {};
-  return Error{ErrorCode::bad_value, check.to_string(), "or leave out --check-axis to capture all the same"};
+  const Result<void> checked = require_coaxial(rig);
+  if (checked || checked.error().code != ErrorCode::bad_value) return checked;
+  Error error = checked.error();
+  error.hint += ", or leave out --check-axis to capture all the same";
+  return error;
 }
 
 /// Until everything is on the disk. Returns what is to be told.
@@ -200,30 +186,26 @@ Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureO
   return text;
 }
 
-LogBudget budget_of(const CaptureOptions& options) {
-  const bool any = options.max_patterns > 0 || options.max_seconds > 0 || options.target_error > 0;
-  return {options.max_patterns, options.max_seconds, any};
-}
-
 JobFiles files_of(const CaptureArguments& arguments) {
   JobFiles files = rig_files(arguments.rig);
   files.writes("-o", arguments.output, FileFormat::scene).writes("--json", arguments.json, FileFormat::json);
   return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
 }
 
-Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
+Result<void> run(const CaptureArguments& arguments) {
   const auto start = Clock::now();
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
-  SYMRIG_CHECK(check_capture_effects(command, options.algorithm));
+  const Result<CaptureSettings> settings = settings_of(options);
+  if (!settings) return in_command_words(settings.error());
   SYMRIG_CHECK(files_of(arguments).check());
   SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
   SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
   const std::unique_ptr<Probe>& rig = opened.probe;
-  SYMRIG_CHECK(check_rig_effects(command, *rig));
-  if (arguments.check_axis && !arguments.log.resume) SYMRIG_CHECK(check_axis(*rig));
-  const LogIdentity identity{rig->grid(), rig->channels(), rig->describe(), settings_text(options),
-                             budget_of(options)};
-  SYMRIG_TRY(CaptureLog log, CaptureLog::open(arguments.output, arguments.log, identity));
+  if (const Result<void> fits = check_rig(options, *rig); !fits) return in_command_words(fits.error());
+  if (arguments.check_axis && !CaptureLog::goes_on(arguments.output, arguments.log))
+    SYMRIG_CHECK(check_axis(*rig));
+  SYMRIG_TRY(CaptureLog log,
+             CaptureLog::open(arguments.output, arguments.log, log_identity(*rig, *settings)));
   const Result<std::string> text =
       guarded([&] { return measure_and_save(arguments, options, opened, log, start); });
   if (!text) return log.broken_off(text.error());
@@ -290,7 +272,7 @@ Job add_capture(CLI::App& app) {
     takes_number<double>(command->get_option(option));
   takes_number<std::int64_t>(command->get_option("--max-patterns"));
   takes_number<int>(command->get_option("--polish"));
-  return [command, arguments] { return run(*command, *arguments); };
+  return [arguments] { return run(*arguments); };
 }
 
 }  // namespace symrig::apps

@@ -8,7 +8,7 @@
 
 namespace symrig::acquisition {
 
-Result<CaptureResult> capture_brute(Probe& probe, const CaptureOptions& options) {
+Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options) {
   const auto start = std::chrono::steady_clock::now();
   const BlockTree tree(probe.grid());
   const std::int64_t pixels = tree.grid().size();

@@ -41,39 +41,21 @@ Result<Algorithm> parse_algorithm(std::string_view text) {
                nearest_hint(text, algorithm_names())};
 }
 
-RankRule default_rule(Algorithm algorithm) {
-  RankRule rule;
-  if (algorithm != Algorithm::symrig) return rule;
-  rule.noise_sigmas = 3;
-  rule.concentration = 0.8;
-  return rule;
-}
-
-Economy default_economy(Algorithm algorithm) {
-  Economy economy;
-  if (algorithm != Algorithm::symrig) return economy;
-  economy.decay = 0.05;
-  economy.look_in_the_dark = true;
-  economy.shrink_noise = true;
-  economy.checks = true;
-  economy.direct_share = 0.05;
-  economy.rank = 3;
-  return economy;
-}
-
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
+  SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
   if (!probe.grid().valid() || probe.channels() < 1)
     return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};
-  switch (options.algorithm) {
+  if (settings.log == nullptr) SYMRIG_CHECK(check_rig(options, probe));
+  switch (settings.algorithm) {
     case Algorithm::dual:
-      return acquisition::capture_dual(probe, options);
+      return acquisition::capture_dual(probe, settings);
     case Algorithm::brute:
-      return acquisition::capture_brute(probe, options);
+      return acquisition::capture_brute(probe, settings);
     case Algorithm::symrig:
     case Algorithm::paper:
       break;
   }
-  return acquisition::capture_hierarchy(probe, options);
+  return acquisition::capture_hierarchy(probe, settings);
 }
 
 }  // namespace symrig

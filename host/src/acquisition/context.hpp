@@ -15,7 +15,7 @@ namespace symrig::acquisition {
 
 /// What the parts of a hierarchical capture share.
 struct Context {
-  const CaptureOptions& options;
+  const CaptureSettings& options;
   const BlockTree& tree;
   int channels;
   Photographer& photographer;

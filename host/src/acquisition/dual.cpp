@@ -53,7 +53,7 @@ struct Active {
 
 class Dual {
  public:
-  Dual(Probe& probe, const CaptureOptions& options)
+  Dual(Probe& probe, const CaptureSettings& options)
       : options_(options),
         tree_(probe.grid()),
         channels_(probe.channels()),
@@ -190,7 +190,7 @@ class Dual {
     return next;
   }
 
-  const CaptureOptions& options_;
+  const CaptureSettings& options_;
   BlockTree tree_;
   int channels_;
   Photographer photographer_;
@@ -201,7 +201,7 @@ class Dual {
 
 }  // namespace
 
-Result<CaptureResult> capture_dual(Probe& probe, const CaptureOptions& options) {
+Result<CaptureResult> capture_dual(Probe& probe, const CaptureSettings& options) {
   return Dual(probe, options).run();
 }
 

@@ -39,7 +39,7 @@ constexpr std::size_t kEndless = std::size_t{1} << 40;
 class Hierarchy {
  public:
   /// begun: the flood-lit photograph has been taken, as number 0 of options.log.
-  Hierarchy(Probe& probe, const CaptureOptions& options, BlockTree tree, const Photographer& begun)
+  Hierarchy(Probe& probe, const CaptureSettings& options, BlockTree tree, const Photographer& begun)
       : options_(options),
         tree_(std::move(tree)),
         photographer_(begun, tree_),
@@ -111,7 +111,7 @@ class Hierarchy {
   };
   Assumption better_assumption();
 
-  const CaptureOptions& options_;
+  const CaptureSettings& options_;
   BlockTree tree_;
   Photographer photographer_;
   Known known_;
@@ -451,7 +451,7 @@ Result<CaptureResult> Hierarchy::finish() {
 
 namespace {
 
-Result<CaptureResult> capture_logged(Probe& probe, const CaptureOptions& options) {
+Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& options) {
   const BlockTree flat(probe.grid());
   Photographer photographer(probe, options.log, flat, options.progress);
   const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
@@ -466,12 +466,11 @@ Result<CaptureResult> capture_logged(Probe& probe, const CaptureOptions& options
 
 }  // namespace
 
-Result<CaptureResult> capture_hierarchy(Probe& probe, const CaptureOptions& options) {
+Result<CaptureResult> capture_hierarchy(Probe& probe, const CaptureSettings& options) {
   if (options.log != nullptr) return capture_logged(probe, options);
   const auto log = make_memory_log(probe.grid(), probe.channels());
-  constexpr std::size_t kTogether = 32;
-  LoggedProbe logged(probe, *log, kTogether);
-  CaptureOptions with_log = options;
+  LoggedProbe logged(probe, *log, probe.together());
+  CaptureSettings with_log = options;
   with_log.log = log.get();
   return capture_logged(logged, with_log);
 }

@@ -317,4 +317,10 @@ Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) 
   return check;
 }
 
+Result<void> require_coaxial(Probe& probe, const CoaxialOptions& options) {
+  SYMRIG_TRY(const CoaxialCheck check, check_coaxial(probe, options));
+  if (!check.misaligned() && !check.flaring() && !check.doubled()) return {};
+  return Error{ErrorCode::bad_value, check.to_string(), "mend it"};
+}
+
 }  // namespace symrig

@@ -148,7 +148,16 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   return json_text(json);
 }
 
-std::string settings_text(const CaptureOptions& options) {
+LogIdentity log_identity(const Probe& rig, const CaptureSettings& settings) {
+  const bool any = settings.max_patterns > 0 || settings.max_seconds > 0 || settings.target_error > 0;
+  return {rig.grid(),
+          rig.channels(),
+          rig.describe(),
+          settings_text(settings),
+          {settings.max_patterns, settings.max_seconds, any}};
+}
+
+std::string settings_text(const CaptureSettings& options) {
   Json json{{"algorithm", name(options.algorithm)},
             {"rule", rule_json(options.rule)},
             {"economy", economy_json(options.economy)}};

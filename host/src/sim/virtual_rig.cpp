@@ -177,6 +177,7 @@ class SimulatedRig final : public VirtualRig {
                                                  std::span<const Expectation> expected) override {
     return rig_->measure_expected(patterns, expected);
   }
+  std::size_t together() const override { return 4; }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
     cost.simulate_seconds = darkroom_->seconds();

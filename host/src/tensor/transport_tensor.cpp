@@ -12,7 +12,7 @@ const tensor::Store& TransportTensor::store() const {
   return store_ ? *store_ : nothing;
 }
 
-std::span<const Leaf> TransportTensor::leaves() const {
+std::span<const Leaf> TransportTensor::leaves() const& {
   return draft_ ? draft_->leaves : store().leaves;
 }
 

@@ -19,7 +19,7 @@ CaptureOptions options_of(Algorithm algorithm, int polish) {
   options.algorithm = algorithm;
   options.rule = default_rule(algorithm);
   options.economy = default_economy(algorithm);
-  options.economy.polish = polish;
+  options.economy->polish = polish;
   return options;
 }
 

@@ -152,8 +152,8 @@ TEST_P(Hierarchy, a_smaller_tolerance_gives_a_smaller_error_for_more_patterns) {
   std::int64_t last_patterns = 0;
   for (const double tolerance : {3e-3, 3e-4, 3e-5}) {
     CaptureOptions options = options_for(GetParam());
-    options.rule.flood_fraction = options.rule.empty_fraction = tolerance;
-    options.rule.signal_fraction = 0;
+    options.rule->flood_fraction = options.rule->empty_fraction = tolerance;
+    options.rule->signal_fraction = 0;
     DenseProbe probe(scene);
     const auto result = capture(probe, options);
     const double error = evaluate(result->tensor, scene.truth())->indirect;
@@ -195,8 +195,8 @@ TEST(CaptureSymrig, a_dead_camera_pixel_is_seen_from_the_other_side) {
     photograph.valid.values()[kDead] = 0;
   };
   CaptureOptions options = options_for(Algorithm::symrig);
-  options.rule.flood_fraction = options.rule.empty_fraction = 0;
-  options.rule.signal_fraction = 1e-4;
+  options.rule->flood_fraction = options.rule->empty_fraction = 0;
+  options.rule->signal_fraction = 1e-4;
   const auto result = capture(probe, options);
   ASSERT_TRUE(result.ok()) << result.error().line();
   Image<float> lit(scene.grid());

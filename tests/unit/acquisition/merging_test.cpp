@@ -41,7 +41,7 @@ class Merging : public testing::Test {
                  known_,
                  std::vector<double>(static_cast<std::size_t>(channels), 1.0),
                  {0}} {
-    bench_.options = default_options();
+    bench_.options = *settings_of({});
   }
 
   using Factor = std::function<double(int channel, std::int32_t pixel)>;
@@ -283,7 +283,7 @@ TEST(MergingOfACapture, takes_fewer_bytes_for_the_same_photographs_and_nearly_th
   for (const int rank : {1, 3}) {
     DenseProbe probe(scene);
     CaptureOptions options = default_options();
-    options.economy.rank = rank;
+    options.economy->rank = rank;
     auto result = capture(probe, options);
     ASSERT_TRUE(result.ok());
     const auto error = evaluate(result->tensor, scene.truth());

@@ -17,7 +17,7 @@ Result<TransportErrors> errors_of(const std::string& uri) {
   CaptureOptions options;
   options.rule = default_rule(options.algorithm);
   options.economy = default_economy(options.algorithm);
-  options.rule.flood_fraction = options.rule.empty_fraction = 1e-7;
+  options.rule->flood_fraction = options.rule->empty_fraction = 1e-7;
   options.exposure.longest_seconds = 60;
   SYMRIG_TRY(const CaptureResult result, capture(*rig, options));
   const sim::Scene& scene = rig->truth();

@@ -145,7 +145,7 @@ TEST(Scenes, a_finer_tolerance_does_not_drown_in_noise) {
       const auto rig = sim::open_virtual_rig(uri);
       ASSERT_TRUE(rig.ok());
       CaptureOptions options = default_options();
-      options.rule.flood_fraction = options.rule.empty_fraction = tolerance;
+      options.rule->flood_fraction = options.rule->empty_fraction = tolerance;
       const auto result = capture(**rig, options);
       ASSERT_TRUE(result.ok());
       const auto errors = evaluate(
@@ -177,7 +177,7 @@ TEST(Scenes, numbers_do_not_depend_on_threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     DenseProbe probe(scene, 1e-3);
     CaptureOptions options = default_options();
-    options.economy.polish = 1;
+    options.economy->polish = 1;
     results.push_back(std::move(*capture(probe, options)));
   }
   const TransportTensor& one = results[0].tensor;

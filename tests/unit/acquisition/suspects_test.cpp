@@ -32,7 +32,7 @@ TEST(Suspects, without_an_alarm_the_checks_cost_their_six_photographs_only) {
   for (const Grid grid : {Grid{16, 16}, Grid{13, 17}, Grid{20, 20}}) {
     const DenseTransport scene = facing_planes(grid);
     CaptureOptions blind = default_options();
-    blind.economy.checks = false;
+    blind.economy->checks = false;
     DenseProbe with(scene), without(scene);
     EXPECT_EQ(capture(with, default_options())->patterns, capture(without, blind)->patterns + kChecks)
         << to_string(grid);
@@ -73,7 +73,7 @@ class Checkerboard : public Probe {
 TEST(Suspects, a_checkerboard_too_large_to_mend_ends_within_its_budget_and_says_so) {
   Checkerboard scene(64), again(64);
   CaptureOptions blind = default_options();
-  blind.economy.checks = false;
+  blind.economy->checks = false;
   const auto deceived = capture(again, blind);
   const auto result = capture(scene, default_options());
   ASSERT_TRUE(result.ok() && deceived.ok());

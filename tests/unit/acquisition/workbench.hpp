@@ -39,7 +39,7 @@ struct Workbench {
                 photographer, known, std::vector<double>(static_cast<std::size_t>(probe.channels()), 1.0),
                 {0}} {}
 
-  CaptureOptions options;
+  CaptureSettings options;
   BlockTree tree;
   std::unique_ptr<PhotographLog> log;
   LoggedProbe logged;
@@ -50,10 +50,7 @@ struct Workbench {
 
 /// Runs the default capture.
 inline CaptureOptions default_options() {
-  CaptureOptions options;
-  options.rule = default_rule(Algorithm::symrig);
-  options.economy = default_economy(Algorithm::symrig);
-  return options;
+  return {.rule = default_rule(Algorithm::symrig), .economy = default_economy(Algorithm::symrig)};
 }
 
 }  // namespace symrig::tests

@@ -75,13 +75,13 @@ TEST(CaptureJson, tells_what_a_budget_ended_and_the_error_then) {
 }
 
 TEST(Settings, name_each_rule_as_the_json_does) {
-  CaptureOptions options;
+  CaptureSettings options;
   options.rule.flood_fraction = 0.1;
   const std::string text = settings_text(options);
   EXPECT_TRUE(text.starts_with("algorithm symrig\n")) << text;
   for (const char* line : {"\nrule.signal_fraction 0.02\n", "\nrule.flood_fraction 0.1\n"})
     EXPECT_NE(text.find(line), std::string::npos) << text;
-  CaptureOptions budget = options;
+  CaptureSettings budget = options;
   budget.max_patterns = 5;
   EXPECT_EQ(settings_text(budget), settings_text(options));
   options.algorithm = Algorithm::dual;

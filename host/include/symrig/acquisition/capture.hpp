@@ -87,29 +87,66 @@ struct ExposureGoal {
   double longest_seconds = 10;  ///< of all exposures of one photograph
 };
 
+/// How to capture. Whatever is left out is the algorithm's own: capture(probe, {}) is `symrig capture`
+/// without options. settings_of() says what is refused.
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
-  RankRule rule;    ///< default_rule(algorithm) unless set
-  Economy economy;  ///< default_economy(algorithm) unless set
-  ExposureGoal exposure;
+  /// Detail to stop at, as a share of F: τ_A and τ_E of the rule; the threshold of dual. Above 0, below 1.
+  std::optional<double> tolerance = {};
+  std::optional<RankRule> rule = {};    ///< none: default_rule(algorithm)
+  std::optional<Economy> economy = {};  ///< none: default_economy(algorithm)
+  std::optional<int> polish = {};       ///< Economy::polish, 0 to 20
+  ExposureGoal exposure = {};
+  std::optional<double> photograph_seconds = {};  ///< ExposureGoal::longest_seconds, 0.01 to 100000
   /// Several views: how blocks are cut across them (docs/howto-views.md); none: chosen from the flood-lit
   /// photograph.
-  std::optional<SplitOrder> split;
-  double dual_threshold = 3e-4;  ///< dual: response below this share of F is not refined
-  bool dual_subtracts = false;   ///< dual: subtract what is stored already, which [Sen05] does not do
+  std::optional<SplitOrder> split = {};
+  /// dual: response below this share of F is not refined. Above 0, below 1; none: 3e-4.
+  std::optional<double> dual_threshold = {};
+  bool dual_subtracts = false;  ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
   std::int64_t max_patterns = 0;      ///< stop after as many photographs; 0: no limit
   double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
-  double target_error = 0;  ///< stop when the estimated frobenius error and its half width are below; 0: none
+  /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1.
+  double target_error = 0;
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
   PhotographLog* log = nullptr;
-  Progress progress;  ///< may be empty
+  Progress progress = {};  ///< may be empty
 };
 
 /// The rule and the economy each algorithm runs with by default.
 RankRule default_rule(Algorithm algorithm);
 Economy default_economy(Algorithm algorithm);
+
+/// What a capture runs with: its options, and the defaults for whatever they leave out.
+struct CaptureSettings {
+  Algorithm algorithm = Algorithm::symrig;
+  RankRule rule = {};
+  Economy economy = {};
+  ExposureGoal exposure = {};
+  std::optional<SplitOrder> split = {};
+  double dual_threshold = 3e-4;
+  bool dual_subtracts = false;
+  std::int64_t memory_limit = 0;
+  std::int64_t max_patterns = 0;  ///< 0: no limit
+  double max_seconds = 0;         ///< 0: no limit
+  double target_error = 0;        ///< 0: none
+  PhotographLog* log = nullptr;
+  Progress progress = {};
+};
+
+/// What capture() makes of options.
+/// fails: bad_argument: a number that is none or out of its range, or an option that would change nothing
+/// with this algorithm. The message begins with the name of the option, as CaptureOptions has it.
+Result<CaptureSettings> settings_of(const CaptureOptions& options);
+
+/// Options that would change nothing on this rig. capture() asks unless options.log is set: a rig that
+/// answers from a log plans no exposures.  fails: bad_argument, as settings_of.
+Result<void> check_rig(const CaptureOptions& options, const Probe& rig);
+
+/// The tolerance that an algorithm runs with unless told otherwise; nothing for brute force.
+std::optional<double> default_tolerance(Algorithm algorithm);
 
 /// How a search stood when a level was done.
 struct CaptureStep {
@@ -143,7 +180,8 @@ struct CaptureResult {
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.
-/// fails: whatever the probe fails with; bad_value if every photograph is invalid; limit; interrupted.
+/// fails: as settings_of and check_rig, before anything is measured; whatever the probe fails with; bad_value
+/// if every photograph is invalid; limit; interrupted.
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options);
 
 }  // namespace symrig

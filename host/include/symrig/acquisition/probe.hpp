@@ -58,6 +58,10 @@ class Probe {
     return measure(patterns);
   }
 
+  /// Photographs that are worth asking for at once where each is logged. More than one pays where photographs
+  /// are computed in parallel; a real rig loses as many when the process dies (docs/photograph-log.md).
+  virtual std::size_t together() const { return 1; }
+
   virtual ProbeCost cost() const = 0;
 
   /// Told once, before the first measure(), that this capture was begun in another session and had spent this

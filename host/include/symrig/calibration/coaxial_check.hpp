@@ -85,4 +85,9 @@ struct CoaxialCheck {
 /// pixels. fails: whatever the probe fails with, bad_value (NaN or infinity in a valid pixel).
 Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options = {});
 
+/// Stops before a rig whose camera and projector do not share their pixels wastes a capture.
+/// fails: as check_coaxial; bad_value (CoaxialCheck::to_string(), if the rig is misaligned, flaring or
+/// doubled).
+Result<void> require_coaxial(Probe& probe, const CoaxialOptions& options = {});
+
 }  // namespace symrig

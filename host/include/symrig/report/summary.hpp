@@ -37,7 +37,10 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
 /// What steers the choice of patterns, as "name value" lines with the names of capture_json: the options that
 /// a capture must share with a log to be continued from it (LogIdentity). Budgets are not among them: a
 /// continued capture may have others.
-std::string settings_text(const CaptureOptions& options);
+std::string settings_text(const CaptureSettings& settings);
+
+/// What a log of this capture is of: for create_photograph_log and open_photograph_log.
+LogIdentity log_identity(const Probe& rig, const CaptureSettings& settings);
 
 /// How well a held-out photograph is predicted. Radiance in the units of the tensor.
 struct HeldOutError {

@@ -130,7 +130,8 @@ class TransportTensor {
   /// Bytes of T as a dense float matrix, all channels.
   double dense_bytes() const;
 
-  std::span<const Leaf> leaves() const;
+  std::span<const Leaf> leaves() const&;
+  std::span<const Leaf> leaves() const&& = delete;  // it would outlive its tensor
   /// Leaf after leaf, for each channel A [rows × rank] then B [cols × rank], column by column; unpacked.
   std::vector<float> factors() const;
   std::vector<EmptyLeaf> empties(int level) const;  ///< by row block, then column block
