@@ -291,7 +291,8 @@ TEST(Known, a_removed_leaf_neither_shines_nor_is_stored) {
                       never.known.mark().empties, never.known.scalars().size()});
   never.leaf(1, same[2], same[0], without);
   EXPECT_EQ(left_by(both.known, p), left_by(never.known, p));
-  EXPECT_EQ(both.known.tensor().leaves().size(), never.known.tensor().leaves().size());
+  const TransportTensor with_both = both.known.tensor(), with_one = never.known.tensor();
+  EXPECT_EQ(with_both.leaves().size(), with_one.leaves().size());
 }
 
 }  // namespace
