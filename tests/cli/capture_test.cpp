@@ -116,6 +116,33 @@ TEST_F(Capture, a_misaligned_rig_is_told_before_the_capture_is_wasted) {
   EXPECT_EQ(symrig({"capture", "--rig", rig, "--check-axis", "--max-patterns", "20", "-o", "b.h5"}).code, 0);
 }
 
+// Nine views of 4x4 pixels have no blocks to share: the search would take more photographs than brute force.
+TEST_F(Capture, transport_that_is_not_data_sparse_is_told) {
+  const Outcome outcome =
+      symrig({"capture", "--rig", "sim:views3?size=12x12", "-o", "a.h5", "--json", "a.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("the transport is not data-sparse: "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("brute force measured the rest after "), std::string::npos) << outcome.out;
+  const nlohmann::json told = json("a.json");
+  EXPECT_LE(told.at("patterns"), told.at("patterns_brute_force"));
+  const nlohmann::json& found = told.at("search").at("undetermined");
+  EXPECT_EQ(found.at("completed"), true);
+  EXPECT_EQ(found.at("brute_force"), 144);
+  EXPECT_GT(found.at("forecast"), 144);
+  for (const char* key : {"level", "patterns", "tested", "leaves", "unexplained"})
+    EXPECT_TRUE(found.at("levels").at(1).contains(key)) << key;
+  const Outcome sparse =
+      symrig({"capture", "--rig", "sim:gummy?size=16x16", "-o", "b.h5", "--json", "b.json"});
+  EXPECT_TRUE(json("b.json").at("search").at("undetermined").is_null());
+  EXPECT_EQ(sparse.out.find("data-sparse"), std::string::npos) << sparse.out;
+}
+
+TEST_F(Capture, baselines_say_when_they_take_more_photographs_than_brute_force) {
+  const Outcome paper =
+      symrig({"capture", "--rig", "sim:views3?size=12x12", "-o", "a.h5", "--algorithm", "paper"});
+  EXPECT_NE(paper.out.find("photographs more than brute force takes"), std::string::npos) << paper.out;
+}
+
 TEST_F(Capture, wrong_budgets_splits_and_steps_are_usage_errors) {
   expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--split", "sideways"}, kUsage, {"sideways"});
   expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--polish=-1"}, kUsage, {"--polish"});

@@ -96,7 +96,7 @@ class ReportNumbers : public CommandTest {
 
 TEST_F(ReportNumbers, are_those_of_capture_inspect_and_evaluate) {
   for (const char* rig : {"sim:gummy?size=16x16", "sim:vgroove-textured?size=12x17&channels=3",
-                          "sim:plane?size=9x5&noise=off", "sim:views2?size=16x16"}) {
+                          "sim:plane?size=9x15&noise=off", "sim:views2?size=16x16"}) {
     ASSERT_EQ(symrig({"capture", "--rig", rig, "-o", "scene.h5", "--json", "capture.json", "--no-log"}).code,
               0)
         << rig;

@@ -94,6 +94,38 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
                         .target_error = arguments.target_error.value_or(0)};
 }
 
+/// Evidence of a search that gave up, and what was done about it.
+std::string told_of_search(const Undetermined& found) {
+  std::string text = fmt::format(
+      "the transport is not data-sparse: {} (the search would take at least {} photographs, "
+      "brute force {})\n",
+      found.reason, grouped(static_cast<double>(found.forecast)),
+      grouped(static_cast<double>(found.brute_force)));
+  for (const LevelEvidence& level : found.levels)
+    if (level.tested > 0)
+      text +=
+          fmt::format("  level {}: {} of {} pairs of blocks are leaves, {} of their energy is unexplained\n",
+                      level.level, grouped(static_cast<double>(level.leaves)),
+                      grouped(static_cast<double>(level.tested)), percent(level.unexplained));
+  return text + (found.completed
+                     ? fmt::format("  brute force measured the rest after {} photographs\n",
+                                   grouped(static_cast<double>(found.patterns)))
+                     : "  a budget or the memory limit leaves no room for brute force: the search went on "
+                       "within them\n");
+}
+
+/// Photographs against brute force, where the search does not say it by itself.
+std::string told_of_brute_force(Algorithm algorithm, const CaptureResult& result) {
+  const std::int64_t brute = result.tensor.projector_grid().size();
+  if (result.patterns > brute)
+    return fmt::format(
+        "warning: {} photographs more than brute force takes; --algorithm symrig never takes more\n",
+        grouped(static_cast<double>(result.patterns - brute)));
+  if (algorithm == Algorithm::symrig && !result.undetermined && !result.tensor.columns().empty())
+    return "fewer than 64 pixels: measured by brute force, which takes no more photographs than a search\n";
+  return "";
+}
+
 /// What only some captures have to tell: a log, a budget, an estimate of the error.
 std::string told_besides(const CaptureSummary& summary, const CaptureResult& result) {
   std::string text;
@@ -101,12 +133,17 @@ std::string told_besides(const CaptureSummary& summary, const CaptureResult& res
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
   text += told(summary.trouble);
+  if (result.undetermined) text += told_of_search(*result.undetermined);
+  text += told_of_brute_force(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   for (const std::string& finding : result.noise_check.findings)
     text += fmt::format("warning: {}; estimated errors and rank tests trust the stated noise\n", finding);
   if (result.estimated)
-    text += fmt::format("relative errors, estimated from {} held-out photographs (±: {:.0f} % confidence)\n",
-                        result.held_out.size(), 100 * kErrorConfidence) +
+    text += fmt::format("relative errors, estimated from {} (±: {:.0f} % confidence)\n",
+                        result.held_out.empty()
+                            ? std::string("held-out photographs before they were used too: an upper bound")
+                            : fmt::format("{} held-out photographs", result.held_out.size()),
+                        100 * kErrorConfidence) +
             error_table({*result.estimated, result.estimated_half_width, result.estimate_not_given});
   if (result.error_per_level.empty()) return text;
   text += "error after each level:";

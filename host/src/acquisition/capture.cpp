@@ -41,11 +41,24 @@ Result<Algorithm> parse_algorithm(std::string_view text) {
                nearest_hint(text, algorithm_names())};
 }
 
+namespace {
+
+/// The flood-lit photograph, six held-out ones and three levels are as many as brute force takes: no search
+/// saves any. With a budget there is still something to choose.
+bool too_small_to_search(Grid grid, const CaptureSettings& settings) {
+  constexpr std::int64_t kPixels = 64;
+  return settings.algorithm == Algorithm::symrig && grid.size() < kPixels && settings.max_patterns == 0 &&
+         settings.max_seconds == 0 && settings.target_error == 0;
+}
+
+}  // namespace
+
 Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
   SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
   if (!probe.grid().valid() || probe.channels() < 1)
     return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};
   if (settings.log == nullptr) SYMRIG_CHECK(check_rig(options, probe));
+  if (too_small_to_search(probe.grid(), settings)) return acquisition::capture_brute(probe, settings);
   switch (settings.algorithm) {
     case Algorithm::dual:
       return acquisition::capture_dual(probe, settings);

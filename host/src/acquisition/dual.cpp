@@ -23,8 +23,9 @@ Responses significant_responses(const TreePhotograph& photograph, const Seen& se
   for (const std::int32_t p : seen.pixels) {
     bool significant = false;
     for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
-      significant = significant || (photograph.valid[at] != 0 &&
-                                    photograph.mean[at] > kSigmas * std::sqrt(photograph.variance[at]));
+      significant =
+          significant || (photograph.valid[at] != 0 &&
+                          std::abs(photograph.mean[at]) > kSigmas * std::sqrt(photograph.variance[at]));
     if (!significant) continue;
     out.pixels.push_back(p);
     for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
@@ -107,7 +108,7 @@ class Dual {
       const auto value = std::span(responses.values).subspan(k * channels, channels);
       bool large = false;
       for (std::size_t channel = 0; channel < channels; ++channel)
-        large = large || value[channel] > threshold_[channel];
+        large = large || std::abs(value[channel]) > threshold_[channel];
       if (large && !block.single_pixel()) {
         refined.footprint.pixels.push_back(responses.pixels[k]);
         continue;

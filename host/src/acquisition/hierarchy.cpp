@@ -2,6 +2,7 @@
 #include "acquisition/hierarchy.hpp"
 
 #include "acquisition/checks.hpp"
+#include "acquisition/completion.hpp"
 #include "acquisition/context.hpp"
 #include "acquisition/dark_excess.hpp"
 #include "acquisition/direct_light.hpp"
@@ -21,6 +22,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -35,6 +37,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 /// More photographs than any log holds.
 constexpr std::size_t kEndless = std::size_t{1} << 40;
+
+constexpr const char* kWrongLeaves = "held-out photographs find leaves wrong that passed their tests";
 
 class Hierarchy {
  public:
@@ -64,8 +68,14 @@ class Hierarchy {
     }
     do {
       SYMRIG_CHECK(search());
+      if (completing()) break;
       reopen_suspects();
-    } while (any_open());
+    } while (any_open() && !completing());
+    if (completing()) {
+      SYMRIG_TRY(CaptureResult result, complete());
+      result.process_seconds = processed();
+      return result;
+    }
     const double searched = processed();
     SYMRIG_CHECK(refine_direct_light());
     SYMRIG_CHECK(polish());
@@ -88,8 +98,20 @@ class Hierarchy {
   Result<void> refine_direct_light();
   std::vector<LogRange> whole_photographs() const;
   Result<void> polish();
-  Result<NoiseCheck> check_noise() const;
+  std::int64_t dense_levels(int level) const;
+  bool unstructured() const;
+  bool can_complete() const;
+  bool worth_searching(int level, std::int64_t photographs, std::int64_t later);
+  bool doubt(std::string reason, std::int64_t forecast);
+  bool completing() const { return undetermined_ && undetermined_->completed; }
+  std::int64_t brute_force_left() const { return tree_.grid().size() - photographer_.taken(); }
+  Result<CaptureResult> complete();
+  Result<std::vector<TreePhotograph>> quarters() const;
+  Result<NoiseCheck> check_noise(const Completion* completion) const;
+  Result<void> estimate(const TransportTensor& tensor, const Completion* completion,
+                        CaptureResult& result) const;
   Result<CaptureResult> finish();
+  void tell_result(CaptureResult& result);
 
   bool any_open() const {
     return std::any_of(open_.begin(), open_.end(),
@@ -99,6 +121,7 @@ class Hierarchy {
     std::int64_t left = std::numeric_limits<std::int64_t>::max();  ///< photographs
     const char* name = "done";                                     ///< what CaptureResult::stopped_by says
   };
+  Budget user_budget() const;
   Budget tightest_budget() const;
   std::int64_t patterns_left() const { return tightest_budget().left; }
   void accept_open();
@@ -139,6 +162,8 @@ class Hierarchy {
   std::vector<CaptureStep> steps_;
   std::int64_t first_again_ = 0;  ///< log number of the flood-lit photographs at the end
   std::string stopped_by_ = "done";
+  std::vector<LevelEvidence> evidence_;
+  std::optional<Undetermined> undetermined_;
 };
 
 /// The flood-lit photograph is the root's estimate: c = r = T 1. F is its RMS, the signal that tolerances
@@ -190,6 +215,7 @@ Result<void> Hierarchy::search() {
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));
+    if (completing()) return {};
     tell_step(level);
   }
   return {};
@@ -200,8 +226,19 @@ Result<void> Hierarchy::search_level(int level) {
   open_[static_cast<std::size_t>(level)] = NodeLevel(tree_, level, context_.channels);
   while (std::ssize(context_.patterns_per_level) < level + 2) context_.patterns_per_level.push_back(0);
   LevelSearch search(context_, decay_, unknown);
-  const Budget budget = tightest_budget();
+  // Where brute force can take over, no round is cut short to what is left of it.
+  const bool whole_rounds = options_.algorithm == Algorithm::symrig && !undetermined_ && can_complete();
+  const Budget budget = whole_rounds ? user_budget() : tightest_budget();
+  search.ask_first([&](std::int64_t photographs, std::int64_t later) {
+    return worth_searching(level, photographs, later);
+  });
   SYMRIG_TRY(const std::vector<Tested> tested, search.run(budget.left));
+  if (search.given_up()) {
+    open_[static_cast<std::size_t>(level)] = std::move(unknown);
+    accept_open();
+    return {};
+  }
+  evidence_.push_back(search.evidence(tested));
   if (search.cut_short() && !reopening_until_) stopped_by_ = budget.name;
   NodeLevel leftovers(tree_, std::min(level + 1, tree_.levels() - 1), context_.channels);
   settle(context_, unknown, tested,
@@ -209,8 +246,78 @@ Result<void> Hierarchy::search_level(int level) {
   return {};
 }
 
+/// Photographs of all levels from this one on if no pair of blocks is a leaf and no two share a photograph.
+std::int64_t Hierarchy::dense_levels(int level) const {
+  std::int64_t photographs = 0;
+  for (int l = level; l + 1 < tree_.levels(); ++l) photographs += std::ssize(tree_.level(l + 1));
+  return photographs;
+}
+
+/// No product explains any pair of blocks that the last level tested. Where no light is negative and blocks
+/// are equal, c r'/s leaves 3/4 of the energy at most; half way from there to all of it nothing is explained.
+bool Hierarchy::unstructured() const {
+  constexpr std::int64_t kFewest = 6;  // pairs: those of four blocks
+  constexpr double kNothing = 7.0 / 8;
+  if (evidence_.empty()) return false;
+  const LevelEvidence& last = evidence_.back();
+  return last.tested >= kFewest && last.leaves == 0 && last.unexplained > kNothing;
+}
+
+/// Brute force fits into the budgets and into memory.
+bool Hierarchy::can_complete() const {
+  return Completion::bytes(tree_.grid().size(), context_.channels) <= options_.memory_limit &&
+         user_budget().left >= brute_force_left();
+}
+
+/// False, with the evidence, if the level is better left to brute force. photographs: of its next round;
+/// later: of the levels after it, at least.
+bool Hierarchy::worth_searching(int level, std::int64_t photographs, std::int64_t later) {
+  if (options_.algorithm != Algorithm::symrig) return true;
+  const std::int64_t taken = photographer_.taken();
+  if (reopening_until_) {
+    if (photographs <= std::min(*reopening_until_ - taken, brute_force_left())) return true;
+    return !doubt(kWrongLeaves, taken + photographs);
+  }
+  const std::int64_t dense = taken + dense_levels(level);
+  if (unstructured() && dense > tree_.grid().size())
+    return !doubt("no pair of blocks is explained by a product of two pictures", dense);
+  if (photographs + later <= brute_force_left()) return true;
+  return !doubt("too few pairs of blocks are explained by a product of two pictures",
+                taken + photographs + later);
+}
+
+/// True if brute force completes the capture.
+bool Hierarchy::doubt(std::string reason, std::int64_t forecast) {
+  if (undetermined_) return false;  // it has been told, and brute force is in the way of a budget
+  undetermined_ = Undetermined{.reason = std::move(reason),
+                               .patterns = photographer_.taken(),
+                               .forecast = forecast,
+                               .brute_force = tree_.grid().size(),
+                               .completed = can_complete(),
+                               .levels = evidence_};
+  return undetermined_->completed;
+}
+
+/// Brute force for the rest. The held-out photographs tell the errors of a tensor that they are no part of,
+/// and then go into the one that is kept.
+Result<CaptureResult> Hierarchy::complete() {
+  const TransportTensor searched = known_.tensor();
+  const std::int64_t before = photographer_.taken();
+  SYMRIG_TRY(const Completion completion, Completion::take(context_, searched));
+  CaptureResult result;
+  if (checks_) {
+    SYMRIG_TRY(const TransportTensor without,
+               completion.tensor(context_, {{0, checks_->first()}, {checks_->last(), before}}));
+    SYMRIG_CHECK(estimate(without, &completion, result));
+  }
+  SYMRIG_TRY(result.tensor, completion.tensor(context_, {{0, before}}));
+  context_.patterns_per_level.push_back(photographer_.taken() - before);
+  tell_result(result);
+  return result;
+}
+
 /// The budget that leaves the fewest photographs.
-Hierarchy::Budget Hierarchy::tightest_budget() const {
+Hierarchy::Budget Hierarchy::user_budget() const {
   Budget tightest;
   const auto consider = [&](std::int64_t left, const char* name) {
     if (left < tightest.left) tightest = {std::max<std::int64_t>(0, left), name};
@@ -222,7 +329,17 @@ Hierarchy::Budget Hierarchy::tightest_budget() const {
     const double more = each > 0 ? (options_.max_seconds - spent) / each : 0;
     consider(static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)), "max_seconds");
   }
-  // What mending may cost is no budget of the user's: a search that it ends is done.
+  return tightest;
+}
+
+/// The same with what nobody has to ask for: no more photographs than brute force, and few for mending. What
+/// mending may cost is no budget of the user's: a search that it ends is done.
+Hierarchy::Budget Hierarchy::tightest_budget() const {
+  Budget tightest = user_budget();
+  const auto consider = [&](std::int64_t left, const char* name) {
+    if (left < tightest.left) tightest = {std::max<std::int64_t>(0, left), name};
+  };
+  if (options_.algorithm == Algorithm::symrig) consider(brute_force_left(), "brute_force");
   if (reopening_until_) consider(*reopening_until_ - photographer_.taken(), "done");
   return tightest;
 }
@@ -301,11 +418,10 @@ void Hierarchy::tell_step(int level) {
 }
 
 /// Leaves that the checks find wrong are split, as long as that costs little: a tenth of the photographs
-/// taken so far, or on a small grid twice as many as brute force. What remains is told
-/// (CaptureResult::suspects, the estimated errors). If the checks are missed by more than before, for
-/// instance because small blocks measure mostly noise, the leaves are put back.
+/// taken so far. Where it costs more, brute force takes over (worth_searching). If the checks are missed by
+/// more than before, for instance because small blocks measure mostly noise, the leaves are put back. What
+/// remains is told (CaptureResult::suspects, the estimated errors).
 void Hierarchy::reopen_suspects() {
-  constexpr std::int64_t kSmallGrid = 256;  // pixels
   // A pattern that deceives all blocks looks no better until single pixels are told apart.
   constexpr double kWorse = 0.01;
   if (!checks_) return;
@@ -319,13 +435,13 @@ void Hierarchy::reopen_suspects() {
   if (stopped_by_ != "done") return;
   const std::vector<std::int32_t> found = suspects(context_, residuals);
   suspects_ = std::ssize(found);
-  if (!reopening_until_) {
-    const std::int64_t pixels = tree_.grid().size();
-    reopening_until_ =
-        photographer_.taken() + std::max(photographer_.taken() / 10, pixels <= kSmallGrid ? 2 * pixels : 0);
-  }
+  if (!reopening_until_) reopening_until_ = photographer_.taken() + photographer_.taken() / 10;
+  if (found.empty()) return;
   // What is left of the budget may be too little for a single leaf: then they would come back for ever.
-  if (found.empty() || patterns_left() <= 0 || reopened_at_ == photographer_.taken()) return;
+  if (patterns_left() <= 0 || reopened_at_ == photographer_.taken()) {
+    doubt(kWrongLeaves, photographer_.taken());
+    return;
+  }
   reopened_at_ = photographer_.taken();
   reopening_ = Reopening{known_.mark(), found, seen, context_.level_light.size()};
   for (const std::int32_t leaf : found)
@@ -408,8 +524,23 @@ Result<void> Hierarchy::polish() {
   return {};
 }
 
+/// The photographs of level 0, which light the children of the whole grid one after another. None if combs
+/// for short-range light came first.
+Result<std::vector<TreePhotograph>> Hierarchy::quarters() const {
+  std::vector<TreePhotograph> parts;
+  std::vector<float> lit(tree_.order().size());
+  SYMRIG_CHECK(photographer_.read(
+      checks_->last(), tree_.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+        for (const TreePhotograph& p : photographs)
+          std::transform(lit.begin(), lit.end(), p.pattern.begin(), lit.begin(), std::plus<>());
+        parts.insert(parts.end(), photographs.begin(), photographs.end());
+      }));
+  if (std::any_of(lit.begin(), lit.end(), [](float light) { return light != 1; })) parts.clear();
+  return parts;
+}
+
 /// Compares photographs of the same light: the first one, the halves, some of those at the end.
-Result<NoiseCheck> Hierarchy::check_noise() const {
+Result<NoiseCheck> Hierarchy::check_noise(const Completion* completion) const {
   constexpr std::int64_t kMost = 8;
   std::vector<TreePhotograph> floods;
   const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
@@ -418,23 +549,43 @@ Result<NoiseCheck> Hierarchy::check_noise() const {
   SYMRIG_CHECK(photographer_.read(0, 1, keep));
   const std::int64_t again = first_again_ > 0 ? photographer_.taken() - first_again_ : 0;
   SYMRIG_CHECK(photographer_.read(first_again_, std::min(again, kMost), keep));
+  NoiseEvidence besides;
+  std::vector<TreePhotograph> parts;
+  if (completion != nullptr) {
+    besides.mirrored = completion->mirrored();
+    SYMRIG_TRY(parts, quarters());
+    besides.parts = parts;
+  }
   const auto& checks = checks_->photographs();
   return acquisition::check_noise(tree_, floods, &checks[Checks::kHalf].photograph,
-                                  &checks[Checks::kOtherHalf].photograph);
+                                  &checks[Checks::kOtherHalf].photograph, besides);
+}
+
+/// The errors of a tensor that the checks are no part of, and whether photographs scatter as they say.
+Result<void> Hierarchy::estimate(const TransportTensor& tensor, const Completion* completion,
+                                 CaptureResult& result) const {
+  SYMRIG_TRY(result.noise_check, check_noise(completion));
+  ErrorEstimate estimate =
+      estimate_errors(tensor, checks_->photographs(), doubted_variance(result.noise_check));
+  result.estimated = estimate.value;
+  result.estimated_half_width = estimate.half_width;
+  result.estimate_not_given = std::move(estimate.not_given);
+  return {};
 }
 
 Result<CaptureResult> Hierarchy::finish() {
   CaptureResult result;
   result.tensor = known_.tensor();
   if (checks_) {
-    SYMRIG_TRY(result.noise_check, check_noise());
-    ErrorEstimate estimate =
-        estimate_errors(result.tensor, checks_->photographs(), doubted_variance(result.noise_check));
-    result.estimated = estimate.value;
-    result.estimated_half_width = estimate.half_width;
-    result.estimate_not_given = std::move(estimate.not_given);
+    SYMRIG_CHECK(estimate(result.tensor, nullptr, result));
     result.held_out = checks_->held_out(context_);
   }
+  tell_result(result);
+  return result;
+}
+
+/// What the search says of itself, whichever way it ended.
+void Hierarchy::tell_result(CaptureResult& result) {
   result.patterns = photographer_.taken();
   result.patterns_per_level = std::move(context_.patterns_per_level);
   result.stopped_by = stopped_by_;
@@ -444,7 +595,7 @@ Result<CaptureResult> Hierarchy::finish() {
     result.error_per_level_half_width.push_back(error.half_width);
   }
   result.steps = std::move(steps_);
-  return result;
+  result.undetermined = std::move(undetermined_);
 }
 
 }  // namespace

@@ -51,6 +51,7 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
   std::vector<Tested> tested;
   while (!doubtful.empty()) {
     rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
+    if (worth_ && !worth_(std::ssize(rounds_.back().shots), later().least)) return give_up();
     for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
@@ -68,8 +69,38 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
   return tested;
 }
 
-/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
-void LevelSearch::foretell(std::int64_t budget) {
+/// Nothing of this level is known.
+std::vector<Tested> LevelSearch::give_up() {
+  given_up_ = true;
+  rounds_.pop_back();
+  for (const Accepted& at : accepted_) context_.known.remove_leaf(at.leaf);
+  accepted_.clear();
+  return {};
+}
+
+std::int64_t LevelSearch::photographs() const {
+  std::int64_t sum = 0;
+  for (const Round& round : rounds_) sum += std::ssize(round.shots);
+  return sum;
+}
+
+LevelEvidence LevelSearch::evidence(std::span<const Tested> tested) const {
+  LevelEvidence level{.level = unknown_.level(), .patterns = photographs()};
+  double excess = 0;
+  double energy = 0;
+  for (const Tested& t : tested) {
+    if (node(t.node).diagonal()) continue;
+    ++level.tested;
+    level.leaves += t.leaf ? 1 : 0;
+    excess += t.total.excess();
+    energy += t.total.energy();
+  }
+  level.unexplained = energy > 0 ? std::min(1.0, excess / energy) : 0;
+  return level;
+}
+
+/// Photographs of later levels, once the round planned last is taken.
+UnitsToCome LevelSearch::later() const {
   const BlockTree& tree = context_.tree;
   std::vector<double> children;
   for (int l = 0; l + 1 < tree.levels(); ++l)
@@ -77,12 +108,17 @@ void LevelSearch::foretell(std::int64_t budget) {
                        static_cast<double>(tree.level(l).size()));
   const auto level = static_cast<std::size_t>(unknown_.level());
   const std::int64_t round = std::ssize(rounds_.back().shots);
-  UnitsToCome later = forecast_later({.level = unknown_.level(),
-                                      .planned = context_.patterns_per_level[level + 1] + round,
-                                      .before = context_.patterns_per_level[level],
-                                      .taken = context_.photographer.taken() + round,
-                                      .direct_share = context_.options.economy.direct_share,
-                                      .children = children});
+  return forecast_later({.level = unknown_.level(),
+                         .planned = context_.patterns_per_level[level + 1] + round,
+                         .before = context_.patterns_per_level[level],
+                         .taken = context_.photographer.taken() + round,
+                         .direct_share = context_.options.economy.direct_share,
+                         .children = children});
+}
+
+/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
+void LevelSearch::foretell(std::int64_t budget) {
+  UnitsToCome later = this->later();
   if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
   context_.photographer.expect_later(later);
 }

@@ -6,6 +6,7 @@
 #include "acquisition/prediction.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -35,6 +36,15 @@ class LevelSearch {
   /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
   /// most first left out. Result: the tested nodes.  fails: as Probe::measure; limit (memory).
   Result<std::vector<Tested>> run(std::int64_t budget);
+  /// Asked with the photographs of each round before they are taken, and with those that later levels take at
+  /// least. False leaves them: then no node of the level is known, and given_up() is true.
+  using Worth = std::function<bool(std::int64_t photographs, std::int64_t later)>;
+  void ask_first(Worth worth) { worth_ = std::move(worth); }
+  bool given_up() const { return given_up_; }
+  /// Photographs taken.
+  std::int64_t photographs() const;
+  /// Of pairs of different blocks.
+  LevelEvidence evidence(std::span<const Tested> tested) const;
   /// Nodes were accepted because the budget ended.
   bool cut_short() const { return cut_short_; }
 
@@ -54,7 +64,9 @@ class LevelSearch {
   const Node& node(NodeIndex n) const { return unknown_.nodes()[static_cast<std::size_t>(n)]; }
   bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
+  std::vector<Tested> give_up();
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
+  UnitsToCome later() const;
   void foretell(std::int64_t budget);
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
@@ -81,6 +93,8 @@ class LevelSearch {
   std::vector<Round> rounds_;
   std::vector<Accepted> accepted_;
   bool cut_short_ = false;
+  bool given_up_ = false;
+  Worth worth_;
 };
 
 }  // namespace symrig::acquisition

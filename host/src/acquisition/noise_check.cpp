@@ -58,6 +58,17 @@ Level level(const Flood& a, const Flood& b) {
   return {ab / aa, std::sqrt(noise) / aa};
 }
 
+Flood sum_of(std::span<const TreePhotograph> parts) {
+  Flood sum = flood_of(parts[0]);
+  for (const TreePhotograph& p : parts.subspan(1))
+    for (std::size_t at = 0; at < sum.mean.size(); ++at) {
+      sum.mean[at] += static_cast<double>(p.mean[at]);
+      sum.variance[at] += static_cast<double>(p.variance[at]);
+      sum.valid[at] = sum.valid[at] != 0 && p.valid[at] != 0 ? 1 : 0;
+    }
+  return sum;
+}
+
 /// b − level · a, pixel by pixel.
 struct Difference {
   std::vector<double> value, variance;
@@ -75,18 +86,11 @@ Difference difference(const Flood& a, const Flood& b) {
 }
 
 /// Σ d² over Σ v, and its standard deviation where noise is independent.
-struct Ratio {
-  double squares = 0, variance = 0, variance_squared = 0;
-  std::size_t samples = 0;
-
+struct Ratio : Scatter {
+  using Scatter::add;
   void add(const Difference& d) {
-    for (std::size_t at = 0; at < d.value.size(); ++at) {
-      if (d.valid[at] == 0) continue;
-      squares += d.value[at] * d.value[at];
-      variance += d.variance[at];
-      variance_squared += d.variance[at] * d.variance[at];
-      ++samples;
-    }
+    for (std::size_t at = 0; at < d.value.size(); ++at)
+      if (d.valid[at] != 0) add(d.value[at], d.variance[at]);
   }
   bool known() const { return samples >= kFewest && variance > 0; }
   double value() const { return known() ? squares / variance : NoiseCheck::kUnknown; }
@@ -176,6 +180,20 @@ void judge_variance(NoiseCheck& check, const Ratio& between) {
                                  : "less noise than stated, or photographs that share their noise"));
 }
 
+/// The same by the light between two pixels, either of them lit.
+void judge_mirrored(NoiseCheck& check, const Scatter& mirrored) {
+  const Ratio ratio{mirrored};
+  if (!ratio.known()) return;
+  check.variance_ratio = ratio.value();
+  const double off = std::abs(check.variance_ratio - 1);
+  const bool gross = check.variance_ratio > kGrossRatio || check.variance_ratio < 1 / kGrossRatio;
+  if (gross && off > kSigmas * ratio.sigma())
+    check.findings.push_back(fmt::format(
+        "the light from one pixel to another and back differs by {:.3g} times the variance that it "
+        "states ({} pairs): the noise model is wrong, or camera and projector do not share their pixels",
+        check.variance_ratio, mirrored.samples));
+}
+
 void judge_shared(NoiseCheck& check, const Ratio& sum) {
   check.shared_ratio = sum.value();
   if (!sum.known()) return;
@@ -184,7 +202,7 @@ void judge_shared(NoiseCheck& check, const Ratio& sum) {
   const double over = check.shared_ratio / expected;
   if (over > kGrossShared && over - 1 > kSigmas * sum.sigma())
     check.findings.push_back(
-        fmt::format("two halves of the light and all of it do not add up: {:.3g} times the variance that "
+        fmt::format("parts of the light and all of it do not add up: {:.3g} times the variance that "
                     "noise explains, so photographs share noise or light does not add",
                     over));
 }
@@ -208,7 +226,8 @@ void judge_lamp(NoiseCheck& check, const std::vector<Flood>& floods) {
 }  // namespace
 
 NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
-                       const TreePhotograph* half, const TreePhotograph* other) {
+                       const TreePhotograph* half, const TreePhotograph* other,
+                       const NoiseEvidence& besides) {
   NoiseCheck check;
   std::vector<Flood> floods;
   for (const TreePhotograph& p : photographs) floods.push_back(flood_of(p));
@@ -221,13 +240,16 @@ NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> ph
     neighbours.add(tree, d);
   }
   judge_variance(check, between);
+  judge_mirrored(check, besides.mirrored);
   if (half != nullptr && other != nullptr) {
     const Flood sum = sum_of(*half, *other);
     const Flood mean = mean_of(floods);
     const Difference d = difference(mean, sum);
     Ratio together;
     together.add(d);
-    judge_shared(check, together);
+    Ratio parts;
+    if (!besides.parts.empty()) parts.add(difference(mean, sum_of(besides.parts)));
+    judge_shared(check, parts.known() && parts.value() > together.value() ? parts : together);
     if (floods.size() < 2) neighbours.add(tree, d);
     if (together.variance == 0 && together.samples >= kFewest && scatter_share(d, mean) > kNoiseFree)
       check.findings.push_back(fmt::format(

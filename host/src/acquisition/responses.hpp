@@ -27,8 +27,8 @@ struct Responses {
   std::vector<float> values;
 };
 
-/// The baselines' noise gate: a response counts if any channel is above 3 σ of its own noise (above zero
-/// where there is none).
+/// The baselines' noise gate: a response counts if any channel is beyond 3 σ of its own noise (not zero where
+/// there is none), either way: photographs that are differences of others have light of both signs.
 Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels);
 
 }  // namespace symrig::acquisition

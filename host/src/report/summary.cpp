@@ -85,6 +85,26 @@ Json steps_json(const std::vector<CaptureStep>& steps) {
   return list;
 }
 
+/// What the search found out about the transport.
+Json search_json(const CaptureResult& result) {
+  if (!result.undetermined) return {{"undetermined", nullptr}};
+  const Undetermined& found = *result.undetermined;
+  Json levels = Json::array();
+  for (const LevelEvidence& level : found.levels)
+    levels.push_back({{"level", level.level},
+                      {"patterns", level.patterns},
+                      {"tested", level.tested},
+                      {"leaves", level.leaves},
+                      {"unexplained", level.unexplained}});
+  return {{"undetermined",
+           {{"reason", found.reason},
+            {"patterns", found.patterns},
+            {"forecast", found.forecast},
+            {"brute_force", found.brute_force},
+            {"completed", found.completed},
+            {"levels", levels}}}};
+}
+
 /// What went wrong with frames and devices, and was put right.
 Json trouble_json(const RigTrouble& trouble) {
   Json frames{{"missing", trouble.frames.missing}};
@@ -129,6 +149,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["error_per_level_uncertainty"] = result.error_per_level_half_width;
   json["noise_check"] = noise_check_json(result.noise_check);
   json["suspects"] = result.suspects;
+  json["search"] = search_json(result);
   json["split"] = name(tensor.camera_tree().split());
   json["patterns_brute_force"] = tensor.projector_grid().size();
   json["patterns_per_level"] = result.patterns_per_level;

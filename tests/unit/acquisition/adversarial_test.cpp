@@ -64,7 +64,9 @@ TEST(Adversarial, a_checkerboard_deceives_block_patterns_and_is_found_by_the_ind
   for (const int side : {8, 16}) {
     const DenseTransport scene = checkerboard(side);
     EXPECT_GT(run(scene, Algorithm::paper).error, 0.3) << side;
-    EXPECT_LE(run(scene, Algorithm::symrig).error, 1e-3) << side;
+    // Brute force takes over after eleven photographs:
+    // NotSparse.a_checkerboard_is_found_by_the_held_out_photographs derives the bound.
+    EXPECT_LE(run(scene, Algorithm::symrig).error, 1.5 * 11 / (side * side)) << side;
   }
 }
 

@@ -157,6 +157,27 @@ struct CaptureStep {
   std::optional<double> error = {};
 };
 
+/// What the tests of one level said about pairs of different blocks.
+struct LevelEvidence {
+  int level = 0;
+  std::int64_t patterns = 0;  ///< photographs of the level
+  std::int64_t tested = 0;    ///< pairs of blocks
+  std::int64_t leaves = 0;    ///< of these: one product explained them
+  /// Share of the pairs' energy that no single product explains, beyond noise. Of four photographs that have
+  /// nothing in common it is 3/4.
+  double unexplained = 0;
+};
+
+/// A search that found the transport not data-sparse, or that could not trust what it had found.
+struct Undetermined {
+  std::string reason;            ///< one sentence
+  std::int64_t patterns = 0;     ///< photographs taken by then
+  std::int64_t forecast = 0;     ///< photographs that the search would have needed at least
+  std::int64_t brute_force = 0;  ///< photographs that brute force takes
+  bool completed = false;        ///< brute force measured the rest; otherwise a budget was in the way
+  std::vector<LevelEvidence> levels = {};
+};
+
 struct CaptureResult {
   TransportTensor tensor;
   std::int64_t patterns = 0;                     ///< photographs taken
@@ -177,6 +198,8 @@ struct CaptureResult {
       0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
   /// In the order of the search. A level comes again where its leaves were split later.
   std::vector<CaptureStep> steps = {};
+  std::optional<Undetermined> undetermined =
+      {};  ///< none: the transport was data-sparse as far as tests tell
 };
 
 /// Measures T through the probe. The result is complete at any grid size, 1×1 included.
