@@ -202,7 +202,7 @@ Result<void> save(const CaptureArguments& arguments, Measured measured, const st
 }
 
 Result<void> check_axis(Probe& rig) {
-  const Result<void> checked = require_coaxial(rig);
+  Result<void> checked = require_coaxial(rig);
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
   Error error = checked.error();
   error.hint += ", or leave out --check-axis to capture all the same";

@@ -70,7 +70,7 @@ class Symmetric {
   Matrix solve(const Matrix& right) const {
     // Photographs without noise weigh 10⁸ times the prior and more: then many steps are needed, as long as
     // they are cheap.
-    constexpr double kEnough = 1e-12, kOperations = 2e11, kFewestSteps = 200, kMostSteps = 20'000;
+    constexpr double kEnough = 1e-12, kOperations = 2e10, kFewestSteps = 200, kMostSteps = 20'000;
     const double each = 4.0 * static_cast<double>(p_.rows()) * squared(static_cast<double>(p_.cols()));
     const auto most = static_cast<int>(std::clamp(kOperations / each, kFewestSteps, kMostSteps));
     Matrix e = Matrix::Zero(prior_.rows(), prior_.cols());
@@ -136,8 +136,7 @@ struct Completion::Others {
 
 std::int64_t Completion::bytes(std::int64_t pixels, int channels) {
   // Each channel twice (as measured and as solved), and the finished columns.
-  constexpr auto kEach =
-      static_cast<std::int64_t>(2 * 2 * sizeof(float) + sizeof(float) + sizeof(std::int32_t));
+  constexpr auto kEach = static_cast<std::int64_t>(4 * sizeof(float) + sizeof(float) + sizeof(std::int32_t));
   return pixels * pixels * kEach * channels;
 }
 
@@ -187,7 +186,7 @@ void Completion::keep_known(const TransportTensor& known) {
       std::fill(seen.begin(), seen.end(), 0.0F);
       known.apply_tree(lit, seen, static_cast<int>(channel), false);
       for (std::size_t row = 0; row < pixels_; ++row)
-        channels_[channel].value[at(row, col)] = channels_[channel].value[at(col, row)] = seen[row];
+        channels_[channel].value[at(row, col)] = channels_[channel].value[col * pixels_ + row] = seen[row];
     }
     lit[col] = 0;
   }
@@ -274,7 +273,7 @@ void Completion::fill(Channel& channel, std::size_t number, const Others& others
     const double rounding = squared(kRounding) * squares / static_cast<double>(pixels_);
     for (Index n = 0; n < rest; ++n) {
       const std::size_t u = pixel(rest_, n);
-      double left = static_cast<double>(seen[u]);
+      auto left = static_cast<double>(seen[u]);
       double variance = static_cast<double>(y.variance[number * pixels_ + u]) + rounding;
       for (const std::int32_t lit : alone_) {
         const double share = others.patterns(k, lit);

@@ -29,9 +29,9 @@ struct NoiseEvidence {
   Scatter mirrored{};  ///< entries of T against their mirror images, each from the photograph of one pixel
 };
 
-/// floods: photographs of all pixels lit; half, other: photographs of a pattern and its complement, or none.
+/// photographs: of all pixels lit; half, other: photographs of a pattern and its complement, or none.
 /// [decisions/error-estimates.md]
-NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> floods,
+NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
                        const TreePhotograph* half, const TreePhotograph* other,
                        const NoiseEvidence& besides = {});
 
