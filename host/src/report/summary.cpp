@@ -178,18 +178,18 @@ LogIdentity log_identity(const Probe& rig, const CaptureSettings& settings) {
           {settings.max_patterns, settings.max_seconds, any}};
 }
 
-std::string settings_text(const CaptureSettings& options) {
-  Json json{{"algorithm", name(options.algorithm)},
-            {"rule", rule_json(options.rule)},
-            {"economy", economy_json(options.economy)}};
+std::string settings_text(const CaptureSettings& settings) {
+  Json json{{"algorithm", name(settings.algorithm)},
+            {"rule", rule_json(settings.rule)},
+            {"economy", economy_json(settings.economy)}};
   // Exposures do not steer the choice of patterns, but photographs of two kinds do not belong into one
   // capture.
   const ExposureGoal usual;
-  if (options.exposure.longest_seconds != usual.longest_seconds)
-    json["photograph_seconds"] = options.exposure.longest_seconds;
-  if (options.split) json["split"] = name(*options.split);
-  if (options.algorithm == Algorithm::dual)
-    json.update({{"dual_threshold", options.dual_threshold}, {"dual_subtracts", options.dual_subtracts}});
+  if (settings.exposure.longest_seconds != usual.longest_seconds)
+    json["photograph_seconds"] = settings.exposure.longest_seconds;
+  if (settings.split) json["split"] = name(*settings.split);
+  if (settings.algorithm == Algorithm::dual)
+    json.update({{"dual_threshold", settings.dual_threshold}, {"dual_subtracts", settings.dual_subtracts}});
   const Json flat = json.flatten();
   std::string text;
   for (const auto& [path, value] : flat.items()) {
