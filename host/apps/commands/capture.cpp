@@ -210,8 +210,8 @@ Result<void> check_axis(Probe& rig) {
 }
 
 /// Until everything is on the disk. Returns what is to be told.
-Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options, OpenedRig& opened,
-                                     CaptureLog& log, Clock::time_point start) {
+Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options,
+                                     OpenedRig& opened, CaptureLog& log, Clock::time_point start) {
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
   SYMRIG_TRY(Measured measured, measure(opened, options, log));

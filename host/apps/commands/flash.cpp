@@ -114,7 +114,8 @@ Result<bool> left(const FlashArguments& arguments, const DeviceUri& uri) {
 }
 
 /// true: the board is in its boot loader. false: it runs this firmware already.
-Result<bool> enter_boot_loader(const FlashArguments& arguments, const FirmwareFile& file, const Known& known) {
+Result<bool> enter_boot_loader(const FlashArguments& arguments, const FirmwareFile& file,
+                               const Known& known) {
   SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
   if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
   {

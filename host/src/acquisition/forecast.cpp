@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <span>
 #include <utility>
 
@@ -66,7 +65,8 @@ void Forecast::add_parts(const LightHistogram& histogram, double relative, doubl
     squares = pixels = 0;
   };
   double brightest = 0;
-  for (const ExpectedLight& light : std::ranges::reverse_view(lights)) {
+  for (auto next = lights.rbegin(); next != lights.rend(); ++next) {
+    const ExpectedLight& light = *next;
     const bool below_floor = relative * brightest < sigma_;  // such a part is known alike throughout
     if (pixels > 0 && !below_floor && light.radiance < brightest * std::exp2(-octaves)) finish();
     if (pixels <= 0) brightest = light.radiance;

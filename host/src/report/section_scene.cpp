@@ -119,7 +119,7 @@ Result<std::string> scene_pictures(const Context& context) {
              shown(context, bar_pattern(projector), "relit by a vertical bar", "Relit by a vertical bar."));
   SYMRIG_TRY(std::string letters,
              shown(context, letters_pattern(projector), "relit by letters", "Relit by letters."));
-  return "<section id=\"scene\" aria-label=\"The scene\">" +
+  return R"(<section id="scene" aria-label="The scene">)" +
          row_of({std::move(flood), std::move(bar), std::move(letters)}, 300) + "</section>\n";
 }
 

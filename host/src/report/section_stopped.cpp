@@ -57,7 +57,7 @@ int last_level(const Context& context) {
 
 std::string when(const Context& context, int level) {
   const Stage* stage = stage_before(context, level);
-  const std::string text = level == 0 ? "Before the levels" : fmt::format("After level {}", level - 1);
+  std::string text = level == 0 ? "Before the levels" : fmt::format("After level {}", level - 1);
   if (stage == nullptr || !stage->by_then) return text;
   return text + fmt::format(" ({} patterns)", told(stage->by_then, grouped));
 }
