@@ -17,14 +17,22 @@ std::optional<int> whole_number(std::string_view text) {
   return value;
 }
 
+/// Digits without a leading zero. A number that is none of int's is one too.
+bool is_count(std::string_view text) {
+  return !text.empty() && text.front() != '0' &&
+         text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
 Result<std::optional<Grid>> parse_projector(const std::string& text) {
   if (text.empty()) return std::optional<Grid>();
-  const std::size_t cross = text.find('x');
   const std::string_view all(text);
-  const std::string_view after = cross == std::string::npos ? std::string_view() : all.substr(cross + 1);
-  const Grid grid{whole_number(all.substr(0, cross)).value_or(0), whole_number(after).value_or(0)};
+  const std::size_t cross = all.find('x');
+  const std::string_view before = all.substr(0, cross);
+  const std::string_view after = cross == std::string_view::npos ? std::string_view() : all.substr(cross + 1);
+  const Grid grid{whole_number(before).value_or(0), whole_number(after).value_or(0)};
   if (grid.valid()) return std::optional<Grid>(grid);
-  return Error{ErrorCode::bad_argument, fmt::format("--projector cannot be '{}'", text),
+  const char* why = is_count(before) && is_count(after) ? ": that is too large" : "";
+  return Error{ErrorCode::bad_argument, fmt::format("--projector cannot be '{}'{}", text, why),
                "give ROWSxCOLUMNS, such as 768x1024"};
 }
 

@@ -126,6 +126,8 @@ TEST_F(Photographs, bad_folders_are_refused) {
   std::filesystem::create_directory(path("empty"));
   expect_refusal({"calibrate", "--from", "empty"}, kBadInput, {"empty"});
   std::filesystem::remove(path(name(3)));
+  for (const char* size : {"100000x100000", "99999999999x768"})
+    expect_refusal({"calibrate", "--from", "photographs", "--projector", size}, kUsage, {size, "too large"});
   expect_refusal({"calibrate", "--from", "photographs", "--projector", "24x40"}, kBadInput, {"photographs"});
 }
 
