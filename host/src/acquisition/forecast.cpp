@@ -65,8 +65,8 @@ void Forecast::add_parts(const LightHistogram& histogram, double relative, doubl
     squares = pixels = 0;
   };
   double brightest = 0;
-  for (auto next = lights.rbegin(); next != lights.rend(); ++next) {
-    const ExpectedLight& light = *next;
+  for (std::size_t k = lights.size(); k-- > 0;) {
+    const ExpectedLight& light = lights[k];
     const bool below_floor = relative * brightest < sigma_;  // such a part is known alike throughout
     if (pixels > 0 && !below_floor && light.radiance < brightest * std::exp2(-octaves)) finish();
     if (pixels <= 0) brightest = light.radiance;
