@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/hierarchy.hpp"
 
+#include "acquisition/capture_noise.hpp"
 #include "acquisition/checks.hpp"
 #include "acquisition/completion.hpp"
 #include "acquisition/context.hpp"
@@ -22,7 +23,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <optional>
 #include <set>
@@ -106,8 +106,6 @@ class Hierarchy {
   bool completing() const { return undetermined_ && undetermined_->completed; }
   std::int64_t brute_force_left() const { return tree_.grid().size() - photographer_.taken(); }
   Result<CaptureResult> complete();
-  Result<std::vector<TreePhotograph>> quarters() const;
-  Result<NoiseCheck> check_noise(const Completion* completion) const;
   Result<void> estimate(const TransportTensor& tensor, const Completion* completion,
                         CaptureResult& result) const;
   Result<CaptureResult> finish();
@@ -120,6 +118,10 @@ class Hierarchy {
   struct Budget {
     std::int64_t left = std::numeric_limits<std::int64_t>::max();  ///< photographs
     const char* name = "done";                                     ///< what CaptureResult::stopped_by says
+
+    void tighten(std::int64_t photographs, const char* by) {
+      if (photographs < left) *this = {std::max<std::int64_t>(0, photographs), by};
+    }
   };
   Budget user_budget() const;
   Budget tightest_budget() const;
@@ -316,18 +318,16 @@ Result<CaptureResult> Hierarchy::complete() {
   return result;
 }
 
-/// The budget that leaves the fewest photographs.
+/// What was asked for: the budget that leaves the fewest photographs.
 Hierarchy::Budget Hierarchy::user_budget() const {
   Budget tightest;
-  const auto consider = [&](std::int64_t left, const char* name) {
-    if (left < tightest.left) tightest = {std::max<std::int64_t>(0, left), name};
-  };
-  if (options_.max_patterns > 0) consider(options_.max_patterns - photographer_.taken(), "max_patterns");
+  if (options_.max_patterns > 0)
+    tightest.tighten(options_.max_patterns - photographer_.taken(), "max_patterns");
   if (options_.max_seconds > 0) {
     const double spent = photographer_.rig_seconds();
     const double each = spent / static_cast<double>(std::max<std::int64_t>(1, photographer_.taken()));
     const double more = each > 0 ? (options_.max_seconds - spent) / each : 0;
-    consider(static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)), "max_seconds");
+    tightest.tighten(static_cast<std::int64_t>(std::clamp(more, 0.0, 1e15)), "max_seconds");
   }
   return tightest;
 }
@@ -336,11 +336,8 @@ Hierarchy::Budget Hierarchy::user_budget() const {
 /// mending may cost is no budget of the user's: a search that it ends is done.
 Hierarchy::Budget Hierarchy::tightest_budget() const {
   Budget tightest = user_budget();
-  const auto consider = [&](std::int64_t left, const char* name) {
-    if (left < tightest.left) tightest = {std::max<std::int64_t>(0, left), name};
-  };
-  if (options_.algorithm == Algorithm::symrig) consider(brute_force_left(), "brute_force");
-  if (reopening_until_) consider(*reopening_until_ - photographer_.taken(), "done");
+  if (options_.algorithm == Algorithm::symrig) tightest.tighten(brute_force_left(), "brute_force");
+  if (reopening_until_) tightest.tighten(*reopening_until_ - photographer_.taken(), "done");
   return tightest;
 }
 
@@ -524,47 +521,10 @@ Result<void> Hierarchy::polish() {
   return {};
 }
 
-/// The photographs of level 0, which light the children of the whole grid one after another. None if combs
-/// for short-range light came first.
-Result<std::vector<TreePhotograph>> Hierarchy::quarters() const {
-  std::vector<TreePhotograph> parts;
-  std::vector<float> lit(tree_.order().size());
-  SYMRIG_CHECK(photographer_.read(
-      checks_->last(), tree_.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
-        for (const TreePhotograph& p : photographs)
-          std::transform(lit.begin(), lit.end(), p.pattern.begin(), lit.begin(), std::plus<>());
-        parts.insert(parts.end(), photographs.begin(), photographs.end());
-      }));
-  if (std::any_of(lit.begin(), lit.end(), [](float light) { return light != 1; })) parts.clear();
-  return parts;
-}
-
-/// Compares photographs of the same light: the first one, the halves, some of those at the end.
-Result<NoiseCheck> Hierarchy::check_noise(const Completion* completion) const {
-  constexpr std::int64_t kMost = 8;
-  std::vector<TreePhotograph> floods;
-  const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
-    floods.insert(floods.end(), p.begin(), p.end());
-  };
-  SYMRIG_CHECK(photographer_.read(0, 1, keep));
-  const std::int64_t again = first_again_ > 0 ? photographer_.taken() - first_again_ : 0;
-  SYMRIG_CHECK(photographer_.read(first_again_, std::min(again, kMost), keep));
-  NoiseEvidence besides;
-  std::vector<TreePhotograph> parts;
-  if (completion != nullptr) {
-    besides.mirrored = completion->mirrored();
-    SYMRIG_TRY(parts, quarters());
-    besides.parts = parts;
-  }
-  const auto& checks = checks_->photographs();
-  return acquisition::check_noise(tree_, floods, &checks[Checks::kHalf].photograph,
-                                  &checks[Checks::kOtherHalf].photograph, besides);
-}
-
 /// The errors of a tensor that the checks are no part of, and whether photographs scatter as they say.
 Result<void> Hierarchy::estimate(const TransportTensor& tensor, const Completion* completion,
                                  CaptureResult& result) const {
-  SYMRIG_TRY(result.noise_check, check_noise(completion));
+  SYMRIG_TRY(result.noise_check, check_noise(context_, *checks_, first_again_, completion));
   ErrorEstimate estimate =
       estimate_errors(tensor, checks_->photographs(), doubted_variance(result.noise_check));
   result.estimated = estimate.value;

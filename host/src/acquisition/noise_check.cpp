@@ -32,13 +32,23 @@ Flood flood_of(const TreePhotograph& p) {
           {p.valid.begin(), p.valid.end()}};
 }
 
+void add(Flood& sum, const TreePhotograph& p) {
+  for (std::size_t at = 0; at < sum.mean.size(); ++at) {
+    sum.mean[at] += static_cast<double>(p.mean[at]);
+    sum.variance[at] += static_cast<double>(p.variance[at]);
+    sum.valid[at] = sum.valid[at] != 0 && p.valid[at] != 0 ? 1 : 0;
+  }
+}
+
 Flood sum_of(const TreePhotograph& p, const TreePhotograph& q) {
   Flood sum = flood_of(p);
-  for (std::size_t at = 0; at < sum.mean.size(); ++at) {
-    sum.mean[at] += static_cast<double>(q.mean[at]);
-    sum.variance[at] += static_cast<double>(q.variance[at]);
-    sum.valid[at] = sum.valid[at] != 0 && q.valid[at] != 0 ? 1 : 0;
-  }
+  add(sum, q);
+  return sum;
+}
+
+Flood sum_of(std::span<const TreePhotograph> parts) {
+  Flood sum = flood_of(parts[0]);
+  for (const TreePhotograph& p : parts.subspan(1)) add(sum, p);
   return sum;
 }
 
@@ -56,17 +66,6 @@ Level level(const Flood& a, const Flood& b) {
   }
   if (!(aa > 0)) return {};
   return {ab / aa, std::sqrt(noise) / aa};
-}
-
-Flood sum_of(std::span<const TreePhotograph> parts) {
-  Flood sum = flood_of(parts[0]);
-  for (const TreePhotograph& p : parts.subspan(1))
-    for (std::size_t at = 0; at < sum.mean.size(); ++at) {
-      sum.mean[at] += static_cast<double>(p.mean[at]);
-      sum.variance[at] += static_cast<double>(p.variance[at]);
-      sum.valid[at] = sum.valid[at] != 0 && p.valid[at] != 0 ? 1 : 0;
-    }
-  return sum;
 }
 
 /// b − level · a, pixel by pixel.
