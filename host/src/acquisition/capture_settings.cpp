@@ -4,7 +4,10 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/completion.hpp"
 
+#include "acquisition/responses.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,7 +19,6 @@ using Eigen::Index;
 
 constexpr float kNobodyTells = std::numeric_limits<float>::quiet_NaN();
 constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
-constexpr double kGateSigmas = 3;   // as significant_responses()
 
 std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
   return static_cast<std::size_t>(list[static_cast<std::size_t>(n)]);
@@ -315,7 +316,8 @@ TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Chan
       const std::size_t entry = at(row, col);
       const bool significant = std::any_of(channels.begin(), channels.end(), [entry](const Channel& c) {
         const double variance = std::isnan(c.variance[entry]) ? 0 : static_cast<double>(c.variance[entry]);
-        return std::abs(static_cast<double>(c.value[entry])) > kGateSigmas * std::sqrt(variance);
+        return std::abs(static_cast<double>(c.value[entry])) >
+               static_cast<double>(kGateSigmas) * std::sqrt(variance);
       });
       if (!significant) continue;
       rows.push_back(static_cast<std::int32_t>(row));

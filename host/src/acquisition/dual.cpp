@@ -16,7 +16,6 @@
 namespace symrig::acquisition {
 
 Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels) {
-  constexpr float kSigmas = 3;
   const std::size_t pixels = photograph.pattern.size();
   const std::size_t samples = pixels * static_cast<std::size_t>(channels);
   Responses out;
@@ -25,7 +24,7 @@ Responses significant_responses(const TreePhotograph& photograph, const Seen& se
     for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
       significant =
           significant || (photograph.valid[at] != 0 &&
-                          std::abs(photograph.mean[at]) > kSigmas * std::sqrt(photograph.variance[at]));
+                          std::abs(photograph.mean[at]) > kGateSigmas * std::sqrt(photograph.variance[at]));
     if (!significant) continue;
     out.pixels.push_back(p);
     for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)

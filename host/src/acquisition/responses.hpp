@@ -27,6 +27,9 @@ struct Responses {
   std::vector<float> values;
 };
 
+/// Light within so many standard deviations of zero is taken for noise.
+constexpr float kGateSigmas = 3;
+
 /// The baselines' noise gate: a response counts if any channel is beyond 3 σ of its own noise (not zero where
 /// there is none), either way: photographs that are differences of others have light of both signs.
 Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels);

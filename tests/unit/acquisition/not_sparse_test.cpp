@@ -187,22 +187,23 @@ TEST(NotSparse, grids_of_fewer_than_64_pixels_are_brute_force) {
   EXPECT_TRUE(run(facing_planes({8, 8})).result.tensor.column_values().empty());
 }
 
-TEST(NotSparse, a_budget_below_brute_force_is_kept_and_the_evidence_is_told) {
-  const Outcome outcome = run(transport({10, 11}, flat_spectrum(110, 3)), {.max_patterns = 60});
-  EXPECT_LE(outcome.result.patterns, 60);
-  EXPECT_EQ(outcome.result.stopped_by, "max_patterns");
+void expect_told_and_not_completed(const Outcome& outcome, std::int64_t most, const char* stopped_by) {
+  EXPECT_LE(outcome.result.patterns, most);
+  EXPECT_EQ(outcome.result.stopped_by, stopped_by);
   ASSERT_TRUE(outcome.result.undetermined);
   EXPECT_FALSE(outcome.result.undetermined->completed);
+}
+
+TEST(NotSparse, a_budget_below_brute_force_is_kept_and_the_evidence_is_told) {
+  const Outcome outcome = run(transport({10, 11}, flat_spectrum(110, 3)), {.max_patterns = 60});
+  expect_told_and_not_completed(outcome, 60, "max_patterns");
 }
 
 TEST(NotSparse, memory_below_brute_force_ends_the_search_with_as_many_photographs) {
   const DenseTransport scene = transport({10, 11}, flat_spectrum(110, 3));
   const Outcome outcome =
       run(scene, {.memory_limit = 200'000});  // brute force: 24 bytes for each of 110² entries
-  EXPECT_LE(outcome.result.patterns, 110);
-  EXPECT_EQ(outcome.result.stopped_by, "brute_force");
-  ASSERT_TRUE(outcome.result.undetermined);
-  EXPECT_FALSE(outcome.result.undetermined->completed);
+  expect_told_and_not_completed(outcome, 110, "brute_force");
 }
 
 TEST(NotSparse, baselines_never_switch) {
