@@ -10,6 +10,7 @@ find_dependency(TBB)
 find_dependency(nlohmann_json)
 find_dependency(OpenEXR)
 find_dependency(PNG)
+find_dependency(OpenSSL COMPONENTS Crypto)
 find_dependency(hwy)
 
 # libusb and libdrm bring no CMake package, only a pkg-config file. HDF5 is found the same way, because CMake's FindHDF5 fails

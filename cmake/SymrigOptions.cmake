@@ -44,15 +44,17 @@ function(symrig_alone target)
   set_source_files_properties(${ARGN} TARGET_DIRECTORY ${target} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 endfunction()
 
-# symrig_unity(target [HEADERS header...]): with SYMRIG_UNITY, the files of one folder are compiled as one, because most of the
+# symrig_unity(target [HEADERS header... | HEADERS_OF target]): with SYMRIG_UNITY, the files of one folder are compiled as one, because most of the
 # time that a file takes is that of its headers. Kernels that Highway compiles once for each instruction set stay alone, and so
-# do those that symrig_alone names. HEADERS are precompiled for them. Call it when the target has all its sources.
+# do those that symrig_alone names. HEADERS are precompiled for them; HEADERS_OF: those of another target, compiled alike. Call it when the target has all its sources.
 function(symrig_unity target)
   if(NOT SYMRIG_UNITY)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS")
-  if(arg_HEADERS)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "HEADERS_OF" "HEADERS")
+  if(arg_HEADERS_OF)
+    target_precompile_headers(${target} REUSE_FROM ${arg_HEADERS_OF})
+  elseif(arg_HEADERS)
     target_precompile_headers(${target} PRIVATE ${arg_HEADERS})
   endif()
   get_target_property(sources ${target} SOURCES)

@@ -2,14 +2,14 @@
 #pragma once
 
 #include "symrig/base/random.hpp"
-#include "symrig/device/clock_model.hpp"
+#include "symrig/board/clock_model.hpp"
 
 #include <cmath>
 #include <cstdint>
 #include <functional>
 #include <numbers>
 
-namespace symrig::device::test {
+namespace symrig::test {
 
 /// A board's clock whose drift against the host is known at every time: a constant and a slow sine.
 struct TrueClock {
@@ -78,4 +78,4 @@ inline double error_of(const BoardEstimate& estimate, const TrueClock& clock, Ho
   return static_cast<double>(std::abs(static_cast<long double>(whole) - clock.ticks(in_seconds(time))));
 }
 
-}  // namespace symrig::device::test
+}  // namespace symrig::test

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/device/board.hpp"
-#include "symrig/device/discovery.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/discovery.hpp"
 
 #include <string>
 
@@ -15,13 +15,13 @@ namespace symrig::apps {
 void add_device(CLI::App& command, std::string& device);
 
 /// The board that is meant. Where none is there, the error also names the simulated one.
-/// fails: as device::choose_board.
-Result<device::DeviceUri> choose_board(const std::string& device);
+/// fails: as choose_board.
+Result<DeviceUri> choose_board(const std::string& device);
 
 /// Opens the board that --device names; empty: SYMRIG_DEVICE, or the only board there is.
-/// fails: as device::choose_board, device::open_link and device::Board::connect.
-Result<device::Board> open_board(const std::string& device, const device::BoardOptions& options = {});
-Result<device::Board> open_board(const device::DeviceUri& uri, const device::BoardOptions& options = {});
+/// fails: as choose_board, open_link and Board::connect.
+Result<Board> open_board(const std::string& device, const BoardOptions& options = {});
+Result<Board> open_board(const DeviceUri& uri, const BoardOptions& options = {});
 
 /// Help text on how boards are named.
 inline constexpr const char* kDeviceHelp =

@@ -3,11 +3,11 @@
 
 #include "console.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/device/board.hpp"
-#include "symrig/device/board_file.hpp"
-#include "symrig/device/device_uri.hpp"
-#include "symrig/device/link.hpp"
-#include "symrig/device/symprog.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/board_file.hpp"
+#include "symrig/board/device_uri.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/program/symprog.hpp"
 
 #include <algorithm>
 
@@ -15,7 +15,6 @@
 
 namespace symrig::apps {
 
-using device::Severity;
 
 namespace {
 
@@ -37,25 +36,25 @@ Error about(const std::string& file, const Error& error) {
 JobFiles program_files(const std::string& file, const std::string& board) {
   JobFiles files;
   files.reads_settings("the input or a file that it names", file);
-  return device::looks_like_uri(board) ? files : files.reads("--board", board);
+  return looks_like_uri(board) ? files : files.reads("--board", board);
 }
 
-Result<device::BoardInfo> board_info_of(const std::string& board) {
-  if (device::looks_like_uri(board)) {
-    SYMRIG_TRY(const auto uri, device::DeviceUri::parse(board));
-    SYMRIG_TRY(auto link, device::open_link(uri));
-    SYMRIG_TRY(const device::Board session, device::Board::connect(std::move(link)));
+Result<BoardInfo> board_info_of(const std::string& board) {
+  if (looks_like_uri(board)) {
+    SYMRIG_TRY(const auto uri, DeviceUri::parse(board));
+    SYMRIG_TRY(auto link, open_link(uri));
+    SYMRIG_TRY(const Board session, Board::connect(std::move(link)));
     return session.info();
   }
   SYMRIG_TRY(const auto bytes, read_bytes(board));
-  auto info = device::parse_board_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  auto info = parse_board_file({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   if (!info) return about(board, info.error());
   return info;
 }
 
-Error first_error(const std::string& file, const device::Compilation& compilation) {
+Error first_error(const std::string& file, const Compilation& compilation) {
   const auto& all = compilation.findings;
-  const auto is_error = [](const device::FileFinding& finding) {
+  const auto is_error = [](const FileFinding& finding) {
     return finding.severity == Severity::error;
   };
   const auto count = std::count_if(all.begin(), all.end(), is_error);
@@ -66,27 +65,27 @@ Error first_error(const std::string& file, const device::Compilation& compilatio
                     : first->alternative};
 }
 
-std::string findings_text(const std::string& file, const std::vector<device::FileFinding>& findings,
+std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings,
                           Severity least) {
   std::string text;
-  for (const device::FileFinding& finding : findings)
+  for (const FileFinding& finding : findings)
     if (finding.severity >= least) text += finding.text(file) + "\n";
   return text;
 }
 
 Result<bool> is_compiled(const std::string& file) {
   SYMRIG_TRY(const auto bytes, read_bytes(file));
-  return device::looks_like_symprog(bytes);
+  return looks_like_symprog(bytes);
 }
 
-Result<device::CompiledProgram> load_compiled(const std::string& file) {
+Result<CompiledProgram> load_compiled(const std::string& file) {
   SYMRIG_TRY(const auto bytes, read_bytes(file));
-  auto program = device::read_symprog(bytes);
+  auto program = read_symprog(bytes);
   if (!program) return about(file, program.error());
   return program;
 }
 
-std::string program_summary(const device::CompiledProgram& program) {
+std::string program_summary(const CompiledProgram& program) {
   std::string text = fmt::format("{} records, {} words, ", program.program.records(),
                                  grouped(static_cast<double>(program.steps)));
   if (program.patterns > 0)

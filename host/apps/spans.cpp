@@ -8,7 +8,7 @@
 
 namespace symrig::apps {
 
-std::string span_text(device::TickRate rate, device::Ticks ticks) {
+std::string span_text(TickRate rate, Ticks ticks) {
   struct Unit {
     double seconds;
     const char* name;

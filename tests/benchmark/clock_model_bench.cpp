@@ -2,7 +2,7 @@
 // What the clock model's bound is worth: the table of docs/clock.md. Seeded, in simulated time: the numbers
 // are the same on every run; only the cost of a call is measured on this machine.
 #include "clock_world.hpp"
-#include "symrig/device/clock_model.hpp"
+#include "symrig/board/clock_model.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::device::test {
+namespace symrig::test {
 namespace {
 
 constexpr int kRuns = 200;
@@ -114,10 +114,10 @@ void print_costs() {
 }
 
 }  // namespace
-}  // namespace symrig::device::test
+}  // namespace symrig::test
 
 int main() {
-  using namespace symrig::device::test;
+  using namespace symrig::test;
   fmt::print(
       "| delays (5 % of the answers up to 50 ms late) | every, s | error 50 % | 99.9 % | bound 50 % | 99.9 % "
       "| worst | outside |\n"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
-#include "device/firmware_files/sha256.hpp"
-#include "socket_server.hpp"
+#include "board/firmware_files/sha256.hpp"
+#include "unit/board/socket_server.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/device/board.hpp"
-#include "uf2_maker.hpp"
+#include "symrig/board/board.hpp"
+#include "unit/board/uf2_maker.hpp"
 
 #include <chrono>
 #include <filesystem>
@@ -19,12 +19,12 @@ namespace symrig::test {
 namespace {
 
 namespace fs = std::filesystem;
-using device::test::Listener, device::test::read_some, device::test::write_all;
+using test::Listener, test::read_some, test::write_all;
 
 /// What the simulated board says of its firmware.
-device::BoardInfo simulated() {
+BoardInfo simulated() {
   boards::SimBoard sim;
-  const auto board = device::Board::connect(device::make_sim_link(sim));
+  const auto board = Board::connect(make_sim_link(sim));
   EXPECT_TRUE(board.ok());
   return board->info();
 }
@@ -87,9 +87,9 @@ class Flash : public CommandTest {
 
   /// new.uf2 and new.json for a board of that name.
   void write_firmware(const std::string& board, const std::string& version, std::uint64_t hash) const {
-    const auto file = device::test::make_uf2(device::test::make_image(4096, board, version, hash));
-    device::test::write_file(path("new.uf2").string(), file);
-    device::test::write_manifest(path("new.json").string(), device::sha256(file), board, version,
+    const auto file = test::make_uf2(test::make_image(4096, board, version, hash));
+    test::write_file(path("new.uf2").string(), file);
+    test::write_manifest(path("new.json").string(), board::sha256(file), board, version,
                                  fmt::format("{:016x}", hash));
   }
 

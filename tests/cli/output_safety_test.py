@@ -97,7 +97,7 @@ JOBS = [
 NO_OUTPUT = """--rig --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
 --light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter""".split()
-# The copy must not land on the file that it is made of: tests/unit/device/test_boot_drive.cpp.
+# The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp.
 OWN_RULE = {("flash", "--drive")}
 
 

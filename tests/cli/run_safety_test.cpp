@@ -2,7 +2,7 @@
 // What becomes of the lamp when `symrig run` is stopped or dies: a board in wall-clock time behind a socket.
 #include "command.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "unit/device/socket_server.hpp"
+#include "unit/board/socket_server.hpp"
 
 #include <chrono>
 #include <csignal>
@@ -19,7 +19,7 @@ using Clock = std::chrono::steady_clock;
 class LastingBoard {
  public:
   explicit LastingBoard(const std::string& socket)
-      : listener_(device::test::Listener::local(socket)), thread_([this] { live(); }) {}
+      : listener_(test::Listener::local(socket)), thread_([this] { live(); }) {}
   LastingBoard(const LastingBoard&) = delete;
   LastingBoard& operator=(const LastingBoard&) = delete;
   ~LastingBoard() {
@@ -43,19 +43,19 @@ class LastingBoard {
     while (!stop_) {
       const int fd = listener_.accept_within(5ms);
       do {
-        if (fd >= 0 && !device::test::read_some(fd, bytes)) break;
+        if (fd >= 0 && !test::read_some(fd, bytes)) break;
         const auto passed = std::chrono::nanoseconds(Clock::now() - begin).count();
         const std::scoped_lock lock(mutex_);
         board_.advance_to(static_cast<std::uint64_t>(passed) / 8);
         if (fd >= 0) board_.write(bytes);
         const auto out = board_.read();
-        if (fd >= 0) device::test::write_all(fd, out);
+        if (fd >= 0) test::write_all(fd, out);
       } while (fd >= 0 && !stop_);
       if (fd >= 0) close(fd);
     }
   }
 
-  device::test::Listener listener_;
+  test::Listener listener_;
   std::mutex mutex_;
   boards::SimBoard board_;
   std::atomic<bool> stop_{false};

@@ -3,7 +3,7 @@
 // attempts.
 #include "compact_program.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/device/board.hpp"
+#include "symrig/board/board.hpp"
 #include "symrig/protocol/messages.hpp"
 #include "targets.hpp"
 
@@ -17,7 +17,6 @@
 namespace symrig::fuzz {
 namespace {
 
-using device::Board;
 using protocol::Kind;
 using Bytes = std::vector<std::uint8_t>;
 
@@ -36,7 +35,7 @@ void put_frame(Kind kind, std::uint16_t seq, std::uint16_t ack, std::uint8_t fla
 }
 
 /// A real board behind a translator that lies as the input says.
-class Liar final : public device::Link {
+class Liar final : public Link {
  public:
   explicit Liar(Input& input) : input_(input) {}
 
@@ -130,10 +129,10 @@ void done(const Result<T>& result) {
 }
 
 /// Each line that the board claims to have, once.
-std::vector<device::LineConfig> lines_of(const device::BoardInfo& info) {
-  std::vector<device::LineConfig> lines;
-  for (const device::LineInfo& line : info.lines) {
-    device::LineConfig config;
+std::vector<LineConfig> lines_of(const BoardInfo& info) {
+  std::vector<LineConfig> lines;
+  for (const LineInfo& line : info.lines) {
+    LineConfig config;
     config.line = line.name;
     config.capture = true;
     lines.push_back(config);
@@ -144,7 +143,7 @@ std::vector<device::LineConfig> lines_of(const device::BoardInfo& info) {
 void talk(Board& board, Input& input) {
   using namespace std::chrono_literals;
   done(board.configure(lines_of(board.info())));
-  const auto program = device::Program::from_bytes(compact_program(input, input.byte() % 80U));
+  const auto program = Program::from_bytes(compact_program(input, input.byte() % 80U));
   if (program.ok()) done(board.run(*program, 50ms));
   done(board.status());
   done(board.time());
@@ -164,7 +163,7 @@ void talk(Board& board, Input& input) {
 void fuzz_reply(const std::uint8_t* data, std::size_t size) {
   using namespace std::chrono_literals;
   Input input({data, size});
-  device::BoardOptions options;
+  BoardOptions options;
   options.attempts = kAttempts;
   options.reply_timeout = 5ms;
   auto board = Board::connect(std::make_unique<Liar>(input), options);

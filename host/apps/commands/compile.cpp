@@ -5,7 +5,7 @@
 #include "json_text.hpp"
 #include "program_input.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/device/symprog.hpp"
+#include "symrig/program/symprog.hpp"
 
 #include <memory>
 #include <span>
@@ -20,7 +20,7 @@ struct CompileArguments {
   std::string file, output, board = "sim:", json;
 };
 
-std::string to_json(const device::CompiledProgram& program, std::uint32_t config_hash) {
+std::string to_json(const CompiledProgram& program, std::uint32_t config_hash) {
   const auto per_pattern =
       program.patterns == 0
           ? nlohmann::ordered_json()
@@ -49,17 +49,17 @@ Result<void> run(const CompileArguments& arguments) {
                    .writes("-o", arguments.output, FileFormat::program)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+  SYMRIG_TRY(const auto file, read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
-  const auto compilation = device::compile_program(file, board);
+  const auto compilation = compile_program(file, board);
   if (!compilation.ok()) return first_error(arguments.file, compilation);
-  const device::CompiledProgram& program = *compilation.program;
-  SYMRIG_TRY(const std::uint32_t config, device::config_hash(program));
-  const auto bytes = device::symprog_bytes(program);
+  const CompiledProgram& program = *compilation.program;
+  SYMRIG_TRY(const std::uint32_t config, config_hash(program));
+  const auto bytes = symprog_bytes(program);
   SYMRIG_CHECK(write_file_atomically(arguments.output, std::as_bytes(std::span(bytes))));
   SYMRIG_CHECK(write_text(arguments.json, to_json(program, config)));
   if (is_standard_output(arguments.json)) return {};
-  return print(findings_text(arguments.file, compilation.findings, device::Severity::warning) +
+  return print(findings_text(arguments.file, compilation.findings, Severity::warning) +
                fmt::format("{} for board '{}': ", arguments.output, board.board) + program_summary(program));
 }
 

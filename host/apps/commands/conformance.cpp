@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/device/conformance.hpp"
+#include "symrig/conformance/conformance.hpp"
 
 #include "command.hpp"
 #include "console.hpp"
@@ -17,9 +17,6 @@
 namespace symrig::apps {
 namespace {
 
-using device::CheckOutcome;
-using device::CheckResult;
-using device::ConformanceReport;
 
 struct ConformanceArguments {
   std::string uri, filter, jumper, json;
@@ -36,12 +33,12 @@ constexpr const char* kConformanceExample =
     "without a\n"
     "configuration; what it keeps over power-off is not touched. docs/conformance.md lists the checks.";
 
-Result<device::Jumper> parse_jumper(const std::string& text) {
+Result<Jumper> parse_jumper(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == 0 || colon == std::string::npos || colon + 1 == text.size())
     return Error{ErrorCode::bad_argument, fmt::format("--jumper '{}' is not OUTPUT:INPUT", text),
                  "for example projector_trigger:vsync"};
-  return device::Jumper{text.substr(0, colon), text.substr(colon + 1)};
+  return Jumper{text.substr(0, colon), text.substr(colon + 1)};
 }
 
 std::string line_of(const CheckResult& result) {
@@ -81,7 +78,7 @@ Result<void> sum_up(const ConformanceReport& report, bool talks) {
 
 Result<void> run(const ConformanceArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
-  device::ConformanceOptions options;
+  ConformanceOptions options;
   options.filter = arguments.filter;
   if (!arguments.jumper.empty()) {
     SYMRIG_TRY(options.jumper, parse_jumper(arguments.jumper));
@@ -93,7 +90,7 @@ Result<void> run(const ConformanceArguments& arguments) {
   };
   options.stop = [] { return interrupted(); };
   SYMRIG_TRY(const auto uri, choose_board(arguments.uri));
-  SYMRIG_TRY(auto link, device::open_link(uri));
+  SYMRIG_TRY(auto link, open_link(uri));
   SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
   if (!printed) return printed;
   SYMRIG_CHECK(write_text(arguments.json, json_of(report)));

@@ -6,8 +6,8 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/base/job_files.hpp"
-#include "symrig/device/boot_drive.hpp"
-#include "symrig/device/firmware_file.hpp"
+#include "symrig/board/boot_drive.hpp"
+#include "symrig/board/firmware_file.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace std::chrono_literals;
-using device::BoardInfo, device::DeviceUri, device::FirmwareFile;
 
 struct FlashArguments {
   std::string file, device, drive;
@@ -70,7 +69,7 @@ Result<T> wait_for(const char* what, double seconds, const std::function<Result<
 
 /// Drives that were there before the board went to its boot loader are other boards'.
 Result<fs::path> new_drive(const std::vector<fs::path>& before) {
-  std::vector<fs::path> drives = device::boot_drives();
+  std::vector<fs::path> drives = boot_drives();
   std::erase_if(drives, [&](const fs::path& one) {
     return std::find(before.begin(), before.end(), one) != before.end();
   });
@@ -86,16 +85,16 @@ Result<fs::path> find_drive(const FlashArguments& arguments, const std::vector<f
   const fs::path given = arguments.drive;
   return wait_for<fs::path>("waiting for its drive", arguments.wait, [&]() -> Result<fs::path> {
     if (given.empty()) return new_drive(before);
-    SYMRIG_CHECK(device::check_boot_drive(given));
+    SYMRIG_CHECK(check_boot_drive(given));
     return given;
   });
 }
 
 /// The board that is to be flashed; nullopt if there is none but a boot loader's drive.
 Result<std::optional<Known>> find_board(const FlashArguments& arguments) {
-  const auto uri = device::choose_board(arguments.device);
+  const auto uri = choose_board(arguments.device);
   if (!uri) {
-    const bool in_boot_loader = !arguments.drive.empty() || !device::boot_drives().empty();
+    const bool in_boot_loader = !arguments.drive.empty() || !boot_drives().empty();
     if (uri.error().code == ErrorCode::device_lost && in_boot_loader) return std::optional<Known>();
     return uri.error();
   }
@@ -105,7 +104,7 @@ Result<std::optional<Known>> find_board(const FlashArguments& arguments) {
 
 /// Until the board has left: it takes a moment after its answer.
 Result<bool> left(const FlashArguments& arguments, const DeviceUri& uri) {
-  constexpr device::BoardOptions kOneAnswer{.reply_timeout = 50ms, .attempts = 2};
+  constexpr BoardOptions kOneAnswer{.reply_timeout = 50ms, .attempts = 2};
   return wait_for<bool>("waiting for it to leave", std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
     if (!open_board(uri, kOneAnswer)) return true;
     return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
@@ -116,7 +115,7 @@ Result<bool> left(const FlashArguments& arguments, const DeviceUri& uri) {
 /// true: the board is in its boot loader. false: it runs this firmware already.
 Result<bool> enter_boot_loader(const FlashArguments& arguments, const FirmwareFile& file,
                                const Known& known) {
-  SYMRIG_CHECK(device::check_firmware_fits(file.manifest, known.info.board));
+  SYMRIG_CHECK(check_firmware_fits(file.manifest, known.info.board));
   if (known.info.firmware_hash == file.manifest.firmware_hash && !arguments.again) return false;
   {
     SYMRIG_TRY(auto board, open_board(known.uri));
@@ -139,7 +138,7 @@ Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
 Result<void> check_return(const FlashArguments& arguments, const FirmwareFile& file,
                           const std::optional<Known>& known) {
   if (arguments.wait == 0) return print("copied; not waited for the board, so nothing is checked\n");
-  SYMRIG_TRY(const auto board, wait_for<device::Board>("waiting for its return", arguments.wait, [&] {
+  SYMRIG_TRY(const auto board, wait_for<Board>("waiting for its return", arguments.wait, [&] {
                return known ? open_board(known->uri) : open_board(arguments.device);
              }));
   SYMRIG_CHECK(compare(file, board.info()));
@@ -152,14 +151,14 @@ Result<void> flash(const FlashArguments& arguments, const FirmwareFile& file) {
   SYMRIG_TRY(const auto known, find_board(arguments));
   std::vector<fs::path> before;
   if (known) {
-    before = device::boot_drives();
+    before = boot_drives();
     SYMRIG_TRY(const bool leaving, enter_boot_loader(arguments, file, *known));
     if (!leaving)
       return print(fmt::format("{} {} runs this firmware already; --again puts it there nevertheless\n",
                                known->info.board, known->info.unique_id));
   }
   SYMRIG_TRY(const fs::path drive, find_drive(arguments, before));
-  SYMRIG_CHECK(device::copy_to_boot_drive(arguments.file, drive));
+  SYMRIG_CHECK(copy_to_boot_drive(arguments.file, drive));
   return check_return(arguments, file, known);
 }
 
@@ -186,7 +185,7 @@ Result<void> run(const CLI::App& command, const FlashArguments& arguments) {
     return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
                  "30 s are enough for most systems to mount a drive"};
   SYMRIG_CHECK(check_flash_effects(command, arguments));
-  SYMRIG_TRY(const FirmwareFile file, device::read_firmware(arguments.file));
+  SYMRIG_TRY(const FirmwareFile file, read_firmware(arguments.file));
   if (arguments.verify) return print(describe(arguments, file));
   SYMRIG_CHECK(check_drive(arguments));
   return flash(arguments, file);

@@ -19,7 +19,6 @@ namespace symrig::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using device::BoardInfo, device::BoardStatus, device::LineInfo;
 
 struct InfoArguments {
   std::string device, camera, json;
@@ -50,7 +49,7 @@ std::string line_table(const BoardInfo& info, const BoardStatus& status) {
 }
 
 std::string fault_text(const BoardInfo& info, const char* when,
-                       const std::optional<device::FaultInfo>& fault) {
+                       const std::optional<FaultInfo>& fault) {
   if (!fault) return fmt::format("  {:<14} none\n", when);
   return fmt::format("  {:<14} {} at tick {} (argument {}): {}\n", when, fault->name, fault->tick.count,
                      fault->arg, fault->hint.empty() ? info.board : fault->hint);
@@ -100,7 +99,7 @@ std::string ability_text(const BoardInfo& info) {
       span_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
 }
 
-Json fault_json(const std::optional<device::FaultInfo>& fault) {
+Json fault_json(const std::optional<FaultInfo>& fault) {
   if (!fault) return nullptr;
   return {{"code", fault->code},
           {"name", fault->name},

@@ -14,17 +14,16 @@
 namespace symrig::apps {
 namespace {
 
-using device::Severity;
 
 struct LintArguments {
   std::string file, board = "sim:", json;
 };
 
-std::string to_json(const LintArguments& arguments, const device::Compilation& compilation) {
+std::string to_json(const LintArguments& arguments, const Compilation& compilation) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const device::FileFinding& finding : compilation.findings)
+  for (const FileFinding& finding : compilation.findings)
     list.push_back({{"line", finding.place},
-                    {"severity", device::name(finding.severity)},
+                    {"severity", name(finding.severity)},
                     {"rule", finding.rule},
                     {"what", finding.what},
                     {"alternative", finding.alternative}});
@@ -37,9 +36,9 @@ Result<void> run(const LintArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+  SYMRIG_TRY(const auto file, read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
-  const auto compilation = device::compile_program(file, board);
+  const auto compilation = compile_program(file, board);
   SYMRIG_CHECK(write_text(arguments.json, to_json(arguments, compilation)));
   if (!is_standard_output(arguments.json)) {
     std::string text = findings_text(arguments.file, compilation.findings, Severity::note);
@@ -50,7 +49,7 @@ Result<void> run(const LintArguments& arguments) {
   }
   if (compilation.ok()) return {};
   const auto& all = compilation.findings;
-  const auto errors = std::count_if(all.begin(), all.end(), [](const device::FileFinding& finding) {
+  const auto errors = std::count_if(all.begin(), all.end(), [](const FileFinding& finding) {
     return finding.severity == Severity::error;
   });
   return Error{ErrorCode::bad_value,

@@ -27,16 +27,16 @@ struct ListArguments {
 
 /// A board and what it answered, or why it did not.
 struct Row {
-  device::FoundBoard found;
-  std::optional<device::BoardInfo> info;
-  std::optional<device::BoardStatus> status;
+  FoundBoard found;
+  std::optional<BoardInfo> info;
+  std::optional<BoardStatus> status;
   std::string error;
 };
 
 // A board that is there answers within milliseconds: do not wait long for one that does not.
-constexpr device::BoardOptions kBrief{.reply_timeout = std::chrono::milliseconds(100), .attempts = 3};
+constexpr BoardOptions kBrief{.reply_timeout = std::chrono::milliseconds(100), .attempts = 3};
 
-Row ask(const device::FoundBoard& found) {
+Row ask(const FoundBoard& found) {
   Row row{found, {}, {}, {}};
   auto board = open_board(found.uri, kBrief);
   if (!board) {
@@ -52,11 +52,11 @@ Row ask(const device::FoundBoard& found) {
 }
 
 /// All that was found, what the user named, and the simulated board.
-Result<std::vector<device::FoundBoard>> boards_to_ask(const std::vector<std::string>& named) {
-  SYMRIG_TRY(auto boards, device::find_boards());
+Result<std::vector<FoundBoard>> boards_to_ask(const std::vector<std::string>& named) {
+  SYMRIG_TRY(auto boards, find_boards());
   for (const std::string& text : named) {
-    SYMRIG_TRY(auto uri, device::DeviceUri::parse(text));
-    device::FoundBoard board;
+    SYMRIG_TRY(auto uri, DeviceUri::parse(text));
+    FoundBoard board;
     board.uri = std::move(uri);
     boards.push_back(std::move(board));
   }
@@ -95,7 +95,7 @@ nlohmann::ordered_json to_json(const Row& row) {
   const auto known = [&](const std::string& text) {
     return row.info ? nlohmann::ordered_json(text) : nullptr;
   };
-  const device::BoardInfo info = row.info.value_or(device::BoardInfo{});
+  const BoardInfo info = row.info.value_or(BoardInfo{});
   return {{"uri", row.found.uri.text()},
           {"board", known(info.board)},
           {"serial", row.info ? info.unique_id : row.found.serial},
@@ -104,7 +104,7 @@ nlohmann::ordered_json to_json(const Row& row) {
           {"firmware_hash", known(fmt::format("{:016x}", info.firmware_hash))},
           {"state", row.status ? nlohmann::ordered_json(name(row.status->state)) : nullptr},
           {"port", row.found.port},
-          {"simulated", row.found.uri.transport == device::Transport::sim},
+          {"simulated", row.found.uri.transport == Transport::sim},
           {"error", row.error.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(row.error)}};
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/device/run.hpp"
+#include "symrig/run/run.hpp"
 
 #include "command.hpp"
 #include "console.hpp"
@@ -7,9 +7,9 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "program_input.hpp"
-#include "symrig/device/discovery.hpp"
-#include "symrig/device/sim_rig.hpp"
-#include "symrig/device/waveform.hpp"
+#include "symrig/board/discovery.hpp"
+#include "symrig/sim/sim_rig.hpp"
+#include "symrig/run/waveform.hpp"
 
 #include <array>
 #include <memory>
@@ -26,10 +26,10 @@ struct RunArguments {
 
 /// What is known before there is a board: the program, and what its file says of the rig.
 struct Plan {
-  std::optional<device::ProgramFile> file;
-  std::optional<device::CompiledProgram> compiled;
+  std::optional<ProgramFile> file;
+  std::optional<CompiledProgram> compiled;
 
-  device::RigWiring wiring() const { return file ? device::wiring_of(file->rig) : compiled->wiring; }
+  RigWiring wiring() const { return file ? wiring_of(file->rig) : compiled->wiring; }
   Nanoseconds keep_alive() const { return file ? file->rig.keep_alive : compiled->keep_alive; }
 };
 
@@ -39,38 +39,38 @@ Result<Plan> load(const std::string& path) {
   if (compiled) {
     SYMRIG_TRY(plan.compiled, load_compiled(path));
   } else {
-    SYMRIG_TRY(plan.file, device::read_program_file(path));
+    SYMRIG_TRY(plan.file, read_program_file(path));
   }
   return plan;
 }
 
 /// "sim:" is a simulated rig wired as the program says.
-Result<std::unique_ptr<device::Link>> open(const std::string& device, const Plan& plan) {
-  if (device == "sim:") return device::make_sim_rig(plan.wiring());
+Result<std::unique_ptr<Link>> open(const std::string& device, const Plan& plan) {
+  if (device == "sim:") return make_sim_rig(plan.wiring());
   SYMRIG_TRY(const auto uri, choose_board(device));
-  return device::open_link(uri);
+  return open_link(uri);
 }
 
-Result<device::CompiledProgram> compile_for(const Plan& plan, const std::string& path,
-                                            const device::BoardInfo& board) {
+Result<CompiledProgram> compile_for(const Plan& plan, const std::string& path,
+                                            const BoardInfo& board) {
   if (plan.compiled) return *plan.compiled;
-  auto compilation = device::compile_program(*plan.file, board);
+  auto compilation = compile_program(*plan.file, board);
   if (!compilation.ok()) return first_error(path, compilation);
   return *std::move(compilation.program);
 }
 
-std::string vcd_of(const device::RunRecord& record) {
-  const device::BoardInfo& board = record.program.board;
-  std::array<device::Waveform, 2> both{device::waveform(record.plan, board, "plan"),
-                                       device::waveform(record.plan, board, "actual")};
+std::string vcd_of(const RunRecord& record) {
+  const BoardInfo& board = record.program.board;
+  std::array<Waveform, 2> both{waveform(record.plan, board, "plan"),
+                                       waveform(record.plan, board, "actual")};
   both[1].edges = record.receipt.edges;
-  return device::vcd_text(both);
+  return vcd_text(both);
 }
 
-std::string summary(const device::RunRecord& record) {
-  const device::Comparison& all = record.differences;
+std::string summary(const RunRecord& record) {
+  const Comparison& all = record.differences;
   const double tick = 1e9 / static_cast<double>(record.program.board.rate.hz);
-  std::string text = fmt::format("{} on board '{}' in {}: {} words", device::name(record.receipt.end),
+  std::string text = fmt::format("{} on board '{}' in {}: {} words", name(record.receipt.end),
                                  record.program.board.board, duration(seconds(record.receipt.duration())),
                                  grouped(static_cast<double>(record.receipt.steps)));
   text +=
@@ -81,17 +81,17 @@ std::string summary(const device::RunRecord& record) {
   return text;
 }
 
-Result<device::RunRecord> run_it(device::Board& board, const device::CompiledProgram& program,
+Result<RunRecord> run_it(Board& board, const CompiledProgram& program,
                                  bool clear_fault) {
   Meter meter("run", program.is_scan ? "patterns" : "marks");
   const Progress report = meter.progress();
-  device::RunOptions options;
+  RunOptions options;
   options.clear_fault = clear_fault;
-  options.progress = [&report, &program](const device::RunProgress& at) {
+  options.progress = [&report, &program](const RunProgress& at) {
     const auto done = program.is_scan ? at.patterns : at.marks;
     return report({"running", static_cast<std::int64_t>(done), static_cast<std::int64_t>(at.patterns_asked)});
   };
-  return device::run_program(board, program, options);
+  return run_program(board, program, options);
 }
 
 Result<void> run(const RunArguments& arguments) {
@@ -101,14 +101,14 @@ Result<void> run(const RunArguments& arguments) {
                    .check());
   SYMRIG_TRY(const Plan plan, load(arguments.file));
   SYMRIG_TRY(auto link, open(arguments.device, plan));
-  device::BoardOptions options;
+  BoardOptions options;
   options.keep_alive = plan.keep_alive();
-  SYMRIG_TRY(auto board, device::Board::connect(std::move(link), options));
+  SYMRIG_TRY(auto board, Board::connect(std::move(link), options));
   SYMRIG_TRY(const auto program, compile_for(plan, arguments.file, board.info()));
   SYMRIG_TRY(const auto record, run_it(board, program, arguments.clear_fault));
-  SYMRIG_CHECK(write_text(arguments.output, device::receipt_json(record)));
+  SYMRIG_CHECK(write_text(arguments.output, receipt_json(record)));
   SYMRIG_CHECK(write_text(arguments.vcd, vcd_of(record)));
-  if (const auto error = device::run_error(record)) return *error;
+  if (const auto error = run_error(record)) return *error;
   const bool printed = is_standard_output(arguments.output) || is_standard_output(arguments.vcd);
   return printed ? Result<void>() : print(summary(record));
 }

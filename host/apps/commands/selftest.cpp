@@ -6,7 +6,7 @@
 #include "json_text.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
-#include "symrig/device/self_test.hpp"
+#include "symrig/board/self_test.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -20,15 +20,14 @@ namespace symrig::apps {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using device::JumperPulse, device::SelfCheck, device::SelfTest;
 
 struct SelftestArguments {
   std::string device, jumper, json;
-  int pings = device::SelfTestOptions{}.pings;
+  int pings = SelfTestOptions{}.pings;
 };
 
-Result<device::SelfTestOptions> options_of(const SelftestArguments& arguments) {
-  device::SelfTestOptions options;
+Result<SelfTestOptions> options_of(const SelftestArguments& arguments) {
+  SelfTestOptions options;
   if (arguments.pings < 1 || arguments.pings > 10'000)
     return Error{ErrorCode::bad_argument,
                  fmt::format("--pings {} is not between 1 and 10000", arguments.pings), ""};
@@ -42,17 +41,17 @@ Result<device::SelfTestOptions> options_of(const SelftestArguments& arguments) {
   return options;
 }
 
-double nanoseconds(const device::BoardInfo& info, device::Ticks ticks) {
+double nanoseconds(const BoardInfo& info, Ticks ticks) {
   return 1e9 * static_cast<double>(ticks.count) / static_cast<double>(info.rate.hz);
 }
 
 /// Measured minus planned, in nanoseconds.
-double error_ns(const device::BoardInfo& info, const JumperPulse& pulse) {
+double error_ns(const BoardInfo& info, const JumperPulse& pulse) {
   const auto ticks = static_cast<std::int64_t>((pulse.measured - pulse.planned).count);
   return 1e9 * static_cast<double>(ticks) / static_cast<double>(info.rate.hz);
 }
 
-std::string pulse_table(const device::BoardInfo& info, const SelfTest& test) {
+std::string pulse_table(const BoardInfo& info, const SelfTest& test) {
   if (test.pulses.empty()) return "";
   std::string text =
       fmt::format("  {:>14} {:>14} {:>10} {:>12}\n", "planned ns", "measured ns", "off ns", "delay ns");
@@ -63,14 +62,14 @@ std::string pulse_table(const device::BoardInfo& info, const SelfTest& test) {
   return text;
 }
 
-std::string report(const device::BoardInfo& info, const SelfTest& test) {
+std::string report(const BoardInfo& info, const SelfTest& test) {
   std::string text;
   for (const SelfCheck& check : test.checks)
     text += fmt::format("{} {:<10} {}\n", check.passed ? "ok  " : "FAIL", check.name, check.text);
   return text + pulse_table(info, test);
 }
 
-Json to_json(const device::BoardInfo& info, const SelfTest& test) {
+Json to_json(const BoardInfo& info, const SelfTest& test) {
   Json json{{"command", "selftest"},
             {"board", info.board},
             {"serial", info.unique_id},
@@ -108,7 +107,7 @@ Result<void> run(const SelftestArguments& arguments) {
   SYMRIG_TRY(auto board, open_board(arguments.device));
   std::optional<Meter> meter(std::in_place, "selftest", "answers");
   options.progress = meter->progress();
-  SYMRIG_TRY(const SelfTest test, device::self_test(board, options));
+  SYMRIG_TRY(const SelfTest test, self_test(board, options));
   meter.reset();
   SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(board.info(), test), 2)));
   if (!is_standard_output(arguments.json)) SYMRIG_CHECK(print(report(board.info(), test)));

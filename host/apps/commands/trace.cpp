@@ -6,9 +6,9 @@
 #include "numbers.hpp"
 #include "program_input.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/device/compare.hpp"
-#include "symrig/device/run.hpp"
-#include "symrig/device/waveform.hpp"
+#include "symrig/run/compare.hpp"
+#include "symrig/run/run.hpp"
+#include "symrig/run/waveform.hpp"
 
 #include <array>
 #include <memory>
@@ -27,32 +27,32 @@ struct TraceArguments {
 
 /// What there is to draw.
 struct Drawing {
-  std::vector<device::Waveform> waveforms;
+  std::vector<Waveform> waveforms;
   std::string summary;
   std::string differences;  ///< as CSV
 };
 
 /// Waits of a plan end at the projector's refreshes, if it has any: the same from run to run, unlike a real
 /// one's.
-device::TimelineOptions plan_options(const device::CompiledProgram& program, Nanoseconds refresh,
+TimelineOptions plan_options(const CompiledProgram& program, Nanoseconds refresh,
                                      std::size_t max_edges) {
-  device::TimelineOptions options;
+  TimelineOptions options;
   options.max_edges = max_edges;
-  options.initial_levels = device::safe_levels(program.board, program.lines);
+  options.initial_levels = safe_levels(program.board, program.lines);
   const std::uint64_t period = program.board.rate.ticks(refresh).count;
   if (period > 0)
-    options.edge_at = [period](const device::PlannedWait& wait) {
-      return device::Ticks{(wait.begin.count + period - 1) / period * period};
+    options.edge_at = [period](const PlannedWait& wait) {
+      return Ticks{(wait.begin.count + period - 1) / period * period};
     };
   return options;
 }
 
-Result<Drawing> draw_plan(const device::CompiledProgram& program, Nanoseconds refresh,
+Result<Drawing> draw_plan(const CompiledProgram& program, Nanoseconds refresh,
                           std::size_t max_edges) {
   SYMRIG_TRY(const auto plan,
-             device::expand(program.program, program.board, plan_options(program, refresh, max_edges)));
+             expand(program.program, program.board, plan_options(program, refresh, max_edges)));
   Drawing drawing;
-  drawing.waveforms.push_back(device::waveform(plan, program.board, "plan"));
+  drawing.waveforms.push_back(waveform(plan, program.board, "plan"));
   drawing.summary = fmt::format("{} planned edges in {}{}\n", grouped(static_cast<double>(plan.edges.size())),
                                 duration(seconds(plan.rate.nanoseconds(plan.end))),
                                 plan.cut_off ? " (the first; --max-edges draws more)" : "");
@@ -60,16 +60,16 @@ Result<Drawing> draw_plan(const device::CompiledProgram& program, Nanoseconds re
 }
 
 /// Edges may come before the start of a run: negative.
-std::int64_t nanoseconds_since_start(const device::StoredRun& run, device::Ticks tick) {
-  const device::Ticks start = run.plan.start;
+std::int64_t nanoseconds_since_start(const StoredRun& run, Ticks tick) {
+  const Ticks start = run.plan.start;
   return tick < start ? -run.board.rate.nanoseconds(start - tick).count()
                       : run.board.rate.nanoseconds(tick - start).count();
 }
 
-std::string differences_csv(const device::StoredRun& run, const device::Comparison& all) {
+std::string differences_csv(const StoredRun& run, const Comparison& all) {
   const double tick = 1e9 / static_cast<double>(run.board.rate.hz);
   std::string text = "line,level,planned_ns,actual_ns,difference_ns\n";
-  for (const device::EdgePair& pair : all.pairs) {
+  for (const EdgePair& pair : all.pairs) {
     const std::int64_t planned = nanoseconds_since_start(run, pair.planned.tick);
     text += fmt::format("{},{},{},{},{:.6g}\n",
                         run.board.lines.at(static_cast<std::size_t>(pair.planned.line)).name,
@@ -79,19 +79,19 @@ std::string differences_csv(const device::StoredRun& run, const device::Comparis
   return text;
 }
 
-Result<Drawing> draw_receipt(const TraceArguments& arguments, const device::StoredRun& run) {
+Result<Drawing> draw_receipt(const TraceArguments& arguments, const StoredRun& run) {
   Drawing drawing;
   const bool both = arguments.plan == arguments.actual;
   const auto known = [&run](int line) { return static_cast<std::size_t>(line) < run.board.lines.size(); };
   for (const auto& edge : run.plan.edges)
     if (!known(edge.line)) return Error{ErrorCode::bad_format, "an edge of a line that the board has not"};
-  device::Waveform plan = device::waveform(run.plan, run.board, "plan");
-  device::Waveform actual = plan;
+  Waveform plan = waveform(run.plan, run.board, "plan");
+  Waveform actual = plan;
   actual.name = "actual";
   actual.edges = run.captured;
   if (both || arguments.plan) drawing.waveforms.push_back(std::move(plan));
   if (both || arguments.actual) drawing.waveforms.push_back(std::move(actual));
-  const auto all = device::compare(run.plan, run.captured, run.watched);
+  const auto all = compare(run.plan, run.captured, run.watched);
   const double tick = 1e9 / static_cast<double>(run.board.rate.hz);
   drawing.summary = fmt::format(
       "{} edges paired: largest difference {:.6g} ns, mean {:.6g} ns; {} missing, {} unplanned{}\n",
@@ -102,12 +102,12 @@ Result<Drawing> draw_receipt(const TraceArguments& arguments, const device::Stor
   return drawing;
 }
 
-Result<device::CompiledProgram> compile_file(const TraceArguments& arguments, Nanoseconds& refresh) {
-  SYMRIG_TRY(const auto file, device::read_program_file(arguments.file));
+Result<CompiledProgram> compile_file(const TraceArguments& arguments, Nanoseconds& refresh) {
+  SYMRIG_TRY(const auto file, read_program_file(arguments.file));
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
-  auto compilation = device::compile_program(file, board);
+  auto compilation = compile_program(file, board);
   if (!compilation.ok()) return first_error(arguments.file, compilation);
-  if (file.rig.projector.sync == device::PatternSync::vsync) refresh = file.rig.projector.refresh;
+  if (file.rig.projector.sync == PatternSync::vsync) refresh = file.rig.projector.refresh;
   return *std::move(compilation.program);
 }
 
@@ -134,7 +134,7 @@ Result<Drawing> draw(const CLI::App& command, const TraceArguments& arguments) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto first = text.find_first_not_of(" \t\r\n");
   if (first != std::string_view::npos && text[first] == '{') {
-    auto run = device::read_receipt(text);
+    auto run = read_receipt(text);
     if (run) SYMRIG_CHECK(check_trace_effects(command, Kind::receipt));
     if (!run) return Error{run.error().code, arguments.file + ": " + run.error().what, run.error().hint};
     return draw_receipt(arguments, *run);
@@ -156,9 +156,9 @@ Result<void> run(const CLI::App& command, const TraceArguments& arguments) {
                    .writes("--differences", arguments.differences, FileFormat::table)
                    .check());
   SYMRIG_TRY(const Drawing drawing, draw(command, arguments));
-  if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, device::vcd_text(drawing.waveforms)));
+  if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, vcd_text(drawing.waveforms)));
   if (!arguments.wavedrom.empty())
-    SYMRIG_CHECK(write_text(arguments.wavedrom, device::wavedrom_text(drawing.waveforms)));
+    SYMRIG_CHECK(write_text(arguments.wavedrom, wavedrom_text(drawing.waveforms)));
   SYMRIG_CHECK(write_text(arguments.differences, drawing.differences));
   const bool printed = is_standard_output(arguments.vcd) || is_standard_output(arguments.wavedrom) ||
                        is_standard_output(arguments.differences);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
-#include "acquisition/hierarchy.hpp"
+#include "acquisition/search/hierarchy.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>

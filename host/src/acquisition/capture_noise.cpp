@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/capture_noise.hpp"
 
-#include "acquisition/noise_check.hpp"
+#include "acquisition/errors/noise_check.hpp"
 
 #include <algorithm>
 #include <functional>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/checks.hpp"
-#include "acquisition/completion.hpp"
-#include "acquisition/context.hpp"
+#include "acquisition/errors/checks.hpp"
+#include "acquisition/search/completion.hpp"
+#include "acquisition/search/context.hpp"
 #include "symrig/acquisition/noise_check.hpp"
 #include "symrig/base/result.hpp"
 

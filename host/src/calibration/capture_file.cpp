@@ -2,8 +2,8 @@
 #include "symrig/calibration/capture_file.hpp"
 
 #include "calibration/sensor_files.hpp"
-#include "device/programs/size_text.hpp"
-#include "device/programs/table_reader.hpp"
+#include "image/size_text.hpp"
+#include "base/table_reader.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/hdr/response_file.hpp"
 
@@ -16,9 +16,9 @@
 namespace symrig {
 namespace {
 
-using device::ReadContext;
-using device::TableReader;
-using device::TomlNode;
+using base::ReadContext;
+using base::TableReader;
+using base::TomlNode;
 
 constexpr std::uint64_t kMostText = std::uint64_t{1} << 20;  // bytes of a capture file
 
@@ -42,7 +42,7 @@ void read_raw(TableReader& top, CaptureFile& file) {
   RawLayout raw;
   read_format(table, raw);
   table.require("size", "columns x rows, \"1280x1024\"");
-  device::read_picture_size(table, "size", raw.size);
+  image::read_picture_size(table, "size", raw.size);
   std::uint64_t stride = 0, bits = 0;
   if (table.read_count("stride", stride, 1, std::uint64_t{1} << 20)) raw.stride = stride;
   if (table.read_count("bits", bits, 1, 16)) raw.bits = static_cast<int>(bits);
@@ -118,7 +118,7 @@ std::optional<int> code_pattern(const GrayCode& code, std::string_view name) {
 }
 
 Result<CaptureFile> parse_capture_file(std::string_view text, const std::string& name) {
-  SYMRIG_TRY(const TomlNode document, device::parse_toml(text, name));
+  SYMRIG_TRY(const TomlNode document, base::parse_toml(text, name));
   ReadContext context{name};
   CaptureFile file;
   file.path = name;
@@ -126,7 +126,7 @@ Result<CaptureFile> parse_capture_file(std::string_view text, const std::string&
   std::uint64_t version = 0;
   top.require("symrig", "symrig = 1, the version of this format");
   top.read_count("symrig", version, 1, 1);
-  device::read_grid(top, "projector", file.projector);
+  image::read_grid(top, "projector", file.projector);
   top.read_number("pedestal", file.pedestal, 0, 1);
   Nanoseconds usual{0};
   top.read("exposure", usual);

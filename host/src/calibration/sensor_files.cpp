@@ -4,8 +4,8 @@
 namespace symrig {
 namespace {
 
-using device::TableReader;
-using device::TomlNode;
+using base::TableReader;
+using base::TomlNode;
 
 /// Calls use(table) for each table of a list.
 template <class Use>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "device/programs/table_reader.hpp"
+#include "base/table_reader.hpp"
 #include "symrig/calibration/capture_file.hpp"
 
 namespace symrig {
 
 /// `[sensor]` of a capture file. What is wrong goes to the reader's context.
-void read_sensor_files(device::TableReader& top, CaptureFile& file);
+void read_sensor_files(base::TableReader& top, CaptureFile& file);
 
 }  // namespace symrig

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "buffer_ring.hpp"
+#include "camera/buffer_ring.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "driver.hpp"
-#include "stamps.hpp"
+#include "camera/driver.hpp"
+#include "camera/stamps.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/camera_info.hpp"
 
-#include "controls.hpp"
-#include "driver.hpp"
-#include "offers.hpp"
+#include "camera/controls.hpp"
+#include "camera/driver.hpp"
+#include "camera/offers.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>

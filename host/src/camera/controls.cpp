@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "controls.hpp"
+#include "camera/controls.hpp"
 
 #include "symrig/base/nearest_name.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "driver.hpp"
+#include "camera/driver.hpp"
 
 #include "symrig/camera/pixel_format.hpp"
 

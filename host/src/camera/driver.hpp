@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
-#include "video_system.hpp"
+#include "camera/video_system.hpp"
 
 #include <cstddef>
 #include <cstdint>

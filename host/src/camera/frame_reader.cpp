@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "frame_reader.hpp"
+#include "camera/frame_reader.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -3,7 +3,7 @@
 
 #include "symrig/camera/pixel_format.hpp"
 #include "symrig/camera/region.hpp"
-#include "unpack.hpp"
+#include "camera/unpack.hpp"
 
 #include <cstddef>
 #include <cstdint>

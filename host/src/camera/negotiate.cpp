@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "negotiate.hpp"
+#include "camera/negotiate.hpp"
 
-#include "offers.hpp"
+#include "camera/offers.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "driver.hpp"
-#include "frame_reader.hpp"
+#include "camera/driver.hpp"
+#include "camera/frame_reader.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
 
 namespace symrig::camera {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "offers.hpp"
+#include "camera/offers.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "driver.hpp"
+#include "camera/driver.hpp"
 #include "symrig/camera/camera_info.hpp"
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sequence.hpp"
+#include "camera/sequence.hpp"
 
 namespace symrig::camera {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stamps.hpp"
+#include "camera/stamps.hpp"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stream.hpp"
+#include "camera/stream.hpp"
 
 #include <algorithm>
 #include <cerrno>

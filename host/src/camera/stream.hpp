@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "buffer_ring.hpp"
-#include "frame_reader.hpp"
-#include "sequence.hpp"
-#include "stamps.hpp"
+#include "camera/buffer_ring.hpp"
+#include "camera/frame_reader.hpp"
+#include "camera/sequence.hpp"
+#include "camera/stamps.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/camera/stream_report.hpp"
 

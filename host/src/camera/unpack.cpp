@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "unpack.hpp"
+#include "camera/unpack.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/v4l2_camera.hpp"
 
-#include "controls.hpp"
-#include "driver.hpp"
-#include "negotiate.hpp"
-#include "stream.hpp"
+#include "camera/controls.hpp"
+#include "camera/driver.hpp"
+#include "camera/negotiate.hpp"
+#include "camera/stream.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guard.hpp"
-#include "handles.hpp"
-#include "symrig/device/board_file.hpp"
-#include "symrig/device/device_uri.hpp"
-#include "symrig/device/link.hpp"
-#include "symrig/device/run.hpp"
-#include "symrig/device/sim_rig.hpp"
+#include "capi/guard.hpp"
+#include "capi/handles.hpp"
+#include "symrig/board/board_file.hpp"
+#include "symrig/board/device_uri.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/run/run.hpp"
+#include "symrig/sim/sim_rig.hpp"
 
 #include <memory>
 #include <string>
@@ -15,7 +15,7 @@ namespace {
 using symrig::Error;
 using symrig::ErrorCode;
 using symrig::Result;
-using namespace symrig::device;
+using namespace symrig;
 using namespace symrig::capi;
 
 Result<Board> connect(const std::string& uri, const symrig_program* program) {

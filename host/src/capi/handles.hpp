@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/device/board.hpp"
-#include "symrig/device/compile.hpp"
-#include "symrig/device/program_file.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/program/compile.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/symrig.h"
 #include "symrig/tensor/file.hpp"
 
@@ -13,20 +13,20 @@
 
 // What the opaque handles of symrig.h are. One of the two of a program is there.
 struct symrig_program {
-  std::optional<symrig::device::ProgramFile> file;
-  std::optional<symrig::device::CompiledProgram> compiled;
+  std::optional<symrig::ProgramFile> file;
+  std::optional<symrig::CompiledProgram> compiled;
 
-  symrig::device::RigWiring wiring() const {
-    return file ? symrig::device::wiring_of(file->rig) : compiled->wiring;
+  symrig::RigWiring wiring() const {
+    return file ? symrig::wiring_of(file->rig) : compiled->wiring;
   }
   symrig::Nanoseconds keep_alive() const { return file ? file->rig.keep_alive : compiled->keep_alive; }
 };
 
 struct symrig_board {
-  explicit symrig_board(symrig::device::Board connected) : board(std::move(connected)) {}
+  explicit symrig_board(symrig::Board connected) : board(std::move(connected)) {}
 
   std::mutex mutex;  ///< held by whoever speaks to the board
-  symrig::device::Board board;
+  symrig::Board board;
   std::atomic<bool> stop{false};  ///< asks the run that holds the mutex to end
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guard.hpp"
-#include "handles.hpp"
+#include "capi/guard.hpp"
+#include "capi/handles.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/device/symprog.hpp"
+#include "symrig/program/symprog.hpp"
 
 #include <memory>
 
@@ -12,7 +12,7 @@ namespace {
 
 using symrig::Error;
 using symrig::Result;
-using namespace symrig::device;
+using namespace symrig;
 using namespace symrig::capi;
 
 Result<symrig_program> load(const std::string& path) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "guard.hpp"
-#include "handles.hpp"
+#include "capi/guard.hpp"
+#include "capi/handles.hpp"
 
 #include <algorithm>
 #include <cmath>

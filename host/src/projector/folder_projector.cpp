@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/projector/folder_projector.hpp"
 
-#include "device/firmware_files/sha256.hpp"
+#include "board/firmware_files/sha256.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/image/file.hpp"
 
@@ -56,7 +56,7 @@ Result<Json> write_picture(const fs::path& folder, std::size_t number, const Ima
   if (png.empty())
     return Error{ErrorCode::io, (folder / name).string() + ": cannot be made", "use a smaller screen"};
   SYMRIG_CHECK(write_file_atomically(folder / name, std::as_bytes(std::span(png))));
-  return Json{{"file", name}, {"bits", binary ? 1 : 8}, {"sha256", device::sha256(png)}};
+  return Json{{"file", name}, {"bits", binary ? 1 : 8}, {"sha256", board::sha256(png)}};
 }
 
 Json size(Grid grid) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/bracket_taker.hpp"
 
-#include "symrig/device/bracket.hpp"
+#include "symrig/program/bracket.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -17,7 +17,7 @@ constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board
 constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
 constexpr int kLockTries = 8;                    // at least; as many as retakes where those are more
 
-Nanoseconds longest_run(const device::RigProfile& profile, std::span<const Exposures> brackets) {
+Nanoseconds longest_run(const RigProfile& profile, std::span<const Exposures> brackets) {
   Nanoseconds sum = kRunSlack;
   for (const Exposures& bracket : brackets) {
     sum += profile.settle + profile.vsync_timeout + profile.advance_pulse;
@@ -27,12 +27,12 @@ Nanoseconds longest_run(const device::RigProfile& profile, std::span<const Expos
 }
 
 /// One loop where all brackets are alike.
-Result<device::Program> compiled(const device::BoardInfo& board, const device::RigProfile& profile,
+Result<Program> compiled(const BoardInfo& board, const RigProfile& profile,
                                  std::span<const Exposures> brackets) {
   const bool alike = std::all_of(brackets.begin(), brackets.end(),
                                  [&](const Exposures& one) { return one == brackets.front(); });
-  if (!alike) return device::compile_brackets(board, profile, brackets);
-  return device::compile_bracket(board, profile, brackets.front(),
+  if (!alike) return compile_brackets(board, profile, brackets);
+  return compile_bracket(board, profile, brackets.front(),
                                  static_cast<std::uint32_t>(brackets.size()));
 }
 
@@ -50,7 +50,7 @@ std::vector<std::size_t> missing_in(const std::vector<std::optional<TakenBracket
   return missing;
 }
 
-Error run_failed(const device::Receipt& receipt) {
+Error run_failed(const Receipt& receipt) {
   const std::string cause = receipt.fault ? receipt.fault->name : std::string(name(receipt.end));
   return {ErrorCode::fault,
           fmt::format("the run did not end well: {}; {} late words, {} underruns, {} events lost", cause,
@@ -141,7 +141,7 @@ Result<bool> BracketTaker::show(std::size_t index) {
 
 /// Exposures that no photograph is made of, until the ledger knows the camera's numbers.
 Result<void> BracketTaker::lock(Nanoseconds exposure) {
-  device::RigProfile profile = paced_profile();
+  RigProfile profile = paced_profile();
   profile.projector_line.clear();
   profile.vsync_line.clear();
   const std::vector<Exposures> guards(static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1)),
@@ -154,11 +154,11 @@ Result<void> BracketTaker::lock(Nanoseconds exposure) {
 }
 
 /// One run of the board: what is certain of it.
-Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profile,
+Result<BracketTaker::Brackets> BracketTaker::run(const RigProfile& profile,
                                                  std::span<const Exposures> exposures) {
   const std::vector<std::size_t> first = first_frames(exposures);
   SYMRIG_CHECK(drain());
-  SYMRIG_TRY(const device::Receipt receipt, run_board(profile, exposures));
+  SYMRIG_TRY(const Receipt receipt, run_board(profile, exposures));
   rig_seconds_ += seconds(receipt.duration());
   SYMRIG_TRY(const BoardEvidence evidence,
              devices_->of(Part::board, board_evidence(receipt, exposure_line(), first, devices_->clock())));
@@ -191,12 +191,12 @@ Result<BracketTaker::Brackets> BracketTaker::run(const device::RigProfile& profi
   return brackets;
 }
 
-Result<device::Receipt> BracketTaker::run_board(const device::RigProfile& profile,
+Result<Receipt> BracketTaker::run_board(const RigProfile& profile,
                                                 std::span<const Exposures> exposures) {
-  device::Board& board = devices_->board();
-  SYMRIG_TRY(const device::Program program, compiled(board.info(), profile, exposures));
+  Board& board = devices_->board();
+  SYMRIG_TRY(const Program program, compiled(board.info(), profile, exposures));
   const Nanoseconds most = longest_run(profile, exposures);
-  const auto go = [&]() -> Result<device::Receipt> {
+  const auto go = [&]() -> Result<Receipt> {
     SYMRIG_CHECK(board.upload(program));  // nothing to do if the board still holds it
     SYMRIG_CHECK(devices_->clock().ask(board));
     SYMRIG_CHECK(board.arm());
@@ -205,19 +205,19 @@ Result<device::Receipt> BracketTaker::run_board(const device::RigProfile& profil
     SYMRIG_CHECK(devices_->clock().ask(board));
     return ended;
   };
-  SYMRIG_TRY(device::Receipt receipt, devices_->of(Part::board, go()));
-  if (receipt.end != device::RunEnd::completed || receipt.fault) return run_failed(receipt);
+  SYMRIG_TRY(Receipt receipt, devices_->of(Part::board, go()));
+  if (receipt.end != RunEnd::completed || receipt.fault) return run_failed(receipt);
   return receipt;
 }
 
 /// Looks at the board now and then: one that was restarted would never end its run.
-Result<device::Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
-  device::Board& board = devices_->board();
+Result<Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
+  Board& board = devices_->board();
   for (Nanoseconds waited{0};; waited += kSlice) {
     auto receipt = board.wait(std::min(kSlice, most - waited));
     if (receipt || receipt.error().code != ErrorCode::timeout || waited + kSlice >= most) return receipt;
     SYMRIG_CHECK(devices_->clock().ask(board));
-    SYMRIG_TRY(const device::BoardStatus status, board.status());
+    SYMRIG_TRY(const BoardStatus status, board.status());
     const bool forgot = status.config_hash == 0;
     if (forgot)
       return Error{ErrorCode::timeout, "the board was restarted during a run", "check its supply and cable"};
@@ -287,8 +287,8 @@ Error BracketTaker::give_up(int tries) const {
 }
 
 ExposureLine BracketTaker::exposure_line() const {
-  const device::BoardInfo& info = devices_->board().info();
-  const device::RigProfile& profile = options_.profile;
+  const BoardInfo& info = devices_->board().info();
+  const RigProfile& profile = options_.profile;
   if (options_.strobe_line.empty())
     return {info.line(profile.camera_line), profile.camera_active_low, profile.exposure_offset,
             options_.strobe_tolerance};
@@ -297,8 +297,8 @@ ExposureLine BracketTaker::exposure_line() const {
 }
 
 /// A host that shows the patterns itself asks nobody for the next one.
-device::RigProfile BracketTaker::paced_profile() const {
-  device::RigProfile profile = options_.profile;
+RigProfile BracketTaker::paced_profile() const {
+  RigProfile profile = options_.profile;
   if (devices_->projector().pacing() == Pacing::host) profile.projector_line.clear();
   return profile;
 }

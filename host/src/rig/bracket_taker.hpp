@@ -61,9 +61,9 @@ class BracketTaker {
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
-  Result<Brackets> run(const device::RigProfile& profile, std::span<const Exposures> exposures);
-  Result<device::Receipt> run_board(const device::RigProfile& profile, std::span<const Exposures> exposures);
-  Result<device::Receipt> wait_for_end(Nanoseconds most);
+  Result<Brackets> run(const RigProfile& profile, std::span<const Exposures> exposures);
+  Result<Receipt> run_board(const RigProfile& profile, std::span<const Exposures> exposures);
+  Result<Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
   RunIdentity identify(std::span<const SeenExposure> exposures, std::span<const CameraFrame> frames);
@@ -71,7 +71,7 @@ class BracketTaker {
   Result<void> recover(const Error& error);
   Error give_up(int tries) const;
   ExposureLine exposure_line() const;
-  device::RigProfile paced_profile() const;
+  RigProfile paced_profile() const;
 
   std::unique_ptr<DeviceSet> devices_;
   const RigOptions& options_;

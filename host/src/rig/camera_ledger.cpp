@@ -21,7 +21,7 @@ constexpr std::array<std::string_view, FrameCounts::kVerdicts> kNames{
     "certain", "guard", "damaged", "duplicated", "late", "swapped", "extra", "ambiguous", "doubtful"};
 
 struct Window {
-  device::SteadyTime from, to;
+  SteadyTime from, to;
 };
 
 /// Where the stamp of a frame that shows this exposure lies.

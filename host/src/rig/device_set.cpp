@@ -14,19 +14,19 @@ namespace {
 constexpr Nanoseconds kBetweenLooks{500'000'000};
 
 /// The line's own settings, if there are any, or defaults.
-device::LineConfig& line_in(std::vector<device::LineConfig>& lines, const std::string& name) {
+LineConfig& line_in(std::vector<LineConfig>& lines, const std::string& name) {
   const auto found = std::find_if(lines.begin(), lines.end(),
-                                  [&name](const device::LineConfig& line) { return line.line == name; });
+                                  [&name](const LineConfig& line) { return line.line == name; });
   if (found != lines.end()) return *found;
-  device::LineConfig line;
+  LineConfig line;
   line.line = name;
   lines.push_back(line);
   return lines.back();
 }
 
-std::vector<device::LineConfig> lines_of(const RigOptions& options) {
-  const device::RigProfile& profile = options.profile;
-  std::vector<device::LineConfig> lines = options.lines;
+std::vector<LineConfig> lines_of(const RigOptions& options) {
+  const RigProfile& profile = options.profile;
+  std::vector<LineConfig> lines = options.lines;
   if (!profile.projector_line.empty())
     line_in(lines, profile.projector_line).safe_level = profile.projector_active_low;
   line_in(lines, profile.camera_line).safe_level = profile.camera_active_low;
@@ -35,7 +35,7 @@ std::vector<device::LineConfig> lines_of(const RigOptions& options) {
   return lines;
 }
 
-bool host_went_away(const std::optional<device::FaultInfo>& fault) {
+bool host_went_away(const std::optional<FaultInfo>& fault) {
   return fault && (fault->name == "keep_alive" || fault->name == "link_lost");
 }
 
@@ -87,12 +87,12 @@ Result<void> DeviceSet::check_grids() const {
 /// What an earlier session left: its run is stopped, and the fault that says no more than that its host went
 /// away is cleared. Any other fault stays until somebody has looked at it.
 Result<void> DeviceSet::calm() {
-  SYMRIG_TRY(device::BoardStatus status, board_->status());
-  if (status.state == device::BoardState::running || status.state == device::BoardState::armed) {
+  SYMRIG_TRY(BoardStatus status, board_->status());
+  if (status.state == BoardState::running || status.state == BoardState::armed) {
     SYMRIG_CHECK(board_->abort());
     SYMRIG_TRY(status, board_->status());
   }
-  if (status.state != device::BoardState::fault) return {};
+  if (status.state != BoardState::fault) return {};
   if (host_went_away(status.fault)) return board_->clear_fault();
   return Error{
       ErrorCode::fault,
@@ -140,8 +140,8 @@ Result<DeviceSet::Part> DeviceSet::recover(const Error& error) {
 
 /// A board that answers but has forgotten its configuration was restarted; one that missed us went safe.
 Result<DeviceSet::Part> DeviceSet::configure_again(const Error& error) {
-  SYMRIG_TRY(const device::BoardStatus status, board_->status());
-  const bool restarted = status.config_hash == 0 && status.state != device::BoardState::fault;
+  SYMRIG_TRY(const BoardStatus status, board_->status());
+  const bool restarted = status.config_hash == 0 && status.state != BoardState::fault;
   if (!restarted && !host_went_away(status.fault)) return error;
   SYMRIG_CHECK(configure());
   return Part::board;

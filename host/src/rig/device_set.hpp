@@ -17,7 +17,7 @@ class DeviceSet {
   /// options must outlive this.
   DeviceSet(RigDevices devices, const RigOptions& options)
       : devices_(std::move(devices)), options_(options) {}
-  DeviceSet(device::Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
+  DeviceSet(Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
             const RigOptions& options)
       : options_(options),
         board_(std::move(board)),
@@ -28,7 +28,7 @@ class DeviceSet {
   /// fails: as the openers and Board::configure(), size_mismatch.
   Result<void> open();
 
-  device::Board& board() { return *board_; }
+  Board& board() { return *board_; }
   Projector& projector() { return *projector_; }
   Camera& camera() { return *camera_; }
   const Camera& camera() const { return *camera_; }
@@ -60,7 +60,7 @@ class DeviceSet {
 
   RigDevices devices_;
   const RigOptions& options_;
-  std::optional<device::Board> board_;
+  std::optional<Board> board_;
   std::unique_ptr<Projector> projector_;
   std::unique_ptr<Camera> camera_;
   SteadyClock clock_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/evidence.hpp"
 
-#include "symrig/device/frame_ledger.hpp"
+#include "symrig/run/frame_ledger.hpp"
 
 #include <algorithm>
 
@@ -14,13 +14,13 @@ constexpr double kTellingNoise = 0.3;
 constexpr std::size_t kTellingPixels = 400;
 
 struct Pulse {
-  device::Ticks begin, end;
+  Ticks begin, end;
 };
 
-std::vector<Pulse> pulses_of(const device::Receipt& receipt, const ExposureLine& line) {
+std::vector<Pulse> pulses_of(const Receipt& receipt, const ExposureLine& line) {
   std::vector<Pulse> pulses;
-  std::optional<device::Ticks> begin;
-  for (const device::CapturedEdge& edge : receipt.edges) {
+  std::optional<Ticks> begin;
+  for (const CapturedEdge& edge : receipt.edges) {
     if (edge.line != line.line) continue;
     if (edge.level != line.active_low) {
       begin = edge.tick;
@@ -53,10 +53,10 @@ std::uint64_t content_of(std::span<const std::uint16_t> raw, const NoiseModel& n
 
 }  // namespace
 
-Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const ExposureLine& line,
+Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine& line,
                                      std::span<const std::size_t> first, const SteadyClock& clock) {
   BoardEvidence evidence;
-  std::vector<device::FrameStamp> begins;
+  std::vector<FrameStamp> begins;
   for (const Pulse& pulse : pulses_of(receipt, line)) {
     SYMRIG_TRY(const SteadyMoment begin, clock.at(pulse.begin));
     SYMRIG_TRY(const SteadyMoment end, clock.at(pulse.end));
@@ -65,9 +65,9 @@ Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const Expos
     begins.push_back({begins.size(), pulse.begin});
   }
   SYMRIG_TRY(const auto pairs,
-             device::FrameLedger::pair(receipt.marks, begins, receipt.rate.ticks(line.tolerance)));
+             FrameLedger::pair(receipt.marks, begins, receipt.rate.ticks(line.tolerance)));
   evidence.pulse_of.resize(first.back());
-  for (const device::LedgerEntry& entry : pairs.entries()) {
+  for (const LedgerEntry& entry : pairs.entries()) {
     if (entry.photograph + 1 >= first.size()) continue;
     const std::size_t at = first[entry.photograph] + entry.exposure;
     if (at < first[entry.photograph + 1]) evidence.pulse_of[at] = entry.frame;

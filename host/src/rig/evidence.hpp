@@ -3,7 +3,7 @@
 
 #include "rig/steady_clock.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/device/receipt.hpp"
+#include "symrig/board/receipt.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 
 #include <cstddef>
@@ -37,7 +37,7 @@ struct BoardEvidence {
 /// that begins or ends outside the run leaves its exposure unanswered.
 /// first: number of the first exposure of each photograph, and the end of the last one.
 /// fails: bad_argument (marks out of order), and as SteadyClock::at().
-Result<BoardEvidence> board_evidence(const device::Receipt& receipt, const ExposureLine& line,
+Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine& line,
                                      std::span<const std::size_t> first, const SteadyClock& clock);
 
 /// What the camera tells of a frame, its content boiled down to a number.

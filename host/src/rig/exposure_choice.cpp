@@ -17,7 +17,7 @@ constexpr double kShareOfBlack = 1.0 / 16;  // of the photographs' noise
 }  // namespace
 
 ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing) {
-  const device::RigProfile& profile = options.profile;
+  const RigProfile& profile = options.profile;
   ExposureRules rules;
   rules.min_exposure = std::max(timing.min_exposure, profile.min_exposure);
   rules.max_exposure = timing.max_exposure;

@@ -2,7 +2,7 @@
 #include "symrig/rig/open_rig.hpp"
 
 #include "symrig/camera/v4l2_camera.hpp"
-#include "symrig/device/link.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/projector/drm_projector.hpp"
 #include "symrig/projector/folder_projector.hpp"
 
@@ -35,7 +35,7 @@ Image<std::uint8_t> dead_pixels(const CameraEntry& entry) {
 
 CameraSettings settings_of(const RigFile& file) {
   const CameraEntry& entry = file.camera;
-  const device::CameraProfile& profile = file.setup.camera;
+  const CameraProfile& profile = file.setup.camera;
   CameraSettings settings;
   settings.device = entry.device;
   settings.format = entry.format;
@@ -80,11 +80,11 @@ Result<std::unique_ptr<Projector>> open_screen(const RigFile& file, Grid grid) {
   return std::unique_ptr<Projector>(std::move(projector));
 }
 
-Result<device::Board> open_board(const RigFile& file) {
-  SYMRIG_TRY(auto link, device::open_link(file.board));
-  device::BoardOptions options;
+Result<Board> open_board(const RigFile& file) {
+  SYMRIG_TRY(auto link, open_link(file.board));
+  BoardOptions options;
   options.keep_alive = file.setup.keep_alive;
-  return device::Board::connect(std::move(link), options);
+  return Board::connect(std::move(link), options);
 }
 
 Error wrong_grid(const RigFile& file, Grid camera) {

@@ -72,7 +72,7 @@ Result<std::unique_ptr<Rig>> Rig::open(RigDevices devices, RigOptions options) {
   return rig;
 }
 
-Result<std::unique_ptr<Rig>> Rig::open(device::Board board, std::unique_ptr<Projector> projector,
+Result<std::unique_ptr<Rig>> Rig::open(Board board, std::unique_ptr<Projector> projector,
                                        std::unique_ptr<Camera> camera, RigOptions options) {
   std::unique_ptr<Rig> rig(new Rig(std::move(options)));
   SYMRIG_CHECK(rig->begin(

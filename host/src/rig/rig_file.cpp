@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig_file.hpp"
 
-#include "device/programs/rig_keys.hpp"
-#include "device/programs/timing.hpp"
+#include "program/rig_keys.hpp"
+#include "program/timing.hpp"
 #include "rig/rig_file_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/hdr/projector_response.hpp"
@@ -16,10 +16,8 @@
 namespace symrig {
 namespace {
 
-using device::ReadContext;
-using device::RigLine;
-using device::RigRole;
-using device::TableReader;
+using base::ReadContext;
+using base::TableReader;
 
 constexpr std::uint64_t kMaxFile = 1U << 20U;
 
@@ -29,55 +27,55 @@ constexpr Nanoseconds kClockMargin{500'000};
 
 void read_board(TableReader& top, RigFile& file) {
   top.require("board", "a [board] table");
-  const device::TomlNode* node = top.find("board");
+  const base::TomlNode* node = top.find("board");
   if (node == nullptr) return;
   TableReader table(*node, "board", top.context());
   std::string uri;
   table.require("uri", "where the board is, such as \"usb:\"");
   if (table.read("uri", uri)) {
-    auto parsed = device::DeviceUri::parse(uri);
+    auto parsed = DeviceUri::parse(uri);
     if (!parsed) table.fail("uri", parsed.error().what, parsed.error().hint);
     if (parsed) file.board = *std::move(parsed);
   }
   table.finish();
 }
 
-std::string line_name(const device::RigSetup& setup, RigRole role) {
+std::string line_name(const RigSetup& setup, RigRole role) {
   const RigLine* line = setup.with_role(role);
   return line == nullptr ? std::string() : line->config.line;
 }
 
-bool is_active_low(const device::RigSetup& setup, RigRole role) {
+bool is_active_low(const RigSetup& setup, RigRole role) {
   const RigLine* line = setup.with_role(role);
   return line != nullptr && line->active_low;
 }
 
 /// What the compiler of brackets needs to know, from the devices' profiles.
-device::RigProfile profile_of(const RigFile& file) {
-  const device::CameraProfile& camera = file.setup.camera;
-  const device::ProjectorProfile& projector = file.setup.projector;
-  device::RigProfile profile;
+RigProfile profile_of(const RigFile& file) {
+  const CameraProfile& camera = file.setup.camera;
+  const ProjectorProfile& projector = file.setup.projector;
+  RigProfile profile;
   profile.projector_line = line_name(file.setup, RigRole::projector);
   profile.projector_active_low = is_active_low(file.setup, RigRole::projector);
   profile.camera_line = line_name(file.setup, RigRole::camera);
   profile.camera_active_low = is_active_low(file.setup, RigRole::camera);
-  const bool waits = projector.sync == device::PatternSync::vsync && file.projector.vsync;
+  const bool waits = projector.sync == PatternSync::vsync && file.projector.vsync;
   profile.vsync_line = waits ? line_name(file.setup, RigRole::vsync) : std::string();
   profile.advance_pulse = projector.advance_pulse;
   if (projector.refresh.count() > 0) profile.refresh_period = projector.refresh;
   profile.vsync_timeout = std::max(projector.vsync_timeout, profile.refresh_period);
   profile.light_period = projector.light_period;
   profile.settle = projector.settle;
-  if (projector.sync == device::PatternSync::trigger) profile.settle += projector.trigger_delay;
-  profile.readout = device::shortest_gap(camera) + 2 * file.options.ledger.tolerance + kClockMargin;
+  if (projector.sync == PatternSync::trigger) profile.settle += projector.trigger_delay;
+  profile.readout = program::shortest_gap(camera) + 2 * file.options.ledger.tolerance + kClockMargin;
   profile.min_exposure = camera.min_exposure;
   profile.exposure_offset = camera.exposure_offset;
   return profile;
 }
 
 /// Lines that the file says something about. Others keep the board's defaults.
-std::vector<device::LineConfig> lines_of(const device::RigSetup& setup) {
-  std::vector<device::LineConfig> lines;
+std::vector<LineConfig> lines_of(const RigSetup& setup) {
+  std::vector<LineConfig> lines;
   for (const RigLine& line : setup.lines)
     if (line.place != 0) lines.push_back(line.config);
   return lines;
@@ -123,7 +121,7 @@ Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camer
 }
 
 void check_devices(const RigFile& file, ReadContext& context) {
-  if (file.setup.camera.mode == device::ExposureMode::timed)
+  if (file.setup.camera.mode == ExposureMode::timed)
     context.fail(
         file.setup.camera_place,
         fmt::format("rig.camera: '{}' times its exposures itself", file.setup.camera.name),
@@ -166,7 +164,7 @@ std::string RigFile::identity() const {
 
 Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
                                const std::filesystem::path& folder) {
-  SYMRIG_TRY(const device::TomlNode document, device::parse_toml(text, name));
+  SYMRIG_TRY(const base::TomlNode document, base::parse_toml(text, name));
   ReadContext context{name};
   RigFile file;
   file.path = name;
@@ -178,7 +176,7 @@ Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
   top.read("name", file.name);
   read_map(top, folder, file);
   read_board(top, file);
-  device::read_rig(top.find("rig"), folder, context, file.setup);
+  program::read_rig(top.find("rig"), folder, context, file.setup);
   read_camera_entry(top, file);
   read_projector_entry(top, file);
   read_capture_entry(top, file);

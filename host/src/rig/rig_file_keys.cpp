@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/rig_file_keys.hpp"
 
-#include "device/programs/size_text.hpp"
+#include "image/size_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -12,11 +12,11 @@
 namespace symrig {
 namespace {
 
-using device::read_grid;
-using device::read_picture_size;
-using device::TableReader;
-using device::TomlNode;
-using device::two_sides;
+using image::read_grid;
+using image::read_picture_size;
+using base::TableReader;
+using base::TomlNode;
+using image::two_sides;
 
 void read_whole(TableReader& table, std::string_view key, int& value, int least, int most) {
   auto count = static_cast<std::uint64_t>(value);
@@ -36,12 +36,12 @@ void read_table(TableReader& top, std::string_view key, Read read) {
 
 void read_region(TableReader& table, CameraEntry& camera) {
   read_table(table, "region", [&camera](TableReader& region) {
-    read_whole(region, "row", camera.row, 0, device::kLargestSide);
-    read_whole(region, "col", camera.col, 0, device::kLargestSide);
+    read_whole(region, "row", camera.row, 0, image::kLargestSide);
+    read_whole(region, "col", camera.col, 0, image::kLargestSide);
     region.require("rows", "the region's height in pixels of the picture");
     region.require("cols", "the region's width in pixels of the picture");
-    read_whole(region, "rows", camera.region.rows, 1, device::kLargestSide);
-    read_whole(region, "cols", camera.region.cols, 1, device::kLargestSide);
+    read_whole(region, "rows", camera.region.rows, 1, image::kLargestSide);
+    read_whole(region, "cols", camera.region.cols, 1, image::kLargestSide);
   });
 }
 
@@ -157,9 +157,9 @@ void read_projector_entry(TableReader& top, RigFile& file) {
     ProjectorEntry& projector = file.projector;
     table.read("connector", projector.connector);
     table.read("mode", projector.mode);
-    read_whole(table, "cell", projector.cell, 1, device::kLargestSide);
-    read_whole(table, "top", projector.top, 0, device::kLargestSide);
-    read_whole(table, "left", projector.left, 0, device::kLargestSide);
+    read_whole(table, "cell", projector.cell, 1, image::kLargestSide);
+    read_whole(table, "top", projector.top, 0, image::kLargestSide);
+    read_whole(table, "left", projector.left, 0, image::kLargestSide);
     read_mirror(table, projector);
     table.read("vsync", projector.vsync);
     table.read("levels", projector.levels);

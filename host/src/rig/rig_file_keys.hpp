@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "device/programs/table_reader.hpp"
+#include "base/table_reader.hpp"
 #include "symrig/rig/rig_file.hpp"
 
 namespace symrig {
 
 /// `[camera]`, `[projector]` and `[capture]` of a rig file. What is wrong goes to the reader's context.
-void read_camera_entry(device::TableReader& top, RigFile& file);
-void read_projector_entry(device::TableReader& top, RigFile& file);
-void read_capture_entry(device::TableReader& top, RigFile& file);
+void read_camera_entry(base::TableReader& top, RigFile& file);
+void read_projector_entry(base::TableReader& top, RigFile& file);
+void read_capture_entry(base::TableReader& top, RigFile& file);
 
 }  // namespace symrig

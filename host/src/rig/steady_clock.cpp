@@ -14,7 +14,7 @@ constexpr std::size_t kMostKept = 450;            // an hour; 2 KB each
 
 }  // namespace
 
-Result<void> SteadyClock::begin(device::Board& board) {
+Result<void> SteadyClock::begin(Board& board) {
   model_.emplace(board.info().rate);
   past_.clear();
   opened_ = board.opened();
@@ -22,8 +22,8 @@ Result<void> SteadyClock::begin(device::Board& board) {
   return {};
 }
 
-Result<void> SteadyClock::ask(device::Board& board) {
-  SYMRIG_TRY(const device::TimeReading reading, board.time());
+Result<void> SteadyClock::ask(Board& board) {
+  SYMRIG_TRY(const TimeReading reading, board.time());
   const auto added = model_->add(reading);
   if (!added)
     return Error{ErrorCode::device_lost, "the board's clock does not go on: " + added.error().what,
@@ -32,25 +32,25 @@ Result<void> SteadyClock::ask(device::Board& board) {
   return {};
 }
 
-void SteadyClock::keep(const device::TimeReading& reading) {
+void SteadyClock::keep(const TimeReading& reading) {
   if (!past_.empty() && reading.received - past_.back().received < kKeptEvery) return;
   past_.push_back({reading.taken, reading.received, *model_});
   if (past_.size() > kMostKept) past_.pop_front();
 }
 
 /// The oldest that has readings on both sides of the moment: its memory reaches furthest beyond it.
-const device::ClockModel& SteadyClock::model_for(device::BoardTime moment) const {
+const ClockModel& SteadyClock::model_for(BoardTime moment) const {
   const auto found = std::ranges::find_if(past_, [&](const Past& past) {
     return static_cast<std::int64_t>((past.taken - moment).count) > 0;  // ticks are counted modulo 2^64
   });
   return found == past_.end() ? *model_ : found->model;
 }
 
-Result<SteadyMoment> SteadyClock::at(device::Ticks ticks) const {
+Result<SteadyMoment> SteadyClock::at(Ticks ticks) const {
   if (!model_)
     return Error{ErrorCode::bad_argument, "the board's clock has not been read yet", "read it first"};
-  const device::BoardTime moment{ticks};
-  SYMRIG_TRY(const device::HostEstimate host, model_for(moment).host_at(moment));
+  const BoardTime moment{ticks};
+  SYMRIG_TRY(const HostEstimate host, model_for(moment).host_at(moment));
   return SteadyMoment{opened_ + host.at.since, host.bound};
 }
 

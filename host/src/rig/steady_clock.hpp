@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/device/board.hpp"
-#include "symrig/device/clock_model.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/clock_model.hpp"
 
 #include <deque>
 #include <optional>
@@ -11,7 +11,7 @@ namespace symrig {
 
 /// A moment of the board on this machine's clock: |at - truth| <= bound.
 struct SteadyMoment {
-  device::SteadyTime at;
+  SteadyTime at;
   Nanoseconds bound{0};
 };
 
@@ -21,27 +21,27 @@ struct SteadyMoment {
 class SteadyClock {
  public:
   /// Forgets what it knew and reads the board's clock several times, so that a bound is there at once.
-  Result<void> begin(device::Board& board);
+  Result<void> begin(Board& board);
   /// One more reading.  fails: device_lost (the board was restarted: its clock went back, or fits no clock
   /// within the limits of ClockModel), and as Board::time().
-  Result<void> ask(device::Board& board);
+  Result<void> ask(Board& board);
   /// fails: bad_argument before begin(), limit.
-  Result<SteadyMoment> at(device::Ticks ticks) const;
+  Result<SteadyMoment> at(Ticks ticks) const;
 
  private:
   /// The model as it was after a reading.
   struct Past {
-    device::BoardTime taken;
-    device::HostTime received;
-    device::ClockModel model;
+    BoardTime taken;
+    HostTime received;
+    ClockModel model;
   };
 
-  void keep(const device::TimeReading& reading);
-  const device::ClockModel& model_for(device::BoardTime moment) const;
+  void keep(const TimeReading& reading);
+  const ClockModel& model_for(BoardTime moment) const;
 
-  std::optional<device::ClockModel> model_;
+  std::optional<ClockModel> model_;
   std::deque<Past> past_;  // the newest last
-  device::SteadyTime opened_;
+  SteadyTime opened_;
 };
 
 }  // namespace symrig

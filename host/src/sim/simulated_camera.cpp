@@ -21,7 +21,7 @@ Result<std::vector<CameraFrame>> SimulatedCamera::take(std::size_t /*count*/, Na
   auto developed = develop_(exposures);
   if (spec_.tick_hz == 0) return developed;
   for (std::size_t i = 0; i < developed.size() && i < exposures.size(); ++i) {
-    developed[i].stamp = {device::TickRate{spec_.tick_hz}.nanoseconds({exposures[i].end})};
+    developed[i].stamp = {TickRate{spec_.tick_hz}.nanoseconds({exposures[i].end})};
     developed[i].stamp_of = StampOf::exposure_end;
   }
   return developed;

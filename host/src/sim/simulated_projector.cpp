@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/simulated_projector.hpp"
 
-#include "symrig/device/ticks.hpp"
+#include "symrig/board/ticks.hpp"
 
 #include <algorithm>
 
@@ -37,7 +37,7 @@ Result<Shown> SimulatedProjector::show(std::size_t index) {
     return Error{ErrorCode::bad_argument,
                  fmt::format("pattern {} of {} cannot be shown", index, sequence_.size()), "load it first"};
   raster_.show(static_cast<std::int64_t>(index), *host_board_);
-  const device::TickRate rate{host_board_->config().tick_hz};
+  const TickRate rate{host_board_->config().tick_hz};
   return Shown{raster_.refreshes(), {rate.nanoseconds({raster_.changes().back().tick})}};
 }
 

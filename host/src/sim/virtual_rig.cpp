@@ -8,8 +8,8 @@
 #include "sim/studio.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
-#include "symrig/device/board.hpp"
-#include "symrig/device/link.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>
@@ -246,8 +246,8 @@ std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
 
 RigDevices SimulatedRig::devices() {
   RigDevices devices;
-  devices.board = [this]() -> Result<device::Board> {
-    return hooks_.board ? hooks_.board(*board_) : device::Board::connect(device::make_sim_link(*board_));
+  devices.board = [this]() -> Result<Board> {
+    return hooks_.board ? hooks_.board(*board_) : Board::connect(make_sim_link(*board_));
   };
   devices.projector = [this]() -> Result<std::unique_ptr<Projector>> {
     if (hooks_.projector) return hooks_.projector(*projector_);

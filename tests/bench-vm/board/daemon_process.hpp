@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/device/board.hpp"
-#include "symrig/device/device_uri.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/device_uri.hpp"
 
 #include <chrono>
 #include <csignal>
@@ -70,10 +70,10 @@ class DaemonProcess {
     return text.str();
   }
 
-  Result<device::Board> connect() const {
-    SYMRIG_TRY(const auto uri, device::DeviceUri::parse("unix:" + socket()));
-    SYMRIG_TRY(auto link, device::open_link(uri));
-    return device::Board::connect(std::move(link));
+  Result<Board> connect() const {
+    SYMRIG_TRY(const auto uri, DeviceUri::parse("unix:" + socket()));
+    SYMRIG_TRY(auto link, open_link(uri));
+    return Board::connect(std::move(link));
   }
 
  private:

@@ -14,7 +14,7 @@ Nanoseconds tolerance(std::uint64_t refreshes) {
   return Nanoseconds(1'000 + static_cast<std::int64_t>(refreshes));
 }
 
-device::SteadyTime now() {
+SteadyTime now() {
   return {std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())};
 }
 

@@ -31,7 +31,7 @@ Result<DeliveryTally> Developer::run() {
     if (const auto newest = stage_.newest(); newest.pattern) light_of(newest);
     if (const auto exposure = stage_.next_exposure(habits_.readout, next_look()))
       SYMRIG_CHECK(develop(*exposure));
-    for (const DeliveredFrame& frame : delivery_.take_due(device::steady_now()))
+    for (const DeliveredFrame& frame : delivery_.take_due(base::steady_now()))
       SYMRIG_CHECK(hand_over(frame));
     SYMRIG_CHECK(move_cable());
   }
@@ -42,7 +42,7 @@ Result<DeliveryTally> Developer::run() {
 }
 
 Nanoseconds Developer::next_look() const {
-  const Nanoseconds soon = device::steady_now() + kLookAgain;
+  const Nanoseconds soon = base::steady_now() + kLookAgain;
   return std::min(soon, delivery_.next_due().value_or(soon));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "device/links/fd.hpp"
+#include "base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 
@@ -44,9 +44,9 @@ class InputWire {
   Result<Moment> pull(bool high) const;
 
  private:
-  InputWire(device::Fd file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+  InputWire(base::Fd file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
 
-  device::Fd file_;
+  base::Fd file_;
   std::string name_;
 };
 
@@ -80,9 +80,9 @@ class CameraPort {
   Result<void> plug(bool in) const;
 
  private:
-  explicit CameraPort(device::Fd file) : file_(std::move(file)) {}
+  explicit CameraPort(base::Fd file) : file_(std::move(file)) {}
 
-  device::Fd file_;
+  base::Fd file_;
   std::vector<std::uint8_t> buffer_;
 };
 

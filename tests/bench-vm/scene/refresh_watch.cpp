@@ -31,7 +31,7 @@ void RefreshWatch::run() {
 Result<void> RefreshWatch::follow() {
   const auto refresh = screen_.wait_refresh();
   if (!refresh) {  // no mode is set yet, or no longer
-    stage_.show(device::steady_now(), nullptr);
+    stage_.show(base::steady_now(), nullptr);
     last_.reset();
     std::this_thread::sleep_for(kScreenOff);
     return {};

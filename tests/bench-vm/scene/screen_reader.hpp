@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bench-vm/scene/screen_timeline.hpp"
-#include "device/links/fd.hpp"
+#include "base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
 
@@ -57,12 +57,12 @@ class ScreenReader {
   Picture look();
 
  private:
-  ScreenReader(device::Fd card, std::uint32_t crtc, const Placement& placement)
+  ScreenReader(base::Fd card, std::uint32_t crtc, const Placement& placement)
       : card_(std::move(card)), crtc_(crtc), placement_(placement) {}
   void unmap();
   bool map(std::uint32_t framebuffer);
 
-  device::Fd card_;
+  base::Fd card_;
   std::uint32_t crtc_;
   Placement placement_;
   std::uint32_t framebuffer_ = 0;

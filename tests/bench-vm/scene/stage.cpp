@@ -43,7 +43,7 @@ ScreenTimeline::Lit Stage::newest() {
 
 std::optional<Exposure> Stage::next_exposure(Nanoseconds age, Nanoseconds until) {
   std::unique_lock lock(mutex_);
-  const Nanoseconds now = device::steady_now();
+  const Nanoseconds now = base::steady_now();
   if (exposures_.empty()) {
     if (now < until && !stopped_) changed_.wait_for(lock, until - now);
     return std::nullopt;

@@ -26,7 +26,7 @@ Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds r
   SYMRIG_TRY(InputWire strobe, InputWire::open(places, "camera_strobe"));
   const std::string path = places.tracefs + "/trace_pipe";
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
-  device::Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  base::Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (!trace) return system_error(fmt::format("{} cannot be opened", path), "only one reader at a time");
   return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, stage);
 }

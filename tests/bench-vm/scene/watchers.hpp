@@ -29,13 +29,13 @@ class TriggerWatch {
   Nanoseconds slowest() const { return slowest_; }
 
  private:
-  TriggerWatch(device::Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
+  TriggerWatch(base::Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
       : trace_(std::move(trace)), strobe_(std::move(strobe)), gpio_(gpio), shutter_(readout), stage_(stage) {}
   Result<void> read_on();
   Result<void> take(const TraceEvent& event);
   Result<void> move(const LineSet& set);
 
-  device::Fd trace_;
+  base::Fd trace_;
   InputWire strobe_;
   int gpio_;
   Shutter shutter_;

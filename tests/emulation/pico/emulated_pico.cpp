@@ -66,7 +66,7 @@ EmulatedPico::EmulatedPico() {
   const std::string line = failed == 0 ? read_line(pipe[0]) : "";
   ::close(pipe[0]);
   if (line.rfind("ready ", 0) != 0) throw std::runtime_error("the emulator did not start: " + line);
-  bench_ = must(device::VirtualBench::connect(must(device::DeviceUri::parse("virtual:unix:" + socket_))));
+  bench_ = must(VirtualBench::connect(must(DeviceUri::parse("virtual:unix:" + socket_))));
   idle_ = bench_->link();
 }
 
@@ -80,11 +80,11 @@ EmulatedPico::~EmulatedPico() {
   std::filesystem::remove(socket_);
 }
 
-device::Board EmulatedPico::connect(const device::BoardOptions& options) {
-  return must(device::Board::connect(bench_->link(), options));
+Board EmulatedPico::connect(const BoardOptions& options) {
+  return must(Board::connect(bench_->link(), options));
 }
 
-std::vector<device::PinEdge> EmulatedPico::edges() {
+std::vector<PinEdge> EmulatedPico::edges() {
   return must(bench_->edges());
 }
 
@@ -98,14 +98,14 @@ void EmulatedPico::pass(Nanoseconds time) {
     static_cast<void>(must(idle_->receive(left)));
 }
 
-std::vector<device::PinEdge> of_pin(const std::vector<device::PinEdge>& edges, unsigned gpio) {
-  std::vector<device::PinEdge> found;
-  for (const device::PinEdge& edge : edges)
+std::vector<PinEdge> of_pin(const std::vector<PinEdge>& edges, unsigned gpio) {
+  std::vector<PinEdge> found;
+  for (const PinEdge& edge : edges)
     if (edge.gpio == gpio) found.push_back(edge);
   return found;
 }
 
-unsigned gpio_of(const device::BoardInfo& info, std::string_view line) {
+unsigned gpio_of(const BoardInfo& info, std::string_view line) {
   const int index = info.line(line);
   if (index < 0) throw std::runtime_error("no line " + std::string(line));
   const std::string& pin = info.lines[static_cast<std::size_t>(index)].pin;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "assert_ok.hpp"
-#include "symrig/device/board.hpp"
-#include "symrig/device/virtual_bench.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/virtual_bench.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -29,14 +29,14 @@ class EmulatedPico {
   EmulatedPico& operator=(const EmulatedPico&) = delete;
   ~EmulatedPico();
 
-  device::VirtualBench& bench() { return *bench_; }
+  VirtualBench& bench() { return *bench_; }
   /// A session with the board.
-  device::Board connect(const device::BoardOptions& options = {});
+  Board connect(const BoardOptions& options = {});
   /// The same without a library in the way: raw bytes.
-  std::unique_ptr<device::Link> link() { return bench_->link(); }
+  std::unique_ptr<Link> link() { return bench_->link(); }
 
   /// All edges since the last call.
-  std::vector<device::PinEdge> edges();
+  std::vector<PinEdge> edges();
   /// The board's time in cycles.
   std::uint64_t cycle() const;
   /// Lets so much of the board's time pass, whatever it sends.
@@ -45,15 +45,15 @@ class EmulatedPico {
  private:
   std::string socket_;
   int process_ = -1;
-  std::optional<device::VirtualBench> bench_;
-  std::unique_ptr<device::Link> idle_;
+  std::optional<VirtualBench> bench_;
+  std::unique_ptr<Link> idle_;
 };
 
 /// Edges of one pin.
-std::vector<device::PinEdge> of_pin(const std::vector<device::PinEdge>& edges, unsigned gpio);
+std::vector<PinEdge> of_pin(const std::vector<PinEdge>& edges, unsigned gpio);
 
 /// The GPIO number of a line, from the pin name that the board tells ("GPIO16").
-unsigned gpio_of(const device::BoardInfo& info, std::string_view line);
+unsigned gpio_of(const BoardInfo& info, std::string_view line);
 
 }  // namespace symrig::test
 

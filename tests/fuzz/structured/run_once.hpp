@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/device/compile.hpp"
-#include "symrig/device/run.hpp"
-#include "symrig/device/sim_rig.hpp"
+#include "symrig/program/compile.hpp"
+#include "symrig/run/run.hpp"
+#include "symrig/sim/sim_rig.hpp"
 
 #include <gtest/gtest.h>
 
@@ -20,16 +20,16 @@ bracket = ["1 ms", "4 ms"]
 lamp = "lamp_enable"
 )";
 
-inline device::RunRecord run_once() {
-  const auto file = device::parse_program_file(kProgram, "scan.toml", "");
+inline RunRecord run_once() {
+  const auto file = parse_program_file(kProgram, "scan.toml", "");
   EXPECT_TRUE(file.ok()) << file.error().line();
-  device::BoardOptions options;
+  BoardOptions options;
   options.keep_alive = file->rig.keep_alive;
-  auto board = device::Board::connect(device::make_sim_rig(device::wiring_of(file->rig)), options);
+  auto board = Board::connect(make_sim_rig(wiring_of(file->rig)), options);
   EXPECT_TRUE(board.ok());
-  const auto compilation = device::compile_program(*file, board->info());
+  const auto compilation = compile_program(*file, board->info());
   EXPECT_TRUE(compilation.ok());
-  auto record = device::run_program(*board, *compilation.program);
+  auto record = run_program(*board, *compilation.program);
   EXPECT_TRUE(record.ok()) << record.error().line();
   return *std::move(record);
 }

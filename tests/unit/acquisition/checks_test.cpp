@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/checks.hpp"
+#include "acquisition/errors/checks.hpp"
 
 #include "dense_scene.hpp"
 #include "workbench.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/colouring.hpp"
+#include "acquisition/search/colouring.hpp"
 
 #include "symrig/base/random.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/direct_light.hpp"
+#include "acquisition/refine/direct_light.hpp"
 
 #include "workbench.hpp"
 

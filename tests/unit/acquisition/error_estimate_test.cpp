@@ -2,8 +2,8 @@
 // What a capture says of its own errors, against the truth: seeds and sizes that nothing was tuned on.
 #include "symrig/acquisition/error_estimate.hpp"
 
-#include "acquisition/energy_sums.hpp"
-#include "acquisition/one_sided.hpp"
+#include "acquisition/errors/energy_sums.hpp"
+#include "acquisition/errors/one_sided.hpp"
 #include "dense_scene.hpp"
 #include "symrig/acquisition/measured_errors.hpp"
 #include "symrig/sim/scene.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/known.hpp"
+#include "acquisition/search/known.hpp"
 
 #include "symrig/base/random.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/level_light.hpp"
+#include "acquisition/refine/level_light.hpp"
 
-#include "acquisition/direct_light.hpp"
+#include "acquisition/refine/direct_light.hpp"
 #include "symrig/base/random.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/merging.hpp"
+#include "acquisition/refine/merging.hpp"
 
 #include "dense_scene.hpp"
 #include "workbench.hpp"

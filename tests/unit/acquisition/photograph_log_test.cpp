@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/photograph_log.hpp"
 
-#include "acquisition/fast_crc32c.hpp"
+#include "acquisition/log/fast_crc32c.hpp"
 #include "log_file.hpp"
 #include "symrig/protocol/crc32c.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/polish_jacobian.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
 
 #include "symrig/base/random.hpp"
 

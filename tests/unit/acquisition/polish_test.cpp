@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/polish.hpp"
+#include "acquisition/refine/polish.hpp"
 
 #include "dense_scene.hpp"
 #include "workbench.hpp"

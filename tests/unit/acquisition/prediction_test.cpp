@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/prediction.hpp"
+#include "acquisition/search/prediction.hpp"
 
 #include <cmath>
 

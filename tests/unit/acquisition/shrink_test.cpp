@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/shrink.hpp"
+#include "acquisition/search/shrink.hpp"
 
 #include "workbench.hpp"
 

@@ -2,9 +2,9 @@
 // What the parts of a hierarchical capture need to be tested one by one.
 #pragma once
 
-#include "acquisition/context.hpp"
-#include "acquisition/known.hpp"
-#include "acquisition/photographer.hpp"
+#include "acquisition/search/context.hpp"
+#include "acquisition/search/known.hpp"
+#include "acquisition/search/photographer.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/random.hpp"

@@ -44,7 +44,7 @@ struct FakeCard {
   Nanoseconds early{};   // events come so long before the refresh that they tell of
 
   // What has happened.
-  device::SteadyTime time{Nanoseconds{1'000'000'000}};
+  SteadyTime time{Nanoseconds{1'000'000'000}};
   std::uint64_t flips = 0;
   std::uint64_t sequence_offset = 100;
   int open_files = 0;
@@ -93,8 +93,8 @@ class FakeKms final : public Kms {
   Errno counts_refreshes(std::uint32_t crtc) override;
   Answer<FlipEvent> next_flip(Nanoseconds patience) override;
   bool hotplugged(std::uint32_t connector) override;
-  device::SteadyTime now() override { return card_->time; }
-  void sleep_until(device::SteadyTime time) override { card_->time = std::max(card_->time, time); }
+  SteadyTime now() override { return card_->time; }
+  void sleep_until(SteadyTime time) override { card_->time = std::max(card_->time, time); }
 
  private:
   struct Pending {

@@ -2,7 +2,7 @@
 #include "symrig/projector/folder_projector.hpp"
 
 #include "assert_ok.hpp"
-#include "device/firmware_files/sha256.hpp"
+#include "board/firmware_files/sha256.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/image/file.hpp"
 
@@ -96,7 +96,7 @@ TEST_F(Folder, the_manifest_tells_order_bits_and_hash) {
     ASSERT_OK(bytes);
     const std::span<const std::uint8_t> octets(reinterpret_cast<const std::uint8_t*>(bytes->data()),
                                                bytes->size());
-    EXPECT_EQ(entry["sha256"], device::sha256(octets));
+    EXPECT_EQ(entry["sha256"], board::sha256(octets));
     EXPECT_EQ(bytes->at(24), entry["bits"] == 1 ? std::byte{1} : std::byte{8})
         << "bit depth in the PNG's IHDR";
   }

@@ -97,7 +97,7 @@ class FaultyCamera final : public Camera {
   std::vector<CameraFrame> held_;
   std::uint64_t number_ = 0;  // a stream begins to count anew
   int begun_ = 0;
-  device::SteadyTime last_stamp_;
+  SteadyTime last_stamp_;
 };
 
 /// What a projector does wrong.

@@ -5,7 +5,7 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/device/link.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>
@@ -31,7 +31,7 @@ struct Workshop {
   std::shared_ptr<ProjectorMischief> projector = std::make_shared<ProjectorMischief>();
   Pacing pacing = Pacing::trigger;
   std::function<void(RigOptions&)> options;
-  std::function<Result<device::Board>(boards::SimBoard&)> board;
+  std::function<Result<Board>(boards::SimBoard&)> board;
   Nanoseconds waited{0};
 
   VirtualRigHooks hooks() {
@@ -206,7 +206,7 @@ TEST_P(FaultyRig, a_board_that_was_restarted_is_configured_again) {
   boards::SimBoard* simulated = nullptr;
   shop.board = [&simulated](boards::SimBoard& board) {
     simulated = &board;
-    return device::Board::connect(device::make_sim_link(board));
+    return Board::connect(make_sim_link(board));
   };
   const auto rig = shop.open(kNoisy);
   ASSERT_NE(rig, nullptr);

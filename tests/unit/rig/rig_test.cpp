@@ -5,7 +5,7 @@
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/device/link.hpp"
+#include "symrig/board/link.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +59,7 @@ class Wall {
     SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_, 125'000'000};
     auto eye = std::make_unique<SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
-    SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(board_)));
+    SYMRIG_TRY(auto board, Board::connect(make_sim_link(board_)));
     return Rig::open(std::move(board), std::move(projector), std::move(eye), options);
   }
 

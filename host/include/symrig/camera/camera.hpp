@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
-#include "symrig/device/clock_time.hpp"
+#include "symrig/board/clock_time.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/image.hpp"
 
@@ -33,7 +33,7 @@ enum class StampOf : std::uint8_t {
 /// exposure.
 struct CameraFrame {
   std::uint64_t sequence = 0;  ///< the camera's own count of frames, with those it lost on the way
-  device::SteadyTime stamp;
+  SteadyTime stamp;
   StampOf stamp_of = StampOf::nothing;
   bool damaged = false;  ///< the driver says that its contents are not whole
   std::vector<std::uint16_t> raw;

@@ -3,7 +3,7 @@
 
 #include "symrig/base/units.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/device/clock_time.hpp"
+#include "symrig/board/clock_time.hpp"
 
 #include <array>
 #include <cstddef>
@@ -19,14 +19,14 @@ namespace symrig {
 /// An exposure that the camera made, as the board saw it: a pulse of its strobe line, or of its trigger line
 /// if it has none.
 struct SeenExposure {
-  device::SteadyTime begin, end;  ///< the board's stamps on the host's clock
+  SteadyTime begin, end;  ///< the board's stamps on the host's clock
   Nanoseconds bound{0};           ///< |begin - truth|, |end - truth| at most
 };
 
 /// A frame as the camera tells of it.
 struct SeenFrame {
   std::uint64_t sequence = 0;
-  device::SteadyTime stamp;
+  SteadyTime stamp;
   StampOf stamp_of = StampOf::nothing;
   bool damaged = false;
   /// A hash of its pixels: two frames of one content are one frame handed over twice. 0: nothing can be told

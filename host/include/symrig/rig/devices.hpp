@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/device/board.hpp"
+#include "symrig/board/board.hpp"
 #include "symrig/projector/projector.hpp"
 
 #include <functional>
@@ -15,7 +15,7 @@ namespace symrig {
 /// number of times; what it gave before is gone by then. At first in the
 /// order board, camera, projector.
 struct RigDevices {
-  std::function<Result<device::Board>()> board;
+  std::function<Result<Board>()> board;
   std::function<Result<std::unique_ptr<Projector>>()> projector;
   std::function<Result<std::unique_ptr<Camera>>()> camera;
 };

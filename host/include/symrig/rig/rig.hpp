@@ -4,8 +4,8 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/device/board.hpp"
-#include "symrig/device/bracket.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/program/bracket.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 #include "symrig/rig/devices.hpp"
@@ -23,14 +23,14 @@ namespace symrig {
 
 /// How a Rig takes its photographs.
 struct RigOptions {
-  device::RigProfile profile;
+  RigProfile profile;
   /// High while the camera exposes; empty: it has none, and the trigger line itself tells the exposures.
   std::string strobe_line = "camera_strobe";
   bool strobe_active_low = false;
   /// A strobe rises at most this long after its mark.
   Nanoseconds strobe_tolerance{1'000'000};
   /// Further lines of the board, and how those above are to be used besides what the rig needs of them.
-  std::vector<device::LineConfig> lines;
+  std::vector<LineConfig> lines;
   /// Frames a photograph, shortest first. 0: planned for each photograph by what is expected of it
   /// (Probe::measure_expected); those of which nothing is expected take four.
   int exposures = 4;
@@ -116,7 +116,7 @@ class Rig final : public Probe {
   /// frames).
   static Result<std::unique_ptr<Rig>> open(RigDevices devices, RigOptions options);
   /// The same of devices that are open already, and that nobody can open again.
-  static Result<std::unique_ptr<Rig>> open(device::Board board, std::unique_ptr<Projector> projector,
+  static Result<std::unique_ptr<Rig>> open(Board board, std::unique_ptr<Projector> projector,
                                            std::unique_ptr<Camera> camera, RigOptions options);
 
   ~Rig() override;

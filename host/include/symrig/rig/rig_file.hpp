@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/device/device_uri.hpp"
-#include "symrig/device/program_file.hpp"
+#include "symrig/board/device_uri.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/grid.hpp"
 #include "symrig/projector/placement.hpp"
@@ -57,8 +57,8 @@ struct ProjectorEntry {
 struct RigFile {
   std::string path;  ///< for messages
   std::string name;
-  device::DeviceUri board;
-  device::RigSetup setup;  ///< lines and timing, as in a program file
+  DeviceUri board;
+  RigSetup setup;  ///< lines and timing, as in a program file
   CameraEntry camera;
   ProjectorEntry projector;
   std::optional<Grid> grid;  ///< of patterns and photographs; none: what the camera's region has

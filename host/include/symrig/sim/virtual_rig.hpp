@@ -32,7 +32,7 @@ class VirtualRig : public Probe {
 struct VirtualRigHooks {
   std::function<Result<std::unique_ptr<Camera>>(Camera& camera)> camera;
   std::function<Result<std::unique_ptr<Projector>>(Projector& projector)> projector;
-  std::function<Result<device::Board>(boards::SimBoard& board)> board;
+  std::function<Result<Board>(boards::SimBoard& board)> board;
   std::function<void(RigOptions& options)> options;
   /// host: the projector is a screen that the rig shows each pattern on by itself.
   Pacing pacing = Pacing::trigger;

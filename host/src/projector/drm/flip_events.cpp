@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/flip_events.hpp"
 
-#include "device/links/fd.hpp"
+#include "base/fd.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,10 +23,10 @@ FlipEvent decode(const drm_event_vblank& raw) {
 }  // namespace
 
 Answer<FlipEvent> FlipEvents::next(int card, Nanoseconds patience) {
-  const Nanoseconds deadline = device::steady_now() + patience;
+  const Nanoseconds deadline = base::steady_now() + patience;
   while (waiting_.empty()) {
     // Rounded up, or the last millisecond would be spent turning round.
-    const Nanoseconds left = std::max(Nanoseconds{0}, deadline - device::steady_now());
+    const Nanoseconds left = std::max(Nanoseconds{0}, deadline - base::steady_now());
     pollfd wanted{.fd = card, .events = POLLIN, .revents = 0};
     const int ready = ::poll(&wanted, 1, static_cast<int>((left.count() + 999'999) / 1'000'000));
     if (ready < 0 && errno != EINTR) return {errno, {}};

@@ -66,7 +66,7 @@ Errno Flipper::send(std::uint32_t fb) {
 
 Result<void> Flipper::submit(std::uint32_t fb) {
   ++token_;
-  const device::SteadyTime deadline = kms_.now() + patience_;
+  const SteadyTime deadline = kms_.now() + patience_;
   Errno error = send(fb);
   // Some drivers tell of a flip a little before they are ready for the next one.
   while (error == EBUSY && kms_.now() < deadline) {
@@ -79,7 +79,7 @@ Result<void> Flipper::submit(std::uint32_t fb) {
 
 /// Passes over events of flips that were given up on.
 Answer<FlipEvent> Flipper::event_of_current() {
-  const device::SteadyTime deadline = kms_.now() + patience_;
+  const SteadyTime deadline = kms_.now() + patience_;
   while (true) {
     const Nanoseconds left = std::max(Nanoseconds{0}, deadline - kms_.now());
     const auto event = kms_.next_flip(left);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "device/links/fd.hpp"
+#include "base/fd.hpp"
 
 #include <cstdint>
 #include <string>
@@ -24,7 +24,7 @@ class HotplugEar {
 
  private:
   std::string card_;
-  device::Fd socket_;
+  base::Fd socket_;
 };
 
 }  // namespace symrig::drm

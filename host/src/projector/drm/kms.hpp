@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
-#include "symrig/device/clock_time.hpp"
+#include "symrig/board/clock_time.hpp"
 #include "symrig/image/grid.hpp"
 
 #include <cstddef>
@@ -95,7 +95,7 @@ struct Buffer {
 struct FlipEvent {
   std::uint64_t token = 0;
   std::uint32_t sequence = 0;
-  device::SteadyTime stamp;
+  SteadyTime stamp;
 };
 
 enum class Commit : std::uint8_t {
@@ -155,8 +155,8 @@ class Kms {
   /// Has the kernel told since the last call that something was plugged in or out at this card, at
   /// `connector` or at one that it did not name?
   virtual bool hotplugged(std::uint32_t connector) = 0;
-  virtual device::SteadyTime now() = 0;
-  virtual void sleep_until(device::SteadyTime time) = 0;
+  virtual SteadyTime now() = 0;
+  virtual void sleep_until(SteadyTime time) = 0;
 };
 
 /// The cards of a machine.

@@ -42,7 +42,7 @@ void* as_user_data(std::uint64_t token) {
 
 }  // namespace
 
-LibdrmKms::LibdrmKms(device::Fd card, const std::string& name) : card_(std::move(card)), ear_(name) {}
+LibdrmKms::LibdrmKms(base::Fd card, const std::string& name) : card_(std::move(card)), ear_(name) {}
 
 LibdrmKms::~LibdrmKms() = default;
 
@@ -178,11 +178,11 @@ bool LibdrmKms::hotplugged(std::uint32_t connector) {
   return ear_.heard(connector);
 }
 
-device::SteadyTime LibdrmKms::now() {
-  return {device::steady_now()};
+SteadyTime LibdrmKms::now() {
+  return {base::steady_now()};
 }
 
-void LibdrmKms::sleep_until(device::SteadyTime time) {
+void LibdrmKms::sleep_until(SteadyTime time) {
   const std::int64_t ns = time.since.count();
   const timespec until{.tv_sec = ns / 1'000'000'000, .tv_nsec = ns % 1'000'000'000};
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "device/links/fd.hpp"
+#include "base/fd.hpp"
 #include "projector/drm/flip_events.hpp"
 #include "projector/drm/hotplug.hpp"
 #include "projector/drm/kms.hpp"
@@ -13,7 +13,7 @@ namespace symrig::drm {
 /// A card of this machine, through libdrm.
 class LibdrmKms final : public Kms {
  public:
-  LibdrmKms(device::Fd card, const std::string& name);
+  LibdrmKms(base::Fd card, const std::string& name);
   ~LibdrmKms() override;
 
   std::string driver() override;
@@ -46,15 +46,15 @@ class LibdrmKms final : public Kms {
   Errno counts_refreshes(std::uint32_t crtc) override;
   Answer<FlipEvent> next_flip(Nanoseconds patience) override;
   bool hotplugged(std::uint32_t connector) override;
-  device::SteadyTime now() override;
-  void sleep_until(device::SteadyTime time) override;
+  SteadyTime now() override;
+  void sleep_until(SteadyTime time) override;
 
  private:
   int fd() const { return card_.get(); }
   Answer<Plane> plane(std::uint32_t id);
   const Property& kind_of(std::uint32_t property);
 
-  device::Fd card_;
+  base::Fd card_;
   FlipEvents events_;
   HotplugEar ear_;
   std::map<std::uint32_t, Property> kinds_;  // of properties that were asked for, without their values

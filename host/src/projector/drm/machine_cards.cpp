@@ -66,7 +66,7 @@ class MachineCards final : public Cards {
 
   Result<std::unique_ptr<Kms>> open(const std::string& card) override {
     const fs::path path = kFolder / card;
-    device::Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+    base::Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     if (!fd) return cannot_open(card, errno);
     if (drmIsKMS(fd.get()) == 0)
       return Error{ErrorCode::device_refused, card + " drives no display", "symrig list shows those that do"};

@@ -8,7 +8,7 @@
 #include "sim/studio.hpp"
 #include "symrig/base/random.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/device/link.hpp"
+#include "symrig/board/link.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <functional>
@@ -40,7 +40,7 @@ class LoopedRig {
     sim::SimulatedCameraSpec spec{uri_.size, 1, {}, studio_.noise(), {}, board_.config().tick_hz};
     auto camera = std::make_unique<sim::SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
-    SYMRIG_TRY(auto board, device::Board::connect(device::make_sim_link(board_)));
+    SYMRIG_TRY(auto board, Board::connect(make_sim_link(board_)));
     return Rig::open(std::move(board), std::move(projector), std::move(camera), options);
   }
 

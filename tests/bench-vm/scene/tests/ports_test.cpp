@@ -40,9 +40,9 @@ TEST(InputWire, writes_levels_and_says_when) {
   const FakeGuest guest;
   const auto wire = InputWire::open(guest.places(), "camera_strobe");
   ASSERT_OK(wire);
-  const Nanoseconds before = device::steady_now();
+  const Nanoseconds before = base::steady_now();
   const auto up = wire->pull(true);
-  const Nanoseconds after = device::steady_now();
+  const Nanoseconds after = base::steady_now();
   ASSERT_OK(up);
   EXPECT_EQ(guest.pulled("camera_strobe"), "pull-up");
   EXPECT_GE(up->time - up->doubt, before - 1ns);

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace symrig {
+
+/// What a camera makes of its trigger line.
+enum class ExposureMode : std::uint8_t {
+  trigger_width = 0,  ///< it exposes as long as the line is active
+  timed = 1           ///< an edge starts an exposure of a length set in the camera
+};
+
+/// A camera's timing, from a file of host/profiles or of the user.
+struct CameraProfile {
+  std::string name;
+  ExposureMode mode = ExposureMode::trigger_width;
+  bool active_low = false;
+  Nanoseconds exposure_offset{0};   ///< trigger_width: exposure = pulse width + this
+  Nanoseconds min_exposure{0};      ///< of the exposure, not of the pulse
+  Nanoseconds trigger_pulse{0};     ///< timed: width of the pulse
+  Nanoseconds readout{0};           ///< from the end of an exposure until the frame is read out
+  bool overlap = false;             ///< it can expose while it reads out the frame before
+  Nanoseconds overlap_time_max{0};  ///< with overlap: how long before the end of a readout it takes a trigger
+  std::vector<std::string> notes;   ///< what to know when wiring it
+  std::vector<std::string> assumptions;  ///< keys whose numbers no source gives
+};
+
+/// How the board learns that a pattern is on the screen.
+enum class PatternSync : std::uint8_t {
+  vsync = 0,   ///< the next rising edge of its vsync line
+  trigger = 1  ///< a stated time after the trigger
+};
+
+/// The shortest time that a pattern of so many bits can be shown.
+struct BitDepthLimit {
+  int bits = 1;
+  Nanoseconds time{0};
+};
+
+/// A projector's timing, from a file of host/profiles or of the user.
+struct ProjectorProfile {
+  std::string name;
+  PatternSync sync = PatternSync::vsync;
+  bool active_low = false;
+  Nanoseconds advance_pulse{100'000};       ///< width of the pulse that asks for the next pattern
+  Nanoseconds refresh{0};                   ///< period of its pictures; 0 = it has none of its own
+  Nanoseconds light_period{0};              ///< a lamp or wheel that makes up white in time; 0 = steady light
+  Nanoseconds vsync_timeout{0};             ///< no vsync for that long: the run ends
+  Nanoseconds trigger_delay{0};             ///< sync = trigger: from the pulse to the pattern
+  Nanoseconds black_insertion{0};           ///< black at the end of a pattern that a triggered one follows
+  Nanoseconds settle{0};                    ///< from the pattern to the first exposure, at least
+  int whole_refresh_from_bits = 0;          ///< patterns of so many bits are made up in time; 0 = none
+  std::vector<BitDepthLimit> min_exposure;  ///< by bit depth, ascending
+  std::vector<std::string> notes;
+  std::vector<std::string> assumptions;
+
+  /// The limit for patterns of `bits`: that of the next depth listed; none if none is.
+  std::optional<BitDepthLimit> limit_for(int bits) const;
+};
+
+/// Where profiles are looked for by name, in this order: $SYMRIG_PROFILES, share/symrig/profiles beside the
+/// program's own folder. After these come the profiles built into the library.
+std::vector<std::filesystem::path> profile_folders();
+
+/// Names of the profiles built into the library.
+std::vector<std::string> builtin_profiles();
+
+/// which: a name, or the path of a file (it contains a slash or ends in .toml; relative to `folder`).
+/// fails: not_found (names the known), bad_format (file:line, key, what is legal), io.
+Result<CameraProfile> load_camera_profile(const std::string& which, const std::filesystem::path& folder);
+Result<ProjectorProfile> load_projector_profile(const std::string& which,
+                                                const std::filesystem::path& folder);
+
+}  // namespace symrig

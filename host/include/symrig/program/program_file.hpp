@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "symrig/board/board_info.hpp"
+#include "symrig/program/profile.hpp"
+#include "symrig/board/program.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace symrig {
+
+/// What hangs on a line of the board.
+enum class RigRole : std::uint8_t { projector, camera, lamp, vsync, strobe, interlock, general };
+std::string_view name(RigRole role);
+
+/// A line of the board as the program file names it.
+struct RigLine {
+  LineConfig config;  ///< safe_level: the level that means "off", unless the file says otherwise
+  RigRole role = RigRole::general;
+  bool active_low = false;
+  bool capture_given = false;  ///< else lines that the program uses are captured
+  Nanoseconds delay{0};        ///< its edges come that much later than the program says
+  int place = 0;               ///< line of the file; 0: not in the file, a default
+};
+
+struct RigSetup {
+  std::vector<RigLine> lines;
+  CameraProfile camera;
+  ProjectorProfile projector;
+  Nanoseconds keep_alive{1'000'000'000};  ///< 0 = none
+  int place = 0;
+  int camera_place = 0;
+  int projector_place = 0;
+
+  /// The line of that role, the first if there are more; none: nullptr.
+  const RigLine* with_role(RigRole role) const;
+  const RigLine* find(std::string_view line) const;
+};
+
+/// Which lines go where: what a simulated rig has to know.
+struct RigWiring {
+  std::string projector, vsync, camera, strobe;  ///< lines; empty: none
+  std::vector<std::string> active_low;           ///< lines that are on when low
+  Nanoseconds refresh{0};                        ///< of the projector; 0 = it has none of its own
+
+  bool is_active_low(std::string_view line) const;
+};
+RigWiring wiring_of(const RigSetup& rig);
+
+/// Patterns that are alike.
+struct PatternGroup {
+  std::string name;
+  std::uint64_t count = 1;
+  int bits = 1;
+  int place = 0;
+};
+
+enum class ScanOrder : std::uint8_t { pattern_outer, bracket_outer };
+enum class Advance : std::uint8_t { each_pattern, each_exposure };
+
+/// The first pulse of each sequence on a line is longer by `stretch`, so that one wire tells where it begins.
+struct StartMarker {
+  std::string line;
+  Nanoseconds stretch{0};
+  int place = 0;
+};
+
+/// Exposures before the first pattern: many cameras swallow or invent their first frames.
+struct StartupPulses {
+  std::uint64_t pulses = 0;
+  Nanoseconds exposure{0};
+  int place = 0;
+};
+
+/// Patterns and a bracket: pattern → settle → (expose → readout) x k.
+struct Scan {
+  std::vector<PatternGroup> patterns;
+  std::vector<Nanoseconds> bracket;
+  ScanOrder order = ScanOrder::pattern_outer;
+  Advance advance = Advance::each_pattern;
+  std::optional<Nanoseconds> settle;   ///< else the projector's
+  std::optional<Nanoseconds> gap;      ///< between an exposure and the next trigger; else the shortest legal
+  std::optional<Nanoseconds> on_time;  ///< how long a triggered projector shows a pattern; else told
+  std::uint64_t repeat = 1;
+  OnTimeout on_timeout = OnTimeout::abort;
+  std::string lamp;  ///< line that is on from each pattern to the end of its last exposure; empty: none
+  std::optional<StartMarker> start_marker;
+  std::optional<StartupPulses> startup;
+  int place = 0;
+  int bracket_place = 0;
+  int settle_place = 0;
+  int gap_place = 0;
+  int on_time_place = 0;
+  int lamp_place = 0;
+
+  std::uint64_t pattern_count() const;
+};
+
+/// A step of a program written by hand.
+struct FileStep {
+  enum class Kind : std::uint8_t { set, hold, pulse, wait, mark, loop, pattern, expose };
+
+  Kind kind = Kind::hold;
+  std::string line;     ///< set, pulse, wait
+  bool on = false;      ///< set: to the line's active level
+  Nanoseconds time{0};  ///< hold, pulse (width), wait (time-out), expose (exposure)
+  EdgeKind edge = EdgeKind::rising;
+  OnTimeout on_timeout = OnTimeout::abort;
+  std::uint64_t count = 0;      ///< loop (rounds), mark (id)
+  std::vector<FileStep> steps;  ///< loop
+  int place = 0;
+};
+
+/// Is there such a step, in loops or out of them?
+bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind);
+
+/// A program as people write it: docs/howto-programs.md.
+struct ProgramFile {
+  std::string path;  ///< for messages
+  RigSetup rig;
+  std::optional<Scan> scan;     ///< either this
+  std::vector<FileStep> steps;  ///< or these
+};
+
+inline constexpr std::uint64_t kMaxRounds = std::uint64_t{1} << 32U;
+
+/// fails: not_found, io; bad_format: "scan.toml:12: key: what; what is legal".
+Result<ProgramFile> read_program_file(const std::filesystem::path& path);
+
+/// The same from text. Profiles named by a path are looked for in `folder`.
+Result<ProgramFile> parse_program_file(std::string_view text, const std::string& name,
+                                       const std::filesystem::path& folder);
+
+}  // namespace symrig

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/program/compile.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig {
+
+/// A compiled program as a file (scan.symprog): what it was made for, the configuration of its lines, and its
+/// records. docs/program-file.md gives the bytes.
+std::vector<std::uint8_t> symprog_bytes(const CompiledProgram& program);
+
+/// fails: bad_format (not such a file, damaged, of a newer version).
+Result<CompiledProgram> read_symprog(std::span<const std::uint8_t> bytes);
+
+/// Does it begin like one?
+bool looks_like_symprog(std::span<const std::uint8_t> bytes);
+
+/// Is a board such as the program was compiled for: the same lines, tick rate and limits?
+/// fails: device_refused (naming the first difference).
+Result<void> check_board_fits(const CompiledProgram& program, const BoardInfo& board);
+
+/// Hash of the configuration as the board computes it (PROTOCOL.md). fails: as Board::configure().
+Result<std::uint32_t> config_hash(const CompiledProgram& program);
+
+}  // namespace symrig

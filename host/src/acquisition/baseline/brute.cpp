@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/hierarchy.hpp"
+#include "acquisition/search/photographer.hpp"
+#include "acquisition/baseline/responses.hpp"
+
+#include <chrono>
+#include <string>
+
+namespace symrig::acquisition {
+
+Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const BlockTree tree(probe.grid());
+  const std::int64_t pixels = tree.grid().size();
+  const std::int64_t bytes =
+      pixels * pixels *
+      static_cast<std::int64_t>(sizeof(std::int32_t) +
+                                sizeof(float) * static_cast<std::size_t>(probe.channels()));
+  if (bytes > options.memory_limit)
+    return Error{
+        ErrorCode::limit,
+        "brute force on " + to_string(tree.grid()) + " may hold " + std::to_string(bytes >> 20) + " MiB",
+        "use --algorithm symrig, or a smaller grid"};
+  Photographer photographer(probe, nullptr, tree, options.progress);
+  photographer.expect_later(kNoneToCome);
+  std::vector<LitBlocks> patterns;
+  patterns.reserve(static_cast<std::size_t>(pixels));
+  for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});
+  std::vector<Responses> columns(patterns.size());
+  const Seen everything = Seen::all(tree.grid());
+  SYMRIG_CHECK(
+      photographer.take_each("brute force", patterns, [&](std::size_t k, TreePhotograph& photograph) {
+        columns[k] = significant_responses(photograph, everything, probe.channels());
+      }));
+  TensorBuilder builder(tree, tree, probe.channels());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    const auto begin = static_cast<std::int32_t>(k);
+    builder.add_column(begin, begin + 1, columns[k].pixels, columns[k].values);
+    columns[k] = {};
+  }
+  const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return CaptureResult{std::move(builder).finish(),
+                       photographer.taken(),
+                       {photographer.taken()},
+                       total - photographer.measure_seconds()};
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dual photography's adaptive scan: blocks whose responses do not overlap in the camera are lit together and
+// refined; a response that falls below the threshold is not refined any further and stays a constant over its
+// block, "a low-frequency approximation for indirect bounce light transport" as [Garg06 §6.1] puts it.
+#include "acquisition/search/hierarchy.hpp"
+#include "acquisition/search/photographer.hpp"
+#include "acquisition/baseline/responses.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <string>
+
+namespace symrig::acquisition {
+
+Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels) {
+  const std::size_t pixels = photograph.pattern.size();
+  const std::size_t samples = pixels * static_cast<std::size_t>(channels);
+  Responses out;
+  for (const std::int32_t p : seen.pixels) {
+    bool significant = false;
+    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
+      significant =
+          significant || (photograph.valid[at] != 0 &&
+                          std::abs(photograph.mean[at]) > kGateSigmas * std::sqrt(photograph.variance[at]));
+    if (!significant) continue;
+    out.pixels.push_back(p);
+    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
+      out.values.push_back(photograph.mean[at]);
+  }
+  return out;
+}
+
+namespace {
+
+/// mean −= T_known · pattern: what is left is the light of unknown transport.  Leaves pattern negated.
+void subtract_known(TreePhotograph& photograph, const TransportTensor& known, int channels) {
+  const std::size_t pixels = photograph.pattern.size();
+  for (float& lit : photograph.pattern) lit = -lit;  // mean += T_known (−pattern)
+  for (int channel = 0; channel < channels; ++channel)
+    known.apply_tree(photograph.pattern,
+                     std::span(photograph.mean).subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                     channel, false);
+}
+
+/// A lit block that still has camera pixels to be told apart inside it.
+struct Active {
+  std::int32_t block;
+  Seen footprint;  ///< camera pixels with a response above the threshold
+};
+
+class Dual {
+ public:
+  Dual(Probe& probe, const CaptureSettings& options)
+      : options_(options),
+        tree_(probe.grid()),
+        channels_(probe.channels()),
+        photographer_(probe, nullptr, tree_, options.progress),
+        builder_(tree_, tree_, channels_) {}
+
+  Result<CaptureResult> run() {
+    const auto start = std::chrono::steady_clock::now();
+    SYMRIG_TRY(std::vector<Active> active, photograph_flood());
+    for (int level = 0; !active.empty(); ++level) {
+      SYMRIG_TRY(active, refine(level, active));
+    }
+    const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return CaptureResult{std::move(builder_).finish(), photographer_.taken(), std::move(patterns_per_level_),
+                         total - photographer_.measure_seconds()};
+  }
+
+ private:
+  Result<std::vector<Active>> photograph_flood() {
+    Responses flood;
+    const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(tree_.grid().size())}}};
+    SYMRIG_CHECK(photographer_.take_each("flood-lit", pattern, [&](std::size_t, TreePhotograph& p) {
+      set_thresholds(p);
+      flood = significant_responses(p, Seen::all(tree_.grid()), channels_);
+    }));
+    patterns_per_level_.push_back(1);
+    std::vector<Active> active;
+    keep(0, 0, flood, active);
+    return active;
+  }
+
+  void set_thresholds(const TreePhotograph& flood) {
+    const std::size_t pixels = flood.pattern.size();
+    for (std::size_t channel = 0; channel < static_cast<std::size_t>(channels_); ++channel) {
+      double squares = 0;
+      for (std::size_t t = channel * pixels; t < (channel + 1) * pixels; ++t)
+        squares += static_cast<double>(flood.mean[t]) * static_cast<double>(flood.mean[t]);
+      threshold_.push_back(
+          static_cast<float>(options_.dual_threshold * std::sqrt(squares / static_cast<double>(pixels))));
+    }
+  }
+
+  /// Stores what is not to be refined, and keeps the block active for the rest.
+  void keep(int level, std::int32_t index, const Responses& responses, std::vector<Active>& active) {
+    const Block& block = tree_.level(level)[static_cast<std::size_t>(index)];
+    const auto channels = static_cast<std::size_t>(channels_);
+    Active refined{index, {}};
+    std::vector<std::int32_t> rows;
+    std::vector<float> values;
+    for (std::size_t k = 0; k < responses.pixels.size(); ++k) {
+      const auto value = std::span(responses.values).subspan(k * channels, channels);
+      bool large = false;
+      for (std::size_t channel = 0; channel < channels; ++channel)
+        large = large || std::abs(value[channel]) > threshold_[channel];
+      if (large && !block.single_pixel()) {
+        refined.footprint.pixels.push_back(responses.pixels[k]);
+        continue;
+      }
+      rows.push_back(responses.pixels[k]);
+      for (const float v : value) values.push_back(v / static_cast<float>(block.size()));
+    }
+    if (!rows.empty()) builder_.add_column(block.begin, block.end, rows, values);
+    if (!refined.footprint.pixels.empty()) active.push_back(std::move(refined));
+  }
+
+  /// Blocks with disjoint footprints share a colour; largest footprints first.
+  std::vector<std::vector<std::size_t>> colour(const std::vector<Active>& active) const {
+    std::vector<std::size_t> order(active.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return active[a].footprint.pixels.size() > active[b].footprint.pixels.size();
+    });
+    std::vector<std::vector<std::size_t>> classes;
+    std::vector<std::vector<bool>> covered;
+    for (const std::size_t k : order) {
+      const auto& pixels = active[k].footprint.pixels;
+      std::size_t c = 0;
+      while (c < classes.size() && std::any_of(pixels.begin(), pixels.end(), [&](std::int32_t p) {
+               return covered[c][static_cast<std::size_t>(p)];
+             }))
+        ++c;
+      if (c == classes.size()) {
+        classes.emplace_back();
+        covered.emplace_back(tree_.order().size());
+      }
+      for (const std::int32_t p : pixels) covered[c][static_cast<std::size_t>(p)] = true;
+      classes[c].push_back(k);
+    }
+    return classes;
+  }
+
+  Result<std::vector<Active>> refine(int level, const std::vector<Active>& active) {
+    const auto blocks = tree_.level(level);
+    const auto children = tree_.level(level + 1);
+    struct Target {
+      std::size_t active;
+      int slot;
+    };
+    std::vector<LitBlocks> patterns;
+    std::vector<std::vector<Target>> targets;
+    for (const auto& colour_class : colour(active)) {
+      for (int slot = 0; slot < 4; ++slot) {
+        LitBlocks lit;
+        std::vector<Target> of;
+        for (const std::size_t k : colour_class) {
+          const Block& block = blocks[static_cast<std::size_t>(active[k].block)];
+          if (slot >= block.children) continue;
+          const Block& child = children[static_cast<std::size_t>(std::int64_t{block.first_child} + slot)];
+          lit.push_back({child.begin, child.end});
+          of.push_back({k, slot});
+        }
+        if (lit.empty()) continue;
+        patterns.push_back(std::move(lit));
+        targets.push_back(std::move(of));
+      }
+    }
+    std::vector<std::array<Responses, 4>> answers(active.size());
+    patterns_per_level_.push_back(std::ssize(patterns));
+    SYMRIG_CHECK(photographer_.take_each(
+        "level " + std::to_string(level), patterns, [&](std::size_t k, TreePhotograph& photograph) {
+          // Light below the threshold adds up over the blocks of a colour. [Garg06] found how to take out
+          // what is known; the published dual photography does not.
+          if (options_.dual_subtracts) subtract_known(photograph, builder_.current(), channels_);
+          for (const Target& t : targets[k])
+            answers[t.active][static_cast<std::size_t>(t.slot)] =
+                significant_responses(photograph, active[t.active].footprint, channels_);
+        }));
+    std::vector<Active> next;
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      const Block& block = blocks[static_cast<std::size_t>(active[k].block)];
+      for (int slot = 0; slot < block.children; ++slot)
+        keep(level + 1, block.first_child + slot, answers[k][static_cast<std::size_t>(slot)], next);
+    }
+    return next;
+  }
+
+  const CaptureSettings& options_;
+  BlockTree tree_;
+  int channels_;
+  Photographer photographer_;
+  TensorBuilder builder_;
+  std::vector<float> threshold_;  ///< per channel
+  std::vector<std::int64_t> patterns_per_level_;
+};
+
+}  // namespace
+
+Result<CaptureResult> capture_dual(Probe& probe, const CaptureSettings& options) {
+  return Dual(probe, options).run();
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/errors/checks.hpp"
+
+#include "symrig/base/random.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr std::uint64_t kSeed = 0xC4EC;
+constexpr double kSignificant = 3;  // standard deviations
+constexpr std::size_t kChecks = Checks::kCount;
+constexpr auto kHalf = Checks::kHalf, kOtherHalf = Checks::kOtherHalf, kSparse = Checks::kSparse,
+               kOtherSparse = Checks::kOtherSparse, kBar = Checks::kBar, kNatural = Checks::kNatural;
+constexpr std::array<const char*, kChecks> kNames{
+    "random half", "its complement", "random 1/32", "another 1/32", "bar", "picture"};
+
+/// Tree ranges of the pixels that are lit.
+LitBlocks ranges_of(const BlockTree& tree, const std::vector<char>& lit_raster) {
+  LitBlocks ranges;
+  for (std::int32_t t = 0; t < std::ssize(tree.order()); ++t) {
+    if (lit_raster[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] == 0) continue;
+    if (!ranges.empty() && ranges.back().end == t)
+      ++ranges.back().end;
+    else
+      ranges.push_back({t, t + 1});
+  }
+  return ranges;
+}
+
+std::vector<char> above(const Image<float>& picture, float level) {
+  std::vector<char> lit;
+  for (const float v : picture.values()) lit.push_back(v > level ? 1 : 0);
+  return lit;
+}
+
+std::vector<std::vector<char>> lit_pixels(Grid grid) {
+  const auto pixels = static_cast<std::size_t>(grid.size());
+  std::vector<std::vector<char>> lit(kChecks, std::vector<char>(pixels));
+  Random random(kSeed);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double u = random.uniform();
+    lit[u < 0.5 ? kHalf : kOtherHalf][i] = 1;
+    const double v = random.uniform();
+    if (v < 1.0 / 16) lit[v < 1.0 / 32 ? kSparse : kOtherSparse][i] = 1;
+  }
+  lit[kBar] = above(bar_pattern(grid), 0);
+  const Image<float> picture = natural_pattern(grid, kSeed);
+  std::vector<float> values(picture.values().begin(), picture.values().end());
+  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
+  lit[kNatural] = above(picture, values[values.size() / 2]);
+  return lit;
+}
+
+/// Squares of a signed sum of check photographs, over the pixels that count.
+struct Squares {
+  double error = 0, photograph = 0, noise = 0, noise_squared = 0;
+
+  void add(double e, double y, double variance) {
+    error += e * e;
+    photograph += y * y;
+    noise += variance;
+    noise_squared += 2 * variance * variance;
+  }
+  double relative() const {
+    const double resolution = std::sqrt(noise_squared);
+    const double signal = photograph - noise;
+    if (signal <= kSignificant * resolution) return 0;  // nothing to be relative to
+    return std::sqrt(std::max({error - noise, resolution, 0.0}) / signal);
+  }
+};
+
+}  // namespace
+
+Result<Checks> Checks::take(Context& context) {
+  Checks checks;
+  checks.first_ = context.photographer.taken();
+  std::vector<LitBlocks> patterns;
+  for (const auto& lit : lit_pixels(context.tree.grid())) patterns.push_back(ranges_of(context.tree, lit));
+  SYMRIG_CHECK(
+      context.photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
+        for (const TreePhotograph& photograph : taken)
+          checks.residuals_.push_back({photograph, photograph.mean});
+      }));
+  context.patterns_per_level.back() += std::ssize(patterns);
+  return checks;
+}
+
+const std::vector<Checks::Residual>& Checks::residuals(const Context& context) {
+  if (rewritten_ != context.known.rewritten()) {
+    for (Residual& one : residuals_) one.residual = one.photograph.mean;
+    mark_ = {};
+  }
+  std::vector<TreePhotograph> left(residuals_.size());
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    left[k].pattern = std::move(residuals_[k].photograph.pattern);
+    left[k].mean = std::move(residuals_[k].residual);
+  }
+  context.known.subtract_from(left, mark_);
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    residuals_[k].photograph.pattern = std::move(left[k].pattern);
+    residuals_[k].residual = std::move(left[k].mean);
+  }
+  mark_ = context.known.mark();
+  rewritten_ = context.known.rewritten();
+  return residuals_;
+}
+
+std::vector<TreePhotograph> Checks::halves() const {
+  std::vector<TreePhotograph> both(2);
+  for (const std::size_t k : {kHalf, kOtherHalf}) {
+    both[k].pattern = residuals_[k].photograph.pattern;
+    both[k].mean = residuals_[k].residual;
+  }
+  return both;
+}
+
+TransportErrors Checks::errors(const std::vector<Residual>& residuals) {
+  const std::size_t pixels = residuals[0].photograph.pattern.size();
+  Squares frobenius, flood, indirect, random, natural, bar, bar_outside;
+  for (std::size_t at = 0; at < residuals[0].residual.size(); ++at) {
+    const std::size_t t = at % pixels;
+    const auto one = [&](std::size_t k, Squares& into) {
+      const TreePhotograph& p = residuals[k].photograph;
+      if (p.valid[at] != 0) into.add(residuals[k].residual[at], p.mean[at], p.variance[at]);
+    };
+    // first + sign · second, both valid
+    const auto two = [&](std::size_t first, std::size_t second, double sign, Squares& into) {
+      const TreePhotograph& p = residuals[first].photograph;
+      const TreePhotograph& q = residuals[second].photograph;
+      if (p.valid[at] != 0 && q.valid[at] != 0)
+        into.add(residuals[first].residual[at] + sign * residuals[second].residual[at],
+                 p.mean[at] + sign * q.mean[at], p.variance[at] + q.variance[at]);
+    };
+    two(kHalf, kOtherHalf, -1, frobenius);
+    two(kHalf, kOtherHalf, 1, flood);
+    if (residuals[kSparse].photograph.pattern[t] == 0 && residuals[kOtherSparse].photograph.pattern[t] == 0)
+      two(kSparse, kOtherSparse, -1, indirect);
+    one(kHalf, random);
+    one(kNatural, natural);
+    one(kBar, bar);
+    if (residuals[kBar].photograph.pattern[t] == 0) one(kBar, bar_outside);
+  }
+  return {frobenius.relative(), indirect.relative(), flood.relative(),      bar.relative(),
+          random.relative(),    natural.relative(),  bar_outside.relative()};
+}
+
+std::int64_t Checks::last() const {
+  return first_ + static_cast<std::int64_t>(kChecks);
+}
+
+std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residuals) {
+  const std::size_t pixels = residuals[0].photograph.pattern.size();
+  std::vector<double> mean;
+  for (std::size_t begin = 0; begin < residuals[0].residual.size(); begin += pixels) {
+    Squares dark;
+    double samples = 0;
+    for (const std::size_t k : {kHalf, kOtherHalf}) {
+      const TreePhotograph& p = residuals[k].photograph;
+      for (std::size_t t = 0; t < pixels; ++t) {
+        if (p.pattern[t] != 0 || p.valid[begin + t] == 0) continue;
+        dark.add(residuals[k].residual[begin + t], p.mean[begin + t], p.variance[begin + t]);
+        ++samples;
+      }
+    }
+    mean.push_back(samples > 0 ? std::max(0.0, dark.error - dark.noise) / samples : 0);
+  }
+  return mean;
+}
+
+std::vector<HeldOut> Checks::held_out(const Context& context) const {
+  std::vector<HeldOut> photographs;
+  const auto raster = [&](std::span<const float> tree, int channels) {
+    const auto pixels = context.tree.order().size();
+    Image<float> image(context.tree.grid(), channels);
+    for (int channel = 0; channel < channels; ++channel)
+      context.tree.to_raster(tree.subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                             image.plane(channel));
+    return image;
+  };
+  for (std::size_t k = 0; k < residuals_.size(); ++k)
+    photographs.push_back({kNames[k], raster(residuals_[k].photograph.pattern, 1),
+                           raster(residuals_[k].photograph.mean, context.channels)});
+  return photographs;
+}
+
+}  // namespace symrig::acquisition

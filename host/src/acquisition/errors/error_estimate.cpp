@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/errors/error_estimate.hpp"
+
+#include "acquisition/errors/energy_sums.hpp"
+#include "acquisition/errors/one_sided.hpp"
+#include "symrig/base/random.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr double kSignificant = 3;  // standard deviations: below, there is nothing to be relative to
+/// The stated variance of the photographs may be off by this share of itself (one sigma).
+constexpr double kVarianceError = 0.015;
+/// An interval is never narrower than this share of its square, by chance agreement of few blocks.
+constexpr double kLeastScatter = 0.1;
+/// Sums of 32-bit numbers, and of signals that another sum has rounded.
+constexpr double kRounding = 1e-3;
+
+using Residuals = std::vector<Checks::Residual>;
+
+/// The photographs with what the tensor leaves of them. Unlike the search's own residuals these know how the
+/// finished tensor is rounded.
+Residuals left_by(const TransportTensor& tensor, std::span<const Checks::Residual> from) {
+  Residuals all(from.begin(), from.end());
+  const std::size_t pixels = all[0].photograph.pattern.size();
+  for (Checks::Residual& one : all) {
+    one.residual = one.photograph.mean;
+    std::vector<float> model(pixels);
+    for (int channel = 0; channel < tensor.channels(); ++channel) {
+      std::fill(model.begin(), model.end(), 0.F);
+      tensor.apply_tree(one.photograph.pattern, model, channel, false);
+      const std::size_t first = static_cast<std::size_t>(channel) * pixels;
+      for (std::size_t t = 0; t < pixels; ++t) one.residual[first + t] -= model[t];
+    }
+  }
+  return all;
+}
+
+/// Sums over the pixels that are valid in all photographs of a signed sum, and dark in those of `dark`.
+struct Combination {
+  std::size_t first, second;
+  double sign;  ///< of the second photograph; 0: the first alone
+};
+
+EnergySums sums_of(const Residuals& all, const Combination& of, std::span<const std::size_t> dark = {}) {
+  const std::size_t pixels = all[0].photograph.pattern.size();
+  EnergySums sums(pixels);
+  const TreePhotograph& p = all[of.first].photograph;
+  const TreePhotograph& q = all[of.second].photograph;
+  for (std::size_t at = 0; at < p.mean.size(); ++at) {
+    const std::size_t t = at % pixels;
+    if (p.valid[at] == 0 || (of.sign != 0 && q.valid[at] == 0)) continue;
+    if (std::any_of(dark.begin(), dark.end(),
+                    [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; }))
+      continue;
+    const double e = all[of.first].residual[at] + of.sign * static_cast<double>(all[of.second].residual[at]);
+    const double y = p.mean[at] + of.sign * static_cast<double>(q.mean[at]);
+    sums.add(t, e, y, y - e, static_cast<double>(p.variance[at]) + of.sign * of.sign * q.variance[at]);
+  }
+  return sums;
+}
+
+using Bar = ErrorBar;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+bool given(const Bar& bar) {
+  return std::isfinite(bar.value);
+}
+
+bool nothing_seen(const EnergySums& sums) {
+  return sums.signal <= kSignificant * std::sqrt(sums.resolution());
+}
+
+/// √(error / signal), never below what the noise can resolve. Exactly dark photographs have no error to tell.
+double relative(const EnergySums& sums) {
+  if (nothing_seen(sums)) return sums.noise == 0 && sums.error == 0 ? 0 : kNone;
+  return std::sqrt(std::max({sums.error, std::sqrt(sums.resolution()), 0.0}) / sums.signal);
+}
+
+/// Variance by the photographs' noise, and by how well its variance is known.
+double noise_variance(const EnergySums& sums, double noise_ratio) {
+  const double misstated = (kVarianceError + std::abs(noise_ratio - 1)) * sums.noise;
+  return sums.error_noise() + misstated * misstated;
+}
+
+/// An error whose pattern is the one asked for: only noise is in the way.
+Bar of_this_pattern(const EnergySums& sums, double noise_ratio) {
+  const double value = relative(sums);
+  if (!(value > 0)) return {value, value};
+  constexpr double kSigmas = 2;
+  const double spread = kSigmas * std::sqrt(noise_variance(sums, noise_ratio));
+  const double of_signal = kSigmas * std::sqrt(sums.signal_noise()) / sums.signal;
+  return {value, half_width({sums.error - spread, sums.error + spread}, sums.signal, value) +
+                     value * (of_signal + kRounding)};
+}
+
+/// An error over all patterns of a kind, of which one was shown. times: by how much its variance is more than
+/// that of one sample.
+EnergyInterval over_patterns(const EnergySums& sums, const BlockTree& tree, double noise_ratio,
+                             double times) {
+  const double ratio = std::clamp(sums.error / sums.signal, 0.0, 1.0);
+  const double misstated = (kVarianceError + std::abs(noise_ratio - 1)) * sums.noise;
+  const double scatter =
+      times * sums.scatter(tree, ratio) + misstated * misstated + std::pow(kLeastScatter * sums.error, 2);
+  return energy_interval(sums.error, std::max(scatter, sums.resolution()));
+}
+
+Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_ratio, double times) {
+  const double value = relative(sums);
+  if (!(value > 0)) return {value, value};
+  return {value, half_width(over_patterns(sums, tree, noise_ratio, times), sums.signal, value)};
+}
+
+/// How many pixels are lit in some photograph of a combination, as a share.
+double lit_share(const Residuals& all, std::span<const std::size_t> of) {
+  const std::size_t pixels = all[0].photograph.pattern.size();
+  double lit = 0;
+  for (std::size_t t = 0; t < pixels; ++t)
+    for (const std::size_t k : of) lit += all[k].photograph.pattern[t] != 0 ? 1 : 0;
+  return lit / static_cast<double>(pixels);
+}
+
+/// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark: what the sparse pair would show of the
+/// tensor's own light if it were shown many times.
+double mean_sparse_energy(const TransportTensor& tensor, double lit) {
+  constexpr int kProbes = 48;
+  constexpr std::uint64_t kSeed = 0x5EA4C;
+  const auto pixels = static_cast<std::size_t>(tensor.camera_grid().size());
+  Random random(kSeed);
+  std::vector<Image<float>> probes(kProbes, Image<float>(tensor.camera_grid()));
+  for (Image<float>& z : probes)
+    for (float& v : z.values()) {
+      const float sign = random.sign();
+      v = random.uniform() < lit ? sign : 0.F;
+    }
+  const auto seen = tensor.apply_batch(probes);
+  if (!seen) return 0;
+  double energy = 0;
+  for (std::size_t k = 0; k < probes.size(); ++k)
+    for (std::size_t at = 0; at < (*seen)[k].values().size(); ++at) {
+      if (probes[k].values()[at % pixels] != 0) continue;
+      const double y = (*seen)[k].values()[at];
+      energy += y * y;
+    }
+  return energy / kProbes;
+}
+
+/// One estimate of the same energy ratio.
+struct Reading {
+  double value, variance;
+};
+
+/// Two readings, weighted by their variances; where they contradict each other, the interval holds both.
+Bar joined(const std::vector<Reading>& readings) {
+  double weights = 0, sum = 0;
+  for (const Reading& r : readings) {
+    weights += 1 / r.variance;
+    sum += r.value / r.variance;
+  }
+  const double mean = sum / weights;
+  double contradiction = 0;
+  for (const Reading& r : readings) contradiction += std::pow(r.value - mean, 2) / r.variance;
+  const double variance = std::max(1.0, contradiction) / weights;
+  EnergyInterval interval = energy_interval(mean, variance);
+  constexpr double kContradiction = 4;
+  if (contradiction > kContradiction)
+    for (const Reading& r : readings) {
+      const EnergyInterval one = energy_interval(r.value, r.variance);
+      interval = {std::min(interval.low, one.low), std::max(interval.high, one.high)};
+    }
+  const double value = std::sqrt(std::max(mean, std::sqrt(variance) / 2));
+  return {value, half_width(interval, 1, value)};
+}
+
+constexpr std::size_t kSparsePair[] = {Checks::kSparse, Checks::kOtherSparse};
+
+/// Light between lit and other pixels, from the sparse pair and from the dark pixels of the random halves.
+class Indirect {
+ public:
+  Indirect(const TransportTensor& tensor, const Residuals& all, double noise_ratio)
+      : tensor_(tensor),
+        all_(all),
+        noise_ratio_(noise_ratio),
+        pair_(sums_of(all, {Checks::kSparse, Checks::kOtherSparse, -1}, kSparsePair)),
+        lit_(lit_share(all, kSparsePair)) {}
+
+  const EnergySums& pair() const { return pair_; }
+  /// Σ of squares of all entries between pixels that are wrong, as the sparse pair sees it.
+  double wrong_entries() const {
+    return lit_ > 0 && lit_ < 1 ? std::max(0.0, pair_.error) / (lit_ * (1 - lit_)) : 0;
+  }
+
+  Bar bar() const {
+    const double plain = relative(pair_);
+    if (!(plain > 0)) return {plain, plain};
+    return joined(readings());
+  }
+
+ private:
+  /// Few pixels are lit, and smooth light makes ‖T z‖² of one z scatter far more than ‖E z‖². So the signal
+  /// is that of the tensor over many z, scaled by what the tensor gets of this z; where the tensor holds
+  /// little of the light, error and signal scatter together and their plain ratio is better.
+  double signal() const {
+    const double share = std::clamp(pair_.error / pair_.signal, 0.0, 1.0);
+    if (pair_.model <= 0) return pair_.signal;
+    const double mean = mean_sparse_energy(tensor_, lit_) * static_cast<double>(pair_.samples()) /
+                        (static_cast<double>(all_[0].photograph.mean.size()) * (1 - lit_));
+    if (!(mean > 0)) return pair_.signal;
+    return pair_.signal * std::pow(mean / pair_.model, (1 - share) * (1 - share));
+  }
+
+  std::vector<Reading> readings() const {
+    constexpr double kSignalKnown = 0.15;  // of the energy: chance of the model's own mean
+    const double of = signal();
+    const double ratio = std::clamp(pair_.error / pair_.signal, 0.0, 1.0);
+    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * pair_.noise;
+    const double known = std::pow(kSignalKnown * (1 - ratio) * pair_.error, 2);
+    const double floor = std::pow(kLeastScatter * pair_.error, 2);
+    std::vector<Reading> readings{
+        {pair_.error / of, (std::max(pair_.scatter(tensor_.camera_tree(), ratio), pair_.resolution()) +
+                            misstated * misstated + known + floor) /
+                               (of * of)}};
+    // Where half of the light is wrong, it is wrong everywhere alike, and the halves see its sum.
+    constexpr double kMostForHalves = 0.05;
+    if (readings[0].value < kMostForHalves) readings.push_back(halves(of));
+    return readings;
+  }
+
+  /// A dark pixel of a half sees ½ (Σ_j E_ij + Σ_j ± E_ij): twice the squares of both halves are Σ E² where
+  /// errors are independent of each other, and up to twice as much where they add up.
+  Reading halves(double of) const {
+    constexpr double kAddUp = 0.5;  // of the energy, one sigma
+    constexpr std::size_t kFirst[] = {Checks::kHalf}, kSecond[] = {Checks::kOtherHalf};
+    const EnergySums a = sums_of(all_, {Checks::kHalf, Checks::kHalf, 0}, kFirst);
+    const EnergySums b = sums_of(all_, {Checks::kOtherHalf, Checks::kOtherHalf, 0}, kSecond);
+    const double scale = 2 * lit_ * (1 - lit_) / of;
+    const double energy = scale * (a.error + b.error);
+    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * (a.noise + b.noise);
+    const BlockTree& tree = tensor_.camera_tree();
+    const double scatter = std::max(a.scatter(tree, 0) + b.scatter(tree, 0), a.resolution() + b.resolution());
+    return {energy, scale * scale * (scatter + misstated * misstated) + std::pow(kAddUp * energy, 2)};
+  }
+
+  const TransportTensor& tensor_;
+  const Residuals& all_;
+  double noise_ratio_;
+  EnergySums pair_;
+  double lit_;
+};
+
+/// Contrast of the smooth picture: deviation over mean.
+double contrast(Grid grid) {
+  const Image<float> picture = natural_pattern(grid, 1);
+  double sum = 0, squares = 0;
+  for (const float v : picture.values()) {
+    sum += v;
+    squares += static_cast<double>(v) * static_cast<double>(v);
+  }
+  const auto n = static_cast<double>(picture.values().size());
+  return sum > 0 ? std::sqrt(std::max(0.0, squares / n * n * n / (sum * sum) - 1)) : 0;
+}
+
+/// The check shows a picture cut at its median, whose edges are harder than those of a smooth picture. That
+/// one is even light and `contrast` of detail, and smooth light hides some of the detail's error: down to
+/// nothing but the error of even light.
+Bar of_pictures(Bar cut, double flood, Grid grid) {
+  if (!(cut.value > 0)) return cut;
+  const double detail = std::max(0.0, 2 * cut.value * cut.value - flood * flood);
+  constexpr double kHidden = 0.25;  // of the detail's error, at the least left
+  const double c = kHidden * contrast(grid);
+  const double least = std::min(cut.value, std::sqrt(flood * flood + c * c * detail));
+  return {cut.value, cut.value - least + cut.half_width};
+}
+
+/// One-sided light by a pair of photographs. sparse: pixels that are lit themselves are not looked at.
+OneSided one_sided_light(const TransportTensor& tensor, const Checks::Residual& a, const Checks::Residual& b,
+                         bool sparse) {
+  const BlockTree& tree = tensor.camera_tree();
+  const std::size_t pixels = a.photograph.pattern.size();
+  std::vector<float> z(pixels), left(pixels);
+  for (std::size_t t = 0; t < pixels; ++t) z[t] = a.photograph.pattern[t] - b.photograph.pattern[t];
+  Image<float> signs(tree.grid()), residual(tree.grid());
+  tree.to_raster(z, signs.plane(0));
+  OneSided found;
+  for (int channel = 0; channel < tensor.channels(); ++channel) {
+    const std::size_t first = static_cast<std::size_t>(channel) * pixels;
+    for (std::size_t t = 0; t < pixels; ++t) {
+      const bool valid = a.photograph.valid[first + t] != 0 && b.photograph.valid[first + t] != 0;
+      left[t] = valid && !(sparse && z[t] != 0) ? a.residual[first + t] - b.residual[first + t] : 0;
+    }
+    tree.to_raster(left, residual.plane(0));
+    const OneSided one = one_sided(residual, signs);
+    found = {found.energy + one.energy, std::max(found.sigmas, one.sigmas)};
+  }
+  return found;
+}
+
+/// By the halves, or by the sparse pair, where less other light is in the way: whichever is surer.
+OneSided one_sided_light(const TransportTensor& tensor, const Residuals& all) {
+  const OneSided halves = one_sided_light(tensor, all[Checks::kHalf], all[Checks::kOtherHalf], false);
+  const OneSided sparse = one_sided_light(tensor, all[Checks::kSparse], all[Checks::kOtherSparse], true);
+  return halves.sigmas > sparse.sigmas ? halves : sparse;
+}
+
+constexpr const char* kTooDark = "the photographs show no such light above their noise";
+constexpr const char* kOneSidedReason =
+    "light goes from lit pixels to one side and not back: check the alignment of camera and projector "
+    "(capture --check-axis)";
+
+/// Collects bars under their keys.
+class Table {
+ public:
+  void set(const char* key, double TransportErrors::*field, const Bar& bar, const char* reason) {
+    estimate_.value.*field = given(bar) ? bar.value : kNone;
+    estimate_.half_width.*field = given(bar) ? bar.half_width : kNone;
+    if (!given(bar)) estimate_.not_given.push_back({key, reason});
+  }
+  ErrorEstimate take() && { return std::move(estimate_); }
+
+ private:
+  ErrorEstimate estimate_;
+};
+
+}  // namespace
+
+ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual> residuals,
+                         std::span<const TreePhotograph> left) {
+  Residuals all(residuals.begin(), residuals.begin() + 2);
+  for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf}) all[k].residual = left[k].mean;
+  const Bar bar = of_patterns(sums_of(all, {Checks::kHalf, Checks::kOtherHalf, -1}), tree, 1, 1);
+  return given(bar) ? bar : Bar{};
+}
+
+ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+                              double noise_ratio) {
+  constexpr double kOneSidedSigmas = 5;
+  constexpr double kOneSidedShare = 0.1;  // of the squared error between pixels
+  const Residuals all = left_by(tensor, residuals);
+  const BlockTree& tree = tensor.camera_tree();
+  const EnergySums halves = sums_of(all, {Checks::kHalf, Checks::kOtherHalf, -1});
+  const EnergySums flood = sums_of(all, {Checks::kHalf, Checks::kOtherHalf, 1});
+  const EnergySums random = sums_of(all, {Checks::kHalf, Checks::kHalf, 0});
+  const EnergySums natural = sums_of(all, {Checks::kNatural, Checks::kNatural, 0});
+  const EnergySums bar = sums_of(all, {Checks::kBar, Checks::kBar, 0});
+  constexpr std::size_t kBarOnly[] = {Checks::kBar};
+  const EnergySums outside = sums_of(all, {Checks::kBar, Checks::kBar, 0}, kBarOnly);
+  const Indirect indirect(tensor, all, noise_ratio);
+
+  const OneSided one = one_sided_light(tensor, all);
+  const bool lopsided =
+      one.sigmas > kOneSidedSigmas && one.energy > kOneSidedShare * indirect.wrong_entries();
+  // What a rig in line would show is up to twice the one-sided part away.
+  const double away = lopsided && halves.signal > 0 ? 2 * std::sqrt(one.energy / halves.signal) : 0;
+  const auto further = [&](Bar b) { return Bar{b.value, b.half_width + std::min(away, 2 * b.value)}; };
+  const Bar unknown{kNone, kNone};
+  Table table;
+  const Bar even = of_this_pattern(flood, noise_ratio);
+  table.set("frobenius", &TransportErrors::frobenius, further(of_patterns(halves, tree, noise_ratio, 1)),
+            kTooDark);
+  table.set("indirect", &TransportErrors::indirect, lopsided ? unknown : indirect.bar(),
+            lopsided ? kOneSidedReason : kTooDark);
+  table.set("flood", &TransportErrors::flood, further(even), kTooDark);
+  table.set("relight.bar", &TransportErrors::relight_bar, further(of_this_pattern(bar, noise_ratio)),
+            kTooDark);
+  table.set("relight.random", &TransportErrors::relight_random,
+            further(of_patterns(random, tree, noise_ratio, 2)), kTooDark);
+  table.set("relight.natural", &TransportErrors::relight_natural,
+            further(of_pictures(of_patterns(natural, tree, noise_ratio, 2), given(even) ? even.value : 0,
+                                tree.grid())),
+            kTooDark);
+  table.set("bar_indirect", &TransportErrors::bar_indirect,
+            lopsided ? unknown : of_this_pattern(outside, noise_ratio),
+            lopsided ? kOneSidedReason : kTooDark);
+  return std::move(table).take();
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/errors/noise_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr double kSigmas = 6;
+constexpr std::size_t kFewest = 64;        // samples
+constexpr double kGrossRatio = 1.8;        // of variances, either way
+constexpr double kGrossShared = 1.4;       // in squares
+constexpr double kGrossNeighbours = 0.15;  // correlation
+constexpr double kGrossLamp = 0.005;       // share
+constexpr double kNoiseFree = 1e-3;        // scatter that photographs without a variance may have, share
+
+/// Photographs of even light, whose difference holds nothing but noise and the lamp.
+struct Flood {
+  std::vector<double> mean, variance;
+  std::vector<char> valid;
+};
+
+Flood flood_of(const TreePhotograph& p) {
+  return {{p.mean.begin(), p.mean.end()},
+          {p.variance.begin(), p.variance.end()},
+          {p.valid.begin(), p.valid.end()}};
+}
+
+void add(Flood& sum, const TreePhotograph& p) {
+  for (std::size_t at = 0; at < sum.mean.size(); ++at) {
+    sum.mean[at] += static_cast<double>(p.mean[at]);
+    sum.variance[at] += static_cast<double>(p.variance[at]);
+    sum.valid[at] = sum.valid[at] != 0 && p.valid[at] != 0 ? 1 : 0;
+  }
+}
+
+Flood sum_of(const TreePhotograph& p, const TreePhotograph& q) {
+  Flood sum = flood_of(p);
+  add(sum, q);
+  return sum;
+}
+
+Flood sum_of(std::span<const TreePhotograph> parts) {
+  Flood sum = flood_of(parts[0]);
+  for (const TreePhotograph& p : parts.subspan(1)) add(sum, p);
+  return sum;
+}
+
+/// The level of b over that of a, by least squares, and how well it is known.
+struct Level {
+  double value = 1, sigma = 0;
+};
+Level level(const Flood& a, const Flood& b) {
+  double ab = 0, aa = 0, noise = 0;
+  for (std::size_t at = 0; at < a.mean.size(); ++at) {
+    if (a.valid[at] == 0 || b.valid[at] == 0) continue;
+    ab += a.mean[at] * b.mean[at];
+    aa += a.mean[at] * a.mean[at] - a.variance[at];  // noise in both directions would pull it towards 0
+    noise += a.mean[at] * a.mean[at] * (a.variance[at] + b.variance[at]);
+  }
+  if (!(aa > 0)) return {};
+  return {ab / aa, std::sqrt(noise) / aa};
+}
+
+/// b − level · a, pixel by pixel.
+struct Difference {
+  std::vector<double> value, variance;
+  std::vector<char> valid;
+};
+Difference difference(const Flood& a, const Flood& b) {
+  const double g = level(a, b).value;
+  Difference d{b.mean, b.variance, b.valid};
+  for (std::size_t at = 0; at < d.value.size(); ++at) {
+    d.value[at] -= g * a.mean[at];
+    d.variance[at] += g * g * a.variance[at];
+    d.valid[at] = d.valid[at] != 0 && a.valid[at] != 0 ? 1 : 0;
+  }
+  return d;
+}
+
+/// Σ d² over Σ v, and its standard deviation where noise is independent.
+struct Ratio : Scatter {
+  using Scatter::add;
+  void add(const Difference& d) {
+    for (std::size_t at = 0; at < d.value.size(); ++at)
+      if (d.valid[at] != 0) add(d.value[at], d.variance[at]);
+  }
+  bool known() const { return samples >= kFewest && variance > 0; }
+  double value() const { return known() ? squares / variance : NoiseCheck::kUnknown; }
+  double sigma() const { return std::sqrt(2 * variance_squared) / variance; }
+};
+
+/// Correlation of the standardized differences of pixels side by side.
+struct Neighbours {
+  double products[2] = {0, 0}, squares = 0;
+  std::size_t pairs = 0;
+
+  void add(const BlockTree& tree, const Difference& d) {
+    const Grid grid = tree.grid();
+    const auto pixels = static_cast<std::size_t>(grid.size());
+    std::vector<double> raster(pixels);
+    for (std::size_t first = 0; first < d.value.size(); first += pixels) {
+      for (std::size_t t = 0; t < pixels; ++t) {
+        const bool usable = d.valid[first + t] != 0 && d.variance[first + t] > 0;
+        const double v = usable ? d.value[first + t] / std::sqrt(d.variance[first + t]) : 0;
+        raster[static_cast<std::size_t>(tree.order()[t])] = v;
+        squares += v * v;
+        pairs += usable ? 1 : 0;
+      }
+      const auto cols = static_cast<std::size_t>(grid.cols);
+      for (std::size_t i = 0; i < pixels; ++i) {
+        if (i % cols + 1 < cols) products[0] += raster[i] * raster[i + 1];
+        if (i + cols < pixels) products[1] += raster[i] * raster[i + cols];
+      }
+    }
+  }
+  double value() const {
+    if (pairs < kFewest || !(squares > 0)) return NoiseCheck::kUnknown;
+    const double larger = std::abs(products[0]) > std::abs(products[1]) ? products[0] : products[1];
+    return larger / squares;
+  }
+  double sigma() const { return 1 / std::sqrt(static_cast<double>(pairs)); }
+};
+
+/// The lamp over the photographs, in the order in which they were taken.
+double lamp_change(const std::vector<Flood>& floods, double& sigma) {
+  double squares = 0;
+  sigma = 0;
+  for (std::size_t k = 1; k < floods.size(); ++k) {
+    const Level one = level(floods[0], floods[k]);
+    squares += (one.value - 1) * (one.value - 1);
+    sigma = std::max(sigma, one.sigma);
+  }
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, floods.size() - 1)));
+}
+
+Flood mean_of(const std::vector<Flood>& floods) {
+  Flood mean = floods[0];
+  const auto n = static_cast<double>(floods.size());
+  for (std::size_t at = 0; at < mean.mean.size(); ++at) {
+    for (std::size_t k = 1; k < floods.size(); ++k) {
+      mean.mean[at] += floods[k].mean[at];
+      mean.variance[at] += floods[k].variance[at];
+      if (floods[k].valid[at] == 0) mean.valid[at] = 0;
+    }
+    mean.mean[at] /= n;
+    mean.variance[at] /= n * n;
+  }
+  return mean;
+}
+
+/// RMS of a difference as a share of the RMS light.
+double scatter_share(const Difference& d, const Flood& light) {
+  double squares = 0, signal = 0;
+  for (std::size_t at = 0; at < d.value.size(); ++at) {
+    if (d.valid[at] == 0) continue;
+    squares += d.value[at] * d.value[at];
+    signal += light.mean[at] * light.mean[at];
+  }
+  return signal > 0 ? std::sqrt(squares / signal) : 0;
+}
+
+void judge_variance(NoiseCheck& check, const Ratio& between) {
+  check.variance_ratio = between.value();
+  if (!between.known()) return;
+  const double off = std::abs(check.variance_ratio - 1);
+  const bool gross = check.variance_ratio > kGrossRatio || check.variance_ratio < 1 / kGrossRatio;
+  if (gross && off > kSigmas * between.sigma())
+    check.findings.push_back(fmt::format(
+        "the variance of flood-lit photographs is {:.3g} times what they state ({} samples): {}",
+        check.variance_ratio, between.samples,
+        check.variance_ratio > 1 ? "more noise than the noise model holds, or a pattern that flickers"
+                                 : "less noise than stated, or photographs that share their noise"));
+}
+
+/// The same by the light between two pixels, either of them lit.
+void judge_mirrored(NoiseCheck& check, const Scatter& mirrored) {
+  const Ratio ratio{mirrored};
+  if (!ratio.known()) return;
+  check.variance_ratio = ratio.value();
+  const double off = std::abs(check.variance_ratio - 1);
+  const bool gross = check.variance_ratio > kGrossRatio || check.variance_ratio < 1 / kGrossRatio;
+  if (gross && off > kSigmas * ratio.sigma())
+    check.findings.push_back(fmt::format(
+        "the light from one pixel to another and back differs by {:.3g} times the variance that it "
+        "states ({} pairs): the noise model is wrong, or camera and projector do not share their pixels",
+        check.variance_ratio, mirrored.samples));
+}
+
+void judge_shared(NoiseCheck& check, const Ratio& sum) {
+  check.shared_ratio = sum.value();
+  if (!sum.known()) return;
+  // Wrong variances are told once.
+  const double expected = std::isnan(check.variance_ratio) ? 1 : std::max(1.0, check.variance_ratio);
+  const double over = check.shared_ratio / expected;
+  if (over > kGrossShared && over - 1 > kSigmas * sum.sigma())
+    check.findings.push_back(
+        fmt::format("parts of the light and all of it do not add up: {:.3g} times the variance that "
+                    "noise explains, so photographs share noise or light does not add",
+                    over));
+}
+
+void judge_neighbours(NoiseCheck& check, const Neighbours& found) {
+  check.neighbours = found.value();
+  if (std::isnan(check.neighbours)) return;
+  if (std::abs(check.neighbours) > kGrossNeighbours && std::abs(check.neighbours) > kSigmas * found.sigma())
+    check.findings.push_back(
+        fmt::format("the noise of neighbouring pixels is correlated by {:.2f}", check.neighbours));
+}
+
+void judge_lamp(NoiseCheck& check, const std::vector<Flood>& floods) {
+  double sigma = 0;
+  check.lamp = lamp_change(floods, sigma);
+  if (check.lamp > kGrossLamp && check.lamp > kSigmas * sigma)
+    check.findings.push_back(fmt::format(
+        "the light changed by {:.2g} % between photographs of the same pattern", 100 * check.lamp));
+}
+
+}  // namespace
+
+NoiseCheck check_noise(const BlockTree& tree, std::span<const TreePhotograph> photographs,
+                       const TreePhotograph* half, const TreePhotograph* other,
+                       const NoiseEvidence& besides) {
+  NoiseCheck check;
+  std::vector<Flood> floods;
+  for (const TreePhotograph& p : photographs) floods.push_back(flood_of(p));
+  if (floods.empty()) return check;
+  Ratio between;
+  Neighbours neighbours;
+  for (std::size_t k = 1; k < floods.size(); ++k) {
+    const Difference d = difference(floods[k - 1], floods[k]);
+    between.add(d);
+    neighbours.add(tree, d);
+  }
+  judge_variance(check, between);
+  judge_mirrored(check, besides.mirrored);
+  if (half != nullptr && other != nullptr) {
+    const Flood sum = sum_of(*half, *other);
+    const Flood mean = mean_of(floods);
+    const Difference d = difference(mean, sum);
+    Ratio together;
+    together.add(d);
+    Ratio parts;
+    if (!besides.parts.empty()) parts.add(difference(mean, sum_of(besides.parts)));
+    judge_shared(check, parts.known() && parts.value() > together.value() ? parts : together);
+    if (floods.size() < 2) neighbours.add(tree, d);
+    if (together.variance == 0 && together.samples >= kFewest && scatter_share(d, mean) > kNoiseFree)
+      check.findings.push_back(fmt::format(
+          "photographs state no noise, but two halves of the light and all of it differ by {:.2g} %",
+          100 * scatter_share(d, mean)));
+    floods.push_back(sum);
+  }
+  judge_neighbours(check, neighbours);
+  if (floods.size() > 1) judge_lamp(check, floods);
+  return check;
+}
+
+double doubted_variance(const NoiseCheck& check) {
+  if (check.findings.empty()) return 1;
+  constexpr double kEach = 3;  // shared noise is in the tensor too
+  double ratio = 1;
+  if (check.variance_ratio > 0) ratio = std::max({ratio, check.variance_ratio, 1 / check.variance_ratio});
+  if (check.shared_ratio > 0) ratio = std::max(ratio, 1 + kEach * (check.shared_ratio - 1));
+  return std::min(ratio, 100.0);
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,260 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/log/appended_file.hpp"
+#include "acquisition/log/fast_crc32c.hpp"
+#include "acquisition/log/log_head.hpp"
+#include "acquisition/log/photograph_record.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using acquisition::AppendedFile;
+using acquisition::HeadState;
+using acquisition::PhotographShape;
+using acquisition::Record;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::uint32_t kRecordMagic = 0x544F4850;  // "PHOT"
+
+/// Before every record.
+struct RecordFront {
+  std::uint32_t magic;
+  std::uint32_t crc;  ///< of the record
+  std::uint64_t bytes;
+};
+static_assert(sizeof(RecordFront) == 16);
+
+/// Says when the disk is to be waited for: every five seconds, or less often where that would take more than
+/// a twentieth of the time.
+class SyncTimer {
+ public:
+  bool due() const { return Clock::now() >= next_; }
+  void took(Clock::time_point start) {
+    const auto end = Clock::now();
+    next_ = end + std::max<Clock::duration>(kPeriod, 20 * (end - start));
+  }
+
+ private:
+  static constexpr std::chrono::seconds kPeriod{5};
+  Clock::time_point next_ = Clock::now() + kPeriod;
+};
+
+class FileLog final : public PhotographLog {
+ public:
+  FileLog(AppendedFile file, const LogIdentity& identity, HeadState head)
+      : file_(std::move(file)),
+        identity_(identity),
+        shape_{identity.grid, identity.channels},
+        head_(head),
+        end_(acquisition::log_head(identity).size()) {}
+
+  /// Finds the photographs behind the head. Changes nothing.
+  Result<void> find_photographs();
+
+  Grid grid() const override { return shape_.grid; }
+  int channels() const override { return shape_.channels; }
+  std::int64_t size() const override { return std::ssize(records_); }
+  Result<void> append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
+                          const ProbeCost& spent) override;
+  Result<Pattern> pattern(std::int64_t k) const override;
+  Result<Radiance> photograph(std::int64_t k) const override;
+  Result<void> read(std::int64_t k, LoggedPhotograph& to) const override;
+  Result<ProbeCost> spent(std::int64_t k) const override;
+  bool budgeted(std::int64_t k) const override { return place(k).budgeted; }
+  Result<void> forget(std::int64_t first, std::int64_t differs) override;
+
+ private:
+  struct Place {
+    std::uint64_t offset;  // of the record, behind its front
+    std::uint64_t bytes;
+    std::uint32_t crc;
+    bool budgeted;
+  };
+  const Place& place(std::int64_t k) const { return records_[static_cast<std::size_t>(k)]; }
+  Result<void> check_forgetting(std::int64_t differs);
+  Result<void> make_sound();
+  Result<std::optional<Place>> sound_record(std::uint64_t offset, Record& buffer) const;
+  Result<void> append_record(const Record& record);
+  Result<void> sync();
+  Result<Record> record(std::int64_t k, bool pattern_only) const;
+
+  AppendedFile file_;
+  LogIdentity identity_;
+  PhotographShape shape_;
+  HeadState head_;
+  std::uint64_t end_;  ///< of the last photograph that counts; behind it the file may hold damaged bytes
+  std::vector<Place> records_;
+  Record written_;  // the last one; kept for its memory
+  SyncTimer sync_timer_;
+};
+
+/// The record that begins at `offset`, if it is there and sound; buffer holds its bytes then.
+Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset, Record& buffer) const {
+  RecordFront front{};
+  if (file_.size() - offset < sizeof front) return std::optional<Place>();
+  SYMRIG_CHECK(file_.read(offset, std::as_writable_bytes(std::span(&front, 1))));
+  const auto [binary, grey] = acquisition::record_sizes(shape_);
+  const bool possible = front.magic == kRecordMagic && (front.bytes == binary || front.bytes == grey) &&
+                        front.bytes <= file_.size() - offset - sizeof front;
+  if (!possible) return std::optional<Place>();
+  buffer.resize(static_cast<std::size_t>(front.bytes));
+  SYMRIG_CHECK(file_.read(offset + sizeof front, buffer));
+  const bool sound =
+      acquisition::fast_crc32c(buffer) == front.crc && acquisition::record_fits(shape_, buffer);
+  if (!sound) return std::optional<Place>();
+  return std::optional<Place>(
+      {offset + sizeof front, front.bytes, front.crc, acquisition::record_budgeted(buffer)});
+}
+
+Result<void> FileLog::find_photographs() {
+  if (head_ == HeadState::torn) return {};
+  std::uint64_t next = end_;
+  std::vector<Place> run;
+  Record buffer;
+  for (;;) {
+    SYMRIG_TRY(const std::optional<Place> record, sound_record(next, buffer));
+    if (!record) break;
+    run.push_back(*record);
+    next = record->offset + record->bytes;
+    if (acquisition::record_left(buffer) > 0) continue;
+    records_.insert(records_.end(), run.begin(), run.end());
+    run.clear();
+    end_ = next;
+  }
+  return {};
+}
+
+/// Before the first photograph is added: nobody refuses this log any more.
+Result<void> FileLog::make_sound() {
+  if (head_ == HeadState::torn) {
+    SYMRIG_CHECK(file_.cut(0));
+    SYMRIG_CHECK(file_.append(acquisition::log_head(identity_)));
+    head_ = HeadState::whole;
+  }
+  return end_ < file_.size() ? file_.cut(end_) : Result<void>();
+}
+
+Result<void> FileLog::check_forgetting(std::int64_t differs) {
+  if (!budgeted(differs)) return PhotographLog::forget(differs, differs);
+  SYMRIG_TRY(const ProbeCost all, spent(size() - 1));
+  const LogBudget& budget = identity_.budget;
+  const bool fewer = budget.photographs > 0 && budget.photographs < size();
+  const bool sooner = budget.rig_seconds > 0 && budget.rig_seconds < all.rig_seconds;
+  if (!fewer && !sooner) return {};
+  return Error{ErrorCode::bad_format,
+               file_.path().string() + " holds more than this budget allows: " + std::to_string(size()) +
+                   " photographs of " + std::to_string(std::llround(std::ceil(all.rig_seconds))) +
+                   " s on the rig's clock",
+               "give a larger budget or none, or delete the log to begin anew"};
+}
+
+Result<void> FileLog::forget(std::int64_t first, std::int64_t differs) {
+  SYMRIG_CHECK(check_forgetting(differs));
+  records_.resize(static_cast<std::size_t>(first));
+  end_ =
+      first > 0 ? place(first - 1).offset + place(first - 1).bytes : acquisition::log_head(identity_).size();
+  return {};
+}
+
+Result<void> FileLog::sync() {
+  if (!sync_timer_.due()) return {};
+  const auto start = Clock::now();
+  SYMRIG_CHECK(file_.sync());
+  sync_timer_.took(start);
+  return {};
+}
+
+Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<const Radiance> photographs,
+                                 const ProbeCost& spent) {
+  SYMRIG_CHECK(sync());
+  SYMRIG_CHECK(acquisition::check_run(shape_, patterns, photographs));
+  SYMRIG_CHECK(make_sound());
+  const bool noted = identity_.budget.any && head_ == HeadState::whole;
+  const std::size_t before = records_.size();
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    acquisition::encode_record(patterns[k], photographs[k],
+                               {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted}, written_);
+    auto written = append_record(written_);
+    if (written) continue;
+    records_.resize(before);
+    SYMRIG_CHECK(file_.cut(end_));
+    return written;
+  }
+  end_ = file_.size();
+  return {};
+}
+
+Result<void> FileLog::append_record(const Record& record) {
+  const RecordFront front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
+  const std::uint64_t begin = file_.size();
+  SYMRIG_CHECK(file_.append(std::as_bytes(std::span(&front, 1)), record));
+  records_.push_back({begin + sizeof front, front.bytes, front.crc, acquisition::record_budgeted(record)});
+  return {};
+}
+
+Result<Record> FileLog::record(std::int64_t k, bool pattern_only) const {
+  if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
+  const Place& place = this->place(k);
+  const auto bytes = static_cast<std::size_t>(place.bytes);
+  Record record(pattern_only ? acquisition::pattern_end(shape_, bytes) : bytes);
+  SYMRIG_CHECK(file_.read(place.offset, record));
+  if (!pattern_only && acquisition::fast_crc32c(record) != place.crc)
+    return Error{
+        ErrorCode::bad_format,
+        file_.path().string() + ": photograph " + std::to_string(k) + " has changed since it was written",
+        "check the disk"};
+  return record;
+}
+
+Result<Pattern> FileLog::pattern(std::int64_t k) const {
+  SYMRIG_TRY(const Record bytes, record(k, true));
+  return acquisition::record_pattern(shape_, bytes);
+}
+
+Result<Radiance> FileLog::photograph(std::int64_t k) const {
+  SYMRIG_TRY(const Record bytes, record(k, false));
+  return acquisition::record_photograph(shape_, bytes);
+}
+
+Result<void> FileLog::read(std::int64_t k, LoggedPhotograph& to) const {
+  SYMRIG_TRY(const Record bytes, record(k, false));
+  acquisition::read_record(shape_, bytes, to);
+  return {};
+}
+
+Result<ProbeCost> FileLog::spent(std::int64_t k) const {
+  SYMRIG_TRY(const Record bytes, record(k, true));
+  return acquisition::record_spent(bytes);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<PhotographLog>> create_photograph_log(const fs::path& path,
+                                                             const LogIdentity& identity) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::create(path));
+  if (auto head = file.append(acquisition::log_head(identity)); !head) {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    return head.error();
+  }
+  return std::unique_ptr<PhotographLog>(new FileLog(std::move(file), identity, HeadState::whole));
+}
+
+Result<std::unique_ptr<PhotographLog>> open_photograph_log(const fs::path& path,
+                                                           const LogIdentity& identity) {
+  SYMRIG_TRY(AppendedFile file, AppendedFile::open(path));
+  SYMRIG_TRY(const HeadState head, acquisition::check_log_head(file, identity));
+  auto log = std::make_unique<FileLog>(std::move(file), identity, head);
+  SYMRIG_CHECK(log->find_photographs());
+  return std::unique_ptr<PhotographLog>(std::move(log));
+}
+
+}  // namespace symrig

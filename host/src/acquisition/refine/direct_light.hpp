@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/known.hpp"
+#include "acquisition/refine/level_light.hpp"
+#include "acquisition/search/photographer.hpp"
+
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// Refines the diagonal of T, the light that comes straight back, from every photograph in which a pixel was
+/// lit:
+///   d_i += Σ_k w_ik p_ik e_ik / Σ_k w_ik p_ik²,   e = what the known transport leaves,  w = 1 / (Var +
+///   misfit²)
+/// the least-squares step in each d_i alone. One photograph of a level holds a pixel's direct light once; all
+/// levels together hold it many times, so its shot noise falls as 1/√(times lit).
+class DirectLight {
+ public:
+  /// What known transport may miss in a sample, mean squares per channel: in every sample, and in one of a
+  /// photograph with half the pixels lit. The latter grows with the square of the lit share, so that a
+  /// flood-lit photograph, which holds all that was left out, does not move it into the direct light.
+  struct Model {
+    std::vector<double> least, half;
+  };
+  DirectLight(const Known& known, std::size_t pixels, Model model);
+
+  /// Adds photographs from which the known transport has been subtracted.
+  void add(std::span<const TreePhotograph> residuals);
+  /// Adds the samples of a level; later: of the transport that is known now.
+  void add(const LevelLight& level, const LaterLight& later, const Known& known);
+  /// Moves the diagonal entries of `known`.
+  void apply(Known& known) const;
+
+ private:
+  double variance(std::size_t at, double measured, double share) const;
+
+  std::vector<std::int32_t> entry_;  // scalar number of each pixel's diagonal entry; -1: none
+  Model model_;
+  std::vector<double> weighted_residual_, weight_;  // [channel][pixel]
+};
+
+}  // namespace symrig::acquisition

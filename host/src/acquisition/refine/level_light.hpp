@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/known.hpp"
+#include "acquisition/search/photographer.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// What the photographs of one level say of the pixels that they light: a level lights a pixel at most once,
+/// so one sample a pixel holds it all, and nobody needs to read the photographs again for it.
+///
+/// Which light is in such a sample? Two blocks whose transport is unknown are never lit together, so what the
+/// level leaves unknown reaches a lit pixel only from its own lit block, the child of a block of the level.
+/// Transport that is found later belongs into the sample if and only if it lies within that child:
+/// LaterLight.
+struct LevelLight {
+  LevelLight(int of_level, LogRange taken, std::size_t pixels, std::size_t channels)
+      : level(of_level),
+        photographs(taken),
+        residual(channels * pixels),
+        variance(channels * pixels, kNone),
+        lit_share(pixels) {}
+
+  static constexpr float kNone = -1;  ///< variance where there is no sample
+
+  int level;
+  LogRange photographs;
+  std::vector<float> residual, variance;  ///< [channel][pixel], known transport of the time subtracted
+  std::vector<float> lit_share;           ///< [pixel]: of the photograph that lit it
+
+  /// Keeps what a photograph, in which a share of all pixels is lit, says of those in `lit`.
+  void keep(const TreePhotograph& photograph, const LitBlocks& lit, float share);
+};
+
+/// Light that each pixel receives from the block around it when all of that is lit, by the transport that is
+/// known now, its own direct light left out: [level of the block][channel][pixel].
+class LaterLight {
+ public:
+  LaterLight(const Known& known, const BlockTree& tree, int channels);
+
+  /// From the block of `level` around pixel t (index channel × pixels + t).
+  float within(int level, std::size_t at) const { return within_[static_cast<std::size_t>(level)][at]; }
+  int levels() const { return static_cast<int>(within_.size()); }
+
+ private:
+  std::vector<std::vector<float>> within_;
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/context.hpp"
+#include "acquisition/refine/polish_jacobian.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// Fits every number of the known transport (leaf factors and scalars) to all photographs at once:
+///   minimise φ = Σ_k Σ_i w_ik (y_ik − (T p_k)_i)²,  w = 1 / (Var + misfit²)
+/// Gauss-Newton: the product a b' is linear in δa and in δb; the normal equations are solved by conjugate
+/// gradients with a diagonal preconditioner, never formed. Without weights the direct light's noise would
+/// drown the indirect light.
+///
+/// The linear model leaves out δa δb'. A leaf that holds little but noise hardly changes φ to first order
+/// even where both factors grow a hundredfold, and then δa δb' outweighs all other errors: so no factor moves
+/// by more than half its own length in a step, and a step that would raise φ is halved: φ falls
+/// monotonically.
+///
+/// Memory: eight numbers for each one stored, 64 photographs, and 8 bytes a sample of all photographs where
+/// these fit (kKeptBytes); where not, they are read again and again. Time: a step goes through the
+/// photographs steps + 2 times. Bit-equal for any number of threads.
+class Polish {
+ public:
+  /// misfit: mean square a sample may miss, a channel.
+  Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit);
+
+  /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
+  /// fails: as PhotographLog; interrupted. The known transport is changed only when the step is complete.
+  struct Outcome {
+    double before = 0, after = 0;
+  };
+  Result<Outcome> step(int steps);
+
+ private:
+  using Numbers = PolishNumbers;
+  /// residuals: mean = what is left of the photograph, variance = its weight.
+  using UseResiduals = std::function<void(std::span<TreePhotograph> residuals)>;
+  Result<double> visit_residuals(const UseResiduals& use) const;
+  void weigh(TreePhotograph& photograph) const;
+  bool keeps() const;
+  /// Σ over batches of Jᵀ W J direction.
+  Result<Numbers> curved(const Numbers& direction) const;
+  Result<Numbers> solve(Numbers residual, const Numbers& diagonal, int steps) const;
+  void shorten(Numbers& move) const;
+  Result<Outcome> move_along(const Numbers& move, double before);
+  Numbers numbers() const;
+
+  Context& context_;
+  std::vector<LogRange> ranges_;
+  std::vector<double> misfit_;
+  PolishJacobian jacobian_;
+  std::vector<PolishBatch> kept_;  ///< all photographs, or none if they do not fit
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/known.hpp"
+#include "tensor/kernels.hpp"
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// One for each factor of the known transport, in their order, then one for each scalar value.
+using PolishNumbers = std::vector<float>;
+
+/// Where the numbers of one leaf and channel are, and its pixels.
+struct LeafNumbers {
+  std::size_t a, b, rows, cols, row_begin, col_begin;
+};
+LeafNumbers numbers_of(const KnownLeaf& leaf, std::size_t channel);
+
+/// A leaf of a block with itself has a = b and stays as it is.
+inline bool polished(const KnownLeaf& leaf) {
+  return !leaf.removed && !leaf.diagonal();
+}
+
+/// Up to sixteen photographs, interleaved so that a factor that is read serves all of them; where there are
+/// fewer, the others are dark and weigh nothing. variance of the photographs given is their weight.
+struct PolishBatch {
+  std::vector<float> pattern;  ///< [pixel][kBatch]
+  std::vector<float> weight;   ///< [channel][pixel][kBatch]; 0 where nothing was seen
+  tensor::LitRanges lit;       ///< in any of the patterns
+
+  explicit PolishBatch(std::span<const TreePhotograph> photographs);
+  std::size_t pixels() const { return pattern.size() / tensor::kBatch; }
+};
+
+/// Samples of a batch, interleaved as its weights.
+using PolishSamples = std::vector<float>;
+/// Their means.
+PolishSamples means_of(std::span<const TreePhotograph> photographs);
+
+/// J, the derivative of photographs by the numbers, as far as conjugate gradients need it. Both ways are
+/// bit-equal for any number of threads; error: rounding as TransportTensor::apply.
+class PolishJacobian {
+ public:
+  PolishJacobian(const Known& known, int channels);
+
+  /// A direction, laid out for image(): a δa δb b of each leaf and channel, as A B' = a δb' + δa b', then the
+  /// scalars.
+  using Tangents = std::vector<float>;
+  Tangents tangents(const PolishNumbers& direction) const;
+  /// W J direction for each batch.
+  std::vector<PolishSamples> image(std::span<const PolishBatch> batches, const Tangents& direction) const;
+  /// gradient += Jᵀ samples.
+  void gather(std::span<const PolishBatch> batches, std::span<const PolishSamples> samples,
+              PolishNumbers& gradient) const;
+  /// diagonal += diag(Jᵀ W J), with the pixels of a pattern as if drawn at random for the part of a leaf
+  /// whose factor sums cancel.
+  void add_diagonal(std::span<const PolishBatch> batches, PolishNumbers& diagonal) const;
+
+ private:
+  void image_of(const PolishBatch& batch, std::size_t channel, const Tangents& direction, float* y) const;
+  template <class UseLeaf, class UseScalar>
+  void for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const;
+
+  const Known& known_;
+  std::size_t channels_;
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/completion.hpp"
+
+#include "acquisition/baseline/responses.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <tbb/parallel_for.h>
+
+namespace symrig::acquisition {
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+using Eigen::Index;
+
+constexpr float kNobodyTells = std::numeric_limits<float>::quiet_NaN();
+constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
+
+std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
+  return static_cast<std::size_t>(list[static_cast<std::size_t>(n)]);
+}
+
+double squared(double x) {
+  return x * x;
+}
+
+Result<std::vector<TreePhotograph>> photographs_of(const Context& context,
+                                                   const std::vector<LogRange>& ranges) {
+  std::vector<TreePhotograph> all;
+  for (const LogRange& range : ranges)
+    SYMRIG_CHECK(context.photographer.read(range.first, range.last - range.first,
+                                           [&](std::int64_t, std::span<TreePhotograph> some) {
+                                             all.insert(all.end(), some.begin(), some.end());
+                                           }));
+  return all;
+}
+
+/// [photograph × pixel]
+Matrix patterns_of(const std::vector<TreePhotograph>& photographs, std::size_t pixels) {
+  Matrix patterns(std::ssize(photographs), static_cast<Index>(pixels));
+  for (std::size_t k = 0; k < photographs.size(); ++k)
+    for (std::size_t t = 0; t < pixels; ++t)
+      patterns(static_cast<Index>(k), static_cast<Index>(t)) = static_cast<double>(photographs[k].pattern[t]);
+  return patterns;
+}
+
+/// As many pixels as patterns, those that the patterns tell apart best: the pivots of their QR.
+std::vector<std::int32_t> told_apart(const Matrix& patterns) {
+  const Eigen::ColPivHouseholderQR<Matrix> qr(patterns);
+  std::vector<std::int32_t> pixels;
+  for (Index k = 0; k < patterns.rows(); ++k)
+    pixels.push_back(static_cast<std::int32_t>(qr.colsPermutation().indices()(k)));
+  std::sort(pixels.begin(), pixels.end());
+  return pixels;
+}
+
+/// min Σ w (P E − R)² + Σ q E² over symmetric E, by conjugate gradients on the normal equations, scaled by
+/// their diagonal.
+class Symmetric {
+ public:
+  Symmetric(const Matrix& p, const Matrix& weight, const Matrix& prior)
+      : p_(p),
+        weight_(weight),
+        prior_(prior),
+        diagonal_(half(p.cwiseProduct(p).transpose() * weight) + prior) {}
+
+  Matrix solve(const Matrix& right) const {
+    // Photographs without noise weigh 10⁸ times the prior and more: then many steps are needed, as long as
+    // they are cheap.
+    constexpr double kEnough = 1e-12, kOperations = 2e10, kFewestSteps = 200, kMostSteps = 20'000;
+    const double each = 4.0 * static_cast<double>(p_.rows()) * squared(static_cast<double>(p_.cols()));
+    const auto most = static_cast<int>(std::clamp(kOperations / each, kFewestSteps, kMostSteps));
+    Matrix e = Matrix::Zero(prior_.rows(), prior_.cols());
+    Matrix r = half(p_.transpose() * weight_.cwiseProduct(right));
+    Matrix d = r.cwiseQuotient(diagonal_);
+    double rz = dot(r, d);
+    const double enough = squared(kEnough) * rz;
+    for (int k = 0; k < most && rz > enough; ++k) {
+      const Matrix ad = apply(d);
+      const double step = rz / dot(d, ad);
+      e += step * d;
+      r -= step * ad;
+      const Matrix z = r.cwiseQuotient(diagonal_);
+      const double next = dot(r, z);
+      d = z + (next / rz) * d;
+      rz = next;
+    }
+    return e;
+  }
+
+ private:
+  static double dot(const Matrix& a, const Matrix& b) { return a.cwiseProduct(b).sum(); }
+  static Matrix half(const Matrix& m) { return (m + m.transpose()) / 2; }
+  Matrix apply(const Matrix& e) const {
+    return half(p_.transpose() * weight_.cwiseProduct(p_ * e)) + prior_.cwiseProduct(e);
+  }
+
+  const Matrix& p_;
+  const Matrix& weight_;
+  const Matrix& prior_;
+  Matrix diagonal_;
+};
+
+/// An entry of T as one photograph shows it, or two.
+struct Reading {
+  double value = 0, variance = 0;
+  bool told = false;
+};
+
+/// Two readings of one entry: their mean weighted by inverse variance.
+Reading both(const Reading& a, const Reading& b) {
+  if (!a.told || !b.told) return a.told ? a : b;
+  const double sum = a.variance + b.variance;
+  const double weight = sum > 0 ? b.variance / sum : 0.5;
+  return {weight * a.value + (1 - weight) * b.value,
+          squared(weight) * a.variance + squared(1 - weight) * b.variance, true};
+}
+
+}  // namespace
+
+/// What is expected of T_UU before the photographs of patterns are looked at: mean squares.
+struct Completion::Prior {
+  bool known = false;                     ///< around what the search knew; otherwise around 0
+  double around = 0;                      ///< beside the diagonal
+  double direct = 0, direct_scatter = 0;  ///< the diagonal: its mean, and around that
+};
+
+/// Photographs of patterns.
+struct Completion::Others {
+  std::vector<TreePhotograph> photographs;
+  Matrix patterns;
+};
+
+std::int64_t Completion::bytes(std::int64_t pixels, int channels) {
+  // Each channel twice (as measured and as solved), and the finished columns.
+  constexpr auto kEach = static_cast<std::int64_t>(4 * sizeof(float) + sizeof(float) + sizeof(std::int32_t));
+  return pixels * pixels * kEach * channels;
+}
+
+Result<Completion> Completion::take(const Context& context, const TransportTensor& known) {
+  Completion all;
+  all.pixels_ = context.tree.order().size();
+  const std::int64_t begin = context.photographer.taken();
+  SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(context, {{0, begin}}));
+  all.rest_ = told_apart(patterns_of(taken, all.pixels_));
+  std::vector<LitBlocks> single;
+  for (std::int32_t t = 0; t < static_cast<std::int32_t>(all.pixels_); ++t) {
+    if (std::binary_search(all.rest_.begin(), all.rest_.end(), t)) continue;
+    all.alone_.push_back(t);
+    single.push_back({{t, t + 1}});
+  }
+  const std::size_t entries = all.pixels_ * all.pixels_;
+  all.channels_.assign(static_cast<std::size_t>(context.channels),
+                       {std::vector<float>(entries), std::vector<float>(entries, kNobodyTells)});
+  all.keep_known(known);
+  context.photographer.expect_later(kNoneToCome);
+  SYMRIG_CHECK(context.photographer.take(
+      "brute force", single, [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+        for (std::size_t k = 0; k < photographs.size(); ++k)
+          all.keep(pixel(all.alone_, first - begin + static_cast<Index>(k)), photographs[k]);
+      }));
+  return all;
+}
+
+/// The photograph of one lit pixel is a column of T.
+void Completion::keep(std::size_t col, const TreePhotograph& photograph) {
+  for (std::size_t channel = 0; channel < channels_.size(); ++channel)
+    for (std::size_t row = 0; row < pixels_; ++row) {
+      const std::size_t t = channel * pixels_ + row;
+      if (photograph.valid[t] == 0) continue;
+      channels_[channel].value[at(row, col)] = photograph.mean[t];
+      channels_[channel].variance[at(row, col)] = photograph.variance[t];
+    }
+}
+
+/// The columns that nobody lights, and their mirror images.
+void Completion::keep_known(const TransportTensor& known) {
+  std::vector<float> lit(pixels_), seen(pixels_);
+  for (const std::int32_t u : rest_) {
+    const auto col = static_cast<std::size_t>(u);
+    lit[col] = 1;
+    for (std::size_t channel = 0; channel < channels_.size(); ++channel) {
+      std::fill(seen.begin(), seen.end(), 0.0F);
+      known.apply_tree(lit, seen, static_cast<int>(channel), false);
+      for (std::size_t row = 0; row < pixels_; ++row)
+        channels_[channel].value[at(row, col)] = channels_[channel].value[col * pixels_ + row] = seen[row];
+    }
+    lit[col] = 0;
+  }
+}
+
+Scatter Completion::mirrored() const {
+  Scatter scatter;
+  for (const Channel& channel : channels_)
+    for (std::size_t i = 0; i < pixels_; ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto variance =
+            static_cast<double>(channel.variance[at(i, j)]) + static_cast<double>(channel.variance[at(j, i)]);
+        if (!std::isnan(variance))
+          scatter.add(
+              static_cast<double>(channel.value[at(i, j)]) - static_cast<double>(channel.value[at(j, i)]),
+              variance);
+      }
+  return scatter;
+}
+
+/// Each entry and its mirror image become what is told of both.
+void Completion::mirror(Channel& channel) const {
+  const auto reading = [&channel](std::size_t at) {
+    const float variance = channel.variance[at];
+    const bool told = !std::isnan(variance);
+    return Reading{static_cast<double>(channel.value[at]), told ? static_cast<double>(variance) : 0, told};
+  };
+  for (std::size_t i = 0; i < pixels_; ++i)
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Reading entry = both(reading(at(i, j)), reading(at(j, i)));
+      if (!entry.told) continue;
+      channel.value[at(i, j)] = channel.value[at(j, i)] = static_cast<float>(entry.value);
+      channel.variance[at(i, j)] = channel.variance[at(j, i)] = static_cast<float>(entry.variance);
+    }
+}
+
+/// channel: as measured, not mirrored: what the search knew of T_LU stands in the columns of U.
+Completion::Prior Completion::prior_of(const Channel& channel) const {
+  double known = 0, nothing = 0, entries = 0;
+  double direct = 0, direct_squares = 0, direct_entries = 0;
+  for (const std::int32_t lit : alone_) {
+    const auto l = static_cast<std::size_t>(lit);
+    for (const std::int32_t dark : rest_) {
+      const auto u = static_cast<std::size_t>(dark);
+      if (std::isnan(channel.variance[at(u, l)])) continue;
+      const auto seen = static_cast<double>(channel.value[at(u, l)]);
+      known += squared(seen - static_cast<double>(channel.value[at(l, u)])) -
+               static_cast<double>(channel.variance[at(u, l)]);
+      nothing += squared(seen) - static_cast<double>(channel.variance[at(u, l)]);
+      ++entries;
+    }
+    if (std::isnan(channel.variance[at(l, l)])) continue;
+    direct += static_cast<double>(channel.value[at(l, l)]);
+    direct_squares += squared(static_cast<double>(channel.value[at(l, l)]));
+    ++direct_entries;
+  }
+  Prior prior{.known = known < nothing};
+  if (entries > 0) prior.around = std::max(0.0, prior.known ? known : nothing) / entries;
+  if (direct_entries == 0) return prior;
+  prior.direct = direct / direct_entries;
+  prior.direct_scatter =
+      prior.around + std::max(0.0, direct_squares / direct_entries - squared(prior.direct));
+  return prior;
+}
+
+/// T_UU of a channel, from photographs of patterns. number: of the channel.
+void Completion::fill(Channel& channel, std::size_t number, const Others& others) const {
+  const Prior prior = prior_of(channels_[number]);
+  const Index rest = std::ssize(rest_);
+  const Index photographs = others.patterns.rows();
+  Matrix p(photographs, rest), x(rest, rest);
+  for (Index a = 0; a < rest; ++a) {
+    p.col(a) = others.patterns.col(static_cast<Index>(pixel(rest_, a)));
+    for (Index b = 0; b < rest; ++b)
+      x(a, b) = prior.known ? static_cast<double>(channel.value[at(pixel(rest_, a), pixel(rest_, b))]) : 0;
+    x(a, a) = prior.direct;
+  }
+  Matrix right(photographs, rest), weight(photographs, rest);
+  tbb::parallel_for(Index{0}, photographs, [&](Index k) {
+    const TreePhotograph& y = others.photographs[static_cast<std::size_t>(k)];
+    const auto seen = std::span(y.mean).subspan(number * pixels_, pixels_);
+    double squares = 0;
+    for (const float v : seen) squares += squared(static_cast<double>(v));
+    const double rounding = squared(kRounding) * squares / static_cast<double>(pixels_);
+    for (Index n = 0; n < rest; ++n) {
+      const std::size_t u = pixel(rest_, n);
+      auto left = static_cast<double>(seen[u]);
+      double variance = static_cast<double>(y.variance[number * pixels_ + u]) + rounding;
+      for (const std::int32_t lit : alone_) {
+        const double share = others.patterns(k, lit);
+        const std::size_t entry = at(u, static_cast<std::size_t>(lit));
+        if (share == 0 || std::isnan(channel.variance[entry])) continue;
+        left -= share * static_cast<double>(channel.value[entry]);
+        variance += squared(share) * static_cast<double>(channel.variance[entry]);
+      }
+      right(k, n) = left;
+      weight(k, n) = y.valid[number * pixels_ + u] != 0 && variance > 0 ? 1 / variance : 0;
+    }
+  });
+  const double surest = std::max(weight.size() > 0 ? weight.maxCoeff() : 0.0, 1e-300);
+  // Never so wide that it does not count, nor so narrow that photographs do not.
+  const auto inverse = [surest](double square) {
+    return std::clamp(square > 0 ? 1 / square : surest, 1e-12 * surest, surest);
+  };
+  Matrix narrow = Matrix::Constant(rest, rest, inverse(prior.around));
+  narrow.diagonal().setConstant(inverse(prior.direct_scatter));
+  right -= p * x;
+  x += Symmetric(p, weight, narrow).solve(right);
+  for (Index a = 0; a < rest; ++a)
+    for (Index b = 0; b < rest; ++b) {
+      const std::size_t entry = at(pixel(rest_, a), pixel(rest_, b));
+      channel.value[entry] = static_cast<float>(x(a, b));
+      channel.variance[entry] = static_cast<float>(1 / surest);
+    }
+}
+
+/// Columns of what stands out of its noise.
+TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
+  TensorBuilder builder(tree, tree, static_cast<int>(channels.size()));
+  std::vector<std::int32_t> rows;
+  std::vector<float> values;
+  for (std::size_t col = 0; col < pixels_; ++col) {
+    rows.clear();
+    values.clear();
+    for (std::size_t row = 0; row < pixels_; ++row) {
+      const std::size_t entry = at(row, col);
+      const bool significant = std::any_of(channels.begin(), channels.end(), [entry](const Channel& c) {
+        const double variance = std::isnan(c.variance[entry]) ? 0 : static_cast<double>(c.variance[entry]);
+        return std::abs(static_cast<double>(c.value[entry])) >
+               static_cast<double>(kGateSigmas) * std::sqrt(variance);
+      });
+      if (!significant) continue;
+      rows.push_back(static_cast<std::int32_t>(row));
+      for (const Channel& c : channels) values.push_back(c.value[entry]);
+    }
+    const auto begin = static_cast<std::int32_t>(col);
+    builder.add_column(begin, begin + 1, rows, values);
+  }
+  return std::move(builder).finish();
+}
+
+Result<TransportTensor> Completion::tensor(const Context& context,
+                                           const std::vector<LogRange>& others) const {
+  Others shown;
+  SYMRIG_TRY(shown.photographs, photographs_of(context, others));
+  shown.patterns = patterns_of(shown.photographs, pixels_);
+  std::vector<Channel> channels = channels_;
+  for (std::size_t number = 0; number < channels.size(); ++number) {
+    mirror(channels[number]);
+    fill(channels[number], number, shown);
+  }
+  return packed(context.tree, channels);
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/known.hpp"
+
+#include "tensor/kernels.hpp"
+#include "tensor/lanes.hpp"
+#include "tensor/scratch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::acquisition {
+
+using tensor::kBatch;
+
+std::int32_t Known::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
+                             std::int32_t col_end, int level, std::span<const float> factors) {
+  leaves_.push_back({row_begin, row_end, col_begin, col_end, level, 0, 0, false,
+                     static_cast<std::int64_t>(factors_.size())});
+  factors_.insert(factors_.end(), factors.begin(), factors.end());
+  return static_cast<std::int32_t>(leaves_.size()) - 1;
+}
+
+LeafSides Known::sides(const KnownLeaf& leaf, int channel) const {
+  const auto rows = static_cast<std::size_t>(leaf.rows());
+  const auto cols = static_cast<std::size_t>(leaf.cols());
+  const auto both = std::span(factors_).subspan(
+      static_cast<std::size_t>(leaf.factors + channel * (std::int64_t{leaf.rows()} + leaf.cols())),
+      rows + cols);
+  return {both.first(rows), both.subspan(rows)};
+}
+
+void Known::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
+  empties_.push_back({level, row_block, col_block});
+}
+
+void Known::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise) {
+  scalars_.push_back({row, col});
+  scalar_noise_.push_back(noise);
+  scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
+}
+
+void Known::begin_band(int radius) {
+  band_radius_ = radius;
+  band_begin_ = scalars_.size();
+}
+
+void Known::rewind(const Mark& mark) {
+  if (mark.scalars <= band_begin_) band_radius_ = 0;
+  leaves_.resize(mark.leaves);
+  factors_.resize(mark.factors);
+  empties_.resize(mark.empties);
+  scalars_.resize(mark.scalars);
+  scalar_noise_.resize(mark.scalars);
+  scalar_values_.resize(mark.scalars * static_cast<std::size_t>(channels_));
+}
+
+void Known::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
+  const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
+  const auto channels = static_cast<std::size_t>(channels_);
+  tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
+    const std::size_t first = task / channels * kBatch;
+    subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels,
+                   since);
+  });
+}
+
+namespace {
+
+constexpr std::size_t kRun =
+    256;  // pixels whose sixteen lanes stay in the first cache while they are sorted in or out
+
+/// Which photographs light a pixel; empty if a pixel is neither lit nor dark. In words of one size, so that
+/// compilers make vectors of it.
+std::vector<tensor::LitMask> masks_of(std::span<const TreePhotograph> batch, std::size_t pixels) {
+  constexpr auto kLit = std::bit_cast<std::uint32_t>(1.0F);
+  std::vector<tensor::LitMask> masks(pixels);
+  std::uint32_t grey = 0;
+  for (std::size_t begin = 0; begin < pixels; begin += kRun) {
+    std::array<std::uint32_t, kRun> run{};
+    const std::size_t count = std::min(kRun, pixels - begin);
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      const float* const pattern = batch[k].pattern.data() + begin;
+      for (std::size_t t = 0; t < count; ++t) {
+        const auto bits = std::bit_cast<std::uint32_t>(pattern[t]);
+        const std::uint32_t lit = bits >> 29 & 1;  // set in 1.0, clear in 0.0
+        grey |= bits ^ (kLit & (0 - lit));
+        run[t] |= lit << k;
+      }
+    }
+    for (std::size_t t = 0; t < count; ++t) masks[begin + t] = static_cast<tensor::LitMask>(run[t]);
+  }
+  if (grey != 0) masks.clear();
+  return masks;
+}
+
+/// p[pixel][lane] = pattern of photograph `lane`; lanes without a photograph stay dark. any: lit in any of
+/// them.
+void interleave(std::span<const TreePhotograph> batch, float* p, std::vector<float>& any) {
+  const std::array<float, kRun> dark{};
+  for (std::size_t begin = 0; begin < any.size(); begin += kRun) {
+    const std::size_t end = std::min(begin + kRun, any.size());
+    tensor::LaneRows lanes{};
+    for (std::size_t k = 0; k < kBatch; ++k) {
+      lanes[k] = k < batch.size() ? batch[k].pattern.data() + begin : dark.data();
+      for (std::size_t t = begin; t < end; ++t) any[t] += lanes[k][t - begin];
+    }
+    tensor::interleave(lanes, end - begin, p + begin * kBatch);
+  }
+}
+
+/// y += value · pattern of one pixel.
+void add_pixel(float value, const float* p, std::size_t pixel, float* y) {
+  for (std::size_t c = 0; c < kBatch; ++c) y[c] += value * p[pixel * kBatch + c];
+}
+void add_pixel(float value, const tensor::LitMask* lit, std::size_t pixel, float* y) {
+  for (unsigned left = lit[pixel]; left != 0; left &= left - 1)  // rarely more than one
+    y[std::countr_zero(left)] += value;
+}
+
+/// mean −= y, lane by lane.
+void subtract_lanes(const float* y, std::size_t pixels, std::size_t channel,
+                    std::span<TreePhotograph> batch) {
+  std::array<float, kRun * kBatch> run{};
+  tensor::LaneRowsOut lanes{};
+  for (std::size_t k = 0; k < kBatch; ++k) lanes[k] = run.data() + k * kRun;
+  for (std::size_t begin = 0; begin < pixels; begin += kRun) {
+    const std::size_t count = std::min(kRun, pixels - begin);
+    tensor::deinterleave(y + begin * kBatch, count, lanes);
+    for (std::size_t k = 0; k < batch.size(); ++k) {
+      float* const mean = batch[k].mean.data() + channel * pixels + begin;
+      for (std::size_t t = 0; t < count; ++t) mean[t] -= lanes[k][t];
+    }
+  }
+}
+
+}  // namespace
+
+template <class P>
+void Known::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
+                      float* y) const {
+  for (const KnownLeaf& leaf : std::span(leaves_).subspan(since.leaves)) {
+    if (leaf.removed) continue;
+    const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
+    const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
+    if (!row_lit && !col_lit) continue;
+    const auto [a, b] = sides(leaf, static_cast<int>(channel));
+    const auto row = static_cast<std::size_t>(leaf.row_begin);
+    const auto col = static_cast<std::size_t>(leaf.col_begin);
+    if (col_lit)
+      tensor::add_leaf_batch({a.data(), b.data(), row, a.size(), col, b.size(), 1}, row_lit, p, y);
+    else
+      tensor::add_leaf_batch({b.data(), a.data(), col, b.size(), row, a.size(), 1}, false, p, y);
+  }
+  for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
+    const auto row = static_cast<std::size_t>(scalars_[k].row);
+    const auto col = static_cast<std::size_t>(scalars_[k].col);
+    const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
+    add_pixel(value, p, col, y + row * kBatch);
+    if (row != col) add_pixel(value, p, row, y + col * kBatch);
+  }
+}
+
+void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const {
+  const std::size_t pixels = tree_.order().size();
+  const tensor::Scratch y(pixels * kBatch);
+  std::fill_n(y.data(), y.size(), 0.0F);
+  if (const std::vector<tensor::LitMask> masks = masks_of(batch, pixels); !masks.empty()) {
+    add_light(masks.data(), tensor::LitRanges(masks), channel, since, y.data());
+  } else {
+    const tensor::Scratch p(pixels * kBatch);
+    std::vector<float> any(pixels);
+    interleave(batch, p.data(), any);
+    add_light(p.data(), tensor::LitRanges(any), channel, since, y.data());
+  }
+  subtract_lanes(y.data(), pixels, channel, batch);
+}
+
+void Known::add_band_to(TensorBuilder& builder) const {
+  const Grid grid = tree_.grid();
+  const std::size_t pixels = tree_.order().size();
+  const auto offsets = band_offsets(band_radius_);
+  const auto channels = static_cast<std::size_t>(channels_);
+  std::vector<float> band(channels * offsets.size() * pixels);
+  const auto offset_of = [&](std::int32_t from, std::int32_t to) {
+    const BandOffset d{to / grid.cols - from / grid.cols, to % grid.cols - from % grid.cols};
+    for (std::size_t k = 0; k < offsets.size(); ++k)
+      if (offsets[k].dy == d.dy && offsets[k].dx == d.dx) return k;
+    return offsets.size();
+  };
+  for (std::size_t n = band_begin_; n < scalars_.size(); ++n) {
+    const auto values = std::span(scalar_values_).subspan(n * channels, channels);
+    if (scalars_[n].row == scalars_[n].col) {
+      builder.add_scalar(scalars_[n].row, scalars_[n].col, values);
+      continue;
+    }
+    std::int32_t from = tree_.order()[static_cast<std::size_t>(scalars_[n].row)];
+    std::int32_t to = tree_.order()[static_cast<std::size_t>(scalars_[n].col)];
+    std::size_t k = offset_of(from, to);
+    if (k == offsets.size()) {
+      std::swap(from, to);
+      k = offset_of(from, to);
+    }
+    for (std::size_t channel = 0; channel < channels; ++channel)
+      band[(channel * offsets.size() + k) * pixels + static_cast<std::size_t>(from)] = values[channel];
+  }
+  builder.add_band(band_radius_, band);
+}
+
+void Known::add_leaves_to(TensorBuilder& builder) const {
+  std::vector<float> factors;
+  for (std::size_t first = 0, next = 0; first < leaves_.size(); first = next) {
+    const KnownLeaf& leaf = leaves_[first];
+    for (next = first + 1; next < leaves_.size() && leaves_[next].joined;) ++next;
+    if (leaf.removed) continue;
+    const auto rows = static_cast<std::int64_t>(leaf.rows());
+    factors.clear();
+    const auto append = [&](std::int64_t offset, std::int64_t size) {
+      for (std::size_t n = first; n < next; ++n) {
+        const auto from = factors_.begin() + leaves_[n].factors + offset;
+        factors.insert(factors.end(), from, from + size);
+      }
+    };
+    for (int channel = 0; channel < channels_; ++channel) {
+      append(channel * (rows + leaf.cols()), rows);
+      append(channel * (rows + leaf.cols()) + rows, leaf.cols());
+    }
+    builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
+                     static_cast<int>(next - first), leaf.level, factors);
+  }
+}
+
+TransportTensor Known::tensor() const {
+  TensorBuilder builder(tree_, channels_);
+  add_leaves_to(builder);
+  for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);
+  const std::size_t plain = band_radius_ > 0 ? band_begin_ : scalars_.size();
+  for (std::size_t k = 0; k < plain; ++k)
+    builder.add_scalar(
+        scalars_[k].row, scalars_[k].col,
+        std::span(scalar_values_)
+            .subspan(k * static_cast<std::size_t>(channels_), static_cast<std::size_t>(channels_)));
+  if (band_radius_ > 0) add_band_to(builder);
+  return std::move(builder).finish();
+}
+
+}  // namespace symrig::acquisition

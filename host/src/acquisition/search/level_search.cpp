@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/level_search.hpp"
+
+#include "acquisition/search/colouring.hpp"
+#include "acquisition/search/conflict_graph.hpp"
+#include "acquisition/search/search_forecast.hpp"
+#include "acquisition/search/short_range.hpp"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+namespace symrig::acquisition {
+namespace {
+
+/// Calls use(side) for each side of the node that the shot lights.
+template <class Use>
+void for_lit_sides(const Node& node, const std::vector<char>& lit, const Use& use) {
+  if (lit[static_cast<std::size_t>(node.col)] != 0) use(NodeLevel::Side::col);
+  if (!node.diagonal() && lit[static_cast<std::size_t>(node.row)] != 0) use(NodeLevel::Side::row);
+}
+
+std::vector<std::vector<char>> lit_blocks(std::span<const Shot> shots, std::int32_t blocks) {
+  std::vector<std::vector<char>> lit(shots.size(), std::vector<char>(static_cast<std::size_t>(blocks)));
+  for (std::size_t k = 0; k < shots.size(); ++k)
+    for (const std::int32_t b : shots[k].blocks) lit[k][static_cast<std::size_t>(b)] = 1;
+  return lit;
+}
+
+std::vector<Shot> shots_of(const std::vector<std::vector<std::int32_t>>& colours, const NodeLevel& level) {
+  std::vector<Shot> shots;
+  for (const auto& colour : colours) {
+    for (int slot = 0; slot < 4; ++slot) {
+      Shot shot{{}, slot};
+      for (const std::int32_t b : colour)
+        if (slot < level.block(b).children) shot.blocks.push_back(b);
+      if (!shot.blocks.empty()) shots.push_back(std::move(shot));
+    }
+  }
+  return shots;
+}
+
+}  // namespace
+
+Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
+  std::vector<NodeIndex> doubtful, predicted;
+  for (NodeIndex n = 0; n < std::ssize(unknown_.nodes()); ++n)
+    (expected_to_pass(node(n)) ? predicted : doubtful).push_back(n);
+  std::vector<Tested> tested;
+  while (!doubtful.empty()) {
+    rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
+    if (worth_ && !worth_(std::ssize(rounds_.back().shots), later().least)) return give_up();
+    for (const NodeIndex n : predicted) accept(n);
+    predicted.clear();
+    budget -= std::ssize(rounds_.back().shots);
+    foretell(budget);
+    SYMRIG_CHECK(photograph(rounds_.back()));
+    SYMRIG_CHECK(develop_again());
+    tested = judge();
+    learn(std::span(tested).last(rounds_.back().tested.size()));
+    const auto light = unknown_.diagonal_light(rounds_.back().tested);
+    if (light.lit > 0 && rounds_.size() == 1)
+      context_.beside = static_cast<float>(std::clamp(light.beside / light.lit, 0.0, 1.0));
+    doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
+  }
+  for (const NodeIndex n : predicted) accept(n);
+  return tested;
+}
+
+/// Nothing of this level is known.
+std::vector<Tested> LevelSearch::give_up() {
+  given_up_ = true;
+  rounds_.pop_back();
+  for (const Accepted& at : accepted_) context_.known.remove_leaf(at.leaf);
+  accepted_.clear();
+  return {};
+}
+
+std::int64_t LevelSearch::photographs() const {
+  std::int64_t sum = 0;
+  for (const Round& round : rounds_) sum += std::ssize(round.shots);
+  return sum;
+}
+
+LevelEvidence LevelSearch::evidence(std::span<const Tested> tested) const {
+  LevelEvidence level{.level = unknown_.level(), .patterns = photographs()};
+  double excess = 0;
+  double energy = 0;
+  for (const Tested& t : tested) {
+    if (node(t.node).diagonal()) continue;
+    ++level.tested;
+    level.leaves += t.leaf ? 1 : 0;
+    excess += t.total.excess();
+    energy += t.total.energy();
+  }
+  level.unexplained = energy > 0 ? std::min(1.0, excess / energy) : 0;
+  return level;
+}
+
+/// Photographs of later levels, once the round planned last is taken.
+UnitsToCome LevelSearch::later() const {
+  const BlockTree& tree = context_.tree;
+  std::vector<double> children;
+  for (int l = 0; l + 1 < tree.levels(); ++l)
+    children.push_back(static_cast<double>(tree.level(l + 1).size()) /
+                       static_cast<double>(tree.level(l).size()));
+  const auto level = static_cast<std::size_t>(unknown_.level());
+  const std::int64_t round = std::ssize(rounds_.back().shots);
+  return forecast_later({.level = unknown_.level(),
+                         .planned = context_.patterns_per_level[level + 1] + round,
+                         .before = context_.patterns_per_level[level],
+                         .taken = context_.photographer.taken() + round,
+                         .direct_share = context_.options.economy.direct_share,
+                         .children = children});
+}
+
+/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
+void LevelSearch::foretell(std::int64_t budget) {
+  UnitsToCome later = this->later();
+  if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
+  context_.photographer.expect_later(later);
+}
+
+/// A block with itself is accepted only where a budget ends. Then it is taken for direct light, since a
+/// rank-1 leaf would spread what comes straight back over the whole block; one that was a leaf before becomes
+/// that leaf again.
+void LevelSearch::accept(NodeIndex n) {
+  if (node(n).diagonal() && !node(n).distrusted)
+    add_direct(context_, unknown_, node(n));
+  else
+    accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
+}
+
+bool LevelSearch::expected_to_pass(const Node& of) const {
+  return context_.options.economy.decay > 0 && decay_.squared() * of.undecayed <= context_.tolerance();
+}
+
+/// Colours the blocks of the level so that no two in one colour share a block whose transport with both is
+/// unknown, and lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit
+/// into a colour move to the tested, those nearest to failing first.
+LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
+                                         std::vector<NodeIndex>& predicted) const {
+  std::vector<std::pair<std::int32_t, std::int32_t>> edges;
+  edges.reserve(doubtful.size());
+  for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
+  if (context_.options.economy.look_in_the_dark) add_loops(edges);
+  Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
+  std::stable_sort(predicted.begin(), predicted.end(),
+                   [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
+  std::erase_if(predicted, [&](NodeIndex n) {
+    if (!colouring.add(node(n).row, node(n).col)) return false;
+    doubtful.push_back(n);
+    return true;
+  });
+  return {std::move(doubtful), shots_of(colouring.classes(), unknown_), 0};
+}
+
+/// Tests as many of the doubtful nodes as the budget has patterns for, those that are expected to miss most
+/// first; the others are accepted as they are.
+LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
+                                                std::vector<NodeIndex>& predicted) {
+  const std::vector<NodeIndex> passing = predicted;
+  Round round = schedule(doubtful, predicted);
+  if (std::ssize(round.shots) <= budget) return round;
+  cut_short_ = true;
+  std::stable_sort(doubtful.begin(), doubtful.end(),
+                   [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
+  std::size_t most = doubtful.size();
+  std::size_t least = 0;
+  const auto with_first = [&](std::size_t count) {
+    predicted = passing;
+    predicted.insert(predicted.end(), doubtful.begin() + static_cast<std::ptrdiff_t>(count), doubtful.end());
+    return schedule({doubtful.begin(), doubtful.begin() + static_cast<std::ptrdiff_t>(count)}, predicted);
+  };
+  while (most - least > 1) {
+    const std::size_t middle = least + (most - least) / 2;
+    (std::ssize(with_first(middle).shots) <= budget ? least : most) = middle;
+  }
+  return with_first(least);
+}
+
+/// Every block becomes its own partner.
+void LevelSearch::add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const {
+  std::vector<char> looped(static_cast<std::size_t>(unknown_.block_count()));
+  for (const auto& [a, b] : edges)
+    if (a == b) looped[static_cast<std::size_t>(a)] = 1;
+  const std::size_t pairs = edges.size();
+  for (std::size_t k = 0; k < pairs; ++k)
+    for (const std::int32_t block : {edges[k].first, edges[k].second})
+      if (std::exchange(looped[static_cast<std::size_t>(block)], 1) == 0) edges.emplace_back(block, block);
+}
+
+LitBlocks LevelSearch::lit_ranges(const Shot& shot) const {
+  LitBlocks ranges;
+  for (const std::int32_t b : shot.blocks) {
+    const Block& child = unknown_.child(unknown_.block(b), shot.slot);
+    ranges.push_back({child.begin, child.end});
+  }
+  return ranges;
+}
+
+Result<void> LevelSearch::photograph(Round& round) {
+  const std::int64_t bytes = unknown_.room(round.tested);
+  if (bytes > context_.options.memory_limit)
+    return Error{ErrorCode::limit,
+                 "level " + std::to_string(unknown_.level()) + " would need " + std::to_string(bytes >> 20) +
+                     " MiB for " + std::to_string(round.tested.size()) + " unknown nodes",
+                 "raise the tolerance or use a smaller grid; the scene may not be data-sparse"};
+  unknown_.make_room(round.tested);
+  std::vector<LitBlocks> patterns;
+  for (const Shot& shot : round.shots) patterns.push_back(lit_ranges(shot));
+  round.first = context_.photographer.taken();
+  context_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
+  const std::size_t r = rounds_.size() - 1;
+  if (r == 0 && context_.options.economy.direct_share > 0)
+    context_.level_light.emplace_back(
+        unknown_.level(), LogRange{round.first, round.first + std::ssize(round.shots)},
+        context_.tree.order().size(), static_cast<std::size_t>(context_.channels));
+  return context_.photographer.take(
+      "level " + std::to_string(unknown_.level()), patterns,
+      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); },
+      // Before any level has looked nobody knows how dark the dark is: a guess that is too bright would get
+      // photographs that show noise there, and blocks would be taken for empty.
+      !context_.beside
+          ? Photographer::Foresee()
+          : [&](std::size_t first,
+                std::size_t count) { return foresee(r, std::span(round.shots).subspan(first, count)); });
+}
+
+/// What photographs of round r will show: known transport and what other rounds measured, and the estimates
+/// of the nodes that are tested.
+std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> shots) const {
+  const std::size_t pixels = context_.tree.order().size();
+  const std::size_t size = pixels * static_cast<std::size_t>(context_.channels);
+  std::vector<TreePhotograph> known(shots.size());
+  for (std::size_t k = 0; k < shots.size(); ++k) {
+    known[k].pattern.assign(pixels, 0);
+    known[k].mean.assign(size, 0);
+    for (const LitRange& lit : lit_ranges(shots[k]))
+      std::fill(known[k].pattern.begin() + lit.begin, known[k].pattern.begin() + lit.end, 1.0F);
+  }
+  context_.known.subtract_from(known);
+  for (std::size_t other = 0; other < rounds_.size(); ++other)
+    if (other != r) subtract_measured(rounds_[other].tested, shots, known);
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  std::vector<Preview> previews(shots.size());
+  tbb::parallel_for(std::size_t{0}, shots.size(), [&](std::size_t k) {
+    for (float& value : known[k].mean) value = -value;
+    previews[k] = {std::move(known[k].mean), std::vector<float>(size)};
+    for (const NodeIndex n : rounds_[r].tested)
+      for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
+        unknown_.add_estimate(node(n), side, shots[k].slot, *context_.beside, previews[k].unknown);
+      });
+  });
+  return previews;
+}
+
+/// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one
+/// round shines into a photograph of another, what its own round measured is taken out too.
+void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs) {
+  const Round& round = rounds_[r];
+  context_.known.subtract_from(photographs);
+  const auto shots =
+      std::span(round.shots).subspan(static_cast<std::size_t>(first - round.first), photographs.size());
+  for (std::size_t other = 0; other < rounds_.size(); ++other)
+    if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
+  record(round.tested, shots, photographs);
+  // Blocks with themselves are tested in the first round: its photographs hold their direct light.
+  if (r == 0 && context_.options.economy.direct_share > 0)
+    keep_direct(shots, photographs, context_.level_light.back());
+}
+
+/// The rounds before the last one, now that more is known of what shone into them.
+Result<void> LevelSearch::develop_again() {
+  for (std::size_t r = rounds_.size() - 1; r-- > 0;)
+    SYMRIG_CHECK(context_.photographer.read(
+        rounds_[r].first, std::ssize(rounds_[r].shots),
+        [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); }));
+  return {};
+}
+
+/// Direct light is unknown where a block with itself is tested.
+void LevelSearch::keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
+                              LevelLight& light) const {
+  std::vector<char> unknown(static_cast<std::size_t>(unknown_.block_count()));
+  for (const NodeIndex n : rounds_[0].tested)
+    if (node(n).diagonal()) unknown[static_cast<std::size_t>(node(n).row)] = 1;
+  for (std::size_t k = 0; k < shots.size(); ++k) {
+    const LitBlocks lit = lit_ranges(shots[k]);
+    std::int32_t area = 0;
+    LitBlocks kept;
+    for (std::size_t b = 0; b < lit.size(); ++b) {
+      area += lit[b].end - lit[b].begin;
+      if (unknown[static_cast<std::size_t>(shots[k].blocks[b])] != 0) kept.push_back(lit[b]);
+    }
+    light.keep(photographs[k], kept,
+               static_cast<float>(area) / static_cast<float>(context_.tree.order().size()));
+  }
+}
+
+void LevelSearch::subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+                                    std::span<TreePhotograph> photographs) const {
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  tbb::parallel_for(std::size_t{0}, photographs.size(), [&](std::size_t k) {
+    for (const NodeIndex n : tested)
+      for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
+        unknown_.subtract_measured(node(n), side, shots[k].slot, photographs[k].mean);
+      });
+  });
+}
+
+void LevelSearch::record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+                         std::span<const TreePhotograph> photographs) {
+  const auto lit = lit_blocks(shots, unknown_.block_count());
+  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t t) {
+    for (std::size_t k = 0; k < photographs.size(); ++k)
+      for_lit_sides(node(tested[t]), lit[k], [&](NodeLevel::Side side) {
+        const TreePhotograph& p = photographs[k];
+        unknown_.record(node(tested[t]), side, shots[k].slot, p.mean, p.variance, p.valid);
+      });
+  });
+}
+
+std::vector<Tested> LevelSearch::judge() const {
+  std::vector<Tested> tested;
+  for (const Round& round : rounds_)
+    for (const NodeIndex n : round.tested) tested.push_back({n, false, {}, {}});
+  tbb::parallel_for(std::size_t{0}, tested.size(), [&](std::size_t k) { judge(tested[k]); });
+  return tested;
+}
+
+void LevelSearch::judge(Tested& tested) const {
+  const RankRule& rule = context_.options.rule;
+  const Node& of = node(tested.node);
+  const RankEvidence evidence = unknown_.evidence(of, context_.flood_squared);
+  tested.total = evidence.total();
+  tested.leaf = !of.split && is_leaf(evidence, rule);
+  if (tested.leaf) return;
+  for (int a = 0; a < 4; ++a)
+    for (int b = 0; b < 4; ++b) {
+      const int pair = 4 * a + b;
+      tested.undecayed[static_cast<std::size_t>(pair)] =
+          of.distrusted ? std::numeric_limits<double>::infinity()
+                        : undecayed_misfit(evidence, a, b, unknown_.level(), rule, context_.options.economy);
+    }
+}
+
+/// Only nodes that were expected to pass teach: the others were tested because they are hard.
+void LevelSearch::learn(std::span<const Tested> tested) {
+  double found = 0;
+  double nodes = 0;
+  for (const Tested& t : tested) {
+    if (!expected_to_pass(node(t.node)) || t.total.samples <= 0) continue;
+    const double allowed =
+        noise_allowance(t.total.noise, t.total.samples, context_.options.rule.noise_sigmas);
+    found += std::max(0.0, t.total.misfit - allowed) / t.total.samples / context_.tolerance();
+    ++nodes;
+  }
+  decay_.learn(found, nodes);
+}
+
+/// Accepted nodes that are not expected to pass any more.
+std::vector<NodeIndex> LevelSearch::take_back() {
+  std::vector<NodeIndex> doubtful;
+  std::erase_if(accepted_, [&](const Accepted& at) {
+    if (expected_to_pass(node(at.node))) return false;
+    doubtful.push_back(at.node);
+    context_.known.remove_leaf(at.leaf);
+    return true;
+  });
+  return doubtful;
+}
+
+}  // namespace symrig::acquisition

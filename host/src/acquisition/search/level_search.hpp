@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/context.hpp"
+#include "acquisition/search/placement.hpp"
+#include "acquisition/search/prediction.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace symrig::acquisition {
+
+using NodeIndex = std::int32_t;  // of a node in its level
+
+/// The blocks of one colour and which of their (up to four) children this pattern lights.
+struct Shot {
+  std::vector<std::int32_t> blocks;
+  int slot;
+};
+
+/// Finds out about the unknown nodes of one level, in rounds. Nodes that are expected to pass the rank test
+/// are accepted at once and subtracted like any other leaf; the others are tested, and as many of the
+/// accepted as idle colours have room for. If those show that the scene is less smooth than expected, the
+/// accepted that the lesson makes doubtful are taken back and tested in another round.
+class LevelSearch {
+ public:
+  /// decay carries what one level learned to the next.
+  LevelSearch(Context& context, Decay& decay, NodeLevel& unknown)
+      : context_(context), decay_(decay), unknown_(unknown) {}
+
+  /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
+  /// most first left out. Result: the tested nodes.  fails: as Probe::measure; limit (memory).
+  Result<std::vector<Tested>> run(std::int64_t budget);
+  /// Asked with the photographs of each round before they are taken, and with those that later levels take at
+  /// least. False leaves them: then no node of the level is known, and given_up() is true.
+  using Worth = std::function<bool(std::int64_t photographs, std::int64_t later)>;
+  void ask_first(Worth worth) { worth_ = std::move(worth); }
+  bool given_up() const { return given_up_; }
+  /// Photographs taken.
+  std::int64_t photographs() const;
+  /// Of pairs of different blocks.
+  LevelEvidence evidence(std::span<const Tested> tested) const;
+  /// Nodes were accepted because the budget ended.
+  bool cut_short() const { return cut_short_; }
+
+ private:
+  /// Nodes tested together and the photographs that test them: log numbers [first, first + shots).
+  struct Round {
+    std::vector<NodeIndex> tested;
+    std::vector<Shot> shots;
+    std::int64_t first = 0;
+  };
+  /// A node accepted before its test, and its leaf.
+  struct Accepted {
+    NodeIndex node;
+    std::int32_t leaf;
+  };
+
+  const Node& node(NodeIndex n) const { return unknown_.nodes()[static_cast<std::size_t>(n)]; }
+  bool expected_to_pass(const Node& of) const;
+  void accept(NodeIndex n);
+  std::vector<Tested> give_up();
+  Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
+  UnitsToCome later() const;
+  void foretell(std::int64_t budget);
+  Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
+                        std::vector<NodeIndex>& predicted);
+  void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
+  LitBlocks lit_ranges(const Shot& shot) const;
+  Result<void> photograph(Round& round);
+  std::vector<Preview> foresee(std::size_t r, std::span<const Shot> shots) const;
+  void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
+  Result<void> develop_again();
+  void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
+                   LevelLight& light) const;
+  void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+                         std::span<TreePhotograph> photographs) const;
+  void record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
+              std::span<const TreePhotograph> photographs);
+  std::vector<Tested> judge() const;
+  void judge(Tested& tested) const;
+  void learn(std::span<const Tested> tested);
+  std::vector<NodeIndex> take_back();
+
+  Context& context_;
+  Decay& decay_;
+  NodeLevel& unknown_;
+  std::vector<Round> rounds_;
+  std::vector<Accepted> accepted_;
+  bool cut_short_ = false;
+  bool given_up_ = false;
+  Worth worth_;
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/rank_test.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// A pair of blocks (I, J) of one level, I ≥ J in block order, whose transport T_IJ (and its mirror T_JI) is
+/// not known yet. Diagonal when I = J. Its estimate is c r'/s: c = T_IJ 1_J seen on I, r = T_JI 1_I seen on
+/// J, s = (Σc + Σr)/2. [Garg06 §5.2]
+struct Node {
+  std::int32_t row = 0, col = 0;  ///< block indices in their level
+  std::int64_t estimate = 0;      ///< offset of c then r (c only on the diagonal), channel after channel
+  std::int64_t evidence = -1;     ///< offset of the child photographs, channel after channel; -1: not tested
+  std::int64_t pairs = -1;        ///< offset of the child-pair statistics, channel after channel
+  /// Misfit that a test is expected to find, times the decay (prediction.hpp); ∞: it must be tested.
+  double undecayed = std::numeric_limits<double>::infinity();
+  bool split = false;  ///< a check has found its leaf wrong: whatever its own photographs say, it is no leaf
+  bool distrusted =
+      false;  ///< descends from such a node: block patterns were deceived here, so it must be tested
+
+  bool diagonal() const { return row == col; }
+};
+
+/// What the samples of one child photograph in one child block are worth.
+struct PairNoise {
+  float variance = 0;      ///< summed over the valid samples
+  std::int32_t valid = 0;  ///< how many
+};
+
+/// One channel of an estimate: sums and noise that the rank test needs.
+struct EstimateSums {
+  double s =
+      0;  ///< (Σc + Σr)/2, kept ≥ |c|, |r| as it is for transport ≥ 0, so that noise cannot blow up c r'/s
+  float c_noise = 0;  ///< Σ variance of c
+  float r_noise = 0;
+};
+
+/// All unknown nodes of one level with their estimates and, once photographed, their evidence.
+class NodeLevel {
+ public:
+  NodeLevel(const BlockTree& tree, int level, int channels)
+      : blocks_(tree.level(level)), level_(level), channels_(channels) {
+    if (level + 1 < tree.levels()) children_ = tree.level(level + 1);
+  }
+
+  int level() const { return level_; }
+  int channels() const { return channels_; }
+  std::span<const Node> nodes() const { return nodes_; }
+  const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
+  std::int32_t block_count() const { return static_cast<std::int32_t>(blocks_.size()); }
+  /// Child k of a block.
+  const Block& child(const Block& block, int k) const {
+    return children_[static_cast<std::size_t>(std::int64_t{block.first_child} + k)];
+  }
+
+  /// Adds a node. c, r: [channel][pixel of the block]; r is empty on the diagonal. noise: per channel.
+  void add(std::int32_t row, std::int32_t col, std::span<const float> c, std::span<const float> r,
+           std::span<const PairNoise> c_noise, std::span<const PairNoise> r_noise, double undecayed);
+
+  /// The node added last is no leaf.
+  void split_last() { nodes_.back().split = nodes_.back().distrusted = true; }
+  void distrust_last() { nodes_.back().distrusted = true; }
+
+  /// Bytes that make_room() for these nodes would add up to.
+  std::int64_t room(std::span<const std::int32_t> tested) const;
+  /// Makes room for the evidence of nodes (indices) that are going to be tested.
+  void make_room(std::span<const std::int32_t> tested);
+
+  enum class Side : std::uint8_t { row, col };
+  /// Keeps the part of a photograph that belongs to `node`: child `slot` of the block on side `lit` was lit,
+  /// the other block is seen. residual, variance, valid: whole photograph in tree order [channel][pixel],
+  /// known transport already subtracted. A sample that is not valid takes the estimate's value, so that it
+  /// neither speaks for nor against it.
+  void record(const Node& node, Side lit, int slot, std::span<const float> residual,
+              std::span<const float> variance, std::span<const std::uint8_t> valid);
+  /// Takes what record() kept of a node out of a later photograph in which the same child is lit again.
+  void subtract_measured(const Node& node, Side lit, int slot, std::span<float> residual) const;
+
+  /// Adds what the estimate foresees of a photograph in which child `slot` on side `lit` is lit: c r'/s. On
+  /// the diagonal, where c is mostly direct light: all of c on the lit child, `beside` c on the others.
+  void add_estimate(const Node& node, Side lit, int slot, float beside, std::span<float> light) const;
+
+  /// Light that tested diagonal nodes saw on children that were lit, and on one that was not, on average.
+  struct DiagonalLight {
+    double lit = 0, beside = 0;
+  };
+  DiagonalLight diagonal_light(std::span<const std::int32_t> tested) const;
+
+  /// E, S, V, n and the energy of each child, each channel divided by its F² (flood_squared).
+  RankEvidence evidence(const Node& node, std::span<const double> flood_squared) const;
+
+  std::span<const float> c(const Node& node, int channel) const;
+  std::span<const float> r(const Node& node, int channel) const;  ///< = c on the diagonal
+  const EstimateSums& sums(const Node& node, int channel) const;
+  /// Photograph of child `slot` of the column block, seen on the row block; and the other way round (the same
+  /// on the diagonal).
+  std::span<const float> y(const Node& node, int slot, int channel) const;
+  std::span<const float> z(const Node& node, int slot, int channel) const;
+  /// Noise of y (lit child b of J) in child a of I, and of z (lit child a of I) in child b of J.
+  const PairNoise& y_noise(const Node& node, int b, int a, int channel) const;
+  const PairNoise& z_noise(const Node& node, int a, int b, int channel) const;
+
+ private:
+  float gain(const Node& node, Side lit, int slot, int channel) const;
+  std::size_t y_offset(const Node& node, int slot, int channel) const;
+  std::size_t z_offset(const Node& node, int slot, int channel) const;
+  std::size_t pair_offset(const Node& node, Side lit, int slot, int channel) const;
+  std::int64_t evidence_size(const Node& node) const;  ///< floats a channel
+  std::int64_t pair_count(const Node& node) const;     ///< PairNoise a channel
+  void add_side_evidence(const Node& node, Side lit, int channel, double scale, RankEvidence& into) const;
+
+  std::span<const Block> blocks_, children_;
+  int level_;
+  int channels_;
+  std::vector<Node> nodes_;
+  std::vector<float> estimates_;
+  std::vector<EstimateSums> sums_;
+  std::vector<float> evidence_;
+  std::vector<PairNoise> pairs_;
+};
+
+}  // namespace symrig::acquisition

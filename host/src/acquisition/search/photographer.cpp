@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/photographer.hpp"
+
+#include "tensor/kernels.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig::acquisition {
+namespace {
+
+constexpr std::size_t kBatchBytes =
+    std::size_t{64} << 20;  // photographs in flight; the rig and the host overlap well before that
+constexpr std::size_t kLargestBatch = 32;
+
+constexpr std::size_t kPoolBytes = std::size_t{256} << 20;  // photographs that are worked on at once
+
+Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
+  Pattern pattern(tree.grid());
+  const auto values = pattern.plane(0);
+  for (const LitRange& r : blocks)
+    for (std::int32_t t = r.begin; t < r.end; ++t)
+      values[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] = 1;
+  return pattern;
+}
+
+/// The same in tree order.
+void light(const LitBlocks& blocks, std::size_t pixels, std::vector<float>& pattern) {
+  pattern.assign(pixels, 0);
+  for (const LitRange& r : blocks) std::fill(pattern.begin() + r.begin, pattern.begin() + r.end, 1.0F);
+}
+
+Error not_finite() {
+  return {ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
+          "check the camera and the merge"};
+}
+
+}  // namespace
+
+std::size_t Photographer::batch_size() const {
+  const std::size_t bytes =
+      tree_.order().size() * (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_);
+  return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
+}
+
+/// Nothing where nobody asks.
+std::vector<Expectation> Photographer::expect(std::span<const LitBlocks> patterns, std::size_t first,
+                                              const Foresee& foresee) const {
+  if (forecaster_ == nullptr || !probe_.plans_exposures(patterns.size())) return {};
+  return forecaster_->expect(patterns, foresee ? foresee(first, patterns.size()) : std::vector<Preview>{});
+}
+
+/// Patterns [first, first + count).
+Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> patterns, std::size_t first,
+                                                    std::size_t count, const Foresee& foresee) {
+  std::vector<Pattern> pictures(count);
+  tbb::parallel_for(std::size_t{0}, count,
+                    [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
+  const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, foresee);
+  const auto start = std::chrono::steady_clock::now();
+  SYMRIG_TRY(std::vector<Radiance> answers,
+             expected.empty() ? probe_.measure(pictures) : probe_.measure_expected(pictures, expected));
+  measure_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  if (answers.size() != pictures.size())
+    return Error{ErrorCode::frame_missing,
+                 "the rig answered " + std::to_string(pictures.size()) + " patterns with " +
+                     std::to_string(answers.size()) + " photographs",
+                 "check the camera trigger"};
+  for (const Radiance& answer : answers)
+    if (answer.mean.grid() != tree_.grid() || answer.mean.channels() != channels_)
+      return Error{
+          ErrorCode::size_mismatch,
+          "a photograph is " + to_string(answer.mean.grid()) + ", the grid is " + to_string(tree_.grid()),
+          "calibrate the rig"};
+  taken_ += std::ssize(answers);
+  return answers;
+}
+
+Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
+                                        const Answer& use, const Foresee& foresee) {
+  const std::int64_t expected = taken_ + std::ssize(patterns);
+  for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
+    if (progress_ && !progress_({stage, taken_, expected, later_}))
+      return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
+                   "run it again"};
+    const std::size_t count = std::min(batch_size(), patterns.size() - first);
+    SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, foresee));
+    SYMRIG_CHECK(use(first, answers));
+  }
+  if (progress_) progress_({stage, taken_, expected, later_});
+  return {};
+}
+
+Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns) {
+  return take_batches(stage, patterns,
+                      [](std::size_t, std::vector<Radiance>&) -> Result<void> { return {}; });
+}
+
+Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
+                                const Foresee& foresee) {
+  const std::int64_t number = taken_;
+  std::size_t used = 0;
+  std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
+  const std::span<TreePhotograph> pool = this->pool(patterns.size());
+  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
+    for (std::size_t next = 0; next < answers.size();) {
+      const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
+      std::atomic<bool> finite = true;
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+        TreePhotograph& into = pool[filled + k];
+        light(patterns[first + next + k], tree_.order().size(), into.pattern);
+        if (!to_tree(tree_, answers[next + k], into)) finite = false;
+      });
+      if (!finite) return not_finite();
+      next += count;
+      filled += count;
+      if (filled < pool.size() && used + filled < patterns.size()) continue;
+      use(number + static_cast<std::int64_t>(used), pool.first(filled));
+      used += filled;
+      filled = 0;
+    }
+    return {};
+  };
+  return take_batches(stage, patterns, develop, foresee);
+}
+
+Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
+                                     const UseOne& use) {
+  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
+    std::atomic<bool> finite = true;
+    tbb::parallel_for(std::size_t{0}, answers.size(), [&](std::size_t k) {
+      TreePhotograph photograph;
+      light(patterns[first + k], tree_.order().size(), photograph.pattern);
+      if (!to_tree(tree_, answers[k], photograph)) finite = false;
+      if (finite) use(first + k, photograph);
+    });
+    return finite ? Result<void>() : not_finite();
+  };
+  return take_batches(stage, patterns, develop);
+}
+
+std::span<TreePhotograph> Photographer::pool(std::size_t wanted) const {
+  const std::size_t bytes =
+      tree_.order().size() * (sizeof(float) + (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_));
+  const std::size_t batches =
+      std::clamp<std::size_t>(kPoolBytes / std::max<std::size_t>(bytes, 1) / tensor::kBatch, 1, 2);
+  const std::size_t size = std::min(batches * tensor::kBatch, wanted);
+  if (pool_.size() < size) pool_.resize(size);
+  return std::span(pool_).first(size);
+}
+
+Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Use& use) const {
+  const auto pool = this->pool(static_cast<std::size_t>(count));
+  tbb::enumerable_thread_specific<LoggedPhotograph> logged;
+  for (std::int64_t begin = first; begin < first + count; begin += std::ssize(pool)) {
+    const auto some =
+        pool.first(static_cast<std::size_t>(std::min<std::int64_t>(std::ssize(pool), first + count - begin)));
+    std::vector<Result<void>> outcome(some.size());
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+      outcome[k] = [&]() -> Result<void> {
+        LoggedPhotograph& one = logged.local();
+        SYMRIG_CHECK(log_->read(begin + static_cast<std::int64_t>(k), one));
+        some[k].pattern.resize(tree_.order().size());
+        tree_.to_tree(one.pattern.plane(0), some[k].pattern);
+        return to_tree(tree_, one.photograph, some[k]) ? Result<void>() : not_finite();
+      }();
+    });
+    for (const Result<void>& one : outcome) SYMRIG_CHECK(one);
+    use(begin, some);
+  }
+  return {};
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/tree_photograph.hpp"
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/tensor/block_tree.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// Lit ranges of tree pixels: what a pattern of blocks is before it is a picture.
+struct LitRange {
+  std::int32_t begin, end;
+};
+using LitBlocks = std::vector<LitRange>;
+
+/// Photographs [first, last) of the log.
+struct LogRange {
+  std::int64_t first, last;
+};
+
+/// A photograph before it is taken, as far as it can be foreseen: [channel][pixel] in tree order.
+struct Preview {
+  std::vector<float> known;    ///< light of known transport
+  std::vector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
+};
+
+/// Tells what photographs will show before they are taken (Probe::measure_expected).
+class Forecaster {
+ public:
+  Forecaster() = default;
+  Forecaster(const Forecaster&) = delete;
+  Forecaster& operator=(const Forecaster&) = delete;
+  virtual ~Forecaster() = default;
+
+  /// previews: one a pattern, or none at all.
+  virtual std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
+                                          std::span<const Preview> previews) const = 0;
+};
+
+/// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
+/// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
+/// tells progress.
+class Photographer {
+ public:
+  /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
+  Photographer(Probe& probe, const PhotographLog* log, const BlockTree& tree, Progress progress)
+      : probe_(probe), log_(log), tree_(tree), channels_(probe.channels()), progress_(std::move(progress)) {}
+
+  /// Goes on where another one stopped, in another tree of the same grid.
+  Photographer(const Photographer& before, const BlockTree& tree)
+      : probe_(before.probe_),
+        log_(before.log_),
+        tree_(tree),
+        channels_(before.channels_),
+        progress_(before.progress_),
+        taken_(before.taken_),
+        measure_seconds_(before.measure_seconds_) {}
+
+  /// How many photographs come after those that are asked for next, for progress.
+  void expect_later(UnitsToCome later) { later_ = later; }
+
+  /// From now on. Must outlive this.
+  void forecast_by(const Forecaster& forecaster) { forecaster_ = &forecaster; }
+
+  /// Takes photographs that are in the log from then on, the first under number taken().
+  /// fails: what the probe fails with, interrupted, frame_missing, size_mismatch.
+  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns);
+
+  /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
+  using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
+  /// What is foreseen of patterns [first, first + count).
+  using Foresee = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
+  /// Takes photographs and hands them on as they come, some at a time. foresee is asked where it matters.
+  /// fails: also bad_value (a photograph is not finite where it is said to be valid).
+  Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
+                    const Foresee& foresee = {});
+
+  /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
+  Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
+
+  /// Takes photographs that nobody needs twice: use() is called once a pattern, from several threads at once.
+  using UseOne = std::function<void(std::size_t index, TreePhotograph& photograph)>;
+  Result<void> take_each(std::string_view stage, std::span<const LitBlocks> patterns, const UseOne& use);
+
+  std::int64_t taken() const { return taken_; }
+  double measure_seconds() const { return measure_seconds_; }
+  double rig_seconds() const { return probe_.cost().rig_seconds; }
+
+ private:
+  using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
+  std::size_t batch_size() const;
+  Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
+                            const Foresee& foresee = {});
+  Result<std::vector<Radiance>> measure(std::span<const LitBlocks> patterns, std::size_t first,
+                                        std::size_t count, const Foresee& foresee);
+  std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::size_t first,
+                                  const Foresee& foresee) const;
+  std::span<TreePhotograph> pool(std::size_t wanted) const;
+
+  Probe& probe_;
+  const PhotographLog* log_;
+  const BlockTree& tree_;
+  int channels_;
+  Progress progress_;
+  const Forecaster* forecaster_ = nullptr;
+  UnitsToCome later_ = {};
+  std::int64_t taken_ = 0;
+  double measure_seconds_ = 0;
+  mutable std::vector<TreePhotograph> pool_;  // kept for its memory
+};
+
+}  // namespace symrig::acquisition

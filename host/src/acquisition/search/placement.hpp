@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where nodes go: into the known transport as leaves, scalars or empties, or into the next level.
+#pragma once
+
+#include "acquisition/search/context.hpp"
+#include "acquisition/search/node.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+namespace symrig::acquisition {
+
+/// A node of a level that was tested, and what its photographs said.
+struct Tested {
+  std::int32_t node = 0;
+  bool leaf = false;  ///< by all tests
+  Comparison total;   ///< of the evidence
+  std::array<double, 16>
+      undecayed{};  ///< of child pair (a, b) at 4a + b, unless it is a leaf (Node::undecayed)
+};
+
+/// The images of a new node, c seen on its row block and r on its column block (empty on the diagonal),
+/// channel after channel, with their noise a channel, and what a test is expected to find (Node::undecayed).
+struct Estimate {
+  std::span<const float> c, r;
+  std::span<const PairNoise> c_noise, r_noise;
+  double undecayed = 0;
+  bool distrusted = false;
+};
+
+/// Stores a node as a rank-1 leaf T_IJ ≈ (c/√s)(r/√s)'. Returns its number in context.known.
+std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node);
+
+/// A new node is stored as empty, stored as a scalar, or goes into its level.
+void place(Context& context, NodeLevel& into, std::int32_t row, std::int32_t col, const Estimate& estimate);
+
+/// Tested nodes that are leaves are stored; the others leave their children in `next`.
+void settle(Context& context, const NodeLevel& level, std::span<const Tested> tested, NodeLevel& next);
+
+/// The transport of a leaf becomes unknown again: a node of its level that is split whatever its test says.
+void reopen(Context& context, std::int32_t leaf, NodeLevel& level);
+
+}  // namespace symrig::acquisition

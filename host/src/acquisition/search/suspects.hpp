@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/errors/checks.hpp"
+#include "acquisition/search/context.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// Leaves that the check photographs find wrong, although their own photographs fit them: where one of a
+/// leaf's blocks is dark and a random half of the pixels is lit, the tensor misses by over ten tolerances
+/// beyond noise and by over half the size of its own entries, and the leaf shines there strongly enough to
+/// have a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test
+/// and is found here.
+std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& all);
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers of a JSON file that somebody else may have written: a whole number within its range, or an error.
+#pragma once
+
+#include <concepts>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig::base {
+
+/// What a JSON file says cannot be. Caught where the file is read, like the JSON library's own exceptions.
+class BadJson : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// 146 years: two such spans may be added.
+constexpr std::int64_t kLongestNanoseconds = std::int64_t{1} << 62U;
+
+template <std::integral T>
+struct Bounds {
+  T least = std::numeric_limits<T>::min();
+  T most = std::numeric_limits<T>::max();
+};
+
+/// name: for the message. Throws BadJson: no whole number, or out of bounds.
+template <std::integral T>
+T whole_number(const nlohmann::ordered_json& value, std::string_view name, Bounds<T> bounds = {}) {
+  const auto fits = [&bounds](auto number) {
+    return std::cmp_greater_equal(number, bounds.least) && std::cmp_less_equal(number, bounds.most);
+  };
+  if (value.is_number_unsigned()) {
+    if (const auto number = value.get<std::uint64_t>(); fits(number)) return static_cast<T>(number);
+  } else if (value.is_number_integer()) {
+    if (const auto number = value.get<std::int64_t>(); fits(number)) return static_cast<T>(number);
+  }
+  throw BadJson(fmt::format("'{}' is not a whole number from {} to {}", name, bounds.least, bounds.most));
+}
+
+/// The value of a key that must be there.
+template <std::integral T>
+T whole_number_at(const nlohmann::ordered_json& object, const char* key, Bounds<T> bounds = {}) {
+  return whole_number<T>(object.at(key), key, bounds);
+}
+
+/// The value of a key, or `missing`.
+template <std::integral T>
+T whole_number_or(const nlohmann::ordered_json& object, const char* key, T missing, Bounds<T> bounds = {}) {
+  return object.contains(key) ? whole_number_at<T>(object, key, bounds) : missing;
+}
+
+}  // namespace symrig::base

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "base/toml_tree.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace symrig::base {
+
+/// The file that is being read, and the first thing found wrong with it.
+struct ReadContext {
+  std::string file;
+  Result<void> state = {};
+  const TomlNode* lacking = nullptr;  ///< the table, if the fault is that a key of it is missing
+
+  /// Keeps the first fault: "scan.toml:12: what; hint".
+  void fail(int line, std::string_view what, std::string hint, ErrorCode code = ErrorCode::bad_format);
+};
+
+/// Takes the keys of one table one by one. What it does not like goes to the context; values stay as they
+/// were.
+class TableReader {
+ public:
+  /// path: "rig.camera", for messages; empty at the top.
+  TableReader(const TomlNode& table, std::string path, ReadContext& context);
+
+  int line() const { return table_->line; }
+  bool ok() const { return context_->state.ok(); }
+  /// The value of a key, if it is there; the key counts as known from now on.
+  const TomlNode* find(std::string_view key);
+  bool has(std::string_view key) const { return table_->find(key) != nullptr; }
+  /// Line of a key, or that of the table.
+  int line_of(std::string_view key) const;
+
+  // Each: true if the key is there and its value was taken.
+  bool read(std::string_view key, std::string& value);
+  bool read(std::string_view key, bool& value);
+  bool read(std::string_view key, Nanoseconds& value);
+  bool read(std::string_view key, std::vector<std::string>& value);
+  bool read_count(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most);
+  bool read_share(std::string_view key, double& value);
+  bool read_number(std::string_view key, double& value, double least, double most);
+  template <class T>
+  bool read_choice(std::string_view key, T& value, std::span<const std::pair<std::string_view, T>> choices);
+
+  /// After all keys: an unknown one is an error that names the nearest and all that are known. It goes before
+  /// a missing one of this table, which is often the same one, misspelt.
+  void finish();
+  void require(std::string_view key, std::string_view form);
+  void fail(std::string_view key, std::string_view what, std::string hint);
+  std::string path_of(std::string_view key) const;
+  ReadContext& context() { return *context_; }
+
+ private:
+  std::vector<std::string> known_names() const;
+  const TomlNode* expect(std::string_view key, TomlNode::Kind kind, std::string_view form);
+
+  const TomlNode* table_;
+  std::string path_;
+  ReadContext* context_;
+  std::vector<std::string> known_;
+};
+
+/// A duration as it stands in a file. false: it is none, and the context says so.
+bool read_duration(const TomlNode& node, std::string_view path, ReadContext& context, Nanoseconds& value);
+
+template <class T>
+bool TableReader::read_choice(std::string_view key, T& value,
+                              std::span<const std::pair<std::string_view, T>> choices) {
+  std::string word;
+  if (!read(key, word)) return false;
+  std::string all;
+  std::vector<std::string_view> known;
+  for (const auto& [name, meaning] : choices) {
+    if (word == name) {
+      value = meaning;
+      return true;
+    }
+    all += (all.empty() ? "\"" : ", \"") + std::string(name) + "\"";
+    known.push_back(name);
+  }
+  fail(key, "\"" + word + "\" is not known", suggestion(word, known) + "legal: " + all);
+  return false;
+}
+
+}  // namespace symrig::base

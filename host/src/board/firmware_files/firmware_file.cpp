@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/firmware_file.hpp"
+
+#include "board/firmware_files/sha256.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nesting.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::span<const std::uint8_t>;
+
+constexpr std::uint64_t kMaxFile = std::uint64_t{32} << 20U;
+constexpr std::string_view kUf2Start = "UF2\n";
+constexpr std::uint32_t kFamilyRp2040 = 0xE48BFF56;
+constexpr std::uint32_t kFlashRp2040 = 0x10000000;
+constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage; its checksum follows
+
+// Our record (boards/pico/README.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash of the sources,
+// 16 bytes each for board and version.
+constexpr std::string_view kMagic = "SYMRIGFW";
+constexpr std::uint32_t kLayout = 1;
+constexpr std::size_t kRecordBytes = 56;
+constexpr std::size_t kText = 16;
+
+Error broken(const std::string& file, std::string_view what) {
+  return {ErrorCode::bad_format, fmt::format("{}: {}", file, what),
+          "take the file from the release again, or build it again"};
+}
+
+std::uint64_t number(Bytes bytes, std::size_t at, std::size_t size) {
+  std::uint64_t value = 0;
+  for (std::size_t k = 0; k < size; ++k) value |= std::uint64_t{bytes[at + k]} << (8 * k);
+  return value;
+}
+
+std::string text(Bytes bytes) {
+  const auto end = std::find(bytes.begin(), bytes.end(), 0);
+  return {bytes.begin(), end};
+}
+
+Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path, kMaxFile));
+  std::vector<std::uint8_t> result(bytes.size());
+  std::transform(bytes.begin(), bytes.end(), result.begin(),
+                 [](std::byte b) { return static_cast<std::uint8_t>(b); });
+  return result;
+}
+
+/// What FILE.json beside FILE.uf2 promises.
+struct Promise {
+  std::string sha256, board, version, firmware_hash;
+};
+
+Result<Promise> read_promise(const fs::path& uf2) {
+  const fs::path path = fs::path(uf2).replace_extension(".json");
+  const auto read = read_bytes(path);
+  if (!read && read.error().code == ErrorCode::not_found)
+    return Error{ErrorCode::not_found, fmt::format("{} is not there", path.string()),
+                 "firmware files come with it: keep the two together"};
+  SYMRIG_TRY(const auto bytes, read);
+  SYMRIG_CHECK(check_json_nesting({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+  const auto json = nlohmann::json::parse(bytes, nullptr, false);
+  const auto word = [&](const char* key) -> std::string {
+    return json.is_object() && json.contains(key) && json[key].is_string() ? json[key].get<std::string>()
+                                                                           : "";
+  };
+  Promise promise{word("sha256"), word("board"), word("version"), word("firmware_hash")};
+  if (promise.sha256.empty() || promise.board.empty())
+    return broken(path.string(), "it is no manifest of firmware");
+  return promise;
+}
+
+/// CRC-32 as the RP2040's boot ROM checks it (RP2040 datasheet, 2.8.1.3.1): polynomial 04c11db7, from the
+/// highest bit down, start ffffffff, no final inversion.
+std::uint32_t boot_crc(Bytes bytes) {
+  std::uint32_t crc = 0xFFFFFFFF;
+  for (const std::uint8_t byte : bytes) {
+    crc ^= std::uint32_t{byte} << 24U;
+    for (int bit = 0; bit < 8; ++bit) crc = (crc << 1U) ^ ((crc >> 31U) != 0 ? 0x04C11DB7U : 0U);
+  }
+  return crc;
+}
+
+Result<void> check_processor(const std::string& file, const FlashImage& image) {
+  if (image.family != kFamilyRp2040)
+    return broken(
+        file, fmt::format("it is for processors of UF2 family {:#010x}, not for the RP2040", image.family));
+  if (image.address != kFlashRp2040)
+    return broken(file,
+                  fmt::format("it begins at address {:#010x}, not where the flash begins", image.address));
+  const Bytes boot(image.bytes);
+  if (boot_crc(boot.first(kBoot2)) != number(boot, kBoot2, 4))
+    return broken(file, "the checksum of its second boot stage is wrong: a board would not start it");
+  return {};
+}
+
+Result<FirmwareManifest> find_manifest(const std::string& file, const FlashImage& image) {
+  const auto found = std::search(image.bytes.begin(), image.bytes.end(), kMagic.begin(), kMagic.end());
+  const auto at = static_cast<std::size_t>(found - image.bytes.begin());
+  if (at + kRecordBytes > image.bytes.size())
+    return broken(file, "it is no firmware of symrig: our record is not in it");
+  const Bytes record(image.bytes.data() + at, kRecordBytes);
+  if (const auto layout = number(record, 8, 4); layout != kLayout)
+    return broken(file, fmt::format("its record is of layout {}, this host knows {}", layout, kLayout));
+  return FirmwareManifest{text(record.subspan(24, kText)), text(record.subspan(24 + kText, kText)),
+                          number(record, 16, 8)};
+}
+
+Result<void> compare(const std::string& file, const Promise& promise, const FirmwareManifest& manifest) {
+  if (promise.board == manifest.board && promise.version == manifest.version &&
+      promise.firmware_hash == fmt::format("{:016x}", manifest.firmware_hash))
+    return {};
+  return broken(file, fmt::format("it is firmware {} for board '{}', its manifest says {} for '{}'",
+                                  manifest.version, manifest.board, promise.version, promise.board));
+}
+
+}  // namespace
+
+Result<FirmwareFile> read_firmware(const fs::path& uf2) {
+  SYMRIG_TRY(const auto bytes, read_bytes(uf2));
+  // What is no such file at all is told before its manifest is missed.
+  if (bytes.size() < kUf2Start.size() || !std::equal(kUf2Start.begin(), kUf2Start.end(), bytes.begin()))
+    return broken(uf2.string(), "it is no UF2 file");
+  SYMRIG_TRY(const auto promise, read_promise(uf2));
+  FirmwareFile file;
+  file.sha256 = board::sha256(bytes);
+  if (file.sha256 != promise.sha256)
+    return broken(uf2.string(), fmt::format("its SHA-256 is {}, not {}", file.sha256, promise.sha256));
+  auto image = parse_uf2(bytes);
+  if (!image) return broken(uf2.string(), image.error().what);
+  file.image = std::move(image).value();
+  SYMRIG_CHECK(check_processor(uf2.string(), file.image));
+  SYMRIG_TRY(file.manifest, find_manifest(uf2.string(), file.image));
+  SYMRIG_CHECK(compare(uf2.string(), promise, file.manifest));
+  return file;
+}
+
+Result<void> check_firmware_fits(const FirmwareManifest& manifest, std::string_view board) {
+  if (manifest.board == board) return {};
+  return Error{ErrorCode::bad_value,
+               fmt::format("the firmware is for board '{}', the board is a '{}'", manifest.board, board),
+               "take the file that is for this board"};
+}
+
+}  // namespace symrig

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/device_uri.hpp"
+
+#include "symrig/base/nearest_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+struct Scheme {
+  std::string_view text;
+  Transport transport;
+};
+constexpr std::array<Scheme, 7> kSchemes{{{"virtual:tcp:", Transport::virtual_tcp},
+                                          {"virtual:unix:", Transport::virtual_unix},
+                                          {"sim:", Transport::sim},
+                                          {"usb:", Transport::usb},
+                                          {"serial:", Transport::serial},
+                                          {"tcp:", Transport::tcp},
+                                          {"unix:", Transport::unix_socket}}};
+
+std::string_view scheme_of(Transport transport) {
+  return std::find_if(kSchemes.begin(), kSchemes.end(),
+                      [transport](const Scheme& scheme) { return scheme.transport == transport; })
+      ->text;
+}
+
+Error malformed(std::string_view text, std::string_view why) {
+  return {
+      ErrorCode::bad_argument, fmt::format("'{}' is no device: {}", text, why),
+      "a device is sim:, usb:SERIAL, serial:/dev/ttyACM0, tcp:HOST:PORT, unix:PATH, virtual:tcp:HOST:PORT or "
+      "virtual:unix:PATH"};
+}
+
+/// "ubs:123" means "usb:".
+Error unknown_scheme(std::string_view text) {
+  Error error = malformed(text, "it begins with no known kind of link");
+  std::vector<std::string_view> known;
+  for (const Scheme& scheme : kSchemes) known.push_back(scheme.text);
+  const std::size_t colon = text.find(':');
+  error.hint =
+      suggestion(text.substr(0, colon == std::string_view::npos ? colon : colon + 1), known) + error.hint;
+  return error;
+}
+
+std::optional<std::uint32_t> number(std::string_view text) {
+  std::uint32_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+/// The value of the only option there may be, "?key=value"; takes it off `rest`. nullopt: another option.
+std::optional<std::string_view> take_option(std::string_view& rest, std::string_view key) {
+  const std::size_t mark = rest.find('?');
+  if (mark == std::string_view::npos) return "";
+  std::string_view option = rest.substr(mark + 1);
+  rest = rest.substr(0, mark);
+  if (option.substr(0, key.size()) != key || option.size() <= key.size() + 1 || option[key.size()] != '=')
+    return std::nullopt;
+  return option.substr(key.size() + 1);
+}
+
+/// Takes "?jumper=OUT:IN" off `rest`, if it is there. sim: has lines by name, virtual links have pins by
+/// number.
+Result<void> take_jumper(std::string_view text, std::string_view& rest, DeviceUri& uri) {
+  const auto jumper = take_option(rest, "jumper");
+  if (!jumper) return malformed(text, "its only option is ?jumper=OUT:IN");
+  if (jumper->empty()) return {};
+  const std::size_t colon = jumper->find(':');
+  if (colon == std::string_view::npos || colon == 0 || colon + 1 == jumper->size())
+    return malformed(text, "a jumper is OUT:IN, two lines");
+  uri.jumper_from = jumper->substr(0, colon);
+  uri.jumper_to = jumper->substr(colon + 1);
+  const auto pin = [](const std::string& name) { return number(name).value_or(255) < 255; };
+  if (uri.transport != Transport::sim && !(pin(uri.jumper_from) && pin(uri.jumper_to)))
+    return malformed(text, "its jumper is GPIO:GPIO, two numbers of pins");
+  return {};
+}
+
+Result<DeviceUri> parse_sim(std::string_view text, std::string_view rest) {
+  DeviceUri uri{.transport = Transport::sim};
+  SYMRIG_CHECK(take_jumper(text, rest, uri));
+  if (!rest.empty()) return malformed(text, "nothing may stand between sim: and its options");
+  return uri;
+}
+
+Result<DeviceUri> parse_serial(std::string_view text, std::string_view rest) {
+  const auto baud = take_option(rest, "baud");
+  if (!baud) return malformed(text, "the only option of serial: is ?baud=N");
+  if (rest.empty()) return malformed(text, "the path of the serial port is missing");
+  DeviceUri uri{.transport = Transport::serial, .place = std::string(rest)};
+  if (baud->empty()) return uri;
+  const auto rate = number(*baud);
+  if (!rate || *rate == 0) return malformed(text, fmt::format("'{}' is no baud rate", *baud));
+  uri.baud = *rate;
+  return uri;
+}
+
+Result<DeviceUri> parse_socket(std::string_view text, std::string_view rest, DeviceUri uri) {
+  const std::size_t colon = rest.rfind(':');
+  if (colon == std::string_view::npos) return malformed(text, "the port is missing");
+  std::string_view host = rest.substr(0, colon);
+  if (host.size() >= 2 && host.front() == '[' && host.back() == ']')
+    host = host.substr(1, host.size() - 2);
+  else if (host.find(':') != std::string_view::npos)
+    return malformed(text, "an IPv6 address stands in brackets, [::1]");
+  if (host.empty()) return malformed(text, "the host is missing");
+  const auto port = number(rest.substr(colon + 1));
+  if (!port || *port == 0 || *port > 65'535)
+    return malformed(text, fmt::format("'{}' is no port, 1 to 65535", rest.substr(colon + 1)));
+  uri.place = host;
+  uri.port = static_cast<std::uint16_t>(*port);
+  return uri;
+}
+
+Result<DeviceUri> parse_path(std::string_view text, std::string_view rest, DeviceUri uri) {
+  if (rest.empty()) return malformed(text, "the path of the socket is missing");
+  uri.place = rest;
+  return uri;
+}
+
+Result<DeviceUri> parse_virtual(std::string_view text, std::string_view rest, Transport transport) {
+  DeviceUri uri{.transport = transport};
+  SYMRIG_CHECK(take_jumper(text, rest, uri));
+  return transport == Transport::virtual_tcp ? parse_socket(text, rest, uri) : parse_path(text, rest, uri);
+}
+
+}  // namespace
+
+bool looks_like_uri(std::string_view text) {
+  return text.find(':') != std::string_view::npos;
+}
+
+Result<DeviceUri> DeviceUri::parse(std::string_view text) {
+  for (const Scheme& scheme : kSchemes) {
+    if (text.substr(0, scheme.text.size()) != scheme.text) continue;
+    const std::string_view rest = text.substr(scheme.text.size());
+    switch (scheme.transport) {
+      case Transport::sim:
+        return parse_sim(text, rest);
+      case Transport::usb:
+        return DeviceUri{.transport = Transport::usb, .place = std::string(rest)};
+      case Transport::serial:
+        return parse_serial(text, rest);
+      case Transport::tcp:
+        return parse_socket(text, rest, {.transport = Transport::tcp});
+      case Transport::unix_socket:
+        return parse_path(text, rest, {.transport = Transport::unix_socket});
+      case Transport::virtual_tcp:
+      case Transport::virtual_unix:
+        return parse_virtual(text, rest, scheme.transport);
+    }
+  }
+  return unknown_scheme(text);
+}
+
+std::string DeviceUri::text() const {
+  const bool bracketed = place.find(':') != std::string::npos && port != 0;
+  std::string text(scheme_of(transport));
+  text += bracketed ? "[" + place + "]" : place;
+  if (port != 0) text += fmt::format(":{}", port);
+  if (transport == Transport::serial && baud != DeviceUri{}.baud) text += fmt::format("?baud={}", baud);
+  if (!jumper_from.empty()) text += fmt::format("?jumper={}:{}", jumper_from, jumper_to);
+  return text;
+}
+
+}  // namespace symrig

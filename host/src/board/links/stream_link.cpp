@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "board/links/stream_link.hpp"
+
+#include <utility>
+
+namespace symrig::board {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Nanoseconds kSendPatience = 2s;  // a board takes its bytes within milliseconds
+
+class StreamLink final : public Link {
+ public:
+  explicit StreamLink(base::ByteStream stream) : stream_(std::move(stream)), opened_(base::steady_now()) {}
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override {
+    return stream_.send(bytes, kSendPatience);
+  }
+  Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return stream_.receive(timeout); }
+  Nanoseconds now() const override { return base::steady_now() - opened_; }
+  SteadyTime opened() const override { return {opened_}; }
+
+ private:
+  base::ByteStream stream_;
+  Nanoseconds opened_;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name) {
+  return std::make_unique<StreamLink>(base::ByteStream(std::move(fd), std::move(name)));
+}
+
+}  // namespace symrig::board

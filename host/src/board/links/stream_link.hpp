@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/fd.hpp"
+#include "symrig/board/link.hpp"
+
+#include <memory>
+#include <string>
+
+namespace symrig::board {
+
+/// Raw wire bytes over a descriptor, on the wall clock.
+std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name);
+
+}  // namespace symrig::board

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "base/fd.hpp"
+#include "symrig/board/virtual_bench.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace symrig::board {
+
+/// Little-endian numbers one after another, as the virtual link's payloads hold them.
+class Packer {
+ public:
+  template <class T>
+  Packer& put(T value) {
+    for (std::size_t k = 0; k < sizeof(T); ++k)
+      bytes_.push_back(static_cast<std::uint8_t>(static_cast<std::uint64_t>(value) >> (8 * k)));
+    return *this;
+  }
+  std::span<const std::uint8_t> bytes() const { return bytes_; }
+
+ private:
+  std::vector<std::uint8_t> bytes_;
+};
+
+/// The number that begins at `offset`; the caller has checked that it is there.
+template <class T>
+T unpack(std::span<const std::uint8_t> bytes, std::size_t offset) {
+  std::uint64_t value = 0;
+  for (std::size_t k = 0; k < sizeof(T); ++k) value |= std::uint64_t{bytes[offset + k]} << (8 * k);
+  return static_cast<T>(value);
+}
+
+}  // namespace symrig::board
+
+namespace symrig {
+
+/// Requests and answers of the virtual link: u8 type, u32 length, payload. One answer to each request, in
+/// order.
+class VirtualBench::Connection {
+ public:
+  explicit Connection(base::ByteStream stream) : stream_(std::move(stream)) {}
+
+  /// The payload of the answer, which has at least `least` bytes. fails: device_lost (silence, the end, or
+  /// the server's own reason), protocol.
+  /// board_time: how long the board runs for it. A server that was silent once is not asked again.
+  Result<std::vector<std::uint8_t>> ask(char type, std::span<const std::uint8_t> payload, std::size_t least,
+                                        Nanoseconds board_time = Nanoseconds{0});
+  /// A request whose answer says only that it is done.
+  Result<void> tell(char type, std::span<const std::uint8_t> payload,
+                    Nanoseconds board_time = Nanoseconds{0});
+
+ private:
+  Result<void> fill(std::size_t count, Nanoseconds patience);
+  Error silence(Nanoseconds patience) const;
+
+  base::ByteStream stream_;
+  std::vector<std::uint8_t> waiting_;
+  bool silent_ = false;
+};
+
+}  // namespace symrig

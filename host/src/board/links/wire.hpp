@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/protocol/messages.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+
+namespace symrig::board {
+
+/// The host's end of the wire: numbers frames, repeats what is not answered, puts events in order. Rules:
+/// protocol/PROTOCOL.md, "Sequence".
+class Wire {
+ public:
+  using EventSink = std::function<void(const symrig_wire_Event&)>;
+
+  Wire(std::unique_ptr<Link> link, const BoardOptions& options, EventSink sink);
+
+  /// Begins a session.
+  Result<symrig_wire_Reply> hello();
+  /// Sends a request and waits for its reply, whatever code that has. fails: device_lost.
+  Result<symrig_wire_Reply> request(const symrig_wire_Request& request);
+  /// The same out of turn (Abort only).
+  Result<symrig_wire_Reply> urgent(const symrig_wire_Request& request);
+  /// Sends a program in chunks, up to `window` in flight. A reply in place of an acknowledgement is returned:
+  /// the board refused a chunk. fails: device_lost.
+  Result<std::optional<symrig_wire_Reply>> send_chunks(std::uint32_t program_id,
+                                                       std::span<const std::uint8_t> bytes, unsigned window);
+  /// Takes what comes within `timeout`; returns as soon as something came.
+  Result<void> listen(Nanoseconds timeout);
+
+  Nanoseconds now() const { return link_->now(); }
+  SteadyTime opened() const { return link_->opened(); }
+
+ private:
+  struct Upload;
+
+  Result<symrig_wire_Reply> ask(const symrig_wire_Request& request, std::uint16_t seq, std::uint8_t flags);
+  Result<void> send(protocol::Kind kind, std::uint16_t seq, std::uint8_t flags, protocol::ByteView body);
+  Result<void> send_window(Upload& upload);
+  Result<void> await(const std::function<bool()>& arrived, Nanoseconds timeout);
+  void take(const protocol::Frame& frame);
+  void take_reply(const protocol::Frame& frame);
+  void take_event(const protocol::Frame& frame);
+
+  std::unique_ptr<Link> link_;
+  BoardOptions options_;
+  EventSink sink_;
+  protocol::FrameDecoder decoder_;
+
+  std::uint16_t next_seq_ = 1;
+  std::uint16_t next_event_ = 0;  // number of the event expected next
+  std::uint16_t hello_ack_ = 0;
+  bool in_session_ = false;
+  bool events_to_acknowledge_ = false;
+  bool events_missing_ = false;
+
+  // What the frames taken last said.
+  std::optional<symrig_wire_Reply> reply_;
+  std::uint16_t reply_ack_ = 0;
+  bool reply_urgent_ = false;
+  std::uint16_t acked_ = 0;  // the board expects this frame next
+  bool nak_ = false;
+  std::uint16_t nak_ack_ = 0;
+};
+
+}  // namespace symrig::board

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "board/session/board_json.hpp"
+
+#include "base/json_numbers.hpp"
+#include "symrig/base/nesting.hpp"
+#include "symrig/board/board_file.hpp"
+#include "symrig/protocol/program.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig::board {
+
+using Json = nlohmann::ordered_json;
+
+Json board_json(const BoardInfo& board) {
+  Json lines = Json::array();
+  for (const LineInfo& line : board.lines)
+    lines.push_back({{"name", line.name},
+                     {"output", line.output},
+                     {"pin", line.pin},
+                     {"waits", line.waits},
+                     {"trips", line.trips},
+                     {"stamp_ticks", line.stamp_ticks}});
+  return {{"name", board.board},
+          {"firmware_version", board.firmware_version},
+          {"unique_id", board.unique_id},
+          {"tick_hz", board.rate.hz},
+          {"min_dwell", board.min_dwell.count},
+          {"max_dwell", board.max_dwell.count},
+          {"wait_latency", board.wait_latency.count},
+          {"program_bytes", board.program_bytes},
+          {"loop_depth", board.loop_depth},
+          {"queue_segments", board.queue_segments},
+          {"refill_ticks", board.refill_ticks},
+          {"poll_ticks", board.poll_ticks},
+          {"lateness", board.lateness.count},
+          {"lines", std::move(lines)}};
+}
+
+namespace {
+
+/// Edges that can be awaited: a number of bits, an object as `symrig info --json` has it, or a list of names
+/// as in a firmware's manifest.
+std::uint8_t waits_from(const Json& line) {
+  if (!line.contains("waits")) return 7;
+  const Json& waits = line.at("waits");
+  if (waits.is_number()) return base::whole_number<std::uint8_t>(waits, "waits", {0, 7});
+  const auto bit = [&waits](const char* edge, unsigned value) {
+    const bool can = waits.is_array() ? std::find(waits.begin(), waits.end(), edge) != waits.end()
+                                      : waits.at(edge).get<bool>();
+    return can ? value : 0U;
+  };
+  return static_cast<std::uint8_t>(bit("rising", 1) | bit("falling", 2) | bit("both", 4));
+}
+
+/// Ticks that no board comes near: sums of some of them still fit.
+constexpr std::uint64_t kManyTicks = std::uint64_t{1} << 40U;
+/// Between these all conversions of ticks are exact.
+constexpr std::uint64_t kSlowest = 1000, kFastest = 10'000'000'000;
+constexpr std::size_t kMostLines = 32;
+
+Ticks ticks_at(const Json& json, const char* key, std::uint64_t least) {
+  return {base::whole_number_at<std::uint64_t>(json, key, {least, kManyTicks})};
+}
+
+/// Names go into files and onto terminals.
+std::string name_of(const std::string& name, bool may_be_empty = false) {
+  constexpr std::size_t kLongest = 64;
+  const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
+  const bool printable = std::none_of(name.begin(), name.end(), control);
+  if (printable && name.size() <= kLongest && (may_be_empty || !name.empty())) return name;
+  throw base::BadJson("a line's name or pin is empty, has control characters, or more than 64 bytes");
+}
+
+void check_board(const BoardInfo& board) {
+  if (board.max_dwell < board.min_dwell) throw base::BadJson("'max_dwell' is less than 'min_dwell'");
+  if (board.lines.size() > kMostLines) throw base::BadJson("it has more than 32 lines");
+  for (std::size_t k = 0; k < board.lines.size(); ++k)
+    if (board.line(board.lines[k].name) != static_cast<int>(k))
+      throw base::BadJson(fmt::format("two lines are called '{}'", board.lines[k].name));
+}
+
+/// In bytes, or in records of 8.
+std::uint32_t program_bytes_of(const Json& json) {
+  constexpr std::uint32_t kMost = 1U << 30U;
+  if (json.contains("program_records"))
+    return base::whole_number_at<std::uint32_t>(json, "program_records", {0, kMost / 8}) * 8;
+  return base::whole_number_at<std::uint32_t>(json, "program_bytes", {0, kMost});
+}
+
+LineInfo line_info(const Json& line) {
+  return {name_of(line.at("name").get<std::string>()),
+          line.at("output").get<bool>(),
+          name_of(line.value("pin", std::string()), true),
+          waits_from(line),
+          line.value("trips", false),
+          base::whole_number_or<std::uint32_t>(line, "stamp_ticks", 1U)};
+}
+
+}  // namespace
+
+Json parse_json(std::string_view text) {
+  if (const auto shallow = check_json_nesting(text); !shallow) throw base::BadJson(shallow.error().what);
+  return Json::parse(text);
+}
+
+BoardInfo board_from_json(const Json& json) {
+  BoardInfo board;
+  board.board = json.at(json.contains("name") ? "name" : "board").get<std::string>();
+  board.firmware_version = json.value(json.contains("firmware") ? "firmware" : "firmware_version", "");
+  board.unique_id = json.value(json.contains("serial") ? "serial" : "unique_id", "");
+  board.rate = {base::whole_number_at<std::uint64_t>(json, "tick_hz", {kSlowest, kFastest})};
+  board.min_dwell = ticks_at(json, "min_dwell", 1);
+  board.max_dwell = ticks_at(json, "max_dwell", 1);
+  board.wait_latency = ticks_at(json, "wait_latency", 0);
+  board.program_bytes = program_bytes_of(json);
+  board.loop_depth = base::whole_number_or(json, "loop_depth", protocol::kMaxLoopDepth);
+  board.queue_segments = base::whole_number_or(json, "queue_segments", board.queue_segments);
+  board.refill_ticks = base::whole_number_or(json, "refill_ticks", board.refill_ticks);
+  board.poll_ticks = base::whole_number_or(json, "poll_ticks", board.poll_ticks);
+  if (json.contains("lateness")) board.lateness = ticks_at(json, "lateness", 0);
+  for (const Json& line : json.at("lines")) board.lines.push_back(line_info(line));
+  check_board(board);
+  return board;
+}
+
+Json line_json(const LineConfig& line) {
+  return {{"line", line.line},
+          {"safe_level", line.safe_level},
+          {"hazard", static_cast<int>(line.hazard)},
+          {"capture", line.capture},
+          {"max_on_ns", line.max_on.count()},
+          {"min_off_ns", line.min_off.count()},
+          {"max_duty", line.max_duty},
+          {"trip_level", line.trip_level ? Json(*line.trip_level) : Json()}};
+}
+
+LineConfig line_from_json(const Json& json) {
+  LineConfig line;
+  line.line = json.at("line").get<std::string>();
+  line.safe_level = json.at("safe_level").get<bool>();
+  line.hazard = static_cast<Hazard>(base::whole_number_at<int>(json, "hazard", {0, 2}));
+  line.capture = json.at("capture").get<bool>();
+  line.max_on = Nanoseconds(base::whole_number_at<std::int64_t>(json, "max_on_ns", {0, base::kLongestNanoseconds}));
+  line.min_off = Nanoseconds(base::whole_number_at<std::int64_t>(json, "min_off_ns", {0, base::kLongestNanoseconds}));
+  line.max_duty = json.at("max_duty").get<double>();
+  if (!(line.max_duty > 0 && line.max_duty <= 1)) throw base::BadJson("'max_duty' is not a share from 0 to 1");
+  if (const Json trip = json.value("trip_level", Json()); !trip.is_null()) line.trip_level = trip.get<bool>();
+  return line;
+}
+
+namespace {
+
+Error no_board(std::string_view why) {
+  return {ErrorCode::bad_format, fmt::format("it does not describe a board: {}", why),
+          "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
+}
+
+}  // namespace
+
+}  // namespace symrig::board
+
+namespace symrig {
+
+Result<BoardInfo> parse_board_file(std::string_view text) {
+  try {
+    board::Json json = board::parse_json(text);
+    if (json.contains("capabilities")) json.update(board::Json(json.at("capabilities")));  // a firmware's manifest
+    const bool inside = json.contains("board") && json.at("board").is_object();
+    return board::board_from_json(inside ? json.at("board") : json);
+  } catch (const board::Json::exception& error) {
+    return board::no_board(error.what());
+  } catch (const base::BadJson& error) {
+    return board::no_board(error.what());
+  }
+}
+
+std::string board_file_text(const BoardInfo& board) {
+  return board::board_json(board).dump(1) + "\n";
+}
+
+}  // namespace symrig

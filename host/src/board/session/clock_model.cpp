@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/clock_model.hpp"
+
+#include "board/session/half_planes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr Nanoseconds kSlot = 1s;
+/// Nominal spans are rounded to whole ticks; corners of the polygon are good to far less.
+constexpr double kRounding = 0.75;
+
+/// a - b on a clock that may have wrapped round, for points less than 2^63 ticks apart.
+double signed_ticks(BoardTime a, BoardTime b) {
+  return static_cast<double>(static_cast<std::int64_t>((a - b).count));
+}
+
+/// Nominal ticks of a span that may be negative, modulo 2^64.
+Ticks nominal_span(TickRate rate, Nanoseconds span) {
+  return span.count() >= 0 ? rate.ticks(span) : Ticks{0} - rate.ticks(-span);
+}
+
+Error off_its_line(const ClockLimits& limits) {
+  return {ErrorCode::limit,
+          fmt::format("the board's clock leaves its line by more than {:.3g} ppm of drift allow",
+                      1e6 * limits.drift),
+          "connect again; if it stays so, one of the two clocks is broken or is being set"};
+}
+
+Error no_reading() {
+  return {ErrorCode::bad_argument, "nothing is known of the board's clock yet", "add a reading first"};
+}
+
+}  // namespace
+
+void ClockModel::Window::take(const Side& side, int sign, double ticks_per_ns) {
+  if (size_ > 0 && side.host - slot_begin_ < kSlot) {
+    Side& kept = sides_[(first_ + size_ - 1) % kSlots];
+    const double later = ticks_per_ns * static_cast<double>((side.host - kept.host).count());
+    if (sign * (signed_ticks(side.board, kept.board) - later) < 0) kept = side;
+    return;
+  }
+  slot_begin_ = side.host;
+  if (size_ == kSlots)
+    first_ = (first_ + 1) % kSlots;
+  else
+    ++size_;
+  sides_[(first_ + size_ - 1) % kSlots] = side;
+}
+
+/// Where the board's clock would be if it ran at its nominal rate since the last reading: where y counts
+/// from.
+BoardTime ClockModel::nominal(HostTime time) const {
+  return last_->answered + nominal_span(rate_, time - last_->received);
+}
+
+std::optional<ClockModel::Knowledge> ClockModel::knowledge(HostTime time) const {
+  const BoardTime base = nominal(time);
+  const auto hz = static_cast<double>(rate_.hz);
+  const double drift = limits_.drift;
+  // y of a side, as if the drift were 0 between it and `time`.
+  const auto shifted = [&](const Side& side) {
+    return signed_ticks(side.board, base + nominal_span(rate_, side.host - time));
+  };
+  const auto ticks_to = [&](const Side& side) {
+    return 1e-9 * static_cast<double>((side.host - time).count()) * hz;
+  };
+  // Of the wander: hz ∫∫ δ' <= hz W d²/2.
+  const auto wander = [&](double ticks) { return 0.5 * limits_.wander_per_second * ticks * ticks / hz; };
+
+  double y_low = -std::numeric_limits<double>::infinity();
+  double y_high = -y_low;
+  for (std::size_t k = 0; k < above_.size(); ++k)
+    y_high = std::min(y_high, shifted(above_[k]) + 1 + kRounding + drift * std::abs(ticks_to(above_[k])));
+  for (std::size_t k = 0; k < below_.size(); ++k)
+    y_low = std::max(y_low, shifted(below_[k]) - kRounding - drift * std::abs(ticks_to(below_[k])));
+
+  board::ConvexPolygon<2 * kSlots> truth(-drift, drift, y_low, y_high);
+  for (std::size_t k = 0; k < above_.size() && !truth.empty(); ++k) {
+    const double d = ticks_to(above_[k]);
+    truth.cut(d, 1, shifted(above_[k]) + 1 + kRounding + wander(d));
+  }
+  for (std::size_t k = 0; k < below_.size() && !truth.empty(); ++k) {
+    const double d = ticks_to(below_[k]);
+    truth.cut(-d, -1, -shifted(below_[k]) + kRounding + wander(d));
+  }
+  if (truth.empty()) return std::nullopt;
+  const auto [x_min, x_max] = truth.extent([](const board::DriftAndClock& p) { return p.x; });
+  const auto [y_min, y_max] = truth.extent([](const board::DriftAndClock& p) { return p.y; });
+  return Knowledge{y_min, y_max, x_min, x_max};
+}
+
+Result<ClockModel::Knowledge> ClockModel::known(HostTime time) const {
+  if (!last_) return no_reading();
+  const auto found = knowledge(time);
+  if (!found) return off_its_line(limits_);
+  return *found;
+}
+
+void ClockModel::insert(const TimeReading& reading) {
+  double ticks_per_ns = 1e-9 * static_cast<double>(rate_.hz);
+  if (const auto before = last_ ? knowledge(last_->received) : std::nullopt)
+    ticks_per_ns *= 1 + 0.5 * (before->x_low + before->x_high);
+  last_ = reading;
+  above_.take({reading.sent, reading.taken}, 1, ticks_per_ns);
+  below_.take({reading.received, reading.answered}, -1, ticks_per_ns);
+}
+
+Result<void> ClockModel::add(const TimeReading& reading) {
+  if (reading.received < reading.sent || signed_ticks(reading.answered, reading.taken) < 0 ||
+      (last_ && reading.sent < last_->sent))
+    return Error{ErrorCode::bad_argument, "a reading of the board's clock ends before it begins",
+                 "give the readings in the order in which they were taken"};
+  if (last_ && reading.sent >= last_->received && signed_ticks(reading.taken, last_->answered) < 0)
+    return Error{ErrorCode::device_lost,
+                 fmt::format("the board's clock went back from {} to {}: the board was restarted",
+                             last_->answered.since.count, reading.taken.since.count),
+                 "connect again"};
+  ClockModel trial = *this;
+  trial.insert(reading);
+  if (!trial.knowledge(reading.received)) return off_its_line(limits_);
+  *this = trial;
+  return {};
+}
+
+void ClockModel::forget() {
+  above_.clear();
+  below_.clear();
+  last_.reset();
+}
+
+Result<BoardEstimate> ClockModel::board_at(HostTime time) const {
+  SYMRIG_TRY(const Knowledge now, known(time));
+  const double middle = std::round(0.5 * (now.y_low + now.y_high));
+  const double bound = std::max(now.y_high - middle, middle - now.y_low);
+  return BoardEstimate{nominal(time) + Ticks{static_cast<std::uint64_t>(static_cast<std::int64_t>(middle))},
+                       Ticks{static_cast<std::uint64_t>(std::ceil(bound))}};
+}
+
+Result<HostEstimate> ClockModel::host_at(BoardTime time) const {
+  if (!last_) return no_reading();
+  HostTime guess = last_->received;
+  BoardEstimate there{};
+  double rest = 0;
+  const double ns_per_tick = 1e9 / static_cast<double>(rate_.hz);
+  // Each step leaves the drift's share of the way: 1e-4 of it. Four reach a tick from 2^53 ticks away.
+  for (int step = 0; step < 4; ++step) {
+    SYMRIG_TRY(there, board_at(guess));
+    rest = signed_ticks(time, there.at) * ns_per_tick;
+    guess = guess + Nanoseconds{std::llround(rest)};
+  }
+  SYMRIG_TRY(there, board_at(guess));
+  rest = std::abs(signed_ticks(time, there.at));
+  // B rises by at least 1 - drift of nominal: a board time off by so many ticks is a host time off by ...
+  const double bound =
+      (rest + 1 + static_cast<double>(there.bound.count)) * ns_per_tick / (1 - limits_.drift);
+  return HostEstimate{guess, Nanoseconds{std::llround(std::ceil(bound))}};
+}
+
+Result<DriftEstimate> ClockModel::drift_at(HostTime time) const {
+  SYMRIG_TRY(const Knowledge now, known(time));
+  return DriftEstimate{now.x_low, now.x_high};
+}
+
+}  // namespace symrig

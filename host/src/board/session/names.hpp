@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/board/board_info.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace symrig::board {
+
+/// What a value of the wire is called, and what to do about it.
+struct Explained {
+  std::string_view name;
+  std::string_view hint;
+};
+
+/// fault: a FaultCode of the wire.
+Explained explain_fault(std::uint32_t fault);
+/// code: a reply's Code of the wire.
+Explained explain_code(std::uint32_t code);
+
+/// "line 'vsync'", or "line 7" if the board has not named it.
+std::string line_text(const BoardInfo& info, std::uint64_t line);
+/// "1.5 ms (187500 ticks)"
+std::string ticks_text(const BoardInfo& info, std::uint64_t ticks);
+/// "vsync, camera_strobe": the board's lines of one direction.
+std::string known_lines(const BoardInfo& info, bool output);
+/// The next step after a line that the board has not: the nearest name, and those of that direction, or all.
+std::string line_hint(const BoardInfo& info, std::string_view given, std::optional<bool> output = {});
+
+}  // namespace symrig::board

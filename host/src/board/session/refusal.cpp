@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "board/session/refusal.hpp"
+
+#include "board/session/names.hpp"
+#include "symrig/board/board.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig::board {
+namespace {
+
+using protocol::Rule;
+using protocol::Violation;
+
+struct Words {
+  const char* rule;
+  std::string what;
+  std::string alternative;
+};
+
+std::string on_for(const Violation& violation, const BoardInfo& info) {
+  if (violation.actual >= protocol::kMaxDuration) return "left on for ever";
+  return "on for " + ticks_text(info, violation.actual);
+}
+
+/// Rules about how records follow each other.
+Words structure_words(const Violation& v, const BoardInfo& info) {
+  switch (v.rule) {
+    case Rule::length:
+      return {
+          "length", fmt::format("{} bytes", v.actual),
+          fmt::format("give whole records of 8 bytes, at most {} bytes; loops make programs short", v.limit)};
+    case Rule::bad_op:
+      return {"bad_op", fmt::format("no operation {}", v.actual), "see protocol/PROTOCOL.md"};
+    case Rule::bad_arg:
+      return {"bad_arg", "bits are set that mean nothing", "leave them 0"};
+    case Rule::not_an_output:
+      return {"not_an_output", "a level for a line that is no output", "outputs: " + known_lines(info, true)};
+    case Rule::not_an_input:
+      return {"not_an_input", "a wait on a line that is no input", "inputs: " + known_lines(info, false)};
+    case Rule::loop_depth:
+      return {"loop_depth", fmt::format("{} loops inside each other", v.actual),
+              fmt::format("use at most {}", v.limit)};
+    case Rule::loop_balance:
+      return {"loop_balance", "loop and end_loop do not pair", "close each loop once"};
+    case Rule::loop_rounds:
+      return {"loop_rounds", fmt::format("{} rounds", v.actual), "use 1 to 4294967296 rounds, or nest loops"};
+    case Rule::idle_loop:
+      return {"idle_loop", "the body takes no time", "put a hold into it"};
+    case Rule::wait_kind:
+      return {"wait_kind", "the board cannot wait for this edge on this line",
+              "`symrig info` lists the edges each line can be awaited for"};
+    case Rule::mark_crowd:
+      return {"mark_crowd", fmt::format("{} marks in a row", v.actual),
+              fmt::format("put a hold after {} marks", v.limit)};
+    case Rule::no_end:
+      return {"no_end", "End must be the last record and the only one", "end the program once"};
+    default:
+      return {"unknown", "a rule this host does not know", "update the host"};
+  }
+}
+
+/// A word (actual and limit in ticks), or a loop whose rounds add up (in rounds; limits of rounds are even
+/// smaller than the rounds, while a word's limit is larger than the word).
+Words refill_words(const Violation& v, const BoardInfo& info) {
+  if (v.actual <= v.limit)
+    return {"refill",
+            fmt::format("words of {} follow each other for too long: the board could not keep up",
+                        ticks_text(info, v.actual)),
+            fmt::format("after some hundred short words hold for longer, or for {} each",
+                        ticks_text(info, v.limit))};
+  return {
+      "refill", fmt::format("{} rounds of short words: the board could not keep up", v.actual),
+      fmt::format("at most {} rounds, or words of {} each", v.limit, ticks_text(info, info.refill_ticks))};
+}
+
+Words words(const Violation& v, const BoardInfo& info) {
+  const std::string actual = ticks_text(info, v.actual);
+  const std::string limit = ticks_text(info, v.limit);
+  switch (v.rule) {
+    case Rule::min_dwell:
+      return {"min_dwell", "held for " + actual, "hold for at least " + limit};
+    case Rule::max_dwell:
+      return {"max_dwell", "holds or waits for " + actual, "use 1 tick to " + limit + ", or several records"};
+    case Rule::too_long:
+      return {"too_long", "may run for " + actual + " or more", "stay below " + limit};
+    case Rule::max_on:
+      return {"max_on", on_for(v, info), "turn it off after at most " + limit};
+    case Rule::min_off:
+      return {"min_off", "off for only " + actual, "keep it off for at least " + limit};
+    case Rule::duty:
+      return {"duty", "rests for " + actual + " after its pulse",
+              v.limit >= protocol::kMaxDuration ? "turn it off before the end"
+                                                : "let it rest for at least " + limit};
+    case Rule::refill:
+      return refill_words(v, info);
+    default:
+      return structure_words(v, info);
+  }
+}
+
+bool about_a_line(Rule rule) {
+  return rule == Rule::not_an_output || rule == Rule::not_an_input || rule == Rule::max_on ||
+         rule == Rule::min_off || rule == Rule::duty || rule == Rule::wait_kind;
+}
+
+std::string detail_text(const symrig_wire_Reply& reply, const BoardInfo& info) {
+  switch (protocol::raw(reply.code)) {
+    case symrig_wire_Code_CODE_BAD_STATE:
+      return fmt::format("not in state {}", name(static_cast<BoardState>(reply.detail & 7U)));
+    case symrig_wire_Code_CODE_BAD_VALUE:
+      return fmt::format("field {} is out of range", reply.field);
+    case symrig_wire_Code_CODE_NO_SUCH_LINE:
+    case symrig_wire_Code_CODE_WRONG_DIRECTION:
+    case symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED:
+    case symrig_wire_Code_CODE_INTERLOCK_OPEN:
+      return line_text(info, reply.detail);
+    case symrig_wire_Code_CODE_HASH_MISMATCH:
+      return fmt::format("the board's hash is {:08x}", reply.detail);
+    case symrig_wire_Code_CODE_TOO_LONG:
+      return fmt::format("at most {} bytes fit", reply.detail);
+    case symrig_wire_Code_CODE_BAD_CHUNK:
+      return fmt::format("it expects offset {}", reply.detail);
+    case symrig_wire_Code_CODE_INCOMPLETE:
+      return fmt::format("{} bytes arrived", reply.detail);
+    case symrig_wire_Code_CODE_IN_PAST:
+      return fmt::format("its clock reads {}", reply.detail);
+    default:
+      return fmt::format("detail {}", reply.detail);
+  }
+}
+
+}  // namespace
+
+Finding explain(const Violation& violation, const BoardInfo& info) {
+  const Words text = words(violation, info);
+  Finding finding{text.rule, violation.record, "", text.what, text.alternative};
+  if (about_a_line(violation.rule) && violation.line < info.lines.size())
+    finding.line = info.lines[violation.line].name;
+  return finding;
+}
+
+Error explain_refusal(const symrig_wire_Reply& reply, std::string_view request, const BoardInfo& info) {
+  const std::uint32_t code = protocol::raw(reply.code);
+  const Explained explained = explain_code(code);
+  const bool violation = reply.which_body == symrig_wire_Reply_violation_tag;
+  const symrig_wire_Violation& v = reply.body.violation;
+  if (code == symrig_wire_Code_CODE_BAD_PROGRAM && violation) {
+    const Finding finding =
+        explain({static_cast<Rule>(v.rule & 0xFFU), v.record, v.line, v.actual, v.limit}, info);
+    return {ErrorCode::device_refused,
+            fmt::format("the board refused the program: {}", finding.line_of_text()),
+            {}};
+  }
+  if (code == symrig_wire_Code_CODE_COOLING && violation)
+    return {ErrorCode::device_refused,
+            fmt::format("the board refused {}: {} must rest for another {}", request, line_text(info, v.line),
+                        ticks_text(info, v.limit)),
+            std::string(explained.hint)};
+  return {ErrorCode::device_refused,
+          fmt::format("the board refused {}: {}, {}", request, explained.name, detail_text(reply, info)),
+          std::string(explained.hint)};
+}
+
+}  // namespace symrig::board

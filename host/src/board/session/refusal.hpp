@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/board/lint.hpp"
+#include "symrig/protocol/messages.hpp"
+#include "symrig/protocol/program_rules.hpp"
+
+#include <string_view>
+
+namespace symrig::board {
+
+/// A broken rule in words, with the shortest legal alternative.
+Finding explain(const protocol::Violation& violation, const BoardInfo& info);
+
+/// What a board's refusal means. request: what was asked, "arm".
+Error explain_refusal(const symrig_wire_Reply& reply, std::string_view request, const BoardInfo& info);
+
+}  // namespace symrig::board

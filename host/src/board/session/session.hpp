@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "board/links/wire.hpp"
+#include "board/session/run_log.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/protocol/line_config.hpp"
+
+#include <memory>
+#include <optional>
+#include <string_view>
+
+namespace symrig {
+
+/// What a Board knows about the other end.
+class Board::Session {
+ public:
+  Session(std::unique_ptr<Link> link, const BoardOptions& options);
+
+  Result<void> introduce();
+  Result<void> configure(std::span<const LineConfig> lines);
+  Result<void> upload(const Program& program);
+  Result<void> arm(bool autonomous);
+  Result<void> start(std::optional<Ticks> at);
+  Result<Receipt> wait(Nanoseconds timeout);
+  Result<void> abort();
+  Result<void> clear_fault();
+  Result<BoardStatus> status();
+  Result<void> keep_alive(Nanoseconds ttl);
+  Result<TimeReading> time();
+  SteadyTime opened() const { return wire_.opened(); }
+  Result<void> idle(Nanoseconds duration);
+  Result<LineUse> line_use(std::string_view line);
+  Result<void> verify_program();
+  Result<void> set_line(std::string_view line, bool level);
+  Result<void> identify(Nanoseconds duration);
+  Result<void> store_config(std::string_view label);
+  Result<void> reboot(bool bootloader);
+
+  const BoardInfo& info() const { return info_; }
+  board::RunLog& log() { return log_; }
+
+ private:
+  /// A reply with code OK, or why not. name: for the message.
+  Result<symrig_wire_Reply> ask(const symrig_wire_Request& request, std::string_view name);
+  Result<void> learn_identity();
+  Result<void> learn_capabilities();
+  Result<void> learn_line(std::uint32_t line);
+  Result<bool> holds(const Program& program);
+  Result<void> commit(std::uint32_t program_id, std::uint32_t hash);
+  Result<void> stay_alive();
+  /// Number of a line of that name and direction. fails: unknown_name.
+  Result<std::uint32_t> find_line(std::string_view line, bool output) const;
+
+  BoardOptions options_;
+  BoardInfo info_;
+  std::uint32_t reboot_token_ = 0;  // CRC-32C of the board's unique id
+  board::RunLog log_;
+  board::Wire wire_;
+
+  std::uint32_t config_hash_ = 0;
+  std::uint32_t program_hash_ = 0;
+  symrig_wire_CommitReply committed_ = symrig_wire_CommitReply_init_zero;
+  bool has_program_ = false;
+  std::uint32_t next_program_id_ = 1;
+  Nanoseconds ttl_{0};
+  Nanoseconds last_alive_{0};
+};
+
+}  // namespace symrig

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/conformance/conformance.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace symrig::conformance {
+
+class Subject;
+
+/// How a check, or a step of one, came out. True while all is well.
+struct Verdict {
+  CheckOutcome outcome = CheckOutcome::passed;
+  std::string detail = {};
+
+  explicit operator bool() const { return outcome == CheckOutcome::passed; }
+};
+
+Verdict failed(std::string detail);
+Verdict skipped(std::string why);
+/// "what: expected E, got G" unless they are equal.
+Verdict same(std::string_view what, std::uint64_t expected, std::uint64_t got);
+/// "what: expected LOW to HIGH, got G" unless it lies between, both included.
+Verdict within(std::string_view what, std::uint64_t low, std::uint64_t high, std::uint64_t got);
+Verdict that(bool holds, std::string_view what);
+/// The reply came and has this code. what: the request.
+Verdict code_is(std::string_view what, std::uint32_t expected, std::uint32_t got);
+
+struct Check {
+  std::string_view name;
+  std::string_view what;
+  Verdict (*run)(Subject& board);
+};
+
+// One list a group, in files of their names.
+std::span<const Check> identity_checks();
+std::span<const Check> wire_checks();
+std::span<const Check> event_checks();
+std::span<const Check> state_checks();
+std::span<const Check> rule_checks();
+std::span<const Check> program_checks();
+std::span<const Check> upload_checks();
+std::span<const Check> limit_checks();
+std::span<const Check> interlock_checks();
+std::span<const Check> host_loss_checks();
+std::span<const Check> receipt_checks();
+std::span<const Check> clock_checks();
+std::span<const Check> jumper_checks();
+
+}  // namespace symrig::conformance
+
+/// `SYMRIG_MUST(same("steps", 3, done.steps));` ends the check with that verdict unless it is a pass.
+#define SYMRIG_MUST(expression)                                \
+  do {                                                         \
+    if (auto verdict = (expression); !verdict) return verdict; \
+  } while (false)

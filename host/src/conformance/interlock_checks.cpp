@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// An input that stops everything. Without a wire it is "opened" by calling its present level the one that
+// trips.
+#include "conformance/plan.hpp"
+#include "conformance/subject.hpp"
+
+#include <array>
+#include <optional>
+
+namespace symrig::conformance {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::raw;
+
+std::optional<std::uint32_t> interlock(const Subject& board) {
+  for (const std::uint32_t line : board.inputs())
+    if (board.lines[line].trips) return line;
+  return std::nullopt;
+}
+Verdict none() {
+  return skipped("no input can be an interlock");
+}
+
+/// An interlock on `line` that trips at its present level, or at the other one.
+Verdict set_up(Subject& board, std::uint32_t line, bool open) {
+  const auto now = board.status();
+  if (!now) return failed("no answer to get_status");
+  const bool level = ((now->levels >> line) & 1U) != 0;
+  board.config.lines[line].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  board.config.lines[line].trip_level = open ? level : !level;
+  return board.configure();
+}
+
+Verdict open_refuses(Subject& board) {
+  const auto line = interlock(board);
+  if (!line) return none();
+  SYMRIG_MUST(set_up(board, *line, true));
+  SYMRIG_MUST(board.upload(pack({word(0, board.word()), end()})));
+  symrig_wire_Request request = make_request(symrig_wire_Request_arm_tag);
+  request.body.arm = {board.program_hash, board.config_hash, false};
+  const auto reply = board.session.ask(request);
+  SYMRIG_MUST(code_is("arm with an open interlock", symrig_wire_Code_CODE_INTERLOCK_OPEN,
+                      reply ? raw(reply->code) : kNoCode));
+  SYMRIG_MUST(same("detail, the line", *line, reply->detail));
+  const std::uint32_t output = 1U << board.outputs().front();
+  return code_is("manual_set with an open interlock", symrig_wire_Code_CODE_INTERLOCK_OPEN,
+                 board.manual_set(output, output));
+}
+
+Verdict closed_allows(Subject& board) {
+  const auto line = interlock(board);
+  if (!line) return none();
+  SYMRIG_MUST(set_up(board, *line, false));
+  SYMRIG_MUST(board.upload(pack({word(0, board.word()), end()})));
+  SYMRIG_MUST(code_is("arm with a closed interlock", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+  return board.await_done(1s);
+}
+
+Verdict not_an_output(Subject& board) {
+  const std::uint32_t line = board.outputs().front();
+  board.config.lines[line].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  return code_is("an output as an interlock", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line));
+}
+
+/// With the jumper: the program itself opens the interlock.
+Verdict trips(Subject& board) {
+  if (!board.jumper) return skipped("needs --jumper OUTPUT:INPUT");
+  const auto [output, input] = *board.jumper;
+  if (!board.lines[input].trips) return skipped("the jumper's input cannot be an interlock");
+  board.config.lines[input].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  board.config.lines[input].trip_level = true;
+  const std::uint32_t bit = 1U << output;
+  SYMRIG_MUST(
+      board.load(pack({word(0, board.word()), loop(10'000), word(bit, board.word()), end_loop(), end(bit)})));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+  board.session.listen_for(50ms);
+  const auto now = board.status();
+  if (!now) return failed("no answer to get_status");
+  SYMRIG_MUST(same("state", symrig_wire_State_STATE_FAULT, raw(now->state)));
+  SYMRIG_MUST(same("fault", symrig_wire_FaultCode_FAULT_INTERLOCK, raw(now->fault.code)));
+  SYMRIG_MUST(same("fault arg, the line", input, now->fault.arg));
+  return board.outputs_safe();
+}
+
+constexpr std::array<Check, 4> kInterlockChecks{{
+    {"interlock.open_refuses", "with an open interlock nothing is armed or moved", open_refuses},
+    {"interlock.closed_allows", "with a closed one everything is", closed_allows},
+    {"interlock.not_an_output", "an output cannot be an interlock", not_an_output},
+    {"interlock.trips", "opening it amid a run makes safe (needs a jumper)", trips},
+}};
+
+}  // namespace
+
+std::span<const Check> interlock_checks() {
+  return kInterlockChecks;
+}
+
+}  // namespace symrig::conformance

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// With a wire from an output to an input: the board sees with its own time-stamps what it puts out.
+#include "conformance/plan.hpp"
+#include "conformance/subject.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+
+namespace symrig::conformance {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::string_view kNeeds = "needs --jumper OUTPUT:INPUT";
+
+Bytes pulses(const Subject& board, std::uint32_t output) {
+  const std::uint32_t bit = 1U << output;
+  return pack({word(0, board.word()), loop(100), word(bit, board.word()), word(0, board.word() + 1),
+               end_loop(), word(bit, 2 * board.word()), end()});
+}
+
+/// Each edge of the plan comes back, all late by the same few ticks: the resolution of the time-stamps, and 1
+/// us at most for pads and synchronisers. Where software makes the edges each may be late as the board says.
+Verdict stamps(Subject& board) {
+  if (!board.jumper) return skipped(std::string(kNeeds));
+  const auto [output, input] = *board.jumper;
+  const std::uint64_t grain = board.lines[input].stamp_ticks;
+  const std::uint64_t late = board.can.lateness;
+  board.config.lines[input].capture = true;
+  const Bytes program = pulses(board, output);
+  SYMRIG_MUST(board.run_to_end(program, 2s));
+  board.session.listen_for(kQuietTime);
+  const symrig_wire_Event* begun = board.session.last_event(symrig_wire_Event_run_started_tag);
+  if (begun == nullptr) return failed("run_started is missing");
+  const Plan plan = plan_of(program);
+  std::size_t k = 0;
+  std::uint64_t first_delay = 0;
+  for (const symrig_wire_Event& event : board.session.events()) {
+    if (event.which_body != symrig_wire_Event_edge_tag || event.body.edge.line != input) continue;
+    if (k == plan.edges.size()) return failed("more edges came back than were put out");
+    SYMRIG_MUST(same(fmt::format("level of edge {}", k), plan.edges[k].level, event.body.edge.level));
+    const std::uint64_t delay = event.body.edge.tick - (begun->body.run_started.tick + plan.edges[k].tick);
+    if (k == 0) first_delay = delay;
+    SYMRIG_MUST(within(fmt::format("ticks from edge {} to its time-stamp", k), 0,
+                       board.ticks(1us) + grain + late, delay));
+    SYMRIG_MUST(within(fmt::format("jitter of edge {}, offset by the resolution", k), 0,
+                       2 * (grain - 1 + late), delay + (grain - 1 + late) - first_delay));
+    ++k;
+  }
+  return same("edges that came back", plan.edges.size(), k);
+}
+
+/// Levels by hand, seen at the input.
+Verdict levels(Subject& board) {
+  if (!board.jumper) return skipped(std::string(kNeeds));
+  const auto [output, input] = *board.jumper;
+  SYMRIG_MUST(board.configure());
+  for (const std::uint32_t level : {1U, 0U, 1U}) {
+    SYMRIG_MUST(
+        code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << output, level << output)));
+    const auto now = board.status();
+    if (!now) return failed("no answer to get_status");
+    SYMRIG_MUST(same("level at the jumper's input", level, (now->levels >> input) & 1U));
+  }
+  return {};
+}
+
+constexpr std::array<Check, 2> kJumperChecks{{
+    {"jumper.levels", "an input follows the output that is wired to it", levels},
+    {"jumper.stamps", "every edge comes back, at a constant delay", stamps},
+}};
+
+}  // namespace
+
+std::span<const Check> jumper_checks() {
+  return kJumperChecks;
+}
+
+}  // namespace symrig::conformance

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lamps and lasers: what may be armed, and the guard that watches the pins at run time.
+#include "conformance/plan.hpp"
+#include "conformance/subject.hpp"
+
+#include <array>
+
+namespace symrig::conformance {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::raw;
+
+constexpr std::string_view kUnseen = "the board sees the edges of none of its outputs: it takes no limits";
+
+Bytes blink(const Subject& board) {
+  return pack({word(0, board.word()), end()});
+}
+
+Verdict arm_refused(Subject& board, std::uint32_t line, bool autonomous) {
+  symrig_wire_Request request = make_request(symrig_wire_Request_arm_tag);
+  request.body.arm = {board.program_hash, board.config_hash, autonomous};
+  const auto reply = board.session.ask(request);
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED, reply ? raw(reply->code) : kNoCode));
+  SYMRIG_MUST(same("detail, the line", line, reply->detail));
+  return board.in_state(symrig_wire_State_STATE_LOADED);
+}
+
+Verdict lamp_needs_keep_alive(Subject& board) {
+  const std::uint32_t line = board.outputs().front();
+  board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LAMP;
+  SYMRIG_MUST(board.load(blink(board)));
+  SYMRIG_MUST(arm_refused(board, line, false));
+  SYMRIG_MUST(code_is("keep_alive 1000", symrig_wire_Code_CODE_OK, board.keep_alive(1000)));
+  return code_is("arm with a keep-alive", symrig_wire_Code_CODE_OK, board.arm());
+}
+
+Verdict lamp_not_autonomous(Subject& board) {
+  const std::uint32_t line = board.outputs().front();
+  board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LAMP;
+  SYMRIG_MUST(board.load(blink(board)));
+  SYMRIG_MUST(code_is("keep_alive 1000", symrig_wire_Code_CODE_OK, board.keep_alive(1000)));
+  return arm_refused(board, line, true);
+}
+
+Verdict laser_needs_max_on(Subject& board) {
+  const std::uint32_t line = board.outputs().front();
+  board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LASER;
+  return code_is("a laser without max_on", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line));
+}
+
+Verdict laser_needs_short_keep_alive(Subject& board) {
+  const auto line = board.seen_output();
+  if (!line) return skipped(std::string(kUnseen));
+  board.config.lines[*line].hazard = symrig_wire_Hazard_HAZARD_LASER;
+  board.config.lines[*line].max_on = board.word();
+  SYMRIG_MUST(board.load(blink(board)));
+  SYMRIG_MUST(code_is("keep_alive 501", symrig_wire_Code_CODE_OK, board.keep_alive(501)));
+  SYMRIG_MUST(arm_refused(board, *line, false));
+  SYMRIG_MUST(code_is("keep_alive 500", symrig_wire_Code_CODE_OK, board.keep_alive(500)));
+  return code_is("arm with a keep-alive of 500 ms", symrig_wire_Code_CODE_OK, board.arm());
+}
+
+Verdict keep_alive_stays_on(Subject& board) {
+  board.config.lines[board.outputs().front()].hazard = symrig_wire_Hazard_HAZARD_LAMP;
+  SYMRIG_MUST(board.load(blink(board)));
+  SYMRIG_MUST(code_is("keep_alive 1000", symrig_wire_Code_CODE_OK, board.keep_alive(1000)));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("keep_alive 0 while armed with a lamp", symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED,
+                      board.keep_alive(0)));
+  return board.in_state(symrig_wire_State_STATE_ARMED);
+}
+
+Verdict bad_numbers(Subject& board) {
+  const std::uint32_t line = board.outputs().front();
+  board.config.lines[line].max_duty_permille = 1001;
+  SYMRIG_MUST(code_is("a duty of 1001 permille", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line)));
+  board.config.lines[line].max_duty_permille = 0;
+  board.config.lines[line].max_on = protocol::kMaxDuration + 1;
+  SYMRIG_MUST(code_is("max_on beyond 2^50", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line)));
+  return code_is("keep_alive 60001", symrig_wire_Code_CODE_BAD_VALUE, board.keep_alive(60'001));
+}
+
+/// A line turned on by hand, under a max_on.
+Verdict hold_by_hand(Subject& board, std::uint32_t line, std::uint64_t max_on, std::uint64_t min_off) {
+  board.config.lines[line].max_on = max_on;
+  board.config.lines[line].min_off = min_off;
+  SYMRIG_MUST(board.configure());
+  return code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << line, 1U << line));
+}
+
+/// Nothing but the guard stands between a line left on by hand and its limit. It has 10 ms.
+Verdict guard_max_on(Subject& board) {
+  const auto line = board.seen_output();
+  if (!line) return skipped(std::string(kUnseen));
+  const std::uint64_t limit = board.ticks(20ms);
+  const std::uint64_t before = board.now();
+  SYMRIG_MUST(hold_by_hand(board, *line, limit, 0));
+  const std::uint64_t after = board.now();
+  board.session.listen_for(50ms);
+  const auto now = board.status();
+  if (!now) return failed("no answer to get_status");
+  SYMRIG_MUST(same("state", symrig_wire_State_STATE_FAULT, raw(now->state)));
+  SYMRIG_MUST(same("fault", symrig_wire_FaultCode_FAULT_MAX_ON, raw(now->fault.code)));
+  SYMRIG_MUST(same("fault arg, the line", *line, now->fault.arg));
+  SYMRIG_MUST(
+      within("tick of the fault", before + limit, after + limit + board.ticks(10ms), now->fault.tick));
+  return board.outputs_safe();
+}
+
+/// A line that has just been on has to rest.
+Verdict cooling(Subject& board) {
+  const auto line = board.seen_output();
+  if (!line) return skipped(std::string(kUnseen));
+  board.session.listen_for(500ms);  // it may be hot from the check before
+  SYMRIG_MUST(hold_by_hand(board, *line, 0, board.ticks(400ms)));
+  SYMRIG_MUST(code_is("manual_set off", symrig_wire_Code_CODE_OK, board.manual_set(1U << *line, 0)));
+  board.session.listen_for(5ms);
+  SYMRIG_MUST(code_is("manual_set on again too soon", symrig_wire_Code_CODE_COOLING,
+                      board.manual_set(1U << *line, 1U << *line)));
+  SYMRIG_MUST(board.upload(blink(board)));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("start too soon", symrig_wire_Code_CODE_COOLING, board.start()));
+  board.session.listen_for(500ms);
+  return code_is("start after the rest", symrig_wire_Code_CODE_OK, board.start());
+}
+
+std::uint32_t output_mask(const Subject& board) {
+  std::uint32_t mask = 0;
+  for (const std::uint32_t line : board.outputs()) mask |= 1U << line;
+  return mask;
+}
+
+Verdict each_by_hand(Subject& board) {
+  SYMRIG_MUST(board.configure());
+  std::uint32_t all = 0;
+  for (const std::uint32_t line : board.outputs()) {
+    all |= 1U << line;
+    SYMRIG_MUST(code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << line, 1U << line)));
+    const auto now = board.status();
+    if (!now) return failed("no answer to get_status");
+    SYMRIG_MUST(same("levels of the outputs", all, now->levels & output_mask(board)));
+  }
+  board.abort();
+  return board.outputs_safe();
+}
+
+Verdict by_hand_wrong_line(Subject& board) {
+  if (board.inputs().empty()) return skipped("the board has no inputs");
+  SYMRIG_MUST(board.configure());
+  const std::uint32_t line = board.inputs().front();
+  return code_is("manual_set of an input", symrig_wire_Code_CODE_WRONG_DIRECTION,
+                 board.manual_set(1U << line, 0));
+}
+
+/// Safe levels need not be low.
+Verdict safe_high(Subject& board) {
+  const std::uint32_t line = board.outputs().back();
+  board.config.lines[line].safe_level = true;
+  SYMRIG_MUST(board.configure());
+  SYMRIG_MUST(board.outputs_safe());
+  SYMRIG_MUST(board.upload(blink(board)));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+  SYMRIG_MUST(board.await_done(1s));
+  board.abort();
+  return board.outputs_safe();
+}
+
+Verdict run_is_cut(Subject& board) {
+  const std::uint32_t all = output_mask(board);
+  SYMRIG_MUST(board.load(pack({loop(1'000'000), word(all, board.word()), end_loop(), end(all)})));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+  const auto before = board.status();
+  if (!before) return failed("no answer to get_status");
+  SYMRIG_MUST(same("levels of the outputs amid the run", all, before->levels & all));
+  board.abort();
+  SYMRIG_MUST(board.outputs_safe());
+  SYMRIG_MUST(board.await_done(1s));
+  return same("end", symrig_wire_RunEnd_RUN_END_ABORTED, raw(board.done().end));
+}
+
+constexpr std::array<Check, 12> kLimitChecks{{
+    {"limits.lamp_needs_keep_alive", "a lamp is armed only with a keep-alive", lamp_needs_keep_alive},
+    {"limits.lamp_not_autonomous", "a lamp does not run without a host", lamp_not_autonomous},
+    {"limits.laser_needs_max_on", "a laser needs a max_on", laser_needs_max_on},
+    {"limits.laser_needs_short_keep_alive", "a laser needs a keep-alive of 500 ms at most",
+     laser_needs_short_keep_alive},
+    {"limits.keep_alive_stays_on", "no keep-alive is switched off under an armed lamp", keep_alive_stays_on},
+    {"limits.bad_numbers", "limits out of range are refused", bad_numbers},
+    {"limits.guard_max_on", "a line left on is switched off within 10 ms of its max_on", guard_max_on},
+    {"limits.cooling", "a line that has to rest is not turned on", cooling},
+    {"limits.by_hand", "levels by hand, one output after the other", each_by_hand},
+    {"limits.by_hand_wrong_line", "no levels by hand on inputs", by_hand_wrong_line},
+    {"limits.safe_high", "a safe level may be high", safe_high},
+    {"limits.run_is_cut", "an abort amid a run makes safe at once", run_is_cut},
+}};
+
+}  // namespace
+
+std::span<const Check> limit_checks() {
+  return kLimitChecks;
+}
+
+}  // namespace symrig::conformance

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs that run: marks, edges, lengths and counts to the tick, against the host's own reading of the
+// records.
+#include "conformance/plan.hpp"
+#include "conformance/subject.hpp"
+#include "symrig/protocol/check_program.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <fmt/format.h>
+
+namespace symrig::conformance {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::raw;
+using protocol::WaitFor;
+
+std::uint64_t started(const Subject& board) {
+  const symrig_wire_Event* event = board.session.last_event(symrig_wire_Event_run_started_tag);
+  return event == nullptr ? 0 : event->body.run_started.tick;
+}
+
+Verdict marks_as_planned(const Subject& board, const Plan& plan) {
+  std::size_t k = 0;
+  for (const symrig_wire_Event& event : board.session.events()) {
+    if (event.which_body != symrig_wire_Event_step_mark_tag) continue;
+    const symrig_wire_StepMark& mark = event.body.step_mark;
+    if (k == plan.marks.size()) return failed("more marks than planned");
+    SYMRIG_MUST(same(fmt::format("id of mark {}", k), plan.marks[k].id, mark.id));
+    SYMRIG_MUST(same(fmt::format("ordinal of mark {}", k), k, mark.ordinal));
+    SYMRIG_MUST(same(fmt::format("tick of mark {} after the start", k), plan.marks[k].tick,
+                     mark.tick - started(board)));
+    ++k;
+  }
+  return same("marks", plan.marks.size(), k);
+}
+
+Verdict ended_as_planned(const Subject& board, const Plan& plan) {
+  const symrig_wire_RunDone& done = board.done();
+  SYMRIG_MUST(same("end", symrig_wire_RunEnd_RUN_END_COMPLETED, raw(done.end)));
+  SYMRIG_MUST(same("steps", plan.steps, done.steps));
+  SYMRIG_MUST(same("duration", plan.duration, done.duration));
+  SYMRIG_MUST(same("tick of the end", started(board) + plan.duration, done.tick));
+  SYMRIG_MUST(same("underruns", 0, done.underruns));
+  return same("late", 0, done.late);
+}
+
+/// Edges of the outputs that the board sees, to within the resolution of its time-stamps, and as late as a
+/// best-effort board says they may be.
+Verdict edges_as_planned(const Subject& board, const Plan& plan) {
+  for (const std::uint32_t line : board.outputs()) {
+    const std::uint64_t grain = board.lines[line].stamp_ticks;
+    if (!board.config.lines[line].capture) continue;
+    std::vector<symrig_wire_Edge> seen;
+    for (const symrig_wire_Event& event : board.session.events())
+      if (event.which_body == symrig_wire_Event_edge_tag && event.body.edge.line == line)
+        seen.push_back(event.body.edge);
+    std::size_t k = 0;
+    for (const Plan::Edge& edge : plan.edges) {
+      if (edge.line != line) continue;
+      if (k == seen.size()) return failed(fmt::format("line {}: edge {} is missing", line, k));
+      const std::uint64_t tick = started(board) + edge.tick;
+      SYMRIG_MUST(same(fmt::format("line {}: level of edge {}", line, k), edge.level, seen[k].level));
+      SYMRIG_MUST(within(fmt::format("line {}: tick of edge {}", line, k), tick - (grain - 1),
+                         tick + board.can.lateness + (grain - 1), seen[k].tick));
+      ++k;
+    }
+    SYMRIG_MUST(same(fmt::format("line {}: edges", line), k, seen.size()));
+  }
+  return {};
+}
+
+void capture_outputs(Subject& board) {
+  for (const std::uint32_t line : board.outputs())
+    board.config.lines[line].capture = board.lines[line].stamp_ticks != 0;
+}
+
+Verdict runs_as_planned(Subject& board, const Bytes& program) {
+  const Plan plan = plan_of(program);
+  SYMRIG_MUST(board.run_to_end(program, 10s));
+  SYMRIG_MUST(marks_as_planned(board, plan));
+  SYMRIG_MUST(edges_as_planned(board, plan));
+  SYMRIG_MUST(ended_as_planned(board, plan));
+  return board.in_state(symrig_wire_State_STATE_DONE);
+}
+
+/// Each output alone, then all, in words of different lengths.
+Bytes scale(const Subject& board) {
+  Bytes program;
+  std::uint32_t all = 0;
+  const auto add = [&](const Bytes& part) { program.insert(program.end(), part.begin(), part.end()); };
+  for (const std::uint32_t line : board.outputs()) {
+    add(pack({mark(line), word(1U << line, board.word() + 7 * line), word(0, board.word() + line)}));
+    all |= 1U << line;
+  }
+  add(pack({mark(99), word(all, board.word()), mark(100), end()}));
+  return program;
+}
+
+Verdict words(Subject& board) {
+  return runs_as_planned(board, scale(board));
+}
+
+Verdict edges(Subject& board) {
+  if (!board.seen_output())
+    return skipped("the board sees the edges of none of its outputs; a jumper can show them");
+  capture_outputs(board);
+  return runs_as_planned(board, scale(board));
+}
+
+Verdict loops(Subject& board) {
+  const std::uint32_t bit = 1U << board.outputs().front();
+  const std::uint32_t ticks = board.word();
+  Bytes program =
+      pack({mark(1), loop(3), word(bit, ticks), loop(4), mark(2), word(0, ticks + 3), end_loop(),
+            word(bit, ticks + 1), end_loop(), mark(3), loop(1), word(0, ticks), end_loop(), end()});
+  return runs_as_planned(board, program);
+}
+
+Verdict final_levels(Subject& board) {
+  const std::uint32_t bit = 1U << board.outputs().front();
+  SYMRIG_MUST(board.run_to_end(pack({word(0, board.word()), end(bit)}), 1s));
+  const auto now = board.status();
+  if (!now) return failed("no answer to get_status");
+  SYMRIG_MUST(same("level of the line that End leaves high", bit, now->levels & bit));
+  board.abort();
+  return board.outputs_safe();
+}
+
+/// 2^32 rounds are told beforehand, not gone through.
+Verdict planned(Subject& board) {
+  constexpr std::uint64_t kRounds = protocol::kMaxRounds;
+  const std::uint32_t ticks = board.word();
+  SYMRIG_MUST(board.load(pack({loop(kRounds), word(0, ticks), end_loop(), end()})));
+  SYMRIG_MUST(same("steps", kRounds, board.committed.steps));
+  SYMRIG_MUST(same("planned_min", kRounds * ticks, board.committed.planned_min));
+  return same("planned_max", kRounds * ticks, board.committed.planned_max);
+}
+
+Verdict again(Subject& board) {
+  const Bytes program = scale(board);
+  SYMRIG_MUST(runs_as_planned(board, program));
+  for (int k = 0; k < 3; ++k) {
+    SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+    board.session.forget();
+    SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+    SYMRIG_MUST(board.await_done(5s));
+    SYMRIG_MUST(ended_as_planned(board, plan_of(program)));
+  }
+  return {};
+}
+
+Verdict start_at(Subject& board) {
+  const Bytes program = scale(board);
+  SYMRIG_MUST(board.load(program));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  board.session.forget();
+  const std::uint64_t at = board.now() + board.ticks(200ms);
+  SYMRIG_MUST(code_is("start at a tick", symrig_wire_Code_CODE_OK, board.start_at(at)));
+  SYMRIG_MUST(board.await_done(5s));
+  SYMRIG_MUST(same("tick of the start", at, started(board)));
+  return marks_as_planned(board, plan_of(program));
+}
+
+Verdict start_in_past(Subject& board) {
+  SYMRIG_MUST(board.load(scale(board)));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  const std::uint64_t now = board.now();
+  board.session.listen_for(2ms);
+  SYMRIG_MUST(code_is("start at a tick gone by", symrig_wire_Code_CODE_IN_PAST, board.start_at(now)));
+  return board.in_state(symrig_wire_State_STATE_ARMED);
+}
+
+/// An input and an edge that it can be awaited on. The last one: boards name the busy ones first.
+std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const Subject& board) {
+  std::optional<std::pair<std::uint32_t, WaitFor>> found;
+  for (const std::uint32_t input : board.inputs())
+    for (unsigned edge = 0; edge < 3; ++edge)
+      if (((board.lines[input].waits >> edge) & 1U) != 0) found = {input, static_cast<WaitFor>(edge)};
+  return found;
+}
+
+constexpr std::string_view kNoWaits = "no input can be awaited";
+
+/// Nothing is wired to the inputs, so that every wait runs out. How late it may resume then is left to the
+/// board, up to a millisecond.
+Verdict wait_timeout(Subject& board) {
+  const auto found = awaitable(board);
+  if (!found) return skipped(std::string(kNoWaits));
+  const std::uint32_t timeout = board.word() * 3;
+  SYMRIG_MUST(board.run_to_end(pack({word(0, board.word()), wait(found->first, found->second, false, timeout),
+                                     mark(1), word(0, board.word()), end()}),
+                               1s));
+  const symrig_wire_Event* mark = board.session.last_event(symrig_wire_Event_step_mark_tag);
+  if (mark == nullptr) return failed("the mark after the wait is missing");
+  const std::uint64_t waited = std::uint64_t{timeout} + board.can.wait_latency;
+  const std::uint64_t resumed = mark->body.step_mark.tick - started(board);
+  SYMRIG_MUST(within("tick of the mark after a wait that ran out", board.word() + waited,
+                     board.word() + waited + board.ticks(1ms), resumed));
+  SYMRIG_MUST(same("planned_min", 2 * std::uint64_t{board.word()} + board.can.wait_latency,
+                   board.committed.planned_min));
+  SYMRIG_MUST(same("planned_max", 2 * std::uint64_t{board.word()} + waited, board.committed.planned_max));
+  return same("duration, counted from the mark", resumed + board.word(), board.done().duration);
+}
+
+Verdict wait_abort(Subject& board) {
+  const auto found = awaitable(board);
+  if (!found) return skipped(std::string(kNoWaits));
+  const std::uint32_t bit = 1U << board.outputs().front();
+  SYMRIG_MUST(
+      board.run_to_end(pack({word(bit, board.word()), wait(found->first, found->second, true, board.word()),
+                             word(bit, board.word()), end(bit)}),
+                       1s));
+  const symrig_wire_RunDone& done = board.done();
+  SYMRIG_MUST(same("end", symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT, raw(done.end)));
+  SYMRIG_MUST(same("arg, the record that waited", 1, done.arg));
+  const std::uint64_t shortest = 2 * std::uint64_t{board.word()};
+  SYMRIG_MUST(within("duration", shortest, shortest + board.ticks(1ms), done.duration));
+  SYMRIG_MUST(same("steps", 1, done.steps));
+  SYMRIG_MUST(board.outputs_safe());
+  return board.in_state(symrig_wire_State_STATE_LOADED);
+}
+
+/// What the board says of its outputs' worst is what the rules give.
+Verdict line_use(Subject& board) {
+  const Bytes program = scale(board);
+  SYMRIG_MUST(board.load(program));
+  const protocol::ProgramRules rules = board.rules();
+  const auto sink = [](const protocol::Violation&) { return true; };
+  protocol::ProgramCheck check(rules, sink);
+  while (!check.advance({{program.data(), program.size()}}, UINT32_MAX)) {
+  }
+  for (const std::uint32_t line : board.outputs()) {
+    symrig_wire_Request request = make_request(symrig_wire_Request_program_line_tag);
+    request.body.program_line.line = line;
+    const auto reply = board.session.ask(request);
+    SYMRIG_MUST(code_is("program_line", symrig_wire_Code_CODE_OK, reply ? raw(reply->code) : kNoCode));
+    SYMRIG_MUST(same("worst_on", check.use(line).worst_on, reply->body.line_use.worst_on));
+    SYMRIG_MUST(same("worst_duty_permille", check.use(line).worst_duty_permille,
+                     reply->body.line_use.worst_duty_permille));
+  }
+  return {};
+}
+
+constexpr std::array<Check, 11> kProgramChecks{{
+    {"programs.words", "marks, steps and duration to the tick", words},
+    {"programs.edges", "edges that the board sees, to its resolution", edges},
+    {"programs.loops", "loops in loops", loops},
+    {"programs.final_levels", "End's levels stand after the run", final_levels},
+    {"programs.planned", "steps and duration of 2^32 rounds are told at commit", planned},
+    {"programs.again", "the same program four times", again},
+    {"programs.start_at", "a start at a tick is a start at that tick", start_at},
+    {"programs.start_in_past", "no start at a tick that has gone by", start_in_past},
+    {"programs.wait_timeout", "a wait that runs out takes its time-out and the wait latency", wait_timeout},
+    {"programs.wait_abort", "a wait that runs out can end the run, outputs safe", wait_abort},
+    {"programs.line_use", "the worst of each output is told as the rules give it", line_use},
+}};
+
+}  // namespace
+
+std::span<const Check> program_checks() {
+  return kProgramChecks;
+}
+
+}  // namespace symrig::conformance

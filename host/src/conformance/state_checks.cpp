@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of protocol/PROTOCOL.md: every request in every state that a host can bring about. What is
+// refused is refused by its code and changes nothing; what is allowed leads where the table says.
+#include "conformance/plan.hpp"
+#include "conformance/subject.hpp"
+
+#include <array>
+
+#include <fmt/format.h>
+
+namespace symrig::conformance {
+namespace {
+
+using namespace std::chrono_literals;
+using protocol::raw;
+
+constexpr int kNo = -1;     // refused: bad_state
+constexpr int kLeave = -2;  // not tried here
+
+struct Row {
+  std::string_view name;
+  pb_size_t request;
+  std::array<int, 8> next;  // by state: the state after it
+};
+
+constexpr int kS = symrig_wire_State_STATE_SAFE;
+constexpr int kC = symrig_wire_State_STATE_CONFIGURED;
+constexpr int kL = symrig_wire_State_STATE_LOADED;
+constexpr int kA = symrig_wire_State_STATE_ARMED;
+constexpr int kR = symrig_wire_State_STATE_RUNNING;
+constexpr int kD = symrig_wire_State_STATE_DONE;
+constexpr int kF = symrig_wire_State_STATE_FAULT;
+
+// store_config and reboot are tried only where they are refused: flash wears, and a board that restarts is
+// gone.
+// clang-format off
+constexpr std::array<Row, 20> kTable{{
+    // boot, safe, configured, loaded, armed, running, done, fault
+    {"hello", symrig_wire_Request_hello_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"capabilities", symrig_wire_Request_capabilities_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"get_status", symrig_wire_Request_get_status_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"time_ping", symrig_wire_Request_time_ping_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"identify", symrig_wire_Request_identify_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"keep_alive", symrig_wire_Request_keep_alive_tag,
+     {kLeave, kS, kC, kL, kA, kR, kD, kF}},
+    {"reset_config", symrig_wire_Request_reset_config_tag,
+     {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
+    {"config_line", symrig_wire_Request_config_line_tag,
+     {kLeave, kS, kS, kS, kNo, kNo, kS, kNo}},
+    {"finalize_config", symrig_wire_Request_finalize_config_tag,
+     {kLeave, kC, kNo, kNo, kNo, kNo, kNo, kNo}},
+    {"program_begin", symrig_wire_Request_program_begin_tag,
+     {kLeave, kNo, kC, kC, kNo, kNo, kC, kNo}},
+    {"program_commit", symrig_wire_Request_program_commit_tag,
+     {kLeave, kNo, kLeave, kNo, kNo, kNo, kNo, kNo}},
+    {"program_verify", symrig_wire_Request_program_verify_tag,
+     {kLeave, kNo, kNo, kL, kNo, kNo, kD, kNo}},
+    {"program_line", symrig_wire_Request_program_line_tag,
+     {kLeave, kNo, kNo, kL, kA, kR, kD, kLeave}},
+    {"arm", symrig_wire_Request_arm_tag,
+     {kLeave, kNo, kNo, kA, kNo, kNo, kA, kNo}},
+    {"start", symrig_wire_Request_start_tag,
+     {kLeave, kNo, kNo, kNo, kR, kNo, kNo, kNo}},
+    {"abort", symrig_wire_Request_abort_tag,
+     {kLeave, kS, kC, kL, kL, kL, kL, kF}},
+    {"clear_fault", symrig_wire_Request_clear_fault_tag,
+     {kLeave, kNo, kNo, kNo, kNo, kNo, kNo, kS}},
+    {"manual_set", symrig_wire_Request_manual_set_tag,
+     {kLeave, kNo, kC, kL, kNo, kNo, kL, kNo}},
+    {"store_config", symrig_wire_Request_store_config_tag,
+     {kLeave, kNo, kLeave, kLeave, kNo, kNo, kLeave, kNo}},
+    {"reboot", symrig_wire_Request_reboot_tag,
+     {kLeave, kLeave, kLeave, kLeave, kNo, kNo, kLeave, kLeave}},
+}};
+// clang-format on
+
+/// Two seconds, so that a run outlasts a walk through the table.
+Bytes long_program(const Subject& board) {
+  const std::uint64_t rounds = board.ticks(2s) / board.word() + 1;
+  return pack({loop(rounds), word(1U << board.outputs().front(), board.word()), end_loop(), end()});
+}
+
+Verdict enter_fault(Subject& board) {
+  SYMRIG_MUST(board.load(long_program(board)));
+  SYMRIG_MUST(code_is("keep_alive 20", symrig_wire_Code_CODE_OK, board.keep_alive(20)));
+  SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  board.session.listen_for(60ms);
+  return {};
+}
+
+Verdict enter_done(Subject& board) {
+  return board.run_to_end(pack({word(1U << board.outputs().front(), board.word()), end()}), 1s);
+}
+
+Verdict enter(Subject& board, int state) {
+  SYMRIG_MUST(board.start_afresh());
+  if (state == kF) SYMRIG_MUST(enter_fault(board));
+  if (state == kD) SYMRIG_MUST(enter_done(board));
+  if (state == kC) SYMRIG_MUST(board.configure());
+  if (state == kL || state == kA || state == kR) SYMRIG_MUST(board.load(long_program(board)));
+  if (state == kA || state == kR) SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
+  if (state == kR) SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
+  return board.in_state(static_cast<symrig_wire_State>(state));
+}
+
+/// A request that would be right in a state where it is allowed.
+symrig_wire_Request sensible(Subject& board, pb_size_t which) {
+  symrig_wire_Request request = make_request(which);
+  const std::uint32_t output = board.outputs().front();
+  switch (which) {
+    case symrig_wire_Request_config_line_tag:
+      request.body.config_line.line = output;
+      request.body.config_line.direction = symrig_wire_Direction_DIRECTION_OUTPUT;
+      break;
+    case symrig_wire_Request_finalize_config_tag:
+      request.body.finalize_config.hash = protocol::config_hash({});
+      break;
+    case symrig_wire_Request_program_begin_tag:
+      request.body.program_begin = {1, 8};
+      break;
+    case symrig_wire_Request_program_line_tag:
+      request.body.program_line.line = output;
+      break;
+    case symrig_wire_Request_arm_tag:
+      request.body.arm = {board.program_hash, board.config_hash, false};
+      break;
+    case symrig_wire_Request_clear_fault_tag:
+      request.body.clear_fault.code = symrig_wire_FaultCode_FAULT_KEEP_ALIVE;
+      break;
+    case symrig_wire_Request_reboot_tag:
+      request.body.reboot.token = protocol::crc32c({board.who.unique_id.bytes, board.who.unique_id.size});
+      break;
+    default:
+      break;
+  }
+  return request;
+}
+
+Verdict refuses(Subject& board, const Row& row, int state) {
+  const auto reply = board.session.ask(sensible(board, row.request));
+  SYMRIG_MUST(code_is(row.name, symrig_wire_Code_CODE_BAD_STATE, reply ? raw(reply->code) : kNoCode));
+  SYMRIG_MUST(same(fmt::format("{}: detail", row.name), static_cast<std::uint64_t>(state), reply->detail));
+  return board.in_state(static_cast<symrig_wire_State>(state));
+}
+
+Verdict allows(Subject& board, const Row& row, int next) {
+  SYMRIG_MUST(code_is(row.name, symrig_wire_Code_CODE_OK, board.session.code(sensible(board, row.request))));
+  const auto now = board.status();
+  if (!now) return failed("no answer to get_status");
+  SYMRIG_MUST(
+      same(fmt::format("state after {}", row.name), static_cast<std::uint64_t>(next), raw(now->state)));
+  const bool safe = next == kS || next == kF || row.request == symrig_wire_Request_abort_tag;
+  return safe ? board.outputs_safe() : Verdict{};
+}
+
+template <int State>
+Verdict walk(Subject& board) {
+  SYMRIG_MUST(enter(board, State));
+  for (const Row& row : kTable) {
+    const int next = row.next.at(static_cast<std::size_t>(State));
+    if (next == kLeave) continue;
+    if (next == kNo) {
+      SYMRIG_MUST(refuses(board, row, State));
+    } else {
+      SYMRIG_MUST(allows(board, row, next));
+      SYMRIG_MUST(enter(board, State));
+    }
+  }
+  return {};
+}
+
+Verdict wrong_fault(Subject& board) {
+  SYMRIG_MUST(enter(board, kF));
+  symrig_wire_Request request = make_request(symrig_wire_Request_clear_fault_tag);
+  request.body.clear_fault.code = symrig_wire_FaultCode_FAULT_MAX_ON;
+  const auto reply = board.session.ask(request);
+  SYMRIG_MUST(code_is("clear_fault of another fault", symrig_wire_Code_CODE_BAD_VALUE,
+                      reply ? raw(reply->code) : kNoCode));
+  SYMRIG_MUST(same("detail", symrig_wire_FaultCode_FAULT_KEEP_ALIVE, reply->detail));
+  return board.in_state(symrig_wire_State_STATE_FAULT);
+}
+
+Verdict arm_hashes(Subject& board) {
+  SYMRIG_MUST(enter(board, kL));
+  const std::uint32_t program = board.program_hash;
+  board.program_hash ^= 1U;
+  SYMRIG_MUST(code_is("arm with another program's hash", symrig_wire_Code_CODE_HASH_MISMATCH, board.arm()));
+  board.program_hash = program;
+  board.config_hash ^= 1U;
+  SYMRIG_MUST(
+      code_is("arm with another configuration's hash", symrig_wire_Code_CODE_HASH_MISMATCH, board.arm()));
+  return board.in_state(symrig_wire_State_STATE_LOADED);
+}
+
+constexpr std::array<Check, 9> kStateChecks{{
+    {"states.safe", "every request in SAFE", walk<kS>},
+    {"states.configured", "every request in CONFIGURED", walk<kC>},
+    {"states.loaded", "every request in LOADED", walk<kL>},
+    {"states.armed", "every request in ARMED", walk<kA>},
+    {"states.running", "every request in RUNNING", walk<kR>},
+    {"states.done", "every request in DONE", walk<kD>},
+    {"states.fault", "every request in FAULT", walk<kF>},
+    {"states.wrong_fault", "only the fault that is latched can be cleared", wrong_fault},
+    {"states.arm_hashes", "arm needs both hashes", arm_hashes},
+}};
+
+}  // namespace
+
+std::span<const Check> state_checks() {
+  return kStateChecks;
+}
+
+}  // namespace symrig::conformance

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/duration.hpp"
+#include "program/check_lines.hpp"
+
+#include "board/session/names.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig::program {
+namespace {
+
+constexpr Nanoseconds kLongestKeepAlive{60'000'000'000};    // ttl_ms of the wire: at most 60,000
+constexpr Nanoseconds kLongestLaserKeepAlive{500'000'000};  // as the board demands
+
+class LineCheck {
+ public:
+  LineCheck(const ProgramFile& file, const BoardInfo& board, Findings& findings)
+      : file_(file), board_(board), findings_(findings) {}
+
+  void run() {
+    for (const RigLine& line : file_.rig.lines)
+      if (line.place != 0) check_named(line);
+    if (file_.scan) check_scan(*file_.scan);
+    check_steps(file_.steps);
+    check_hazards();
+  }
+
+ private:
+  /// Index of a line that the file uses; reports what is wrong with it.
+  int look_up(std::string_view line, bool output, int place) {
+    const int k = board_.line(line);
+    if (k < 0) {
+      findings_.error(
+          place, "line.unknown", fmt::format("board '{}' has no line '{}'", board_.board, line),
+          fmt::format("outputs: {}; inputs: {}", board::known_lines(board_, true), board::known_lines(board_, false)));
+      return -1;
+    }
+    if (board_.lines[static_cast<std::size_t>(k)].output == output) return k;
+    findings_.error(place, "line.direction",
+                    fmt::format("line '{}' is an {}, and an {} is needed here", line,
+                                output ? "input" : "output", output ? "output" : "input"),
+                    fmt::format("{}: {}", output ? "outputs" : "inputs", board::known_lines(board_, output)));
+    return -1;
+  }
+
+  void check_named(const RigLine& line) {
+    const bool input =
+        line.role == RigRole::vsync || line.role == RigRole::strobe || line.role == RigRole::interlock;
+    const bool output =
+        line.role == RigRole::projector || line.role == RigRole::camera || line.role == RigRole::lamp;
+    const int k = board_.line(line.config.line);
+    const bool either = !input && !output;
+    const bool is_output = k >= 0 && board_.lines[static_cast<std::size_t>(k)].output;
+    look_up(line.config.line, either ? is_output : output, line.place);
+    check_interlock(line, k);
+    if (!is_output && k >= 0 && line.delay.count() != 0)
+      findings_.error(line.place, "line.direction",
+                      fmt::format("line '{}' is an input: a delay is for outputs", line.config.line),
+                      "delay = \"0 ns\"");
+  }
+
+  void check_interlock(const RigLine& line, int k) {
+    if (line.role != RigRole::interlock || k < 0 || board_.lines[static_cast<std::size_t>(k)].trips) return;
+    std::string able;
+    for (const LineInfo& one : board_.lines)
+      if (one.trips) able += (able.empty() ? "" : ", ") + one.name;
+    findings_.error(line.place, "interlock",
+                    fmt::format("board '{}' cannot stop on line '{}'", board_.board, line.config.line),
+                    able.empty() ? "none of its lines can" : "lines that can: " + able);
+  }
+
+  void need(RigRole role, bool output, int place) {
+    const RigLine* line = file_.rig.with_role(role);
+    if (line == nullptr) {
+      findings_.error(place, "line.role", fmt::format("no line has the role \"{}\"", name(role)),
+                      fmt::format("[rig.lines.NAME] with role = \"{}\"; {}: {}", name(role),
+                                  output ? "outputs" : "inputs", board::known_lines(board_, output)));
+    } else {
+      look_up(line->config.line, output, line->place != 0 ? line->place : place);
+    }
+  }
+
+  void need_projector(int place) {
+    need(RigRole::projector, true, place);
+    if (file_.rig.projector.sync == PatternSync::vsync) need(RigRole::vsync, false, place);
+  }
+
+  void check_scan(const Scan& scan) {
+    need_projector(scan.place);
+    need(RigRole::camera, true, scan.place);
+    if (!scan.lamp.empty()) look_up(scan.lamp, true, scan.lamp_place);
+    if (scan.start_marker) look_up(scan.start_marker->line, true, scan.start_marker->place);
+  }
+
+  void check_steps(const std::vector<FileStep>& steps) {
+    for (const FileStep& step : steps) {
+      check_step(step);
+      check_steps(step.steps);
+    }
+  }
+
+  void check_step(const FileStep& step) {
+    if (step.kind == FileStep::Kind::set || step.kind == FileStep::Kind::pulse)
+      look_up(step.line, true, step.place);
+    if (step.kind == FileStep::Kind::wait) look_up(step.line, false, step.place);
+    if (step.kind == FileStep::Kind::pattern) need_projector(step.place);
+    if (step.kind == FileStep::Kind::expose) need(RigRole::camera, true, step.place);
+  }
+
+  void check_hazards() {
+    const RigSetup& rig = file_.rig;
+    for (const RigLine& line : rig.lines) {
+      if (line.config.hazard == Hazard::benign) continue;
+      if (rig.keep_alive.count() == 0)
+        findings_.error(rig.place, "keep_alive.needed",
+                        fmt::format("line '{}' is a lamp or laser: the board has to go safe by itself if the "
+                                    "host falls silent",
+                                    line.config.line),
+                        "keep_alive = \"1 s\"");
+      const bool laser = line.config.hazard == Hazard::laser;
+      if (laser && rig.keep_alive > kLongestLaserKeepAlive)
+        findings_.error(rig.place, "keep_alive.needed",
+                        fmt::format("a keep-alive of {} is too long for the laser on line '{}'",
+                                    base::duration_text(rig.keep_alive), line.config.line),
+                        "keep_alive = \"500 ms\"");
+      if (line.config.max_on.count() == 0)
+        findings_.add(
+            laser ? Severity::error : Severity::warning, line.place, "lamp.unlimited",
+            fmt::format("line '{}' is a lamp or laser and may stay on for any time", line.config.line),
+            "max_on = the longest time that is harmless");
+    }
+    if (rig.keep_alive > kLongestKeepAlive)
+      findings_.error(rig.place, "keep_alive.needed",
+                      fmt::format("a keep-alive of {} is too long", base::duration_text(rig.keep_alive)),
+                      "keep_alive = \"60 s\"");
+  }
+
+  const ProgramFile& file_;
+  const BoardInfo& board_;
+  Findings& findings_;
+};
+
+void note_assumptions(std::string_view table, std::string_view profile, const std::vector<std::string>& keys,
+                      int place, Findings& findings) {
+  if (keys.empty()) return;
+  std::string all;
+  for (const std::string& key : keys) all += (all.empty() ? "" : ", ") + key;
+  findings.note(place, "profile.assumption", fmt::format("profile '{}': no source gives {}", profile, all),
+                fmt::format("measure, and set in [rig.{}]", table));
+}
+
+}  // namespace
+
+void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& findings) {
+  LineCheck(file, board, findings).run();
+}
+
+void check_profiles(const ProgramFile& file, Findings& findings) {
+  const RigSetup& rig = file.rig;
+  if (file.scan || has_step(file.steps, FileStep::Kind::expose))
+    note_assumptions("camera", rig.camera.name, rig.camera.assumptions, rig.camera_place, findings);
+  if (file.scan || has_step(file.steps, FileStep::Kind::pattern))
+    note_assumptions("projector", rig.projector.name, rig.projector.assumptions, rig.projector_place,
+                     findings);
+}
+
+}  // namespace symrig::program

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/duration.hpp"
+#include "program/check_scan.hpp"
+
+#include "board/session/names.hpp"
+#include "program/longer_bracket.hpp"
+#include "symrig/hdr/beat.hpp"
+#include "program/timing.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include <fmt/format.h>
+
+namespace symrig::program {
+namespace {
+
+class ScanCheck {
+ public:
+  ScanCheck(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings)
+      : rig_(rig), scan_(scan), timing_(rig, scan), board_(board), findings_(findings) {}
+
+  void run() {
+    check_bracket();
+    check_startup();
+    check_gap();
+    check_settle();
+    check_beat();
+    for (const PatternGroup& group : scan_.patterns) check_group(group);
+    check_lamp();
+    check_marker();
+  }
+
+ private:
+  // Camera.
+
+  /// The board's shortest pulse is a limit of exposures too.
+  Nanoseconds min_exposure() const {
+    const CameraProfile& camera = rig_.camera;
+    if (camera.mode == ExposureMode::timed) return camera.min_exposure;
+    return std::max(camera.min_exposure, camera.exposure_offset + board_.rate.nanoseconds(board_.min_dwell));
+  }
+
+  void check_bracket() {
+    const Nanoseconds least = min_exposure();
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
+    std::set<Nanoseconds> seen;
+    for (const Nanoseconds exposure : scan_.bracket) {
+      if (exposure < least)
+        findings_.error(scan_.bracket_place, "camera.min_exposure",
+                        fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(exposure),
+                                    rig_.camera.name, base::duration_text(least)),
+                        bracket_setting(legal));
+      if (!seen.insert(exposure).second) duplicate(exposure);
+      check_rounding(exposure);
+    }
+    check_overlap();
+  }
+
+  void duplicate(Nanoseconds exposure) {
+    std::vector<Nanoseconds> once;
+    for (const Nanoseconds each : scan_.bracket)
+      if (std::find(once.begin(), once.end(), each) == once.end()) once.push_back(each);
+    findings_.warning(
+        scan_.bracket_place, "bracket.duplicate",
+        fmt::format("exposure {} stands in the bracket more than once", base::duration_text(exposure)),
+        bracket_setting(once));
+  }
+
+  void check_rounding(Nanoseconds exposure) {
+    if (rig_.camera.mode == ExposureMode::timed || exposure < min_exposure()) return;
+    const Nanoseconds offset = rig_.camera.exposure_offset;
+    const Nanoseconds realised = board_.rate.nanoseconds(board_.rate.ticks(exposure - offset)) + offset;
+    const std::int64_t off = std::abs((realised - exposure).count());
+    if (off * 1000 <= exposure.count()) return;
+    findings_.warning(scan_.bracket_place, "rounding",
+                      fmt::format("exposure of {} becomes {} ({:+} ns): the board counts in {:.6g} ns",
+                                  base::duration_text(exposure), base::duration_text(realised),
+                                  (realised - exposure).count(), 1e9 / static_cast<double>(board_.rate.hz)),
+                      fmt::format("use \"{}\"", base::duration_text(realised)));
+  }
+
+  void check_startup() {
+    if (!scan_.startup || scan_.startup->exposure >= min_exposure()) return;
+    findings_.error(
+        scan_.startup->place, "camera.min_exposure",
+        fmt::format("start-up exposure of {}: the shortest of '{}' is {}",
+                    base::duration_text(scan_.startup->exposure), rig_.camera.name, base::duration_text(min_exposure())),
+        setting("exposure", min_exposure()));
+  }
+
+  /// An exposure that begins during a readout must not end before it: it would be dropped.
+  void check_overlap() {
+    const CameraProfile& camera = rig_.camera;
+    const Nanoseconds shortest = *std::min_element(scan_.bracket.begin(), scan_.bracket.end());
+    if (!camera.overlap || camera.overlap_time_max <= shortest) return;
+    findings_.error(rig_.camera_place, "camera.overlap",
+                    fmt::format("overlap_time_max of {} is longer than the shortest exposure, {}: it would "
+                                "end before the readout of the frame before it",
+                                base::duration_text(camera.overlap_time_max), base::duration_text(shortest)),
+                    setting("overlap_time_max", shortest));
+  }
+
+  void check_gap() {
+    const Nanoseconds least = shortest_gap(rig_.camera);
+    if (timing_.gap() >= least) return;
+    findings_.error(scan_.gap_place, "camera.readout",
+                    fmt::format("{} from an exposure to the next trigger: '{}' needs {}, or it drops the "
+                                "frame (overtrigger)",
+                                base::duration_text(timing_.gap()), rig_.camera.name, base::duration_text(least)),
+                    setting("gap", least));
+  }
+
+  // Projector.
+
+  void check_settle() {
+    const ProjectorProfile& projector = rig_.projector;
+    if (timing_.settle() >= projector.settle) return;
+    const bool assumed = std::find(projector.assumptions.begin(), projector.assumptions.end(), "settle") !=
+                         projector.assumptions.end();
+    findings_.add(
+        assumed ? Severity::warning : Severity::error, scan_.settle_place, "settle",
+        fmt::format("exposures begin {} after the pattern, '{}' needs {} to be steady",
+                    base::duration_text(timing_.settle()), projector.name, base::duration_text(projector.settle)),
+        setting("settle", projector.settle));
+  }
+
+  /// A wheel or a pulsed lamp: the light of an exposure depends on when it begins.
+  void check_beat() {
+    const Nanoseconds period = rig_.projector.light_period;
+    if (period.count() == 0) return;
+    std::vector<Nanoseconds> legal;
+    std::string worst;
+    double most = 0;
+    for (const Nanoseconds exposure : scan_.bracket) {
+      const auto beat = forecast_beat(exposure, period);
+      if (!beat) return;
+      legal.push_back(beat->beats() ? beat->nearest_whole : exposure);
+      if (!beat->beats() || beat->spread <= most) continue;
+      most = beat->spread;
+      worst = beat->to_string(exposure, period);
+    }
+    if (worst.empty()) return;
+    legal.erase(std::unique(legal.begin(), legal.end()), legal.end());
+    findings_.warning(scan_.bracket_place, "projector.beat", worst, bracket_setting(legal));
+  }
+
+  void check_group(const PatternGroup& group) {
+    if (timing_.in_time(group)) check_whole(group);
+    if (rig_.projector.sync == PatternSync::trigger) check_on_time(group);
+  }
+
+  void check_whole(const PatternGroup& group) {
+    if (timing_.around(group)) return check_around(group);
+    const Nanoseconds refresh = rig_.projector.refresh;
+    if (refresh.count() == 0) return;
+    const auto whole = [refresh](Nanoseconds exposure) {
+      return std::max<std::int64_t>(1, (exposure + refresh / 2) / refresh) * refresh;
+    };
+    // Off by a thousandth of a refresh: grey levels are off by no more than that.
+    const auto broken = [&](Nanoseconds exposure) {
+      return std::abs((exposure - whole(exposure)).count()) * 1000 > refresh.count();
+    };
+    if (std::none_of(scan_.bracket.begin(), scan_.bracket.end(), broken)) return;
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, refresh, whole);
+    findings_.error(scan_.bracket_place, "projector.whole_refresh",
+                    fmt::format("patterns of {} bits are made up within each refresh of {}: exposures that "
+                                "are not whole refreshes see wrong grey levels",
+                                group.bits, base::duration_text(refresh)),
+                    bracket_setting(legal));
+  }
+
+  void check_around(const PatternGroup& group) {
+    const bool several = scan_.bracket.size() > 1 && scan_.order == ScanOrder::pattern_outer;
+    if (several && scan_.advance == Advance::each_pattern)
+      return findings_.error(
+          scan_.bracket_place, "projector.whole_refresh",
+          fmt::format("a pattern of {} bits is made up once after its trigger: each exposure of the bracket "
+                      "needs a trigger of its own",
+                      group.bits),
+          "advance = \"exposure\"");
+    const Nanoseconds least = rig_.projector.trigger_delay + timing_.on_time(group) +
+                              board_.rate.nanoseconds(board_.min_dwell + Ticks{1});
+    if (*std::min_element(scan_.bracket.begin(), scan_.bracket.end()) >= least) return;
+    const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
+    findings_.error(scan_.bracket_place, "projector.whole_refresh",
+                    fmt::format("a pattern of {} bits is whole only over its {} on the screen, {} after the "
+                                "trigger: exposures have to take in all of it",
+                                group.bits, base::duration_text(timing_.on_time(group)),
+                                base::duration_text(rig_.projector.trigger_delay)),
+                    bracket_setting(legal));
+  }
+
+  void check_on_time(const PatternGroup& group) {
+    const auto limit = rig_.projector.limit_for(group.bits);
+    if (!limit && !rig_.projector.min_exposure.empty())
+      findings_.warning(
+          group.place, "projector.min_exposure",
+          fmt::format("'{}' has no limit for patterns of {} bits", rig_.projector.name, group.bits),
+          "min_exposure in [rig.projector]");
+    const Nanoseconds needed = timing_.needed_on_time(group);
+    if (!scan_.on_time) {
+      findings_.note(group.place, "projector.on_time",
+                     fmt::format("'{}' has to show each pattern of {} bits for {}", rig_.projector.name,
+                                 group.bits, base::duration_text(needed)),
+                     setting("on_time", needed));
+    } else if (limit && *scan_.on_time < limit->time) {
+      findings_.error(
+          scan_.on_time_place, "projector.min_exposure",
+          fmt::format("on_time of {}: '{}' shows patterns of {} bits for {} at least{}",
+                      base::duration_text(*scan_.on_time), rig_.projector.name, group.bits,
+                      base::duration_text(limit->time),
+                      limit->bits == group.bits ? "" : fmt::format(" (its number for {} bits)", limit->bits)),
+          setting("on_time", needed));
+    } else if (*scan_.on_time < needed) {
+      findings_.error(
+          scan_.on_time_place, "projector.black_insertion",
+          fmt::format(
+              "exposures go on for {} after the pattern came, but of its on_time of {} the last {} are black",
+              base::duration_text(timing_.needed_light()), base::duration_text(*scan_.on_time),
+              base::duration_text(rig_.projector.black_insertion)),
+          setting("on_time", needed));
+    }
+  }
+
+  // Lamp and marker.
+
+  void check_lamp() {
+    const RigLine* lamp = scan_.lamp.empty() ? nullptr : rig_.find(scan_.lamp);
+    if (lamp == nullptr || lamp->config.max_on.count() == 0) return;
+    if (timing_.needed_light() <= lamp->config.max_on) return;
+    std::string fix = scan_.advance == Advance::each_pattern && scan_.bracket.size() > 1
+                          ? "advance = \"exposure\", or " + fitting_bracket(lamp->config.max_on)
+                          : fitting_bracket(lamp->config.max_on);
+    findings_.error(
+        scan_.lamp_place, "lamp.limit",
+        fmt::format("line '{}' would be on for {} with each pattern, its max_on is {}", scan_.lamp,
+                    base::duration_text(timing_.needed_light()), base::duration_text(lamp->config.max_on)),
+        std::move(fix));
+  }
+
+  /// The exposures of the bracket, shortest first, that the lamp allows together.
+  std::string fitting_bracket(Nanoseconds max_on) const {
+    std::vector<Nanoseconds> sorted = scan_.bracket;
+    std::sort(sorted.begin(), sorted.end());
+    Nanoseconds on = timing_.settle();
+    std::size_t fit = 0;
+    while (fit < sorted.size() && on + sorted[fit] <= max_on) on += sorted[fit++] + timing_.gap();
+    sorted.resize(fit);
+    return fit == 0 ? "a shorter settle and bracket" : bracket_setting(sorted);
+  }
+
+  void check_marker() {
+    if (!scan_.start_marker) return;
+    const StartMarker& marker = *scan_.start_marker;
+    const RigLine* line = rig_.find(marker.line);
+    const RigRole role = line == nullptr ? RigRole::general : line->role;
+    const RigLine* projector = rig_.with_role(RigRole::projector);
+    const std::string fix = projector == nullptr ? "" : fmt::format("line = \"{}\"", projector->config.line);
+    if (role == RigRole::camera && rig_.camera.mode == ExposureMode::trigger_width) {
+      findings_.error(marker.place, "marker.exposure",
+                      fmt::format("'{}' exposes as long as line '{}' is on: a longer first pulse would be a "
+                                  "longer exposure",
+                                  rig_.camera.name, marker.line),
+                      fix);
+    } else if (role != RigRole::camera && role != RigRole::projector) {
+      findings_.error(
+          marker.place, "marker.exposure",
+          fmt::format("line '{}' is neither the camera's nor the projector's: it has no pulses to "
+                      "be longer",
+                      marker.line),
+          fix);
+    }
+  }
+
+  const RigSetup& rig_;
+  const Scan& scan_;
+  ScanTiming timing_;
+  const BoardInfo& board_;
+  Findings& findings_;
+};
+
+}  // namespace
+
+void check_scan(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings) {
+  ScanCheck(rig, scan, board, findings).run();
+}
+
+}  // namespace symrig::program

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "program/lower.hpp"
+
+#include "symrig/program/bracket.hpp"
+#include "symrig/program/compile.hpp"
+#include "program/timing.hpp"
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace symrig::program {
+namespace {
+
+/// The longest delay of a line: outputs of a stretch are out for certain after that.
+Nanoseconds longest_delay(const RigSetup& rig) {
+  Nanoseconds longest{0};
+  for (const RigLine& line : rig.lines) longest = std::max(longest, line.delay);
+  return longest;
+}
+
+std::string line_of(const RigSetup& rig, RigRole role) {
+  const RigLine* line = rig.with_role(role);
+  return line == nullptr ? std::string() : line->config.line;
+}
+
+/// Moves that scans and programs written by hand share: the next pattern, an exposure.
+class RigMoves {
+ public:
+  RigMoves(const RigSetup& rig, const BoardInfo& board, MoveList& moves)
+      : rig_(rig),
+        moves_(moves),
+        board_(board),
+        camera_(line_of(rig, RigRole::camera)),
+        projector_(line_of(rig, RigRole::projector)),
+        vsync_(line_of(rig, RigRole::vsync)),
+        drain_(longest_delay(rig)) {}
+
+  /// Asks for the next pattern and waits until it is on the screen.
+  void advance(Nanoseconds stretch, OnTimeout action, int place) {
+    const ProjectorProfile& projector = rig_.projector;
+    const Ticks width = board_.rate.ticks(projector.advance_pulse + stretch);
+    moves_.pulse(projector_, width, place);
+    if (projector.sync == PatternSync::vsync) {
+      moves_.hold_up(drain_, place);
+      moves_.wait(vsync_, EdgeKind::rising, projector.vsync_timeout, action, place);
+    } else {
+      const Ticks shown = moves_.ticks_up(projector.trigger_delay);
+      if (shown > width) moves_.hold(shown - width, place);
+    }
+  }
+
+  /// One exposure. Ends with the camera's line off; the exposure ends `offset` later.
+  void expose(Nanoseconds exposure, Nanoseconds stretch, int place) {
+    const CameraProfile& camera = rig_.camera;
+    if (camera.mode == ExposureMode::trigger_width) {
+      moves_.pulse(camera_, board_.rate.ticks(exposure - camera.exposure_offset), place);
+      moves_.hold(camera.exposure_offset, place);
+    } else {
+      const Nanoseconds width = camera.trigger_pulse + stretch;
+      moves_.pulse(camera_, board_.rate.ticks(width), place);
+      if (exposure > width) moves_.hold_up(exposure - width, place);
+    }
+  }
+
+  /// An exposure with the projector's pulse inside: it takes in a whole triggered pattern.
+  void expose_around(Nanoseconds exposure, int place) {
+    const CameraProfile& camera = rig_.camera;
+    const bool timed = camera.mode == ExposureMode::timed;
+    const Ticks pulse = board_.rate.ticks(rig_.projector.advance_pulse);
+    const Ticks lead = timed ? board_.rate.ticks(camera.trigger_pulse) : board_.min_dwell;
+    const Ticks whole = board_.rate.ticks(timed ? exposure : exposure - camera.exposure_offset);
+    moves_.set(camera_, true, place);
+    moves_.hold(lead, place);
+    if (timed) moves_.set(camera_, false, place);
+    moves_.pulse(projector_, pulse, place);
+    if (whole > lead + pulse) moves_.hold(whole - lead - pulse, place);
+    if (timed) return;
+    moves_.set(camera_, false, place);
+    moves_.hold(camera.exposure_offset, place);
+  }
+
+  /// Lines whose "off" is high begin there.
+  void idle(const BoardInfo& board) {
+    for (const RigLine& line : rig_.lines)
+      if (const int k = board.line(line.config.line);
+          k >= 0 && board.lines[static_cast<std::size_t>(k)].output && line.active_low)
+        moves_.is_off(line.config.line, line.place);
+  }
+
+ private:
+  const RigSetup& rig_;
+  MoveList& moves_;
+  const BoardInfo& board_;
+  std::string camera_, projector_, vsync_;
+  Nanoseconds drain_;
+};
+
+class ScanMoves {
+ public:
+  ScanMoves(const ProgramFile& file, const BoardInfo& board, MoveList& moves)
+      : rig_(file.rig),
+        scan_(*file.scan),
+        timing_(file.rig, *file.scan),
+        moves_(moves),
+        steps_(rig_, board, moves) {}
+
+  void write(const BoardInfo& board) {
+    steps_.idle(board);
+    write_startup();
+    const bool looped = scan_.repeat > 1;
+    if (looped) moves_.loop(scan_.repeat, scan_.place);
+    write_sequence();
+    if (looped) moves_.end_loop(scan_.place);
+  }
+
+ private:
+  using Exposures = std::vector<std::size_t>;  // indices into the bracket
+
+  void write_startup() {
+    if (!scan_.startup) return;
+    const int place = scan_.startup->place;
+    moves_.loop(scan_.startup->pulses, place);
+    moves_.mark(kMarkStartup, place);
+    steps_.expose(scan_.startup->exposure, Nanoseconds{0}, place);
+    moves_.hold_up(timing_.gap(), place);
+    moves_.end_loop(place);
+  }
+
+  void write_sequence() {
+    Exposures all(scan_.bracket.size());
+    for (std::size_t j = 0; j < all.size(); ++j) all[j] = j;
+    first_ = scan_.start_marker.has_value();
+    if (scan_.order == ScanOrder::pattern_outer) return write_patterns(all);
+    for (const std::size_t j : all) write_patterns({j});
+  }
+
+  /// All patterns, each with these exposures. The very first is written apart if it carries the marker.
+  void write_patterns(const Exposures& exposures) {
+    for (const PatternGroup& group : scan_.patterns) {
+      std::uint64_t left = group.count;
+      if (first_) {
+        write_photograph(group, exposures);
+        first_ = false;
+        --left;
+      }
+      if (left == 0) continue;
+      if (left > 1) moves_.loop(left, group.place);
+      write_photograph(group, exposures);
+      if (left > 1) moves_.end_loop(group.place);
+    }
+  }
+
+  /// pattern → settle → (expose → readout) × k
+  void write_photograph(const PatternGroup& group, const Exposures& exposures) {
+    moves_.mark(kMarkPattern, group.place);
+    for (std::size_t i = 0; i < exposures.size(); ++i) {
+      const bool ask = i == 0 || scan_.advance == Advance::each_exposure;
+      const bool last = i + 1 == exposures.size();
+      write_frame(group, exposures[i], ask, last);
+    }
+  }
+
+  void write_frame(const PatternGroup& group, std::size_t j, bool ask, bool last) {
+    const Nanoseconds exposure = scan_.bracket[j];
+    const int place = scan_.bracket_place;
+    if (timing_.around(group)) {
+      lamp(true);
+      moves_.mark(mark_of_exposure(j), place);
+      steps_.expose_around(exposure, place);
+    } else {
+      if (ask) {
+        steps_.advance(marker_for(RigRole::projector), scan_.on_timeout, group.place);
+        lamp(true);
+        moves_.hold_up(timing_.settle(), scan_.settle_place);
+      }
+      moves_.mark(mark_of_exposure(j), place);
+      steps_.expose(exposure, marker_for(RigRole::camera), place);
+    }
+    if (last || scan_.advance == Advance::each_exposure) lamp(false);
+    moves_.hold_up(timing_.gap(), scan_.gap_place);
+  }
+
+  /// By how much a pulse on that line is longer now; the marker is used up by it.
+  Nanoseconds marker_for(RigRole role) {
+    if (!first_ || marked_) return Nanoseconds{0};
+    const RigLine* line = rig_.with_role(role);
+    if (line == nullptr || line->config.line != scan_.start_marker->line) return Nanoseconds{0};
+    marked_ = true;
+    return scan_.start_marker->stretch;
+  }
+
+  void lamp(bool on) {
+    if (!scan_.lamp.empty()) moves_.set(scan_.lamp, on, scan_.lamp_place);
+  }
+
+  const RigSetup& rig_;
+  const Scan& scan_;
+  ScanTiming timing_;
+  MoveList& moves_;
+  RigMoves steps_;
+  bool first_ = false;   // the photograph that carries the start marker
+  bool marked_ = false;  // its pulse has been written
+};
+
+class HandMoves {
+ public:
+  HandMoves(const ProgramFile& file, const BoardInfo& board, MoveList& moves)
+      : rig_(file.rig), board_(board), moves_(moves), steps_(rig_, board, moves) {}
+
+  void write(const std::vector<FileStep>& steps) {
+    for (const FileStep& step : steps) write(step);
+  }
+  void idle() { steps_.idle(board_); }
+
+ private:
+  void write(const FileStep& step) {
+    switch (step.kind) {
+      case FileStep::Kind::set:
+        return moves_.set(step.line, step.on, step.place);
+      case FileStep::Kind::hold:
+        return moves_.hold(step.time, step.place);
+      case FileStep::Kind::pulse:
+        return moves_.pulse(step.line, board_.rate.ticks(step.time), step.place);
+      case FileStep::Kind::wait:
+        return moves_.wait(step.line, step.edge, step.time, step.on_timeout, step.place);
+      case FileStep::Kind::mark:
+        return moves_.mark(step.count, step.place);
+      case FileStep::Kind::loop:
+        moves_.loop(step.count, step.place);
+        write(step.steps);
+        return moves_.end_loop(step.place);
+      case FileStep::Kind::pattern:
+        steps_.advance(Nanoseconds{0}, OnTimeout::abort, step.place);
+        return moves_.hold_up(rig_.projector.settle, step.place);
+      case FileStep::Kind::expose:
+        steps_.expose(step.time, Nanoseconds{0}, step.place);
+        return moves_.hold_up(shortest_gap(rig_.camera), step.place);
+    }
+  }
+
+  const RigSetup& rig_;
+  const BoardInfo& board_;
+  MoveList& moves_;
+  RigMoves steps_;
+};
+
+}  // namespace
+
+MoveList lower(const ProgramFile& file, const BoardInfo& board) {
+  MoveList moves(board, file.rig);
+  if (file.scan) {
+    ScanMoves(file, board, moves).write(board);
+  } else {
+    HandMoves hand(file, board, moves);
+    hand.idle();
+    hand.write(file.steps);
+  }
+  return moves;
+}
+
+}  // namespace symrig::program

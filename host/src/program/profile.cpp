@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/program/profile.hpp"
+
+#include "program/builtin_profiles.hpp"
+#include "program/profile_keys.hpp"
+#include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nearest_name.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Source {
+  std::string file;  ///< for messages
+  std::string text;
+};
+
+Result<Source> read_source(const fs::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path, 1U << 20U));
+  return Source{path.string(), std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size())};
+}
+
+bool is_path(const std::string& which) {
+  return which.find('/') != std::string::npos || which.ends_with(".toml");
+}
+
+Result<Source> find_profile(const std::string& which, const fs::path& folder) {
+  if (is_path(which)) return read_source(folder / which);
+  for (const fs::path& place : profile_folders()) {
+    const fs::path file = place / (which + ".toml");
+    std::error_code failed;
+    if (fs::is_regular_file(file, failed) || failed == std::errc::permission_denied) return read_source(file);
+  }
+  for (const program::BuiltinProfile& profile : program::kBuiltinProfiles)
+    if (profile.name == which) return Source{which + ".toml", std::string(profile.text)};
+  return Error{ErrorCode::not_found, fmt::format("there is no device profile '{}'", which),
+               nearest_hint(which, builtin_profiles()) + "; or give the path of a .toml file"};
+}
+
+/// What both kinds of profile begin with.
+template <class Profile>
+void read_head(base::TableReader& table, std::string_view kind, Profile& profile) {
+  std::string word;
+  std::uint64_t version = 0;
+  table.require("symrig", "symrig = 1, the version of this format");
+  table.read_count("symrig", version, 1, 1);
+  table.require("kind", fmt::format("kind = \"{}\"", kind));
+  if (table.read("kind", word) && word != kind)
+    table.fail("kind", fmt::format("this is a profile of a {}", word),
+               fmt::format("a profile of a {} is needed here", kind));
+  table.require("name", "the profile's name");
+  table.read("name", profile.name);
+  table.read("notes", profile.notes);
+}
+
+template <class Profile>
+void read_assumptions(base::TableReader& table, Profile& profile) {
+  std::vector<std::string> keys;
+  if (!table.read("assumptions", keys)) return;
+  for (const std::string& key : keys)
+    if (!table.has(key))
+      table.fail("assumptions", fmt::format("'{}' is not a key of this file", key), "name keys that it has");
+  profile.assumptions = std::move(keys);
+}
+
+template <class Profile, class ReadKeys>
+Result<Profile> load(const std::string& which, const fs::path& folder, std::string_view kind,
+                     ReadKeys read_keys) {
+  SYMRIG_TRY(const Source source, find_profile(which, folder));
+  SYMRIG_TRY(const base::TomlNode document, base::parse_toml(source.text, source.file));
+  base::ReadContext context{source.file};
+  base::TableReader table(document, "", context);
+  Profile profile;
+  read_head(table, kind, profile);
+  read_keys(table, profile);
+  read_assumptions(table, profile);
+  table.finish();
+  if (!context.state) return context.state.error();
+  return profile;
+}
+
+}  // namespace
+
+std::optional<BitDepthLimit> ProjectorProfile::limit_for(int bits) const {
+  for (const BitDepthLimit& limit : min_exposure)
+    if (limit.bits >= bits) return limit;
+  return std::nullopt;
+}
+
+std::vector<fs::path> profile_folders() {
+  std::vector<fs::path> folders;
+  if (const char* asked = std::getenv("SYMRIG_PROFILES"); asked != nullptr && *asked != '\0')
+    folders.emplace_back(asked);
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (!error) folders.push_back(program.parent_path().parent_path() / "share/symrig/profiles");
+  return folders;
+}
+
+std::vector<std::string> builtin_profiles() {
+  std::vector<std::string> names;
+  for (const program::BuiltinProfile& profile : program::kBuiltinProfiles) names.emplace_back(profile.name);
+  return names;
+}
+
+Result<CameraProfile> load_camera_profile(const std::string& which, const fs::path& folder) {
+  return load<CameraProfile>(which, folder, "camera", program::read_camera_keys);
+}
+
+Result<ProjectorProfile> load_projector_profile(const std::string& which, const fs::path& folder) {
+  return load<ProjectorProfile>(which, folder, "projector", program::read_projector_keys);
+}
+
+}  // namespace symrig

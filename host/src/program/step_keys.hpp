@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/program/program_file.hpp"
+#include "base/table_reader.hpp"
+
+namespace symrig::program {
+
+/// The list of steps of a program written by hand.
+std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path, base::ReadContext& context);
+
+}  // namespace symrig::program

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/program/program_file.hpp"
+
+#include <algorithm>
+
+namespace symrig::program {
+
+/// From the end of an exposure to the next trigger, at least: the readout, less what may overlap it.
+inline Nanoseconds shortest_gap(const CameraProfile& camera) {
+  const Nanoseconds overlap = camera.overlap ? camera.overlap_time_max : Nanoseconds{0};
+  return std::max(camera.readout - overlap, Nanoseconds{0});
+}
+
+/// The times of a scan that follow from its file and the device profiles: what the checks hold against the
+/// limits and what the compiler writes.
+class ScanTiming {
+ public:
+  ScanTiming(const RigSetup& rig, const Scan& scan) : rig_(rig), scan_(scan) {}
+
+  /// Width of the trigger pulse of an exposure: exposure = width + exposure_offset in trigger-width mode.
+  Nanoseconds pulse(Nanoseconds exposure) const {
+    const CameraProfile& camera = rig_.camera;
+    return camera.mode == ExposureMode::timed ? camera.trigger_pulse : exposure - camera.exposure_offset;
+  }
+  Nanoseconds gap() const { return scan_.gap.value_or(shortest_gap(rig_.camera)); }
+  Nanoseconds settle() const { return scan_.settle.value_or(rig_.projector.settle); }
+
+  /// A pattern made up of bit planes, that is itself only as a whole.
+  bool in_time(const PatternGroup& group) const {
+    const int from = rig_.projector.whole_refresh_from_bits;
+    return from != 0 && group.bits >= from;
+  }
+  /// A triggered pattern made up in time: the exposure goes all around it.
+  bool around(const PatternGroup& group) const {
+    return rig_.projector.sync == PatternSync::trigger && in_time(group);
+  }
+  Nanoseconds min_on_time(const PatternGroup& group) const {
+    const auto limit = rig_.projector.limit_for(group.bits);
+    return limit ? limit->time : Nanoseconds{0};
+  }
+  /// Steady light needed after a trigger: settle, all its exposures and the gaps between them.
+  Nanoseconds needed_light() const {
+    const auto exposures = static_cast<std::int64_t>(scan_.bracket.size());
+    Nanoseconds sum{0};
+    Nanoseconds longest{0};
+    for (const Nanoseconds exposure : scan_.bracket) {
+      sum += exposure;
+      longest = std::max(longest, exposure);
+    }
+    const bool one_each = scan_.advance == Advance::each_exposure || scan_.order == ScanOrder::bracket_outer;
+    return settle() + (one_each ? longest : sum + (exposures - 1) * gap());
+  }
+  /// How long a triggered projector has to show a pattern of the group: the light needed and the black after
+  /// it.
+  Nanoseconds needed_on_time(const PatternGroup& group) const {
+    const Nanoseconds light =
+        around(group) ? Nanoseconds{0} : needed_light() + rig_.projector.black_insertion;
+    return std::max(light, min_on_time(group));
+  }
+  Nanoseconds on_time(const PatternGroup& group) const {
+    return scan_.on_time.value_or(needed_on_time(group));
+  }
+
+ private:
+  const RigSetup& rig_;
+  const Scan& scan_;
+};
+
+}  // namespace symrig::program

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "base/duration.hpp"
+#include "symrig/run/run.hpp"
+
+#include "board/session/names.hpp"
+#include "symrig/program/bracket.hpp"
+#include "symrig/program/symprog.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Nanoseconds kSlice = 100ms;   // between two looks at the progress callback
+constexpr Nanoseconds kPatience = 10s;  // beyond the longest time that the program may take
+constexpr Nanoseconds kAbortPatience = 2s;
+constexpr int kBurst = 8;                 // readings at once, so that a bound is there soon
+constexpr Nanoseconds kClockPeriod = 1s;  // between two readings of the board's clock
+
+/// Reads the board's clock before, during and after a run.
+class ClockWatch {
+ public:
+  explicit ClockWatch(TickRate rate) : model_(rate) {}
+
+  Result<void> ask(Board& board) {
+    SYMRIG_TRY(const TimeReading reading, board.time());
+    ++note_.readings;
+    asked_ = reading.received;
+    if (const auto added = model_.add(reading); !added) note_.contradiction = added.error().what;
+    return {};
+  }
+  /// What is known at the last reading.
+  ClockNote note() const {
+    ClockNote note = note_;
+    const auto there = model_.board_at(asked_);
+    const auto drift = model_.drift_at(asked_);
+    if (there) note.bound = model_.rate().nanoseconds(there->bound);
+    if (drift) {
+      note.drift_lowest = drift->lowest;
+      note.drift_highest = drift->highest;
+    }
+    note.known = there.ok();
+    return note;
+  }
+
+ private:
+  ClockModel model_;
+  HostTime asked_;
+  ClockNote note_;
+};
+
+class Run {
+ public:
+  Run(Board& board, const CompiledProgram& program, const RunOptions& options)
+      : board_(board), options_(options), clock_(board.info().rate) {
+    record_.program = program;
+  }
+
+  Result<RunRecord> go() {
+    SYMRIG_CHECK(check_board_fits(record_.program, board_.info()));
+    record_.program.board = board_.info();
+    SYMRIG_CHECK(leave_fault());
+    SYMRIG_CHECK(board_.configure(record_.program.lines));
+    SYMRIG_CHECK(board_.upload(record_.program.program));
+    for (int k = 0; k < kBurst; ++k) SYMRIG_CHECK(clock_.ask(board_));
+    progress_ = {0, record_.program.patterns, 0, Nanoseconds{0}, record_.program.expected};
+    board_.on_mark([this](const StepMark& mark) { count(mark); });
+    SYMRIG_CHECK(board_.arm());
+    SYMRIG_CHECK(board_.start());
+    const auto ended = wait();
+    board_.on_mark({});
+    if (!ended) return ended.error();
+    SYMRIG_CHECK(look_back());
+    return std::move(record_);
+  }
+
+ private:
+  /// A fault of an earlier run stays latched until somebody has looked at it.
+  Result<void> leave_fault() {
+    SYMRIG_TRY(const BoardStatus status, board_.status());
+    if (status.state != BoardState::fault) return {};
+    if (options_.clear_fault) return board_.clear_fault();
+    const std::string fault = status.fault ? status.fault->name : std::string("unknown");
+    return Error{ErrorCode::fault,
+                 fmt::format("the board has latched the fault {} of an earlier run ({})", fault,
+                             status.fault ? status.fault->hint : ""),
+                 "when its cause is gone, clear it: symrig run --clear-fault"};
+  }
+
+  void count(const StepMark& mark) {
+    ++progress_.marks;
+    if (record_.program.is_scan && mark.id == kMarkPattern) ++progress_.patterns;
+  }
+
+  bool wanted() { return !options_.progress || options_.progress(progress_); }
+
+  Result<void> wait() {
+    const Nanoseconds most = record_.program.longest + kPatience;
+    for (Nanoseconds waited{0}; waited < most; waited += kSlice) {
+      if (!wanted()) return abort();
+      auto receipt = board_.wait(kSlice);
+      if (receipt) {
+        record_.receipt = *std::move(receipt);
+        return {};
+      }
+      if (receipt.error().code != ErrorCode::timeout) return receipt.error();
+      progress_.elapsed = waited + kSlice;
+      if (progress_.elapsed % kClockPeriod < kSlice) SYMRIG_CHECK(clock_.ask(board_));
+    }
+    SYMRIG_CHECK(board_.abort());
+    return Error{ErrorCode::timeout,
+                 fmt::format("the run has not ended {} after the longest time that it may take",
+                             base::duration_text(kPatience)),
+                 "it was aborted; check the link to the board"};
+  }
+
+  Result<void> abort() {
+    record_.interrupted = true;
+    SYMRIG_CHECK(board_.abort());
+    SYMRIG_TRY(record_.receipt, board_.wait(kAbortPatience));
+    return {};
+  }
+
+  /// What should have been, against what was.
+  Result<void> look_back() {
+    const CompiledProgram& program = record_.program;
+    SYMRIG_CHECK(clock_.ask(board_));
+    record_.clock = clock_.note();
+    SYMRIG_TRY(record_.plan, plan_of_run(program.program, program.board, program.lines, record_.receipt,
+                                         options_.max_edges));
+    if (record_.receipt.end != RunEnd::completed) cut_plan();
+    record_.differences =
+        compare(record_.plan, record_.receipt.edges, watched_outputs(program.board, program.lines));
+    if (program.is_scan) SYMRIG_CHECK(pair_frames());
+    return {};
+  }
+
+  /// A run that ended early has no edges after its end.
+  void cut_plan() {
+    const Ticks end = record_.receipt.started + record_.receipt.actual;
+    std::erase_if(record_.plan.edges, [end](const PlannedEdge& edge) { return edge.tick > end; });
+    record_.plan.end = std::min(record_.plan.end, end);
+    record_.plan.complete = false;
+  }
+
+  Result<void> pair_frames() {
+    const CompiledProgram& program = record_.program;
+    const bool captured =
+        !program.wiring.strobe.empty() &&
+        std::any_of(program.lines.begin(), program.lines.end(), [&program](const LineConfig& line) {
+          return line.capture && line.line == program.wiring.strobe;
+        });
+    if (!captured) return {};
+    std::vector<StepMark> marks = record_.receipt.marks;
+    std::erase_if(marks, [](const StepMark& mark) { return mark.id == kMarkStartup; });
+    SYMRIG_TRY(record_.ledger, FrameLedger::pair(marks, frames(marks), tolerance(marks)));
+    return {};
+  }
+
+  /// Beginnings of the exposures that the strobe shows, those before the first pattern left out.
+  std::vector<FrameStamp> frames(const std::vector<StepMark>& marks) const {
+    const CompiledProgram& program = record_.program;
+    const int strobe = program.board.line(program.wiring.strobe);
+    const bool active_low = program.wiring.is_active_low(program.wiring.strobe);
+    std::vector<FrameStamp> out;
+    for (const CapturedEdge& edge : record_.receipt.edges) {
+      const bool begins = edge.line == strobe && edge.level != active_low;
+      if (begins && !marks.empty() && edge.tick >= marks.front().tick) out.push_back({out.size(), edge.tick});
+    }
+    return out;
+  }
+
+  /// Half the shortest time between two exposures: a frame that late still belongs to one of them only.
+  static Ticks tolerance(const std::vector<StepMark>& marks) {
+    std::uint64_t least = ~0ULL;
+    for (std::size_t k = 1; k < marks.size(); ++k)
+      if (marks[k - 1].id != kMarkPattern) least = std::min(least, (marks[k].tick - marks[k - 1].tick).count);
+    return Ticks{marks.size() < 2 ? 0 : least / 2};
+  }
+
+  Board& board_;
+  const RunOptions& options_;
+  RunRecord record_;
+  RunProgress progress_;
+  ClockWatch clock_;
+};
+
+}  // namespace
+
+Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options) {
+  return Run(board, program, options).go();
+}
+
+std::optional<Error> run_error(const RunRecord& record) {
+  const Receipt& receipt = record.receipt;
+  if (record.interrupted)
+    return Error{ErrorCode::interrupted, "stopped; the board's outputs are at their safe levels",
+                 "run it again"};
+  switch (receipt.end) {
+    case RunEnd::completed:
+      return std::nullopt;
+    case RunEnd::aborted:
+      return Error{ErrorCode::interrupted, "the run was aborted; the outputs are at their safe levels"};
+    case RunEnd::wait_timeout:
+      return Error{ErrorCode::timeout,
+                   fmt::format("an awaited edge did not come in time, {} after the start",
+                               base::duration_text(receipt.duration())),
+                   "check the wiring of the line that the program waits for"};
+    case RunEnd::fault:
+      break;
+  }
+  const std::string fault = receipt.fault ? receipt.fault->name : std::string("unknown");
+  return Error{ErrorCode::fault,
+               fmt::format("the board latched the fault {} {} after the start", fault,
+                           base::duration_text(receipt.duration())),
+               receipt.fault ? receipt.fault->hint : ""};
+}
+
+}  // namespace symrig

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/run/waveform.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+constexpr std::uint64_t kNano = 1'000'000'000;
+
+/// Identifier codes of a VCD: printable characters, "!" first.
+std::string code_of(std::size_t index) {
+  constexpr std::size_t kCodes = '~' - '!' + 1;
+  std::string code;
+  do {
+    code += static_cast<char>('!' + index % kCodes);
+    index /= kCodes;
+  } while (index > 0);
+  return code;
+}
+
+struct Change {
+  std::uint64_t time;
+  std::size_t signal;
+  bool level;
+};
+
+/// ns, or ps where a tick is no whole number of nanoseconds; to the nearest.
+class TimeScale {
+ public:
+  explicit TimeScale(std::span<const Waveform> waveforms)
+      : pico_(std::any_of(waveforms.begin(), waveforms.end(),
+                          [](const Waveform& one) { return kNano % one.rate.hz != 0; })) {}
+
+  const char* unit() const { return pico_ ? "1 ps" : "1 ns"; }
+  std::uint64_t time(const Waveform& waveform, Ticks tick) const {
+    const Ticks since = tick < waveform.origin ? Ticks{} : tick - waveform.origin;
+    if (!pico_) return since.count * (kNano / waveform.rate.hz);
+    const std::uint64_t whole = since.count / waveform.rate.hz;
+    const std::uint64_t rest = since.count % waveform.rate.hz;
+    // rest < hz <= 1e10 would overflow times 1e12: two steps of 1e6.
+    const std::uint64_t micro = rest * 1'000'000 / waveform.rate.hz;
+    const std::uint64_t left = rest * 1'000'000 % waveform.rate.hz;
+    return (whole * 1'000'000 + micro) * 1'000'000 +
+           (left * 1'000'000 + waveform.rate.hz / 2) / waveform.rate.hz;
+  }
+
+ private:
+  bool pico_;
+};
+
+std::vector<Change> changes_of(std::span<const Waveform> waveforms, const TimeScale& scale) {
+  std::vector<Change> changes;
+  std::size_t first = 0;
+  for (const Waveform& waveform : waveforms) {
+    for (const CapturedEdge& edge : waveform.edges) {
+      const auto found = std::find(waveform.lines.begin(), waveform.lines.end(), edge.line);
+      if (found == waveform.lines.end()) continue;
+      const auto signal = first + static_cast<std::size_t>(found - waveform.lines.begin());
+      changes.push_back({scale.time(waveform, edge.tick), signal, edge.level});
+    }
+    first += waveform.lines.size();
+  }
+  std::stable_sort(changes.begin(), changes.end(),
+                   [](const Change& a, const Change& b) { return a.time < b.time; });
+  return changes;
+}
+
+std::string declarations(std::span<const Waveform> waveforms) {
+  std::string text;
+  std::size_t signal = 0;
+  for (const Waveform& waveform : waveforms) {
+    text += fmt::format("$scope module {} $end\n", waveform.name);
+    for (const std::string& name : waveform.names)
+      text += fmt::format("$var wire 1 {} {} $end\n", code_of(signal++), name);
+    text += "$upscope $end\n";
+  }
+  return text;
+}
+
+std::string initial_values(std::span<const Waveform> waveforms) {
+  std::string text = "$dumpvars\n";
+  std::size_t signal = 0;
+  for (const Waveform& waveform : waveforms)
+    for (const int line : waveform.lines)
+      text += fmt::format("{}{}\n", (waveform.initial_levels >> static_cast<unsigned>(line)) & 1U,
+                          code_of(signal++));
+  return text + "$end\n";
+}
+
+}  // namespace
+
+std::string vcd_text(std::span<const Waveform> waveforms) {
+  const TimeScale scale(waveforms);
+  std::string text = fmt::format("$version symrig $end\n$timescale {} $end\n", scale.unit());
+  text += declarations(waveforms) + "$enddefinitions $end\n#0\n" + initial_values(waveforms);
+  std::uint64_t now = 0;
+  for (const Change& change : changes_of(waveforms, scale)) {
+    if (change.time != now) text += fmt::format("#{}\n", change.time);
+    now = change.time;
+    text += fmt::format("{}{}\n", change.level ? 1 : 0, code_of(change.signal));
+  }
+  std::uint64_t end = now;
+  for (const Waveform& waveform : waveforms) end = std::max(end, scale.time(waveform, waveform.end));
+  if (end != now) text += fmt::format("#{}\n", end);
+  return text;
+}
+
+}  // namespace symrig

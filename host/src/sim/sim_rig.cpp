@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/sim/sim_rig.hpp"
+
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/board/board.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace symrig {
+namespace {
+
+/// A device whose trigger is active low: it sees some lines turned round.
+class TurnedRound final : public boards::Peripheral {
+ public:
+  TurnedRound(boards::Peripheral& device, std::uint32_t lines) : device_(device), lines_(lines) {}
+
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard& board) override {
+    device_.outputs_changed(tick, levels ^ lines_, board);
+  }
+  std::uint64_t next_event() const override { return device_.next_event(); }
+  void on_event(std::uint64_t tick, boards::SimBoard& board) override { device_.on_event(tick, board); }
+
+ private:
+  boards::Peripheral& device_;
+  std::uint32_t lines_;
+};
+
+boards::SimProjectorConfig projector_config(const RigWiring& wiring) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  boards::SimProjectorConfig config;
+  config.trigger_line = wiring.projector;
+  config.vsync_line = wiring.vsync;
+  const std::int64_t period = wiring.refresh.count();
+  if (period > 0)
+    config.refresh_hz =
+        static_cast<std::uint32_t>(std::clamp<std::int64_t>((kSecond + period / 2) / period, 1, 10'000));
+  return config;
+}
+
+boards::SimCameraConfig camera_config(const RigWiring& wiring) {
+  boards::SimCameraConfig config;
+  config.trigger_line = wiring.camera;
+  config.strobe_line = wiring.strobe;
+  return config;
+}
+
+std::uint32_t active_low_lines(const RigWiring& wiring, const boards::SimBoard& board) {
+  std::uint32_t lines = 0;
+  for (const std::string& line : wiring.active_low)
+    if (const int k = board.line(line); k >= 0) lines |= 1U << static_cast<unsigned>(k);
+  return lines;
+}
+
+class SimRigLink final : public Link {
+ public:
+  explicit SimRigLink(const RigWiring& wiring)
+      : projector_(board_, projector_config(wiring)),
+        camera_(board_, camera_config(wiring)),
+        seen_by_projector_(projector_, active_low_lines(wiring, board_)),
+        seen_by_camera_(camera_, active_low_lines(wiring, board_)),
+        link_(make_sim_link(board_)) {
+    board_.attach(seen_by_projector_);
+    board_.attach(seen_by_camera_);
+  }
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override { return link_->send(bytes); }
+  Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return link_->receive(timeout); }
+  Nanoseconds now() const override { return link_->now(); }
+  SteadyTime opened() const override { return link_->opened(); }
+
+ private:
+  boards::SimBoard board_;
+  boards::SimProjector projector_;
+  boards::SimCamera camera_;
+  TurnedRound seen_by_projector_, seen_by_camera_;
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace
+
+std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring) {
+  return std::make_unique<SimRigLink>(wiring);
+}
+
+Result<BoardInfo> sim_board_info() {
+  boards::SimBoard board;
+  SYMRIG_TRY(const Board session, Board::connect(make_sim_link(board)));
+  return session.info();
+}
+
+}  // namespace symrig

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+// The same programs on the simulated board and on the emulated Pico: the same edges, to the tick. The
+// simulated board gets the Pico's lines and timing, so that the programs are the same bytes; and it sees the
+// very pulses that the Pico saw.
+#include "emulated_pico.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/program/bracket.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// An output changed, counted from the begin of the run.
+struct Change {
+  std::int64_t tick;
+  unsigned line;
+  bool level;
+
+  bool operator==(const Change&) const = default;
+};
+
+void PrintTo(const Change& change, std::ostream* out) {
+  *out << change.tick << ": line " << change.line << (change.level ? " high" : " low");
+}
+
+/// One run: what the outputs did, what vsync did, and the receipt.
+struct Played {
+  std::vector<Change> changes;
+  std::vector<std::int64_t> vsync;  // ticks of its edges: rising, falling, rising, ...
+  Receipt receipt;
+};
+
+constexpr unsigned kOutputs = 12;
+
+Played run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
+  Played run;
+  EXPECT_TRUE(board.upload(program).ok());
+  EXPECT_TRUE(board.arm().ok());
+  pico.edges();
+  EXPECT_TRUE(board.start().ok());
+  auto receipt = board.wait(20s);
+  EXPECT_TRUE(receipt.ok());
+  if (!receipt) return run;
+  run.receipt = *receipt;
+  const auto edges = pico.edges();
+  // Ticks are cycles but for where they begin to count; every program here begins with a word that moves a
+  // line.
+  const auto first =
+      std::find_if(edges.begin(), edges.end(), [](const PinEdge& edge) { return edge.gpio < kOutputs; });
+  EXPECT_NE(first, edges.end());
+  if (first == edges.end()) return run;
+  const std::uint64_t begin = first->cycle;
+  const unsigned vsync = gpio_of(board.info(), "vsync");
+  for (const PinEdge& edge : edges) {
+    const auto tick = static_cast<std::int64_t>(edge.cycle) - static_cast<std::int64_t>(begin);
+    if (edge.gpio < kOutputs) run.changes.push_back({tick, edge.gpio, edge.level});
+    // From the first rising edge on; a pulse that was under way before has no part in the run.
+    if (edge.gpio == vsync && (edge.level || !run.vsync.empty())) run.vsync.push_back(tick);
+  }
+  return run;
+}
+
+/// Replays vsync and writes down what the outputs do.
+class Wiring final : public boards::Peripheral {
+ public:
+  Wiring(int line, std::uint64_t origin, std::vector<std::int64_t> edges)
+      : line_(line), origin_(origin), edges_(std::move(edges)) {}
+
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+    for (unsigned k = 0; k < kOutputs; ++k)
+      if ((((levels ^ levels_) >> k) & 1U) != 0)
+        changes.push_back({static_cast<std::int64_t>(tick - origin_), k, ((levels >> k) & 1U) != 0});
+    levels_ = levels;
+  }
+  std::uint64_t next_event() const override {
+    return next_ < edges_.size() ? origin_ + static_cast<std::uint64_t>(edges_[next_]) : boards::kNever;
+  }
+  void on_event(std::uint64_t, boards::SimBoard& board) override { board.set_input(line_, next_++ % 2 == 0); }
+
+  std::vector<Change> changes;
+
+ private:
+  int line_;
+  std::uint64_t origin_;
+  std::vector<std::int64_t> edges_;
+  std::size_t next_ = 0;
+  std::uint32_t levels_ = 0;
+};
+
+Played run_on_sim(const BoardInfo& info, const Program& program, const std::vector<std::int64_t>& vsync) {
+  boards::SimBoardConfig config;
+  config.lines.clear();
+  for (const LineInfo& line : info.lines) config.lines.push_back({line.name, line.output});
+  config.min_dwell = static_cast<std::uint32_t>(info.min_dwell.count);
+  config.wait_latency = static_cast<std::uint32_t>(info.wait_latency.count);
+  config.engine_segments = info.queue_segments;
+  boards::SimBoard sim(config);
+  constexpr std::uint64_t kBegin = 10'000'000;
+  // Pulses from before the run began do not matter to it.
+  std::vector<std::int64_t> seen;
+  for (std::size_t k = 0; k + 1 < vsync.size(); k += 2)
+    if (vsync[k] > -static_cast<std::int64_t>(kBegin)) seen.insert(seen.end(), {vsync[k], vsync[k + 1]});
+  Wiring wiring(info.line("vsync"), kBegin, seen);
+  sim.attach(wiring);
+  Played run;
+  auto board = Board::connect(make_sim_link(sim));
+  EXPECT_TRUE(board.ok());
+  if (!board) return run;
+  EXPECT_TRUE(board->configure({}).ok());
+  EXPECT_TRUE(board->upload(program).ok());
+  EXPECT_TRUE(board->arm().ok());
+  EXPECT_TRUE(board->start_at(Ticks{kBegin}).ok());
+  auto receipt = board->wait(60s);
+  EXPECT_TRUE(receipt.ok());
+  if (receipt) run.receipt = *receipt;
+  run.changes = wiring.changes;
+  return run;
+}
+
+struct Golden {
+  const char* name;
+  std::function<Result<Program>(const BoardInfo&)> make;
+  Nanoseconds vsync_period{0};
+};
+
+void PrintTo(const Golden& golden, std::ostream* out) {
+  *out << golden.name;
+}
+
+Result<Program> nested(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  program.set("aux0", true).hold(20us);
+  program.loop(3).set("aux1", true).hold(4us).set("aux1", false).hold(4us);
+  program.loop(2).set("aux2", true).hold(5us);
+  program.loop(3).mark(7).pulse("camera_trigger", 6us).hold(7us);
+  program.loop(4).pulse("lamp_enable", 4us).hold(4us + 8ns).end_loop();
+  program.end_loop().set("aux2", false).hold(10us).end_loop();
+  return program.end_loop().set("aux0", false).hold(1us).end();
+}
+
+Result<Program> shortest(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  for (unsigned k = 0; k < 100; ++k)
+    program.set("aux3", k % 2 == 0).set("aux4", k % 3 == 0).hold(info.min_dwell);
+  return program.set("aux3", false).set("aux4", false).hold(100us).end();
+}
+
+Result<Program> waits(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  program.set("aux5", true).hold(10us).loop(20);
+  program.wait_edge("vsync", EdgeKind::rising, 20ms, OnTimeout::abort)
+      .mark(1)
+      .pulse("camera_trigger", 12us)
+      .hold(38us);
+  program.wait_edge("vsync", EdgeKind::falling, 20ms, OnTimeout::abort)
+      .pulse("camera_trigger_b", 9us)
+      .hold(33us);
+  return program.end_loop().set("aux5", false).hold(1us).end();
+}
+
+/// Eight patterns with brackets of five: what a scan is.
+Result<Program> scan(const BoardInfo& info) {
+  RigProfile profile;
+  profile.refresh_period = 2ms;
+  profile.vsync_timeout = 20ms;
+  profile.advance_pulse = 50us;
+  profile.settle = 100us;
+  profile.readout = 150us;
+  const std::vector<Nanoseconds> exposures{20us, 80us, 320us, 640us, 1280us};
+  return compile_bracket(info, profile, exposures, 8);
+}
+
+const std::vector<Golden>& goldens() {
+  static const std::vector<Golden> kGoldens{
+      {"nested", nested}, {"shortest", shortest}, {"waits", waits, 400'003ns}, {"scan", scan, 2'000'003ns}};
+  return kGoldens;
+}
+
+class GoldenPrograms : public testing::TestWithParam<Golden> {};
+
+TEST_P(GoldenPrograms, give_the_same_edges_on_both_boards) {
+  NEEDS_EMULATION();
+  EmulatedPico pico;
+  Board board = pico.connect();
+  ASSERT_OK(board.configure({}));
+  const BoardInfo& info = board.info();
+  const auto program = GetParam().make(info);
+  ASSERT_OK(program);
+  const auto vsync = static_cast<std::uint8_t>(gpio_of(info, "vsync"));
+  if (GetParam().vsync_period.count() > 0)
+    ASSERT_OK(pico.bench().pulse(vsync, GetParam().vsync_period, GetParam().vsync_period / 4));
+  const Played real = run_on_pico(pico, board, *program);
+  const Played simulated = run_on_sim(info, *program, real.vsync);
+  ASSERT_EQ(real.receipt.end, RunEnd::completed);
+  ASSERT_EQ(simulated.receipt.end, RunEnd::completed);
+  EXPECT_EQ(real.receipt.program_hash, simulated.receipt.program_hash);
+  EXPECT_EQ(real.receipt.steps, simulated.receipt.steps);
+  EXPECT_GT(real.changes.size(), 10U);
+  EXPECT_EQ(real.changes, simulated.changes);
+  // Marks are dated by stamps of the awaited line, which are up to two ticks off.
+  ASSERT_EQ(real.receipt.marks.size(), simulated.receipt.marks.size());
+  std::int64_t off = 0;
+  for (std::size_t k = 0; k < real.receipt.marks.size(); ++k) {
+    EXPECT_EQ(real.receipt.marks[k].id, simulated.receipt.marks[k].id);
+    const auto at = static_cast<std::int64_t>(real.receipt.marks[k].tick.count - real.receipt.started.count);
+    const auto due =
+        static_cast<std::int64_t>(simulated.receipt.marks[k].tick.count - simulated.receipt.started.count);
+    off = std::max(off, std::abs(at - due));
+  }
+  EXPECT_LE(off, 2);
+  std::printf("%s: %zu records, %zu edges the same to the tick, %zu marks at most %lld ticks apart\n",
+              GetParam().name, program->records(), real.changes.size(), real.receipt.marks.size(),
+              static_cast<long long>(off));
+}
+
+INSTANTIATE_TEST_SUITE_P(Pico, GoldenPrograms, testing::ValuesIn(goldens()),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+TEST(GoldenPrograms, a_wait_that_runs_out_resumes_within_a_millisecond) {
+  NEEDS_EMULATION();
+  EmulatedPico pico;
+  Board board = pico.connect();
+  ASSERT_OK(board.configure({}));
+  ProgramBuilder builder(board.info());
+  builder.set("aux0", true).hold(50us).set("aux0", false).hold(50us);
+  builder.wait_edge("vsync", EdgeKind::rising, 2ms, OnTimeout::keep_going);
+  const auto program = builder.set("aux1", true).hold(50us).set("aux1", false).hold(1us).end();
+  ASSERT_OK(program);
+  const Played real = run_on_pico(pico, board, *program);
+  const Played simulated = run_on_sim(board.info(), *program, {});
+  ASSERT_EQ(real.changes.size(), 4U);
+  ASSERT_EQ(simulated.changes.size(), 4U);
+  const std::int64_t later = real.changes[2].tick - simulated.changes[2].tick;
+  EXPECT_GE(later, 0);
+  EXPECT_LE(later, 125'000);
+  EXPECT_EQ(real.changes[3].tick - real.changes[2].tick,
+            simulated.changes[3].tick - simulated.changes[2].tick);
+  std::printf("a wait that ran out resumed %.2f us late\n", static_cast<double>(later) * 0.008);
+}
+
+}  // namespace
+}  // namespace symrig::test

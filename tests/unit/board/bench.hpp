@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "assert_ok.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/board/board.hpp"
+
+#include <memory>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace symrig::test {
+
+/// A board with a projector and a camera on its lines.
+struct Bench {
+  boards::SimBoard sim;
+  boards::SimProjector projector{sim};
+  boards::SimCamera camera{sim};
+
+  Bench() {
+    sim.attach(projector);
+    sim.attach(camera);
+  }
+  Board connect(const BoardOptions& options = {}) { return connect(make_sim_link(sim), options); }
+  static Board connect(std::unique_ptr<Link> link, const BoardOptions& options = {}) {
+    auto board = Board::connect(std::move(link), options);
+    EXPECT_TRUE(board.ok()) << (board.ok() ? "" : board.error().line());
+    return std::move(board).value();
+  }
+};
+
+/// What a board with the default lines says of itself.
+inline BoardInfo default_info() {
+  BoardInfo info;
+  info.board = "sim";
+  info.rate = {125'000'000};
+  info.lines = {{"projector_trigger", true},
+                {"camera_trigger", true},
+                {"lamp_enable", true},
+                {"vsync", false},
+                {"camera_strobe", false}};
+  info.min_dwell = {5};
+  info.max_dwell = {0xFFFFFFFF};
+  info.wait_latency = {125};
+  info.program_bytes = 196'608;
+  info.loop_depth = 4;
+  info.mtu = 512;
+  info.window = 8;
+  return info;
+}
+
+}  // namespace symrig::test

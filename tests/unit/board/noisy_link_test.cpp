@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// A capture over links that lose, repeat, damage and delay bytes gives the receipt of a clean one.
+#include "unit/protocol/random_program.hpp"
+#include "bench.hpp"
+#include "symrig/program/bracket.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Noise {
+  std::uint64_t seed = 0;
+  unsigned lose = 0;    // percent of frames (runs of bytes up to a zero)
+  unsigned repeat = 0;  //
+  unsigned damage = 0;  // one bit flipped
+  unsigned cut = 0;     // the end missing, closing zero included
+};
+
+class NoisyLink final : public Link {
+ public:
+  NoisyLink(std::unique_ptr<Link> link, Noise noise)
+      : link_(std::move(link)), noise_(noise), random_(noise.seed) {}
+
+  Result<void> send(std::span<const std::uint8_t> bytes) override { return link_->send(spoil(bytes)); }
+  Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
+    SYMRIG_TRY(const auto bytes, link_->receive(timeout));
+    return spoil(bytes);
+  }
+  Nanoseconds now() const override { return link_->now(); }
+
+  int spoiled() const { return spoiled_; }
+
+ private:
+  std::vector<std::uint8_t> spoil(std::span<const std::uint8_t> bytes) {
+    std::vector<std::uint8_t> out;
+    std::vector<std::uint8_t> frame;
+    for (const std::uint8_t byte : bytes) {
+      frame.push_back(byte);
+      if (byte != 0) continue;
+      spoil_frame(frame, out);
+      frame.clear();
+    }
+    out.insert(out.end(), frame.begin(), frame.end());
+    return out;
+  }
+
+  void spoil_frame(std::vector<std::uint8_t> frame, std::vector<std::uint8_t>& out) {
+    const bool lose = random_.chance(noise_.lose);
+    const bool repeat = random_.chance(noise_.repeat);
+    if (random_.chance(noise_.damage)) {
+      frame[random_.range(0, frame.size() - 1)] ^= static_cast<std::uint8_t>(1U << random_.range(0, 7));
+      ++spoiled_;
+    }
+    if (random_.chance(noise_.cut)) {
+      frame.resize(random_.range(0, frame.size() - 1));
+      ++spoiled_;
+    }
+    spoiled_ += static_cast<int>(lose) + static_cast<int>(repeat);
+    if (lose) return;
+    out.insert(out.end(), frame.begin(), frame.end());
+    if (repeat) out.insert(out.end(), frame.begin(), frame.end());
+  }
+
+  std::unique_ptr<Link> link_;
+  Noise noise_;
+  symrig::test::Random random_;
+  int spoiled_ = 0;
+};
+
+/// A capture of 40 brackets over a link with that noise.
+void capture_over(const Noise& noise) {
+  test::Bench bench;
+  auto link = std::make_unique<NoisyLink>(make_sim_link(bench.sim), noise);
+  const NoisyLink& spy = *link;
+  BoardOptions options;
+  options.attempts = 40;  // a quarter of all frames spoiled each way: 0.44^40 is never
+  options.reply_timeout = 10ms;
+  auto board = Board::connect(std::move(link), options);
+  ASSERT_OK(board);
+  const std::vector<LineConfig> lines{{.line = "camera_strobe", .capture = true}};
+  ASSERT_OK(board->configure(lines));
+  std::vector<std::vector<Nanoseconds>> brackets(40, {100us, 800us, 6400us, 25600us});
+  const auto program = compile_brackets(board->info(), {}, brackets);
+  ASSERT_OK(program);
+  ASSERT_GT(program->bytes().size(), 8U * 480U);  // more chunks than the window holds
+  const auto receipt = board->run(*program, 600s);
+  ASSERT_OK(receipt);
+  EXPECT_TRUE(receipt->clean());
+  EXPECT_EQ(receipt->events_lost, 0U);
+  EXPECT_EQ(receipt->marks.size(), 200U);
+  EXPECT_EQ(receipt->edges.size(), 320U);
+  for (std::size_t k = 0; k < receipt->marks.size(); ++k) EXPECT_EQ(receipt->marks[k].ordinal, k);
+  EXPECT_EQ(bench.camera.frames().size(), 160U);
+  EXPECT_EQ(bench.projector.changes().size(), 40U);  // the run was started once
+  const bool noisy = noise.lose + noise.repeat + noise.damage + noise.cut > 0;
+  EXPECT_GE(spy.spoiled(), noisy ? 20 : 0);
+}
+
+TEST(NoisyLink, clean) {
+  capture_over({});
+}
+TEST(NoisyLink, losing_frames) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) capture_over({.seed = seed, .lose = 15});
+}
+TEST(NoisyLink, repeating_frames) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) capture_over({.seed = seed, .repeat = 30});
+}
+TEST(NoisyLink, damaging_frames) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) capture_over({.seed = seed, .damage = 15});
+}
+TEST(NoisyLink, cutting_frames) {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) capture_over({.seed = seed, .cut = 10});
+}
+TEST(NoisyLink, everything_at_once) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed)
+    capture_over({.seed = seed, .lose = 8, .repeat = 8, .damage = 8, .cut = 4});
+}
+
+/// A question that is sent again is dated by its first sending, whichever answer comes: the clock's bound
+/// holds. Here board and host share a clock, so that the truth is known.
+TEST(NoisyLink, the_clock_is_bounded) {
+  test::Bench bench;
+  auto link = std::make_unique<NoisyLink>(
+      make_sim_link(bench.sim), Noise{.seed = 5, .lose = 30, .repeat = 20, .damage = 10, .cut = 10});
+  BoardOptions options;
+  options.attempts = 60;
+  options.reply_timeout = 10ms;
+  auto board = Board::connect(std::move(link), options);
+  ASSERT_OK(board);
+  ClockModel model(board->info().rate);
+  int repeated = 0;
+  for (int k = 0; k < 200; ++k) {
+    const auto reading = board->time();
+    ASSERT_OK(reading);
+    repeated += reading->received - reading->sent >= 10ms ? 1 : 0;
+    ASSERT_OK(model.add(*reading));
+    ASSERT_OK(board->idle(7ms));
+    const std::uint64_t truth = bench.sim.now();
+    const auto estimate = model.board_at({board->info().rate.nanoseconds({truth})});
+    ASSERT_OK(estimate);
+    const auto off = static_cast<std::int64_t>(estimate->at.since.count - truth);
+    ASSERT_LE(static_cast<std::uint64_t>(std::abs(off)), estimate->bound.count);
+  }
+  EXPECT_GT(repeated, 50);  // six of ten exchanges are spoiled
+}
+
+}  // namespace
+}  // namespace symrig

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// Interlock inputs: nothing moves while one is open, and everything falls to its safe levels when one opens.
+#include "unit/protocol/random_program.hpp"
+#include "raw_host.hpp"
+
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::firmware {
+namespace {
+
+using test::RawHost;
+using test::Recorder;
+
+constexpr int kInterlock = 5;
+constexpr std::uint32_t kSafe = 2;  // line 1 rests high
+
+/// Line 5 is an interlock that trips at `trip_level`; line 1 has a high safe level.
+protocol::BoardConfig config_of(bool trip_level) {
+  protocol::BoardConfig config = test::plain_config();
+  config.lines[1].safe_level = true;
+  config.lines[kInterlock].configured = true;
+  config.lines[kInterlock].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  config.lines[kInterlock].trip_level = trip_level;
+  return config;
+}
+
+/// One long word, all outputs on but line 1.
+std::vector<std::uint8_t> long_program() {
+  std::vector<std::uint8_t> bytes;
+  test::pack(protocol::make_record(protocol::Op::set_word, 5, 1'000'000), bytes);
+  test::pack(protocol::make_record(protocol::Op::end, kSafe, 0), bytes);
+  return bytes;
+}
+
+struct Bench {
+  boards::SimBoard board;
+  Recorder recorder;
+  RawHost host{board};
+
+  explicit Bench(bool trip_level) {
+    board.attach(recorder);
+    host.hello();
+    EXPECT_EQ(host.configure(config_of(trip_level)), 0U);
+    EXPECT_EQ(host.upload(long_program()), 0U);
+  }
+  std::uint32_t levels() const { return board.levels() & 7U; }
+};
+
+TEST(Interlock, nothing_is_armed_or_set_by_hand_while_it_is_open) {
+  for (const bool trip_level : {false, true}) {
+    Bench bench(trip_level);
+    bench.board.set_input(kInterlock, trip_level);
+    const auto reply = [&] {
+      symrig_wire_Request request = RawHost::make(symrig_wire_Request_arm_tag);
+      request.body.arm = {bench.host.program_hash, bench.host.config_hash, false};
+      return bench.host.ask(request);
+    }();
+    ASSERT_TRUE(reply);
+    EXPECT_EQ(reply->code, symrig_wire_Code_CODE_INTERLOCK_OPEN);
+    EXPECT_EQ(reply->detail, 5U);
+    EXPECT_EQ(bench.host.set_by_hand(1, 1), symrig_wire_Code_CODE_INTERLOCK_OPEN);
+    EXPECT_EQ(bench.levels(), kSafe);
+    bench.board.set_input(kInterlock, !trip_level);
+    EXPECT_EQ(bench.host.arm(), 0U);
+  }
+}
+
+TEST(Interlock, opening_it_makes_safe_in_the_same_tick_without_firmware) {
+  Bench bench(true);
+  ASSERT_EQ(bench.host.arm(), 0U);
+  ASSERT_EQ(bench.host.start(), 0U);
+  bench.board.advance_to(bench.board.now() + 1000);
+  ASSERT_EQ(bench.levels(), 5U);
+  bench.board.stall_firmware_until(bench.board.now() + 10'000);
+  const std::uint64_t opened = bench.board.now();
+  bench.board.set_input(kInterlock, true);
+  EXPECT_EQ(bench.levels(), kSafe);
+  EXPECT_EQ(bench.recorder.changes.back(), (Recorder::Change{opened, kSafe}));
+  ASSERT_TRUE(bench.host.run_out(1'000'000));
+  const symrig_wire_StatusReply status = bench.host.status();
+  EXPECT_EQ(status.state, symrig_wire_State_STATE_FAULT);
+  EXPECT_EQ(status.fault.code, symrig_wire_FaultCode_FAULT_INTERLOCK);
+  EXPECT_EQ(status.fault.arg, 5U);
+  EXPECT_EQ(bench.host.last(symrig_wire_Event_run_done_tag)->body.run_done.end,
+            symrig_wire_RunEnd_RUN_END_FAULT);
+}
+
+TEST(Interlock, a_short_opening_is_not_missed) {
+  Bench bench(true);
+  ASSERT_EQ(bench.host.arm(), 0U);
+  bench.board.stall_firmware_until(bench.board.now() + 10'000);
+  bench.board.set_input(kInterlock, true);
+  bench.board.set_input(kInterlock, false);
+  bench.board.advance_to(bench.board.now() + 20'000);
+  EXPECT_EQ(bench.host.status().fault.code, symrig_wire_FaultCode_FAULT_INTERLOCK);
+}
+
+TEST(Interlock, opening_it_at_rest_is_no_fault) {
+  Bench bench(true);
+  bench.board.set_input(kInterlock, true);
+  bench.board.advance_to(bench.board.now() + 10'000);
+  EXPECT_EQ(bench.host.state(), symrig_wire_State_STATE_LOADED);
+}
+
+TEST(Interlock, a_line_set_by_hand_falls_too) {
+  Bench bench(false);
+  bench.board.set_input(kInterlock, true);
+  ASSERT_EQ(bench.host.set_by_hand(1, 1), 0U);
+  ASSERT_EQ(bench.levels(), 1U | kSafe);
+  bench.board.set_input(kInterlock, false);
+  EXPECT_EQ(bench.levels(), kSafe);
+  bench.board.advance_to(bench.board.now() + 10);
+  EXPECT_EQ(bench.host.status().fault.code, symrig_wire_FaultCode_FAULT_INTERLOCK);
+}
+
+TEST(Interlock, after_the_fault_is_cleared_everything_works_again) {
+  Bench bench(true);
+  ASSERT_EQ(bench.host.arm(), 0U);
+  bench.board.set_input(kInterlock, true);
+  bench.board.advance_to(bench.board.now() + 10);
+  ASSERT_EQ(bench.host.state(), symrig_wire_State_STATE_FAULT);
+  ASSERT_EQ(bench.host.clear_fault(symrig_wire_FaultCode_FAULT_INTERLOCK), 0U);
+  ASSERT_EQ(bench.host.configure(config_of(true)), 0U);
+  ASSERT_EQ(bench.host.upload(long_program()), 0U);
+  EXPECT_EQ(bench.host.arm(), symrig_wire_Code_CODE_INTERLOCK_OPEN);
+  bench.board.set_input(kInterlock, false);
+  ASSERT_EQ(bench.host.arm(), 0U);
+  ASSERT_EQ(bench.host.start(), 0U);
+  ASSERT_TRUE(bench.host.run_out(2'000'000));
+  EXPECT_EQ(bench.host.last(symrig_wire_Event_run_done_tag)->body.run_done.end,
+            symrig_wire_RunEnd_RUN_END_COMPLETED);
+}
+
+TEST(Interlock, only_inputs_can_be_one_and_only_they_have_a_trip_level) {
+  boards::SimBoard board;
+  RawHost host(board);
+  host.hello();
+  protocol::LineConfig output;
+  output.configured = true;
+  output.output = true;
+  output.role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
+  EXPECT_EQ(host.config_line(0, output), symrig_wire_Code_CODE_BAD_VALUE);
+  protocol::LineConfig input;
+  input.configured = true;
+  input.trip_level = true;
+  EXPECT_EQ(host.config_line(5, input), symrig_wire_Code_CODE_BAD_VALUE);
+}
+
+}  // namespace
+}  // namespace symrig::firmware

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// docs/lint-rules.md and the linter say the same: every rule has an example that breaks it and one that keeps
+// it.
+#include "workshop.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <vector>
+
+namespace symrig {
+namespace {
+
+struct RuleText {
+  std::string severity;
+  std::vector<std::string> examples;
+};
+
+/// Rules of the document that have a heading of their own.
+std::map<std::string, RuleText> documented(std::set<std::string>& listed) {
+  std::ifstream file(std::filesystem::path(SYMRIG_DOCS) / "lint-rules.md");
+  EXPECT_TRUE(file.good());
+  std::map<std::string, RuleText> rules;
+  std::string rule;
+  bool in_example = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("## ", 0) == 0) rule = line.substr(3);
+    if (line.rfind("| `", 0) == 0) listed.insert(line.substr(3, line.find('`', 3) - 3));
+    if (line.rfind("*", 0) == 0) rules[rule].severity = line.substr(1, line.find('*', 1) - 1);
+    if (line == "```toml") {
+      in_example = true;
+      rules[rule].examples.emplace_back();
+    } else if (line == "```") {
+      in_example = false;
+    } else if (in_example) {
+      rules[rule].examples.back() += line + "\n";
+    }
+  }
+  return rules;
+}
+
+TEST(LintRules, the_document_has_them_all_and_no_others) {
+  std::set<std::string> all;
+  const auto rules = documented(all);
+  for (const auto& [rule, text] : rules)
+    if (!text.examples.empty()) all.insert(rule);
+  std::set<std::string> known;
+  for (const LintRule& rule : lint_rules()) {
+    EXPECT_TRUE(known.insert(std::string(rule.name)).second) << rule.name << " stands there twice";
+    EXPECT_FALSE(rule.about.empty());
+  }
+  EXPECT_EQ(all, known);
+}
+
+std::vector<std::string> rules_with_examples() {
+  std::set<std::string> ignored;
+  std::vector<std::string> names;
+  for (const auto& [rule, text] : documented(ignored))
+    if (!text.examples.empty()) names.push_back(rule);
+  return names;
+}
+
+class Rule : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(Rule, is_broken_by_its_example_and_kept_by_the_other) {
+  std::set<std::string> ignored;
+  const RuleText rule = documented(ignored)[GetParam()];
+  ASSERT_EQ(rule.examples.size(), 2U);
+  const FileFinding finding = test::finding_of(test::compile(rule.examples[0]), GetParam());
+  ASSERT_EQ(finding.rule, GetParam()) << "not found";
+  EXPECT_EQ(name(finding.severity), rule.severity);
+  EXPECT_GT(finding.place, 0);
+  EXPECT_FALSE(finding.what.empty());
+  EXPECT_FALSE(finding.alternative.empty());
+  const Compilation kept = test::compile(rule.examples[1]);
+  EXPECT_EQ(test::finding_of(kept, GetParam()).rule, "");
+  std::string errors;
+  for (const FileFinding& each : kept.findings)
+    if (each.severity == Severity::error) errors += each.text("scan.toml") + "\n";
+  EXPECT_EQ(errors, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Rule, ::testing::ValuesIn(rules_with_examples()), [](const auto& rule) {
+  std::string name = rule.param;
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+});
+
+/// A file with one fault, and the finding that it must have: line, and the setting that mends it.
+struct Mend {
+  const char* head;  ///< before the setting
+  const char* bad;   ///< the setting that is wrong
+  const char* tail;
+  const char* rule;
+  int place;
+};
+
+// The alternative of a setting is legal when it is pasted in place of the setting.
+TEST(LintRules, alternatives_can_be_pasted) {
+  const std::vector<Mend> mends{
+      {"symrig = 1\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 ms\"]\n", "gap = \"1 ms\"", "\n",
+       "camera.readout", 5},
+      {"symrig = 1\n[program]\npatterns = 8\n", "bracket = [\"3 us\", \"1 ms\", \"4 ms\"]", "\n",
+       "camera.min_exposure", 4},
+      {"symrig = 1\n[program]\npatterns = 8\n", "bracket = [\"1 ms\", \"4 ms\", \"4 ms\"]", "\n",
+       "bracket.duplicate", 4},
+      {"symrig = 1\n[program]\npatterns = 8\nbits = 8\n", "bracket = [\"10 ms\", \"40 ms\"]", "\n",
+       "projector.whole_refresh", 5},
+      {"symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 "
+       "ms\"]\n",
+       "on_time = \"100 us\"", "\n", "projector.min_exposure", 7},
+      {"symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 "
+       "ms\"]\n",
+       "on_time = \"9 ms\"", "\n", "projector.black_insertion", 7},
+      {"symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 8\nbits = 8\n",
+       "bracket = [\"1 ms\"]", "\n", "projector.whole_refresh", 7},
+      {"symrig = 1\n[rig.camera]\nprofile = \"basler-trigger-width\"\n", "overlap_time_max = \"3 ms\"",
+       "\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 ms\"]\n", "camera.overlap", 2},
+      {"symrig = 1\n[rig]\n", "keep_alive = \"0 s\"",
+       "\n[rig.lines.lamp_enable]\nhazard = \"lamp\"\nmax_on = \"1 s\"\n[program]\npatterns = 8\nbracket = "
+       "[\"1 ms\"]\n",
+       "keep_alive.needed", 2},
+      {"symrig = 1\n[rig.projector]\nprofile = \"hdmi-60\"\nsettle = \"2 ms\"\n[program]\npatterns = "
+       "8\nbracket = [\"1 ms\"]\n",
+       "settle = \"1 ms\"", "\n", "settle", 8}};
+  for (const Mend& mend : mends) {
+    const FileFinding finding =
+        test::finding_of(test::compile(std::string(mend.head) + mend.bad + mend.tail), mend.rule);
+    ASSERT_EQ(finding.rule, mend.rule);
+    EXPECT_EQ(finding.place, mend.place) << mend.rule;
+    const Compilation mended = test::compile(mend.head + finding.alternative + mend.tail);
+    EXPECT_EQ(test::finding_of(mended, mend.rule).what, "") << finding.alternative;
+    EXPECT_TRUE(mended.ok()) << finding.alternative;
+  }
+}
+
+TEST(LintRules, the_boards_own_are_told_at_the_line_of_the_file) {
+  const Compilation out = test::compile(
+      "symrig = 1\n[rig.lines.lamp_enable]\nmax_on = \"1 ms\"\n[program]\nsteps = [\n  { hold = \"1 ms\" },\n"
+      "  { pulse = \"lamp_enable\", width = \"2 ms\" },\n  { hold = \"1 ms\" },\n]\n");
+  const FileFinding finding = test::finding_of(out, "max_on");
+  EXPECT_EQ(finding.place, 7);
+  EXPECT_NE(finding.what.find("lamp_enable"), std::string::npos);
+}
+
+TEST(LintRules, pulses_written_by_hand_are_held_against_the_camera) {
+  const auto of = [](const std::string& gap) {
+    return test::compile(
+        "symrig = 1\n[program]\nsteps = [\n  { loop = 5, steps = [\n"
+        "    { pulse = \"camera_trigger\", width = \"1 ms\" },\n    { hold = \"" +
+        gap + "\" },\n  ] },\n]\n");
+  };
+  EXPECT_EQ(test::finding_of(of("3 ms"), "camera.readout").place, 5);  // from round to round
+  EXPECT_EQ(test::finding_of(of("4 ms"), "camera.readout").rule, "");
+}
+
+TEST(LintRules, delays_that_bring_edges_too_close_are_told) {
+  const Compilation out = test::compile(
+      "symrig = 1\n[rig.lines.lamp_enable]\ndelay = \"984 ns\"\n[program]\nsteps = [\n"
+      "  { set = \"lamp_enable\", to = \"on\" },\n  { pulse = \"projector_trigger\", width = \"1 us\" },\n"
+      "  { set = \"lamp_enable\", to = \"off\" },\n  { hold = \"1 ms\" },\n]\n");
+  const FileFinding finding = test::finding_of(out, "min_dwell");
+  EXPECT_EQ(finding.place, 6);
+  EXPECT_NE(finding.what.find("16 ns (2 ticks)"), std::string::npos) << finding.what;
+}
+
+}  // namespace
+}  // namespace symrig

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs on a simulated rig: the real firmware in virtual time.
+#include "symrig/program/bracket.hpp"
+#include "symrig/run/run.hpp"
+#include "symrig/sim/sim_rig.hpp"
+#include "unit/program/workshop.hpp"
+
+#include <filesystem>
+
+#include <nlohmann/json.hpp>
+
+namespace symrig {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+Result<RunRecord> run_file(const ProgramFile& file, const RunOptions& options = {}) {
+  BoardOptions board_options;
+  board_options.keep_alive = file.rig.keep_alive;
+  SYMRIG_TRY(auto board, Board::connect(make_sim_rig(wiring_of(file.rig)), board_options));
+  auto compilation = compile_program(file, board.info());
+  if (!compilation.ok()) return Error{ErrorCode::bad_value, compilation.findings.front().text(file.path)};
+  return run_program(board, *compilation.program, options);
+}
+
+RunRecord ran(std::string_view text, const RunOptions& options = {}) {
+  auto record = run_file(test::parse(text), options);
+  EXPECT_TRUE(record.ok()) << (record.ok() ? "" : record.error().line());
+  return record.ok() ? *std::move(record) : RunRecord{};
+}
+
+class Examples : public ::testing::TestWithParam<std::string> {};
+
+// What the host plans from the records and what the board's pins did agree to the tick, edge for edge.
+TEST_P(Examples, run_as_planned) {
+  const auto file = read_program_file(fs::path(SYMRIG_EXAMPLES) / GetParam());
+  ASSERT_OK(file);
+  const auto record = run_file(*file);
+  ASSERT_OK(record);
+  EXPECT_TRUE(record->receipt.clean());
+  EXPECT_TRUE(record->differences.exact());
+  EXPECT_TRUE(record->plan.complete);
+  EXPECT_EQ(record->differences.pairs.size(), record->plan.edges.size());
+  EXPECT_GT(record->plan.edges.size(), 20U);
+  EXPECT_EQ(record->plan.end - record->plan.start, record->receipt.actual);
+  EXPECT_EQ(record->plan.steps, record->receipt.steps);
+  EXPECT_EQ(record->plan.marks.size(), record->receipt.marks.size());
+  for (std::size_t k = 0; k < record->plan.marks.size(); ++k)
+    EXPECT_EQ(record->plan.marks[k].tick, record->receipt.marks[k].tick);
+  if (record->program.is_scan) {
+    ASSERT_TRUE(record->ledger.has_value());
+    EXPECT_TRUE(record->ledger->complete()) << record->ledger->summary();
+    EXPECT_EQ(record->ledger->entries().size(), record->program.exposures);
+  }
+  EXPECT_FALSE(run_error(*record).has_value());
+}
+
+std::vector<std::string> example_files() {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::directory_iterator(SYMRIG_EXAMPLES))
+    if (entry.path().extension() == ".toml") files.push_back(entry.path().filename().string());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Examples, ::testing::ValuesIn(example_files()), [](const auto& file) {
+  std::string name = file.param.substr(0, file.param.find('.'));
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+constexpr const char* kScan = "symrig = 1\n[program]\npatterns = 20\nbracket = [\"1 ms\", \"2 ms\"]\n";
+
+// The expected duration takes the refresh of the profile; a real run begins anywhere within one.
+TEST(Run, takes_as_long_as_expected_within_a_refresh) {
+  const RunRecord record = ran(kScan);
+  EXPECT_NEAR(seconds(record.receipt.duration()), seconds(record.program.expected), 1.0 / 60);
+}
+
+TEST(Run, progress_is_told_and_counts_patterns) {
+  std::uint64_t last = 0;
+  RunOptions options;
+  options.progress = [&last](const RunProgress& at) {
+    EXPECT_GE(at.patterns, last);
+    EXPECT_EQ(at.patterns_asked, 20U);
+    last = at.patterns;
+    return true;
+  };
+  ran(kScan, options);
+  EXPECT_GT(last, 10U);
+}
+
+TEST(Run, a_caller_who_wants_no_more_aborts_it) {
+  RunOptions options;
+  options.progress = [](const RunProgress& at) { return at.patterns < 5; };
+  const RunRecord record = ran(kScan, options);
+  EXPECT_TRUE(record.interrupted);
+  EXPECT_EQ(record.receipt.end, RunEnd::aborted);
+  EXPECT_FALSE(record.plan.complete);
+  EXPECT_EQ(record.differences.largest, 0);
+  ASSERT_TRUE(run_error(record).has_value());
+  EXPECT_EQ(run_error(record)->code, ErrorCode::interrupted);
+}
+
+// Without strobe edges of its own: the projector's vsync is not captured, waits are found by the marks.
+TEST(Run, the_plan_follows_the_marks_where_waits_are_not_captured) {
+  const RunRecord record =
+      ran(std::string("symrig = 1\n[rig.lines.vsync]\nrole = \"vsync\"\ncapture = false\n") +
+          std::string(kScan).substr(11));
+  EXPECT_TRUE(record.differences.exact());
+  EXPECT_EQ(record.plan.end - record.plan.start, record.receipt.actual);
+}
+
+TEST(Run, a_wait_that_runs_out_is_told) {
+  const RunRecord record = ran(
+      "symrig = 1\n[program]\nsteps = [{ pulse = \"lamp_enable\", width = \"1 us\" }, { hold = \"1 us\" },\n"
+      "{ wait = \"camera_strobe\", timeout = \"10 ms\" }, { pulse = \"lamp_enable\", width = \"1 us\" }, { "
+      "hold = \"1 us\" }]\n");
+  EXPECT_EQ(record.receipt.end, RunEnd::wait_timeout);
+  EXPECT_TRUE(record.differences.exact());
+  ASSERT_TRUE(run_error(record).has_value());
+  EXPECT_EQ(run_error(record)->code, ErrorCode::timeout);
+}
+
+TEST(Receipt, tells_of_a_run_and_can_be_read_back) {
+  const RunRecord record = ran(kScan);
+  const std::string text = receipt_json(record);
+  const auto json = nlohmann::json::parse(text);
+  for (const char* key :
+       {"format", "version", "end", "clean", "interrupted", "reason", "fault", "hashes", "board", "time",
+        "clock", "counters", "differences", "ledger", "lines", "planned", "captured"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_EQ(json["end"], "completed");
+  EXPECT_EQ(json["differences"]["exact"], true);
+  EXPECT_EQ(json["ledger"]["summary"], "40 frames for 40 exposures");
+  EXPECT_EQ(json["counters"]["steps"], record.receipt.steps);
+  const auto run = read_receipt(text);
+  ASSERT_OK(run);
+  EXPECT_TRUE(run->whole);
+  EXPECT_EQ(run->captured, record.receipt.edges);
+  ASSERT_EQ(run->plan.edges.size(), record.plan.edges.size());
+  EXPECT_TRUE(compare(run->plan, run->captured, run->watched).exact());
+}
+
+TEST(Receipt, lists_are_bounded_and_counts_stand_for_the_rest) {
+  const RunRecord record = ran(kScan);
+  const auto json = nlohmann::json::parse(receipt_json(record, 10));
+  EXPECT_EQ(json["captured"]["listed"], 10);
+  EXPECT_EQ(json["captured"]["count"], record.receipt.edges.size());
+  EXPECT_FALSE(read_receipt(receipt_json(record, 10))->whole);
+  for (const auto& line : json["lines"]) {
+    if (line["line"] != "camera_trigger") continue;
+    EXPECT_EQ(line["captured"]["edges"], 80);
+    EXPECT_EQ(line["captured"]["high_ns"], (std::vector<std::int64_t>{1'000'000, 2'000'000}));
+  }
+}
+
+TEST(Receipt, what_is_none_is_refused) {
+  for (const char* text :
+       {"", "{}", "[]", "{\"format\":\"symrig-receipt\"}", "{\"format\":\"symrig-receipt\",\"version\":2}"})
+    EXPECT_FALSE(read_receipt(text).ok()) << text;
+  std::string text = receipt_json(ran(kScan));
+  text.replace(text.find("\"captured\":{\"count\""), 10, "\"recaptured\"");
+  EXPECT_FALSE(read_receipt(text).ok());
+}
+
+}  // namespace
+}  // namespace symrig
