@@ -15,7 +15,6 @@
 
 namespace symrig::apps {
 
-
 namespace {
 
 constexpr std::uint64_t kMaxProgramFile = 256U << 20U;
@@ -54,9 +53,7 @@ Result<BoardInfo> board_info_of(const std::string& board) {
 
 Error first_error(const std::string& file, const Compilation& compilation) {
   const auto& all = compilation.findings;
-  const auto is_error = [](const FileFinding& finding) {
-    return finding.severity == Severity::error;
-  };
+  const auto is_error = [](const FileFinding& finding) { return finding.severity == Severity::error; };
   const auto count = std::count_if(all.begin(), all.end(), is_error);
   const auto first = std::find_if(all.begin(), all.end(), is_error);
   if (first == all.end()) return {ErrorCode::bad_value, file + " does not compile", "lint it"};
@@ -65,8 +62,7 @@ Error first_error(const std::string& file, const Compilation& compilation) {
                     : first->alternative};
 }
 
-std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings,
-                          Severity least) {
+std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings, Severity least) {
   std::string text;
   for (const FileFinding& finding : findings)
     if (finding.severity >= least) text += finding.text(file) + "\n";

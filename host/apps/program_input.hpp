@@ -27,8 +27,7 @@ struct ProgramInput {
 Error first_error(const std::string& file, const Compilation& compilation);
 
 /// "scan.toml:12: warning: ...": one line each.
-std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings,
-                          Severity least);
+std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings, Severity least);
 
 /// Does the file hold a compiled program (scan.symprog)? fails: not_found, io.
 Result<bool> is_compiled(const std::string& file);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "command.hpp"
 #include "board/firmware_files/sha256.hpp"
-#include "unit/board/socket_server.hpp"
-#include "symrig/boards/sim_board.hpp"
+#include "command.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "unit/board/socket_server.hpp"
 #include "unit/board/uf2_maker.hpp"
 
 #include <chrono>
@@ -90,7 +90,7 @@ class Flash : public CommandTest {
     const auto file = test::make_uf2(test::make_image(4096, board, version, hash));
     test::write_file(path("new.uf2").string(), file);
     test::write_manifest(path("new.json").string(), board::sha256(file), board, version,
-                                 fmt::format("{:016x}", hash));
+                         fmt::format("{:016x}", hash));
   }
 
   static constexpr int kDevice = 3;

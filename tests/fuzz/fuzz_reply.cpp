@@ -2,8 +2,8 @@
 // The host's end: a board that answers whatever it likes. Nothing crashes, and every call ends within its
 // attempts.
 #include "compact_program.hpp"
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/boards/sim_board.hpp"
 #include "symrig/protocol/messages.hpp"
 #include "targets.hpp"
 

@@ -17,7 +17,6 @@
 namespace symrig::apps {
 namespace {
 
-
 struct ConformanceArguments {
   std::string uri, filter, jumper, json;
 };

@@ -48,8 +48,7 @@ std::string line_table(const BoardInfo& info, const BoardStatus& status) {
   return text;
 }
 
-std::string fault_text(const BoardInfo& info, const char* when,
-                       const std::optional<FaultInfo>& fault) {
+std::string fault_text(const BoardInfo& info, const char* when, const std::optional<FaultInfo>& fault) {
   if (!fault) return fmt::format("  {:<14} none\n", when);
   return fmt::format("  {:<14} {} at tick {} (argument {}): {}\n", when, fault->name, fault->tick.count,
                      fault->arg, fault->hint.empty() ? info.board : fault->hint);

@@ -14,7 +14,6 @@
 namespace symrig::apps {
 namespace {
 
-
 struct LintArguments {
   std::string file, board = "sim:", json;
 };
@@ -49,9 +48,8 @@ Result<void> run(const LintArguments& arguments) {
   }
   if (compilation.ok()) return {};
   const auto& all = compilation.findings;
-  const auto errors = std::count_if(all.begin(), all.end(), [](const FileFinding& finding) {
-    return finding.severity == Severity::error;
-  });
+  const auto errors = std::count_if(
+      all.begin(), all.end(), [](const FileFinding& finding) { return finding.severity == Severity::error; });
   return Error{ErrorCode::bad_value,
                fmt::format("{}: {} error{}", arguments.file, errors, errors == 1 ? "" : "s"),
                "each is listed with its shortest legal alternative"};

@@ -8,8 +8,8 @@
 #include "meter.hpp"
 #include "program_input.hpp"
 #include "symrig/board/discovery.hpp"
-#include "symrig/sim/sim_rig.hpp"
 #include "symrig/run/waveform.hpp"
+#include "symrig/sim/sim_rig.hpp"
 
 #include <array>
 #include <memory>
@@ -51,8 +51,7 @@ Result<std::unique_ptr<Link>> open(const std::string& device, const Plan& plan) 
   return open_link(uri);
 }
 
-Result<CompiledProgram> compile_for(const Plan& plan, const std::string& path,
-                                            const BoardInfo& board) {
+Result<CompiledProgram> compile_for(const Plan& plan, const std::string& path, const BoardInfo& board) {
   if (plan.compiled) return *plan.compiled;
   auto compilation = compile_program(*plan.file, board);
   if (!compilation.ok()) return first_error(path, compilation);
@@ -61,8 +60,7 @@ Result<CompiledProgram> compile_for(const Plan& plan, const std::string& path,
 
 std::string vcd_of(const RunRecord& record) {
   const BoardInfo& board = record.program.board;
-  std::array<Waveform, 2> both{waveform(record.plan, board, "plan"),
-                                       waveform(record.plan, board, "actual")};
+  std::array<Waveform, 2> both{waveform(record.plan, board, "plan"), waveform(record.plan, board, "actual")};
   both[1].edges = record.receipt.edges;
   return vcd_text(both);
 }
@@ -81,8 +79,7 @@ std::string summary(const RunRecord& record) {
   return text;
 }
 
-Result<RunRecord> run_it(Board& board, const CompiledProgram& program,
-                                 bool clear_fault) {
+Result<RunRecord> run_it(Board& board, const CompiledProgram& program, bool clear_fault) {
   Meter meter("run", program.is_scan ? "patterns" : "marks");
   const Progress report = meter.progress();
   RunOptions options;

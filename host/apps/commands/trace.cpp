@@ -34,8 +34,7 @@ struct Drawing {
 
 /// Waits of a plan end at the projector's refreshes, if it has any: the same from run to run, unlike a real
 /// one's.
-TimelineOptions plan_options(const CompiledProgram& program, Nanoseconds refresh,
-                                     std::size_t max_edges) {
+TimelineOptions plan_options(const CompiledProgram& program, Nanoseconds refresh, std::size_t max_edges) {
   TimelineOptions options;
   options.max_edges = max_edges;
   options.initial_levels = safe_levels(program.board, program.lines);
@@ -47,8 +46,7 @@ TimelineOptions plan_options(const CompiledProgram& program, Nanoseconds refresh
   return options;
 }
 
-Result<Drawing> draw_plan(const CompiledProgram& program, Nanoseconds refresh,
-                          std::size_t max_edges) {
+Result<Drawing> draw_plan(const CompiledProgram& program, Nanoseconds refresh, std::size_t max_edges) {
   SYMRIG_TRY(const auto plan,
              expand(program.program, program.board, plan_options(program, refresh, max_edges)));
   Drawing drawing;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "base/toml_tree.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
-#include "base/toml_tree.hpp"
 
 #include <cstdint>
 #include <span>

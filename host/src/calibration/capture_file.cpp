@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/capture_file.hpp"
 
+#include "base/table_reader.hpp"
 #include "calibration/sensor_files.hpp"
 #include "image/size_text.hpp"
-#include "base/table_reader.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/hdr/response_file.hpp"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "camera/video_system.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
-#include "camera/video_system.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "camera/unpack.hpp"
 #include "symrig/camera/pixel_format.hpp"
 #include "symrig/camera/region.hpp"
-#include "camera/unpack.hpp"
 
 #include <cstddef>
 #include <cstdint>

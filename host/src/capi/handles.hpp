@@ -16,9 +16,7 @@ struct symrig_program {
   std::optional<symrig::ProgramFile> file;
   std::optional<symrig::CompiledProgram> compiled;
 
-  symrig::RigWiring wiring() const {
-    return file ? symrig::wiring_of(file->rig) : compiled->wiring;
-  }
+  symrig::RigWiring wiring() const { return file ? symrig::wiring_of(file->rig) : compiled->wiring; }
   symrig::Nanoseconds keep_alive() const { return file ? file->rig.keep_alive : compiled->keep_alive; }
 };
 

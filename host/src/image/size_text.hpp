@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/image/grid.hpp"
 #include "base/table_reader.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <optional>
 #include <string_view>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "symrig/program/bracket.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 
 #include <algorithm>
@@ -31,8 +31,8 @@ Result<void> check_exposure(const RigProfile& profile, Nanoseconds exposure) {
   if (!profile.whole_refreshes) return {};
   const Nanoseconds whole = whole_refreshes(exposure, profile.refresh_period);
   if (whole == exposure) return {};
-  return illegal(fmt::format("exposure of {} is not whole refresh periods of {}", base::duration_text(exposure),
-                             base::duration_text(profile.refresh_period)),
+  return illegal(fmt::format("exposure of {} is not whole refresh periods of {}",
+                             base::duration_text(exposure), base::duration_text(profile.refresh_period)),
                  whole);
 }
 

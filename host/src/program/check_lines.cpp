@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "program/check_lines.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 
 #include <algorithm>
@@ -32,9 +32,9 @@ class LineCheck {
   int look_up(std::string_view line, bool output, int place) {
     const int k = board_.line(line);
     if (k < 0) {
-      findings_.error(
-          place, "line.unknown", fmt::format("board '{}' has no line '{}'", board_.board, line),
-          fmt::format("outputs: {}; inputs: {}", board::known_lines(board_, true), board::known_lines(board_, false)));
+      findings_.error(place, "line.unknown", fmt::format("board '{}' has no line '{}'", board_.board, line),
+                      fmt::format("outputs: {}; inputs: {}", board::known_lines(board_, true),
+                                  board::known_lines(board_, false)));
       return -1;
     }
     if (board_.lines[static_cast<std::size_t>(k)].output == output) return k;

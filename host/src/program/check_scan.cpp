@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "program/check_scan.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "program/longer_bracket.hpp"
-#include "symrig/hdr/beat.hpp"
 #include "program/timing.hpp"
+#include "symrig/hdr/beat.hpp"
 
 #include <algorithm>
 #include <cstdlib>
@@ -48,10 +48,11 @@ class ScanCheck {
     std::set<Nanoseconds> seen;
     for (const Nanoseconds exposure : scan_.bracket) {
       if (exposure < least)
-        findings_.error(scan_.bracket_place, "camera.min_exposure",
-                        fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(exposure),
-                                    rig_.camera.name, base::duration_text(least)),
-                        bracket_setting(legal));
+        findings_.error(
+            scan_.bracket_place, "camera.min_exposure",
+            fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(exposure),
+                        rig_.camera.name, base::duration_text(least)),
+            bracket_setting(legal));
       if (!seen.insert(exposure).second) duplicate(exposure);
       check_rounding(exposure);
     }
@@ -83,11 +84,11 @@ class ScanCheck {
 
   void check_startup() {
     if (!scan_.startup || scan_.startup->exposure >= min_exposure()) return;
-    findings_.error(
-        scan_.startup->place, "camera.min_exposure",
-        fmt::format("start-up exposure of {}: the shortest of '{}' is {}",
-                    base::duration_text(scan_.startup->exposure), rig_.camera.name, base::duration_text(min_exposure())),
-        setting("exposure", min_exposure()));
+    findings_.error(scan_.startup->place, "camera.min_exposure",
+                    fmt::format("start-up exposure of {}: the shortest of '{}' is {}",
+                                base::duration_text(scan_.startup->exposure), rig_.camera.name,
+                                base::duration_text(min_exposure())),
+                    setting("exposure", min_exposure()));
   }
 
   /// An exposure that begins during a readout must not end before it: it would be dropped.
@@ -105,11 +106,12 @@ class ScanCheck {
   void check_gap() {
     const Nanoseconds least = shortest_gap(rig_.camera);
     if (timing_.gap() >= least) return;
-    findings_.error(scan_.gap_place, "camera.readout",
-                    fmt::format("{} from an exposure to the next trigger: '{}' needs {}, or it drops the "
-                                "frame (overtrigger)",
-                                base::duration_text(timing_.gap()), rig_.camera.name, base::duration_text(least)),
-                    setting("gap", least));
+    findings_.error(
+        scan_.gap_place, "camera.readout",
+        fmt::format("{} from an exposure to the next trigger: '{}' needs {}, or it drops the "
+                    "frame (overtrigger)",
+                    base::duration_text(timing_.gap()), rig_.camera.name, base::duration_text(least)),
+        setting("gap", least));
   }
 
   // Projector.
@@ -119,11 +121,11 @@ class ScanCheck {
     if (timing_.settle() >= projector.settle) return;
     const bool assumed = std::find(projector.assumptions.begin(), projector.assumptions.end(), "settle") !=
                          projector.assumptions.end();
-    findings_.add(
-        assumed ? Severity::warning : Severity::error, scan_.settle_place, "settle",
-        fmt::format("exposures begin {} after the pattern, '{}' needs {} to be steady",
-                    base::duration_text(timing_.settle()), projector.name, base::duration_text(projector.settle)),
-        setting("settle", projector.settle));
+    findings_.add(assumed ? Severity::warning : Severity::error, scan_.settle_place, "settle",
+                  fmt::format("exposures begin {} after the pattern, '{}' needs {} to be steady",
+                              base::duration_text(timing_.settle()), projector.name,
+                              base::duration_text(projector.settle)),
+                  setting("settle", projector.settle));
   }
 
   /// A wheel or a pulsed lamp: the light of an exposure depends on when it begins.

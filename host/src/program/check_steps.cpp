@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "program/check_steps.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "program/timing.hpp"
 
@@ -18,20 +18,22 @@ void check_timeout(Nanoseconds timeout, int place, std::string_view key, const B
   const Ticks ticks = board.rate.ticks(timeout);
   if (ticks.count > 0 && ticks <= board.max_dwell) return;
   const Nanoseconds longest = board.rate.nanoseconds(board.max_dwell);
-  findings.error(place, "wait.timeout",
-                 fmt::format("a time-out of {}: the board takes {} to {}", base::duration_text(timeout),
-                             base::duration_text(board.rate.nanoseconds(Ticks{1})), base::duration_text(longest)),
-                 setting(key, ticks.count == 0 ? Nanoseconds{1'000'000} : longest));
+  findings.error(
+      place, "wait.timeout",
+      fmt::format("a time-out of {}: the board takes {} to {}", base::duration_text(timeout),
+                  base::duration_text(board.rate.nanoseconds(Ticks{1})), base::duration_text(longest)),
+      setting(key, ticks.count == 0 ? Nanoseconds{1'000'000} : longest));
 }
 
 void check_rounding(Nanoseconds time, int place, const BoardInfo& board, Findings& findings) {
   const Nanoseconds realised = board.rate.nanoseconds(board.rate.ticks(time));
   const std::int64_t off = (realised - time).count();
   if (std::abs(off) * 1000 <= time.count()) return;
-  findings.warning(place, "rounding",
-                   fmt::format("{} becomes {} ({:+} ns): the board counts in {:.6g} ns", base::duration_text(time),
-                               base::duration_text(realised), off, 1e9 / static_cast<double>(board.rate.hz)),
-                   fmt::format("use \"{}\"", base::duration_text(realised)));
+  findings.warning(
+      place, "rounding",
+      fmt::format("{} becomes {} ({:+} ns): the board counts in {:.6g} ns", base::duration_text(time),
+                  base::duration_text(realised), off, 1e9 / static_cast<double>(board.rate.hz)),
+      fmt::format("use \"{}\"", base::duration_text(realised)));
 }
 
 void check_step(const FileStep& step, const RigSetup& rig, const BoardInfo& board, Findings& findings) {
@@ -44,10 +46,11 @@ void check_step(const FileStep& step, const RigSetup& rig, const BoardInfo& boar
       return check_rounding(step.time, step.place, board, findings);
     case FileStep::Kind::expose:
       if (step.time < least || step.time <= rig.camera.exposure_offset)
-        findings.error(step.place, "camera.min_exposure",
-                       fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(step.time),
-                                   rig.camera.name, base::duration_text(least)),
-                       setting("expose", least));
+        findings.error(
+            step.place, "camera.min_exposure",
+            fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(step.time),
+                        rig.camera.name, base::duration_text(least)),
+            setting("expose", least));
       return;
     default:
       return;
@@ -67,10 +70,10 @@ void check_pulse(std::string_view key, Nanoseconds width, int place, const Board
                  Findings& findings) {
   const Nanoseconds least = board.rate.nanoseconds(board.min_dwell);
   if (width >= least) return;
-  findings.error(
-      place, "trigger_pulse",
-      fmt::format("{} of {}: the board's shortest is {}", key, base::duration_text(width), base::duration_text(least)),
-      setting(key, least));
+  findings.error(place, "trigger_pulse",
+                 fmt::format("{} of {}: the board's shortest is {}", key, base::duration_text(width),
+                             base::duration_text(least)),
+                 setting(key, least));
 }
 
 void check_projector(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
@@ -135,10 +138,11 @@ void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const 
       const Nanoseconds exposure = board.rate.nanoseconds(edge.tick - *began) + profile.exposure_offset;
       ended = edge.tick + board.rate.ticks(profile.exposure_offset);
       if (exposure < profile.min_exposure)
-        findings.error(place, "camera.min_exposure",
-                       fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(exposure),
-                                   profile.name, base::duration_text(profile.min_exposure)),
-                       setting("width", profile.min_exposure - profile.exposure_offset));
+        findings.error(
+            place, "camera.min_exposure",
+            fmt::format("exposure of {}: the shortest of '{}' is {}", base::duration_text(exposure),
+                        profile.name, base::duration_text(profile.min_exposure)),
+            setting("width", profile.min_exposure - profile.exposure_offset));
     }
   }
 }

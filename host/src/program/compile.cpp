@@ -7,9 +7,9 @@
 #include "program/durations.hpp"
 #include "program/emit.hpp"
 #include "program/lower.hpp"
+#include "program/timing.hpp"
 #include "symrig/board/lint.hpp"
 #include "symrig/program/timeline.hpp"
-#include "program/timing.hpp"
 
 #include <algorithm>
 #include <set>

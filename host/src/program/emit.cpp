@@ -134,11 +134,11 @@ class Emitter {
   void hold(Ticks ticks, int place) {
     if (ticks < board_.min_dwell) {
       broken_ = true;
-      findings_.error(
-          place, "min_dwell",
-          fmt::format("levels stand for {} between two edges, the board's shortest is {}",
-                      board::ticks_text(board_, ticks.count), board::ticks_text(board_, board_.min_dwell.count)),
-          setting("hold", board_.rate.nanoseconds(board_.min_dwell)));
+      findings_.error(place, "min_dwell",
+                      fmt::format("levels stand for {} between two edges, the board's shortest is {}",
+                                  board::ticks_text(board_, ticks.count),
+                                  board::ticks_text(board_, board_.min_dwell.count)),
+                      setting("hold", board_.rate.nanoseconds(board_.min_dwell)));
       return;
     }
     builder_.hold(ticks);

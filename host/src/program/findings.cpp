@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "program/findings.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 
 #include <algorithm>

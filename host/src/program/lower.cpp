@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program/lower.hpp"
 
+#include "program/timing.hpp"
 #include "symrig/program/bracket.hpp"
 #include "symrig/program/compile.hpp"
-#include "program/timing.hpp"
 
 #include <algorithm>
 #include <string>

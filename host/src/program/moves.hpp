@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/program/program_file.hpp"
 #include "symrig/board/ticks.hpp"
+#include "symrig/program/program_file.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/program/profile.hpp"
 #include "base/table_reader.hpp"
+#include "symrig/program/profile.hpp"
 
 namespace symrig::program {
 

@@ -86,8 +86,8 @@ void add_default_lines(RigSetup& rig) {
 
 /// `camera = "name"`, or a table with `profile` and the keys to override.
 template <class Profile, class Load, class ReadKeys>
-void read_device(base::TableReader& rig, std::string_view key, const char* standard, Profile& profile, int& place,
-                 Load load, ReadKeys read_keys) {
+void read_device(base::TableReader& rig, std::string_view key, const char* standard, Profile& profile,
+                 int& place, Load load, ReadKeys read_keys) {
   const base::TomlNode* node = rig.find(key);
   std::string which = standard;
   place = node == nullptr ? rig.line() : node->line;

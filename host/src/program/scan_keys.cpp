@@ -88,7 +88,8 @@ void read_bracket(base::TableReader& table, Scan& scan) {
     base::TableReader series(*node, "program.bracket", table.context());
     return read_series(series, scan);
   }
-  if (node->kind != base::TomlNode::Kind::array || node->children.empty() || node->children.size() > kMaxBracket)
+  if (node->kind != base::TomlNode::Kind::array || node->children.empty() ||
+      node->children.size() > kMaxBracket)
     return table.fail("bracket", "is no list of exposures",
                       R"(give ["1 ms", ...] or { shortest = "100 us", ratio = 4, count = 5 })");
   for (const base::TomlNode& item : node->children) {
@@ -98,7 +99,8 @@ void read_bracket(base::TableReader& table, Scan& scan) {
   }
 }
 
-void read_optional(base::TableReader& table, std::string_view key, std::optional<Nanoseconds>& value, int& place) {
+void read_optional(base::TableReader& table, std::string_view key, std::optional<Nanoseconds>& value,
+                   int& place) {
   Nanoseconds duration{0};
   place = table.line_of(key);
   if (table.read(key, duration)) value = duration;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/program/program_file.hpp"
 #include "base/table_reader.hpp"
+#include "symrig/program/program_file.hpp"
 
 namespace symrig::program {
 

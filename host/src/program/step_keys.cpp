@@ -41,7 +41,8 @@ std::string misspelt_kind(const base::TomlNode& node) {
   return {};
 }
 
-FileStep read_step(const base::TomlNode& node, const std::string& path, base::ReadContext& context, int depth) {
+FileStep read_step(const base::TomlNode& node, const std::string& path, base::ReadContext& context,
+                   int depth) {
   base::TableReader table(node, path, context);
   FileStep step;
   step.place = node.line;
@@ -98,8 +99,8 @@ FileStep read_step(const base::TomlNode& node, const std::string& path, base::Re
   return step;
 }
 
-std::vector<FileStep> read_list(const base::TomlNode& list, const std::string& path, base::ReadContext& context,
-                                int depth) {
+std::vector<FileStep> read_list(const base::TomlNode& list, const std::string& path,
+                                base::ReadContext& context, int depth) {
   std::vector<FileStep> steps;
   if (list.kind != base::TomlNode::Kind::array || list.children.empty()) {
     context.fail(list.line, fmt::format("{} is not a list of steps", path),
@@ -122,7 +123,8 @@ void read_loop(base::TableReader& table, FileStep& step, int depth) {
 
 }  // namespace
 
-std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path, base::ReadContext& context) {
+std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path,
+                                 base::ReadContext& context) {
   return read_list(list, path, context, 0);
 }
 

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/program/program_file.hpp"
 #include "base/table_reader.hpp"
+#include "symrig/program/program_file.hpp"
 
 namespace symrig::program {
 
 /// The list of steps of a program written by hand.
-std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path, base::ReadContext& context);
+std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path,
+                                 base::ReadContext& context);
 
 }  // namespace symrig::program

@@ -28,12 +28,11 @@ Nanoseconds longest_run(const RigProfile& profile, std::span<const Exposures> br
 
 /// One loop where all brackets are alike.
 Result<Program> compiled(const BoardInfo& board, const RigProfile& profile,
-                                 std::span<const Exposures> brackets) {
+                         std::span<const Exposures> brackets) {
   const bool alike = std::all_of(brackets.begin(), brackets.end(),
                                  [&](const Exposures& one) { return one == brackets.front(); });
   if (!alike) return compile_brackets(board, profile, brackets);
-  return compile_bracket(board, profile, brackets.front(),
-                                 static_cast<std::uint32_t>(brackets.size()));
+  return compile_bracket(board, profile, brackets.front(), static_cast<std::uint32_t>(brackets.size()));
 }
 
 /// The first frame of each photograph, and the end of the last one.
@@ -191,8 +190,7 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigProfile& profile,
   return brackets;
 }
 
-Result<Receipt> BracketTaker::run_board(const RigProfile& profile,
-                                                std::span<const Exposures> exposures) {
+Result<Receipt> BracketTaker::run_board(const RigProfile& profile, std::span<const Exposures> exposures) {
   Board& board = devices_->board();
   SYMRIG_TRY(const Program program, compiled(board.info(), profile, exposures));
   const Nanoseconds most = longest_run(profile, exposures);

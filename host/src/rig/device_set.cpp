@@ -15,8 +15,8 @@ constexpr Nanoseconds kBetweenLooks{500'000'000};
 
 /// The line's own settings, if there are any, or defaults.
 LineConfig& line_in(std::vector<LineConfig>& lines, const std::string& name) {
-  const auto found = std::find_if(lines.begin(), lines.end(),
-                                  [&name](const LineConfig& line) { return line.line == name; });
+  const auto found =
+      std::find_if(lines.begin(), lines.end(), [&name](const LineConfig& line) { return line.line == name; });
   if (found != lines.end()) return *found;
   LineConfig line;
   line.line = name;

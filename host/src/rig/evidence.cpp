@@ -64,8 +64,7 @@ Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine&
     evidence.widths.push_back(receipt.rate.nanoseconds(pulse.end - pulse.begin) + line.offset);
     begins.push_back({begins.size(), pulse.begin});
   }
-  SYMRIG_TRY(const auto pairs,
-             FrameLedger::pair(receipt.marks, begins, receipt.rate.ticks(line.tolerance)));
+  SYMRIG_TRY(const auto pairs, FrameLedger::pair(receipt.marks, begins, receipt.rate.ticks(line.tolerance)));
   evidence.pulse_of.resize(first.back());
   for (const LedgerEntry& entry : pairs.entries()) {
     if (entry.photograph + 1 >= first.size()) continue;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "rig/steady_clock.hpp"
-#include "symrig/camera/camera.hpp"
 #include "symrig/board/receipt.hpp"
+#include "symrig/camera/camera.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 
 #include <cstddef>

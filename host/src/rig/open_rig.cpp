@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/open_rig.hpp"
 
-#include "symrig/camera/v4l2_camera.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/camera/v4l2_camera.hpp"
 #include "symrig/projector/drm_projector.hpp"
 #include "symrig/projector/folder_projector.hpp"
 

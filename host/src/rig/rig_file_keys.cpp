@@ -12,10 +12,10 @@
 namespace symrig {
 namespace {
 
-using image::read_grid;
-using image::read_picture_size;
 using base::TableReader;
 using base::TomlNode;
+using image::read_grid;
+using image::read_picture_size;
 using image::two_sides;
 
 void read_whole(TableReader& table, std::string_view key, int& value, int least, int most) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "symrig/run/run.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "symrig/program/bracket.hpp"
 #include "symrig/program/symprog.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/session/board_json.hpp"
 #include "base/json_numbers.hpp"
-#include "symrig/run/run.hpp"
+#include "board/session/board_json.hpp"
 #include "symrig/program/symprog.hpp"
+#include "symrig/run/run.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -204,7 +204,8 @@ std::vector<CapturedEdge> read_edges(const Json& json, const RunClock& clock, st
   std::vector<CapturedEdge> edges;
   for (const Json& edge : json.at("edges"))
     edges.push_back({base::whole_number<int>(edge.at(0), "line of an edge", {0, static_cast<int>(lines) - 1}),
-                     base::whole_number<int>(edge.at(1), "level of an edge", {0, 1}) != 0, clock.tick(edge.at(2))});
+                     base::whole_number<int>(edge.at(1), "level of an edge", {0, 1}) != 0,
+                     clock.tick(edge.at(2))});
   const auto listed = base::whole_number_at<std::uint64_t>(json, "listed");
   if (listed != edges.size()) throw base::BadJson("'listed' is not the number of edges that are listed");
   base::whole_number_at<std::uint64_t>(json, "count", {listed, std::numeric_limits<std::uint64_t>::max()});

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/sim_rig.hpp"
 
+#include "symrig/board/board.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
-#include "symrig/board/board.hpp"
 
 #include <algorithm>
 #include <string>

@@ -6,10 +6,10 @@
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "sim/studio.hpp"
-#include "symrig/boards/sim_board.hpp"
-#include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>

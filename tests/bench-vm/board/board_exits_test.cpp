@@ -25,8 +25,7 @@ class BoardExits : public testing::Test {
     for (int k = 0; k < 10; ++k) builder.hold(4s);
     const auto program = builder.end();
     ASSERT_OK(program);
-    const std::vector<LineConfig> lines{{.line = "camera_trigger", .safe_level = true},
-                                                {.line = "aux0"}};
+    const std::vector<LineConfig> lines{{.line = "camera_trigger", .safe_level = true}, {.line = "aux0"}};
     ASSERT_OK(board->configure(lines));
     ASSERT_OK(board->upload(*program));
     ASSERT_OK(board->arm_autonomous());

@@ -143,8 +143,7 @@ TEST_F(BoardUsb, TakesAProgramThatFillsItsMemory) {
   ASSERT_OK(board);
   ProgramBuilder builder(board->info());
   const std::size_t records = board->info().program_bytes / 8 - 1;
-  for (std::size_t k = 0; k < records; ++k)
-    builder.hold(Ticks{board->info().min_dwell.count * 4 + k});
+  for (std::size_t k = 0; k < records; ++k) builder.hold(Ticks{board->info().min_dwell.count * 4 + k});
   const auto program = builder.end();
   ASSERT_OK(program);
   ASSERT_OK(board->configure({}));

@@ -31,8 +31,7 @@ Result<DeliveryTally> Developer::run() {
     if (const auto newest = stage_.newest(); newest.pattern) light_of(newest);
     if (const auto exposure = stage_.next_exposure(habits_.readout, next_look()))
       SYMRIG_CHECK(develop(*exposure));
-    for (const DeliveredFrame& frame : delivery_.take_due(base::steady_now()))
-      SYMRIG_CHECK(hand_over(frame));
+    for (const DeliveredFrame& frame : delivery_.take_due(base::steady_now())) SYMRIG_CHECK(hand_over(frame));
     SYMRIG_CHECK(move_cable());
   }
   tally_.faults += delivery_.dropped();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/screen_timeline.hpp"
 #include "base/fd.hpp"
+#include "bench-vm/scene/screen_timeline.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole conformance kit on the image that users flash, with the wire that each group of checks asks for.
-#include "emulated_pico.hpp"
 #include "symrig/conformance/conformance.hpp"
+
+#include "emulated_pico.hpp"
 
 #include <cstdio>
 #include <string>
@@ -10,7 +11,6 @@
 
 namespace symrig::test {
 namespace {
-
 
 /// All checks with a wire from aux0 to `input`. skipped: how many may be.
 void check_all(const char* input, std::size_t skipped) {

@@ -6,10 +6,10 @@
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/map_file.hpp"
-#include "symrig/program/program_file.hpp"
 #include "symrig/hdr/response_file.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/image/file.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/rig/rig_file.hpp"
 #include "symrig/tensor/file.hpp"
 

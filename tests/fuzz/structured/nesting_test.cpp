@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts that nest so deep that a parser, or the tree it makes, would use up the stack.
+#include "symrig/base/nesting.hpp"
+
 #include "scratch.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/base/nesting.hpp"
 #include "symrig/calibration/capture_file.hpp"
-#include "symrig/program/program_file.hpp"
 #include "symrig/hdr/response_file.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/rig/rig_file.hpp"
 
 #include <string>

@@ -6,9 +6,9 @@
 #include "run_once.hpp"
 #include "symrig/board/lint.hpp"
 #include "symrig/program/symprog.hpp"
-#include "symrig/run/waveform.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
+#include "symrig/run/waveform.hpp"
 #include "values.hpp"
 
 #include <algorithm>

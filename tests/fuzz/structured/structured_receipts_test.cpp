@@ -14,7 +14,6 @@
 namespace symrig::structured {
 namespace {
 
-
 void draw(const StoredRun& run) {
   std::vector<Waveform> drawn{waveform(run.plan, run.board, "plan")};
   drawn.push_back(drawn.front());

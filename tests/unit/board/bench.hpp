@@ -2,9 +2,9 @@
 #pragma once
 
 #include "assert_ok.hpp"
+#include "symrig/board/board.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
-#include "symrig/board/board.hpp"
 
 #include <memory>
 #include <utility>

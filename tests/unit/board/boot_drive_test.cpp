@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/boot_drive.hpp"
+
 #include "bench.hpp"
 #include "scratch.hpp"
-#include "symrig/board/boot_drive.hpp"
 
 #include <filesystem>
 #include <fstream>

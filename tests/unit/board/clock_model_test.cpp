@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "clock_world.hpp"
 #include "symrig/board/clock_model.hpp"
+
+#include "clock_world.hpp"
 
 #include <array>
 #include <functional>

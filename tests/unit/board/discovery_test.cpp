@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/discovery.hpp"
+
 #include "bench.hpp"
 #include "scratch.hpp"
-#include "symrig/board/discovery.hpp"
 
 #include <cstdlib>
 #include <filesystem>

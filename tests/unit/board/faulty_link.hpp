@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "unit/protocol/random_program.hpp"
 #include "symrig/board/link.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <memory>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/firmware_file.hpp"
+
 #include "board/firmware_files/sha256.hpp"
 #include "scratch.hpp"
-#include "symrig/board/firmware_file.hpp"
 #include "uf2_maker.hpp"
 
 #include <fstream>

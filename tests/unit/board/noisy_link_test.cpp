@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A capture over links that lose, repeat, damage and delay bytes gives the receipt of a clean one.
-#include "unit/protocol/random_program.hpp"
 #include "bench.hpp"
 #include "symrig/program/bracket.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <cstdlib>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/program.hpp"
+
 #include "bench.hpp"
 #include "symrig/board/lint.hpp"
-#include "symrig/board/program.hpp"
 
 #include <cstdint>
 #include <initializer_list>

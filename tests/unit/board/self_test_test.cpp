@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench.hpp"
 #include "symrig/board/self_test.hpp"
+
+#include "bench.hpp"
 
 #include <algorithm>
 #include <string>

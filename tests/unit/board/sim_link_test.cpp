@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
 
 #include <gtest/gtest.h>
 

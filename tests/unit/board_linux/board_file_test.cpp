@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "assert_ok.hpp"
 #include "board_file.hpp"
+
+#include "assert_ok.hpp"
 #include "identity.hpp"
 
 #include <gtest/gtest.h>

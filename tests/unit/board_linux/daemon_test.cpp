@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole daemon in process, on lines in memory, spoken to by the host library over a socket.
-#include "assert_ok.hpp"
 #include "daemon.hpp"
+
+#include "assert_ok.hpp"
 #include "fake_gpio.hpp"
 #include "socket_transport.hpp"
 #include "symrig/board/board.hpp"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "measure.hpp"
+
 #include "assert_ok.hpp"
 #include "fake_gpio.hpp"
-#include "measure.hpp"
 
 #include <filesystem>
 

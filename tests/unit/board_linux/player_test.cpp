@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The player's thread against lines in memory. Nothing here depends on how fast the machine is: what is late
 // is late.
+#include "player.hpp"
+
 #include "clock.hpp"
 #include "fake_gpio.hpp"
-#include "player.hpp"
 
 #include <chrono>
 #include <thread>

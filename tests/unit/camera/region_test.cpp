@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/camera/region.hpp"
+
 #include "assert_ok.hpp"
 #include "camera/frame_reader.hpp"
-#include "symrig/camera/region.hpp"
 
 #include <algorithm>
 #include <array>

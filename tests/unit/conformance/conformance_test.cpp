@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The board passes every check that needs no wire, and with a wire all of them; and for each check there is a
 // board, broken in one way, that fails it.
+#include "symrig/conformance/conformance.hpp"
+
 #include "broken_boards.hpp"
 #include "symrig/boards/sim_board.hpp"
-#include "symrig/conformance/conformance.hpp"
 #include "symrig/protocol/messages.hpp"
 
 #include <algorithm>

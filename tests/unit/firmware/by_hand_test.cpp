@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Levels by hand, and who must be there while they stand: the host-loss policy of benign, lamp and laser
 // lines.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <vector>

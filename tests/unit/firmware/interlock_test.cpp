@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Interlock inputs: nothing moves while one is open, and everything falls to its safe levels when one opens.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever breaks, outputs end at their safe levels. Each test breaks one layer on purpose.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <algorithm>
 #include <cstdint>

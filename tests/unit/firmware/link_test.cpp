@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rules of PROTOCOL.md, "Sequence", one by one, and then under noise.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Edges, marks and tallies of whole runs, to the tick, against loops written out by recursion and times added
 // up.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a board keeps over power-off: its configuration's safe levels and its name.
+#include "symrig/firmware/stored_config.hpp"
+
 #include "raw_host.hpp"
 #include "settings_in_memory.hpp"
-#include "symrig/firmware/stored_config.hpp"
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What keeps a board usable: watchdog, light, reboot, verify, what is told after a reset.
-#include "unit/protocol/random_program.hpp"
 #include "raw_host.hpp"
+#include "unit/protocol/random_program.hpp"
 
 #include <cstdint>
 #include <set>

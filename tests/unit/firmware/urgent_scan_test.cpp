@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "raw_host.hpp"
 #include "symrig/firmware/urgent_scan.hpp"
+
+#include "raw_host.hpp"
 
 #include <cstdint>
 #include <vector>

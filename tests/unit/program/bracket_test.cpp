@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "unit/board/bench.hpp"
 #include "symrig/program/bracket.hpp"
+
+#include "unit/board/bench.hpp"
 
 #include <string>
 #include <vector>

@@ -16,7 +16,8 @@ TEST(LongerBracket, raises_the_one_that_is_too_short) {
 
 // Five exposures of 30 us see no more than one.
 TEST(LongerBracket, keeps_its_ratios_where_several_are_too_short) {
-  EXPECT_EQ(program::longer_bracket({1us, 2us, 4us, 8us, 16us}, 30us), (Bracket{30us, 60us, 120us, 240us, 480us}));
+  EXPECT_EQ(program::longer_bracket({1us, 2us, 4us, 8us, 16us}, 30us),
+            (Bracket{30us, 60us, 120us, 240us, 480us}));
   EXPECT_EQ(program::longer_bracket({4us, 1us, 2us}, 30us), (Bracket{120us, 30us, 60us}));
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/board/board_file.hpp"
 #include "symrig/program/symprog.hpp"
+
+#include "symrig/board/board_file.hpp"
 #include "workshop.hpp"
 
 namespace symrig {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/run/compare.hpp"
 #include "symrig/program/timeline.hpp"
+
+#include "symrig/run/compare.hpp"
 #include "workshop.hpp"
 
 namespace symrig {

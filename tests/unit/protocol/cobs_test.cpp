@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_program.hpp"
 #include "symrig/protocol/cobs.hpp"
+
+#include "random_program.hpp"
 
 #include <algorithm>
 #include <cstdint>

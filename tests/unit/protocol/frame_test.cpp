@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_program.hpp"
 #include "symrig/protocol/frame.hpp"
+
+#include "random_program.hpp"
 
 #include <algorithm>
 #include <cstdint>

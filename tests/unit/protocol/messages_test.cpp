@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "random_program.hpp"
 #include "symrig/protocol/messages.hpp"
+
+#include "random_program.hpp"
 
 #include <cstdint>
 #include <vector>

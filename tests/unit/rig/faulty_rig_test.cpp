@@ -4,8 +4,8 @@
 #include "probe_laws.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>

@@ -4,8 +4,8 @@
 #include "rig/metering.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
 
 #include <algorithm>
 #include <cmath>

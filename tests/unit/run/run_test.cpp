@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs on a simulated rig: the real firmware in virtual time.
-#include "symrig/program/bracket.hpp"
 #include "symrig/run/run.hpp"
+
+#include "symrig/program/bracket.hpp"
 #include "symrig/sim/sim_rig.hpp"
 #include "unit/program/workshop.hpp"
 

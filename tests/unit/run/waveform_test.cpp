@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/run/waveform.hpp"
+
 #include "unit/program/workshop.hpp"
 
 #include <set>

@@ -4,8 +4,8 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/board/board_info.hpp"
-#include "symrig/program/profile.hpp"
 #include "symrig/board/program.hpp"
+#include "symrig/program/profile.hpp"
 
 #include <cstdint>
 #include <filesystem>

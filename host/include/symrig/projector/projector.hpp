@@ -21,7 +21,7 @@ enum class Pacing : std::uint8_t {
 /// A pattern on the screen.
 struct Shown {
   std::uint64_t refresh = 0;  ///< the display's own count of refreshes at which it appeared
-  SteadyTime since;   ///< when that refresh began to be scanned out
+  SteadyTime since;           ///< when that refresh began to be scanned out
   /// false: the display counts no refreshes. Then `refresh` counts shows, and `since` is when the picture was
   /// handed to the display.
   bool counted = true;

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/base/units.hpp"
-#include "symrig/camera/camera.hpp"
 #include "symrig/board/clock_time.hpp"
+#include "symrig/camera/camera.hpp"
 
 #include <array>
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace symrig {
 /// if it has none.
 struct SeenExposure {
   SteadyTime begin, end;  ///< the board's stamps on the host's clock
-  Nanoseconds bound{0};           ///< |begin - truth|, |end - truth| at most
+  Nanoseconds bound{0};   ///< |begin - truth|, |end - truth| at most
 };
 
 /// A frame as the camera tells of it.

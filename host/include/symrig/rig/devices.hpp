@@ -2,8 +2,8 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
-#include "symrig/camera/camera.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
 
 #include <functional>

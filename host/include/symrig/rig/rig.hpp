@@ -3,8 +3,8 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/units.hpp"
-#include "symrig/camera/camera.hpp"
 #include "symrig/board/board.hpp"
+#include "symrig/camera/camera.hpp"
 #include "symrig/program/bracket.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/camera_ledger.hpp"

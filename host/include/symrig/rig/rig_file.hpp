@@ -3,9 +3,9 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/board/device_uri.hpp"
-#include "symrig/program/program_file.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/grid.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/projector/placement.hpp"
 #include "symrig/rig/rig.hpp"
 

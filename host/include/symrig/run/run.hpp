@@ -3,10 +3,10 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/board/board.hpp"
-#include "symrig/run/compare.hpp"
 #include "symrig/program/compile.hpp"
-#include "symrig/run/frame_ledger.hpp"
 #include "symrig/program/timeline.hpp"
+#include "symrig/run/compare.hpp"
+#include "symrig/run/frame_ledger.hpp"
 
 #include <cstdint>
 #include <functional>

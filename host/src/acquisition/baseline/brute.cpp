@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "acquisition/baseline/responses.hpp"
 #include "acquisition/search/hierarchy.hpp"
 #include "acquisition/search/photographer.hpp"
-#include "acquisition/baseline/responses.hpp"
 
 #include <chrono>
 #include <string>

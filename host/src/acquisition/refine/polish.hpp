@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
 #include "acquisition/refine/polish_jacobian.hpp"
+#include "acquisition/search/context.hpp"
 
 #include <cstdint>
 #include <functional>

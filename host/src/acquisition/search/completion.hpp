@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
 #include "acquisition/errors/noise_check.hpp"
+#include "acquisition/search/context.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"

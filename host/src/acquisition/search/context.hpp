@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/known.hpp"
 #include "acquisition/refine/level_light.hpp"
+#include "acquisition/search/known.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/tensor/block_tree.hpp"

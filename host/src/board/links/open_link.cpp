@@ -3,9 +3,9 @@
 #include "board/links/sim_device.hpp"
 #include "board/links/socket.hpp"
 #include "board/links/stream_link.hpp"
+#include "board/links/usb_link.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/virtual_bench.hpp"
-#include "board/links/usb_link.hpp"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/ticks.hpp"
+#include "symrig/boards/sim_board.hpp"
 
 #include <algorithm>
 

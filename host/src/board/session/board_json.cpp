@@ -143,10 +143,13 @@ LineConfig line_from_json(const Json& json) {
   line.safe_level = json.at("safe_level").get<bool>();
   line.hazard = static_cast<Hazard>(base::whole_number_at<int>(json, "hazard", {0, 2}));
   line.capture = json.at("capture").get<bool>();
-  line.max_on = Nanoseconds(base::whole_number_at<std::int64_t>(json, "max_on_ns", {0, base::kLongestNanoseconds}));
-  line.min_off = Nanoseconds(base::whole_number_at<std::int64_t>(json, "min_off_ns", {0, base::kLongestNanoseconds}));
+  line.max_on =
+      Nanoseconds(base::whole_number_at<std::int64_t>(json, "max_on_ns", {0, base::kLongestNanoseconds}));
+  line.min_off =
+      Nanoseconds(base::whole_number_at<std::int64_t>(json, "min_off_ns", {0, base::kLongestNanoseconds}));
   line.max_duty = json.at("max_duty").get<double>();
-  if (!(line.max_duty > 0 && line.max_duty <= 1)) throw base::BadJson("'max_duty' is not a share from 0 to 1");
+  if (!(line.max_duty > 0 && line.max_duty <= 1))
+    throw base::BadJson("'max_duty' is not a share from 0 to 1");
   if (const Json trip = json.value("trip_level", Json()); !trip.is_null()) line.trip_level = trip.get<bool>();
   return line;
 }
@@ -167,7 +170,8 @@ namespace symrig {
 Result<BoardInfo> parse_board_file(std::string_view text) {
   try {
     board::Json json = board::parse_json(text);
-    if (json.contains("capabilities")) json.update(board::Json(json.at("capabilities")));  // a firmware's manifest
+    if (json.contains("capabilities"))
+      json.update(board::Json(json.at("capabilities")));  // a firmware's manifest
     const bool inside = json.contains("board") && json.at("board").is_object();
     return board::board_from_json(inside ? json.at("board") : json);
   } catch (const board::Json::exception& error) {

@@ -22,8 +22,9 @@ std::vector<Finding> lint(const Program& program, const BoardInfo& board, std::s
     return findings;
   }
   protocol::ProgramTiming timing;
-  protocol::check_program({{program.bytes().data(), program.bytes().size()}}, board::program_rules(board, *config),
-                          timing, [&](const protocol::Violation& violation) {
+  protocol::check_program({{program.bytes().data(), program.bytes().size()}},
+                          board::program_rules(board, *config), timing,
+                          [&](const protocol::Violation& violation) {
                             findings.push_back(board::explain(violation, board));
                             return true;
                           });

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "symrig/board/program.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/line_config.hpp"
@@ -86,7 +86,8 @@ ProgramBuilder& ProgramBuilder::hold(Nanoseconds duration) {
 ProgramBuilder& ProgramBuilder::hold(Ticks duration) {
   if (duration < board_.min_dwell) {
     fail(ErrorCode::bad_argument,
-         fmt::format("a hold of {} is shorter than the board's shortest", board::ticks_text(board_, duration.count)),
+         fmt::format("a hold of {} is shorter than the board's shortest",
+                     board::ticks_text(board_, duration.count)),
          "hold for at least " + board::ticks_text(board_, board_.min_dwell.count));
     return *this;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "symrig/board/self_test.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/jumper_test.hpp"
 #include "board/session/names.hpp"
 
@@ -80,8 +80,9 @@ Result<void> check_clock(Board& board, const SelfTestOptions& options, SelfTest&
   test.checks.push_back(
       {"clock", true,
        fmt::format("{} answers within {} to {} (median {}); known to +-{}, drift {:+.1f} to {:+.1f} ppm",
-                   trips.size(), base::duration_text(test.pings.shortest), base::duration_text(test.pings.longest),
-                   base::duration_text(test.pings.median), base::duration_text(test.clock_bound), 1e6 * test.drift.lowest,
+                   trips.size(), base::duration_text(test.pings.shortest),
+                   base::duration_text(test.pings.longest), base::duration_text(test.pings.median),
+                   base::duration_text(test.clock_bound), 1e6 * test.drift.lowest,
                    1e6 * test.drift.highest)});
   return {};
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/duration.hpp"
 #include "board/session/session.hpp"
 
+#include "base/duration.hpp"
 #include "board/session/line_setup.hpp"
 #include "board/session/names.hpp"
 #include "board/session/refusal.hpp"
@@ -52,7 +52,8 @@ Board::Session::Session(std::unique_ptr<Link> link, const BoardOptions& options)
 
 Result<symrig_wire_Reply> Board::Session::ask(const symrig_wire_Request& request, std::string_view name) {
   SYMRIG_TRY(auto reply, wire_.request(request));
-  if (protocol::raw(reply.code) != symrig_wire_Code_CODE_OK) return board::explain_refusal(reply, name, info_);
+  if (protocol::raw(reply.code) != symrig_wire_Code_CODE_OK)
+    return board::explain_refusal(reply, name, info_);
   return reply;
 }
 
@@ -220,7 +221,8 @@ Result<Receipt> Board::Session::wait(Nanoseconds timeout) {
   while (!log_.finished()) {
     const Nanoseconds left = deadline - wire_.now();
     if (left.count() <= 0)
-      return Error{ErrorCode::timeout, fmt::format("the run has not ended within {}", base::duration_text(timeout)),
+      return Error{ErrorCode::timeout,
+                   fmt::format("the run has not ended within {}", base::duration_text(timeout)),
                    "wait longer, or abort it"};
     SYMRIG_CHECK(stay_alive());
     if (log_.finished()) break;
@@ -232,7 +234,8 @@ Result<Receipt> Board::Session::wait(Nanoseconds timeout) {
 
 Result<void> Board::Session::abort() {
   SYMRIG_TRY(const auto reply, wire_.urgent(make_request(symrig_wire_Request_abort_tag)));
-  if (protocol::raw(reply.code) != symrig_wire_Code_CODE_OK) return board::explain_refusal(reply, "to abort", info_);
+  if (protocol::raw(reply.code) != symrig_wire_Code_CODE_OK)
+    return board::explain_refusal(reply, "to abort", info_);
   return {};
 }
 

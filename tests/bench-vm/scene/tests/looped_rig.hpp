@@ -7,8 +7,8 @@
 #include "sim/simulated_projector.hpp"
 #include "sim/studio.hpp"
 #include "symrig/base/random.hpp"
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <functional>
