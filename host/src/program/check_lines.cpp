@@ -88,10 +88,19 @@ class LineCheck {
   }
 
   void check_scan(const Scan& scan) {
-    need_projector(scan.place);
+    if (!scan.lines_as_wired) need_projector(scan.place);
+    if (scan.lines_as_wired) look_up_wired();
     need(RigRole::camera, true, scan.place);
     if (!scan.lamp.empty()) look_up(scan.lamp, true, scan.lamp_place);
     if (scan.start_marker) look_up(scan.start_marker->line, true, scan.start_marker->place);
+  }
+
+  /// The lines that a capture asks, as far as the rig has them.
+  void look_up_wired() {
+    const RigLine* projector = file_.rig.with_role(RigRole::projector);
+    const RigLine* vsync = file_.rig.with_role(RigRole::vsync);
+    if (projector != nullptr) look_up(projector->config.line, true, projector->place);
+    if (vsync != nullptr) look_up(vsync->config.line, false, vsync->place);
   }
 
   void check_steps(const std::vector<FileStep>& steps) {

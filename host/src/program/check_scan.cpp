@@ -286,7 +286,15 @@ class ScanCheck {
 }  // namespace
 
 void check_scan(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings) {
-  ScanCheck(rig, scan, board, findings).run();
+  if (!scan.bracket.empty()) ScanCheck(rig, scan, board, findings).run();
+  // A group with a bracket of its own is judged as a scan of this group alone.
+  for (const PatternGroup& group : scan.patterns) {
+    if (group.bracket.empty()) continue;
+    Scan alone = scan;
+    alone.patterns = {group};
+    alone.bracket = group.bracket;
+    ScanCheck(rig, alone, board, findings).run();
+  }
 }
 
 }  // namespace symrig::program

@@ -81,7 +81,8 @@ void fill_scan(const ProgramFile& file, CompiledProgram& compiled) {
   const std::uint64_t rounds = scan.order == ScanOrder::pattern_outer ? 1 : scan.bracket.size();
   compiled.is_scan = true;
   compiled.patterns = scan.pattern_count() * scan.repeat * rounds;
-  compiled.exposures = scan.pattern_count() * scan.repeat * scan.bracket.size();
+  for (const PatternGroup& group : scan.patterns)
+    compiled.exposures += group.count * scan.repeat * scan.bracket_of(group).size();
   if (file.rig.projector.sync != PatternSync::trigger) return;
   Nanoseconds longest{0};
   for (const PatternGroup& group : scan.patterns) longest = std::max(longest, timing.on_time(group));

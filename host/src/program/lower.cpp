@@ -6,6 +6,8 @@
 #include "symrig/program/compile.hpp"
 
 #include <algorithm>
+#include <numeric>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,11 +21,6 @@ Nanoseconds longest_delay(const RigSetup& rig) {
   return longest;
 }
 
-std::string line_of(const RigSetup& rig, RigRole role) {
-  const RigLine* line = rig.with_role(role);
-  return line == nullptr ? std::string() : line->config.line;
-}
-
 /// Moves that scans and programs written by hand share: the next pattern, an exposure.
 class RigMoves {
  public:
@@ -31,20 +28,21 @@ class RigMoves {
       : rig_(rig),
         moves_(moves),
         board_(board),
-        camera_(line_of(rig, RigRole::camera)),
-        projector_(line_of(rig, RigRole::projector)),
-        vsync_(line_of(rig, RigRole::vsync)),
+        camera_(rig.line_name(RigRole::camera)),
+        projector_(rig.line_name(RigRole::projector)),
+        vsync_(rig.line_name(RigRole::vsync)),
         drain_(longest_delay(rig)) {}
 
   /// Asks for the next pattern and waits until it is on the screen.
   void advance(Nanoseconds stretch, OnTimeout action, int place) {
     const ProjectorProfile& projector = rig_.projector;
-    const Ticks width = board_.rate.ticks(projector.advance_pulse + stretch);
-    moves_.pulse(projector_, width, place);
+    const Ticks width = projector_.empty() ? Ticks{0} : board_.rate.ticks(projector.advance_pulse + stretch);
+    if (!projector_.empty()) moves_.pulse(projector_, width, place);
     if (projector.sync == PatternSync::vsync) {
+      if (vsync_.empty()) return;
       moves_.hold_up(drain_, place);
       moves_.wait(vsync_, EdgeKind::rising, projector.vsync_timeout, action, place);
-    } else {
+    } else if (!projector_.empty()) {
       const Ticks shown = moves_.ticks_up(projector.trigger_delay);
       if (shown > width) moves_.hold(shown - width, place);
     }
@@ -55,7 +53,7 @@ class RigMoves {
     const CameraProfile& camera = rig_.camera;
     if (camera.mode == ExposureMode::trigger_width) {
       moves_.pulse(camera_, board_.rate.ticks(exposure - camera.exposure_offset), place);
-      moves_.hold(camera.exposure_offset, place);
+      outlast_pulse(place);
     } else {
       const Nanoseconds width = camera.trigger_pulse + stretch;
       moves_.pulse(camera_, board_.rate.ticks(width), place);
@@ -77,7 +75,7 @@ class RigMoves {
     if (whole > lead + pulse) moves_.hold(whole - lead - pulse, place);
     if (timed) return;
     moves_.set(camera_, false, place);
-    moves_.hold(camera.exposure_offset, place);
+    outlast_pulse(place);
   }
 
   /// Lines whose "off" is high begin there.
@@ -89,6 +87,11 @@ class RigMoves {
   }
 
  private:
+  /// A camera that exposes longer than its pulse; one that exposes shorter has ended already.
+  void outlast_pulse(int place) {
+    if (rig_.camera.exposure_offset.count() > 0) moves_.hold(rig_.camera.exposure_offset, place);
+  }
+
   const RigSetup& rig_;
   MoveList& moves_;
   const BoardInfo& board_;
@@ -128,16 +131,17 @@ class ScanMoves {
   }
 
   void write_sequence() {
-    Exposures all(scan_.bracket.size());
-    for (std::size_t j = 0; j < all.size(); ++j) all[j] = j;
     first_ = scan_.start_marker.has_value();
-    if (scan_.order == ScanOrder::pattern_outer) return write_patterns(all);
-    for (const std::size_t j : all) write_patterns({j});
+    if (scan_.order == ScanOrder::pattern_outer) return write_patterns({});
+    for (std::size_t j = 0; j < scan_.bracket.size(); ++j) write_patterns(j);
   }
 
-  /// All patterns, each with these exposures. The very first is written apart if it carries the marker.
-  void write_patterns(const Exposures& exposures) {
+  /// All patterns, each with this exposure or all of its own. The very first is written apart if it carries
+  /// the marker.
+  void write_patterns(std::optional<std::size_t> only) {
     for (const PatternGroup& group : scan_.patterns) {
+      Exposures exposures(only ? 1 : scan_.bracket_of(group).size(), only.value_or(0));
+      if (!only) std::iota(exposures.begin(), exposures.end(), std::size_t{0});
       std::uint64_t left = group.count;
       if (first_) {
         write_photograph(group, exposures);
@@ -162,7 +166,7 @@ class ScanMoves {
   }
 
   void write_frame(const PatternGroup& group, std::size_t j, bool ask, bool last) {
-    const Nanoseconds exposure = scan_.bracket[j];
+    const Nanoseconds exposure = scan_.bracket_of(group)[j];
     const int place = scan_.bracket_place;
     if (timing_.around(group)) {
       lamp(true);

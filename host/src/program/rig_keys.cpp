@@ -145,6 +145,17 @@ void read_rig(const base::TomlNode* node, const std::filesystem::path& folder, b
 
 namespace symrig {
 
+RigSetup default_rig_setup() {
+  RigSetup rig;
+  rig.camera.min_exposure = Nanoseconds{20'000};
+  rig.camera.readout = Nanoseconds{4'000'000};
+  rig.projector.refresh = Nanoseconds{16'666'667};
+  rig.projector.vsync_timeout = Nanoseconds{50'000'000};
+  rig.projector.settle = Nanoseconds{1'000'000};
+  program::add_default_lines(rig);
+  return rig;
+}
+
 std::string_view name(RigRole role) {
   for (const auto& [word, meaning] : program::kRoles)
     if (meaning == role) return word;

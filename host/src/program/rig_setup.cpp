@@ -18,19 +18,32 @@ const RigLine* RigSetup::find(std::string_view line) const {
   return found == lines.end() ? nullptr : &*found;
 }
 
+std::string RigSetup::line_name(RigRole role) const {
+  const RigLine* line = with_role(role);
+  return line == nullptr ? std::string() : line->config.line;
+}
+
+bool RigSetup::is_active_low(RigRole role) const {
+  const RigLine* line = with_role(role);
+  return line != nullptr && line->active_low;
+}
+
+RigSetup RigSetup::without(RigRole role) const {
+  RigSetup rig = *this;
+  for (RigLine& line : rig.lines)
+    if (line.role == role) line.role = RigRole::general;
+  return rig;
+}
+
 bool RigWiring::is_active_low(std::string_view line) const {
   return std::find(active_low.begin(), active_low.end(), line) != active_low.end();
 }
 
 RigWiring wiring_of(const RigSetup& rig) {
-  const auto line_of = [&rig](RigRole role) {
-    const RigLine* line = rig.with_role(role);
-    return line == nullptr ? std::string() : line->config.line;
-  };
-  RigWiring wiring{line_of(RigRole::projector),
-                   line_of(RigRole::vsync),
-                   line_of(RigRole::camera),
-                   line_of(RigRole::strobe),
+  RigWiring wiring{rig.line_name(RigRole::projector),
+                   rig.line_name(RigRole::vsync),
+                   rig.line_name(RigRole::camera),
+                   rig.line_name(RigRole::strobe),
                    {},
                    rig.projector.refresh};
   for (const RigLine& line : rig.lines)

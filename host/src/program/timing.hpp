@@ -4,6 +4,7 @@
 #include "symrig/program/program_file.hpp"
 
 #include <algorithm>
+#include <vector>
 
 namespace symrig::program {
 
@@ -41,11 +42,12 @@ class ScanTiming {
     return limit ? limit->time : Nanoseconds{0};
   }
   /// Steady light needed after a trigger: settle, all its exposures and the gaps between them.
-  Nanoseconds needed_light() const {
-    const auto exposures = static_cast<std::int64_t>(scan_.bracket.size());
+  Nanoseconds needed_light() const { return needed_light(scan_.bracket); }
+  Nanoseconds needed_light(const std::vector<Nanoseconds>& bracket) const {
+    const auto exposures = static_cast<std::int64_t>(bracket.size());
     Nanoseconds sum{0};
     Nanoseconds longest{0};
-    for (const Nanoseconds exposure : scan_.bracket) {
+    for (const Nanoseconds exposure : bracket) {
       sum += exposure;
       longest = std::max(longest, exposure);
     }
@@ -55,8 +57,9 @@ class ScanTiming {
   /// How long a triggered projector has to show a pattern of the group: the light needed and the black after
   /// it.
   Nanoseconds needed_on_time(const PatternGroup& group) const {
-    const Nanoseconds light =
-        around(group) ? Nanoseconds{0} : needed_light() + rig_.projector.black_insertion;
+    const Nanoseconds light = around(group)
+                                  ? Nanoseconds{0}
+                                  : needed_light(scan_.bracket_of(group)) + rig_.projector.black_insertion;
     return std::max(light, min_on_time(group));
   }
   Nanoseconds on_time(const PatternGroup& group) const {

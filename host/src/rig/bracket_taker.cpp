@@ -17,24 +17,6 @@ constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board
 constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
 constexpr int kLockTries = 8;                    // at least; as many as retakes where those are more
 
-Nanoseconds longest_run(const RigProfile& profile, std::span<const Exposures> brackets) {
-  Nanoseconds sum = kRunSlack;
-  for (const Exposures& bracket : brackets) {
-    sum += profile.settle + profile.vsync_timeout + profile.advance_pulse;
-    for (const Nanoseconds exposure : bracket) sum += exposure + profile.readout;
-  }
-  return sum;
-}
-
-/// One loop where all brackets are alike.
-Result<Program> compiled(const BoardInfo& board, const RigProfile& profile,
-                         std::span<const Exposures> brackets) {
-  const bool alike = std::all_of(brackets.begin(), brackets.end(),
-                                 [&](const Exposures& one) { return one == brackets.front(); });
-  if (!alike) return compile_brackets(board, profile, brackets);
-  return compile_bracket(board, profile, brackets.front(), static_cast<std::uint32_t>(brackets.size()));
-}
-
 /// The first frame of each photograph, and the end of the last one.
 std::vector<std::size_t> first_frames(std::span<const Exposures> brackets) {
   std::vector<std::size_t> first{0};
@@ -101,7 +83,7 @@ Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
   }
   Projector& projector = devices_->projector();
   SYMRIG_CHECK(devices_->of(Part::projector, projector.load(again.empty() ? patterns : again)));
-  SYMRIG_TRY(auto taken, run(paced_profile(), their));
+  SYMRIG_TRY(auto taken, run(paced_setup(), their));
   for (std::size_t i = 0; i < pending.size(); ++i) keep(brackets[pending[i]], std::move(taken[i]));
   return {};
 }
@@ -117,7 +99,7 @@ Result<void> BracketTaker::attempt_shown(std::span<const Pattern> patterns,
     SYMRIG_TRY(const bool shown, show(i));
     Brackets taken(1);
     if (shown) {
-      SYMRIG_TRY(taken, run(paced_profile(), {&exposures[i], 1}));
+      SYMRIG_TRY(taken, run(paced_setup(), {&exposures[i], 1}));
     }
     keep(brackets[i], std::move(taken.front()));
   }
@@ -140,24 +122,22 @@ Result<bool> BracketTaker::show(std::size_t index) {
 
 /// Exposures that no photograph is made of, until the ledger knows the camera's numbers.
 Result<void> BracketTaker::lock(Nanoseconds exposure) {
-  RigProfile profile = paced_profile();
-  profile.projector_line.clear();
-  profile.vsync_line.clear();
+  const RigSetup blind = options_.setup.without(RigRole::projector).without(RigRole::vsync);
   const std::vector<Exposures> guards(static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1)),
                                       Exposures{exposure});
   for (int tries = 0; ledger_.needs_guards(); ++tries) {
     if (tries == std::max(kLockTries, options_.retakes)) return give_up(tries);
-    SYMRIG_CHECK(run(profile, guards));
+    SYMRIG_CHECK(run(blind, guards));
   }
   return {};
 }
 
 /// One run of the board: what is certain of it.
-Result<BracketTaker::Brackets> BracketTaker::run(const RigProfile& profile,
+Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
                                                  std::span<const Exposures> exposures) {
   const std::vector<std::size_t> first = first_frames(exposures);
   SYMRIG_CHECK(drain());
-  SYMRIG_TRY(const Receipt receipt, run_board(profile, exposures));
+  SYMRIG_TRY(const Receipt receipt, run_board(setup, exposures));
   rig_seconds_ += seconds(receipt.duration());
   SYMRIG_TRY(const BoardEvidence evidence,
              devices_->of(Part::board, board_evidence(receipt, exposure_line(), first, devices_->clock())));
@@ -190,12 +170,12 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigProfile& profile,
   return brackets;
 }
 
-Result<Receipt> BracketTaker::run_board(const RigProfile& profile, std::span<const Exposures> exposures) {
+Result<Receipt> BracketTaker::run_board(const RigSetup& setup, std::span<const Exposures> exposures) {
   Board& board = devices_->board();
-  SYMRIG_TRY(const Program program, compiled(board.info(), profile, exposures));
-  const Nanoseconds most = longest_run(profile, exposures);
+  SYMRIG_TRY(const CompiledProgram compiled, compile_brackets(setup, board.info(), exposures, options_.gap));
+  const Nanoseconds most = compiled.longest + kRunSlack;
   const auto go = [&]() -> Result<Receipt> {
-    SYMRIG_CHECK(board.upload(program));  // nothing to do if the board still holds it
+    SYMRIG_CHECK(board.upload(compiled.program));  // nothing to do if the board still holds it
     SYMRIG_CHECK(devices_->clock().ask(board));
     SYMRIG_CHECK(board.arm());
     SYMRIG_CHECK(board.start());
@@ -285,20 +265,17 @@ Error BracketTaker::give_up(int tries) const {
 }
 
 ExposureLine BracketTaker::exposure_line() const {
-  const BoardInfo& info = devices_->board().info();
-  const RigProfile& profile = options_.profile;
-  if (options_.strobe_line.empty())
-    return {info.line(profile.camera_line), profile.camera_active_low, profile.exposure_offset,
-            options_.strobe_tolerance};
-  return {info.line(options_.strobe_line), options_.strobe_active_low, Nanoseconds{0},
-          options_.strobe_tolerance};
+  const RigSetup& setup = options_.setup;
+  const bool strobed = setup.with_role(RigRole::strobe) != nullptr;
+  const RigRole shows = strobed ? RigRole::strobe : RigRole::camera;
+  return {devices_->board().info().line(setup.line_name(shows)), setup.is_active_low(shows),
+          strobed ? Nanoseconds{0} : setup.camera.exposure_offset, options_.strobe_tolerance};
 }
 
 /// A host that shows the patterns itself asks nobody for the next one.
-RigProfile BracketTaker::paced_profile() const {
-  RigProfile profile = options_.profile;
-  if (devices_->projector().pacing() == Pacing::host) profile.projector_line.clear();
-  return profile;
+RigSetup BracketTaker::paced_setup() const {
+  if (devices_->projector().pacing() == Pacing::host) return options_.setup.without(RigRole::projector);
+  return options_.setup;
 }
 
 }  // namespace symrig

@@ -61,8 +61,8 @@ class BracketTaker {
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
-  Result<Brackets> run(const RigProfile& profile, std::span<const Exposures> exposures);
-  Result<Receipt> run_board(const RigProfile& profile, std::span<const Exposures> exposures);
+  Result<Brackets> run(const RigSetup& setup, std::span<const Exposures> exposures);
+  Result<Receipt> run_board(const RigSetup& setup, std::span<const Exposures> exposures);
   Result<Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
@@ -71,7 +71,7 @@ class BracketTaker {
   Result<void> recover(const Error& error);
   Error give_up(int tries) const;
   ExposureLine exposure_line() const;
-  RigProfile paced_profile() const;
+  RigSetup paced_setup() const;
 
   std::unique_ptr<DeviceSet> devices_;
   const RigOptions& options_;

@@ -24,14 +24,18 @@ LineConfig& line_in(std::vector<LineConfig>& lines, const std::string& name) {
   return lines.back();
 }
 
+/// What the file says about lines, and what a capture needs of those that it uses.
 std::vector<LineConfig> lines_of(const RigOptions& options) {
-  const RigProfile& profile = options.profile;
-  std::vector<LineConfig> lines = options.lines;
-  if (!profile.projector_line.empty())
-    line_in(lines, profile.projector_line).safe_level = profile.projector_active_low;
-  line_in(lines, profile.camera_line).safe_level = profile.camera_active_low;
-  const std::string& seen = options.strobe_line.empty() ? profile.camera_line : options.strobe_line;
-  line_in(lines, seen).capture = true;
+  const RigSetup& setup = options.setup;
+  std::vector<LineConfig> lines;
+  for (const RigLine& line : setup.lines)
+    if (line.place != 0) lines.push_back(line.config);
+  for (const RigRole role : {RigRole::projector, RigRole::camera})
+    if (const RigLine* line = setup.with_role(role))
+      line_in(lines, line->config.line).safe_level = line->active_low;
+  const RigLine* strobe = setup.with_role(RigRole::strobe);
+  const RigLine* seen = strobe == nullptr ? setup.with_role(RigRole::camera) : strobe;
+  if (seen != nullptr) line_in(lines, seen->config.line).capture = true;
   return lines;
 }
 

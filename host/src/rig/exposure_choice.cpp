@@ -17,12 +17,10 @@ constexpr double kShareOfBlack = 1.0 / 16;  // of the photographs' noise
 }  // namespace
 
 ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing) {
-  const RigProfile& profile = options.profile;
   ExposureRules rules;
-  rules.min_exposure = std::max(timing.min_exposure, profile.min_exposure);
+  rules.min_exposure = std::max(timing.min_exposure, options.setup.camera.min_exposure);
   rules.max_exposure = timing.max_exposure;
-  rules.whole_periods = profile.light_period;
-  if (profile.whole_refreshes) rules.whole_periods = profile.refresh_period;
+  rules.whole_periods = options.setup.projector.light_period;
   rules.each_frame = options.frame_cost;
   rules.headroom = options.headroom;
   return rules;

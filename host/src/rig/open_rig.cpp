@@ -63,7 +63,7 @@ Result<std::unique_ptr<Projector>> open_folder(const RigFile& file, Grid grid) {
   options.placement = placement_of(entry);
   options.grid = grid;
   options.codes = entry.codes;
-  options.refresh_period = file.options.profile.refresh_period;
+  options.refresh_period = file.options.setup.projector.refresh;
   if (!entry.push.empty()) options.push = push_by_command(entry.push);
   SYMRIG_TRY(auto projector, FolderProjector::open(std::move(options)));
   return std::unique_ptr<Projector>(std::move(projector));

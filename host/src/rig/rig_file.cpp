@@ -40,45 +40,15 @@ void read_board(TableReader& top, RigFile& file) {
   table.finish();
 }
 
-std::string line_name(const RigSetup& setup, RigRole role) {
-  const RigLine* line = setup.with_role(role);
-  return line == nullptr ? std::string() : line->config.line;
-}
-
-bool is_active_low(const RigSetup& setup, RigRole role) {
-  const RigLine* line = setup.with_role(role);
-  return line != nullptr && line->active_low;
-}
-
-/// What the compiler of brackets needs to know, from the devices' profiles.
-RigProfile profile_of(const RigFile& file) {
-  const CameraProfile& camera = file.setup.camera;
-  const ProjectorProfile& projector = file.setup.projector;
-  RigProfile profile;
-  profile.projector_line = line_name(file.setup, RigRole::projector);
-  profile.projector_active_low = is_active_low(file.setup, RigRole::projector);
-  profile.camera_line = line_name(file.setup, RigRole::camera);
-  profile.camera_active_low = is_active_low(file.setup, RigRole::camera);
-  const bool waits = projector.sync == PatternSync::vsync && file.projector.vsync;
-  profile.vsync_line = waits ? line_name(file.setup, RigRole::vsync) : std::string();
-  profile.advance_pulse = projector.advance_pulse;
-  if (projector.refresh.count() > 0) profile.refresh_period = projector.refresh;
-  profile.vsync_timeout = std::max(projector.vsync_timeout, profile.refresh_period);
-  profile.light_period = projector.light_period;
-  profile.settle = projector.settle;
-  if (projector.sync == PatternSync::trigger) profile.settle += projector.trigger_delay;
-  profile.readout = program::shortest_gap(camera) + 2 * file.options.ledger.tolerance + kClockMargin;
-  profile.min_exposure = camera.min_exposure;
-  profile.exposure_offset = camera.exposure_offset;
-  return profile;
-}
-
-/// Lines that the file says something about. Others keep the board's defaults.
-std::vector<LineConfig> lines_of(const RigSetup& setup) {
-  std::vector<LineConfig> lines;
-  for (const RigLine& line : setup.lines)
-    if (line.place != 0) lines.push_back(line.config);
-  return lines;
+/// What a capture may use of the file's lines and devices: only what is wired.
+RigSetup wired(const RigFile& file) {
+  RigSetup setup = file.setup;
+  if (!file.projector.vsync) setup = setup.without(RigRole::vsync);
+  if (!file.camera.strobe) setup = setup.without(RigRole::strobe);
+  ProjectorProfile& projector = setup.projector;
+  if (projector.refresh.count() == 0) projector.refresh = default_rig_setup().projector.refresh;
+  projector.vsync_timeout = std::max(projector.vsync_timeout, projector.refresh);
+  return setup;
 }
 
 /// A path beside the rig file.
@@ -136,11 +106,9 @@ void check_devices(const RigFile& file, ReadContext& context) {
 
 void settle_options(RigFile& file) {
   RigOptions& options = file.options;
-  options.profile = profile_of(file);
-  options.strobe_line = file.camera.strobe ? line_name(file.setup, RigRole::strobe) : std::string();
-  options.strobe_active_low = is_active_low(file.setup, RigRole::strobe);
+  options.setup = wired(file);
+  options.gap = program::shortest_gap(file.setup.camera) + 2 * options.ledger.tolerance + kClockMargin;
   options.ledger.readout = file.setup.camera.readout;
-  options.lines = lines_of(file.setup);
   options.name = file.identity();
 }
 

@@ -262,7 +262,7 @@ RigDevices SimulatedRig::devices() {
 
 Result<void> SimulatedRig::start() {
   const RigOptions options = rig_options();
-  projector_ = std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.profile.refresh_period);
+  projector_ = std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.setup.projector.refresh);
   if (hooks_.pacing == Pacing::host) projector_->be_shown_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
   darkroom_ = std::make_unique<Darkroom>(uri_, *scene_, *projector_, tick_seconds);

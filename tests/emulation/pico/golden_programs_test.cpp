@@ -170,14 +170,15 @@ Result<Program> waits(const BoardInfo& info) {
 
 /// Eight patterns with brackets of five: what a scan is.
 Result<Program> scan(const BoardInfo& info) {
-  RigProfile profile;
-  profile.refresh_period = 2ms;
-  profile.vsync_timeout = 20ms;
-  profile.advance_pulse = 50us;
-  profile.settle = 100us;
-  profile.readout = 150us;
-  const std::vector<Nanoseconds> exposures{20us, 80us, 320us, 640us, 1280us};
-  return compile_bracket(info, profile, exposures, 8);
+  RigSetup rig = default_rig_setup();
+  rig.projector.refresh = 2ms;
+  rig.projector.vsync_timeout = 20ms;
+  rig.projector.advance_pulse = 50us;
+  rig.projector.settle = 100us;
+  rig.camera.readout = 150us;
+  const std::vector<std::vector<Nanoseconds>> brackets(8, {20us, 80us, 320us, 640us, 1280us});
+  SYMRIG_TRY(const CompiledProgram compiled, compile_brackets(rig, info, brackets));
+  return compiled.program;
 }
 
 const std::vector<Golden>& goldens() {

@@ -20,6 +20,15 @@ Program lamp_for(const Board& board, Nanoseconds on) {
   return *builder.pulse("lamp_enable", on).hold(1ms).end();
 }
 
+/// So many photographs of one bracket, on the usual lines.
+Program bracket_program(const BoardInfo& info, const std::vector<Nanoseconds>& exposures,
+                        std::size_t photographs) {
+  const std::vector<std::vector<Nanoseconds>> brackets(photographs, exposures);
+  auto compiled = compile_brackets(default_rig_setup(), info, brackets);
+  EXPECT_TRUE(compiled.ok()) << (compiled.ok() ? "" : compiled.error().line());
+  return std::move(compiled).value().program;
+}
+
 TEST(Board, learns_who_is_at_the_other_end) {
   Bench bench;
   const Board board = bench.connect();
@@ -39,9 +48,7 @@ TEST(Board, a_capture_of_800_photographs_of_4_exposures) {
   const std::vector<LineConfig> lines{{.line = "camera_strobe", .capture = true}};
   ASSERT_OK(board.configure(lines));
   const std::vector<Nanoseconds> exposures{100us, 800us, 6400us, 51200us};
-  const auto program = compile_bracket(board.info(), {}, exposures, 800);
-  ASSERT_OK(program);
-  const auto receipt = board.run(*program, 3600s);
+  const auto receipt = board.run(bracket_program(board.info(), exposures, 800), 3600s);
   ASSERT_OK(receipt);
   EXPECT_TRUE(receipt->clean());
   EXPECT_EQ(receipt->marks.size(), 800U * 5U);
@@ -77,7 +84,7 @@ TEST(Board, the_same_run_gives_the_same_receipt) {
     Board board = bench.connect();
     EXPECT_TRUE(board.configure({}).ok());
     const std::vector<Nanoseconds> exposures{1ms, 2ms};
-    return *board.run(*compile_bracket(board.info(), {}, exposures, 20), 60s);
+    return *board.run(bracket_program(board.info(), exposures, 20), 60s);
   };
   const Receipt first = run();
   const Receipt second = run();
@@ -198,7 +205,7 @@ TEST(Board, marks_are_told_as_they_come) {
   std::vector<std::uint32_t> ids;
   board.on_mark([&](const StepMark& mark) { ids.push_back(mark.id); });
   const std::vector<Nanoseconds> exposures{1ms, 2ms};
-  ASSERT_OK(board.run(*compile_bracket(board.info(), {}, exposures, 2), 60s));
+  ASSERT_OK(board.run(bracket_program(board.info(), exposures, 2), 60s));
   const std::vector<std::uint32_t> expected{0, 1, 2, 0, 1, 2};
   EXPECT_EQ(ids, expected);
 }

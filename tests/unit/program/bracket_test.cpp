@@ -13,29 +13,36 @@ namespace {
 
 using namespace std::chrono_literals;
 
-std::string error_of(const RigProfile& profile, const std::vector<Nanoseconds>& exposures) {
-  const auto program = compile_bracket(test::default_info(), profile, exposures, 1);
+using Brackets = std::vector<std::vector<Nanoseconds>>;
+
+std::string error_of(const RigSetup& rig, const Brackets& brackets) {
+  const auto program = compile_brackets(rig, test::default_info(), brackets);
   return program.ok() ? "" : program.error().line();
 }
 
 TEST(Bracket, photographs_with_the_same_exposures_cost_no_more_records) {
-  const std::vector<Nanoseconds> exposures{100us, 800us};
-  const auto one = compile_bracket(test::default_info(), {}, exposures, 1);
-  const auto many = compile_bracket(test::default_info(), {}, exposures, 800);
-  ASSERT_OK(one);
+  const auto of = [](std::size_t photographs) {
+    return compile_brackets(default_rig_setup(), test::default_info(), Brackets(photographs, {100us, 800us}));
+  };
+  const auto two = of(2);
+  const auto many = of(800);
+  ASSERT_OK(two);
   ASSERT_OK(many);
-  EXPECT_EQ(one->records(), many->records());
-  EXPECT_NE(one->hash(), many->hash());
+  EXPECT_EQ(two->program.records(), many->program.records());
+  EXPECT_NE(two->program.hash(), many->program.hash());
+  EXPECT_EQ(many->patterns, 800U);
+  EXPECT_EQ(many->exposures, 1600U);
 }
 
 TEST(Bracket, exposures_are_those_asked_for_and_fall_on_the_right_pattern) {
   test::Bench bench;
   Board board = bench.connect();
   ASSERT_OK(board.configure({}));
-  const std::vector<std::vector<Nanoseconds>> brackets{{100us, 800us}, {6400us}, {200us, 20ms, 100us}};
-  const auto program = compile_brackets(board.info(), {}, brackets);
-  ASSERT_OK(program);
-  const auto receipt = board.run(*program, 10s);
+  const Brackets brackets{{100us, 800us}, {6400us}, {6400us}, {200us, 20ms, 100us}};
+  const auto compiled = compile_brackets(default_rig_setup(), board.info(), brackets);
+  ASSERT_OK(compiled);
+  EXPECT_EQ(compiled->exposures, 7U);
+  const auto receipt = board.run(compiled->program, 10s);
   ASSERT_OK(receipt);
   EXPECT_TRUE(receipt->clean());
   std::size_t frame = 0;
@@ -55,22 +62,20 @@ TEST(Bracket, exposures_are_those_asked_for_and_fall_on_the_right_pattern) {
 TEST(Bracket, lines_that_are_on_when_low_begin_and_end_high) {
   test::Bench bench;
   Board board = bench.connect();
-  RigProfile profile;
-  profile.projector_line.clear();
-  profile.vsync_line.clear();
-  profile.camera_active_low = true;
-  profile.exposure_offset = 5us;
-  ASSERT_OK(board.configure(
-      std::vector<LineConfig>{{.line = profile.camera_line, .safe_level = true, .capture = true}}));
+  RigSetup rig = default_rig_setup().without(RigRole::projector).without(RigRole::vsync);
+  for (RigLine& line : rig.lines) line.active_low = line.role == RigRole::camera;
+  rig.camera.exposure_offset = 5us;
+  const std::string camera = rig.line_name(RigRole::camera);
+  ASSERT_OK(board.configure(std::vector<LineConfig>{{.line = camera, .safe_level = true, .capture = true}}));
   const std::vector<Nanoseconds> exposures{100us, 800us};
-  const auto program = compile_bracket(board.info(), profile, exposures, 2);
-  ASSERT_OK(program);
-  const auto receipt = board.run(*program, 10s);
+  const auto compiled = compile_brackets(rig, board.info(), Brackets(2, exposures));
+  ASSERT_OK(compiled);
+  const auto receipt = board.run(compiled->program, 10s);
   ASSERT_OK(receipt);
   EXPECT_TRUE(receipt->clean());
   std::vector<CapturedEdge> edges;
   for (const CapturedEdge& edge : receipt->edges)
-    if (edge.line == board.info().line(profile.camera_line)) edges.push_back(edge);
+    if (edge.line == board.info().line(camera)) edges.push_back(edge);
   ASSERT_EQ(edges.size(), 8U);
   for (std::size_t k = 0; k < 8; k += 2) {
     EXPECT_FALSE(edges[k].level);
@@ -80,46 +85,47 @@ TEST(Bracket, lines_that_are_on_when_low_begin_and_end_high) {
   EXPECT_TRUE(edges.back().level);
 }
 
+// The linter of program files judges them: docs/lint-rules.md.
 TEST(Bracket, each_broken_rule_of_the_devices_is_named_with_the_nearest_legal_value) {
-  RigProfile profile;
-  EXPECT_EQ(error_of(profile, {10us}),
-            "exposure of 10 us: the camera's shortest is 20 us; the nearest legal value is 20 us");
-  profile.whole_refreshes = true;
-  profile.refresh_period = 16ms;
-  EXPECT_EQ(error_of(profile, {20ms}),
-            "exposure of 20 ms is not whole refresh periods of 16 ms; the nearest legal value is 16 ms");
-  EXPECT_EQ(error_of(profile, {25ms}),
-            "exposure of 25 ms is not whole refresh periods of 16 ms; the nearest legal value is 32 ms");
-  EXPECT_EQ(error_of(profile, {16ms, 32ms}), "");
-  profile = {};
-  profile.advance_pulse = 20ms;
-  EXPECT_NE(error_of(profile, {1ms}).find("advance_pulse"), std::string::npos);
-  profile = {};
-  profile.settle = 0ns;
-  EXPECT_NE(error_of(profile, {1ms}).find("settle"), std::string::npos);
-  profile = {};
-  profile.readout = 8ns;
-  EXPECT_NE(error_of(profile, {1ms}).find("readout"), std::string::npos);
-  profile = {};
-  profile.vsync_timeout = 1ms;
-  EXPECT_NE(error_of(profile, {1ms}).find("vsync_timeout"), std::string::npos);
-  profile = {};
-  profile.camera_line = "shutter";
-  EXPECT_NE(error_of(profile, {1ms}).find("no output 'shutter'"), std::string::npos);
-  EXPECT_NE(error_of({}, {}).find("no exposures"), std::string::npos);
+  RigSetup rig = default_rig_setup();
+  EXPECT_NE(error_of(rig, {{1ms}, {10us}}).find("exposure of 10 us: the shortest of"), std::string::npos);
+  EXPECT_NE(error_of(rig, {{10us}}).find("bracket = [\"20 us\"]"), std::string::npos)
+      << error_of(rig, {{10us}});
+  rig.projector.whole_refresh_from_bits = 1;
+  rig.projector.refresh = 16ms;
+  EXPECT_NE(error_of(rig, {{20ms}}).find("[\"16 ms\"]"), std::string::npos) << error_of(rig, {{20ms}});
+  EXPECT_NE(error_of(rig, {{25ms}}).find("[\"32 ms\"]"), std::string::npos) << error_of(rig, {{25ms}});
+  EXPECT_EQ(error_of(rig, {{16ms, 32ms}}), "");
+  rig = default_rig_setup();
+  rig.projector.advance_pulse = 8ns;
+  EXPECT_NE(error_of(rig, {{1ms}}).find("advance_pulse"), std::string::npos) << error_of(rig, {{1ms}});
+  rig = default_rig_setup();
+  rig.projector.vsync_timeout = 0ns;
+  EXPECT_NE(error_of(rig, {{1ms}}).find("time-out"), std::string::npos) << error_of(rig, {{1ms}});
+  for (RigLine& line : rig.lines)
+    if (line.role == RigRole::camera) line.config.line = "shutter";
+  EXPECT_NE(error_of(rig, {{1ms}}).find("no line 'shutter'"), std::string::npos) << error_of(rig, {{1ms}});
+  EXPECT_NE(error_of(default_rig_setup(), {{}}).find("no exposures"), std::string::npos);
+  EXPECT_NE(error_of(default_rig_setup(), {}).find("no photographs"), std::string::npos);
+}
+
+TEST(Bracket, a_gap_shorter_than_the_readout_is_refused) {
+  const auto program = compile_brackets(default_rig_setup(), test::default_info(), Brackets{{1ms}}, 1ms);
+  ASSERT_FALSE(program.ok());
+  EXPECT_NE(program.error().line().find("gap = \"4 ms\""), std::string::npos) << program.error().line();
 }
 
 TEST(Bracket, without_vsync_the_run_ends_with_a_time_out) {
   boards::SimBoard sim;  // nothing is wired to it
   Board board = test::Bench::connect(make_sim_link(sim));
   ASSERT_OK(board.configure({}));
-  const std::vector<Nanoseconds> exposures{1ms};
-  const auto program = compile_bracket(board.info(), {}, exposures, 1);
-  ASSERT_OK(program);
-  const auto receipt = board.run(*program, 10s);
+  const RigSetup rig = default_rig_setup();
+  const auto compiled = compile_brackets(rig, board.info(), Brackets{{1ms}});
+  ASSERT_OK(compiled);
+  const auto receipt = board.run(compiled->program, 10s);
   ASSERT_OK(receipt);
   EXPECT_EQ(receipt->end, RunEnd::wait_timeout);
-  EXPECT_EQ(receipt->duration(), RigProfile{}.advance_pulse + 40ns + RigProfile{}.vsync_timeout);
+  EXPECT_EQ(receipt->duration(), rig.projector.advance_pulse + 40ns + rig.projector.vsync_timeout);
 }
 
 }  // namespace

@@ -199,13 +199,12 @@ TEST(Records, photographs_that_are_alike_are_one_loop) {
   EXPECT_EQ(of(800).exposures, 3200U);
 }
 
-// The same program as compile_bracket() makes of a RigProfile with the same numbers.
-TEST(Records, agree_with_the_bracket_compiler) {
-  const std::vector<Nanoseconds> exposures{Nanoseconds{100'000}, Nanoseconds{1'600'000}};
-  RigProfile profile;
-  const auto other = compile_bracket(test::board(), profile, exposures, 8);
-  ASSERT_OK(other);
-  EXPECT_EQ(listing(*other),
+// A capture's photographs are a scan like any other.
+TEST(Records, of_brackets_are_those_of_a_scan) {
+  const std::vector<std::vector<Nanoseconds>> brackets(8, {Nanoseconds{100'000}, Nanoseconds{1'600'000}});
+  const auto captured = compile_brackets(default_rig_setup(), test::board(), brackets);
+  ASSERT_OK(captured);
+  EXPECT_EQ(listing(captured->program),
             records_of("symrig = 1\n[program]\npatterns = 8\nbracket = [\"100 us\", \"1.6 ms\"]\n"));
 }
 

@@ -116,8 +116,8 @@ TEST_P(FaultyRig, exposures_that_pixels_contradict_are_named) {
   ASSERT_NE(sound, nullptr);
   EXPECT_EQ(sound->rig().trouble().exposures, "");
   shop.options = [](RigOptions& options) {
-    options.strobe_line.clear();
-    options.profile.exposure_offset = Nanoseconds{-10'000};
+    options.setup = options.setup.without(RigRole::strobe);
+    options.setup.camera.exposure_offset = Nanoseconds{-10'000};
   };
   const auto wrong = shop.open(kNoisy);
   ASSERT_NE(wrong, nullptr);

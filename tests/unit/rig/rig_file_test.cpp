@@ -36,12 +36,12 @@ TEST(RigFile, the_shortest_one_has_sound_defaults) {
   const auto file = parse(kHead + "[camera]\n" + kSensor + "[projector]\n");
   ASSERT_TRUE(file.ok()) << file.error().line();
   EXPECT_EQ(file->name, "rig");
-  EXPECT_EQ(file->options.strobe_line, "camera_strobe");
-  EXPECT_EQ(file->options.profile.camera_line, "camera_trigger");
-  EXPECT_EQ(file->options.profile.vsync_line, "vsync");
+  EXPECT_EQ(file->options.setup.line_name(RigRole::strobe), "camera_strobe");
+  EXPECT_EQ(file->options.setup.line_name(RigRole::camera), "camera_trigger");
+  EXPECT_EQ(file->options.setup.line_name(RigRole::vsync), "vsync");
   EXPECT_EQ(file->options.ledger.guards, 4);
   EXPECT_EQ(file->camera.noise, NoiseModel::from_electrons({}));
-  EXPECT_GE(file->options.profile.readout, file->options.ledger.readout + 2 * file->options.ledger.tolerance)
+  EXPECT_GE(file->options.gap, file->options.ledger.readout + 2 * file->options.ledger.tolerance)
       << "stamps of two frames must not fit the same exposure";
 }
 
@@ -146,10 +146,10 @@ views = "2x2"
   EXPECT_EQ(file->camera.region, (Grid{96, 128}));
   EXPECT_EQ(file->camera.controls.size(), 3U);
   EXPECT_EQ(file->camera.controls[2].second, "0");
-  EXPECT_TRUE(file->options.profile.camera_active_low);
-  EXPECT_EQ(file->options.profile.readout, 5ms + 2 * 300us + 500us);
-  EXPECT_EQ(file->options.strobe_line, "");
-  EXPECT_EQ(file->options.profile.vsync_line, "");
+  EXPECT_TRUE(file->options.setup.is_active_low(RigRole::camera));
+  EXPECT_EQ(file->options.gap, 5ms + 2 * 300us + 500us);
+  EXPECT_EQ(file->options.setup.line_name(RigRole::strobe), "");
+  EXPECT_EQ(file->options.setup.line_name(RigRole::vsync), "");
   EXPECT_EQ(file->options.ledger.guards, 6);
   EXPECT_EQ(file->options.frame_patience, Nanoseconds(2s));
   EXPECT_TRUE(file->projector.mirror_rows && file->projector.mirror_cols);
@@ -157,8 +157,9 @@ views = "2x2"
   EXPECT_EQ(file->options.retakes, 9);
   EXPECT_EQ(file->options.device_patience, Nanoseconds(5s));
   EXPECT_EQ(file->options.views.rows, 2);
-  ASSERT_EQ(file->options.lines.size(), 1U);
-  EXPECT_EQ(file->options.lines[0].trip_level, true);
+  const RigLine* interlock = file->options.setup.with_role(RigRole::interlock);
+  ASSERT_NE(interlock, nullptr);
+  EXPECT_EQ(interlock->config.trip_level, true);
 }
 
 TEST(RigFile, a_map_lies_beside_the_file) {

@@ -54,7 +54,7 @@ class Wall {
 
   Result<std::unique_ptr<Rig>> open(const RigOptions& options = {}, Grid camera = {3, 4}) {
     auto projector =
-        std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.profile.refresh_period);
+        std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.setup.projector.refresh);
     const SimulatedProjector* screen = projector.get();
     SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_, 125'000'000};
     auto eye = std::make_unique<SimulatedCamera>(
@@ -110,7 +110,7 @@ TEST(Rig, sets_its_exposures_by_the_flood_lit_scene) {
 // refused, not photographed at whatever the wheel shows.
 TEST(Rig, exposes_whole_periods_of_the_light) {
   RigOptions options;
-  options.profile.light_period = 2ms;
+  options.setup.projector.light_period = 2ms;
   Wall wall(2e6);
   const auto rig = wall.open(options);
   ASSERT_TRUE(rig.ok()) << rig.error().line();
@@ -245,7 +245,8 @@ TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
 TEST(Rig, fails_when_a_line_is_not_there) {
   Wall wall(2e6);
   RigOptions options;
-  options.profile.camera_line = "shutter";
+  for (RigLine& line : options.setup.lines)
+    if (line.role == RigRole::camera) line.config.line = "shutter";
   const auto rig = wall.open(options);
   ASSERT_FALSE(rig.ok());
   EXPECT_EQ(rig.error().code, ErrorCode::unknown_name) << rig.error().line();

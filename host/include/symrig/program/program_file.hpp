@@ -42,7 +42,17 @@ struct RigSetup {
   /// The line of that role, the first if there are more; none: nullptr.
   const RigLine* with_role(RigRole role) const;
   const RigLine* find(std::string_view line) const;
+  /// The name of the line of that role; none: "".
+  std::string line_name(RigRole role) const;
+  /// Is the line of that role on when it is low?
+  bool is_active_low(RigRole role) const;
+  /// The same rig with the role taken from its lines: they have none.
+  RigSetup without(RigRole role) const;
 };
+
+/// The lines of a board that calls them as boards usually do, a projector of 60 Hz and a camera that reads
+/// out in 4 ms: what a rig is without a file.
+RigSetup default_rig_setup();
 
 /// Which lines go where: what a simulated rig has to know.
 struct RigWiring {
@@ -56,9 +66,10 @@ RigWiring wiring_of(const RigSetup& rig);
 
 /// Patterns that are alike.
 struct PatternGroup {
-  std::string name;
+  std::string name = {};
   std::uint64_t count = 1;
   int bits = 1;
+  std::vector<Nanoseconds> bracket = {};  ///< its own exposures; empty: the scan's
   int place = 0;
 };
 
@@ -93,6 +104,9 @@ struct Scan {
   std::string lamp;  ///< line that is on from each pattern to the end of its last exposure; empty: none
   std::optional<StartMarker> start_marker;
   std::optional<StartupPulses> startup;
+  /// Made by a capture, which knows what is wired: without a projector line no pattern is asked for, without
+  /// a vsync line nothing is waited for. A scan of a file needs both.
+  bool lines_as_wired = false;
   int place = 0;
   int bracket_place = 0;
   int settle_place = 0;
@@ -101,6 +115,10 @@ struct Scan {
   int lamp_place = 0;
 
   std::uint64_t pattern_count() const;
+  /// The exposures of each pattern of a group of this scan.
+  const std::vector<Nanoseconds>& bracket_of(const PatternGroup& group) const {
+    return group.bracket.empty() ? bracket : group.bracket;
+  }
 };
 
 /// A step of a program written by hand.

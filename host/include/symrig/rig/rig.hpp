@@ -5,7 +5,7 @@
 #include "symrig/base/units.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/camera/camera.hpp"
-#include "symrig/program/bracket.hpp"
+#include "symrig/program/program_file.hpp"
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 #include "symrig/rig/devices.hpp"
@@ -23,14 +23,13 @@ namespace symrig {
 
 /// How a Rig takes its photographs.
 struct RigOptions {
-  RigProfile profile;
-  /// High while the camera exposes; empty: it has none, and the trigger line itself tells the exposures.
-  std::string strobe_line = "camera_strobe";
-  bool strobe_active_low = false;
+  /// The lines that are wired, and the timing of projector and camera. Without a strobe line, the camera's
+  /// trigger line shows the exposures.
+  RigSetup setup = default_rig_setup();
+  /// From the end of an exposure to the next trigger; none: the shortest that the camera allows.
+  std::optional<Nanoseconds> gap;
   /// A strobe rises at most this long after its mark.
   Nanoseconds strobe_tolerance{1'000'000};
-  /// Further lines of the board, and how those above are to be used besides what the rig needs of them.
-  std::vector<LineConfig> lines;
   /// Frames a photograph, shortest first. 0: planned for each photograph by what is expected of it
   /// (Probe::measure_expected); those of which nothing is expected take four.
   int exposures = 4;

@@ -63,7 +63,7 @@ struct RigFile {
   ProjectorEntry projector;
   std::optional<Grid> grid;  ///< of patterns and photographs; none: what the camera's region has
   std::string map;           ///< where `symrig calibrate` keeps the pixel map, .exr or .pfm; empty: nowhere
-  RigOptions options;        ///< with the profile that `setup` stands for
+  RigOptions options;        ///< with what of `setup` is wired
 
   /// What photographs depend on, in one line: a capture is continued only on a rig with the same.
   std::string identity() const;
