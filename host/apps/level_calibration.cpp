@@ -8,7 +8,7 @@
 #include "rig.hpp"
 #include "symrig/hdr/projector_response.hpp"
 #include "symrig/projector/placement.hpp"
-#include "symrig/rig/rig_file.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 #include <algorithm>
 #include <array>
@@ -106,7 +106,7 @@ std::string told(const std::string& rig, const std::vector<FieldLight>& fields,
 
 Result<void> check_uncorrected(const std::string& rig) {
   if (is_simulated(rig)) return {};
-  SYMRIG_TRY(const RigFile file, read_rig_file(rig));
+  SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
   if (file.projector.levels.empty()) return {};
   return Error{ErrorCode::bad_argument,
                fmt::format("{}: its levels are corrected by {} already", rig, file.projector.levels),

@@ -67,7 +67,7 @@ Result<OpenedRig> open_rig(const std::string& rig) {
     return OpenedRig{std::move(simulated), inside, noise};
   }
   SYMRIG_CHECK(check_file(rig));
-  SYMRIG_TRY(RigFile file, read_rig_file(rig));
+  SYMRIG_TRY(RigDescription file, read_rig_file(rig));
   file.options.wanted = [] { return !interrupted(); };
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();

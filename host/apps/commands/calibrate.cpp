@@ -11,7 +11,7 @@
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/calibration_summary.hpp"
-#include "symrig/rig/rig_file.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 #include <array>
 #include <cmath>
@@ -149,7 +149,7 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
 Result<std::string> map_output(const CalibrateArguments& arguments) {
   if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
     return arguments.output;
-  SYMRIG_TRY(const RigFile file, read_rig_file(arguments.rig));
+  SYMRIG_TRY(const RigDescription file, read_rig_file(arguments.rig));
   return file.map;
 }
 

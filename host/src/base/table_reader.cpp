@@ -90,6 +90,14 @@ bool TableReader::read_count(std::string_view key, std::uint64_t& value, std::ui
   return true;
 }
 
+bool TableReader::read_whole(std::string_view key, int& value, int least, int most) {
+  auto count = static_cast<std::uint64_t>(value);
+  if (!read_count(key, count, static_cast<std::uint64_t>(least), static_cast<std::uint64_t>(most)))
+    return false;
+  value = static_cast<int>(count);
+  return true;
+}
+
 bool TableReader::read_share(std::string_view key, double& value) {
   const TomlNode* node = find(key);
   if (node == nullptr) return false;

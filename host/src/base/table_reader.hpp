@@ -46,6 +46,7 @@ class TableReader {
   bool read(std::string_view key, Nanoseconds& value);
   bool read(std::string_view key, std::vector<std::string>& value);
   bool read_count(std::string_view key, std::uint64_t& value, std::uint64_t least, std::uint64_t most);
+  bool read_whole(std::string_view key, int& value, int least, int most);
   bool read_share(std::string_view key, double& value);
   bool read_number(std::string_view key, double& value, double least, double most);
   template <class T>

@@ -1,74 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/video_system.hpp"
-#include "symrig/base/result.hpp"
-#include "symrig/image/grid.hpp"
+#include "base/table_reader.hpp"
+#include "symrig/camera/camera.hpp"
+#include "symrig/camera/camera_info.hpp"
 
-#include <cstddef>
-#include <cstdint>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace symrig::camera {
 
-/// VIDIOC_QUERYCAP, as text and as what matters here.
-struct DriverIdentity {
-  std::string name, driver, bus;
-  bool captures = false;     ///< hands out pictures through streaming buffers
-  bool multiplanar = false;  ///< by the multi-planar calls
+/// What a rig knows of its camera's sensor, whatever the driver.
+struct SensorFacts {
+  std::optional<NoiseModel> noise;  ///< of one sample of the sensor
+  int bits = 0;                     ///< significant bits of a sample; 0: all of the format
+  Image<std::uint8_t> defects;      ///< of the sensor's picture, 1 = never to be trusted; empty: none known
+  CameraTiming timing;
 };
 
-/// A picture format as a driver tells of it.
-struct DriverFormat {
-  std::uint32_t fourcc = 0;
-  Grid size;
-  std::size_t stride = 0;  ///< bytes a row
-  std::size_t bytes = 0;   ///< a picture
-  bool interlaced = false;
-  int planes = 1;
-};
-
-/// One open camera node: the V4L2 calls that are needed, in the words of this library. Calls that a signal
-/// interrupted are made again.
-class Driver {
+/// Which camera, and how it is set up: the keys of `[camera]` that a driver has for itself. Immutable.
+class CameraSource {
  public:
-  /// fails: device_lost (not there), device_refused (no permission, held by others, no V4L2 device).
-  static Result<Driver> open(VideoSystem& system, const std::string& path);
+  CameraSource() = default;
+  CameraSource(const CameraSource&) = delete;
+  CameraSource& operator=(const CameraSource&) = delete;
+  virtual ~CameraSource() = default;
 
-  /// The same, and it hands out pictures.  fails: also device_refused (it does not).
-  static Result<Driver> open_camera(VideoSystem& system, const std::string& path);
-
-  const std::string& path() const { return path_; }
-  const DriverIdentity& identity() const { return identity_; }
-  VideoNode& node() { return *node_; }
-  /// V4L2_BUF_TYPE_VIDEO_CAPTURE, or the multi-planar one.
-  std::uint32_t buffer_type() const;
-
-  /// errno of the call, 0 = done.
-  int call(unsigned long request, void* argument);
-  /// fails: device_lost (the node is gone), device_refused (any other reason): "PATH: DOING: REASON".
-  Result<void> ask(unsigned long request, void* argument, std::string_view doing);
-  /// The error that an errno of this node means.
-  Error error(int reason, std::string_view doing) const;
-
-  Result<DriverFormat> format();
-  /// Asks for a format and returns what the driver made of it, which may be something else.
-  Result<DriverFormat> set_format(std::uint32_t fourcc, Grid size);
-
- private:
-  Driver(std::string path, std::unique_ptr<VideoNode> node)
-      : path_(std::move(path)), node_(std::move(node)) {}
-  Result<void> identify();
-
-  std::string path_;
-  std::unique_ptr<VideoNode> node_;
-  DriverIdentity identity_;
+  /// Opens the camera; may be called again after it was lost.  fails: as the driver's camera.
+  virtual Result<std::unique_ptr<Camera>> open(const SensorFacts& sensor) const = 0;
+  /// Size of the sensor's picture where the file fixes it: defects have to be measured at the same.
+  virtual std::optional<Grid> picture() const = 0;
+  /// What photographs depend on, in one line. The photograph log compares it: never change an old one's text.
+  virtual std::string identity(const SensorFacts& sensor) const = 0;
 };
 
-/// The node is no longer there, or no longer the one that was opened.
-bool is_gone(int reason);
+/// A kind of camera: what `[camera] driver = "NAME"` of a rig file chooses.
+struct CameraDriver {
+  std::string_view name;
+  std::string_view about;  ///< one line
+  /// Takes its own keys. What is wrong goes to the reader's context.
+  std::unique_ptr<CameraSource> (*read)(base::TableReader& table);
+  /// The cameras of this kind that are there now.
+  std::vector<FoundCamera> (*find)();
+};
+
+/// All drivers; the first is the one of a file that names none.
+std::span<const CameraDriver> camera_drivers();
 
 }  // namespace symrig::camera

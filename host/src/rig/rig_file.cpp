@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/rig/rig_file.hpp"
-
 #include "program/rig_keys.hpp"
 #include "program/timing.hpp"
+#include "projector/driver.hpp"
 #include "rig/rig_file_keys.hpp"
+#include "rig/sensor_facts.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -25,7 +26,7 @@ constexpr std::uint64_t kMaxFile = 1U << 20U;
 /// never fit the same exposure.
 constexpr Nanoseconds kClockMargin{500'000};
 
-void read_board(TableReader& top, RigFile& file) {
+void read_board(TableReader& top, RigDescription& file) {
   top.require("board", "a [board] table");
   const base::TomlNode* node = top.find("board");
   if (node == nullptr) return;
@@ -41,7 +42,7 @@ void read_board(TableReader& top, RigFile& file) {
 }
 
 /// What a capture may use of the file's lines and devices: only what is wired.
-RigSetup wired(const RigFile& file) {
+RigSetup wired(const RigDescription& file) {
   RigSetup setup = file.setup;
   if (!file.projector.vsync) setup = setup.without(RigRole::vsync);
   if (!file.camera.strobe) setup = setup.without(RigRole::strobe);
@@ -52,7 +53,7 @@ RigSetup wired(const RigFile& file) {
 }
 
 /// A path beside the rig file.
-void read_map(TableReader& top, const std::filesystem::path& folder, RigFile& file) {
+void read_map(TableReader& top, const std::filesystem::path& folder, RigDescription& file) {
   std::string map;
   if (!top.read("map", map)) return;
   const std::filesystem::path path(map);
@@ -79,10 +80,11 @@ Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camer
                  fmt::format("{}: it was measured at {} bits, camera.bits is {}", path.string(),
                              sensor.noise.bits(), camera.bits),
                  "measure the sensor in the format that the rig uses"};
-  if (camera.size.valid() && !sensor.defects.empty() && sensor.defects.grid() != camera.size)
+  const std::optional<Grid> picture = camera.source->picture();
+  if (picture && !sensor.defects.empty() && sensor.defects.grid() != *picture)
     return Error{ErrorCode::bad_format,
                  fmt::format("{}: it was measured on pictures of {}, camera.size is {}", path.string(),
-                             to_string(sensor.defects.grid()), to_string(camera.size)),
+                             to_string(sensor.defects.grid()), to_string(*picture)),
                  "measure the sensor at the size that the rig uses"};
   camera.bits = sensor.noise.bits();
   camera.noise = sensor.noise;
@@ -90,13 +92,14 @@ Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camer
   return {};
 }
 
-void check_devices(const RigFile& file, ReadContext& context) {
+void check_devices(const RigDescription& file, ReadContext& context) {
   if (file.setup.camera.mode == ExposureMode::timed)
     context.fail(
         file.setup.camera_place,
         fmt::format("rig.camera: '{}' times its exposures itself", file.setup.camera.name),
         "capture needs a camera that exposes while its trigger is active: exposure = \"trigger-width\"");
-  if (!file.projector.folder.empty() && file.setup.with_role(RigRole::projector) == nullptr)
+  if (file.projector.source->pacing() == Pacing::trigger &&
+      file.setup.with_role(RigRole::projector) == nullptr)
     context.fail(file.setup.projector_place, "no line has the role \"projector\"",
                  "a projector with patterns of its own is triggered by the board: [rig.lines.NAME]");
   if (file.setup.with_role(RigRole::camera) == nullptr)
@@ -104,7 +107,7 @@ void check_devices(const RigFile& file, ReadContext& context) {
                  "the board triggers the camera: [rig.lines.NAME] role = \"camera\"");
 }
 
-void settle_options(RigFile& file) {
+void settle_options(RigDescription& file) {
   RigOptions& options = file.options;
   options.setup = wired(file);
   options.gap = program::shortest_gap(file.setup.camera) + 2 * options.ledger.tolerance + kClockMargin;
@@ -114,27 +117,19 @@ void settle_options(RigFile& file) {
 
 }  // namespace
 
-std::string RigFile::identity() const {
-  const CameraEntry& c = camera;
-  const ProjectorEntry& p = projector;
-  std::string text = fmt::format("{}: camera {} {} {}+{}+{} of {}, binning {}, {}", name, c.device, c.format,
-                                 to_string(c.region), c.row, c.col, to_string(c.size), c.binning,
-                                 c.noise ? c.noise->to_string() : "no noise model");
-  for (const auto& [control, value] : c.controls) text += fmt::format(", {} {}", control, value);
-  text += p.folder.empty() ? fmt::format("; projector {} {}, cell {}+{}+{}{}{}", p.connector, p.mode, p.cell,
-                                         p.top, p.left, p.mirror_rows ? ", rows mirrored" : "",
-                                         p.mirror_cols ? ", columns mirrored" : "")
-                           : fmt::format("; projector folder {}", p.folder);
-  if (!p.levels.empty()) text += fmt::format(", levels {}", p.levels);
+std::string RigDescription::identity() const {
+  std::string text = fmt::format("{}: {}; {}", name, camera.source->identity(sensor_facts(*this)),
+                                 projector.source->identity(projector.placement));
+  if (!projector.levels.empty()) text += fmt::format(", levels {}", projector.levels);
   if (options.exposures == 0) return text + "; exposures planned";
   return text + fmt::format("; {} exposures, ratio {}", options.exposures, options.ratio);
 }
 
-Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
-                               const std::filesystem::path& folder) {
+Result<RigDescription> parse_rig_file(std::string_view text, const std::string& name,
+                                      const std::filesystem::path& folder) {
   SYMRIG_TRY(const base::TomlNode document, base::parse_toml(text, name));
   ReadContext context{name};
-  RigFile file;
+  RigDescription file;
   file.path = name;
   file.name = std::filesystem::path(name).stem().string();
   TableReader top(document, "", context);
@@ -157,7 +152,7 @@ Result<RigFile> parse_rig_file(std::string_view text, const std::string& name,
   return file;
 }
 
-Result<RigFile> read_rig_file(const std::filesystem::path& path) {
+Result<RigDescription> read_rig_file(const std::filesystem::path& path) {
   SYMRIG_TRY(const auto bytes, read_file(path, kMaxFile));
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   return parse_rig_file(text, path.string(), path.parent_path());

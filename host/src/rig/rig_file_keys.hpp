@@ -2,13 +2,13 @@
 #pragma once
 
 #include "base/table_reader.hpp"
-#include "symrig/rig/rig_file.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 namespace symrig {
 
 /// `[camera]`, `[projector]` and `[capture]` of a rig file. What is wrong goes to the reader's context.
-void read_camera_entry(base::TableReader& top, RigFile& file);
-void read_projector_entry(base::TableReader& top, RigFile& file);
-void read_capture_entry(base::TableReader& top, RigFile& file);
+void read_camera_entry(base::TableReader& top, RigDescription& rig);
+void read_projector_entry(base::TableReader& top, RigDescription& rig);
+void read_capture_entry(base::TableReader& top, RigDescription& rig);
 
 }  // namespace symrig

@@ -8,7 +8,7 @@
 #include "symrig/hdr/response_file.hpp"
 #include "symrig/hdr/sensor.hpp"
 #include "symrig/program/program_file.hpp"
-#include "symrig/rig/rig_file.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A driver's numbers and stamps: what is made of them.
-#include "camera/sequence.hpp"
-#include "camera/stamps.hpp"
+#include "camera/v4l2/sequence.hpp"
+#include "camera/v4l2/stamps.hpp"
 
 #include <chrono>
 #include <random>

@@ -2,6 +2,7 @@
 // Frames on their way from a scripted driver to take(): nothing is lost without a name. Time is the script's,
 // but for patience, which is real and never measured.
 #include "assert_ok.hpp"
+#include "camera_laws.hpp"
 #include "fake_video.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
 
@@ -68,6 +69,16 @@ class Streaming : public testing::Test {
   Nanoseconds now = kStart;
   std::unique_ptr<V4l2Camera> host;  // last: it goes first
 };
+
+TEST_F(Streaming, a_v4l2_camera_keeps_the_laws) {
+  settings.noise = NoiseModel::from_electrons({});
+  settings.bits = NoiseModel::from_electrons({}).bits();
+  open();
+  ASSERT_NE(host, nullptr);
+  expect_camera_laws(*host, [this](std::size_t count) {
+    for (std::uint32_t k = 0; k < count; ++k) deliver(frame(k, 7));
+  });
+}
 
 TEST_F(Streaming, frames_come_in_order_with_pixels_stamps_and_numbers) {
   open();

@@ -2,6 +2,7 @@
 #include "assert_ok.hpp"
 #include "drm_bench.hpp"
 #include "projector/drm/find_displays.hpp"
+#include "projector_laws.hpp"
 
 namespace symrig::drm::test {
 namespace {
@@ -30,6 +31,12 @@ TEST_P(Ways, what_is_scanned_out_is_the_pattern) {
     ASSERT_OK(projector->show(k));
     ASSERT_EQ(card->scanned_out(), wanted(*projector, k)) << k;
   }
+}
+
+TEST_P(Ways, a_screen_keeps_the_laws_of_projectors) {
+  const auto projector = opened();
+  ASSERT_TRUE(projector);
+  expect_projector_laws(*projector);
 }
 
 TEST_P(Ways, a_refresh_is_told_by_its_number_and_its_beginning) {

@@ -3,6 +3,7 @@
 
 #include "assert_ok.hpp"
 #include "board/firmware_files/sha256.hpp"
+#include "projector_laws.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/image/file.hpp"
 
@@ -61,6 +62,10 @@ class Folder : public ::testing::Test {
   fs::path scratch;
   FolderProjectorOptions options;
 };
+
+TEST_F(Folder, keeps_the_laws_of_projectors) {
+  expect_projector_laws(*open());
+}
 
 TEST_F(Folder, pictures_are_the_screen_that_the_placement_says) {
   const auto projector = open();

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/rig/rig_file.hpp"
-
 #include "scratch.hpp"
 #include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/rig/rig_description.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -20,7 +19,7 @@ using namespace std::chrono_literals;
 const std::string kHead = "symrig = 1\n[board]\nuri = \"usb:\"\n";
 const std::string kSensor = "bits = 12\nfull_well = 20000\nread_noise = 6\npedestal = 64\n";
 
-Result<RigFile> parse(const std::string& text) {
+Result<RigDescription> parse(const std::string& text) {
   return parse_rig_file(text, "rig.toml", ".");
 }
 
@@ -109,6 +108,23 @@ TEST(RigFile, measured_levels_choose_the_codes) {
   EXPECT_EQ(parse_rig_file(text, "rig.toml", scratch / "elsewhere").error().code, ErrorCode::not_found);
 }
 
+TEST(RigFile, a_driver_may_be_named) {
+  const std::string folder = "folder = \"p\"\nscreen = \"1280x800\"\n";
+  const std::string lines = "[rig.lines.projector_trigger]\nrole = \"projector\"\n";
+  const auto identity_of = [&](const std::string& camera, const std::string& projector) {
+    const auto file = parse(kHead + "[camera]\n" + camera + kSensor + "[projector]\n" + projector + lines);
+    return file.ok() ? file->identity() : file.error().line();
+  };
+  EXPECT_EQ(identity_of("driver = \"v4l2\"\n", "driver = \"drm\"\n"), identity_of("", ""));
+  EXPECT_EQ(identity_of("", "driver = \"folder\"\n" + folder), identity_of("", folder));
+  expect_refused(kHead + "[camera]\ndriver = \"v4l\"\n" + kSensor + "[projector]\n", "5: camera.driver",
+                 "v4l2");
+  expect_refused(kHead + "[camera]\n" + kSensor + "[projector]\ndriver = \"folder\"\n", "9: projector",
+                 "folder");
+  expect_refused(kHead + "[camera]\n" + kSensor + "[projector]\ndriver = \"drm\"\n" + folder,
+                 "11: there is no key projector.folder", "connector");
+}
+
 TEST(RigFile, every_key_arrives) {
   const auto file = parse(kHead + R"([rig]
 camera = { profile = "generic-strobed", readout = "5 ms", active = "low" }
@@ -142,17 +158,19 @@ device_patience = "5 s"
 views = "2x2"
 )");
   ASSERT_TRUE(file.ok()) << file.error().line();
-  EXPECT_EQ(file->camera.size, (Grid{480, 640}));
-  EXPECT_EQ(file->camera.region, (Grid{96, 128}));
-  EXPECT_EQ(file->camera.controls.size(), 3U);
-  EXPECT_EQ(file->camera.controls[2].second, "0");
+  const std::string identity = file->identity();
+  EXPECT_TRUE(identity.starts_with("rig: camera cam Y12 96x128+2+4 of 480x640, binning 2, ")) << identity;
+  EXPECT_NE(identity.find(", gain 3, trigger_mode Edge, auto_exposure 0; projector DP-1 , cell 3+0+0, rows "
+                          "mirrored, columns mirrored; 3 exposures, ratio 8"),
+            std::string::npos)
+      << identity;
   EXPECT_TRUE(file->options.setup.is_active_low(RigRole::camera));
   EXPECT_EQ(file->options.gap, 5ms + 2 * 300us + 500us);
   EXPECT_EQ(file->options.setup.line_name(RigRole::strobe), "");
   EXPECT_EQ(file->options.setup.line_name(RigRole::vsync), "");
   EXPECT_EQ(file->options.ledger.guards, 6);
   EXPECT_EQ(file->options.frame_patience, Nanoseconds(2s));
-  EXPECT_TRUE(file->projector.mirror_rows && file->projector.mirror_cols);
+  EXPECT_TRUE(file->projector.placement.mirror_rows && file->projector.placement.mirror_cols);
   EXPECT_EQ(file->grid, (Grid{48, 64}));
   EXPECT_EQ(file->options.retakes, 9);
   EXPECT_EQ(file->options.device_patience, Nanoseconds(5s));

@@ -6,6 +6,9 @@
 #include "sim/simulated_projector.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
+#include "symrig/program/bracket.hpp"
+#include "unit/camera/camera_laws.hpp"
+#include "unit/projector/projector_laws.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -93,6 +96,37 @@ class Wall {
   double rate_;
   Image<std::uint8_t> dead_;
 };
+
+TEST(Laws, simulated_devices_keep_those_of_projectors_and_cameras) {
+  boards::SimBoard board;
+  boards::SimProjector raster(board);
+  boards::SimCamera shutter(board);
+  board.attach(raster);
+  board.attach(shutter);
+  SimulatedProjector projector(Grid{3, 4}, raster, 10ms);
+  expect_projector_laws(projector);
+
+  const NoiseModel noise = NoiseModel::from_electrons({});
+  SimulatedCamera camera({{3, 4}, 1, {}, noise, {}, 125'000'000}, shutter, [](auto exposures) {
+    std::vector<CameraFrame> frames;
+    for (const SimulatedExposure& exposure : exposures) {
+      frames.emplace_back();
+      frames.back().sequence = exposure.sequence;
+      frames.back().raw.assign(12, 100);
+    }
+    return frames;
+  });
+  auto host = Board::connect(make_sim_link(board));
+  ASSERT_TRUE(host.ok());
+  ASSERT_TRUE(host->configure({}).ok());
+  expect_camera_laws(camera, [&host](std::size_t count) {
+    const std::vector<Exposures> brackets(count, Exposures{1ms});
+    const RigSetup blind = default_rig_setup().without(RigRole::projector).without(RigRole::vsync);
+    const auto compiled = compile_brackets(blind, host->info(), brackets);
+    ASSERT_TRUE(compiled.ok()) << compiled.error().line();
+    EXPECT_TRUE(host->run(compiled->program, 10s).ok());
+  });
+}
 
 // The wall fills the well in 10 ms: 19,960 e⁻ / 1.25 / 2e6 e⁻/s = 8 ms, known to 4 % from a frame that fills
 // at least a sixth of the range (trial exposures are six times apart).

@@ -35,7 +35,7 @@ class LoopedRig {
     options.scale = studio_.scale();
     options.ledger.guards = 0;  // as in the virtual rig, whose camera has no past
     auto projector =
-        std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.profile.refresh_period);
+        std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
     const sim::SimulatedProjector* screen = projector.get();
     sim::SimulatedCameraSpec spec{uri_.size, 1, {}, studio_.noise(), {}, board_.config().tick_hz};
     auto camera = std::make_unique<sim::SimulatedCamera>(

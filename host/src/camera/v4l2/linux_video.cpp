@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/video_system.hpp"
+#include "camera/v4l2/video_system.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/v4l2_camera.hpp"
 
-#include "camera/controls.hpp"
-#include "camera/driver.hpp"
-#include "camera/negotiate.hpp"
-#include "camera/stream.hpp"
+#include "camera/v4l2/controls.hpp"
+#include "camera/v4l2/negotiate.hpp"
+#include "camera/v4l2/open_node.hpp"
+#include "camera/v4l2/stream.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -13,7 +13,7 @@
 
 namespace symrig {
 
-using camera::Driver;
+using camera::OpenNode;
 using camera::PictureLayout;
 using camera::Stream;
 using camera::VideoSystem;
@@ -23,7 +23,7 @@ struct V4l2Camera::Inside {
   Inside(CameraSettings wanted, VideoSystem& on) : settings(std::move(wanted)), system(&on) {}
 
   Result<void> start(const std::string& path);
-  Result<Driver> prepare(const std::string& path, PictureLayout& picture);
+  Result<OpenNode> prepare(const std::string& path, PictureLayout& picture);
   Result<void> check(const PictureLayout& picture) const;
   NoiseModel sample_noise(int bits) const;
   /// Closes the node: only then does the kernel give its number to the camera that comes back.
@@ -82,8 +82,8 @@ void V4l2Camera::Inside::remark(const std::string& line) {
   if (std::find(notes.begin(), notes.end(), line) == notes.end()) notes.push_back(line);
 }
 
-Result<Driver> V4l2Camera::Inside::prepare(const std::string& path, PictureLayout& picture) {
-  SYMRIG_TRY(auto driver, Driver::open_camera(*system, path));
+Result<OpenNode> V4l2Camera::Inside::prepare(const std::string& path, PictureLayout& picture) {
+  SYMRIG_TRY(auto driver, OpenNode::open_camera(*system, path));
   SYMRIG_TRY(picture, camera::negotiate(driver, settings));
   SYMRIG_CHECK(check(picture));
   for (const ControlSetting& setting : settings.controls) {
@@ -204,7 +204,7 @@ std::string V4l2Camera::describe() const {
 
 Result<void> V4l2Camera::set_control(std::string_view name, std::string_view value) {
   if (!inside_->stream) return inside_->lost_error();
-  Driver& driver = inside_->stream->driver();
+  OpenNode& driver = inside_->stream->driver();
   SYMRIG_TRY(const ControlInfo control, camera::find_control(driver, name));
   SYMRIG_TRY(const std::int64_t number, camera::control_value(control, value));
   return camera::set_control(driver, control, number);
@@ -212,7 +212,7 @@ Result<void> V4l2Camera::set_control(std::string_view name, std::string_view val
 
 Result<std::int64_t> V4l2Camera::control(std::string_view name) {
   if (!inside_->stream) return inside_->lost_error();
-  Driver& driver = inside_->stream->driver();
+  OpenNode& driver = inside_->stream->driver();
   SYMRIG_TRY(const ControlInfo control, camera::find_control(driver, name));
   return camera::get_control(driver, control);
 }

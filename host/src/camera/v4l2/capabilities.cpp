@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/offers.hpp"
+#include "camera/v4l2/capabilities.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -43,7 +43,7 @@ double rate(const v4l2_fract& interval) {
 }
 
 /// Adds the rates of the smallest size.  fails: device_lost.
-Result<void> read_rates(Driver& driver, std::uint32_t fourcc, SizeOffer& size) {
+Result<void> read_rates(OpenNode& driver, std::uint32_t fourcc, SizeOffer& size) {
   for (std::uint32_t index = 0; index < kMostAnswers; ++index) {
     v4l2_frmivalenum answer{};
     answer.index = index;
@@ -72,7 +72,7 @@ SizeOffer to_offer(const v4l2_frmsizeenum& answer) {
           grid(range.step_height, range.step_width)};
 }
 
-Result<std::vector<SizeOffer>> read_sizes(Driver& driver, std::uint32_t fourcc) {
+Result<std::vector<SizeOffer>> read_sizes(OpenNode& driver, std::uint32_t fourcc) {
   std::vector<SizeOffer> sizes;
   for (std::uint32_t index = 0; index < kMostAnswers; ++index) {
     v4l2_frmsizeenum answer{};
@@ -96,7 +96,7 @@ std::string description_of(const v4l2_fmtdesc& answer) {
 
 }  // namespace
 
-Result<std::vector<FormatOffer>> read_offers(Driver& driver) {
+Result<std::vector<FormatOffer>> read_capabilities(OpenNode& driver) {
   std::vector<FormatOffer> offers;
   for (std::uint32_t index = 0; index < kMostAnswers; ++index) {
     v4l2_fmtdesc answer{};
@@ -118,7 +118,7 @@ std::string size_text(const SizeOffer& size) {
   return fmt::format("{} to {}", to_string(size.least), to_string(size.most));
 }
 
-std::string offers_text(const std::vector<FormatOffer>& offers) {
+std::string capabilities_text(const std::vector<FormatOffer>& offers) {
   std::string text;
   for (const FormatOffer& offer : offers) {
     if (offer.format == nullptr) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/stamps.hpp"
+#include "camera/v4l2/stamps.hpp"
 
 #include <utility>
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/driver.hpp"
-#include "camera/stamps.hpp"
+#include "camera/v4l2/open_node.hpp"
+#include "camera/v4l2/stamps.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -26,7 +26,7 @@ class BufferRing {
  public:
   /// count: as many as wanted; the driver may give more or fewer. least: bytes that a buffer must hold.
   /// fails: device_lost, device_refused (held by another program, no memory, fewer than 2, too small ones).
-  static Result<BufferRing> make(Driver& driver, int count, std::size_t least);
+  static Result<BufferRing> make(OpenNode& driver, int count, std::size_t least);
   BufferRing(BufferRing&& other) noexcept;
   BufferRing& operator=(BufferRing&&) = delete;
   ~BufferRing();
@@ -40,11 +40,11 @@ class BufferRing {
   int give_back(std::uint32_t index);
 
  private:
-  explicit BufferRing(Driver& driver) : driver_(&driver) {}
+  explicit BufferRing(OpenNode& driver) : driver_(&driver) {}
   Result<void> map(std::uint32_t count, std::size_t least);
   void stop();
 
-  Driver* driver_;
+  OpenNode* driver_;
   std::vector<std::span<const std::byte>> memory_;
   bool streaming_ = false;
 };

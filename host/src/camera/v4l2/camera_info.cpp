@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/camera_info.hpp"
 
-#include "camera/controls.hpp"
-#include "camera/driver.hpp"
-#include "camera/offers.hpp"
+#include "camera/v4l2/capabilities.hpp"
+#include "camera/v4l2/controls.hpp"
+#include "camera/v4l2/open_node.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
@@ -13,10 +13,10 @@
 namespace symrig {
 namespace {
 
-using camera::Driver;
+using camera::OpenNode;
 using camera::VideoSystem;
 
-FoundCamera found_from(VideoSystem& system, const Driver& driver) {
+FoundCamera found_from(VideoSystem& system, const OpenNode& driver) {
   const auto& identity = driver.identity();
   return {driver.path(), identity.name, identity.driver, identity.bus, system.serial(driver.path()), {}};
 }
@@ -64,17 +64,13 @@ Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std:
 std::vector<FoundCamera> find_cameras(VideoSystem& system) {
   std::vector<FoundCamera> found;
   for (const std::string& path : system.paths()) {
-    auto driver = Driver::open(system, path);
+    auto driver = OpenNode::open(system, path);
     if (!driver)
       found.push_back({path, {}, {}, {}, system.serial(path), driver.error()});
     else if (driver->identity().captures)
       found.push_back(found_from(system, *driver));
   }
   return found;
-}
-
-std::vector<FoundCamera> find_cameras() {
-  return find_cameras(camera::linux_video());
 }
 
 Result<std::string> choose_camera(VideoSystem& system, std::string_view wanted) {
@@ -88,9 +84,9 @@ Result<std::string> choose_camera(VideoSystem& system, std::string_view wanted) 
 
 Result<CameraInfo> look_at_camera(VideoSystem& system, std::string_view wanted) {
   SYMRIG_TRY(const std::string path, choose_camera(system, wanted));
-  SYMRIG_TRY(auto driver, Driver::open_camera(system, path));
+  SYMRIG_TRY(auto driver, OpenNode::open_camera(system, path));
   CameraInfo info{found_from(system, driver), {}, {}};
-  SYMRIG_TRY(info.formats, camera::read_offers(driver));
+  SYMRIG_TRY(info.formats, camera::read_capabilities(driver));
   SYMRIG_TRY(info.controls, camera::read_controls(driver));
   return info;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/driver.hpp"
+#include "camera/v4l2/open_node.hpp"
 #include "symrig/camera/camera_info.hpp"
 
 #include <string>
@@ -10,10 +10,10 @@
 namespace symrig::camera {
 
 /// All formats with their sizes and rates, in the driver's order.  fails: device_lost.
-Result<std::vector<FormatOffer>> read_offers(Driver& driver);
+Result<std::vector<FormatOffer>> read_capabilities(OpenNode& driver);
 
 /// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": what can be read here, for error lines.
-std::string offers_text(const std::vector<FormatOffer>& offers);
+std::string capabilities_text(const std::vector<FormatOffer>& offers);
 
 /// "640x480" or "16x16 to 1024x4096".
 std::string size_text(const SizeOffer& size);

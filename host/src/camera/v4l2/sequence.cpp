@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/sequence.hpp"
+#include "camera/v4l2/sequence.hpp"
 
 namespace symrig::camera {
 

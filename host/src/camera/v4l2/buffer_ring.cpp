@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/buffer_ring.hpp"
+#include "camera/v4l2/buffer_ring.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -13,7 +13,7 @@ namespace {
 
 /// A buffer's description for a call: single- and multi-planar alike, one plane.
 struct Description {
-  Description(const Driver& driver, std::uint32_t index) : multiplanar(driver.identity().multiplanar) {
+  Description(const OpenNode& driver, std::uint32_t index) : multiplanar(driver.identity().multiplanar) {
     buffer.index = index;
     buffer.type = driver.buffer_type();
     buffer.memory = V4L2_MEMORY_MMAP;
@@ -65,7 +65,7 @@ BufferRing::~BufferRing() {
   driver_->call(VIDIOC_REQBUFS, &none);  // a node that is gone has freed them already
 }
 
-Result<BufferRing> BufferRing::make(Driver& driver, int count, std::size_t least) {
+Result<BufferRing> BufferRing::make(OpenNode& driver, int count, std::size_t least) {
   v4l2_requestbuffers request{};
   request.count = static_cast<std::uint32_t>(count);
   request.type = driver.buffer_type();

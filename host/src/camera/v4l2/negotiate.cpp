@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/negotiate.hpp"
+#include "camera/v4l2/negotiate.hpp"
 
-#include "camera/offers.hpp"
+#include "camera/v4l2/capabilities.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
@@ -15,9 +15,9 @@ namespace {
 
 using Offers = std::vector<FormatOffer>;
 
-Error refused(const Driver& driver, const std::string& what, const Offers& offers) {
+Error refused(const OpenNode& driver, const std::string& what, const Offers& offers) {
   return {ErrorCode::device_refused, fmt::format("camera {}: {}", driver.path(), what),
-          "it offers " + offers_text(offers)};
+          "it offers " + capabilities_text(offers)};
 }
 
 Error no_format(std::string_view name) {
@@ -33,7 +33,8 @@ bool offered(const Offers& offers, const PixelFormat& format) {
 }
 
 /// The one that the settings name, or the first of ours, which stand in order of preference, that is linear.
-Result<const PixelFormat*> choose_format(const Driver& driver, std::string_view name, const Offers& offers) {
+Result<const PixelFormat*> choose_format(const OpenNode& driver, std::string_view name,
+                                         const Offers& offers) {
   if (!name.empty()) {
     const PixelFormat* const format = find_pixel_format(name);
     if (format == nullptr) return no_format(name);
@@ -65,7 +66,7 @@ std::string as_asked(const PixelFormat& format, Grid size) {
 }
 
 /// The driver's answer is what was asked for, and can be.
-Result<PictureLayout> accept(const Driver& driver, const PixelFormat& format, Grid size, DriverFormat got,
+Result<PictureLayout> accept(const OpenNode& driver, const PixelFormat& format, Grid size, DriverFormat got,
                              const Offers& offers) {
   if (got.fourcc != format.fourcc || got.size != size)
     return refused(driver,
@@ -98,7 +99,7 @@ double rate_of(const v4l2_streamparm& parameters) {
   return interval.numerator == 0 ? 0 : static_cast<double>(interval.denominator) / interval.numerator;
 }
 
-Result<void> set_rate(Driver& driver, double rate, const Offers& offers) {
+Result<void> set_rate(OpenNode& driver, double rate, const Offers& offers) {
   if (rate == 0) return {};
   if (!(rate > 0) || rate > 1e6)
     return Error{ErrorCode::bad_argument, fmt::format("{} pictures a second are out of range", rate),
@@ -115,8 +116,8 @@ Result<void> set_rate(Driver& driver, double rate, const Offers& offers) {
 
 }  // namespace
 
-Result<PictureLayout> negotiate(Driver& driver, const CameraSettings& settings) {
-  SYMRIG_TRY(const Offers offers, read_offers(driver));
+Result<PictureLayout> negotiate(OpenNode& driver, const CameraSettings& settings) {
+  SYMRIG_TRY(const Offers offers, read_capabilities(driver));
   SYMRIG_TRY(const PixelFormat* const format, choose_format(driver, settings.format, offers));
   SYMRIG_TRY(const SampleDepth depth, sample_depth(*format, settings));
   Grid size = settings.size;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/controls.hpp"
+#include "camera/v4l2/controls.hpp"
 
 #include "symrig/base/nearest_name.hpp"
 
@@ -83,7 +83,7 @@ std::string control_name(std::string_view title) {
   return name;
 }
 
-std::vector<MenuItem> read_menu(Driver& driver, const v4l2_query_ext_ctrl& control) {
+std::vector<MenuItem> read_menu(OpenNode& driver, const v4l2_query_ext_ctrl& control) {
   std::vector<MenuItem> items;
   const std::int64_t first = std::clamp<std::int64_t>(control.minimum, 0, kMostMenuIndex);
   for (std::int64_t index = first; index <= std::min<std::int64_t>(control.maximum, first + 255); ++index) {
@@ -97,7 +97,7 @@ std::vector<MenuItem> read_menu(Driver& driver, const v4l2_query_ext_ctrl& contr
   return items;
 }
 
-ControlInfo to_info(Driver& driver, const v4l2_query_ext_ctrl& answer) {
+ControlInfo to_info(OpenNode& driver, const v4l2_query_ext_ctrl& answer) {
   ControlInfo info;
   info.id = answer.id;
   info.title = text(answer.name);
@@ -176,7 +176,7 @@ Result<std::int64_t> checked(const ControlInfo& control, std::int64_t value, std
 
 }  // namespace
 
-Result<std::vector<ControlInfo>> read_controls(Driver& driver) {
+Result<std::vector<ControlInfo>> read_controls(OpenNode& driver) {
   constexpr std::uint32_t kNext = V4L2_CTRL_FLAG_NEXT_CTRL;
   std::vector<ControlInfo> controls;
   std::uint32_t id = 0;
@@ -195,7 +195,7 @@ Result<std::vector<ControlInfo>> read_controls(Driver& driver) {
   return controls;
 }
 
-Result<ControlInfo> find_control(Driver& driver, std::string_view name) {
+Result<ControlInfo> find_control(OpenNode& driver, std::string_view name) {
   SYMRIG_TRY(const auto controls, read_controls(driver));
   std::vector<std::string> names;
   for (const ControlInfo& control : controls) {
@@ -220,13 +220,13 @@ Result<std::int64_t> control_value(const ControlInfo& control, std::string_view 
   return not_a_value(control, text);
 }
 
-Result<std::int64_t> get_control(Driver& driver, const ControlInfo& control) {
+Result<std::int64_t> get_control(OpenNode& driver, const ControlInfo& control) {
   Access access(control, 0);
   SYMRIG_CHECK(driver.ask(VIDIOC_G_EXT_CTRLS, &access.list, fmt::format("reading control {}", control.name)));
   return access.value(control);
 }
 
-Result<void> set_control(Driver& driver, const ControlInfo& control, std::int64_t value) {
+Result<void> set_control(OpenNode& driver, const ControlInfo& control, std::int64_t value) {
   SYMRIG_CHECK(checked(control, value, std::to_string(value)));
   if (control.read_only)
     return Error{ErrorCode::device_refused,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/stream.hpp"
+#include "camera/v4l2/stream.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -18,7 +18,7 @@ constexpr Nanoseconds kLook = std::chrono::seconds(1);  // so often a silent str
 
 }  // namespace
 
-Stream::Stream(Driver driver, const StreamPlan& plan, SequenceCount counts, StreamReport report)
+Stream::Stream(OpenNode driver, const StreamPlan& plan, SequenceCount counts, StreamReport report)
     : driver_(std::move(driver)),
       plan_(plan),
       reader_(plan.layout, plan.region, plan.saturation),
@@ -26,7 +26,7 @@ Stream::Stream(Driver driver, const StreamPlan& plan, SequenceCount counts, Stre
       room_(plan.waiting),
       report_(std::move(report)) {}
 
-Result<std::unique_ptr<Stream>> Stream::start(Driver driver, const StreamPlan& plan, SequenceCount counts,
+Result<std::unique_ptr<Stream>> Stream::start(OpenNode driver, const StreamPlan& plan, SequenceCount counts,
                                               StreamReport report) {
   std::unique_ptr<Stream> stream(new Stream(std::move(driver), plan, counts, std::move(report)));
   SYMRIG_CHECK(stream->begin());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/driver.hpp"
+#include "camera/v4l2/open_node.hpp"
 
 #include "symrig/camera/pixel_format.hpp"
 
@@ -88,15 +88,15 @@ bool is_gone(int reason) {
   return reason == ENODEV || reason == ENXIO || reason == ESHUTDOWN;
 }
 
-Result<Driver> Driver::open(VideoSystem& system, const std::string& path) {
+Result<OpenNode> OpenNode::open(VideoSystem& system, const std::string& path) {
   std::unique_ptr<VideoNode> node;
   if (const int reason = system.open(path, node); reason != 0) return cannot_open(path, reason);
-  Driver driver(path, std::move(node));
+  OpenNode driver(path, std::move(node));
   SYMRIG_CHECK(driver.identify());
   return driver;
 }
 
-Result<Driver> Driver::open_camera(VideoSystem& system, const std::string& path) {
+Result<OpenNode> OpenNode::open_camera(VideoSystem& system, const std::string& path) {
   SYMRIG_TRY(auto driver, open(system, path));
   if (driver.identity().captures) return driver;
   return Error{ErrorCode::device_refused,
@@ -104,11 +104,11 @@ Result<Driver> Driver::open_camera(VideoSystem& system, const std::string& path)
                "`symrig list` shows the cameras"};
 }
 
-std::uint32_t Driver::buffer_type() const {
+std::uint32_t OpenNode::buffer_type() const {
   return identity_.multiplanar ? V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE : V4L2_BUF_TYPE_VIDEO_CAPTURE;
 }
 
-int Driver::call(unsigned long request, void* argument) {
+int OpenNode::call(unsigned long request, void* argument) {
   int reason = EINTR;
   // A signal cannot interrupt for ever; a driver that says so every time shall not hang the caller.
   for (int attempt = 0; reason == EINTR && attempt < 1000; ++attempt)
@@ -116,12 +116,12 @@ int Driver::call(unsigned long request, void* argument) {
   return reason;
 }
 
-Result<void> Driver::ask(unsigned long request, void* argument, std::string_view doing) {
+Result<void> OpenNode::ask(unsigned long request, void* argument, std::string_view doing) {
   if (const int reason = call(request, argument); reason != 0) return error(reason, doing);
   return {};
 }
 
-Error Driver::error(int reason, std::string_view doing) const {
+Error OpenNode::error(int reason, std::string_view doing) const {
   const std::string camera = identity_.name.empty() ? path_ : fmt::format("{} ({})", path_, identity_.name);
   if (is_gone(reason))
     return {ErrorCode::device_lost,
@@ -135,7 +135,7 @@ Error Driver::error(int reason, std::string_view doing) const {
           "the kernel's log (dmesg) may say more"};
 }
 
-Result<void> Driver::identify() {
+Result<void> OpenNode::identify() {
   v4l2_capability answer{};
   if (const int reason = call(VIDIOC_QUERYCAP, &answer); reason != 0) {
     if (is_gone(reason)) return error(reason, "asking what it is");
@@ -152,14 +152,14 @@ Result<void> Driver::identify() {
   return {};
 }
 
-Result<DriverFormat> Driver::format() {
+Result<DriverFormat> OpenNode::format() {
   v4l2_format format{};
   format.type = buffer_type();
   SYMRIG_CHECK(ask(VIDIOC_G_FMT, &format, "reading its format"));
   return from_v4l2(format, identity_.multiplanar);
 }
 
-Result<DriverFormat> Driver::set_format(std::uint32_t fourcc, Grid size) {
+Result<DriverFormat> OpenNode::set_format(std::uint32_t fourcc, Grid size) {
   v4l2_format format{};
   format.type = buffer_type();
   SYMRIG_CHECK(ask(VIDIOC_G_FMT, &format, "reading its format"));

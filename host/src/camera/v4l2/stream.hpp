@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "camera/buffer_ring.hpp"
 #include "camera/frame_reader.hpp"
-#include "camera/sequence.hpp"
-#include "camera/stamps.hpp"
+#include "camera/v4l2/buffer_ring.hpp"
+#include "camera/v4l2/sequence.hpp"
+#include "camera/v4l2/stamps.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/camera/stream_report.hpp"
 
@@ -35,7 +35,7 @@ struct StreamPlan {
 class Stream {
  public:
   /// counts: of the streams of this camera before it.  fails: as BufferRing::make and start.
-  static Result<std::unique_ptr<Stream>> start(Driver driver, const StreamPlan& plan, SequenceCount counts,
+  static Result<std::unique_ptr<Stream>> start(OpenNode driver, const StreamPlan& plan, SequenceCount counts,
                                                StreamReport report);
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
@@ -46,12 +46,12 @@ class Stream {
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience);
   StreamReport report() const;
   /// For controls: these calls go well beside the thread's.
-  Driver& driver() { return driver_; }
+  OpenNode& driver() { return driver_; }
   /// Ends the thread; what the next stream of this camera must know.
   SequenceCount finish();
 
  private:
-  Stream(Driver driver, const StreamPlan& plan, SequenceCount counts, StreamReport report);
+  Stream(OpenNode driver, const StreamPlan& plan, SequenceCount counts, StreamReport report);
   Result<void> begin();
   void run();
   bool drain();
@@ -63,7 +63,7 @@ class Stream {
   bool lose(int reason, std::string_view doing);
   void note(const std::string& line);
 
-  Driver driver_;
+  OpenNode driver_;
   StreamPlan plan_;
   FrameReader reader_;
   std::optional<BufferRing> ring_;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of camera drivers. A new driver is a folder beside v4l2, a line here, and a page in docs.
+#include "camera/driver.hpp"
+#include "camera/v4l2/v4l2_driver.hpp"
+
+#include <array>
+#include <iterator>
+
+namespace symrig {
+namespace camera {
+
+std::span<const CameraDriver> camera_drivers() {
+  static constexpr std::array<CameraDriver, 1> kDrivers{{v4l2_driver()}};
+  return kDrivers;
+}
+
+}  // namespace camera
+
+std::vector<FoundCamera> find_cameras() {
+  std::vector<FoundCamera> all;
+  for (const camera::CameraDriver& driver : camera::camera_drivers()) {
+    auto found = driver.find();
+    std::move(found.begin(), found.end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+}  // namespace symrig

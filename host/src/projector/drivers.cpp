@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of projector drivers. A new driver is a folder beside drm, a line here, and a page in docs.
+#include "projector/driver.hpp"
+#include "projector/drm/drm_driver.hpp"
+#include "projector/folder/folder_driver.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace symrig::projector {
+
+std::span<const ProjectorDriver> projector_drivers() {
+  static constexpr std::array<ProjectorDriver, 2> kDrivers{{drm_driver(), folder_driver()}};
+  return kDrivers;
+}
+
+const ProjectorDriver* usual_driver(const base::TableReader& table) {
+  const auto drivers = projector_drivers();
+  const auto named = std::ranges::find_if(drivers, [&table](const ProjectorDriver& driver) {
+    return !driver.key.empty() && table.has(driver.key);
+  });
+  return named == drivers.end() ? drivers.data() : &*named;
+}
+
+}  // namespace symrig::projector

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "camera/driver.hpp"
+#include "symrig/rig/rig_description.hpp"
+
+namespace symrig {
+
+/// What a camera driver needs of the rig's description.
+inline camera::SensorFacts sensor_facts(const RigDescription& rig) {
+  const CameraProfile& profile = rig.setup.camera;
+  return {rig.camera.noise,
+          rig.camera.bits,
+          rig.camera.defects,
+          {profile.min_exposure, rig.camera.max_exposure, profile.readout}};
+}
+
+}  // namespace symrig
