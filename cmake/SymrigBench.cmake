@@ -11,6 +11,8 @@ endif()
 # symrig_bench_job(NAME name LANE a|b [SLOW k] [WITH device...] [USER name] [OUT folder] [TIMEOUT seconds] [SANITIZED] COMMAND ...)
 # registers bench.<name>: COMMAND in a guest with these devices, in the build's folder of the caller. One guest of lane a at a
 # time, because its time is the wall's; a machine that cannot have the bench shows the job as skipped.
+# TIMEOUT: seconds on a machine with nothing else to do, 120 unless given. A job that hangs is ended after four times as long,
+# since a busy machine takes several times as long for all of it.
 # SANITIZED: also in builds with a sanitizer; ONLY_SANITIZED: in no other.
 function(symrig_bench_job)
   cmake_parse_arguments(PARSE_ARGV 0 job "SANITIZED;ONLY_SANITIZED" "NAME;LANE;SLOW;USER;OUT;TIMEOUT" "WITH;COMMAND")
@@ -24,7 +26,8 @@ function(symrig_bench_job)
   if(NOT job_TIMEOUT)
     set(job_TIMEOUT 120)
   endif()
-  set(options --lane ${job_LANE} --timeout ${job_TIMEOUT})
+  math(EXPR limit "4 * ${job_TIMEOUT}")
+  set(options --lane ${job_LANE} --timeout ${limit})
   if(job_WITH)
     list(JOIN job_WITH "," devices)
     list(APPEND options --with ${devices})
@@ -38,7 +41,7 @@ function(symrig_bench_job)
   add_test(NAME bench.${job_NAME} COMMAND ${PROJECT_SOURCE_DIR}/tests/bench-vm/run ${options} -- ${job_COMMAND}
     WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR})
   # The runner ends a job that takes too long, and says where the guest was; ctest's limit only stands behind it.
-  math(EXPR limit "${job_TIMEOUT} + 60")
+  math(EXPR limit "${limit} + 60")
   set_tests_properties(bench.${job_NAME} PROPERTIES LABELS bench SKIP_RETURN_CODE 77 TIMEOUT ${limit}
     FIXTURES_REQUIRED bench_vm)
   if(job_LANE STREQUAL a)

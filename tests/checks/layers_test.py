@@ -26,7 +26,11 @@ GOOD = {
     "firmware/version.hpp.in": "",
     "firmware/src/hello.cpp": '#include "symrig/firmware/version.hpp"\n',
     "firmware/include/symrig/firmware/core.hpp": '#include "symrig/hal/lines.hpp"\n#include "symrig/protocol/frame.hpp"\n',
+    "boards/common/include/symrig/boards/playback.hpp": '#include "symrig/hal/lines.hpp"\n#include <vector>\n',
+    "boards/common/src/playback.cpp": '#include "symrig/boards/playback.hpp"\n#include "symrig/firmware/core.hpp"\n',
+    "boards/linux/src/player.cpp": '#include "symrig/boards/playback.hpp"\n#include "symrig/base/result.hpp"\n',
     "boards/sim/include/symrig/boards/sim_board.hpp": '#include "symrig/firmware/core.hpp"\n#include <vector>\n',
+    "boards/sim/src/engine.hpp": '#include "symrig/boards/playback.hpp"\n',
 }
 # file → content, the line at fault, a word of the message.
 FAULTS = {
@@ -42,6 +46,11 @@ FAULTS = {
     "firmware/src/board.cpp": ('#include "symrig/boards/sim_board.hpp"\n', 1, "boards sim"),
     "firmware/src/heap.cpp": ("#include <vector>\n", 1, "allocate"),
     "firmware/src/typo.cpp": ('#include "symrig/hal/line.hpp"\n', 1, "not in the tree"),
+    "firmware/src/common.cpp": ('#include "symrig/boards/playback.hpp"\n', 1, "boards common"),
+    "boards/common/src/board.cpp": ('#include "symrig/boards/sim_board.hpp"\n', 1, "boards sim"),
+    "boards/common/src/host.cpp": ('#include "symrig/base/result.hpp"\n', 1, "host base"),
+    "boards/linux/src/board.cpp": ('#include "symrig/boards/sim_board.hpp"\n', 1, "boards sim"),
+    "host/src/board/engine.cpp": ('#include "symrig/boards/playback.hpp"\n', 1, "boards common"),
     "hal/include/symrig/hal/up.hpp": ('#include "symrig/protocol/frame.hpp"\n', 1, "protocol"),
     "protocol/src/up.cpp": ('#include "symrig/firmware/core.hpp"\n', 1, "firmware"),
 }  # fmt: skip

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <thread>
 
 namespace symrig::test {
 namespace {
@@ -117,7 +116,7 @@ TEST_F(Bench, places_that_cannot_be_written_are_refused_first) {
 TEST_F(Bench, control_c_writes_what_is_done_and_says_so) {
   Running bench(path(""), {"bench", "--scenes", "plane,gummy", "--size", "8x8", "--size", "256x256",
                            "--seeds", "9", "--algorithms", "paper", "--json", "b.json", "-o", "b.html"});
-  std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+  ASSERT_TRUE(bench.works(SIGINT, 0.5));
   bench.signal(SIGINT);
   const Outcome outcome = bench.wait();
   EXPECT_EQ(outcome.code, kFault);

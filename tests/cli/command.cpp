@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <sstream>
+#include <thread>
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -32,6 +36,28 @@ fs::path new_folder() {
   _exit(126);
 }
 
+/// Processor time that the process has used; none: it has ended.
+std::optional<double> processor_seconds(pid_t process) {
+  const std::string stat = read_text("/proc/" + std::to_string(process) + "/stat");
+  std::istringstream fields(
+      stat.substr(std::min(stat.size(), stat.rfind(')') + 2)));  // its name may hold anything
+  std::string state, skipped;
+  double user = 0, system = 0;
+  fields >> state;
+  for (int field = 4; field < 14; ++field) fields >> skipped;
+  if (!(fields >> user >> system) || state == "Z") return std::nullopt;
+  return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+}
+
+/// The process has a handler for the signal.
+bool takes_signal(pid_t process, int number) {
+  std::istringstream status(read_text("/proc/" + std::to_string(process) + "/status"));
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with("SigCgt:"))
+      return (std::stoull(line.substr(7), nullptr, 16) >> (number - 1) & 1U) != 0;
+  return false;
+}
+
 }  // namespace
 
 Running::Running(const fs::path& folder, const std::vector<std::string>& arguments)
@@ -56,6 +82,17 @@ Running::~Running() {
 
 void Running::signal(int number) const {
   if (child_ > 0) kill(child_, number);
+}
+
+bool Running::works(int number, double seconds) const {
+  double since = -1;
+  for (;;) {
+    const auto spent = processor_seconds(child_);
+    if (!spent) return false;
+    if (since < 0 && takes_signal(child_, number)) since = *spent;
+    if (since >= 0 && *spent >= since + seconds) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
 }
 
 Outcome Running::wait() {

@@ -27,6 +27,9 @@ class Running {
   ~Running();
 
   void signal(int number) const;
+  /// Waits until the command takes this signal itself, and has worked for so long since: in seconds of
+  /// processor time, which passes as slowly as the command does on a busy machine. false: it has ended.
+  bool works(int number, double seconds) const;
   Outcome wait();
 
  private:

@@ -110,7 +110,7 @@ class Bench:
 
     def run(self, words, **more):
         more = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL} | more
-        return subprocess.run([self.symrig, *words], cwd=self.folder, timeout=120, check=False, **more)
+        return subprocess.run([self.symrig, *words], cwd=self.folder, timeout=300, check=False, **more)
 
     def picture(self):
         """All that a refusal must leave alone."""

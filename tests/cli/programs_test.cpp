@@ -4,7 +4,6 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <thread>
 
 namespace symrig::test {
 namespace {
@@ -137,7 +136,7 @@ TEST_F(Programs, interrupts_end_safe_with_a_receipt) {
   for (const int signal : {SIGINT, SIGTERM}) {
     write("long.toml", "symrig = 1\n[program]\npatterns = 100000000\nbracket = [\"1 ms\"]\n");
     Running run(path(""), {"run", "long.toml", "--device", "sim:", "-o", "receipt.json"});
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    ASSERT_TRUE(run.works(signal, 0.2));
     run.signal(signal);
     const Outcome outcome = run.wait();
     EXPECT_EQ(outcome.code, kFault) << outcome.err;

@@ -8,6 +8,7 @@ import fcntl
 import os
 import pty
 import re
+import select
 import struct
 import sys
 import tempfile
@@ -26,6 +27,14 @@ def width(text):
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
+def read_some(terminal):
+    """What was written; nothing when the command has ended."""
+    try:
+        return os.read(terminal, 65536)
+    except OSError:
+        return b""
+
+
 def updates_of(symrig, columns, later_columns):
     """What was written line by line, each with the width that the terminal had when it was asked last."""
     with tempfile.TemporaryDirectory() as folder:
@@ -34,17 +43,20 @@ def updates_of(symrig, columns, later_columns):
             os.chdir(folder)
             os.execv(symrig, [symrig, "capture", "--rig", RIG, "-o", "a.h5", "--json", "a.json"])
         set_columns(terminal, columns)
-        text, resized_at = "", None
+        text, resized_at = b"", None
         while True:
-            try:
-                text += os.read(terminal, 65536).decode()
-            except OSError:
+            more = read_some(terminal)
+            if not more:
                 break
-            if resized_at is None and text.count(CLEAR) >= 4:
+            text += more
+            if resized_at is None and text.count(CLEAR.encode()) >= 4:
                 set_columns(terminal, later_columns)
-                resized_at = text.count(CLEAR)
+                # What waits to be read was written at the old width, however late a busy machine reads it.
+                while select.select([terminal], [], [], 0)[0] and (more := read_some(terminal)):
+                    text += more
+                resized_at = text.count(CLEAR.encode())
         _, status = os.waitpid(child, 0)
-    return text, resized_at, os.waitstatus_to_exitcode(status)
+    return text.decode(), resized_at, os.waitstatus_to_exitcode(status)
 
 
 def check(symrig, columns, later_columns):

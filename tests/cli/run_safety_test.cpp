@@ -8,6 +8,7 @@
 #include <csignal>
 #include <mutex>
 #include <optional>
+#include <thread>
 
 namespace symrig::test {
 namespace {
@@ -15,7 +16,8 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-/// A board that goes on living when its client goes: it takes the next one.
+/// A board that goes on living when its client goes: it takes the next one. Its time is the wall's, and what
+/// the test adds to it.
 class LastingBoard {
  public:
   explicit LastingBoard(const std::string& socket)
@@ -31,6 +33,11 @@ class LastingBoard {
     const std::scoped_lock lock(mutex_);
     return ((board_.levels() >> 2U) & 1U) != 0;
   }
+  /// The board's time goes on by so much, now.
+  void pass(std::chrono::nanoseconds time) {
+    const std::scoped_lock lock(mutex_);
+    passed_ += time;
+  }
   int state() {
     const std::scoped_lock lock(mutex_);
     return board_.supervisor_state();
@@ -44,9 +51,9 @@ class LastingBoard {
       const int fd = listener_.accept_within(5ms);
       do {
         if (fd >= 0 && !test::read_some(fd, bytes)) break;
-        const auto passed = std::chrono::nanoseconds(Clock::now() - begin).count();
         const std::scoped_lock lock(mutex_);
-        board_.advance_to(static_cast<std::uint64_t>(passed) / 8);
+        const std::chrono::nanoseconds now = Clock::now() - begin + passed_;
+        board_.advance_to(static_cast<std::uint64_t>(now.count()) / 8);
         if (fd >= 0) board_.write(bytes);
         const auto out = board_.read();
         if (fd >= 0) test::write_all(fd, out);
@@ -58,6 +65,7 @@ class LastingBoard {
   test::Listener listener_;
   std::mutex mutex_;
   boards::SimBoard board_;
+  std::chrono::nanoseconds passed_{0};
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };
@@ -68,21 +76,22 @@ class RunSafety : public CommandTest {
 
   RunSafety() : board_((path("b")).string()) {
     write_text(path("lamp.toml"),
-               "symrig = 1\n[rig]\nkeep_alive = \"300 ms\"\n[rig.lines.lamp_enable]\nrole = \"lamp\"\n"
-               "max_on = \"60 s\"\n[program]\nsteps = [\n"
-               "{ pulse = \"lamp_enable\", width = \"30 s\" }, { hold = \"1 ms\" }]\n");
+               "symrig = 1\n[rig]\nkeep_alive = \"20 s\"\n[rig.lines.lamp_enable]\nrole = \"lamp\"\n"
+               "max_on = \"600 s\"\n[program]\nsteps = [{ set = \"lamp_enable\", to = \"on\" },\n"
+               "{ hold = \"300 s\" }, { set = \"lamp_enable\", to = \"off\" }, { hold = \"1 ms\" }]\n");
     write_text(path("short.toml"),
                "symrig = 1\n[program]\nsteps = [{ pulse = \"lamp_enable\", width = \"1 ms\" }, { hold = \"1 "
                "ms\" }]\n");
   }
 
-  /// Waits for the lamp; false: it did not come to that within ten seconds.
+  /// Waits for the lamp; false: it did not come to that within two minutes, which ends a broken test.
   bool lamp_becomes(bool on) {
-    const auto deadline = Clock::now() + 10s;
-    while (board_.lamp() != on)
+    const auto deadline = Clock::now() + 120s;
+    for (; board_.lamp() != on; std::this_thread::sleep_for(1ms))
       if (Clock::now() > deadline) return false;
     return true;
   }
+  static constexpr std::chrono::seconds kKeepAlive{20};  // so long that no busy machine outlasts it
   std::vector<std::string> run(const std::string& file) const {
     return {"run", file, "--device", "unix:" + path("b").string(), "-o", "receipt.json"};
   }
@@ -107,6 +116,8 @@ TEST_F(RunSafety, a_killed_command_leaves_the_lamp_to_the_keep_alive) {
   ASSERT_TRUE(lamp_becomes(true));
   running.signal(SIGKILL);
   running.wait();
+  EXPECT_TRUE(board_.lamp()) << "nobody is left who could turn it off but the board";
+  board_.pass(kKeepAlive);
   EXPECT_TRUE(lamp_becomes(false));
   EXPECT_EQ(board_.state(), kFaultState);
   const Outcome refused = symrig(run("short.toml"));

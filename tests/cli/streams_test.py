@@ -18,6 +18,7 @@ import sys
 import tempfile
 import time
 
+PATIENCE = 300  # seconds; ends a broken test, decides nothing
 SMALL = "sim:vgroove-textured?size=12x17&noise=off"
 SLOW = "sim:gummy?size=160x160"
 PROGRAM = 'symrig = 1\n[program]\npatterns = 8\nbracket = ["1 ms", "4 ms"]\n'
@@ -59,14 +60,14 @@ class Here:
         assert self.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
 
     def run(self, words, **more):
-        more = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, "timeout": 60} | more
+        more = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "stdin": subprocess.DEVNULL, "timeout": PATIENCE} | more
         return subprocess.run([self.symrig, *words], cwd=self.folder, check=False, **more)
 
     def shell(self, words, redirections):
         """As a shell starts it: >&- closes."""
         return subprocess.run(
             ["/bin/sh", "-c", f'exec "$0" "$@" {redirections}', self.symrig, *words],
-            cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60, check=False,
+            cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=PATIENCE, check=False,
         )
 
     def start(self, words, **more):
@@ -171,7 +172,7 @@ def pipes(here):
         *(["run", "pipe.toml", "--device", "sim:"], ["trace", "pipe.json"], ["flash", "pipe.uf2", "--verify"]),
         *(["flash", "firmware.uf2", "--verify"], ["flash", "firmware.uf2", "--drive", "drive", "--wait", "0"]),
     ):
-        done = here.run(words, timeout=20)
+        done = here.run(words, timeout=PATIENCE)
         assert done.returncode in (2, 3, 4) and done.stderr.count(b"\n") == 1, (words, done)
 
 
@@ -179,7 +180,7 @@ def begun(here, words, **more):
     """A capture that has photographs in its log."""
     process = here.start(words, **more)
     log = here.folder / "out.h5.log"
-    end = time.monotonic() + 60
+    end = time.monotonic() + PATIENCE
     while not log.exists() or log.stat().st_size < 1_000_000:
         assert time.monotonic() < end and process.poll() is None, process.communicate()
         time.sleep(0.002)
@@ -192,7 +193,7 @@ def hang_up(here):
     process = begun(here, words)
     for _ in range(2):
         process.send_signal(signal.SIGHUP)
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 5 and b"stopped" in err and b"out.h5.log keeps" in err, (process.returncode, err)
     here.tidy()
     process = begun(here, words, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))  # as nohup does
@@ -200,7 +201,7 @@ def hang_up(here):
     time.sleep(0.5)
     assert process.poll() is None, process.communicate()
     process.send_signal(signal.SIGTERM)
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 5 and b"out.h5.log keeps" in err, (process.returncode, err)
     here.tidy()
 
@@ -210,13 +211,13 @@ def a_log_that_goes_away(here):
     process = begun(here, ["capture", "--rig", SLOW, "-o", "out.h5"])
     (here.folder / "out.h5.log").unlink()
     process.send_signal(signal.SIGINT)
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == 5 and b"is gone" in err and b"keeps" not in err and b"--resume" not in err, err
     process = begun(here, ["capture", "--rig", SLOW, "-o", "out.h5"])
     (here.folder / "out.h5.log").rename(here.folder / "out.moved")
     (here.folder / "out.h5.log").write_text("of somebody else")
     process.send_signal(signal.SIGINT)
-    err = process.communicate(timeout=60)[1]
+    err = process.communicate(timeout=PATIENCE)[1]
     assert b"is gone" in err and (here.folder / "out.h5.log").read_text() == "of somebody else", err
     here.tidy()
 
@@ -257,7 +258,7 @@ def mute_board(here):
         hello = struct.pack("<IQ", 1, 125_000_000) + b"mute"
         assert client.recv(5)[:1] == b"h"
         client.sendall(b"h" + struct.pack("<I", len(hello)) + hello)
-        out, err = process.communicate(timeout=60)  # its patience is 15 s; it was two minutes a question
+        out, err = process.communicate(timeout=PATIENCE)  # its patience is 15 s; it was two minutes a question
         client.close()
     assert process.returncode == 3 and b"no answer for 15 s" in err and err.count(b"\n") == 1, (process.returncode, out, err)
 

@@ -19,8 +19,7 @@ namespace {
 
 constexpr hal::Tick kPlayingPause =
     2 * kMillisecond;  // between two looks at the queue (poll_ticks counts on it)
-constexpr hal::Tick kIdlePause = 100 * kMillisecond;  // a quarter of the player's patience
-constexpr hal::Tick kPlayerGone = 2'000 * kMillisecond;
+constexpr hal::Tick kIdlePause = 100 * kMillisecond;    // a quarter of the player's usual patience
 constexpr hal::Tick kLongSave = 60'000 * kMillisecond;  // a worn memory card
 constexpr hal::Tick kPetPause = 500 * kMillisecond;
 
@@ -43,13 +42,14 @@ std::uint32_t outputs_of(const BoardFile& file) {
 }
 
 PlayerOptions player_options(const BoardFile& file, const Abilities& can, std::uint32_t outputs,
-                             std::size_t depth) {
+                             std::size_t depth, hal::Tick patience) {
   PlayerOptions options;
   options.promise = can.promise;
   options.depth = depth;
   options.output_mask = outputs;
   options.spin = can.spin;
   options.priority = file.priority;
+  options.patience = patience;
   return options;
 }
 
@@ -71,8 +71,8 @@ Daemon::Daemon(Parts parts)
       events_(kEvents),
       marks_(kSegments) {
   describe();
-  player_ = std::make_unique<Player>(*parts_.gpio,
-                                     player_options(parts_.file, parts_.abilities, output_mask_, kSegments));
+  player_ = std::make_unique<Player>(
+      *parts_.gpio, player_options(parts_.file, parts_.abilities, output_mask_, kSegments, parts_.patience));
   capture_.emplace(*player_);
   board_.emplace(
       hal::Board{traits_, clock_, *player_, *capture_, links_, faults_, *player_, led_, settings_, *this});
@@ -172,7 +172,7 @@ Result<void> Daemon::check_player() const {
                  "check the chip and its driver (gpioinfo, the kernel's log)"};
   const hal::Tick last = player_->last_round();
   // Nothing of the player can be trusted any more. Breaking down makes the lines safe without it.
-  if (clock_.now() > last + kPlayerGone) std::abort();
+  if (clock_.now() > last + 5 * parts_.patience) std::abort();
   return {};
 }
 

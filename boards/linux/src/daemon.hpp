@@ -29,6 +29,9 @@ class Daemon final : private hal::System {
     Abilities abilities;
     std::unique_ptr<Gpio> gpio;
     std::vector<std::unique_ptr<Transport>> transports;
+    /// The outputs go safe if the main loop has stood still for so long; the process ends if the player has
+    /// for five times as long. Tests that a busy machine must not disturb give more.
+    hal::Tick patience = 400 * kMillisecond;
   };
 
   explicit Daemon(Parts parts);

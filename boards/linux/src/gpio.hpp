@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/types.hpp"
+#include "symrig/hal/capture.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
 namespace symrig::sbc {
-
-/// An input line has changed.
-struct InputEdge {
-  hal::Tick tick = 0;  ///< CLOCK_MONOTONIC, by the kernel where it answered the interrupt
-  std::uint8_t line = 0;
-  bool level = false;
-};
 
 /// The board's lines, numbered as on the wire: bit k of a word is line k.
 class Gpio {
@@ -32,9 +25,10 @@ class Gpio {
   virtual bool inputs(std::uint32_t& levels) const noexcept = 0;
   /// Readable while edges wait.
   virtual std::span<const int> edge_fds() const = 0;
-  /// Takes edges in order of time, without waiting: at most out.size(). lost is set if the kernel had more
-  /// than it could keep.
-  virtual std::size_t read_edges(std::span<InputEdge> out, bool& lost) = 0;
+  /// Takes edges of inputs in order of time, without waiting: at most out.size(). Their ticks are
+  /// CLOCK_MONOTONIC, by the kernel where it answered the interrupt. lost is set if the kernel had more than
+  /// it could keep.
+  virtual std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) = 0;
 };
 
 }  // namespace symrig::sbc

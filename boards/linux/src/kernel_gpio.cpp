@@ -26,7 +26,7 @@ gpio_v2_line_values to_values(const LineRequest& request, std::uint32_t levels,
   return values;
 }
 
-InputEdge to_edge(const LineRequest& request, const gpio_v2_line_event& event) {
+hal::CapturedEdge to_edge(const LineRequest& request, const gpio_v2_line_event& event) {
   const auto named = std::find_if(request.lines.begin(), request.lines.end(),
                                   [&](const ChipLine& line) { return line.offset == event.offset; });
   return {event.timestamp_ns, named->line, event.id == GPIO_V2_LINE_EVENT_RISING_EDGE};
@@ -64,7 +64,7 @@ bool KernelGpio::inputs(std::uint32_t& levels) const noexcept {
 }
 
 /// Edges of one chip come in order; those of several are sorted by whoever keeps them (PinLog).
-std::size_t KernelGpio::read_edges(std::span<InputEdge> out, bool& lost) {
+std::size_t KernelGpio::read_edges(std::span<hal::CapturedEdge> out, bool& lost) {
   std::array<gpio_v2_line_event, kEventsAtOnce> events{};
   std::size_t count = 0;
   for (LineRequest& request : inputs_) {

@@ -18,7 +18,7 @@ class KernelGpio final : public Gpio {
   bool put(std::uint32_t levels, std::uint32_t lines) noexcept override;
   bool inputs(std::uint32_t& levels) const noexcept override;
   std::span<const int> edge_fds() const override { return edge_fds_; }
-  std::size_t read_edges(std::span<InputEdge> out, bool& lost) override;
+  std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) override;
 
  private:
   std::vector<LineRequest> outputs_;

@@ -102,7 +102,7 @@ Spread time_nudges(unsigned count, int priority) {
   return spread_of(times);
 }
 
-class NoWords final : public WordSink {
+class NoWords final : public boards::WordSink {
  public:
   hal::Tick put(std::uint32_t) override { return 0; }
   hal::Tick put_all(std::uint32_t) override { return 0; }
@@ -110,7 +110,7 @@ class NoWords final : public WordSink {
 
 Spread time_pushes() {
   NoWords sink;
-  Playback playback(sink, {}, kPushes);
+  boards::Playback playback(sink, {}, kPushes);
   PriorityMutex mutex;
   std::vector<std::uint64_t> times;
   for (unsigned k = 0; k < kPushes; ++k) {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "gpio.hpp"
-#include "playback.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/boards/playback.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -39,7 +39,7 @@ Measured worse(const Measured& a, const Measured& b);
 
 /// What can be promised on such a machine.
 struct Abilities {
-  Promise promise;
+  boards::Promise promise;
   std::uint64_t spin = 0;  ///< before each word
   std::uint32_t output_stamp = 1;
   std::uint32_t input_stamp = 1;

@@ -43,7 +43,7 @@ std::string measured_text(const Measured& measured, const Abilities& abilities) 
     text += fmt::format("  {:<42} {:>10.1f}{:>10.1f}{:>10.1f}\n", row.what, us(spread.least),
                         us(spread.median), us(spread.most));
   }
-  const Promise& promise = abilities.promise;
+  const boards::Promise& promise = abilities.promise;
   return text + fmt::format(
                     "so the board promises (us)\n"
                     "  words of at least {:.1f}, each at most {:.1f} late\n"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cerrno>
 #include <future>
 #include <utility>
@@ -152,16 +151,9 @@ hal::Tick Player::drive(std::uint32_t levels, std::uint32_t lines) {
   const hal::Tick before = monotonic_now();
   if (!gpio_.put(wanted, lines)) broken_ = errno;  // the main loop ends the daemon
   const hal::Tick after = monotonic_now();
-  log_outputs(shown_ ^ wanted, wanted, before + (after - before) / 2);
+  log_.add_changes(shown_ ^ wanted, wanted, before + (after - before) / 2);
   shown_ = wanted;
   return after;
-}
-
-void Player::log_outputs(std::uint32_t changed, std::uint32_t levels, hal::Tick tick) {
-  for (; changed != 0; changed &= changed - 1) {
-    const auto line = static_cast<std::uint8_t>(std::countr_zero(changed));
-    log_.add({tick, line, (levels >> line & 1U) != 0});
-  }
 }
 
 std::uint32_t Player::read_inputs() {
@@ -230,8 +222,8 @@ void Player::read_edges() {
 void Player::take_edges(std::size_t count, bool lost) {
   const PriorityLock lock(mutex_);
   for (std::size_t k = 0; k < count; ++k) {
-    const InputEdge& edge = edges_[k];
-    log_.add_input({edge.tick, edge.line, edge.level});
+    const hal::CapturedEdge& edge = edges_[k];
+    log_.add_input(edge);
     playback_.input(edge);
   }
   if (lost) {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "gpio.hpp"
-#include "pin_log.hpp"
-#include "playback.hpp"
 #include "realtime.hpp"
+#include "symrig/boards/pin_log.hpp"
+#include "symrig/boards/playback.hpp"
 #include "symrig/hal/capture.hpp"
 #include "symrig/hal/edge_engine.hpp"
 #include "symrig/hal/watchdog.hpp"
@@ -20,7 +20,7 @@
 namespace symrig::sbc {
 
 struct PlayerOptions {
-  Promise promise;
+  boards::Promise promise;
   std::size_t depth = 4096;          ///< segments
   std::size_t captured = 4096;       ///< edges kept for the firmware
   std::uint32_t output_mask = 0;     ///< lines that are outputs
@@ -34,7 +34,7 @@ struct PlayerOptions {
 /// runs dry or when the main loop no longer feeds it; the main loop has no part in any of it.
 ///
 /// Safe to call from one other thread (the main loop's). Only force() and start() drive outputs from there.
-class Player final : public hal::EdgeEngine, public hal::Watchdog, private WordSink {
+class Player final : public hal::EdgeEngine, public hal::Watchdog, private boards::WordSink {
  public:
   Player(Gpio& gpio, const PlayerOptions& options);
   ~Player();
@@ -83,7 +83,6 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private WordS
   hal::Tick put(std::uint32_t levels) override;
   hal::Tick put_all(std::uint32_t levels) override;
   hal::Tick drive(std::uint32_t levels, std::uint32_t lines);
-  void log_outputs(std::uint32_t changed, std::uint32_t levels, hal::Tick tick);
   void run();
   void sleep_until(hal::Tick tick);
   void lose_chip(int fd);
@@ -97,11 +96,11 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private WordS
   Gpio& gpio_;
   PlayerOptions options_;
   mutable PriorityMutex mutex_;
-  Playback playback_;  // guarded by mutex_, as is log_
-  PinLog log_;
+  boards::Playback playback_;  // guarded by mutex_, as is log_
+  boards::PinLog log_;
   std::uint32_t shown_ = 0;
   bool half_told_ = false;
-  std::vector<InputEdge> edges_;  // the thread's own
+  std::vector<hal::CapturedEdge> edges_;  // the thread's own
   std::vector<int> edge_fds_;
   Alarm alarm_;
   Bell nudge_;      // to the thread: something has changed

@@ -2,12 +2,11 @@
 #include "symrig/boards/sim_board.hpp"
 
 #include "engine.hpp"
+#include "symrig/boards/pin_log.hpp"
 #include "symrig/firmware/core.hpp"
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <deque>
 #include <optional>
 #include <utility>
 
@@ -23,39 +22,21 @@ constexpr std::array<std::uint8_t, 8> kUniqueId{'s', 'i', 'm', '-', '0', '0', '0
 class SimCapture final : public hal::Capture {
  public:
   std::uint32_t levels() const override { return levels_; }
-  bool pop(hal::CapturedEdge& edge) override {
-    if (edges_.empty()) return false;
-    edge = edges_.front();
-    edges_.pop_front();
-    return true;
-  }
-  bool take_overflow() override { return std::exchange(overflow_, false); }
+  bool pop(hal::CapturedEdge& edge) override { return log_.pop(edge, hal::kNever); }
+  bool take_overflow() override { return log_.take_overflow(); }
 
   /// Sets the lines in `mask` to `levels`. Returns whether any changed.
   bool set(std::uint32_t mask, std::uint32_t levels, std::uint64_t tick) {
-    std::uint32_t changed = (levels_ ^ levels) & mask;
-    if (changed == 0) return false;
+    const std::uint32_t changed = (levels_ ^ levels) & mask;
     levels_ ^= changed;
-    for (; changed != 0; changed &= changed - 1) {
-      const auto line = static_cast<std::uint8_t>(std::countr_zero(changed));
-      add({tick, line, ((levels_ >> line) & 1U) != 0});
-    }
-    return true;
+    log_.add_changes(changed, levels_, tick);
+    return changed != 0;
   }
-  bool pending() const { return !edges_.empty(); }
+  bool pending() const { return log_.ready_at() != hal::kNever; }
 
  private:
-  void add(const hal::CapturedEdge& edge) {
-    if (edges_.size() < kCaptureDepth) {
-      edges_.push_back(edge);
-    } else {
-      overflow_ = true;
-    }
-  }
-
-  std::deque<hal::CapturedEdge> edges_;
+  PinLog log_{kCaptureDepth, 0, true};  // no edge is known later than it comes
   std::uint32_t levels_ = 0;
-  bool overflow_ = false;
 };
 
 class SimByteLink final : public hal::ByteLink {
@@ -171,12 +152,13 @@ std::vector<SimLine> default_sim_lines() {
           {"camera_strobe", false},    {"interlock", false}};
 }
 
-struct SimBoard::Impl final : Pins {
+struct SimBoard::Impl final : WordSink {
   Impl(SimBoard& board, SimBoardConfig wanted)
       : self(board),
         config(std::move(wanted)),
         clock(config.start_tick),
-        engine(*this, std::max<std::uint32_t>(config.engine_segments, 2), config.wait_latency),
+        engine(*this, clock, capture, std::max<std::uint32_t>(config.engine_segments, 2),
+               config.wait_latency),
         program(std::size_t{config.program_records} * protocol::kRecordSize),
         events(kEvents),
         marks(std::max<std::uint32_t>(config.engine_segments, protocol::kMaxMarksInARow)) {
@@ -213,14 +195,14 @@ struct SimBoard::Impl final : Pins {
     wake = true;
   }
 
-  // Pins
-  void drive(std::uint32_t levels) override {
-    if (!capture.set(output_mask, levels, clock.now())) return;
-    for (Peripheral* peripheral : peripherals)
-      peripheral->outputs_changed(clock.now(), capture.levels(), self);
+  // WordSink
+  hal::Tick put(std::uint32_t levels) override {
+    if (capture.set(output_mask, levels, clock.now()))
+      for (Peripheral* peripheral : peripherals)
+        peripheral->outputs_changed(clock.now(), capture.levels(), self);
+    return clock.now();
   }
-  std::uint32_t levels() const override { return capture.levels(); }
-  std::uint64_t now() const override { return clock.now(); }
+  hal::Tick put_all(std::uint32_t levels) override { return put(levels); }
 
   std::uint64_t peripherals_next() const {
     std::uint64_t next = kNever;
@@ -280,8 +262,8 @@ struct SimBoard::Impl final : Pins {
   SimBoard& self;
   SimBoardConfig config;
   SimClock clock;
-  Engine engine;
   SimCapture capture;
+  Engine engine;
   SimByteLink link;
   SimFaultStore faults;
   std::vector<std::uint8_t> program;

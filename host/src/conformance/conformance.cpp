@@ -66,10 +66,22 @@ Result<void> wire_jumper(Subject& board, const Jumper& jumper) {
   return {};
 }
 
-CheckResult make(const Check& check, Subject& board) {
+Verdict make_once(const Check& check, Subject& board) {
   Verdict verdict = board.start_afresh();
   if (!verdict) verdict.detail = "before the check: " + verdict.detail;
-  if (verdict) verdict = check.run(board);
+  return verdict ? check.run(board) : verdict;
+}
+
+/// A best-effort board on a busy machine may underrun. It tells so, its outputs are safe then, and the check
+/// is made again.
+CheckResult make(const Check& check, Subject& board) {
+  constexpr int kAttempts = 3;
+  Verdict verdict = make_once(check, board);
+  for (int k = 1; k < kAttempts && verdict.outcome == CheckOutcome::failed && board.underran(); ++k) {
+    verdict = board.outputs_safe();
+    if (!verdict) break;
+    verdict = make_once(check, board);
+  }
   return {std::string(check.name), verdict.outcome, std::move(verdict.detail)};
 }
 

@@ -37,7 +37,7 @@ Verdict counters(Subject& board) {
   SYMRIG_MUST(same("steps", 2, done.steps));
   SYMRIG_MUST(same("duration", 2 * std::uint64_t{board.word()}, done.duration));
   SYMRIG_MUST(same("underruns", 0, done.underruns));
-  SYMRIG_MUST(same("late", 0, done.late));
+  SYMRIG_MUST(board.late_as_told());
   SYMRIG_MUST(same("events_lost", 0, done.events_lost));
   const auto now = board.status();
   return now ? same("steps of the status", 2, now->steps) : failed("no answer to get_status");
@@ -57,8 +57,9 @@ Verdict aborted(Subject& board) {
   const symrig_wire_RunDone& done = board.done();
   SYMRIG_MUST(same("end", symrig_wire_RunEnd_RUN_END_ABORTED, raw(done.end)));
   SYMRIG_MUST(within("tick of the end", before, after, done.tick));
-  // The word that was cut short is counted.
-  return within("steps", done.duration / board.word(), done.duration / board.word() + 1, done.steps);
+  // The word that was cut short is counted. Where software makes the edges, some may not have gone out yet.
+  const std::uint64_t planned = done.duration / board.word();
+  return within("steps", board.best_effort() ? 1 : planned, planned + 1, done.steps);
 }
 
 Verdict bad_frames(Subject& board) {

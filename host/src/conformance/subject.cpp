@@ -267,4 +267,18 @@ const symrig_wire_RunDone& Subject::done() const {
   return event == nullptr ? kNone : event->body.run_done;
 }
 
+Verdict Subject::late_as_told(std::size_t seen) const {
+  if (!best_effort()) return same("late", 0, done().late);
+  // Two more than the steps: the word of End, and the start itself.
+  return within("late, by the edges seen and by the steps", seen, std::uint64_t{done().steps} + 2,
+                done().late);
+}
+
+bool Subject::underran() {
+  if (!best_effort() || session.lost()) return false;
+  const auto now = status();
+  return now && raw(now->state) == symrig_wire_State_STATE_FAULT &&
+         raw(now->fault.code) == symrig_wire_FaultCode_FAULT_UNDERRUN;
+}
+
 }  // namespace symrig::conformance

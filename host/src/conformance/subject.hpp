@@ -40,6 +40,8 @@ class Subject {
   /// First output whose edges the board sees; none: limits cannot be watched.
   std::optional<std::uint32_t> seen_output() const;
   std::uint64_t ticks(Nanoseconds time) const { return TickRate{can.tick_hz}.ticks(time).count; }
+  /// Software makes its edges: a word may go out late, and is counted then.
+  bool best_effort() const { return can.lateness != 0; }
   /// A length that any board can play for ever: 200 us, or four records where its engine asks for more.
   std::uint32_t word() const;
   protocol::ProgramRules rules() const;
@@ -75,6 +77,11 @@ class Subject {
   /// All outputs at the safe levels of `config`.
   Verdict outputs_safe();
   const symrig_wire_RunDone& done() const;
+  /// What the last run tells of late words. Hardware makes none. A best-effort board counts them: at least
+  /// `seen`, those that edges have shown, and no more than it has put out.
+  Verdict late_as_told(std::size_t seen = 0) const;
+  /// A best-effort board has stopped by itself because a word's whole time had gone by: the machine was busy.
+  bool underran();
 
   /// What configure() sets.
   protocol::BoardConfig config;

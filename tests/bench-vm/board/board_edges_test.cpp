@@ -15,12 +15,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::uint64_t kTolerance = 5'000;  // ns; the trace rounds to 1000
+constexpr std::uint64_t kTraceGrain = 1'000;  // ns
+constexpr std::uint64_t kTolerance = 5'000;
 // The kernel's own timer interrupt takes 7 us every 4 ms. Where it meets the 3 us from the clock's last
 // reading to the end of the call that sets a line, nothing in user space can help: (7 + 3) us of 4 ms, one
 // edge in 400 on average, and four standard deviations of such a count more.
 constexpr std::uint64_t kInterrupted = 12'000;
 constexpr double kOneIn = 400;
+// An answer of the shared folders is an interrupt that comes when the host likes, more often beside other
+// work. It, too, may stand before a few edges: one in a hundred, as in the bench's own schedule test. The
+// word is as late as that, and the board counts it if that is more than it has promised.
+constexpr std::size_t kDisturbedOneIn = 100;
+
+std::size_t most_disturbed(std::size_t edges) {
+  return 1 + edges / kDisturbedOneIn;
+}
 
 std::size_t most_interrupted(std::size_t edges) {
   const double mean = static_cast<double>(edges) / kOneIn;
@@ -34,24 +43,38 @@ struct PlannedEdge {
   bool level;
 };
 
-/// Checks every edge; prints how far the worst is from its plan.
-void compare(const std::vector<PlannedEdge>& plan, const std::vector<TracedEdge>& seen,
-             std::uint64_t started) {
+/// Checks every edge against its plan, and what is late against what the receipt tells; prints how far the
+/// worst is from its plan.
+void compare(const std::vector<PlannedEdge>& plan, const std::vector<TracedEdge>& seen, std::uint64_t started,
+             const BoardInfo& info, const Receipt& receipt) {
   std::uint64_t worst = 0;
   std::size_t beyond = 0;
+  std::size_t disturbed = 0;
+  std::size_t late = 0;
   EXPECT_EQ(seen.size(), plan.size());
   for (std::size_t k = 0; k < std::min(plan.size(), seen.size()); ++k) {
     EXPECT_EQ(plan[k].line, seen[k].line) << "edge " << k;
     EXPECT_EQ(plan[k].level, seen[k].level) << "edge " << k;
     const std::uint64_t planned = started + plan[k].tick;
     const std::uint64_t error = std::max(planned, seen[k].tick) - std::min(planned, seen[k].tick);
-    EXPECT_LE(error, kInterrupted) << "edge " << k << " of " << plan[k].line << ", planned " << plan[k].tick;
+    const auto where = [&] { return "edge " + std::to_string(k) + " of " + plan[k].line; };
+    EXPECT_GE(seen[k].tick + kTraceGrain, planned) << where() << " is early";
+    EXPECT_LT(error, std::max(kInterrupted, info.min_dwell.count)) << where() << " comes after its word";
     worst = std::max(worst, error);
     if (error > kTolerance) ++beyond;
+    if (error > kInterrupted) ++disturbed;
+    if (seen[k].tick > planned + info.lateness.count + kTraceGrain) ++late;
   }
-  EXPECT_LE(beyond, most_interrupted(plan.size()));
-  std::printf("%zu edges: the worst %" PRIu64 " us from its plan, %zu more than %" PRIu64 " us\n",
-              seen.size(), worst / 1000, beyond, kTolerance / 1000);
+  EXPECT_LE(beyond, most_interrupted(plan.size()) + most_disturbed(plan.size()));
+  EXPECT_LE(disturbed, most_disturbed(plan.size()));
+  EXPECT_GE(receipt.late, late) << "what is later than promised is counted";
+  EXPECT_LE(receipt.late, most_disturbed(plan.size()));
+  EXPECT_EQ(receipt.end, RunEnd::completed) << name(receipt.end);
+  EXPECT_EQ(receipt.underruns, 0U);
+  EXPECT_EQ(receipt.events_lost, 0U);
+  std::printf("%zu edges: the worst %" PRIu64 " us from its plan, %zu more than %" PRIu64 " us, %" PRIu32
+              " counted as late\n",
+              seen.size(), worst / 1000, beyond, kTolerance / 1000, receipt.late);
 }
 
 class BoardEdges : public testing::Test {
@@ -96,9 +119,8 @@ TEST_F(BoardEdges, EveryEdgeIsWhereItWasPlanned) {
   GpioChip::clear_trace();
   const auto receipt = board().run(*program, 60s);
   ASSERT_OK(receipt);
-  EXPECT_TRUE(receipt->clean()) << receipt->late << " late";
   EXPECT_EQ(receipt->actual.count, at);
-  compare(plan, chip_.trace(), receipt->started.count);
+  compare(plan, chip_.trace(), receipt->started.count, board().info(), *receipt);
 }
 
 /// The longest stretch without a gap: the shortest words that the board takes, for as long as its queue has
@@ -119,11 +141,10 @@ TEST_F(BoardEdges, ShortestWordsForLong) {
   GpioChip::clear_trace();
   const auto receipt = board().run(*program, 60s);
   ASSERT_OK(receipt);
-  EXPECT_TRUE(receipt->clean()) << receipt->late << " late, " << receipt->underruns << " underruns";
   std::vector<PlannedEdge> plan;
   for (std::uint64_t k = 0; k < 2 * kPulses; ++k)
     plan.push_back({k * shortest(), "camera_trigger", k % 2 == 0});
-  compare(plan, chip_.trace(), receipt->started.count);
+  compare(plan, chip_.trace(), receipt->started.count, board().info(), *receipt);
 }
 
 /// After an awaited edge everything is counted from its stamp.
@@ -155,7 +176,6 @@ TEST_F(BoardEdges, WordsAfterAnAwaitedEdge) {
   const auto receipt = board().wait(60s);
   projector.join();
   ASSERT_OK(receipt);
-  EXPECT_TRUE(receipt->clean()) << name(receipt->end) << ", " << receipt->late << " late";
   std::vector<PlannedEdge> plan;
   for (const CapturedEdge& edge : receipt->edges) {
     if (!edge.level) continue;
@@ -164,7 +184,7 @@ TEST_F(BoardEdges, WordsAfterAnAwaitedEdge) {
     plan.push_back({resumed + width, "camera_trigger", false});
   }
   EXPECT_EQ(plan.size(), 2U * kWaits);
-  compare(plan, chip_.trace(), 0);
+  compare(plan, chip_.trace(), 0, board().info(), *receipt);
 }
 
 /// An interlock that opens amid a run: the player falls by itself.

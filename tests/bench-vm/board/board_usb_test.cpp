@@ -45,7 +45,7 @@ Result<Board> connect_usb() {
 /// The device is on the bus a moment after its driver says so.
 Result<Board> connect_patiently() {
   auto board = connect_usb();
-  for (int k = 0; k < 100 && !board; ++k) {
+  for (int k = 0; k < 2000 && !board; ++k) {
     std::this_thread::sleep_for(50ms);
     board = connect_usb();
   }
@@ -75,8 +75,8 @@ class Echo {
  private:
   Result<bool> answered(std::uint16_t token, std::uint64_t number) {
     while (true) {
-      SYMRIG_TRY(const auto bytes, link_.receive(5s));
-      if (bytes.empty()) return Error{ErrorCode::timeout, "no answer within 5 s"};
+      SYMRIG_TRY(const auto bytes, link_.receive(60s));
+      if (bytes.empty()) return Error{ErrorCode::timeout, "no answer within 60 s"};
       std::optional<bool> matches;
       for (const std::uint8_t byte : bytes)
         if (decoder_.push(byte) == protocol::FrameDecoder::Event::frame)

@@ -47,7 +47,7 @@ class DaemonProcess {
 
   void start() {
     pid_ = spawn({});
-    for (int k = 0; k < 1000 && log().find("serves") == std::string::npos; ++k)
+    for (int k = 0; k < 30'000 && !ended() && log().find("serves") == std::string::npos; ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   /// Sends the signal; its wait status.
@@ -77,6 +77,12 @@ class DaemonProcess {
   }
 
  private:
+  /// It has ended by itself. end() still tells how.
+  bool ended() const {
+    siginfo_t info{};
+    ::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT);
+    return info.si_pid != 0;
+  }
   pid_t spawn(const std::vector<std::string>& options) const {
     std::ofstream(folder_ + "/log") << "";  // before it runs: whoever reads it must not see the last one's
     const pid_t pid = ::fork();

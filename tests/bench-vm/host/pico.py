@@ -12,7 +12,7 @@ from host.assets import BENCH, cannot
 from host.slow_motion import environment
 
 READY = re.compile(r"ready usbip:[\d.]+:(\d+)")
-START = 60  # seconds that it may take to boot and enumerate
+START = 600  # seconds that it may take to boot and enumerate; ends one that hangs
 JUMPER = "5:17"  # aux0 to camera_strobe, the wire of the board's self-test (docs/board-pico.md)
 
 

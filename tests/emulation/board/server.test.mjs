@@ -114,7 +114,6 @@ test('cable and power; a client may go and another come', async () => {
   assert.match(refused.payload.toString(), /the USB cable is out/);
   await first.must('d', Buffer.from([1]));
   first.socket.destroy();
-  await new Promise((resolve) => setTimeout(resolve, 100));
   const second = await VirtualClient.connect({ path: place });
   await second.write('second');
   assert.equal((await second.read(5_000_000)).bytes.toString(), 'second');
@@ -146,7 +145,7 @@ test('what it cannot do is told and named; the connection goes on', async () => 
 test('a second client at the same time is turned away', async () => {
   const client = await VirtualClient.connect({ path: place });
   await client.must('n');
-  const other = await VirtualClient.connect({ path: place });
+  const other = await VirtualClient.open({ path: place });
   const told = await new Promise((resolve) => other.waiting.push(resolve));
   assert.match(told.payload.toString(), /another client/);
   await client.close();
@@ -157,8 +156,9 @@ test('a recording is written when a client goes', async () => {
   await client.must('i', Buffer.from([20, 1]));
   await client.read(100_000);
   await client.close();
-  await new Promise((resolve) => setTimeout(resolve, 100));
+  const next = await VirtualClient.connect({ path: place }); // whoever comes next finds it written
   const text = fs.readFileSync(path.join(folder, 'all-2.vcd'), 'utf8'); // after two power cycles
   assert.match(text, /\$var wire 1 \S GPIO20 \$end/);
   assert.match(text, /^#\d+\n1/m);
+  await next.close();
 });

@@ -2,6 +2,7 @@
 // A client of the virtual link, for tests.
 
 import net from 'node:net';
+import { setTimeout as delay } from 'node:timers/promises';
 import { FrameReader, frame, u64 } from '../board/link.mjs';
 
 export class VirtualClient {
@@ -12,9 +13,23 @@ export class VirtualClient {
     socket.on('data', (bytes) => {
       for (const message of reader.push(bytes)) this.waiting.shift()?.(message);
     });
+    socket.on('close', () => {
+      for (const resolve of this.waiting.splice(0)) resolve({ type: 'x', payload: Buffer.from('the connection was closed') });
+    });
   }
 
-  static connect(place) {
+  /** The one client: the server may still see the one before, however long it takes to hear that it has gone. */
+  static async connect(place) {
+    for (;;) {
+      const client = await VirtualClient.open(place);
+      if ((await client.ask('n')).type === 'n') return client;
+      client.socket.destroy();
+      await delay(10);
+    }
+  }
+
+  /** One that may be turned away. */
+  static open(place) {
     return new Promise((resolve, reject) => {
       const socket = net.connect(place, () => resolve(new VirtualClient(socket)));
       socket.on('error', reject);

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 using namespace test;
 
 // Real time is at work here: a busy machine may delay an answer beyond the usual 100 ms.
-constexpr BoardOptions kPatient{.reply_timeout = 2s, .attempts = 3};
+constexpr BoardOptions kPatient{.reply_timeout = 20s, .attempts = 3};
 
 /// A pseudo-terminal: its far end, and the path of the near one.
 struct Pty {

@@ -20,6 +20,11 @@ namespace {
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
+// No machine stands still for so long.
+constexpr hal::Tick kPatience = 60'000 * kMillisecond;
+// For what comes, 20 ms a try: ends a broken test, decides nothing.
+constexpr int kTries = 3000;
+
 Abilities generous() {
   Measured measured;
   return abilities(measured, 100 * static_cast<std::uint32_t>(kMillisecond), Daemon::kSegments);
@@ -49,7 +54,7 @@ class DaemonTest : public testing::Test {
     auto gpio = std::make_unique<FakeGpio>();
     gpio_ = gpio.get();
     daemon_ = std::make_unique<Daemon>(
-        Daemon::Parts{file, {1, 2, 3, 4}, generous(), std::move(gpio), std::move(transports)});
+        Daemon::Parts{file, {1, 2, 3, 4}, generous(), std::move(gpio), std::move(transports), kPatience});
     thread_ = std::thread([this] { ended_ = daemon_->run(stop_.fd()); });
   }
   void end() {
@@ -62,7 +67,13 @@ class DaemonTest : public testing::Test {
     SYMRIG_TRY(const auto uri, DeviceUri::parse("unix:" + (folder_ / "sock").string()));
     SYMRIG_TRY(auto link, open_link(uri));
     // A loaded machine, and sanitizers: an answer may take a while.
-    return Board::connect(std::move(link), {.reply_timeout = 2s, .attempts = 8, .keep_alive = 60s});
+    return Board::connect(std::move(link), {.reply_timeout = 10s, .attempts = 3, .keep_alive = 60s});
+  }
+  /// The host before may not be gone yet for the daemon.
+  Result<Board> connect_patiently() const {
+    auto board = connect();
+    for (int k = 0; k < kTries && !board; ++k, board = connect()) std::this_thread::sleep_for(20ms);
+    return board;
   }
 
   fs::path folder_;
@@ -108,7 +119,14 @@ TEST_F(DaemonTest, RunsAProgramAndSeesItsEdges) {
   ASSERT_OK(program);
   const auto receipt = board->run(*program, 60s);
   ASSERT_OK(receipt);
-  if (receipt->end != RunEnd::completed) GTEST_SKIP() << "the machine stood still for a second";
+  if (receipt->end != RunEnd::completed) {
+    // The machine stood still for a whole word: then the board tells so, and its outputs are safe.
+    ASSERT_TRUE(receipt->fault.has_value());
+    EXPECT_EQ(receipt->fault->name, "underrun");
+    EXPECT_EQ(receipt->underruns, 1U);
+    EXPECT_EQ(gpio_->outputs(), 0U);
+    return;
+  }
   EXPECT_EQ(receipt->actual.count, 2'000'000'000U) << "durations are of the plan, to the tick";
   EXPECT_EQ(receipt->marks.size(), 1U);
   ASSERT_EQ(receipt->edges.size(), 2U);
@@ -122,15 +140,15 @@ TEST_F(DaemonTest, AHostThatGoesAwayAmidARunIsAFault) {
     ASSERT_OK(board);
     ASSERT_OK(board->configure({}));
     ProgramBuilder builder(board->info());
-    builder.set("aux0", true).hold(4s).hold(4s).hold(4s);
+    builder.set("aux0", true);
+    for (int k = 0; k < 15; ++k) builder.hold(4s);
     const auto program = builder.end();
     ASSERT_OK(program);
     ASSERT_OK(board->upload(*program));
     ASSERT_OK(board->arm());
     ASSERT_OK(board->start());
   }
-  auto board = connect();
-  for (int k = 0; k < 100 && !board; ++k, board = connect()) std::this_thread::sleep_for(20ms);
+  auto board = connect_patiently();
   ASSERT_OK(board);
   const auto status = board->status();
   ASSERT_OK(status);
@@ -171,14 +189,13 @@ TEST_F(DaemonTest, StartsAnewWhenAsked) {
   auto board = connect();
   ASSERT_OK(board);
   ASSERT_OK(board->reboot(false));
-  for (int k = 0; k < 100; ++k) {
+  for (int k = 0; k < kTries; ++k) {
     const auto status = board->status();
     std::this_thread::sleep_for(20ms);
     if (!status || status->reset_cause == ResetCause::request) break;
   }
   board = Error{ErrorCode::device_lost, "hung up"};
-  auto again = connect();
-  for (int k = 0; k < 100 && !again; ++k, again = connect()) std::this_thread::sleep_for(20ms);
+  auto again = connect_patiently();
   ASSERT_OK(again);
   const auto status = again->status();
   ASSERT_OK(status);

@@ -38,7 +38,7 @@ class FakeGpio final : public Gpio {
     return true;
   }
   std::span<const int> edge_fds() const override { return edge_fd_; }
-  std::size_t read_edges(std::span<InputEdge> out, bool& lost) override {
+  std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) override {
     const std::scoped_lock lock(mutex_);
     std::uint64_t count = 0;
     [[maybe_unused]] const ssize_t got = ::read(edge_fd_[0], &count, sizeof count);
@@ -50,7 +50,7 @@ class FakeGpio final : public Gpio {
   }
 
   // What tests do.
-  void edge(const InputEdge& edge) {
+  void edge(const hal::CapturedEdge& edge) {
     {
       const std::scoped_lock lock(mutex_);
       const std::uint32_t bit = 1U << edge.line;
@@ -89,7 +89,7 @@ class FakeGpio final : public Gpio {
 
   mutable std::mutex mutex_;
   std::array<int, 1> edge_fd_;
-  std::deque<InputEdge> edges_;
+  std::deque<hal::CapturedEdge> edges_;
   std::vector<std::uint32_t> words_;
   std::uint32_t outputs_ = 0;
   std::uint32_t inputs_ = 0;

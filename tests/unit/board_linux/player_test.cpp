@@ -65,9 +65,18 @@ TEST_F(PlayerTest, PutsWordsOutInOrder) {
   player_.close();
   const hal::Tick begin = player_.start(0);
   ASSERT_TRUE(ends());
+  const std::vector<std::uint32_t> words = gpio_.words();
+  if (player_.underrun()) {
+    // The machine stood still for the length of a word: no word after it, but the safe one.
+    ASSERT_GE(words.size(), 2U);
+    EXPECT_LE(words.size(), 3U);
+    for (std::uint32_t k = 0; k + 1 < words.size(); ++k) EXPECT_EQ(words[k], k + 1);
+    EXPECT_EQ(words.back(), kSafe);
+    EXPECT_EQ(player_.levels(), kSafe);
+    return;
+  }
   EXPECT_GE(monotonic_now(), begin + kLong) << "words stand as long as they should";
-  if (player_.underrun()) GTEST_SKIP() << "the machine stood still for the length of a word";
-  EXPECT_EQ(gpio_.words(), (std::vector<std::uint32_t>{1, 2, 3}));
+  EXPECT_EQ(words, (std::vector<std::uint32_t>{1, 2, 3}));
   EXPECT_EQ(player_.levels(), 3U);
 }
 
@@ -108,8 +117,9 @@ TEST_F(PlayerTest, ATripNeedsNoHelp) {
   player_.push({1, kLong});
   player_.start(0);
   gpio_.edge({monotonic_now(), kInput, true});
-  ASSERT_TRUE(comes_true([&] { return gpio_.outputs() == kSafe; }));
+  ASSERT_TRUE(comes_true([&] { return player_.tripped() != 0; }));
   EXPECT_EQ(player_.tripped(), 1U << kInput);
+  EXPECT_EQ(gpio_.outputs(), kSafe);
   EXPECT_TRUE(player_.idle());
 }
 
@@ -163,6 +173,12 @@ TEST_F(PlayerTest, IsSafeToCallWhileItPlays) {
 class HungryPlayer : public PlayerTest {
  protected:
   HungryPlayer() : PlayerTest(hungry()) {}
+  /// The thread looks at everything once more, and has done so.
+  bool comes_round() {
+    const hal::Tick now = monotonic_now();
+    gpio_.edge({now, kInput, false});  // wakes it
+    return comes_true([&] { return player_.last_round() > now; });
+  }
   static PlayerOptions hungry() {
     PlayerOptions made = options();
     made.patience = 200 * kMillisecond;
@@ -181,9 +197,13 @@ TEST_F(HungryPlayer, MakesSafeWhenNobodyFeedsIt) {
 }
 
 TEST_F(HungryPlayer, IsExcusedForSomethingLong) {
-  player_.excuse(600'000 * kMillisecond);
+  // A busy machine may have let it starve before, or just while it is excused: then once more.
+  do {
+    player_.excuse(600'000 * kMillisecond);
+    ASSERT_TRUE(comes_round());
+  } while (player_.take_starved());
   player_.force(1);
-  std::this_thread::sleep_for(500ms);
+  std::this_thread::sleep_for(500ms);  // longer than its patience
   EXPECT_EQ(gpio_.outputs(), 1U);
   EXPECT_FALSE(player_.take_starved());
 }

@@ -102,6 +102,26 @@ Breaks to(Break how) {
 
 }  // namespace
 
+Breaks best_effort(std::uint32_t lateness, std::uint32_t delay, bool tells) {
+  const auto claim = [lateness](symrig_wire_Reply& reply) {
+    if (reply.which_body == symrig_wire_Reply_capabilities_tag) reply.body.capabilities.lateness = lateness;
+    return true;
+  };
+  // An event that comes twice, because a host is slow to acknowledge it, is the same event.
+  const auto happen = [=, late = std::set<std::uint64_t>{}](symrig_wire_Event& event) mutable {
+    if (event.which_body == symrig_wire_Event_run_started_tag) late.clear();
+    if (event.which_body == symrig_wire_Event_run_done_tag && tells)
+      event.body.run_done.late = static_cast<std::uint32_t>(late.size());
+    if (event.which_body != symrig_wire_Event_edge_tag || event.body.edge.tick % 4 != 0) return true;
+    if (delay > lateness) late.insert(event.body.edge.tick);
+    event.body.edge.tick += delay;
+    return true;
+  };
+  return from([tell = replies(claim), make = events(happen)](FrameHeader& header, Bytes& body) {
+    return tell(header, body) && make(header, body);
+  });
+}
+
 std::vector<Broken> broken_wires() {
   return {
       {"answers rubbish",
@@ -284,6 +304,31 @@ std::vector<Broken> broken_words() {
        from(happened(symrig_wire_Event_edge_tag, [](Event& event) { ++event.body.edge.tick; })),
        "^programs",
        {"programs.edges"}},
+      {"calls words late that hardware makes",
+       from(happened(symrig_wire_Event_run_done_tag, [](Event& event) { event.body.run_done.late = 1; })),
+       "^programs|^receipt.counters",
+       {"programs.words", "programs.edges", "programs.loops", "programs.again", "receipt.counters"}},
+      {"is later than it promises and does not tell",
+       best_effort(100, 101, false),
+       "^programs",
+       {"programs.edges"}},
+      {"makes words early, best effort or not",
+       from([claim = best_effort(100, 0, true).from_board,
+             early = happened(symrig_wire_Event_edge_tag, [](Event& event) { --event.body.edge.tick; })](
+                FrameHeader& header, Bytes& body) { return claim(header, body) && early(header, body); }),
+       "^programs",
+       {"programs.edges"}},
+      {"calls more words late than there are",
+       from([claim = best_effort(100, 0, true).from_board,
+             boast = happened(symrig_wire_Event_run_done_tag,
+                              [](Event& event) {
+                                event.body.run_done.late =
+                                    3 + static_cast<std::uint32_t>(event.body.run_done.steps);
+                              })](FrameHeader& header, Bytes& body) {
+         return claim(header, body) && boast(header, body);
+       }),
+       "^programs|^receipt.counters",
+       {"programs.words", "programs.again", "receipt.counters"}},
       {"starts a tick late",
        from(happened(symrig_wire_Event_run_started_tag, [](Event& event) { ++event.body.run_started.tick; })),
        "^programs",

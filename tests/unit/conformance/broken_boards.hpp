@@ -17,6 +17,10 @@ struct Broken {
   std::set<std::string> found_by;
 };
 
+/// A board that calls itself best effort: words may be `lateness` ticks late. Every fourth edge that it sees
+/// is `delay` late. tells: it counts the words that are later than promised.
+Breaks best_effort(std::uint32_t lateness, std::uint32_t delay, bool tells);
+
 /// Boards that break the rules of frames and numbers.
 std::vector<Broken> broken_wires();
 /// Boards that carry out what they should refuse, or refuse what they should carry out.

@@ -116,6 +116,76 @@ TEST(Conformance, each_check_can_fail) {
     EXPECT_TRUE(found.contains(std::string(check.name))) << check.name << " was never seen to fail";
 }
 
+/// Software makes its edges. What is late is told, so that it passes as a board that is in time does.
+TEST(Conformance, best_effort_board_passes_with_late_words_that_it_tells) {
+  constexpr std::uint32_t kLateness = 100;
+  for (const std::uint32_t delay : {0U, kLateness, kLateness + 1, 50 * kLateness}) {
+    EXPECT_EQ(failures(test::best_effort(kLateness, delay, true)), std::set<std::string>{}) << delay;
+    EXPECT_EQ(failures(test::best_effort(kLateness, delay, true), "^jumper", true), std::set<std::string>{})
+        << delay;
+  }
+  EXPECT_EQ(failures(test::best_effort(kLateness, 5 * kLateness, false), "^jumper", true),
+            std::set<std::string>{"jumper.stamps"})
+      << "it hides what is late";
+}
+
+/// Takes the processor from the firmware amid a run, as a busy machine does: the engine runs dry.
+class BusyMachine final : public boards::Peripheral {
+ public:
+  explicit BusyMachine(int times) : times_(times) {}
+  void outputs_changed(std::uint64_t, std::uint32_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return next_; }
+  void on_event(std::uint64_t tick, boards::SimBoard& board) override {
+    const std::uint64_t ms = board.config().tick_hz / 1000;
+    next_ = tick + 10 * ms;
+    const bool running = board.supervisor_state() == symrig_wire_State_STATE_RUNNING;
+    if (running && !was_running_ && times_ > 0) {
+      --times_;
+      board.stall_firmware_until(tick + 100 * ms);
+    }
+    was_running_ = running;
+  }
+  int left() const { return times_; }
+
+ private:
+  int times_;
+  bool was_running_ = false;
+  std::uint64_t next_ = 0;
+};
+
+/// The outcome of a long run where the machine is busy so many times.
+CheckOutcome long_run(int busy, const Breaks& breaks) {
+  boards::SimBoard board;
+  BusyMachine machine(busy);
+  board.attach(machine);
+  ConformanceOptions options;
+  options.filter = "^events.lost";
+  const auto report = check_conformance(std::make_unique<BrokenLink>(make_sim_link(board), breaks), options);
+  EXPECT_TRUE(report.ok() && report->results.size() == 1);
+  if (!report) return CheckOutcome::skipped;
+  EXPECT_EQ(machine.left(), std::max(0, busy - 3)) << "attempts";
+  return report->results.front().outcome;
+}
+
+TEST(Conformance, an_underrun_of_a_best_effort_board_is_looked_at_again_but_not_for_ever) {
+  const Breaks best_effort = test::best_effort(100, 0, true);
+  EXPECT_EQ(long_run(0, best_effort), CheckOutcome::passed);
+  EXPECT_EQ(long_run(2, best_effort), CheckOutcome::passed);
+  EXPECT_EQ(long_run(3, best_effort), CheckOutcome::failed);
+}
+
+TEST(Conformance, an_underrun_of_a_board_in_hardware_is_a_failure) {
+  boards::SimBoard board;
+  BusyMachine machine(1);
+  board.attach(machine);
+  ConformanceOptions options;
+  options.filter = "^events.lost";
+  const auto report = check_conformance(make_sim_link(board), options);
+  ASSERT_TRUE(report.ok()) << report.error().line();
+  EXPECT_EQ(report->results.front().outcome, CheckOutcome::failed);
+  EXPECT_EQ(machine.left(), 0);
+}
+
 /// A board whose firmware takes time, and says so.
 TEST(Conformance, slow_board_passes) {
   boards::SimBoardConfig config;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The engine's rules, tick by tick, with a clock that the test moves.
-#include "playback.hpp"
+#include "symrig/boards/playback.hpp"
 
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test {
+namespace symrig::boards::test {
 namespace {
 
 using hal::Until;
@@ -229,5 +230,116 @@ TEST_F(PlaybackTest, NobodyFeedsIt) {
   EXPECT_EQ(playback_.levels(), kSafe);
 }
 
+// Exact time, as on a board in virtual time: nothing is late, an edge is known in its tick.
+constexpr Promise kExact{.min_dwell = 1, .lateness = 0, .wait_latency = 50, .input = 0};
+
+/// Acts exactly when something is due. `answer`, if set, is called for each word while it is put out, as
+/// devices wired to the outputs answer at once.
+class ExactPlaybackTest : public testing::Test, public WordSink {
+ protected:
+  ExactPlaybackTest() { playback_.set_safe(kSafe); }
+
+  hal::Tick put(std::uint32_t levels) override {
+    words_.emplace_back(now_, levels);
+    if (answer_) answer_(levels);
+    return now_;
+  }
+  hal::Tick put_all(std::uint32_t levels) override { return put(levels); }
+
+  void run_to(hal::Tick tick) {
+    while (playback_.due() <= tick) {
+      now_ = playback_.due();
+      playback_.act(now_);
+    }
+    now_ = tick;
+  }
+  void edge(bool level) { playback_.input({now_, kInput, level}); }
+  hal::WaitOutcome outcome() {
+    hal::WaitOutcome ended{};
+    EXPECT_TRUE(playback_.pop_wait(ended));
+    return ended;
+  }
+  using Words = std::vector<std::pair<hal::Tick, std::uint32_t>>;
+
+  hal::Tick now_ = 1000;
+  Words words_;
+  std::function<void(std::uint32_t)> answer_;
+  Playback playback_{*this, kExact, 8};
+};
+
+TEST_F(ExactPlaybackTest, NoWordIsLateAndTheShortestIsPlayed) {
+  for (const std::uint32_t word : {1U, 2U, 3U}) playback_.push({word, 1});
+  playback_.close();
+  playback_.start(0, now_);
+  run_to(2000);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1001, 2}, {1002, 3}}));
+  EXPECT_EQ(playback_.late(), 0U);
+  EXPECT_FALSE(playback_.underrun());
+}
+
+TEST_F(ExactPlaybackTest, AWaitRunsOutInItsTick) {
+  playback_.push({1, 100});
+  playback_.push({1, 200, Until::rising, kInput});
+  playback_.push({2, 100});
+  playback_.close();
+  playback_.start(0, now_);
+  run_to(1100);
+  EXPECT_EQ(playback_.due(), 1300U);
+  run_to(2000);
+  const hal::WaitOutcome ended = outcome();
+  EXPECT_TRUE(ended.timed_out);
+  EXPECT_EQ(ended.tick, 1300U);
+  EXPECT_EQ(ended.resumed, 1350U);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1350, 2}}));
+}
+
+TEST_F(ExactPlaybackTest, AnEdgeOfTheVeryTickInWhichAWaitBeginsEndsIt) {
+  for (const bool edge_first : {true, false}) {
+    playback_.force(0);
+    words_.clear();
+    now_ = 1000;
+    playback_.push({1, 100});
+    playback_.push({1, 200, Until::falling, kInput});
+    playback_.push({2, 100});
+    playback_.close();
+    playback_.start(0, now_);
+    run_to(1099);
+    now_ = 1100;
+    if (edge_first) edge(false);
+    playback_.act(now_);
+    if (!edge_first) edge(false);
+    EXPECT_EQ(outcome().tick, 1100U) << edge_first;
+    run_to(1500);
+    EXPECT_EQ(words_, (Words{{1000, 1}, {1150, 2}})) << edge_first;
+  }
+}
+
+TEST_F(ExactPlaybackTest, ALineThatAnswersAWordMayTripInTheMiddleOfIt) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  answer_ = [this](std::uint32_t levels) { edge(levels == 2); };
+  for (const std::uint32_t word : {1U, 2U, 3U}) playback_.push({word, 100});
+  playback_.start(0, now_);
+  run_to(5000);
+  EXPECT_EQ(words_, (Words{{1000, 1}, {1100, 2}, {1100, kSafe}}));
+  EXPECT_EQ(playback_.levels(), kSafe);
+  EXPECT_EQ(playback_.played(), 2U);
+  EXPECT_EQ(playback_.tripped(), 1U << kInput);
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_FALSE(playback_.underrun()) << "a trip is no underrun";
+}
+
+TEST_F(ExactPlaybackTest, ALineThatStillStandsAtItsTripLevelTripsWhenInputsAreReadAgain) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  edge(true);
+  ASSERT_EQ(playback_.tripped(), 1U << kInput);
+  playback_.push({1, 100});
+  playback_.start(0, now_);
+  playback_.inputs_are(0);
+  EXPECT_FALSE(playback_.idle()) << "it has gone back";
+  playback_.inputs_are(1U << kInput);
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_EQ(playback_.levels(), kSafe);
+}
+
 }  // namespace
-}  // namespace symrig::sbc::test
+}  // namespace symrig::boards::test

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "gpio.hpp"
-#include "ring.hpp"
+#include "symrig/boards/ring.hpp"
+#include "symrig/hal/capture.hpp"
 #include "symrig/hal/edge_engine.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 
-namespace symrig::sbc {
+namespace symrig::boards {
 
 /// Where words go.
 class WordSink {
@@ -24,7 +23,7 @@ class WordSink {
   ~WordSink() = default;
 };
 
-/// What an engine can keep on this machine, in ticks (measure.hpp).
+/// What an engine can keep, in ticks. A board in virtual time: nothing is late, `input` is 0.
 struct Promise {
   std::uint32_t min_dwell = 1;
   std::uint32_t lateness = 1;      ///< a word may go out so late
@@ -32,8 +31,9 @@ struct Promise {
   std::uint32_t input = 1;         ///< from an edge until it is known here
 };
 
-/// The edge engine's rules (hal/edge_engine.hpp) without threads or a clock: whoever owns it says what time
-/// it is, calls act() when something is due, and tells what the inputs do. Deterministic.
+/// The edge engine's rules (hal/edge_engine.hpp) for boards whose edges software makes. It has no clock and
+/// no threads: its owner tells the time, calls act() when something is due, and tells what the inputs do.
+/// Deterministic. The sink may call input() and inputs_are() while it puts a word out.
 class Playback {
  public:
   Playback(WordSink& sink, const Promise& promise, std::size_t depth)
@@ -63,7 +63,7 @@ class Playback {
   /// Does what is due at `now` (nothing if it is too early): the next word, the end of a wait, the end.
   void act(hal::Tick now);
   /// An input has changed. Edges of one line come in order of time.
-  void input(const InputEdge& edge);
+  void input(const hal::CapturedEdge& edge);
   /// The inputs were read because edges may have been lost.
   void inputs_are(std::uint32_t levels);
   /// Whoever should keep the queue filled stands still: safe word, as after an underrun.
@@ -73,7 +73,7 @@ class Playback {
   void play(const hal::Segment& segment, hal::Tick now);
   void begin_wait(const hal::Segment& wait);
   void end_wait(hal::Tick tick, bool timed_out);
-  bool ends_wait(const InputEdge& edge) const;
+  bool ends_wait(const hal::CapturedEdge& edge) const;
   void run_dry();
   void stop();
   hal::Tick stop_safe();
@@ -100,8 +100,8 @@ class Playback {
   std::uint32_t trip_levels_ = 0;
   std::uint32_t tripped_ = 0;
   // Edges that may turn out to lie after the begin of a wait that was begun late.
-  std::array<InputEdge, kRecent> recent_{};
+  std::array<hal::CapturedEdge, kRecent> recent_{};
   std::size_t recent_count_ = 0;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::boards

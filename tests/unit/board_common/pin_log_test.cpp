@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pin_log.hpp"
+#include "symrig/boards/pin_log.hpp"
+
+#include <vector>
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test {
+namespace symrig::boards::test {
 namespace {
 
 constexpr hal::Tick kHold = 100;
@@ -56,5 +58,26 @@ TEST(PinLog, LeavesOutLinesThatNobodyWatches) {
   EXPECT_EQ(take_all(log, 1000), (std::vector<hal::Tick>{2}));
 }
 
+TEST(PinLog, AChangeOfSeveralLinesIsAnEdgeOfEachLowestFirst) {
+  PinLog log(8, 0, true);
+  log.add_changes(1U << 31U | 1U << 3U | 1U, 1U << 31U | 1U << 2U, 50);
+  std::vector<int> lines;
+  std::vector<bool> levels;
+  for (hal::CapturedEdge edge; log.pop(edge, 50);) {
+    EXPECT_EQ(edge.tick, 50U);
+    lines.push_back(edge.line);
+    levels.push_back(edge.level);
+  }
+  EXPECT_EQ(lines, (std::vector<int>{0, 3, 31}));
+  EXPECT_EQ(levels, (std::vector<bool>{false, false, true}));
+}
+
+TEST(PinLog, WithoutHoldAnEdgeIsThereInItsTick) {
+  PinLog log(8, 0, true);
+  log.add({1000, 0, true});
+  EXPECT_TRUE(take_all(log, 999).empty());
+  EXPECT_EQ(take_all(log, 1000), (std::vector<hal::Tick>{1000}));
+}
+
 }  // namespace
-}  // namespace symrig::sbc::test
+}  // namespace symrig::boards::test

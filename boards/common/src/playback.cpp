@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "playback.hpp"
+#include "symrig/boards/playback.hpp"
 
 #include <algorithm>
 
-namespace symrig::sbc {
+namespace symrig::boards {
 
 using hal::Segment;
 using hal::Tick;
@@ -51,9 +51,10 @@ void Playback::play(const Segment& segment, Tick now) {
     return;
   }
   ++played_;
-  levels_ = segment.levels;
-  if (sink_.put(levels_) > next_ + promise_.lateness) ++late_;
+  const Tick plan = next_;
   next_ += segment.ticks;
+  levels_ = segment.levels;
+  if (sink_.put(segment.levels) > plan + promise_.lateness) ++late_;
 }
 
 void Playback::run_dry() {
@@ -69,12 +70,12 @@ void Playback::begin_wait(const Segment& wait) {
   next_ += wait.ticks;
   const std::size_t kept = std::min(recent_count_, kRecent);
   for (std::size_t k = recent_count_ - kept; k < recent_count_; ++k) {
-    const InputEdge& edge = recent_.at(k % kRecent);
+    const hal::CapturedEdge& edge = recent_.at(k % kRecent);
     if (ends_wait(edge)) return end_wait(edge.tick, false);
   }
 }
 
-bool Playback::ends_wait(const InputEdge& edge) const {
+bool Playback::ends_wait(const hal::CapturedEdge& edge) const {
   if (!waiting_ || edge.line != wait_.line || edge.tick < wait_begin_ || edge.tick >= next_) return false;
   return wait_.until == Until::both || (wait_.until == Until::rising) == edge.level;
 }
@@ -90,7 +91,7 @@ void Playback::end_wait(Tick tick, bool timed_out) {
   outcomes_.push({tick, next_, timed_out});
 }
 
-void Playback::input(const InputEdge& edge) {
+void Playback::input(const hal::CapturedEdge& edge) {
   recent_.at(recent_count_++ % kRecent) = edge;
   if (ends_wait(edge)) end_wait(edge.tick, false);
   const std::uint32_t bit = 1U << edge.line;
@@ -140,4 +141,4 @@ void Playback::force(std::uint32_t levels) {
   sink_.put_all(levels_);
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::boards

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pin_log.hpp"
+#include "symrig/boards/pin_log.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <utility>
 
-namespace symrig::sbc {
+namespace symrig::boards {
 
 void PinLog::add(const hal::CapturedEdge& edge) {
   if ((watched_ >> edge.line & 1U) == 0) return;
@@ -21,6 +22,13 @@ void PinLog::add_input(const hal::CapturedEdge& edge) {
   add(edge);
 }
 
+void PinLog::add_changes(std::uint32_t changed, std::uint32_t levels, hal::Tick tick) {
+  for (; changed != 0; changed &= changed - 1) {
+    const auto line = static_cast<std::uint8_t>(std::countr_zero(changed));
+    add({tick, line, (levels >> line & 1U) != 0});
+  }
+}
+
 hal::Tick PinLog::ready_at() const {
   if (edges_.empty()) return hal::kNever;
   const hal::Tick oldest = edges_.front().tick;
@@ -35,4 +43,4 @@ bool PinLog::take_overflow() {
   return std::exchange(overflow_, false);
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::boards

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ring.hpp"
+#include "symrig/boards/ring.hpp"
 #include "symrig/hal/capture.hpp"
 
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::sbc {
+namespace symrig::boards {
 
 /// Edges of outputs and inputs until the firmware takes them, in order of time. Outputs are known at once,
-/// inputs a little later: so edges are handed out only when none that is older can still come.
+/// inputs perhaps a little later: so edges are handed out only when none that is older can still come.
 class PinLog {
  public:
   /// hold: ticks from an input's edge until it is known, at most. one_source: inputs' edges come in order of
@@ -22,6 +22,8 @@ class PinLog {
   /// Sorts the edge in. A full log drops it, which counts as overflow.
   void add(const hal::CapturedEdge& edge);
   void add_input(const hal::CapturedEdge& edge);
+  /// An edge for each line in `changed`, lowest first, to its level in `levels`.
+  void add_changes(std::uint32_t changed, std::uint32_t levels, hal::Tick tick);
   /// Edges were lost elsewhere.
   void lose() { overflow_ = true; }
   /// Takes the oldest edge if it is old enough at `now`.
@@ -39,4 +41,4 @@ class PinLog {
   bool overflow_ = false;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::boards
