@@ -77,8 +77,7 @@ Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine&
 }
 
 SeenFrame camera_evidence(const CameraFrame& frame, const NoiseModel& noise) {
-  return {frame.sequence, frame.stamp, frame.stamp_of, frame.damaged,
-          frame.ideal ? 0 : content_of(frame.raw, noise)};
+  return {frame.sequence, frame.stamp, frame.stamp_of, frame.damaged, content_of(frame.raw, noise)};
 }
 
 }  // namespace symrig

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exposure_choice.hpp"
 
-#include "symrig/hdr/exposure_ratio.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -74,21 +72,6 @@ double least_noise(const Expectation& expected) {
   double least = std::numeric_limits<double>::infinity();
   for (const ExpectedPart& part : expected.parts) least = std::min(least, part.noise);
   return least;
-}
-
-std::string contradicted_exposures(const TakenBracket& bracket, const NoiseModel& noise) {
-  std::vector<Frame> frames;
-  for (std::size_t k = 0; k < bracket.frames.size(); ++k) {
-    if (bracket.frames[k].ideal) return "";
-    frames.push_back({bracket.frames[k].raw, bracket.exposures[k]});
-  }
-  const auto ratios = exposure_ratios(frames, noise);
-  if (!ratios) return "";
-  const ExposureRatio* worst = nullptr;
-  const auto off = [](const ExposureRatio& ratio) { return std::abs(ratio.seen / ratio.told - 1); };
-  for (const ExposureRatio& ratio : *ratios)
-    if (ratio.wrong() && (worst == nullptr || off(ratio) > off(*worst))) worst = &ratio;
-  return worst == nullptr ? "" : worst->to_string();
 }
 
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "rig/bracket_taker.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
@@ -9,7 +8,6 @@
 #include "symrig/rig/rig.hpp"
 
 #include <optional>
-#include <string>
 
 namespace symrig {
 
@@ -35,8 +33,5 @@ double least_noise(const Expectation& expected);
 /// How the dark projector is to be photographed so that its error, averaged over as many photographs, adds at
 /// most 1/16 to the noise of photographs that are expected so.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
-
-/// How the frames of a bracket contradict their exposures, worst first; empty: they do not, or nothing tells.
-std::string contradicted_exposures(const TakenBracket& bracket, const NoiseModel& noise);
 
 }  // namespace symrig

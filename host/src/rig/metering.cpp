@@ -10,38 +10,12 @@
 
 namespace symrig {
 
-namespace {
-
-bool is_dead(const Camera& camera, std::size_t pixel) {
-  return camera.dead() != nullptr && camera.dead()->values()[pixel] != 0;
-}
-
-template <class T>
-double largest_live(std::span<const T> values, const Camera& camera) {
-  const auto pixels = static_cast<std::size_t>(camera.grid().size());
-  double largest = 0;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (!is_dead(camera, i % pixels)) largest = std::max(largest, static_cast<double>(values[i]));
-  return largest;
-}
-
-}  // namespace
-
-std::optional<double> brightest_rate(const CameraFrame& frame, Nanoseconds exposure, const Camera& camera,
-                                     double scale) {
-  if (frame.ideal) return largest_live(frame.ideal->values(), camera) / scale;
-  const NoiseModel& noise = camera.noise();
-  const double code = largest_live(std::span<const std::uint16_t>(frame.raw), camera);
-  if (code >= noise.saturation_code()) return std::nullopt;
-  return std::max(0.0, code - noise.pedestal()) / noise.gain() / seconds(exposure);
-}
-
-std::optional<double> brightest_rate(std::span<const CameraFrame> frames,
+std::optional<double> brightest_rate(const FrameReading& reading, std::span<const CameraFrame> frames,
                                      std::span<const Nanoseconds> exposures, const Camera& camera,
                                      double scale) {
   std::optional<double> rate;
   for (std::size_t i = 0; i < frames.size(); ++i)
-    if (const auto one = brightest_rate(frames[i], exposures[i], camera, scale)) rate = one;
+    if (const auto one = reading.brightest_rate(frames[i], exposures[i], camera, scale)) rate = one;
   return rate;
 }
 

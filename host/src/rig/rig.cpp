@@ -33,22 +33,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// A photograph from a camera without noise: what it saw, with nothing to doubt.
-Radiance exact_radiance(const Image<float>& seen, double lamp, const Image<std::uint8_t>* dead) {
-  Radiance radiance{seen, Image<float>(seen.grid(), seen.channels()),
-                    Image<std::uint8_t>(seen.grid(), seen.channels(), 1)};
-  for (float& value : radiance.mean.values()) value *= static_cast<float>(1 / lamp);
-  if (dead == nullptr) return radiance;
-  for (int c = 0; c < seen.channels(); ++c) {
-    for (std::size_t i = 0; i < dead->values().size(); ++i) {
-      if (dead->values()[i] == 0) continue;
-      radiance.mean.plane(c)[i] = 0;
-      radiance.valid.plane(c)[i] = 0;
-    }
-  }
-  return radiance;
-}
-
 Result<void> check_values(const Pattern& pattern, std::size_t number) {
   const auto values = pattern.values();
   const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !(v >= 0 && v <= 1); });
@@ -127,8 +111,10 @@ Result<void> Rig::meter() {
   SYMRIG_TRY(const auto trial, plan_exposures(shortest, count, 6, timing));
   const Pattern flood(grid(), 1, 1.F);
   SYMRIG_TRY(const auto taken, taker_->take({&flood, 1}, {&trial, 1}));
-  const auto rate = brightest_rate(taken[0].frames, taken[0].exposures, camera, options_.scale);
-  taker_->doubt_exposures(contradicted_exposures(taken[0], camera.noise()));
+  const auto rate =
+      brightest_rate(*options_.reading, taken[0].frames, taken[0].exposures, camera, options_.scale);
+  taker_->doubt_exposures(
+      options_.reading->contradicted_exposures(taken[0].frames, taken[0].exposures, camera.noise()));
   if (!rate)
     return Error{ErrorCode::limit,
                  fmt::format("the flood-lit scene saturates the camera in {:.3g} ms, its shortest exposure",
@@ -137,7 +123,7 @@ Result<void> Rig::meter() {
   SYMRIG_TRY(exposures_, plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
                                         planned() ? kUnplanned : options_.exposures, options_.ratio, timing));
   SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
-  if (planned() && taken[0].frames.front().ideal) exposures_.resize(1);  // nothing to gain from more
+  if (planned() && options_.reading->exact()) exposures_.resize(1);  // nothing to gain from more
   return {};
 }
 
@@ -275,19 +261,8 @@ Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns,
 }
 
 Result<Radiance> Rig::merge_one(const TakenBracket& bracket, double lamp) const {
-  const Camera& camera = taker_->camera();
-  if (bracket.frames.front().ideal) return exact_radiance(*bracket.frames.back().ideal, lamp, camera.dead());
-  std::vector<Frame> frames;
-  for (std::size_t i = 0; i < bracket.frames.size(); ++i)
-    frames.push_back({bracket.frames[i].raw, bracket.exposures[i]});
-  MergeOptions options;
-  options.scale = options_.scale / lamp;  // before black is taken off, which was seen at the first level
-  options.black = black_ ? &*black_ : nullptr;
-  options.dead = camera.dead();
-  if (frames.size() <= kMaxFrames) return merge(frames, grid(), channels(), camera.noise(), options);
-  SYMRIG_TRY(MergeStream stream, MergeStream::begin(grid(), channels(), camera.noise(), bracket.exposures));
-  for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
-  return stream.finish(options);
+  return options_.reading->photograph(bracket.frames, bracket.exposures, taker_->camera(),
+                                      {options_.scale, lamp, black_ ? &*black_ : nullptr});
 }
 
 Result<std::vector<Radiance>> Rig::merge_all(std::span<const TakenBracket> brackets, const LampLog* lamp) {

@@ -2,6 +2,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include "sim/camera_optics.hpp"
+#include "sim/exact_frames.hpp"
 #include "sim/hash.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
@@ -83,7 +84,7 @@ CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::uint64_t noi
   CameraFrame frame;
   frame.sequence = exposure.sequence;
   if (!noisy_) {
-    frame.ideal = light;
+    frame.attachment = light;
     return frame;
   }
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
@@ -226,6 +227,7 @@ RigOptions SimulatedRig::rig_options() const {
   options.scale = 1 / (kSensitivity * uri_.light);
   options.views = views_of(uri_);
   options.name = uri_.to_string();
+  if (!uri_.camera_noise) options.reading = std::make_shared<ExactFrames>();
   options.ledger.guards = 0;  // a camera in virtual time is there from its first frame on
   if (hooks_.options) hooks_.options(options);
   return options;

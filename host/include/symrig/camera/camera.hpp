@@ -7,6 +7,7 @@
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/image.hpp"
 
+#include <any>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -28,16 +29,15 @@ enum class StampOf : std::uint8_t {
   exposure_end  ///< end of the exposure or later, up to the end of the readout
 };
 
-/// One frame as the camera hands it over. raw: channels × grid codes, planar, raster order; empty if the
-/// camera has no noise, which only a simulated one can say: then `ideal` is the mean radiance during the
-/// exposure.
+/// One frame as the camera hands it over. raw: channels × grid codes, planar, raster order.
 struct CameraFrame {
   std::uint64_t sequence = 0;  ///< the camera's own count of frames, with those it lost on the way
   SteadyTime stamp;
   StampOf stamp_of = StampOf::nothing;
   bool damaged = false;  ///< the driver says that its contents are not whole
   std::vector<std::uint16_t> raw;
-  std::shared_ptr<const Image<float>> ideal;
+  /// What a camera adds for a FrameReading of its own, such as chunk data; empty for most.
+  std::any attachment = {};
 };
 
 /// A camera that exposes while its trigger line is high. The board times the exposures; the camera only

@@ -9,6 +9,7 @@
 #include "symrig/projector/projector.hpp"
 #include "symrig/rig/camera_ledger.hpp"
 #include "symrig/rig/devices.hpp"
+#include "symrig/rig/frame_reading.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -58,6 +59,8 @@ struct RigOptions {
   std::function<bool()> wanted;
   /// Waits between two looks for a lost device. Empty: sleeps.
   std::function<void(Nanoseconds)> pause;
+  /// How frames are read.
+  std::shared_ptr<const FrameReading> reading = std::make_shared<FrameReading>();
   ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };

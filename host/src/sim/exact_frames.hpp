@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sim/studio.hpp"
+#include "symrig/rig/frame_reading.hpp"
+
+namespace symrig::sim {
+
+/// Frames of a simulated camera without noise. They carry no codes but the mean radiance during the exposure,
+/// as their attachment (Studio::Light). A photograph is that light, exactly.
+class ExactFrames final : public FrameReading {
+ public:
+  std::optional<double> brightest_rate(const CameraFrame& frame, Nanoseconds exposure, const Camera& camera,
+                                       double scale) const override;
+  /// The light of the last frame, with variance 0.  fails: frame_missing (it has none).
+  Result<Radiance> photograph(std::span<const CameraFrame> frames, std::span<const Nanoseconds> exposures,
+                              const Camera& camera, const PhotographUnits& units) const override;
+  std::string contradicted_exposures(std::span<const CameraFrame> /*frames*/,
+                                     std::span<const Nanoseconds> /*exposures*/,
+                                     const NoiseModel& /*noise*/) const override {
+    return "";
+  }
+  bool exact() const override { return true; }
+};
+
+}  // namespace symrig::sim
