@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// With a wire from an output to an input: the board sees with its own time-stamps what it puts out.
+// With a wire from an output to an input, the board stamps its own output edges.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 
@@ -14,15 +14,16 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kNeeds = "needs --jumper OUTPUT:INPUT";
 
-Bytes pulses(const Subject& board, std::uint32_t output) {
+Bytes pulses(const BoardUnderTest& board, std::uint32_t output) {
   const std::uint32_t bit = 1U << output;
   return pack({word(0, board.word()), loop(100), word(bit, board.word()), word(0, board.word() + 1),
                end_loop(), word(bit, 2 * board.word()), end()});
 }
 
-/// Each edge of the plan comes back, all late by the same few ticks: the resolution of the time-stamps, and 1
-/// us at most for pads and synchronisers. Where software makes the edges each may be late as the board says.
-Verdict stamps(Subject& board) {
+/// Each planned edge comes back, always late by the same few ticks: the resolution of the time-stamps, and at
+/// most 1 us for pads and synchronisers. If software makes the edges, each may also be late by the board's
+/// lateness.
+Verdict stamps(BoardUnderTest& board) {
   if (!board.jumper) return skipped(std::string(kNeeds));
   const auto [output, input] = *board.jumper;
   const std::uint64_t grain = board.lines[input].stamp_ticks;
@@ -38,7 +39,7 @@ Verdict stamps(Subject& board) {
   std::uint64_t first_delay = 0;
   for (const symrig_wire_Event& event : board.session.events()) {
     if (event.which_body != symrig_wire_Event_edge_tag || event.body.edge.line != input) continue;
-    if (k == plan.edges.size()) return failed("more edges came back than were put out");
+    if (k == plan.edges.size()) return failed("more edges came back than went out");
     SYMRIG_MUST(same(fmt::format("level of edge {}", k), plan.edges[k].level, event.body.edge.level));
     const std::uint64_t delay = event.body.edge.tick - (begun->body.run_started.tick + plan.edges[k].tick);
     if (k == 0) first_delay = delay;
@@ -51,8 +52,8 @@ Verdict stamps(Subject& board) {
   return same("edges that came back", plan.edges.size(), k);
 }
 
-/// Levels by hand, seen at the input.
-Verdict levels(Subject& board) {
+/// Levels that are set by hand must appear at the input.
+Verdict levels(BoardUnderTest& board) {
   if (!board.jumper) return skipped(std::string(kNeeds));
   const auto [output, input] = *board.jumper;
   SYMRIG_MUST(board.configure());
