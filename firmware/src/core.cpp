@@ -174,8 +174,7 @@ void Core::report_run(symrig_wire_RunEnd end) {
   send_marks();
   const RunTally& tally = sequencer_.tally();
   symrig_wire_Event& event = new_event(symrig_wire_Event_run_done_tag);
-  const Tick duration =
-      tally.ended > tally.started ? tally.ended - tally.started : 0;  // 0: the run never began
+  const Tick duration = tally.ended > tally.started ? tally.ended - tally.started : 0;  // 0: no start
   const bool waited = end == symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT;
   event.body.run_done = {end,
                          tally.ended,

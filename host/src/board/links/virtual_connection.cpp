@@ -11,8 +11,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Nanoseconds kPatience = 15s;  // for an answer that needs no time of the board
 constexpr Nanoseconds kMost = 120s;
-constexpr std::int64_t kSlowness =
-    300;  // real seconds that an emulator may need for one second of the board's time
+constexpr std::int64_t kSlowness = 300;  // real seconds for one second of an emulated board, at most
 constexpr std::size_t kHeader = 5;
 constexpr std::size_t kMaxPayload = std::size_t{1} << 26;
 
