@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests about lines and what is kept over power-off.
+// Requests about lines and about the permanent memory.
 #include "replies.hpp"
 #include "symrig/firmware/core.hpp"
 
@@ -9,7 +9,7 @@ namespace {
 using protocol::LineConfig;
 using protocol::raw;
 
-/// Number of the first field whose value makes no sense, 0 if all do.
+/// The number of the first field with an invalid value, or 0.
 uint32_t first_bad_field(const symrig_wire_ConfigLine& line) {
   const bool limits = line.max_on != 0 || line.min_off != 0 || line.max_duty_permille != 0;
   const bool output = raw(line.direction) == symrig_wire_Direction_DIRECTION_OUTPUT;
@@ -20,7 +20,7 @@ uint32_t first_bad_field(const symrig_wire_ConfigLine& line) {
   if (raw(line.hazard) > _symrig_wire_Hazard_MAX) return symrig_wire_ConfigLine_hazard_tag;
   if (!output && line.safe_level) return symrig_wire_ConfigLine_safe_level_tag;
   if (line.max_on > protocol::kMaxDuration || (limits && !output)) return symrig_wire_ConfigLine_max_on_tag;
-  // Nobody may forget how long a laser can stay on.
+  // A laser must have a limit on its time on.
   if (raw(line.hazard) == symrig_wire_Hazard_HAZARD_LASER && output && line.max_on == 0)
     return symrig_wire_ConfigLine_max_on_tag;
   if (line.min_off > protocol::kMaxDuration) return symrig_wire_ConfigLine_min_off_tag;
@@ -54,7 +54,7 @@ void Core::configure_line(const symrig_wire_ConfigLine& line, symrig_wire_Reply&
   const LineConfig config = to_config(line);
   if (config.output != wired.output) return refuse(reply, symrig_wire_Code_CODE_WRONG_DIRECTION, line.line);
   if (is_interlock(config) && !wired.trips) return bad_value(reply, symrig_wire_ConfigLine_role_tag);
-  // A limit on pins that nobody sees would be a promise nobody keeps.
+  // The guard cannot keep a limit on a pin whose edges the board does not stamp.
   if (config.limited() && wired.stamp_ticks == 0) return bad_value(reply, symrig_wire_ConfigLine_max_on_tag);
   if (!permit(Condition::config_line, reply)) return;
   config_.lines[line.line] = config;
@@ -74,18 +74,18 @@ void Core::finalize_config(uint32_t hash, symrig_wire_Reply& reply) {
   guard_.configure(config_, board_.capture.levels(), board_.clock.now());
 }
 
-/// What a board goes safe to before a host has told it anything.
+/// Loads the safe levels that hold before a host configures the board.
 void Core::load_stored_config() {
   if (load_config(board_.settings, board_.traits, config_, label_)) {
     safe_levels_ = config_.safe_levels();
     stored_config_ = protocol::config_hash(config_);
   }
-  config_.clear();  // the host configures lines; this was about their levels until then
+  config_.clear();  // only the safe levels are used; the host configures the lines
 }
 
 void Core::store_config(const symrig_wire_StoreConfig& store, symrig_wire_Reply& reply) {
   const bool configured = state_ == State::configured || state_ == State::loaded || state_ == State::done;
-  // Writing flash stops everything else for a while.
+  // A write to flash stops everything else for some time.
   if (!configured || board_.engine.levels() != safe_levels_)
     return refuse(reply, symrig_wire_Code_CODE_BAD_STATE, static_cast<uint64_t>(state_));
   Label label;

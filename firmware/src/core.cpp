@@ -20,7 +20,7 @@ void Core::boot() {
   const bool stood_still = board_.system.reset_cause() == hal::ResetCause::watchdog;
   if (stood_still && reset_fault_.code == 0)
     reset_fault_ = {static_cast<uint32_t>(symrig_wire_FaultCode_FAULT_WATCHDOG), 0, 0};
-  board_.faults.save({});  // told from memory until the next reset
+  board_.faults.save({});  // reported from memory until the next reset
   board_.engine.set_trips(0, 0);
   use_safe_levels(safe_levels_);
   apply(Condition::boot_done);
@@ -98,8 +98,8 @@ void Core::watch_edges() {
     raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0, board_.clock.now());
 }
 
-/// The one event in the making: filled in and pushed before anything else is done. Its copies live in the
-/// queue.
+/// The event under construction. The caller fills it in and pushes it before it does anything else. The queue
+/// holds copies.
 symrig_wire_Event& Core::new_event(pb_size_t which) {
   __builtin_memset(&event_, 0, sizeof event_);
   event_.which_body = which;
@@ -120,7 +120,7 @@ void Core::watch_limits() {
   if (guard_.check(board_.clock.now(), found)) breach(found);
 }
 
-/// The engine has fallen to its safe word by itself; the rest follows.
+/// The engine went to its safe word by itself after a trip. This does the rest.
 void Core::watch_trips() {
   const uint32_t tripped = board_.engine.tripped();
   if (tripped == 0) return;
@@ -157,7 +157,7 @@ void Core::send_marks() {
 }
 
 void Core::conclude(Sequencer::Outcome outcome) {
-  // An interlock may have stopped the engine since watch_trips(): then that is what ended the run.
+  // An interlock may have stopped the engine since watch_trips(). Then the interlock ended the run.
   if (board_.engine.tripped() != 0) return watch_trips();
   if (outcome == Sequencer::Outcome::underrun) {
     raise(symrig_wire_FaultCode_FAULT_UNDERRUN, sequencer_.tally().steps, board_.clock.now());
@@ -174,7 +174,7 @@ void Core::report_run(symrig_wire_RunEnd end) {
   send_marks();
   const RunTally& tally = sequencer_.tally();
   symrig_wire_Event& event = new_event(symrig_wire_Event_run_done_tag);
-  const Tick duration = tally.ended > tally.started ? tally.ended - tally.started : 0;  // 0: never began
+  const Tick duration = tally.ended > tally.started ? tally.ended - tally.started : 0;  // 0: no start
   const bool waited = end == symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT;
   event.body.run_done = {end,
                          tally.ended,
@@ -187,8 +187,8 @@ void Core::report_run(symrig_wire_RunEnd end) {
   events_.push_important(event, tally.ended);
 }
 
-/// The host must be there whenever outputs may move, or stand where they should not be left alone; unless the
-/// run was armed to go on without it, which no lamp or laser line is.
+/// A host must be present while outputs may change or are away from their safe levels. The exception is an
+/// autonomous run, which is not possible with lamp or laser lines.
 void Core::watch_host() {
   const Tick now = board_.clock.now();
   const bool silent = ttl_ms_ != 0 && now >= alive_until_;
@@ -213,7 +213,7 @@ void Core::leave() {
   board_.system.reboot(to_bootloader_);
 }
 
-/// Outputs first, then everything else.
+/// Makes the outputs safe first, then does everything else.
 void Core::raise(symrig_wire_FaultCode code, uint64_t arg, Tick tick) {
   const bool running = state_ == State::running;
   const bool latched = state_ == State::fault;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that ask and change nothing.
+// Requests that only read.
 #include "replies.hpp"
 #include "symrig/firmware/core.hpp"
 #include "symrig/firmware/version.hpp"

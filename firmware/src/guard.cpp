@@ -16,7 +16,7 @@ void Guard::configure(const protocol::BoardConfig& config, uint32_t levels, Tick
     if (!line.configured || !line.output || !line.limited()) continue;
     watched_ |= 1U << k;
     const bool on = (((levels >> k) & 1U) != 0) != line.safe_level;
-    // A new configuration does not make a hot lamp cold: what is known of its last pulse stays.
+    // A new configuration does not cool a hot lamp: keep its last pulse.
     const bool known = ((watched_before >> k) & 1U) != 0 && watches_[k].on == on;
     if (!known) watches_[k] = {on, true, now, 0};
   }

@@ -12,7 +12,7 @@ namespace flag = protocol::flag;
 
 namespace {
 
-/// All fields zero, as the schema's own initialiser has it, without a copy on the stack.
+/// Sets all fields to zero, like the schema's initialiser, but without a copy on the stack.
 void blank(symrig_wire_Reply& reply) {
   __builtin_memset(&reply, 0, sizeof reply);
 }
@@ -71,7 +71,7 @@ void Link::take(const Frame& frame, Requests& requests) {
   }
 }
 
-/// Hello, and only Hello, may begin a session; it is answered whatever version the host speaks.
+/// Only Hello may begin a session. The board answers it for any version of the host.
 void Link::take_sync(const Frame& frame, Requests& requests) {
   const bool hello = decode(frame.body, request_) && request_.which_body == symrig_wire_Request_hello_tag;
   if (!hello) {
@@ -89,8 +89,8 @@ void Link::take_sync(const Frame& frame, Requests& requests) {
   send_kept_reply();
 }
 
-/// Abort must get through whatever has become of the sequence, and a time ping should not wait in a queue;
-/// either is the same done once or twice.
+/// Abort must work in any state of the sequence, and a time ping should not wait in a queue. A repetition of
+/// either has the same effect.
 void Link::take_urgent(const Frame& frame, Requests& requests) {
   blank(answer_);
   if (!decode(frame.body, request_)) {
@@ -107,7 +107,8 @@ void Link::take_urgent(const Frame& frame, Requests& requests) {
 }
 
 bool Link::in_turn(uint16_t seq) {
-  // The host has to wait for its answer: what it sends meanwhile is not taken, and asked for again later.
+  // The host must wait for its answer. The board drops frames that arrive meanwhile, and requests them again
+  // later.
   if (pending_) return false;
   if (seq == expected_) {
     ++expected_;
@@ -116,7 +117,7 @@ bool Link::in_turn(uint16_t seq) {
   if (reply_kept_ && seq == reply_seq_) {
     send_kept_reply();
   } else {
-    // A frame from the past was acknowledged before; one from the future means that another was lost.
+    // An older frame was acknowledged before. A later frame means that another one was lost.
     send(protocol::seq_before(seq, expected_) ? Kind::ack : Kind::nak, expected_, 0, {});
   }
   return false;
@@ -162,7 +163,7 @@ void Link::send_kept_reply() {
   send(Kind::reply, static_cast<uint16_t>(reply_seq_ + 1), 0, {reply_.bytes, reply_size_});
 }
 
-/// A frame that finds no room is not sent: the host asks again.
+/// Does not send a frame if there is no room: the host will repeat its request.
 void Link::send(Kind kind, uint16_t ack, uint8_t flags, ByteView body) {
   const protocol::FrameHeader header{
       protocol::kProtoMajor, kind, events_.next_to_send(), ack, kWindow, flags};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests about the program that the board holds.
+// Requests about the board's program.
 #include "replies.hpp"
 #include "symrig/firmware/core.hpp"
 
@@ -54,7 +54,7 @@ Answer Core::verify_program(symrig_wire_Reply& reply) {
   return Answer::later;
 }
 
-/// Reads on in a program that is being committed or verified. Not during a run: that has other needs.
+/// Continues a commit or a verification. Not during a run, which needs the time.
 void Core::read_program() {
   if (!store_.working() || state_ == State::armed || state_ == State::running) return;
   const bool committing = !store_.loaded();
@@ -72,7 +72,7 @@ void Core::read_program() {
 void Core::conclude_commit(ProgramStore::Verdict verdict, symrig_wire_Reply& reply) {
   const bool good = verdict == ProgramStore::Verdict::good;
   report_program(verdict, reply);
-  // A fault may have come while the program was read.
+  // A fault may have happened while the program was read.
   if (apply(good ? Condition::program_good : Condition::program_bad)) return;
   store_.drop();
   reply = symrig_wire_Reply_init_zero;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which request is carried out where. The table of protocol/PROTOCOL.md, in order of number.
+// Calls the function for each request. The table of protocol/PROTOCOL.md, in order of number.
 #include "symrig/firmware/core.hpp"
 
 namespace symrig::firmware {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Requests that move outputs, and those that keep them from moving.
+// Requests that start, stop or prevent changes of outputs.
 #include "replies.hpp"
 #include "symrig/firmware/core.hpp"
 
@@ -7,15 +7,15 @@ namespace symrig::firmware {
 namespace {
 
 constexpr uint32_t kMaxTtlMs = 60'000;
-// A laser may be without its host for no longer.
+// The longest keep-alive with a laser line.
 constexpr uint32_t kMaxLaserTtlMs = 500;
 constexpr uint32_t kMaxIdentifySeconds = 60;
-// Time for the answer to get out before the board is gone.
+// Time for the answer to leave before the restart.
 constexpr uint32_t kRebootDelayMs = 20;
 
 }  // namespace
 
-/// The first lamp or laser among the lines in `mask` whose host-loss policy is not met, -1 if there is none.
+/// The first lamp or laser in `mask` without the keep-alive that it needs, or -1.
 int Core::unguarded_line(uint32_t mask) const {
   for (unsigned k = 0; k < protocol::kMaxOutputs; ++k) {
     const protocol::LineConfig& line = config_.lines[k];
@@ -26,7 +26,7 @@ int Core::unguarded_line(uint32_t mask) const {
   return -1;
 }
 
-/// The first lamp or laser line, -1 if there is none.
+/// The first lamp or laser line, or -1.
 int Core::hazardous_line() const {
   for (unsigned k = 0; k < protocol::kMaxOutputs; ++k)
     if (config_.lines[k].configured && config_.lines[k].output && config_.lines[k].hazard != 0)
@@ -34,7 +34,7 @@ int Core::hazardous_line() const {
   return -1;
 }
 
-/// The first interlock line that stands at its trip level, -1 if there is none.
+/// The first interlock line at its trip level, or -1.
 int Core::open_interlock() const {
   const uint32_t levels = board_.capture.levels();
   for (unsigned k = 0; k < protocol::kMaxLines; ++k)
@@ -43,7 +43,7 @@ int Core::open_interlock() const {
   return -1;
 }
 
-/// From now on the engine itself falls to its safe word when an interlock opens.
+/// From now on the engine goes to its safe word by itself when an interlock opens.
 void Core::arm_trips() {
   uint32_t lines = 0;
   uint32_t levels = 0;
@@ -55,7 +55,8 @@ void Core::arm_trips() {
   board_.engine.set_trips(lines, levels);
 }
 
-/// What must hold before the lines in `mask` may be moved at `tick`. false: the reply says what does not.
+/// Checks all conditions for changing the lines in `mask` at `tick`. false: the reply names the one that
+/// fails.
 bool Core::may_move(uint32_t mask, hal::Tick tick, symrig_wire_Reply& reply) const {
   const int open = open_interlock();
   if (open >= 0) {
@@ -166,7 +167,7 @@ void Core::identify(uint32_t seconds, symrig_wire_Reply& reply) {
   beacon_.identify_until(board_.clock.now() + ticks_of_ms(seconds * 1000));
 }
 
-/// The board goes when its answer has had time to leave.
+/// Restarts the board after its answer had time to leave.
 void Core::reboot(const symrig_wire_Reboot& reboot, symrig_wire_Reply& reply) {
   const protocol::ByteView id{board_.traits.unique_id, board_.traits.unique_id_size};
   if (reboot.token != protocol::crc32c(id)) return bad_value(reply, symrig_wire_Reboot_token_tag);

@@ -28,7 +28,7 @@ void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at
   tally_.started = base(0);
 }
 
-/// The engine is asked for its room once, and again when that is used up: asking costs as much as pushing.
+/// Reads the engine's room() only when the last value is used up: room() costs as much time as push().
 void Sequencer::fill() {
   room_ = engine_.room();
   while (phase_ == Phase::filling && expand(program_[pc_])) {
@@ -41,7 +41,7 @@ void Sequencer::push(const hal::Segment& segment) {
   --room_;
 }
 
-/// false: no room for this record yet.
+/// false: there is no room for this record yet.
 bool Sequencer::expand(const Record& record) {
   switch (static_cast<Op>(record.op)) {
     case Op::set_word:
@@ -102,8 +102,8 @@ void Sequencer::turn_round() {
   ++pc_;
 }
 
-/// The run ends with the edge to the final levels; the engine holds them for its shortest dwell before it
-/// idles.
+/// The run ends with the edge to the final levels. The engine holds them for its shortest word before it is
+/// idle.
 bool Sequencer::finish(uint32_t levels) {
   if (room_ == 0) return false;
   push({levels, min_dwell_});
@@ -176,8 +176,7 @@ Tick Sequencer::next_deadline() const {
   if (mark_count_ > 0 && known(mark(0))) deadline = base(mark(0).stretch) + mark(0).offset;
   if (phase_ != Phase::closing || known_ != stretch_) return deadline;
   const Tick end = base(stretch_) + offset_ + min_dwell_;
-  // An engine that plays on beyond the end (somebody broke it) is found idle by another poll, not by this
-  // deadline.
+  // If a faulty engine plays beyond the end, another poll will find it idle, not this deadline.
   return end < deadline && end > polled_ ? end : deadline;
 }
 

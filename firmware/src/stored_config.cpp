@@ -13,7 +13,7 @@ constexpr size_t kLinesAt = kCountAt + 4;
 constexpr size_t kMaxSize = kLinesAt + protocol::kMaxLines * protocol::kLineRecordSize + protocol::kCrcSize;
 static_assert(kMaxSize <= hal::Settings::kRoom);
 
-// One record is in the works at a time, and it is too large for a small board's stack.
+// One record at a time is handled. It is too large for a small board's stack.
 uint8_t scratch[kMaxSize];
 
 bool sound(size_t size) {

@@ -73,7 +73,7 @@ constexpr Transition kTable[kStates][kConditions] = {
    go(kArmed), kNo, kNo, kNo,
    go(kLoaded, kSafe), go(kLoaded, kSafe), go(kFault, kSafe), kNo,
    go(kLoaded), go(kLoaded, kSafe)},
-  /* fault: the first fault stays latched, whatever comes after it */
+  /* fault: the first fault stays latched after any other condition */
   {kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,

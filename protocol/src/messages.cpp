@@ -21,15 +21,15 @@ bool decode_message(const pb_msgdesc_t* fields, ByteView body, void* message) {
 
 namespace {
 
-/// Writes proto3 varint fields of a message that is a member of a oneof: tag, length, fields. No field here
-/// has a number above 15, and all together take less than 128 bytes.
+/// Writes proto3 varint fields of a message that is a member of a oneof: tag, length, fields. All field
+/// numbers here are at most 15, and all fields together need less than 128 bytes.
 class MemberWriter {
  public:
   MemberWriter(BodyBuffer& out, unsigned member) : out_(out) {
     out_.bytes[0] = static_cast<uint8_t>(member << 3U | 2U);
   }
 
-  /// A zero is not written.
+  /// Does not write a zero.
   MemberWriter& field(unsigned number, uint64_t value) {
     if (value == 0) return *this;
     out_.bytes[size_++] = static_cast<uint8_t>(number << 3U);

@@ -90,7 +90,7 @@ TEST_F(Device, the_environment_names_the_board) {
   EXPECT_EQ(symrig({"info"}).code, 0);
   expect_refusal({"info", "--device", "unix:" + path("none").string()}, kDevice, {"cannot be reached"});
   setenv("SYMRIG_DEVICE", "nonsense:", 1);
-  expect_refusal({"info"}, kUsage, {"'nonsense:' is no device"});
+  expect_refusal({"info"}, kUsage, {"'nonsense:' is not a device"});
 }
 
 TEST_F(Device, identify_blinks) {

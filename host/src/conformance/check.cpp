@@ -52,7 +52,7 @@ Verdict within(std::string_view what, std::uint64_t low, std::uint64_t high, std
 
 Verdict that(bool holds, std::string_view what) {
   if (holds) return {};
-  return failed(fmt::format("expected: {}; it is not so", what));
+  return failed(fmt::format("not fulfilled: {}", what));
 }
 
 Verdict code_is(std::string_view what, std::uint32_t expected, std::uint32_t got) {

@@ -12,9 +12,9 @@
 
 namespace symrig::conformance {
 
-class Subject;
+class BoardUnderTest;
 
-/// How a check, or a step of one, came out. True while all is well.
+/// The result of a check or of one of its steps. Converts to true if passed.
 struct Verdict {
   CheckOutcome outcome = CheckOutcome::passed;
   std::string detail = {};
@@ -26,19 +26,20 @@ Verdict failed(std::string detail);
 Verdict skipped(std::string why);
 /// "what: expected E, got G" unless they are equal.
 Verdict same(std::string_view what, std::uint64_t expected, std::uint64_t got);
-/// "what: expected LOW to HIGH, got G" unless it lies between, both included.
+/// "what: expected LOW to HIGH, got G" unless LOW <= G <= HIGH.
 Verdict within(std::string_view what, std::uint64_t low, std::uint64_t high, std::uint64_t got);
+/// "not fulfilled: WHAT" unless it holds.
 Verdict that(bool holds, std::string_view what);
-/// The reply came and has this code. what: the request.
+/// Fails unless a reply came with this code. what: the request.
 Verdict code_is(std::string_view what, std::uint32_t expected, std::uint32_t got);
 
 struct Check {
   std::string_view name;
   std::string_view what;
-  Verdict (*run)(Subject& board);
+  Verdict (*run)(BoardUnderTest& board);
 };
 
-// One list a group, in files of their names.
+// One list for each group, in the file of its name.
 std::span<const Check> identity_checks();
 std::span<const Check> wire_checks();
 std::span<const Check> event_checks();
@@ -55,7 +56,7 @@ std::span<const Check> jumper_checks();
 
 }  // namespace symrig::conformance
 
-/// `SYMRIG_MUST(same("steps", 3, done.steps));` ends the check with that verdict unless it is a pass.
+/// `SYMRIG_MUST(same("steps", 3, done.steps));` ends the check with that verdict unless it passed.
 #define SYMRIG_MUST(expression)                                \
   do {                                                         \
     if (auto verdict = (expression); !verdict) return verdict; \

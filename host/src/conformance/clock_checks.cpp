@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The board's clock as a host sees it.
-#include "conformance/subject.hpp"
+// The board's clock, as the host reads it.
+#include "conformance/board_under_test.hpp"
 
 #include <array>
 
@@ -9,19 +9,19 @@ namespace {
 
 using namespace std::chrono_literals;
 
-Verdict monotone(Subject& board) {
+Verdict monotone(BoardUnderTest& board) {
   std::uint64_t last = 0;
   for (int k = 0; k < 100; ++k) {
-    const auto told = board.time();
-    if (!told) return failed("no answer to time_ping");
+    const auto answer = board.time();
+    if (!answer) return failed("no answer to time_ping");
     SYMRIG_MUST(
-        that(last <= told->rx_tick && told->rx_tick <= told->tx_tick, "a clock that never goes back"));
-    last = told->tx_tick;
+        that(last <= answer->rx_tick && answer->rx_tick <= answer->tx_tick, "the clock never goes back"));
+    last = answer->tx_tick;
   }
   return {};
 }
 
-Verdict echo(Subject& board) {
+Verdict echo(BoardUnderTest& board) {
   for (const std::uint64_t number : {std::uint64_t{0}, std::uint64_t{1} << 63U, UINT64_MAX}) {
     symrig_wire_Request request = make_request(symrig_wire_Request_time_ping_tag);
     request.body.time_ping.host_ns = number;
@@ -37,17 +37,17 @@ struct Reading {
   std::uint64_t tick = 0;
 };
 
-bool read(Subject& board, Reading& reading) {
+bool read(BoardUnderTest& board, Reading& reading) {
   reading.sent = board.session.now();
-  const auto told = board.time();
+  const auto answer = board.time();
   reading.received = board.session.now();
-  reading.tick = told ? told->rx_tick : 0;
-  return told.has_value();
+  reading.tick = answer ? answer->rx_tick : 0;
+  return answer.has_value();
 }
 
-/// Over half a second: the tick rate that the board claims, within 500 ppm (two poor crystals) and what the
-/// two readings do not tell.
-Verdict rate(Subject& board) {
+/// Compares the tick rate over half a second with the board's capabilities. Allows 500 ppm (two poor
+/// crystals) and the uncertainty of the two readings.
+Verdict rate(BoardUnderTest& board) {
   Reading first;
   Reading second;
   if (!read(board, first)) return failed("no answer to time_ping");
@@ -60,7 +60,7 @@ Verdict rate(Subject& board) {
   return within("ticks in half a second", low, high, second.tick - first.tick);
 }
 
-Verdict agrees_with_status(Subject& board) {
+Verdict agrees_with_status(BoardUnderTest& board) {
   const std::uint64_t before = board.now();
   const auto now = board.status();
   const std::uint64_t after = board.now();
@@ -69,10 +69,10 @@ Verdict agrees_with_status(Subject& board) {
 }
 
 constexpr std::array<Check, 4> kClockChecks{{
-    {"clock.monotone", "never goes back", monotone},
-    {"clock.echo", "returns the host's number as it is", echo},
-    {"clock.rate", "runs as fast as it says, within 500 ppm", rate},
-    {"clock.agrees_with_status", "one clock for all that is told", agrees_with_status},
+    {"clock.monotone", "the clock never goes back", monotone},
+    {"clock.echo", "returns the host's number unchanged", echo},
+    {"clock.rate", "runs at its stated rate, within 500 ppm", rate},
+    {"clock.agrees_with_status", "time_ping and get_status use the same clock", agrees_with_status},
 }};
 
 }  // namespace

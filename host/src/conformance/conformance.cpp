@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/conformance/conformance.hpp"
 
+#include "conformance/board_under_test.hpp"
 #include "conformance/check.hpp"
-#include "conformance/subject.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,8 +13,8 @@
 namespace symrig {
 namespace {
 
+using conformance::BoardUnderTest;
 using conformance::Check;
-using conformance::Subject;
 using conformance::Verdict;
 
 std::vector<Check> all_checks() {
@@ -45,7 +45,7 @@ Result<std::vector<Check>> chosen_checks(const std::string& filter) {
 }
 
 /// Number of the line of that name and direction. fails: bad_argument.
-Result<std::uint32_t> find_line(const Subject& board, const std::string& name, bool output) {
+Result<std::uint32_t> find_line(const BoardUnderTest& board, const std::string& name, bool output) {
   std::string known;
   for (const symrig_wire_LineReply& line : board.lines) {
     if ((protocol::raw(line.direction) == symrig_wire_Direction_DIRECTION_OUTPUT) != output) continue;
@@ -56,17 +56,17 @@ Result<std::uint32_t> find_line(const Subject& board, const std::string& name, b
                fmt::format("the board has no {} '{}'", output ? "output" : "input", name), known};
 }
 
-Result<void> wire_jumper(Subject& board, const Jumper& jumper) {
+Result<void> wire_jumper(BoardUnderTest& board, const Jumper& jumper) {
   SYMRIG_TRY(const std::uint32_t output, find_line(board, jumper.output, true));
   SYMRIG_TRY(const std::uint32_t input, find_line(board, jumper.input, false));
   if (board.lines[input].stamp_ticks == 0)
     return Error{ErrorCode::bad_argument, fmt::format("the board does not time-stamp '{}'", jumper.input),
-                 "put the jumper on an input that it does"};
+                 "put the jumper on an input with stamps (symrig info)"};
   board.jumper = {output, input};
   return {};
 }
 
-Verdict make_once(const Check& check, Subject& board) {
+Verdict make_once(const Check& check, BoardUnderTest& board) {
   Verdict verdict = board.start_afresh();
   if (!verdict) verdict.detail = "before the check: " + verdict.detail;
   return verdict ? check.run(board) : verdict;
@@ -74,7 +74,7 @@ Verdict make_once(const Check& check, Subject& board) {
 
 /// A best-effort board on a busy machine may underrun. It tells so, its outputs are safe then, and the check
 /// is made again.
-CheckResult make(const Check& check, Subject& board) {
+CheckResult make(const Check& check, BoardUnderTest& board) {
   constexpr int kAttempts = 3;
   Verdict verdict = make_once(check, board);
   for (int k = 1; k < kAttempts && verdict.outcome == CheckOutcome::failed && board.underran(); ++k) {
@@ -85,7 +85,7 @@ CheckResult make(const Check& check, Subject& board) {
   return {std::string(check.name), verdict.outcome, std::move(verdict.detail)};
 }
 
-Result<void> make_all(std::span<const Check> checks, Subject& board, const ConformanceOptions& options,
+Result<void> make_all(std::span<const Check> checks, BoardUnderTest& board, const ConformanceOptions& options,
                       ConformanceReport& report) {
   for (const Check& check : checks) {
     if (options.stop && options.stop()) return Error{ErrorCode::interrupted, "stopped; the board is safe"};
@@ -116,11 +116,11 @@ std::vector<CheckInfo> conformance_checks() {
 
 Result<ConformanceReport> check_conformance(std::unique_ptr<Link> link, const ConformanceOptions& options) {
   SYMRIG_TRY(const auto checks, chosen_checks(options.filter));
-  Subject board(std::move(link));
+  BoardUnderTest board(std::move(link));
   if (const Verdict met = board.meet(); !met) {
     if (board.session.lost()) return *board.session.lost();
     return Error{ErrorCode::device_lost, met.detail,
-                 "check its power and cable, and that no other program holds it"};
+                 "check its power and cable, and that no other program uses it"};
   }
   if (options.jumper) SYMRIG_CHECK(wire_jumper(board, *options.jumper));
   ConformanceReport report{board.who.board, board.who.firmware_version, "", {}};

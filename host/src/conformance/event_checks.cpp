@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Events are kept until the host has them.
+// The board keeps events until the host acknowledges them.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,23 +15,23 @@ using protocol::Kind;
 
 constexpr std::uint32_t kMarks = 6;
 
-/// A run of kMarks marks that has begun.
-Verdict begin_marks(Subject& board) {
+/// Starts a run of kMarks marks.
+Verdict begin_marks(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(pack({loop(kMarks), mark(3), word(0, board.word()), end_loop(), end()})));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   board.session.forget();
   return code_is("start", symrig_wire_Code_CODE_OK, board.start());
 }
 
-std::set<std::uint16_t> numbers(const Subject& board) {
+std::set<std::uint16_t> numbers(const BoardUnderTest& board) {
   std::set<std::uint16_t> found;
   for (const Received& frame : board.session.frames())
     if (frame.header.kind == Kind::event) found.insert(frame.header.seq);
   return found;
 }
 
-/// run_started, the marks, run_done: one after the other, numbers without gaps.
-Verdict in_order(Subject& board) {
+/// run_started, the marks and run_done come in order, and their numbers have no gaps.
+Verdict in_order(BoardUnderTest& board) {
   const std::uint16_t first = board.session.ack;
   SYMRIG_MUST(begin_marks(board));
   SYMRIG_MUST(board.await_done(1s));
@@ -47,23 +47,23 @@ Verdict in_order(Subject& board) {
   return {};
 }
 
-/// A host that says nothing gets them again, after 50 ms of no progress.
-Verdict sent_again(Subject& board) {
+/// If the host does not acknowledge, the board repeats the events after 50 ms without progress.
+Verdict sent_again(BoardUnderTest& board) {
   board.session.acknowledges = false;
   SYMRIG_MUST(begin_marks(board));
   board.session.listen_for(300ms);
-  SYMRIG_MUST(same("events, each counted once", kMarks + 2, numbers(board).size()));
-  SYMRIG_MUST(within("times that they came", 2, 20, board.session.count(Kind::event) / (kMarks + 2)));
+  SYMRIG_MUST(same("different events", kMarks + 2, numbers(board).size()));
+  SYMRIG_MUST(within("copies of each event", 2, 20, board.session.count(Kind::event) / (kMarks + 2)));
   board.session.acknowledges = true;
   SYMRIG_MUST(board.await_done(1s));
   board.session.listen_for(kQuietTime);
   board.session.forget();
   board.session.listen_for(150ms);
-  return same("events after they were acknowledged", 0, board.session.count(Kind::event));
+  return same("events after the acknowledgement", 0, board.session.count(Kind::event));
 }
 
-/// No more in flight than the host has room for.
-Verdict credit(Subject& board) {
+/// No more events in flight than the host's credit.
+Verdict credit(BoardUnderTest& board) {
   board.session.credit = 2;
   board.session.acknowledges = false;
   SYMRIG_MUST(begin_marks(board));
@@ -74,15 +74,15 @@ Verdict credit(Subject& board) {
   return same("events in the end", kMarks + 2, board.session.events().size());
 }
 
-/// NAK: again from the first that has not been acknowledged, without waiting.
-Verdict nak(Subject& board) {
+/// After a NAK the board repeats at once, from the first event without an acknowledgement.
+Verdict nak(BoardUnderTest& board) {
   board.session.acknowledges = false;
   const std::uint16_t first = board.session.ack;
   SYMRIG_MUST(begin_marks(board));
   board.session.listen_until([&] { return board.session.count(Kind::event) >= kMarks + 2; }, 1s);
   board.session.forget();
   board.session.send(Kind::nak, board.session.seq, 0, {});
-  board.session.listen_for(30ms);  // less than the 50 ms after which they would come by themselves
+  board.session.listen_for(30ms);  // less than the 50 ms after which the board repeats them anyway
   SYMRIG_MUST(within("events after NAK", 1, 100, board.session.count(Kind::event)));
   const auto& frames = board.session.frames();
   const auto again = std::find_if(frames.begin(), frames.end(),
@@ -90,9 +90,8 @@ Verdict nak(Subject& board) {
   return same("number of the first event after NAK", first, again->header.seq);
 }
 
-/// More marks than the board can keep: the lost ones are counted where they would have stood, and in
-/// run_done.
-Verdict lost_are_counted(Subject& board) {
+/// More marks than the board can keep. It reports the number of lost marks at their place, and in run_done.
+Verdict lost_are_counted(BoardUnderTest& board) {
   const std::uint32_t marks = board.can.event_ring + 40;
   board.session.credit = 0;
   SYMRIG_MUST(board.load(pack({loop(marks), mark(1), word(0, board.word()), end_loop(), end()})));
@@ -105,22 +104,22 @@ Verdict lost_are_counted(Subject& board) {
   board.session.send(Kind::ack, board.session.seq, 0, {});
   SYMRIG_MUST(board.await_done(5s));
   std::uint64_t arrived = 0;
-  std::uint64_t told = 0;
+  std::uint64_t reported = 0;
   for (const symrig_wire_Event& event : board.session.events()) {
     if (event.which_body == symrig_wire_Event_step_mark_tag) ++arrived;
-    if (event.which_body == symrig_wire_Event_events_lost_tag) told += event.body.events_lost.count;
+    if (event.which_body == symrig_wire_Event_events_lost_tag) reported += event.body.events_lost.count;
   }
-  SYMRIG_MUST(same("marks that came and marks told as lost", marks, arrived + told));
-  SYMRIG_MUST(within("marks told as lost", 1, marks, told));
-  return same("events_lost of run_done", told, board.done().events_lost);
+  SYMRIG_MUST(same("marks that arrived or are reported as lost", marks, arrived + reported));
+  SYMRIG_MUST(within("marks reported as lost", 1, marks, reported));
+  return same("events_lost of run_done", reported, board.done().events_lost);
 }
 
 constexpr std::array<Check, 5> kEventChecks{{
     {"events.in_order", "events come in order and without gaps", in_order},
-    {"events.sent_again", "events come again until they are acknowledged, and then no more", sent_again},
+    {"events.sent_again", "the board repeats events until the host acknowledges them", sent_again},
     {"events.credit", "no more events in flight than the host's credit", credit},
-    {"events.nak", "NAK brings them again at once", nak},
-    {"events.lost_are_counted", "what finds no room is counted", lost_are_counted},
+    {"events.nak", "after a NAK the board repeats events at once", nak},
+    {"events.lost_are_counted", "the board counts events for which it has no room", lost_are_counted},
 }};
 
 }  // namespace

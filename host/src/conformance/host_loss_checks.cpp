@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host that falls silent: safe at the latest 10 ms after the keep-alive has run out, by the board's own
+// A host that sends nothing: the board must be safe at most 10 ms after the keep-alive expired, by its own
 // clock.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 
@@ -16,26 +16,26 @@ constexpr std::uint32_t kTtlMs = 100;
 constexpr Nanoseconds kTtl{100'000'000};
 constexpr Nanoseconds kGrace{10'000'000};
 
-Bytes endless(const Subject& board) {
+Bytes endless(const BoardUnderTest& board) {
   const std::uint32_t bit = 1U << board.outputs().front();
   return pack({loop(1'000'000), word(bit, board.word()), end_loop(), end(bit)});
 }
 
-/// When the keep-alive was taken: between two readings of the board's clock.
+/// When the board accepted the keep-alive: between two readings of its clock.
 struct Taken {
   std::uint64_t earliest = 0;
   std::uint64_t latest = 0;
 };
 
-Verdict speak_last(Subject& board, Taken& taken) {
+Verdict speak_last(BoardUnderTest& board, Taken& taken) {
   taken.earliest = board.now();
   SYMRIG_MUST(code_is("keep_alive", symrig_wire_Code_CODE_OK, board.keep_alive(kTtlMs)));
   taken.latest = board.now();
   return {};
 }
 
-/// Silence; then what the board says about it.
-Verdict lost(Subject& board, const Taken& taken) {
+/// Sends nothing until the keep-alive expires, and then checks the fault.
+Verdict lost(BoardUnderTest& board, const Taken& taken) {
   board.session.acknowledges = false;
   board.session.listen_for(kTtl + kGrace + kQuietTime);
   board.session.acknowledges = true;
@@ -49,7 +49,7 @@ Verdict lost(Subject& board, const Taken& taken) {
   return board.outputs_safe();
 }
 
-Verdict while_armed(Subject& board) {
+Verdict while_armed(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(endless(board)));
   Taken taken;
   SYMRIG_MUST(speak_last(board, taken));
@@ -57,7 +57,7 @@ Verdict while_armed(Subject& board) {
   return lost(board, taken);
 }
 
-Verdict while_running(Subject& board) {
+Verdict while_running(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(endless(board)));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
@@ -68,7 +68,7 @@ Verdict while_running(Subject& board) {
   return same("end of the run", symrig_wire_RunEnd_RUN_END_FAULT, raw(board.done().end));
 }
 
-Verdict by_hand(Subject& board) {
+Verdict by_hand(BoardUnderTest& board) {
   SYMRIG_MUST(board.configure());
   const std::uint32_t bit = 1U << board.outputs().front();
   SYMRIG_MUST(code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(bit, bit)));
@@ -77,8 +77,8 @@ Verdict by_hand(Subject& board) {
   return lost(board, taken);
 }
 
-/// Nothing moves, nothing stands where it should not: no fault.
-Verdict while_idle(Subject& board) {
+/// No output is away from its safe level, so the board has no reason for a fault.
+Verdict while_idle(BoardUnderTest& board) {
   SYMRIG_MUST(board.configure());
   Taken taken;
   SYMRIG_MUST(speak_last(board, taken));
@@ -87,7 +87,7 @@ Verdict while_idle(Subject& board) {
   return board.outputs_safe();
 }
 
-Verdict kept_alive(Subject& board) {
+Verdict kept_alive(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(endless(board)));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
@@ -98,7 +98,7 @@ Verdict kept_alive(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_RUNNING);
 }
 
-Verdict switched_off(Subject& board) {
+Verdict switched_off(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(endless(board)));
   Taken taken;
   SYMRIG_MUST(speak_last(board, taken));
@@ -108,8 +108,8 @@ Verdict switched_off(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_ARMED);
 }
 
-/// Armed to go on without a host, and so it does.
-Verdict autonomous(Subject& board) {
+/// A run that was armed as autonomous continues without a host.
+Verdict autonomous(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(endless(board)));
   Taken taken;
   SYMRIG_MUST(speak_last(board, taken));
@@ -121,13 +121,13 @@ Verdict autonomous(Subject& board) {
 
 constexpr std::array<Check, 7> kHostLossChecks{{
     {"host_loss.while_armed", "armed: safe within the ttl and 10 ms", while_armed},
-    {"host_loss.while_running", "running: safe within the ttl and 10 ms, and the run's end is told",
+    {"host_loss.while_running", "running: safe within the ttl and 10 ms, and reports the end of the run",
      while_running},
     {"host_loss.by_hand", "levels by hand: safe within the ttl and 10 ms", by_hand},
-    {"host_loss.while_idle", "at rest: no fault", while_idle},
-    {"host_loss.kept_alive", "a host that speaks in time keeps the run going", kept_alive},
-    {"host_loss.switched_off", "a keep-alive of 0 ends the watch", switched_off},
-    {"host_loss.autonomous", "an autonomous run goes on", autonomous},
+    {"host_loss.while_idle", "idle: no fault", while_idle},
+    {"host_loss.kept_alive", "the run continues while keep-alives arrive in time", kept_alive},
+    {"host_loss.switched_off", "a keep-alive of 0 turns the monitoring off", switched_off},
+    {"host_loss.autonomous", "an autonomous run continues without a host", autonomous},
 }};
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who the board is and what it says it can do.
-#include "conformance/subject.hpp"
+// The board's identity and capabilities.
+#include "conformance/board_under_test.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,15 +13,15 @@ namespace {
 
 using protocol::raw;
 
-Verdict hello(Subject& board) {
+Verdict hello(BoardUnderTest& board) {
   SYMRIG_MUST(same("proto_major", protocol::kProtoMajor, board.who.proto_major));
-  SYMRIG_MUST(that(board.who.board[0] != 0, "a board name"));
-  SYMRIG_MUST(that(board.who.firmware_version[0] != 0, "a firmware version"));
-  SYMRIG_MUST(that(board.who.unique_id.size > 0, "a unique id"));
+  SYMRIG_MUST(that(board.who.board[0] != 0, "the board has a name"));
+  SYMRIG_MUST(that(board.who.firmware_version[0] != 0, "the board has a firmware version"));
+  SYMRIG_MUST(that(board.who.unique_id.size > 0, "the board has a unique id"));
   return same("required features", 0, board.who.required);
 }
 
-Verdict stable(Subject& board) {
+Verdict stable(BoardUnderTest& board) {
   const auto again = board.session.hello();
   if (!again) return failed("no answer to hello");
   const symrig_wire_HelloReply& now = again->body.hello;
@@ -29,10 +29,10 @@ Verdict stable(Subject& board) {
   SYMRIG_MUST(same("schema_hash", board.who.schema_hash, now.schema_hash));
   SYMRIG_MUST(same("size of unique_id", board.who.unique_id.size, now.unique_id.size));
   return that(std::memcmp(board.who.unique_id.bytes, now.unique_id.bytes, now.unique_id.size) == 0,
-              "the same unique id");
+              "the unique id is the same");
 }
 
-Verdict capabilities(Subject& board) {
+Verdict capabilities(BoardUnderTest& board) {
   const symrig_wire_CapabilitiesReply& can = board.can;
   SYMRIG_MUST(within("lines", 1, protocol::kMaxLines, can.lines));
   SYMRIG_MUST(within("min_dwell", 1, UINT32_MAX / 2, can.min_dwell));
@@ -46,7 +46,7 @@ Verdict capabilities(Subject& board) {
   return within("queue_segments", 2, UINT32_MAX, can.queue_segments);
 }
 
-Verdict lines(Subject& board) {
+Verdict lines(BoardUnderTest& board) {
   std::set<std::string> names;
   for (const symrig_wire_LineReply& line : board.lines) {
     SYMRIG_MUST(that(line.name[0] != 0 && names.insert(line.name).second, "each line has a name of its own"));
@@ -57,7 +57,7 @@ Verdict lines(Subject& board) {
   return {};
 }
 
-Verdict no_such_line(Subject& board) {
+Verdict no_such_line(BoardUnderTest& board) {
   symrig_wire_Request request = make_request(symrig_wire_Request_capabilities_line_tag);
   request.body.capabilities_line.line = board.can.lines;
   const auto reply = board.session.ask(request);
@@ -66,7 +66,7 @@ Verdict no_such_line(Subject& board) {
   return same("detail", board.can.lines, reply->detail);
 }
 
-Verdict config_hash(Subject& board) {
+Verdict config_hash(BoardUnderTest& board) {
   for (const symrig_wire_LineReply& line : board.lines) board.config_line(line.line);
   symrig_wire_Request request = make_request(symrig_wire_Request_finalize_config_tag);
   const std::uint32_t own = protocol::config_hash(board.config);
@@ -78,13 +78,13 @@ Verdict config_hash(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_SAFE);
 }
 
-Verdict wrong_direction(Subject& board) {
+Verdict wrong_direction(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].output = false;
   return code_is("an output as an input", symrig_wire_Code_CODE_WRONG_DIRECTION, board.config_line(line));
 }
 
-Verdict reboot_token(Subject& board) {
+Verdict reboot_token(BoardUnderTest& board) {
   symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
   request.body.reboot.token = protocol::crc32c({board.who.unique_id.bytes, board.who.unique_id.size}) ^ 1U;
   const auto reply = board.session.ask(request);
@@ -94,7 +94,7 @@ Verdict reboot_token(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_SAFE);
 }
 
-Verdict identify(Subject& board) {
+Verdict identify(BoardUnderTest& board) {
   symrig_wire_Request request = make_request(symrig_wire_Request_identify_tag);
   request.body.identify.seconds = 61;
   SYMRIG_MUST(code_is("identify for 61 s", symrig_wire_Code_CODE_BAD_VALUE, board.session.code(request)));
@@ -103,15 +103,15 @@ Verdict identify(Subject& board) {
 }
 
 constexpr std::array<Check, 9> kIdentityChecks{{
-    {"identity.hello", "says who it is, and requires nothing unknown", hello},
-    {"identity.stable", "says the same when asked again", stable},
-    {"identity.capabilities", "its numbers make sense", capabilities},
+    {"identity.hello", "reports its identity, and requires no unknown feature", hello},
+    {"identity.stable", "reports the same identity again", stable},
+    {"identity.capabilities", "its numbers are consistent", capabilities},
     {"identity.lines", "lines have names; outputs are among the first 28", lines},
-    {"identity.no_such_line", "a line that it does not have", no_such_line},
-    {"identity.config_hash", "hashes its configuration as the host does", config_hash},
-    {"identity.wrong_direction", "an output is not an input", wrong_direction},
-    {"identity.reboot_token", "does not restart for just anybody", reboot_token},
-    {"identity.identify", "blinks for 60 s at most", identify},
+    {"identity.no_such_line", "refuses a line that does not exist", no_such_line},
+    {"identity.config_hash", "computes the same hash of its configuration as the host", config_hash},
+    {"identity.wrong_direction", "refuses an output as an input", wrong_direction},
+    {"identity.reboot_token", "does not restart without the right token", reboot_token},
+    {"identity.identify", "blinks for at most 60 s", identify},
 }};
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// An input that stops everything. Without a wire it is "opened" by calling its present level the one that
-// trips.
+// An input that stops the board. Without a wire, a check "opens" the interlock: it configures the present
+// level as the trip level.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 #include <optional>
@@ -13,7 +13,7 @@ namespace {
 using namespace std::chrono_literals;
 using protocol::raw;
 
-std::optional<std::uint32_t> interlock(const Subject& board) {
+std::optional<std::uint32_t> interlock(const BoardUnderTest& board) {
   for (const std::uint32_t line : board.inputs())
     if (board.lines[line].trips) return line;
   return std::nullopt;
@@ -22,8 +22,8 @@ Verdict none() {
   return skipped("no input can be an interlock");
 }
 
-/// An interlock on `line` that trips at its present level, or at the other one.
-Verdict set_up(Subject& board, std::uint32_t line, bool open) {
+/// Configures an interlock on `line` that trips at its present level (open), or at the other one.
+Verdict set_up(BoardUnderTest& board, std::uint32_t line, bool open) {
   const auto now = board.status();
   if (!now) return failed("no answer to get_status");
   const bool level = ((now->levels >> line) & 1U) != 0;
@@ -32,7 +32,7 @@ Verdict set_up(Subject& board, std::uint32_t line, bool open) {
   return board.configure();
 }
 
-Verdict open_refuses(Subject& board) {
+Verdict open_refuses(BoardUnderTest& board) {
   const auto line = interlock(board);
   if (!line) return none();
   SYMRIG_MUST(set_up(board, *line, true));
@@ -48,7 +48,7 @@ Verdict open_refuses(Subject& board) {
                  board.manual_set(output, output));
 }
 
-Verdict closed_allows(Subject& board) {
+Verdict closed_allows(BoardUnderTest& board) {
   const auto line = interlock(board);
   if (!line) return none();
   SYMRIG_MUST(set_up(board, *line, false));
@@ -58,14 +58,14 @@ Verdict closed_allows(Subject& board) {
   return board.await_done(1s);
 }
 
-Verdict not_an_output(Subject& board) {
+Verdict not_an_output(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
   return code_is("an output as an interlock", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line));
 }
 
-/// With the jumper: the program itself opens the interlock.
-Verdict trips(Subject& board) {
+/// With the jumper, the program itself opens the interlock.
+Verdict trips(BoardUnderTest& board) {
   if (!board.jumper) return skipped("needs --jumper OUTPUT:INPUT");
   const auto [output, input] = *board.jumper;
   if (!board.lines[input].trips) return skipped("the jumper's input cannot be an interlock");
@@ -86,10 +86,12 @@ Verdict trips(Subject& board) {
 }
 
 constexpr std::array<Check, 4> kInterlockChecks{{
-    {"interlock.open_refuses", "with an open interlock nothing is armed or moved", open_refuses},
-    {"interlock.closed_allows", "with a closed one everything is", closed_allows},
+    {"interlock.open_refuses", "with an open interlock the board does not arm, and changes no output",
+     open_refuses},
+    {"interlock.closed_allows", "with a closed interlock both are possible", closed_allows},
     {"interlock.not_an_output", "an output cannot be an interlock", not_an_output},
-    {"interlock.trips", "opening it amid a run makes safe (needs a jumper)", trips},
+    {"interlock.trips", "an interlock that opens during a run makes the outputs safe (needs a jumper)",
+     trips},
 }};
 
 }  // namespace

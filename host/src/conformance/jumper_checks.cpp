@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// With a wire from an output to an input: the board sees with its own time-stamps what it puts out.
+// With a wire from an output to an input, the board stamps its own output edges.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr std::string_view kNeeds = "needs --jumper OUTPUT:INPUT";
 
-Bytes pulses(const Subject& board, std::uint32_t output) {
+Bytes pulses(const BoardUnderTest& board, std::uint32_t output) {
   const std::uint32_t bit = 1U << output;
   return pack({word(0, board.word()), loop(100), word(bit, board.word()), word(0, board.word() + 1),
                end_loop(), word(bit, 2 * board.word()), end()});
@@ -24,7 +24,7 @@ Bytes pulses(const Subject& board, std::uint32_t output) {
 
 /// Edges by hardware come back late by the same few ticks: the resolution of the time-stamps, and 1 us at
 /// most for pads and synchronisers.
-Verdict constant_delay(const Subject& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
+Verdict constant_delay(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
   for (std::size_t k = 0; k < delays.size(); ++k) {
     SYMRIG_MUST(within(fmt::format("ticks from edge {} to its time-stamp", k), 0, board.ticks(1us) + grain,
                        delays[k]));
@@ -36,7 +36,7 @@ Verdict constant_delay(const Subject& board, const std::vector<std::uint64_t>& d
 
 /// Edges by software: each may be late as the board says, or it is of a word that the board counts as late.
 /// One that comes after the end of its word would be an underrun.
-Verdict delay_as_told(const Subject& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
+Verdict delay_as_told(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
   const std::uint64_t least = delays.empty() ? 0 : *std::min_element(delays.begin(), delays.end());
   const std::uint64_t in_time =
       board.can.lateness + std::min(board.ticks(1us) + grain, least + 2 * (grain - 1));
@@ -50,7 +50,7 @@ Verdict delay_as_told(const Subject& board, const std::vector<std::uint64_t>& de
 }
 
 /// Each edge of the plan comes back.
-Verdict stamps(Subject& board) {
+Verdict stamps(BoardUnderTest& board) {
   if (!board.jumper) return skipped(std::string(kNeeds));
   const auto [output, input] = *board.jumper;
   const std::uint64_t grain = board.lines[input].stamp_ticks;
@@ -65,7 +65,7 @@ Verdict stamps(Subject& board) {
   for (const symrig_wire_Event& event : board.session.events()) {
     if (event.which_body != symrig_wire_Event_edge_tag || event.body.edge.line != input) continue;
     const std::size_t k = delays.size();
-    if (k == plan.edges.size()) return failed("more edges came back than were put out");
+    if (k == plan.edges.size()) return failed("more edges came back than went out");
     SYMRIG_MUST(same(fmt::format("level of edge {}", k), plan.edges[k].level, event.body.edge.level));
     delays.push_back(event.body.edge.tick - (begun->body.run_started.tick + plan.edges[k].tick));
   }
@@ -74,8 +74,8 @@ Verdict stamps(Subject& board) {
   return same("edges that came back", plan.edges.size(), delays.size());
 }
 
-/// Levels by hand, seen at the input.
-Verdict levels(Subject& board) {
+/// Levels that are set by hand must appear at the input.
+Verdict levels(BoardUnderTest& board) {
   if (!board.jumper) return skipped(std::string(kNeeds));
   const auto [output, input] = *board.jumper;
   SYMRIG_MUST(board.configure());

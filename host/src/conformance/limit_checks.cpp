@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lamps and lasers: what may be armed, and the guard that watches the pins at run time.
+// Lamps and lasers: the conditions for arming, and the guard that watches the pins during a run.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 
@@ -11,13 +11,13 @@ namespace {
 using namespace std::chrono_literals;
 using protocol::raw;
 
-constexpr std::string_view kUnseen = "the board sees the edges of none of its outputs: it takes no limits";
+constexpr std::string_view kUnseen = "the board stamps no edges of its outputs, so it accepts no limits";
 
-Bytes blink(const Subject& board) {
+Bytes blink(const BoardUnderTest& board) {
   return pack({word(0, board.word()), end()});
 }
 
-Verdict arm_refused(Subject& board, std::uint32_t line, bool autonomous) {
+Verdict arm_refused(BoardUnderTest& board, std::uint32_t line, bool autonomous) {
   symrig_wire_Request request = make_request(symrig_wire_Request_arm_tag);
   request.body.arm = {board.program_hash, board.config_hash, autonomous};
   const auto reply = board.session.ask(request);
@@ -26,7 +26,7 @@ Verdict arm_refused(Subject& board, std::uint32_t line, bool autonomous) {
   return board.in_state(symrig_wire_State_STATE_LOADED);
 }
 
-Verdict lamp_needs_keep_alive(Subject& board) {
+Verdict lamp_needs_keep_alive(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LAMP;
   SYMRIG_MUST(board.load(blink(board)));
@@ -35,7 +35,7 @@ Verdict lamp_needs_keep_alive(Subject& board) {
   return code_is("arm with a keep-alive", symrig_wire_Code_CODE_OK, board.arm());
 }
 
-Verdict lamp_not_autonomous(Subject& board) {
+Verdict lamp_not_autonomous(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LAMP;
   SYMRIG_MUST(board.load(blink(board)));
@@ -43,13 +43,13 @@ Verdict lamp_not_autonomous(Subject& board) {
   return arm_refused(board, line, true);
 }
 
-Verdict laser_needs_max_on(Subject& board) {
+Verdict laser_needs_max_on(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].hazard = symrig_wire_Hazard_HAZARD_LASER;
   return code_is("a laser without max_on", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line));
 }
 
-Verdict laser_needs_short_keep_alive(Subject& board) {
+Verdict laser_needs_short_keep_alive(BoardUnderTest& board) {
   const auto line = board.seen_output();
   if (!line) return skipped(std::string(kUnseen));
   board.config.lines[*line].hazard = symrig_wire_Hazard_HAZARD_LASER;
@@ -61,7 +61,7 @@ Verdict laser_needs_short_keep_alive(Subject& board) {
   return code_is("arm with a keep-alive of 500 ms", symrig_wire_Code_CODE_OK, board.arm());
 }
 
-Verdict keep_alive_stays_on(Subject& board) {
+Verdict keep_alive_stays_on(BoardUnderTest& board) {
   board.config.lines[board.outputs().front()].hazard = symrig_wire_Hazard_HAZARD_LAMP;
   SYMRIG_MUST(board.load(blink(board)));
   SYMRIG_MUST(code_is("keep_alive 1000", symrig_wire_Code_CODE_OK, board.keep_alive(1000)));
@@ -71,7 +71,7 @@ Verdict keep_alive_stays_on(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_ARMED);
 }
 
-Verdict bad_numbers(Subject& board) {
+Verdict bad_numbers(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().front();
   board.config.lines[line].max_duty_permille = 1001;
   SYMRIG_MUST(code_is("a duty of 1001 permille", symrig_wire_Code_CODE_BAD_VALUE, board.config_line(line)));
@@ -81,16 +81,16 @@ Verdict bad_numbers(Subject& board) {
   return code_is("keep_alive 60001", symrig_wire_Code_CODE_BAD_VALUE, board.keep_alive(60'001));
 }
 
-/// A line turned on by hand, under a max_on.
-Verdict hold_by_hand(Subject& board, std::uint32_t line, std::uint64_t max_on, std::uint64_t min_off) {
+/// Turns a line with a max_on on by hand.
+Verdict hold_by_hand(BoardUnderTest& board, std::uint32_t line, std::uint64_t max_on, std::uint64_t min_off) {
   board.config.lines[line].max_on = max_on;
   board.config.lines[line].min_off = min_off;
   SYMRIG_MUST(board.configure());
   return code_is("manual_set", symrig_wire_Code_CODE_OK, board.manual_set(1U << line, 1U << line));
 }
 
-/// Nothing but the guard stands between a line left on by hand and its limit. It has 10 ms.
-Verdict guard_max_on(Subject& board) {
+/// Only the guard can turn a line off that was turned on by hand. It must do so within 10 ms of the limit.
+Verdict guard_max_on(BoardUnderTest& board) {
   const auto line = board.seen_output();
   if (!line) return skipped(std::string(kUnseen));
   const std::uint64_t limit = board.ticks(20ms);
@@ -108,30 +108,30 @@ Verdict guard_max_on(Subject& board) {
   return board.outputs_safe();
 }
 
-/// A line that has just been on has to rest.
-Verdict cooling(Subject& board) {
+/// A line that was on must rest.
+Verdict cooling(BoardUnderTest& board) {
   const auto line = board.seen_output();
   if (!line) return skipped(std::string(kUnseen));
-  board.session.listen_for(500ms);  // it may be hot from the check before
+  board.session.listen_for(500ms);  // it may still have to rest after the last check
   SYMRIG_MUST(hold_by_hand(board, *line, 0, board.ticks(400ms)));
   SYMRIG_MUST(code_is("manual_set off", symrig_wire_Code_CODE_OK, board.manual_set(1U << *line, 0)));
   board.session.listen_for(5ms);
-  SYMRIG_MUST(code_is("manual_set on again too soon", symrig_wire_Code_CODE_COOLING,
+  SYMRIG_MUST(code_is("manual_set on again before the rest is over", symrig_wire_Code_CODE_COOLING,
                       board.manual_set(1U << *line, 1U << *line)));
   SYMRIG_MUST(board.upload(blink(board)));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
-  SYMRIG_MUST(code_is("start too soon", symrig_wire_Code_CODE_COOLING, board.start()));
+  SYMRIG_MUST(code_is("start before the rest is over", symrig_wire_Code_CODE_COOLING, board.start()));
   board.session.listen_for(500ms);
   return code_is("start after the rest", symrig_wire_Code_CODE_OK, board.start());
 }
 
-std::uint32_t output_mask(const Subject& board) {
+std::uint32_t output_mask(const BoardUnderTest& board) {
   std::uint32_t mask = 0;
   for (const std::uint32_t line : board.outputs()) mask |= 1U << line;
   return mask;
 }
 
-Verdict each_by_hand(Subject& board) {
+Verdict each_by_hand(BoardUnderTest& board) {
   SYMRIG_MUST(board.configure());
   std::uint32_t all = 0;
   for (const std::uint32_t line : board.outputs()) {
@@ -145,7 +145,7 @@ Verdict each_by_hand(Subject& board) {
   return board.outputs_safe();
 }
 
-Verdict by_hand_wrong_line(Subject& board) {
+Verdict by_hand_wrong_line(BoardUnderTest& board) {
   if (board.inputs().empty()) return skipped("the board has no inputs");
   SYMRIG_MUST(board.configure());
   const std::uint32_t line = board.inputs().front();
@@ -153,8 +153,8 @@ Verdict by_hand_wrong_line(Subject& board) {
                  board.manual_set(1U << line, 0));
 }
 
-/// Safe levels need not be low.
-Verdict safe_high(Subject& board) {
+/// Safe levels may be high.
+Verdict safe_high(BoardUnderTest& board) {
   const std::uint32_t line = board.outputs().back();
   board.config.lines[line].safe_level = true;
   SYMRIG_MUST(board.configure());
@@ -167,14 +167,14 @@ Verdict safe_high(Subject& board) {
   return board.outputs_safe();
 }
 
-Verdict run_is_cut(Subject& board) {
+Verdict run_is_cut(BoardUnderTest& board) {
   const std::uint32_t all = output_mask(board);
   SYMRIG_MUST(board.load(pack({loop(1'000'000), word(all, board.word()), end_loop(), end(all)})));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   SYMRIG_MUST(code_is("start", symrig_wire_Code_CODE_OK, board.start()));
   const auto before = board.status();
   if (!before) return failed("no answer to get_status");
-  SYMRIG_MUST(same("levels of the outputs amid the run", all, before->levels & all));
+  SYMRIG_MUST(same("levels of the outputs during the run", all, before->levels & all));
   board.abort();
   SYMRIG_MUST(board.outputs_safe());
   SYMRIG_MUST(board.await_done(1s));
@@ -182,17 +182,19 @@ Verdict run_is_cut(Subject& board) {
 }
 
 constexpr std::array<Check, 12> kLimitChecks{{
-    {"limits.lamp_needs_keep_alive", "a lamp is armed only with a keep-alive", lamp_needs_keep_alive},
-    {"limits.lamp_not_autonomous", "a lamp does not run without a host", lamp_not_autonomous},
+    {"limits.lamp_needs_keep_alive", "the board arms a lamp only with a keep-alive", lamp_needs_keep_alive},
+    {"limits.lamp_not_autonomous", "the board does not arm a lamp for an autonomous run",
+     lamp_not_autonomous},
     {"limits.laser_needs_max_on", "a laser needs a max_on", laser_needs_max_on},
-    {"limits.laser_needs_short_keep_alive", "a laser needs a keep-alive of 500 ms at most",
+    {"limits.laser_needs_short_keep_alive", "a laser needs a keep-alive of at most 500 ms",
      laser_needs_short_keep_alive},
-    {"limits.keep_alive_stays_on", "no keep-alive is switched off under an armed lamp", keep_alive_stays_on},
-    {"limits.bad_numbers", "limits out of range are refused", bad_numbers},
-    {"limits.guard_max_on", "a line left on is switched off within 10 ms of its max_on", guard_max_on},
-    {"limits.cooling", "a line that has to rest is not turned on", cooling},
-    {"limits.by_hand", "levels by hand, one output after the other", each_by_hand},
-    {"limits.by_hand_wrong_line", "no levels by hand on inputs", by_hand_wrong_line},
+    {"limits.keep_alive_stays_on", "the keep-alive cannot be turned off while a lamp is armed",
+     keep_alive_stays_on},
+    {"limits.bad_numbers", "the board refuses limits out of range", bad_numbers},
+    {"limits.guard_max_on", "the board turns off a line within 10 ms of its max_on", guard_max_on},
+    {"limits.cooling", "the board does not turn on a line that must rest", cooling},
+    {"limits.by_hand", "levels set by hand, one output after the other", each_by_hand},
+    {"limits.by_hand_wrong_line", "refuses levels set by hand on inputs", by_hand_wrong_line},
     {"limits.safe_high", "a safe level may be high", safe_high},
     {"limits.run_is_cut", "an abort amid a run makes safe at once", run_is_cut},
 }};

@@ -51,7 +51,7 @@ class Planner {
   }
 
  private:
-  /// Where the program goes on, less one.
+  /// The index of the next record, minus one.
   std::uint32_t step(std::uint32_t pc) {
     const Record record = program_[pc];
     switch (static_cast<Op>(record.op)) {

@@ -10,7 +10,7 @@
 
 namespace symrig::conformance {
 
-/// A program from its records.
+/// The bytes of a program.
 Bytes pack(std::initializer_list<protocol::Record> records);
 protocol::Record word(std::uint32_t levels, std::uint32_t ticks);
 protocol::Record mark(std::uint32_t id);
@@ -19,7 +19,7 @@ protocol::Record end_loop();
 protocol::Record wait(std::uint32_t line, protocol::WaitFor edge, bool abort, std::uint32_t timeout);
 protocol::Record end(std::uint32_t levels = 0);
 
-/// What a program without waits means, its loops gone through: ticks count from its start.
+/// All marks and edges of a program without waits, with its loops expanded. Ticks count from its start.
 struct Plan {
   struct Mark {
     std::uint32_t id;
@@ -31,12 +31,12 @@ struct Plan {
     std::uint64_t tick;
   };
   std::vector<Mark> marks;
-  std::vector<Edge> edges;  ///< outputs low before; End's included
+  std::vector<Edge> edges;  ///< with those of End; all outputs are low before the program
   std::uint64_t steps = 0;
   std::uint64_t duration = 0;
 };
 
-/// program: passes the rules, has no wait. Takes as long as the program has steps.
+/// program: keeps the rules and has no wait. The cost grows with the number of executed steps.
 Plan plan_of(const Bytes& program);
 
 }  // namespace symrig::conformance

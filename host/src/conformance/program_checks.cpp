@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs that run: marks, edges, lengths and counts to the tick, against the host's own reading of the
+// Runs of programs: marks, edges, durations and counts must agree to the tick with the host's plan of the
 // records.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 #include "symrig/protocol/check_program.hpp"
 
 #include <algorithm>
@@ -18,12 +18,12 @@ using namespace std::chrono_literals;
 using protocol::raw;
 using protocol::WaitFor;
 
-std::uint64_t started(const Subject& board) {
+std::uint64_t started(const BoardUnderTest& board) {
   const symrig_wire_Event* event = board.session.last_event(symrig_wire_Event_run_started_tag);
   return event == nullptr ? 0 : event->body.run_started.tick;
 }
 
-Verdict marks_as_planned(const Subject& board, const Plan& plan) {
+Verdict marks_as_planned(const BoardUnderTest& board, const Plan& plan) {
   std::size_t k = 0;
   for (const symrig_wire_Event& event : board.session.events()) {
     if (event.which_body != symrig_wire_Event_step_mark_tag) continue;
@@ -38,7 +38,7 @@ Verdict marks_as_planned(const Subject& board, const Plan& plan) {
   return same("marks", plan.marks.size(), k);
 }
 
-Verdict ended_as_planned(const Subject& board, const Plan& plan) {
+Verdict ended_as_planned(const BoardUnderTest& board, const Plan& plan) {
   const symrig_wire_RunDone& done = board.done();
   SYMRIG_MUST(same("end", symrig_wire_RunEnd_RUN_END_COMPLETED, raw(done.end)));
   SYMRIG_MUST(same("steps", plan.steps, done.steps));
@@ -49,7 +49,7 @@ Verdict ended_as_planned(const Subject& board, const Plan& plan) {
 
 /// Edges of the outputs that the board sees, to within the resolution of its time-stamps, and as late as a
 /// best-effort board says they may be. It may be later still with words that it counts as late.
-Verdict edges_as_planned(const Subject& board, const Plan& plan) {
+Verdict edges_as_planned(const BoardUnderTest& board, const Plan& plan) {
   std::set<std::uint64_t> late;  // words, by the tick of their plan
   for (const std::uint32_t line : board.outputs()) {
     const std::uint64_t grain = board.lines[line].stamp_ticks;
@@ -76,12 +76,12 @@ Verdict edges_as_planned(const Subject& board, const Plan& plan) {
   return board.late_as_told(late.size());
 }
 
-void capture_outputs(Subject& board) {
+void capture_outputs(BoardUnderTest& board) {
   for (const std::uint32_t line : board.outputs())
     board.config.lines[line].capture = board.lines[line].stamp_ticks != 0;
 }
 
-Verdict runs_as_planned(Subject& board, const Bytes& program) {
+Verdict runs_as_planned(BoardUnderTest& board, const Bytes& program) {
   const Plan plan = plan_of(program);
   SYMRIG_MUST(board.run_to_end(program, 10s));
   SYMRIG_MUST(marks_as_planned(board, plan));
@@ -90,8 +90,8 @@ Verdict runs_as_planned(Subject& board, const Bytes& program) {
   return board.in_state(symrig_wire_State_STATE_DONE);
 }
 
-/// Each output alone, then all, in words of different lengths.
-Bytes scale(const Subject& board) {
+/// A program: each output alone, then all, in words of different lengths.
+Bytes scale(const BoardUnderTest& board) {
   Bytes program;
   std::uint32_t all = 0;
   const auto add = [&](const Bytes& part) { program.insert(program.end(), part.begin(), part.end()); };
@@ -103,18 +103,18 @@ Bytes scale(const Subject& board) {
   return program;
 }
 
-Verdict words(Subject& board) {
+Verdict words(BoardUnderTest& board) {
   return runs_as_planned(board, scale(board));
 }
 
-Verdict edges(Subject& board) {
+Verdict edges(BoardUnderTest& board) {
   if (!board.seen_output())
-    return skipped("the board sees the edges of none of its outputs; a jumper can show them");
+    return skipped("the board stamps no edges of its outputs; a jumper can show them");
   capture_outputs(board);
   return runs_as_planned(board, scale(board));
 }
 
-Verdict loops(Subject& board) {
+Verdict loops(BoardUnderTest& board) {
   const std::uint32_t bit = 1U << board.outputs().front();
   const std::uint32_t ticks = board.word();
   Bytes program =
@@ -123,7 +123,7 @@ Verdict loops(Subject& board) {
   return runs_as_planned(board, program);
 }
 
-Verdict final_levels(Subject& board) {
+Verdict final_levels(BoardUnderTest& board) {
   const std::uint32_t bit = 1U << board.outputs().front();
   SYMRIG_MUST(board.run_to_end(pack({word(0, board.word()), end(bit)}), 1s));
   const auto now = board.status();
@@ -133,8 +133,8 @@ Verdict final_levels(Subject& board) {
   return board.outputs_safe();
 }
 
-/// 2^32 rounds are told beforehand, not gone through.
-Verdict planned(Subject& board) {
+/// The board computes the duration of 2^32 rounds without executing them.
+Verdict planned(BoardUnderTest& board) {
   constexpr std::uint64_t kRounds = protocol::kMaxRounds;
   const std::uint32_t ticks = board.word();
   SYMRIG_MUST(board.load(pack({loop(kRounds), word(0, ticks), end_loop(), end()})));
@@ -143,7 +143,7 @@ Verdict planned(Subject& board) {
   return same("planned_max", kRounds * ticks, board.committed.planned_max);
 }
 
-Verdict again(Subject& board) {
+Verdict again(BoardUnderTest& board) {
   const Bytes program = scale(board);
   SYMRIG_MUST(runs_as_planned(board, program));
   for (int k = 0; k < 3; ++k) {
@@ -157,7 +157,7 @@ Verdict again(Subject& board) {
   return {};
 }
 
-Verdict start_at(Subject& board) {
+Verdict start_at(BoardUnderTest& board) {
   const Bytes program = scale(board);
   SYMRIG_MUST(board.load(program));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
@@ -169,17 +169,18 @@ Verdict start_at(Subject& board) {
   return marks_as_planned(board, plan_of(program));
 }
 
-Verdict start_in_past(Subject& board) {
+Verdict start_in_past(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(scale(board)));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   const std::uint64_t now = board.now();
   board.session.listen_for(2ms);
-  SYMRIG_MUST(code_is("start at a tick gone by", symrig_wire_Code_CODE_IN_PAST, board.start_at(now)));
+  SYMRIG_MUST(code_is("start at a past tick", symrig_wire_Code_CODE_IN_PAST, board.start_at(now)));
   return board.in_state(symrig_wire_State_STATE_ARMED);
 }
 
-/// An input and an edge that it can be awaited on. The last one: boards name the busy ones first.
-std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const Subject& board) {
+/// An input and an edge that the board can wait for. Takes the last input, because boards list busy inputs
+/// first.
+std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const BoardUnderTest& board) {
   std::optional<std::pair<std::uint32_t, WaitFor>> found;
   for (const std::uint32_t input : board.inputs())
     for (unsigned edge = 0; edge < 3; ++edge)
@@ -187,11 +188,10 @@ std::optional<std::pair<std::uint32_t, WaitFor>> awaitable(const Subject& board)
   return found;
 }
 
-constexpr std::string_view kNoWaits = "no input can be awaited";
+constexpr std::string_view kNoWaits = "the board cannot wait for any input";
 
-/// Nothing is wired to the inputs, so that every wait runs out. How late it may resume then is left to the
-/// board, up to a millisecond.
-Verdict wait_timeout(Subject& board) {
+/// Nothing is wired to the inputs, so every wait times out. The board may resume up to a millisecond later.
+Verdict wait_timeout(BoardUnderTest& board) {
   const auto found = awaitable(board);
   if (!found) return skipped(std::string(kNoWaits));
   const std::uint32_t timeout = board.word() * 3;
@@ -202,7 +202,7 @@ Verdict wait_timeout(Subject& board) {
   if (mark == nullptr) return failed("the mark after the wait is missing");
   const std::uint64_t waited = std::uint64_t{timeout} + board.can.wait_latency;
   const std::uint64_t resumed = mark->body.step_mark.tick - started(board);
-  SYMRIG_MUST(within("tick of the mark after a wait that ran out", board.word() + waited,
+  SYMRIG_MUST(within("tick of the mark after a wait that timed out", board.word() + waited,
                      board.word() + waited + board.ticks(1ms), resumed));
   SYMRIG_MUST(same("planned_min", 2 * std::uint64_t{board.word()} + board.can.wait_latency,
                    board.committed.planned_min));
@@ -210,7 +210,7 @@ Verdict wait_timeout(Subject& board) {
   return same("duration, counted from the mark", resumed + board.word(), board.done().duration);
 }
 
-Verdict wait_abort(Subject& board) {
+Verdict wait_abort(BoardUnderTest& board) {
   const auto found = awaitable(board);
   if (!found) return skipped(std::string(kNoWaits));
   const std::uint32_t bit = 1U << board.outputs().front();
@@ -228,8 +228,8 @@ Verdict wait_abort(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_LOADED);
 }
 
-/// What the board says of its outputs' worst is what the rules give.
-Verdict line_use(Subject& board) {
+/// The board's worst use of its outputs agrees with the rules.
+Verdict line_use(BoardUnderTest& board) {
   const Bytes program = scale(board);
   SYMRIG_MUST(board.load(program));
   const protocol::ProgramRules rules = board.rules();
@@ -250,17 +250,18 @@ Verdict line_use(Subject& board) {
 }
 
 constexpr std::array<Check, 11> kProgramChecks{{
-    {"programs.words", "marks, steps and duration to the tick", words},
-    {"programs.edges", "edges that the board sees, to its resolution", edges},
-    {"programs.loops", "loops in loops", loops},
-    {"programs.final_levels", "End's levels stand after the run", final_levels},
-    {"programs.planned", "steps and duration of 2^32 rounds are told at commit", planned},
-    {"programs.again", "the same program four times", again},
-    {"programs.start_at", "a start at a tick is a start at that tick", start_at},
-    {"programs.start_in_past", "no start at a tick that has gone by", start_in_past},
-    {"programs.wait_timeout", "a wait that runs out takes its time-out and the wait latency", wait_timeout},
-    {"programs.wait_abort", "a wait that runs out can end the run, outputs safe", wait_abort},
-    {"programs.line_use", "the worst of each output is told as the rules give it", line_use},
+    {"programs.words", "marks, steps and duration are exact to the tick", words},
+    {"programs.edges", "edges that the board stamps are exact to its resolution", edges},
+    {"programs.loops", "nested loops", loops},
+    {"programs.final_levels", "the levels of End stay after the run", final_levels},
+    {"programs.planned", "the commit reports steps and duration of 2^32 rounds", planned},
+    {"programs.again", "the same program runs four times", again},
+    {"programs.start_at", "a start at a tick begins at that tick", start_at},
+    {"programs.start_in_past", "refuses a start at a past tick", start_in_past},
+    {"programs.wait_timeout", "a wait that times out lasts for its time-out and the wait latency",
+     wait_timeout},
+    {"programs.wait_abort", "a wait that times out can end the run with safe outputs", wait_abort},
+    {"programs.line_use", "line_use reports the worst use of each output", line_use},
 }};
 
 }  // namespace

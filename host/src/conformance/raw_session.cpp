@@ -67,7 +67,7 @@ void RawSession::take(Nanoseconds timeout) {
 void RawSession::take_frame(const protocol::Frame& frame) {
   frames_.push_back({frame.header, {frame.body.data, frame.body.data + frame.body.size}});
   if (greeting_ && frame.header.kind == Kind::reply && frame.header.ack == *greeting_) {
-    ack = frame.header.seq;  // events are counted from here
+    ack = frame.header.seq;  // the number of the first event
     greeting_.reset();
   }
   if (frame.header.kind != Kind::event || greeting_) return;
@@ -107,7 +107,7 @@ std::optional<symrig_wire_Reply> RawSession::ask_urgently(const symrig_wire_Requ
 
 std::optional<symrig_wire_Reply> RawSession::hello() {
   frames_.clear();
-  send_bytes(std::array<std::uint8_t, 1>{0});  // whatever stood half-sent on the wire ends here
+  send_bytes(std::array<std::uint8_t, 1>{0});  // ends an incomplete frame on the wire
   symrig_wire_Request request = make_request(symrig_wire_Request_hello_tag);
   request.body.hello = {protocol::kProtoMajor, protocol::kProtoMinor};
   const std::uint16_t number = seq++;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run leaves behind, for whoever has to prove what happened.
+// The evidence that a run leaves: hashes, counters and its end.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 
@@ -11,11 +11,11 @@ namespace {
 using namespace std::chrono_literals;
 using protocol::raw;
 
-Bytes two_words(const Subject& board) {
+Bytes two_words(const BoardUnderTest& board) {
   return pack({word(1U << board.outputs().front(), board.word()), word(0, board.word()), end()});
 }
 
-Verdict hashes(Subject& board) {
+Verdict hashes(BoardUnderTest& board) {
   SYMRIG_MUST(board.run_to_end(two_words(board), 1s));
   SYMRIG_MUST(same("program_hash of the commit", board.program_hash, board.committed.program_hash));
   const symrig_wire_Event* begun = board.session.last_event(symrig_wire_Event_run_started_tag);
@@ -27,7 +27,7 @@ Verdict hashes(Subject& board) {
   return same("config_hash of the status", board.config_hash, now->config_hash);
 }
 
-Verdict counters(Subject& board) {
+Verdict counters(BoardUnderTest& board) {
   SYMRIG_MUST(board.run_to_end(two_words(board), 1s));
   const symrig_wire_RunDone& done = board.done();
   SYMRIG_MUST(same("steps of the commit", 2, board.committed.steps));
@@ -43,8 +43,8 @@ Verdict counters(Subject& board) {
   return now ? same("steps of the status", 2, now->steps) : failed("no answer to get_status");
 }
 
-/// How far a run came that was broken off.
-Verdict aborted(Subject& board) {
+/// The progress of an aborted run.
+Verdict aborted(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(pack({loop(1'000'000), word(0, board.word()), end_loop(), end()})));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   board.session.forget();
@@ -62,7 +62,7 @@ Verdict aborted(Subject& board) {
   return within("steps", board.best_effort() ? 1 : planned, planned + 1, done.steps);
 }
 
-Verdict bad_frames(Subject& board) {
+Verdict bad_frames(BoardUnderTest& board) {
   const auto before = board.status();
   board.session.send_bytes(Bytes{3, 1, 1, 0});
   const auto after = board.status();
@@ -71,10 +71,10 @@ Verdict bad_frames(Subject& board) {
 }
 
 constexpr std::array<Check, 4> kReceiptChecks{{
-    {"receipt.hashes", "program and configuration are named by their hashes", hashes},
+    {"receipt.hashes", "hashes identify program and configuration", hashes},
     {"receipt.counters", "plan, steps, duration and faults of a clean run", counters},
-    {"receipt.aborted", "how far a run came that was broken off", aborted},
-    {"receipt.bad_frames", "frames thrown away are counted", bad_frames},
+    {"receipt.aborted", "duration and steps of an aborted run", aborted},
+    {"receipt.bad_frames", "the board counts frames that it drops", bad_frames},
 }};
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of protocol/PROTOCOL.md: every request in every state that a host can bring about. What is
-// refused is refused by its code and changes nothing; what is allowed leads where the table says.
+// The table of protocol/PROTOCOL.md: every request in every state that a host can reach. A refused request
+// has its code and changes nothing. An allowed one leads to the state in the table.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 
 #include <array>
 
@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 using protocol::raw;
 
 constexpr int kNo = -1;     // refused: bad_state
-constexpr int kLeave = -2;  // not tried here
+constexpr int kLeave = -2;  // not tested here
 
 struct Row {
   std::string_view name;
@@ -31,8 +31,8 @@ constexpr int kR = symrig_wire_State_STATE_RUNNING;
 constexpr int kD = symrig_wire_State_STATE_DONE;
 constexpr int kF = symrig_wire_State_STATE_FAULT;
 
-// store_config and reboot are tried only where they are refused: flash wears, and a board that restarts is
-// gone.
+// store_config and reboot are tested only where the board must refuse them: flash wears, and a restart ends
+// the session.
 // clang-format off
 constexpr std::array<Row, 20> kTable{{
     // boot, safe, configured, loaded, armed, running, done, fault
@@ -79,13 +79,13 @@ constexpr std::array<Row, 20> kTable{{
 }};
 // clang-format on
 
-/// Two seconds, so that a run outlasts a walk through the table.
-Bytes long_program(const Subject& board) {
+/// Runs for two seconds, longer than all requests of the table.
+Bytes long_program(const BoardUnderTest& board) {
   const std::uint64_t rounds = board.ticks(2s) / board.word() + 1;
   return pack({loop(rounds), word(1U << board.outputs().front(), board.word()), end_loop(), end()});
 }
 
-Verdict enter_fault(Subject& board) {
+Verdict enter_fault(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(long_program(board)));
   SYMRIG_MUST(code_is("keep_alive 20", symrig_wire_Code_CODE_OK, board.keep_alive(20)));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
@@ -93,11 +93,11 @@ Verdict enter_fault(Subject& board) {
   return {};
 }
 
-Verdict enter_done(Subject& board) {
+Verdict enter_done(BoardUnderTest& board) {
   return board.run_to_end(pack({word(1U << board.outputs().front(), board.word()), end()}), 1s);
 }
 
-Verdict enter(Subject& board, int state) {
+Verdict enter(BoardUnderTest& board, int state) {
   SYMRIG_MUST(board.start_afresh());
   if (state == kF) SYMRIG_MUST(enter_fault(board));
   if (state == kD) SYMRIG_MUST(enter_done(board));
@@ -108,8 +108,8 @@ Verdict enter(Subject& board, int state) {
   return board.in_state(static_cast<symrig_wire_State>(state));
 }
 
-/// A request that would be right in a state where it is allowed.
-symrig_wire_Request sensible(Subject& board, pb_size_t which) {
+/// A request with valid arguments, which succeeds in a state where it is allowed.
+symrig_wire_Request sensible(BoardUnderTest& board, pb_size_t which) {
   symrig_wire_Request request = make_request(which);
   const std::uint32_t output = board.outputs().front();
   switch (which) {
@@ -141,14 +141,14 @@ symrig_wire_Request sensible(Subject& board, pb_size_t which) {
   return request;
 }
 
-Verdict refuses(Subject& board, const Row& row, int state) {
+Verdict refuses(BoardUnderTest& board, const Row& row, int state) {
   const auto reply = board.session.ask(sensible(board, row.request));
   SYMRIG_MUST(code_is(row.name, symrig_wire_Code_CODE_BAD_STATE, reply ? raw(reply->code) : kNoCode));
   SYMRIG_MUST(same(fmt::format("{}: detail", row.name), static_cast<std::uint64_t>(state), reply->detail));
   return board.in_state(static_cast<symrig_wire_State>(state));
 }
 
-Verdict allows(Subject& board, const Row& row, int next) {
+Verdict allows(BoardUnderTest& board, const Row& row, int next) {
   SYMRIG_MUST(code_is(row.name, symrig_wire_Code_CODE_OK, board.session.code(sensible(board, row.request))));
   const auto now = board.status();
   if (!now) return failed("no answer to get_status");
@@ -159,7 +159,7 @@ Verdict allows(Subject& board, const Row& row, int next) {
 }
 
 template <int State>
-Verdict walk(Subject& board) {
+Verdict walk(BoardUnderTest& board) {
   SYMRIG_MUST(enter(board, State));
   for (const Row& row : kTable) {
     const int next = row.next.at(static_cast<std::size_t>(State));
@@ -174,7 +174,7 @@ Verdict walk(Subject& board) {
   return {};
 }
 
-Verdict wrong_fault(Subject& board) {
+Verdict wrong_fault(BoardUnderTest& board) {
   SYMRIG_MUST(enter(board, kF));
   symrig_wire_Request request = make_request(symrig_wire_Request_clear_fault_tag);
   request.body.clear_fault.code = symrig_wire_FaultCode_FAULT_MAX_ON;
@@ -185,7 +185,7 @@ Verdict wrong_fault(Subject& board) {
   return board.in_state(symrig_wire_State_STATE_FAULT);
 }
 
-Verdict arm_hashes(Subject& board) {
+Verdict arm_hashes(BoardUnderTest& board) {
   SYMRIG_MUST(enter(board, kL));
   const std::uint32_t program = board.program_hash;
   board.program_hash ^= 1U;
@@ -205,7 +205,7 @@ constexpr std::array<Check, 9> kStateChecks{{
     {"states.running", "every request in RUNNING", walk<kR>},
     {"states.done", "every request in DONE", walk<kD>},
     {"states.fault", "every request in FAULT", walk<kF>},
-    {"states.wrong_fault", "only the fault that is latched can be cleared", wrong_fault},
+    {"states.wrong_fault", "clear_fault clears only the latched fault", wrong_fault},
     {"states.arm_hashes", "arm needs both hashes", arm_hashes},
 }};
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a program comes to the board: chunks in a window, lost, repeated, out of order; what a commit refuses.
+// Uploads: chunks in a window, lost, repeated, out of order; and refused commits.
+#include "conformance/board_under_test.hpp"
 #include "conformance/plan.hpp"
-#include "conformance/subject.hpp"
 #include "symrig/protocol/data_chunk.hpp"
 
 #include <algorithm>
@@ -16,8 +16,8 @@ using protocol::Kind;
 using protocol::kMaxChunk;
 using protocol::raw;
 
-/// Legal words of so many bytes; each is different, so that a chunk in the wrong place changes the CRC.
-Bytes program_of(const Subject& board, std::size_t bytes) {
+/// A legal program of this length. All words differ, so that a chunk in the wrong place changes the CRC.
+Bytes program_of(const BoardUnderTest& board, std::size_t bytes) {
   Bytes program;
   const std::size_t records = std::min<std::size_t>(bytes, board.can.program_bytes) / protocol::kRecordSize;
   for (std::size_t k = 0; k + 1 < records; ++k) {
@@ -30,7 +30,7 @@ Bytes program_of(const Subject& board, std::size_t bytes) {
 }
 
 struct Upload {
-  Subject& board;
+  BoardUnderTest& board;
   Bytes program;
   std::uint16_t first = 0;  ///< number of the first chunk
 
@@ -46,7 +46,7 @@ struct Upload {
     board.session.forget();
     return {};
   }
-  /// Under its own number, whatever came before.
+  /// Sends chunk k under its own number, in any order.
   void send(std::size_t k) {
     board.session.send(
         Kind::data, static_cast<std::uint16_t>(first + k), 0,
@@ -71,28 +71,29 @@ struct Upload {
   }
 };
 
-Verdict window(Subject& board) {
+Verdict window(BoardUnderTest& board) {
   Upload upload{board, program_of(board, kMaxChunk * board.can.window)};
   SYMRIG_MUST(upload.begin());
   for (std::size_t k = 0; k < upload.chunks(); ++k) upload.send(k);
-  SYMRIG_MUST(that(upload.acknowledged(upload.chunks() - 1), "a whole window of chunks is acknowledged"));
+  SYMRIG_MUST(
+      that(upload.acknowledged(upload.chunks() - 1), "the board acknowledges a whole window of chunks"));
   SYMRIG_MUST(same("NAKs", 0, board.session.count(Kind::nak)));
   return upload.commit();
 }
 
-Verdict chunk_repeated(Subject& board) {
+Verdict chunk_repeated(BoardUnderTest& board) {
   Upload upload{board, program_of(board, 2 * kMaxChunk)};
   SYMRIG_MUST(upload.begin());
   upload.send(0);
   upload.send(0);
   upload.send(1);
   upload.send(1);
-  SYMRIG_MUST(that(upload.acknowledged(upload.chunks() - 1), "repeated chunks are acknowledged"));
+  SYMRIG_MUST(that(upload.acknowledged(upload.chunks() - 1), "the board acknowledges repeated chunks"));
   SYMRIG_MUST(same("refusals", 0, board.session.count(Kind::reply)));
   return upload.commit();
 }
 
-Verdict chunks_out_of_order(Subject& board) {
+Verdict chunks_out_of_order(BoardUnderTest& board) {
   Upload upload{board, program_of(board, 3 * kMaxChunk)};
   if (upload.chunks() < 3) return skipped("the board has no room for three chunks");
   SYMRIG_MUST(upload.begin());
@@ -102,41 +103,41 @@ Verdict chunks_out_of_order(Subject& board) {
   if (nak == nullptr) return failed("a chunk after a gap: expected NAK, got none");
   SYMRIG_MUST(same("ack of the NAK", upload.first, nak->header.ack));
   for (std::size_t k = 0; k < 3; ++k) upload.send(k);
-  SYMRIG_MUST(that(upload.acknowledged(2), "chunks in order are acknowledged"));
+  SYMRIG_MUST(that(upload.acknowledged(2), "the board acknowledges chunks in order"));
   return upload.commit();
 }
 
-/// In the sequence of frames, but not in the program's.
-Verdict chunk_misplaced(Subject& board) {
+/// A chunk with the right frame number, but the wrong offset in the program.
+Verdict chunk_misplaced(BoardUnderTest& board) {
   Upload upload{board, program_of(board, 2 * kMaxChunk)};
   SYMRIG_MUST(upload.begin());
   board.session.send_chunk(board.program_id, 8, upload.chunk(0));
   board.session.listen_until([&] { return board.session.count(Kind::reply) > 0; }, kAnswerTime);
   const Received* answer = board.session.last(Kind::reply);
-  if (answer == nullptr) return failed("a misplaced chunk: expected a refusal, got none");
+  if (answer == nullptr) return failed("a misplaced chunk: expected a refusal, got no answer");
   symrig_wire_Reply reply;
   SYMRIG_MUST(that(protocol::decode({answer->body.data(), answer->body.size()}, reply), "a reply"));
   SYMRIG_MUST(code_is("a misplaced chunk", symrig_wire_Code_CODE_BAD_CHUNK, raw(reply.code)));
-  SYMRIG_MUST(same("detail, the offset expected", 0, reply.detail));
+  SYMRIG_MUST(same("detail, the expected offset", 0, reply.detail));
   const std::uint32_t crc = protocol::crc32c({upload.program.data(), upload.program.size()});
   return code_is("program_commit after it", symrig_wire_Code_CODE_INCOMPLETE, board.commit(crc));
 }
 
-Verdict incomplete(Subject& board) {
+Verdict incomplete(BoardUnderTest& board) {
   Upload upload{board, program_of(board, 2 * kMaxChunk)};
   SYMRIG_MUST(upload.begin());
   upload.send(0);
-  SYMRIG_MUST(that(upload.acknowledged(0), "a chunk is acknowledged"));
+  SYMRIG_MUST(that(upload.acknowledged(0), "the board acknowledges a chunk"));
   board.session.seq = static_cast<std::uint16_t>(upload.first + 1);
   symrig_wire_Request request = make_request(symrig_wire_Request_program_commit_tag);
   request.body.program_commit = {board.program_id, 0};
   const auto reply = board.session.ask(request);
   SYMRIG_MUST(code_is("program_commit of half a program", symrig_wire_Code_CODE_INCOMPLETE,
                       reply ? raw(reply->code) : kNoCode));
-  return same("detail, the bytes received", kMaxChunk, reply->detail);
+  return same("detail, the received bytes", kMaxChunk, reply->detail);
 }
 
-Verdict wrong_crc(Subject& board) {
+Verdict wrong_crc(BoardUnderTest& board) {
   const Bytes program = program_of(board, 64);
   SYMRIG_MUST(board.configure());
   SYMRIG_MUST(board.send_program(program));
@@ -146,12 +147,12 @@ Verdict wrong_crc(Subject& board) {
   const auto reply = board.session.ask(request);
   SYMRIG_MUST(code_is("program_commit with a wrong CRC", symrig_wire_Code_CODE_HASH_MISMATCH,
                       reply ? raw(reply->code) : kNoCode));
-  SYMRIG_MUST(same("detail, the CRC of what came", crc, reply->detail));
+  SYMRIG_MUST(same("detail, the CRC of the received bytes", crc, reply->detail));
   return board.in_state(symrig_wire_State_STATE_CONFIGURED);
 }
 
-/// As many records as the board says it has room for.
-Verdict full(Subject& board) {
+/// A program that fills the board's program memory.
+Verdict full(BoardUnderTest& board) {
   SYMRIG_MUST(board.configure());
   SYMRIG_MUST(board.upload(program_of(board, board.can.program_bytes)));
   SYMRIG_MUST(same("steps", board.can.program_bytes / protocol::kRecordSize - 1, board.committed.steps));
@@ -159,8 +160,8 @@ Verdict full(Subject& board) {
                  board.code(symrig_wire_Request_program_verify_tag));
 }
 
-/// Another configuration is another board: the program is gone.
-Verdict dropped_with_config(Subject& board) {
+/// A new configuration drops the program.
+Verdict dropped_with_config(BoardUnderTest& board) {
   SYMRIG_MUST(board.load(program_of(board, 64)));
   SYMRIG_MUST(code_is("config_line", symrig_wire_Code_CODE_OK, board.config_line(board.outputs().front())));
   const auto now = board.status();
@@ -170,13 +171,13 @@ Verdict dropped_with_config(Subject& board) {
 }
 
 constexpr std::array<Check, 8> kUploadChecks{{
-    {"upload.window", "a whole window of chunks at once", window},
-    {"upload.chunk_repeated", "a repeated chunk is taken once", chunk_repeated},
-    {"upload.chunks_out_of_order", "a chunk after a gap is not taken", chunks_out_of_order},
-    {"upload.chunk_misplaced", "a chunk with a gap in the program is refused", chunk_misplaced},
-    {"upload.incomplete", "half a program is not committed", incomplete},
-    {"upload.wrong_crc", "a program with another CRC is not committed", wrong_crc},
-    {"upload.full", "a program that fills the board's memory", full},
+    {"upload.window", "accepts a whole window of chunks at once", window},
+    {"upload.chunk_repeated", "accepts a repeated chunk only once", chunk_repeated},
+    {"upload.chunks_out_of_order", "does not accept a chunk after a gap", chunks_out_of_order},
+    {"upload.chunk_misplaced", "refuses a chunk that leaves a gap in the program", chunk_misplaced},
+    {"upload.incomplete", "does not commit half a program", incomplete},
+    {"upload.wrong_crc", "does not commit a program with another CRC", wrong_crc},
+    {"upload.full", "accepts a program that fills its memory", full},
     {"upload.dropped_with_config", "a new configuration drops the program", dropped_with_config},
 }};
 

@@ -9,7 +9,7 @@
 namespace symrig {
 namespace {
 
-constexpr double kWhole = 1e-3;  // of a period
+constexpr double kWhole = 1e-3;  // largest difference from whole periods, as a share of a period
 
 double milliseconds(Nanoseconds t) {
   return 1e3 * seconds(t);
@@ -19,10 +19,11 @@ double milliseconds(Nanoseconds t) {
 
 Result<BeatForecast> forecast_beat(Nanoseconds exposure, Nanoseconds period, double duty) {
   if (exposure <= Nanoseconds{0} || period <= Nanoseconds{0} || !(duty > 0 && duty <= 1))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("no beat between {:.4g} ms and {:.4g} ms at a duty of {}",
-                             milliseconds(exposure), milliseconds(period), duty),
-                 "give times above 0 and a duty from 0 to 1"};
+    return Error{
+        ErrorCode::bad_argument,
+        fmt::format("cannot compare an exposure of {:.4g} ms with a period of {:.4g} ms at a duty of {}",
+                    milliseconds(exposure), milliseconds(period), duty),
+        "give times above 0 and a duty from 0 to 1"};
   BeatForecast beat;
   beat.periods = seconds(exposure) / seconds(period);
   const double nearest = std::max(1.0, std::round(beat.periods));

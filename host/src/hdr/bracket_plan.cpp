@@ -12,11 +12,11 @@
 namespace symrig {
 namespace {
 
-constexpr double kStep = std::numbers::sqrt2;  // between candidate exposures
-constexpr int kSearched = 3;                   // frames that are searched exhaustively
-constexpr double kFree = 0.1;                  // longer exposures that cost this share more come for nothing
+constexpr double kStep = std::numbers::sqrt2;  // ratio of neighbouring candidate exposures
+constexpr int kSearched = 3;                   // largest number of frames that are searched exhaustively
+constexpr double kFree = 0.1;                  // exposures are made longer for up to this share of the cost
 
-/// Exposures to choose from [s], shortest first.
+/// Candidate exposures [s], shortest first.
 std::vector<double> candidates(const ExposureRules& rules, double longest_seconds) {
   const double longest = std::min(seconds(rules.max_exposure), longest_seconds) * (1 + 1e-9);
   std::vector<double> all;
@@ -82,7 +82,7 @@ class Planner {
  private:
   double cost(std::size_t e) const { return times_[e] + seconds(rules_.each_frame); }
 
-  /// Mean square noise over what is allowed, of the worst part.
+  /// Mean square noise / wanted noise of the worst part.
   double misses(const std::vector<double>& known) const {
     std::vector<double> sums(parts_);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
@@ -96,7 +96,7 @@ class Planner {
     for (std::size_t l = 0; l < levels_.size(); ++l) known[l] += information_[e * levels_.size() + l];
   }
 
-  /// Brackets of up to `left` more frames, none shorter than candidate `from`.
+  /// Tries all brackets of up to `left` more frames, none shorter than candidate `from`.
   void search(const std::vector<double>& known, double spent, std::size_t from, int left) {
     for (std::size_t e = from; e < times_.size(); ++e) {
       const double price = spent + cost(e);
@@ -119,7 +119,8 @@ class Planner {
     return sum;
   }
 
-  /// The frame that lowers the logarithm of what is missed most for its cost, until all is met or time is up.
+  /// Adds the frame that reduces the logarithm of misses() most for its cost, until the wanted noise is met
+  /// or no time is left.
   BracketPlan add_one_by_one() {
     std::vector<double> known(levels_.size()), times;
     double left = budget_;
@@ -157,7 +158,7 @@ class Planner {
     return misses(known);
   }
 
-  /// Longer exposures that cost next to nothing: the shortest first, as long as that lowers the noise.
+  /// Makes exposures longer if this costs almost nothing: the shortest first, while it lowers the noise.
   void fill_wells(std::vector<double>& times) const {
     double spare = 0;
     for (const double t : times) spare += kFree * (t + seconds(rules_.each_frame));
@@ -192,7 +193,7 @@ class Planner {
   const NoiseModel& noise_;
   const ExposureRules& rules_;
   std::size_t parts_;
-  double budget_;  // [s] of exposures
+  double budget_;  // longest sum of exposures [s]
   std::vector<Level> levels_;
   std::vector<double> times_;
   std::vector<double> information_;  // [candidate][level]
@@ -205,18 +206,21 @@ Result<void> check(const Expectation& expected, const LightPath& path, const Noi
   const auto bad = [](std::string what, std::string hint) -> Result<void> {
     return Error{ErrorCode::bad_argument, std::move(what), std::move(hint)};
   };
-  if (!noise.valid()) return bad("noise model cannot be used: " + noise.to_string(), "measure the sensor");
-  if (!(path.scale > 0) || !(path.black >= 0)) return bad("the light path has no scale", "give one above 0");
+  if (!noise.valid()) return bad("the noise model is not valid: " + noise.to_string(), "measure the sensor");
+  if (!(path.scale > 0) || !(path.black >= 0))
+    return bad("the light path has no valid scale or black level",
+               "give a scale above 0 and a black level of at least 0");
   for (const ExpectedPart& part : expected.parts) {
     if (part.lights.empty() || !(part.noise > 0))
-      return bad("a part of a photograph has no pixels, or no noise that is good enough",
-                 "give both, above 0");
+      return bad("a part of a photograph has no pixels, or no wanted noise", "give both, above 0");
     for (const ExpectedLight& light : part.lights)
       if (!std::isfinite(light.radiance) || !(light.pixels > 0))
-        return bad(fmt::format("{} pixels of radiance {} cannot be expected", light.pixels, light.radiance),
+        return bad(fmt::format("an expectation of {} pixels with radiance {} is not valid", light.pixels,
+                               light.radiance),
                    "give finite numbers");
   }
-  if (expected.parts.empty()) return bad("nothing is expected of the photograph", "give one part at least");
+  if (expected.parts.empty())
+    return bad("the expectation of the photograph has no parts", "give at least one");
   return {};
 }
 
@@ -235,7 +239,7 @@ Result<BracketPlan> plan_bracket(const Expectation& expected, const LightPath& p
   if (planner.possible()) return planner.run();
   return Error{
       ErrorCode::bad_argument,
-      fmt::format("no exposure lies between {:.3g} ms and {:.3g} ms", 1e3 * seconds(rules.min_exposure),
+      fmt::format("no legal exposure between {:.3g} ms and {:.3g} ms", 1e3 * seconds(rules.min_exposure),
                   1e3 * std::min(seconds(rules.max_exposure), expected.longest_seconds)),
       "allow the photograph more time"};
 }

@@ -8,7 +8,7 @@
 namespace symrig {
 namespace {
 
-// The exponent and the first two bits of the mantissa of a positive float.
+// Keeps the exponent and the first two bits of the mantissa of a positive float.
 constexpr unsigned kShift = 21;
 constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-60F) >> kShift;
 
@@ -37,7 +37,7 @@ double LightHistogram::pixels() const {
 double LightHistogram::mean_square() const {
   double sum = 0, pixels = 0;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
-    const double middle = 0.92 * upper_end(bin);  // geometric, of a quarter of an octave
+    const double middle = 0.92 * upper_end(bin);  // geometric middle of a quarter of an octave
     sum += counts_[bin] * middle * middle;
     pixels += counts_[bin];
   }

@@ -16,7 +16,7 @@ constexpr double kSigmas = 5;
 constexpr double kImperfect = 0.005;
 constexpr std::int64_t kFewest = 64;
 constexpr int kRounds = 8;
-constexpr double kNearFull = 0.9;  // of the range: a choice by the noise of the sample itself would bias
+constexpr double kNearFull = 0.9;  // share of the range; a selection by a sample's own noise would be biased
 
 /// Fits d_long = r d_short. With both noisy, the best light of a pixel given r is
 /// (d_s / v_s + r d_l / v_l) / (1 / v_s + r² / v_l); r minimises the rest: Newton on Σ (d_l − r d_s)² / (v_l
@@ -35,7 +35,7 @@ ExposureRatio fit(const Frame& shorter, const Frame& longer, const NoiseModel& n
     for (std::size_t i = 0; i < shorter.raw.size(); ++i) {
       if (longer.raw[i] >= noise.saturation_code() || shorter.raw[i] >= noise.saturation_code()) continue;
       const double ds = shorter.raw[i] - noise.pedestal(), dl = longer.raw[i] - noise.pedestal();
-      // Light by both, then both variances at that light.
+      // The light from both frames, then both variances at that light.
       const double light = std::max(0.0, (ds + dl) / (1 + r));
       if (r * light > full) continue;
       const double vs = g * g * noise.variance(light / g), vl = g * g * noise.variance(r * light / g);
@@ -70,7 +70,7 @@ std::string ExposureRatio::to_string() const {
 }
 
 Result<std::vector<ExposureRatio>> exposure_ratios(std::span<const Frame> frames, const NoiseModel& noise) {
-  if (!noise.valid()) return hdr::bad_argument("noise model cannot be used: " + noise.to_string());
+  if (!noise.valid()) return hdr::bad_argument("the noise model is not valid: " + noise.to_string());
   for (std::size_t k = 0; k < frames.size(); ++k) {
     if (frames[k].exposure <= Nanoseconds{0})
       return hdr::bad_argument(fmt::format("exposure of frame {} is not above 0", k));

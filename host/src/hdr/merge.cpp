@@ -14,30 +14,31 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-// Why the frames share one estimate. The best weight of sample k is 1 / Var[x_k], and the shot noise in it
-// depends on the unknown radiance. If each sample judged itself, one that fell low by chance would claim a
-// small variance and pull the mean down with a large weight. So the radiance is first estimated from all
-// usable samples together (total electrons over total time: the maximum-likelihood estimate when shot noise
-// dominates), and every weight is taken at that one estimate. What is left of the correlation is of second
+// Why all frames use one estimate of the radiance. The best weight of sample k is 1 / Var[x_k]. Its shot
+// noise depends on the unknown radiance. If each sample supplied its own estimate, a sample that is low by
+// chance would get a small variance, and its large weight would pull the mean down. So the radiance is first
+// estimated from all usable samples together: total electrons over total time, the maximum-likelihood
+// estimate if shot noise dominates. Every weight uses this estimate. The remaining correlation is of second
 // order: d mean / d estimate vanishes where the samples agree.
 
 namespace symrig {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 14;  // pixels of one task; also the length of Nothing
-/// Results [bytes] from which on they go past the cache: they would not stay in it until they are read.
+constexpr std::size_t kGrain = std::size_t{1} << 14;  // pixels of one task, and the length of Nothing
+/// Results of at least this size [bytes] bypass the cache: they would not stay in it until they are read.
 constexpr std::size_t kStreamed = std::size_t{8} << 20;
 
 using hdr::bad_argument;
 
 Result<void> check_frames(std::span<const Frame> frames, std::size_t values) {
   if (frames.empty() || frames.size() > kMaxFrames)
-    return bad_argument(fmt::format("bracket has {} frames; must have 1 to {}", frames.size(), kMaxFrames));
+    return bad_argument(
+        fmt::format("the bracket has {} frames; it must have 1 to {}", frames.size(), kMaxFrames));
   for (std::size_t k = 0; k < frames.size(); ++k) {
     if (frames[k].exposure <= Nanoseconds{0})
       return bad_argument(
-          fmt::format("exposure of frame {} is {} ns; must be above 0", k, frames[k].exposure.count()),
-          "give the shutter time as measured from the pulse");
+          fmt::format("the exposure of frame {} is {} ns; it must be above 0", k, frames[k].exposure.count()),
+          "give the shutter time measured from the pulse");
     if (frames[k].raw.size() != values)
       return Error{ErrorCode::size_mismatch, fmt::format("frame {} has {} samples; the grid needs {}", k,
                                                          frames[k].raw.size(), values)};
@@ -53,7 +54,7 @@ Result<void> check(std::span<const Frame> frames, Grid grid, int channels, const
   return hdr::check_options(options, grid, channels);
 }
 
-/// Time in units of the longest exposure keeps every float near 1, whatever the shutter.
+/// Times are in units of the longest exposure, which keeps every float near 1.
 hdr::BracketConstants constants(std::span<const Frame> frames, const NoiseModel& noise, double scale) {
   const auto longest = std::ranges::max(frames, {}, &Frame::exposure).exposure;
   hdr::BracketConstants bracket;
@@ -71,7 +72,7 @@ hdr::BracketConstants constants(std::span<const Frame> frames, const NoiseModel&
   return bracket;
 }
 
-/// What is subtracted when there is no black photograph, and what is dead where nothing is.
+/// Zeros for the case without a black photograph and without dead pixels.
 struct Nothing {
   std::vector<float> zero = std::vector<float>(kGrain, 0.0F);
   std::vector<std::uint8_t> valid = std::vector<std::uint8_t>(kGrain, 1);
@@ -132,7 +133,7 @@ Result<void> merge_into(std::span<const Frame> frames, Grid grid, int channels, 
     const Piece piece{static_cast<int>(task / pieces), begin, std::min(kGrain, pixels - begin)};
     if (!hdr::merge_range(bracket, range_of(frames, options, piece, out), stores)) finite = false;
   });
-  if (!finite) return Error{ErrorCode::bad_value, "black photograph holds NaN or infinity"};
+  if (!finite) return Error{ErrorCode::bad_value, "the black photograph contains NaN or infinity"};
   return {};
 }
 

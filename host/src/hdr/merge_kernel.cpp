@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled once for each instruction set; merge_range picks the best one at run time (Highway's dynamic
+// Compiled once for each instruction set. merge_range chooses the best one at run time (Highway's dynamic
 // dispatch).
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE \
@@ -43,9 +43,9 @@ HWY_INLINE void load(const BracketConstants& bracket, const MergeRange& range, s
   }
 }
 
-/// What all usable samples say together: Σ d_k and Σ t_k, whose ratio is the rate that every weight is taken
-/// at. Signed: cutting noise off at 0 would overstate the variance of dark pixels. The lower limit keeps
-/// every weight positive.
+/// The common estimate of all usable samples: Σ d_k and Σ t_k. Their ratio is the rate at which every weight
+/// is taken. It is signed: cutting noise off at 0 would overstate the variance of dark pixels. The lower
+/// limit keeps every weight positive.
 struct Shared {
   V value;
   V time;
@@ -65,8 +65,8 @@ HWY_INLINE Shared shared_estimate(const BracketConstants& bracket, const Samples
 
 /// mean = e Σ d_k r_k / Σ t_k r_k and variance = e / (τ Σ t_k r_k) in units of scale, e = 1 / gain.
 /// This is Σ w_k x_k / Σ w_k and 1 / Σ w_k with x_k = e d_k / t_k and w_k = t_k / (e D / τ + floor / t_k), D
-/// = Σ d_k and τ = Σ t_k: what all weights have in common is taken out, so that K + 1 divisions do
-/// (r_k = 1 / (D + gain floor τ / t_k)). d_k = t_k = 0 keep a saturated sample out.
+/// = Σ d_k and τ = Σ t_k. The common factor of all weights is taken out, so that K + 1 divisions suffice
+/// (r_k = 1 / (D + gain floor τ / t_k)). d_k = t_k = 0 excludes a saturated sample.
 template <std::size_t K>
 HWY_INLINE void weigh(const BracketConstants& bracket, const Samples<K>& samples, V& mean, V& variance,
                       hn::Mask<D>& any) {
@@ -86,7 +86,7 @@ HWY_INLINE void weigh(const BracketConstants& bracket, const Samples<K>& samples
   variance = hn::Mul(hn::Set(kFloat, bracket.scale), unit);
 }
 
-/// |value| as an integer: NaN and infinity have all exponent bits set, and so lie at kNotFinite or above.
+/// |value| as an integer: NaN and infinity have all exponent bits set, so they are at kNotFinite or above.
 using Bits = hn::Vec<decltype(kInt)>;
 constexpr std::int32_t kNotFinite = 0x7F800000;
 HWY_INLINE Bits magnitude(V value) {
@@ -109,8 +109,9 @@ HWY_INLINE void store(V value, float* to) {
     hn::StoreU(value, kFloat, to);
 }
 
-/// Eleven streams are more than the hardware's prefetchers follow, and at each page of memory they start
-/// anew. Past the end of a range this asks for lines that nobody needs, which does no harm.
+/// Eleven streams are more than the hardware prefetchers can follow, and these restart at each page of
+/// memory. After the end of a range this prefetches lines that are not needed, which has no effect on the
+/// result.
 template <std::size_t K>
 HWY_INLINE void fetch_ahead(const MergeRange& range, std::size_t at) {
   constexpr std::size_t kAhead = 512;  // pixels: the time that main memory takes to answer
@@ -122,7 +123,7 @@ HWY_INLINE void fetch_ahead(const MergeRange& range, std::size_t at) {
   hwy::Prefetch(range.valid + at + kAhead);
 }
 
-/// Lanes() pixels at `at`. largest: raised to the magnitude of their black and its variance.
+/// Merges Lanes() pixels at `at`. largest: becomes at least the magnitude of their black and its variance.
 template <std::size_t K, Stores S>
 HWY_INLINE void merge_lanes(const BracketConstants& bracket, const MergeRange& range, std::size_t at,
                             Bits& largest) {
@@ -208,7 +209,7 @@ bool merge_bracket(const BracketConstants& bracket, const MergeRange& range, Sto
 }
 
 bool merge_range(const BracketConstants& bracket, const MergeRange& range, Stores stores) {
-  switch (bracket.frames) {  // a constant number of frames keeps every sample in a register
+  switch (bracket.frames) {  // with a constant number of frames, every sample stays in a register
     case 1:
       return merge_bracket<1>(bracket, range, stores);
     case 2:

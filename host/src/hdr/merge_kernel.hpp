@@ -21,7 +21,7 @@ struct BracketConstants {
   std::array<float, kMaxFrames> floor{};  ///< gain · floor variance / t_k  [DN e⁻ per T]
 };
 
-/// One range of pixels. raw: one pointer a frame. The others are never null.
+/// One range of pixels. raw: one pointer for each frame. The other pointers are never null.
 struct MergeRange {
   std::array<const std::uint16_t*, kMaxFrames> raw{};
   const float* black = nullptr;
@@ -34,15 +34,15 @@ struct MergeRange {
   std::size_t count = 0;
 };
 
-/// How results reach memory.
+/// How the kernel writes its results.
 enum class Stores : std::uint8_t {
-  cached,    ///< for photographs that are read again before they leave the cache
-  streamed,  ///< past the cache: the lines are not fetched first, which saves a third of the traffic
+  cached,    ///< for photographs that are read again while they are in the cache
+  streamed,  ///< bypasses the cache: the lines are not read first, which saves a third of the memory traffic
 };
 
-/// Merges one range. No allocation, no policy; the same bits on every instruction set (no fused multiply-add,
-/// true divisions) and for both kinds of stores. False if black or its variance holds NaN or infinity (the
-/// outputs are then of no use).
+/// Merges one range. Does not allocate. Gives the same bits on every instruction set (no fused multiply-add,
+/// true divisions) and for both kinds of stores. False if black or its variance contains NaN or infinity; the
+/// outputs are then not valid.
 bool merge_range(const BracketConstants& bracket, const MergeRange& range, Stores stores) noexcept;
 
 }  // namespace symrig::hdr

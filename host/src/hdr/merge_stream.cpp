@@ -16,13 +16,14 @@ namespace symrig {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 14;  // values of one task
-/// Exposures that differ by less are one: the board's clock and the camera's jitter.
+/// Exposures with a smaller relative difference count as equal: the board's clock and the camera's jitter
+/// cause it.
 constexpr double kSame = 1e-3;
 
-/// Σ count tᵏ over the shortest groups: all that the weights of a pixel need to know of its exposures.
+/// Σ count tᵏ over the shortest groups. The weights of a pixel need only these sums of its exposures.
 struct Moments {
   double t0 = 0, t1 = 0, t2 = 0, t3 = 0;
-  double total = 0;  // Σ t of the frames that such a pixel could use
+  double total = 0;  // Σ t of the frames that such a pixel can use
 
   Moments with(const MergeStream::Group& group) const {
     const double t = group.time, n = group.count;
@@ -30,7 +31,7 @@ struct Moments {
   }
 };
 
-/// One pixel's sums become radiance and variance.
+/// Converts one pixel's sums to radiance and variance.
 struct Weigher {
   double gain, floor;  // of one sample: Var[d] = gain μ t + floor [DN²]
   double unit;         // radiance per DN and unit of time
@@ -41,7 +42,7 @@ struct Weigher {
     for (const MergeStream::Group& group : groups)
       shortest.push_back((shortest.empty() ? Moments{} : shortest.back()).with(group));
   }
-  /// The exposures that a pixel could use, from its total time: those that saturate are the longest.
+  /// The number of groups that a pixel can use, from its total time: the longest exposures saturate.
   std::size_t usable(double time) const {
     std::size_t n = shortest.size();
     while (n > 1 && shortest[n - 1].total > time * (1 + kSame)) --n;
@@ -50,8 +51,8 @@ struct Weigher {
   struct Estimate {
     double mean, variance;
   };
-  /// The pixel has at least one sample. a + b t is fitted to h(t) = t / v(t) with weights n v(t): what an
-  /// error of the weights costs in variance. v(t) is a line in t, so that all sums are moments.
+  /// The pixel must have at least one sample. a + b t is fitted to h(t) = t / v(t) with weights n v(t): the
+  /// variance that an error of the weights costs. v(t) is a line in t, so all sums are moments.
   Estimate operator()(double s0, double t0, double s1, double t1) const {
     const double rate = gain * std::max(s0 / t0, lowest);
     const std::size_t n = usable(t0);
@@ -85,7 +86,7 @@ Result<MergeStream> MergeStream::begin(Grid grid, int channels, const NoiseModel
   std::vector<Nanoseconds> sorted(exposures.begin(), exposures.end());
   std::sort(sorted.begin(), sorted.end());
   if (sorted.empty() || sorted.front() <= Nanoseconds{0})
-    return hdr::bad_argument("a bracket needs exposures, all above 0", "give the planned ones");
+    return hdr::bad_argument("a bracket needs exposures, all above 0", "give the planned exposures");
   MergeStream stream(grid, channels, noise);
   stream.unit_ = seconds(sorted.back());
   double total = 0;
@@ -107,8 +108,8 @@ Result<void> MergeStream::add(const Frame& frame) {
                                                        frame.raw.size(), values)};
   if (frame.exposure <= Nanoseconds{0})
     return hdr::bad_argument(
-        fmt::format("exposure of frame {} is {} ns; must be above 0", frames_, frame.exposure.count()),
-        "give the shutter time as measured from the pulse");
+        fmt::format("the exposure of frame {} is {} ns; it must be above 0", frames_, frame.exposure.count()),
+        "give the shutter time measured from the pulse");
   const auto t = static_cast<float>(seconds(frame.exposure) / unit_);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values, kGrain), [&](const auto& range) {
     const std::size_t at = range.begin();
@@ -152,7 +153,7 @@ Result<Radiance> MergeStream::finish(const MergeOptions& options) const {
       out.valid.values()[i] = 1;
     }
   });
-  if (!finite) return Error{ErrorCode::bad_value, "black photograph holds NaN or infinity"};
+  if (!finite) return Error{ErrorCode::bad_value, "the black photograph contains NaN or infinity"};
   return out;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built once for every instruction set that Highway knows; the best one is chosen at run time.
+// Compiled for every instruction set that Highway knows, and chosen at run time.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE \
   "hdr/merge_stream_kernel.cpp"  // NOLINT(cppcoreguidelines-macro-usage): Highway's protocol

@@ -6,7 +6,7 @@
 
 namespace symrig::hdr {
 
-/// What a frame is added to, `count` values each.
+/// The sums to which a frame is added, `count` values each.
 struct StreamSums {
   float* sum;            ///< Σ d
   float* time;           ///< Σ t
@@ -14,7 +14,7 @@ struct StreamSums {
   float* weighted_time;  ///< Σ t²
 };
 
-/// Adds the samples of one frame that lie below `saturation`. The same bits on every instruction set.
+/// Adds the samples of one frame below `saturation`. Gives the same bits on every instruction set.
 void add_frame(const std::uint16_t* raw, std::size_t count, float pedestal, float saturation, float t,
                const StreamSums& into) noexcept;
 

@@ -24,7 +24,7 @@ Result<void> check_mosaic(const Radiance& mosaic) {
   if (mosaic.mean.channels() == 1 && mosaic.mean.grid().valid()) return {};
   return Error{ErrorCode::size_mismatch,
                fmt::format("a mosaic has one plane; this photograph has {}", mosaic.mean.channels()),
-               "give it as it was merged, before colours are made"};
+               "give the merged mosaic, before demosaicing"};
 }
 
 struct Sample {
@@ -32,7 +32,7 @@ struct Sample {
   bool valid = false;
 };
 
-/// One colour of one pixel from the samples around it.
+/// One colour of a pixel from its neighbouring samples.
 Sample around(const Radiance& mosaic, const BayerPattern& pattern, int row, int col, int colour) {
   const Grid grid = mosaic.mean.grid();
   double sum = 0, variance = 0, weights = 0;
@@ -63,7 +63,7 @@ Result<BayerPattern> parse_bayer(std::string_view name) {
     if (known == name) return BayerPattern{colours};
   std::vector<std::string_view> names;
   for (const auto& one : kKnown) names.push_back(one.first);
-  return Error{ErrorCode::unknown_name, fmt::format("no colour mosaic is called '{}'", name),
+  return Error{ErrorCode::unknown_name, fmt::format("there is no colour mosaic '{}'", name),
                nearest_hint(name, names)};
 }
 
@@ -90,7 +90,8 @@ Result<Radiance> colour_by_flood(const Radiance& mosaic, const Radiance& flood_m
   Radiance colours = blank(grid);
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col) {
-      // The pixel's own sample of the flood-lit scene, not the mean around it: only so the sums are exact.
+      // The pixel's own sample of the flood-lit scene, not the mean around it. Only this makes the sums
+      // exact.
       const auto own = static_cast<double>(flood_mosaic.mean.at(row, col));
       const double sigma = std::sqrt(static_cast<double>(flood_mosaic.variance.at(row, col)));
       const bool seen =

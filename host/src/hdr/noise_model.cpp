@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kSaturationSigmas = 5;
 
-/// The largest code of an analog-digital converter; 0 bits or fewer, or more than 16, make the model invalid.
+/// The largest code of an analog-digital converter. Outside of 1 to 16 bits the model becomes invalid.
 double largest_code(int bits) {
   return std::ldexp(1.0, bits) - 1;
 }

@@ -15,7 +15,7 @@ Error bad(ErrorCode code, std::string what, std::string hint) {
   return {code, std::move(what), std::move(hint)};
 }
 
-/// One entry a level, in order; those photographed more than once are averaged with weights 1 / variance.
+/// One entry for each level, sorted. Several photographs of a level are averaged with weights 1 / variance.
 Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int largest) {
   std::vector<FieldLight> sorted(levels.begin(), levels.end());
   std::stable_sort(sorted.begin(), sorted.end(),
@@ -24,7 +24,7 @@ Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int
   for (const FieldLight& one : sorted) {
     if (one.level < 0 || one.level > largest || !std::isfinite(one.light) || !(one.variance >= 0))
       return bad(ErrorCode::bad_argument,
-                 fmt::format("level {} of {} with light {}", one.level, largest, one.light),
+                 fmt::format("level {} of {} with light {} is not valid", one.level, largest, one.light),
                  fmt::format("give levels from 0 to {} and finite light", largest));
     const double variance = std::max(one.variance, 1e-30);
     if (each.empty() || each.back().level != one.level) {
@@ -37,16 +37,16 @@ Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int
     same.variance = 1 / weight;
   }
   if (each.size() < 5 || each.front().level != 0 || each.back().level != largest)
-    return bad(ErrorCode::bad_argument, fmt::format("{} levels are not a response", each.size()),
-               "photograph black, white and three levels between at least");
+    return bad(ErrorCode::bad_argument, fmt::format("{} levels are too few for a response", each.size()),
+               "photograph at least black, white and three levels between");
   return each;
 }
 
 Result<void> check_order(const std::vector<FieldLight>& each) {
   if (!(each.back().light - each.front().light >
         kSigmas * std::sqrt(each.back().variance + each.front().variance)))
-    return bad(ErrorCode::bad_value, "white gives no more light than black",
-               "check the projector and the order");
+    return bad(ErrorCode::bad_value, "white is not brighter than black",
+               "check the projector and the order of the levels");
   for (std::size_t k = 1; k < each.size(); ++k) {
     const double fall = each[k - 1].light - each[k].light;
     const double allowed = kSigmas * std::sqrt(each[k].variance + each[k - 1].variance) +

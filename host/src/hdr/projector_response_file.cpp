@@ -55,7 +55,7 @@ Result<std::vector<double>> load_projector_light(const fs::path& path) {
     const bool legal = value && (light.empty() ? *value == 0 : *value >= light.back() && *value <= 1);
     if (!legal)
       return bad(path, item.source().begin.line,
-                 fmt::format("levels.light falls, or leaves 0 to 1, at level {}", light.size()));
+                 fmt::format("levels.light falls, or is outside of 0 to 1, at level {}", light.size()));
     light.push_back(*value);
   }
   if (light.size() == kLevels && light.back() == 1) return light;

@@ -11,7 +11,7 @@
 namespace symrig {
 namespace {
 
-constexpr double kLeastStep = 1e-6;  // of a curve between codes, relative to the whole
+constexpr double kLeastStep = 1e-6;  // smallest step of a curve between codes, relative to its range
 
 }  // namespace
 
@@ -39,7 +39,7 @@ std::vector<double> isotonic(std::span<const double> values, std::span<const dou
   };
   std::vector<Pool> pools;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    const double w = std::max(weights[i], 1e-12);  // codes without samples join their neighbours
+    const double w = std::max(weights[i], 1e-12);  // codes without samples follow their neighbours
     pools.push_back({w * values[i], w, 1});
     while (pools.size() > 1 && pools[pools.size() - 2].mean() > pools.back().mean()) {
       const Pool last = pools.back();
@@ -56,7 +56,7 @@ std::vector<double> isotonic(std::span<const double> values, std::span<const dou
 
 namespace hdr {
 
-/// From ln light of the codes [first, last] that samples reached, to a curve over all codes.
+/// Makes a curve over all codes from the ln light of the codes [first, last] that have samples.
 ResponseCurve finish_curve(const std::vector<double>& log_light, const std::vector<double>& weights,
                            std::int64_t samples) {
   const auto codes = static_cast<std::ptrdiff_t>(log_light.size());
@@ -73,8 +73,8 @@ ResponseCurve finish_curve(const std::vector<double>& log_light, const std::vect
     if (std::abs(fit[k] - part(log_light)[k]) > 1e-9) ++curve.repaired;
   const double top = std::exp(fit.back());
   for (const double v : fit) curve.light.push_back(std::exp(v) / top);
-  // Below the codes that were seen light falls to 0 in a straight line; above them it goes on as it was
-  // rising.
+  // Below the codes with samples, light falls to 0 in a straight line. Above them it continues with its
+  // slope.
   std::vector<double> all;
   for (std::ptrdiff_t c = 0; c < first; ++c)
     all.push_back(curve.light.front() * static_cast<double>(c) / static_cast<double>(first));
@@ -83,7 +83,7 @@ ResponseCurve finish_curve(const std::vector<double>& log_light, const std::vect
   const double slope = (all.back() - all[all.size() - 1 - reach]) / static_cast<double>(reach);
   for (std::ptrdiff_t c = last + 1; c < codes; ++c)
     all.push_back(curve.light.back() + slope * static_cast<double>(c - last));
-  // Strictly rising from 0 to 1.
+  // Make it strictly rising from 0 to 1.
   const double origin = all.front();
   const double least = kLeastStep / static_cast<double>(codes);
   for (std::size_t c = 0; c < all.size(); ++c)
@@ -109,7 +109,7 @@ Result<Linearity> test_linearity(std::span<const Frame> frames, const NoiseModel
   for (std::size_t a = 0; a < frames.size(); ++a)
     for (std::size_t b = 0; b < frames.size(); ++b) {
       const double ratio = seconds(frames[b].exposure) / seconds(frames[a].exposure);
-      if (ratio < 1.2 || ratio > 20) continue;  // too alike to tell, or the shorter one is only noise
+      if (ratio < 1.2 || ratio > 20) continue;  // too similar to decide, or the shorter one is only noise
       for (std::size_t i = 0; i < frames[a].raw.size(); ++i) {
         const double low = frames[a].raw[i] - noise.pedestal(), high = frames[b].raw[i] - noise.pedestal();
         if (frames[a].raw[i] >= noise.saturation_code() || frames[b].raw[i] >= noise.saturation_code())
@@ -118,7 +118,7 @@ Result<Linearity> test_linearity(std::span<const Frame> frames, const NoiseModel
         const double rough = std::max(0.0, (low + high) / (1 + ratio));
         const double of_low = g * g * noise.variance(rough / g),
                      of_high = g * g * noise.variance(ratio * rough / g);
-        // Chosen and binned by the best estimate of both, whose noise is not that of their difference.
+        // Selected and binned by the best estimate of both, whose noise is independent of their difference.
         const double light = (low / of_low + ratio * high / of_high) / (1 / of_low + ratio * ratio / of_high);
         const double expected = ratio * light;
         if (light < 0.05 * range || expected > 0.9 * range) continue;

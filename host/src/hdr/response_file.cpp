@@ -22,7 +22,7 @@ Error bad(const fs::path& path, std::uint32_t line, std::string_view what) {
           "write it with symrig calibrate --sensor DIR --response FILE"};
 }
 
-/// Strictly rising from 0 to 1.
+/// Reads light that must rise strictly from 0 to 1.
 Result<std::vector<double>> light_of(const fs::path& path, const toml::array& list) {
   std::vector<double> light;
   for (const toml::node& item : list) {
@@ -37,7 +37,7 @@ Result<std::vector<double>> light_of(const fs::path& path, const toml::array& li
   if (codes && light.back() == 1) return light;
   return bad(path, list.source().begin.line,
              codes ? std::string("response.light does not end at 1")
-                   : fmt::format("response.light has {} codes, no camera has", light.size()));
+                   : fmt::format("response.light has {} codes, which no camera has", light.size()));
 }
 
 }  // namespace

@@ -12,9 +12,10 @@ namespace hdr {
 
 Result<void> check_frames(std::span<const Frame> frames) {
   const auto bad = [](std::string what) {
-    return Error{ErrorCode::bad_argument, std::move(what), "give two exposures of one still scene at least"};
+    return Error{ErrorCode::bad_argument, std::move(what), "give at least two exposures of one still scene"};
   };
-  if (frames.size() < 2) return bad(fmt::format("a response needs two frames; {} given", frames.size()));
+  if (frames.size() < 2)
+    return bad(fmt::format("a response needs at least two frames; {} given", frames.size()));
   Nanoseconds shortest = frames.front().exposure, longest = shortest;
   for (const Frame& frame : frames) {
     if (frame.raw.size() != frames.front().raw.size() || frame.raw.empty())
@@ -25,7 +26,7 @@ Result<void> check_frames(std::span<const Frame> frames) {
     shortest = std::min(shortest, frame.exposure);
     longest = std::max(longest, frame.exposure);
   }
-  if (seconds(longest) < 1.1 * seconds(shortest)) return bad("all exposures are alike");
+  if (seconds(longest) < 1.1 * seconds(shortest)) return bad("all exposures are almost equal");
   return {};
 }
 
@@ -47,7 +48,7 @@ std::vector<std::size_t> choose_pixels(std::span<const Frame> frames, const Usab
   const std::size_t pixels = frames.front().raw.size();
   const std::size_t each = std::max<std::size_t>(1, most / (kBins * frames.size()));
   std::vector<std::size_t> chosen, filled(kBins * frames.size());
-  // A stride that shares no factor with usual widths walks over the whole picture.
+  // A stride without a common factor with usual widths covers the whole picture.
   const std::size_t stride = pixels > 7919 ? 7919 : 1;
   for (std::size_t n = 0; n < pixels && chosen.size() < most; ++n) {
     const std::size_t i = pixels % stride == 0 ? n : n * stride % pixels;
@@ -68,17 +69,17 @@ std::vector<std::size_t> choose_pixels(std::span<const Frame> frames, const Usab
 
 namespace {
 
-constexpr int kNodes = 256;  // of a curve with more codes: they are interpolated
+constexpr int kNodes = 256;  // a curve with more codes is interpolated between this many nodes
 constexpr std::size_t kPixels = 16384;
 constexpr int kRounds = 60;
-constexpr double kSettled = 1e-6;  // change of a light relative to itself
+constexpr double kSettled = 1e-6;  // relative change of a light at which the iteration ends
 
 Error too_few(std::size_t pixels) {
   return {ErrorCode::bad_value, fmt::format("only {} pixels are well exposed in two frames", pixels),
-          "take exposures two to four times apart, of a scene with all shades"};
+          "take exposures two to four times apart, of a scene with dark, medium and bright parts"};
 }
 
-/// What the curve is solved on: codes gathered in at most 256 nodes.
+/// The unknowns of the curve: codes in at most kNodes groups.
 struct Nodes {
   int count, codes_each;
   std::size_t of(int code) const { return static_cast<std::size_t>(std::min(count - 1, code / codes_each)); }
@@ -88,7 +89,7 @@ Nodes nodes_of(const hdr::UsableCodes& codes) {
   return {codes.codes / each, each};
 }
 
-/// From nodes to codes: straight lines between the middles of the nodes.
+/// Interpolates from nodes to codes, with straight lines between the middles of the nodes.
 std::vector<double> to_codes(const std::vector<double>& at_nodes, const Nodes& nodes, int codes) {
   std::vector<double> all;
   all.reserve(static_cast<std::size_t>(codes));
@@ -103,7 +104,7 @@ std::vector<double> to_codes(const std::vector<double>& at_nodes, const Nodes& n
   return all;
 }
 
-/// The same for weights, which must not reach codes that nobody saw.
+/// The same for weights. Codes without samples get no weight.
 std::vector<double> weights_of_codes(const std::vector<double>& at_nodes, const Nodes& nodes,
                                      const hdr::UsableCodes& codes) {
   std::vector<double> all;
@@ -114,7 +115,7 @@ std::vector<double> weights_of_codes(const std::vector<double>& at_nodes, const 
 
 }  // namespace
 
-/// The unknown ln E_i are eliminated pixel by pixel, so that only the nodes of the curve are solved for.
+/// Eliminates the unknown ln E_i pixel by pixel, so that only the nodes of the curve remain unknown.
 Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const ResponseOptions& options) {
   SYMRIG_CHECK(hdr::check_frames(frames));
   const hdr::UsableCodes codes = hdr::usable_codes(options);
@@ -161,7 +162,8 @@ Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const Respo
                            samples);
 }
 
-/// By turns: E_i = Σ w t I(z) / Σ w t², I(z) = mean of t E over the samples of z; from a straight line.
+/// Alternates E_i = Σ w t I(z) / Σ w t² and I(z) = mean of t E over the samples of z. Starts with a straight
+/// line.
 Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const ResponseOptions& options) {
   SYMRIG_CHECK(hdr::check_frames(frames));
   const hdr::UsableCodes codes = hdr::usable_codes(options);

@@ -13,10 +13,10 @@ namespace {
 
 using hdr::Codes;
 
-constexpr double kSigmas = 8;          // a defect stands out by so many: one false alarm in 10^14 pixels
+constexpr double kSigmas = 8;          // a defect differs by more: one false alarm in 10^14 pixels
 constexpr double kNoisy = 16;          // times the median variance: four times the noise
-constexpr double kUnresponsive = 0.3;  // share of its neighbourhood's response by which a pixel may be off
-constexpr double kPiledUp = 2;  // times the dark noise: a bright level that is spread no more is clipped
+constexpr double kUnresponsive = 0.3;  // largest difference from the neighbours' response, as a share of it
+constexpr double kPiledUp = 2;         // times the dark noise: a bright level with less spread is clipped
 
 Error bad(ErrorCode code, std::string what, std::string hint) {
   return {code, std::move(what), std::move(hint)};
@@ -29,13 +29,13 @@ Result<void> check(const SensorFrames& frames) {
         fmt::format("a sensor of {} and {} bits cannot be measured", to_string(frames.grid), frames.bits),
         "give its grid and 1 to 16 bits");
   if (frames.dark.size() < 2)
-    return bad(ErrorCode::bad_argument, fmt::format("{} dark frames", frames.dark.size()),
-               "take two at least, with the lens capped");
+    return bad(ErrorCode::bad_argument, fmt::format("{} dark frames are too few", frames.dark.size()),
+               "take at least two, with the lens capped");
   std::vector<Codes> all = frames.dark;
   for (std::size_t level = 0; level < frames.flat.size(); ++level) {
     if (frames.flat[level].size() < 2)
-      return bad(ErrorCode::bad_argument, fmt::format("level {} has one flat frame", level),
-                 "take two at least: noise is their difference");
+      return bad(ErrorCode::bad_argument, fmt::format("level {} has fewer than two flat frames", level),
+                 "take at least two: their difference gives the noise");
     all.insert(all.end(), frames.flat[level].begin(), frames.flat[level].end());
   }
   for (const Codes& codes : all)
@@ -46,13 +46,13 @@ Result<void> check(const SensorFrames& frames) {
   return {};
 }
 
-/// Pixels whose dark level or dark noise is not like the others'.
+/// Marks pixels whose dark level or dark noise differs from the others'.
 void find_hot(const hdr::PixelMoments& dark, std::size_t frames, std::span<std::uint8_t> defects) {
   std::vector<double> means = dark.mean, noises = dark.variance;
   const double middle = hdr::median(means);
   const double spread = std::max(hdr::robust_sigma(dark.mean), 0.3);
   const double noise = std::max(hdr::median(noises), 1.0 / 12);
-  // A χ² of few degrees of freedom reaches far: the fewer frames, the more it takes to be called noisy.
+  // A χ² of few degrees of freedom has a long tail: with fewer frames the threshold is higher.
   const double noisy = kNoisy * (1 + 8 / static_cast<double>(frames - 1));
   for (std::size_t i = 0; i < defects.size(); ++i)
     if (std::abs(dark.mean[i] - middle) > kSigmas * spread || dark.variance[i] > noisy * noise)
@@ -65,7 +65,7 @@ std::vector<double> light_of(const std::vector<Codes>& level, const std::vector<
   return light;
 }
 
-/// Pixels that answer light by much less or more than their neighbours.
+/// Marks pixels whose response to light is much smaller or larger than their neighbours'.
 void find_unresponsive(const std::vector<double>& light, const std::vector<double>& local,
                        std::span<std::uint8_t> defects) {
   for (std::size_t i = 0; i < defects.size(); ++i)
@@ -76,7 +76,7 @@ double rms_beyond(double squares, double count, double noise) {
   return count > 0 ? std::sqrt(std::max(0.0, squares / count - noise)) : 0;
 }
 
-/// Pixel-to-pixel sensitivity: Var[light / local] less what temporal noise explains.
+/// The variation of sensitivity between pixels: Var[light / local] minus the part from temporal noise.
 double prnu_of(const std::vector<double>& light, const std::vector<double>& local,
                std::span<const std::uint8_t> defects, const hdr::TransferLine& line, std::size_t frames,
                std::size_t dark_frames) {
@@ -116,15 +116,15 @@ double mean_of(const std::vector<double>& values, std::span<const std::uint8_t> 
   return count > 0 ? sum / count : 0;
 }
 
-/// Every pair of frames of a level: first with second, third with fourth …
+/// Adds the pairs of frames of a level: first with second, third with fourth …
 void add_pairs(const std::vector<Codes>& level, std::span<const std::uint8_t> defects, Grid grid,
                double pedestal, double saturation, std::vector<hdr::TransferPoint>& points) {
   for (std::size_t k = 0; k + 1 < level.size(); k += 2)
     hdr::add_transfer_points(level[k], level[k + 1], defects, grid, pedestal, saturation, points);
 }
 
-/// The lowest code that a bright level piles up at: its codes are spread no more than dark ones, though light
-/// makes noise. None: the largest code.
+/// The lowest code at which a bright level clips: its codes have no more spread than dark ones, although
+/// light makes noise. The largest code if no level clips.
 int clipping_code(const SensorFrames& frames, double dark_noise) {
   const int largest = (1 << frames.bits) - 1;
   int clipped = largest;
@@ -168,7 +168,7 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   }
   if (brightest == nullptr || most - pedestal < 0.02 * (clipping - pedestal))
     return bad(ErrorCode::bad_value,
-               fmt::format("no flat level lies between the dark level {:.0f} DN and saturation", pedestal),
+               fmt::format("no flat level is between the dark level {:.0f} DN and saturation", pedestal),
                "take flat frames at a tenth to two thirds of the range");
   const std::vector<double> light = light_of(*brightest, dark.mean);
   std::vector<double> local = hdr::smooth(light, defects, frames.grid);
@@ -196,9 +196,9 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
 }
 
 FramesNeeded frames_needed(std::int64_t pixels, double gain_error, double read_noise_error) {
-  // gain: the slope between the dark end and level m, √(2 / n) of the variance there, 1.5 with the dark end's
-  // share; read noise is the root of an offset of which a tenth at most is rounding: half of √(2 / n), and
-  // gain.
+  // gain: the slope between the dark end and level m has an error of √(2 / n) of the variance there,
+  // times 1.5 with the share of the dark end. read noise: the root of an offset, of which at most a tenth is
+  // rounding. So its error is half of √(2 / n), plus that of the gain.
   const double n = static_cast<double>(std::max<std::int64_t>(1, pixels));
   FramesNeeded needed;
   needed.flat_pairs = std::max(1, static_cast<int>(std::ceil(1.5 * 1.5 * 2 / (gain_error * gain_error) / n)));

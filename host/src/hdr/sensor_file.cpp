@@ -16,12 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a value may be.
+/// The legal range of a value.
 struct Range {
   double low, high;
 };
 
-/// Reads keys of one table; the first that is wrong is the error.
+/// Reads keys of one table. Reports the first error.
 class Reader {
  public:
   Reader(const fs::path& path, const toml::table& table) : path_(path), table_(table) {}
@@ -143,7 +143,7 @@ Result<Sensor> load_sensor(const fs::path& path) {
   if (reader.error()) return *reader.error();
   if (sensor.noise.valid()) return sensor;
   return Error{ErrorCode::bad_format,
-               fmt::format("{}: the sensor cannot be used: {}", path.string(), sensor.noise.to_string()),
+               fmt::format("{}: the sensor is not valid: {}", path.string(), sensor.noise.to_string()),
                "measure it again"};
 }
 

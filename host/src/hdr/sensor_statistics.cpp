@@ -9,17 +9,17 @@ namespace symrig::hdr {
 namespace {
 
 constexpr int kTile = 32;
-constexpr int kReach = 8;                // of the smoothing window
-constexpr int kRounds = 20;              // of reweighting
-constexpr double kFewest = 64;           // samples of a tile
-constexpr double kOutlier = 6;           // sigmas of a difference: what a transient does
-constexpr double kQuantised = 1.0 / 12;  // no variance is below that of rounding
+constexpr int kReach = 8;                // pixels on each side in the smoothing window
+constexpr int kRounds = 20;              // rounds of reweighting
+constexpr double kFewest = 64;           // smallest number of samples in a tile
+constexpr double kOutlier = 6;           // sigmas of a difference; a transient causes more
+constexpr double kQuantised = 1.0 / 12;  // the smallest variance, that of rounding
 
 std::size_t index(Grid grid, int row, int col) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) + static_cast<std::size_t>(col);
 }
 
-/// Samples of one tile: both frames where neither is left out nor near saturation.
+/// Samples of one tile: pixels of both frames that are not flagged and not near saturation.
 struct Tile {
   std::vector<double> a, b;
 };
@@ -43,11 +43,11 @@ double mean_of(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size());
 }
 
-/// Differences that are free of flicker, without their outliers: variance of one frame.
+/// The variance of one frame, from differences that are corrected for flicker and have no outliers.
 TransferPoint point_of(const Tile& tile) {
   const double first = mean_of(tile.a), second = mean_of(tile.b);
   const double noise = robust_sigma(tile.a) + 1;
-  // Flicker is a factor on light; where there is none the ratio means nothing.
+  // Flicker is a factor on light. Without light the ratio has no meaning.
   const double q = first > 4 * noise && second > 0 ? second / first : 1;
   std::vector<double> difference;
   for (std::size_t i = 0; i < tile.a.size(); ++i) difference.push_back(tile.a[i] - tile.b[i] / q);
@@ -98,7 +98,7 @@ PixelMoments moments(std::span<const Codes> frames) {
 }
 
 std::vector<double> smooth(std::span<const double> image, std::span<const std::uint8_t> left_out, Grid grid) {
-  // Sums over all pixels above and to the left.
+  // Summed-area table: sums over all pixels above and to the left.
   const auto width = static_cast<std::size_t>(grid.cols) + 1;
   std::vector<double> sum(width * (static_cast<std::size_t>(grid.rows) + 1)), count(sum.size());
   for (int y = 0; y < grid.rows; ++y)
@@ -144,7 +144,7 @@ TransferLine fit_transfer(std::span<const TransferPoint> points) {
     if (!(determinant > 0)) return {};
     line = {(wxx * wy - wx * wxy) / determinant, (w * wxy - wx * wy) / determinant, wxx / determinant,
             w / determinant};
-    // The points' own variances would favour those that came out low.
+    // Weights from the points' own variances would favour points that are low by chance.
     for (std::size_t k = 0; k < points.size(); ++k)
       expected[k] = std::max(line.offset + line.slope * points[k].mean, kQuantised);
   }

@@ -11,9 +11,9 @@ namespace symrig::hdr {
 
 using Codes = std::span<const std::uint16_t>;
 
-/// The middle of the values, which are reordered.
+/// The median. Reorders the values.
 double median(std::vector<double>& values);
-/// 1.4826 × median |x − median|: σ of a normal law, whatever a minority does.
+/// 1.4826 × median |x − median|: σ of a normal distribution, robust against a minority of outliers.
 double robust_sigma(const std::vector<double>& values);
 
 /// Per-pixel mean and variance (n − 1) of frames.
@@ -22,12 +22,12 @@ struct PixelMoments {
 };
 PixelMoments moments(std::span<const Codes> frames);
 
-/// Mean over a window of 17 × 17 pixels that leaves out the flagged ones: what smooth light would give.
+/// Mean over a window of 17 × 17 pixels without the flagged ones: the value under smooth light.
 std::vector<double> smooth(std::span<const double> image, std::span<const std::uint8_t> left_out, Grid grid);
 
 /// One tile of a photon transfer curve.
 struct TransferPoint {
-  double mean = 0;      ///< code less pedestal
+  double mean = 0;      ///< code − pedestal
   double variance = 0;  ///< of one frame [DN²]
   double samples = 0;   ///< degrees of freedom
 };
@@ -40,7 +40,7 @@ struct TransferLine {
 /// Weighted least squares, the weights taken at the line itself and iterated.
 TransferLine fit_transfer(std::span<const TransferPoint> points);
 
-/// Tiles of a difference of two frames of one level (sensor.hpp). Flagged pixels are left out.
+/// Adds the tiles of the difference of two frames of one level (sensor.hpp), without flagged pixels.
 void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, double pedestal,
                          double saturation, std::vector<TransferPoint>& points);
 

@@ -18,7 +18,7 @@
 
 namespace symrig {
 
-/// A key that nobody reads is misspelt: its value would have no effect, and what it stands for is missed.
+/// Refuses unknown keys. They are probably misspelt, and their values would have no effect.
 /// path: "sensor.", or empty at the top.  fails: bad_format (the line, the key, and the nearest known one).
 inline Result<void> check_keys(const std::filesystem::path& file, const toml::table& table,
                                std::string_view path, std::span<const std::string_view> known) {

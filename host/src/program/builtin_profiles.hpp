@@ -6,7 +6,7 @@
 
 namespace symrig::program {
 
-/// A file of host/profiles as it was when the library was built.
+/// A file of host/profiles, copied when the library was built.
 struct BuiltinProfile {
   std::string_view name;
   std::string_view text;

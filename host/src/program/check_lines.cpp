@@ -12,7 +12,7 @@ namespace symrig::program {
 namespace {
 
 constexpr Nanoseconds kLongestKeepAlive{60'000'000'000};    // ttl_ms of the wire: at most 60,000
-constexpr Nanoseconds kLongestLaserKeepAlive{500'000'000};  // as the board demands
+constexpr Nanoseconds kLongestLaserKeepAlive{500'000'000};  // the board's limit
 
 class LineCheck {
  public:
@@ -28,7 +28,7 @@ class LineCheck {
   }
 
  private:
-  /// Index of a line that the file uses; reports what is wrong with it.
+  /// Index of a line that the file uses, or -1. Reports an unknown line or a wrong direction.
   int look_up(std::string_view line, bool output, int place) {
     const int k = board_.line(line);
     if (k < 0) {
@@ -39,7 +39,7 @@ class LineCheck {
     }
     if (board_.lines[static_cast<std::size_t>(k)].output == output) return k;
     findings_.error(place, "line.direction",
-                    fmt::format("line '{}' is an {}, and an {} is needed here", line,
+                    fmt::format("line '{}' is an {}, but the program needs an {} here", line,
                                 output ? "input" : "output", output ? "output" : "input"),
                     fmt::format("{}: {}", output ? "outputs" : "inputs", board::known_lines(board_, output)));
     return -1;
@@ -56,9 +56,10 @@ class LineCheck {
     look_up(line.config.line, either ? is_output : output, line.place);
     check_interlock(line, k);
     if (!is_output && k >= 0 && line.delay.count() != 0)
-      findings_.error(line.place, "line.direction",
-                      fmt::format("line '{}' is an input: a delay is for outputs", line.config.line),
-                      "delay = \"0 ns\"");
+      findings_.error(
+          line.place, "line.direction",
+          fmt::format("line '{}' is an input, and only outputs can have a delay", line.config.line),
+          "delay = \"0 ns\"");
   }
 
   void check_interlock(const RigLine& line, int k) {
@@ -124,8 +125,8 @@ class LineCheck {
       if (line.config.hazard == Hazard::benign) continue;
       if (rig.keep_alive.count() == 0)
         findings_.error(rig.place, "keep_alive.needed",
-                        fmt::format("line '{}' is a lamp or laser: the board has to go safe by itself if the "
-                                    "host falls silent",
+                        fmt::format("line '{}' is a lamp or laser: the board must make it safe if the host "
+                                    "sends nothing",
                                     line.config.line),
                         "keep_alive = \"1 s\"");
       const bool laser = line.config.hazard == Hazard::laser;
@@ -137,8 +138,8 @@ class LineCheck {
       if (line.config.max_on.count() == 0)
         findings_.add(
             laser ? Severity::error : Severity::warning, line.place, "lamp.unlimited",
-            fmt::format("line '{}' is a lamp or laser and may stay on for any time", line.config.line),
-            "max_on = the longest time that is harmless");
+            fmt::format("line '{}' is a lamp or laser without a limit on its time on", line.config.line),
+            "max_on = the longest time without danger");
     }
     if (rig.keep_alive > kLongestKeepAlive)
       findings_.error(rig.place, "keep_alive.needed",
@@ -156,8 +157,8 @@ void note_assumptions(std::string_view table, std::string_view profile, const st
   if (keys.empty()) return;
   std::string all;
   for (const std::string& key : keys) all += (all.empty() ? "" : ", ") + key;
-  findings.note(place, "profile.assumption", fmt::format("profile '{}': no source gives {}", profile, all),
-                fmt::format("measure, and set in [rig.{}]", table));
+  findings.note(place, "profile.assumption", fmt::format("profile '{}': no source for {}", profile, all),
+                fmt::format("measure it and set it in [rig.{}]", table));
 }
 
 }  // namespace

@@ -5,11 +5,10 @@
 
 namespace symrig::program {
 
-/// Lines that the board has not, roles that no line has, lines used the wrong way round, lamps without a
-/// keep-alive.
+/// Reports unknown lines, missing roles, wrong directions, and lamps without a keep-alive.
 void check_lines(const ProgramFile& file, const BoardInfo& board, Findings& findings);
 
-/// What of the device profiles in use is not from a source.
+/// Reports numbers of the device profiles that have no source.
 void check_profiles(const ProgramFile& file, Findings& findings);
 
 }  // namespace symrig::program

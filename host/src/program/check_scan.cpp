@@ -35,7 +35,7 @@ class ScanCheck {
  private:
   // Camera.
 
-  /// The board's shortest pulse is a limit of exposures too.
+  /// The board's shortest pulse also limits exposures.
   Nanoseconds min_exposure() const {
     const CameraProfile& camera = rig_.camera;
     if (camera.mode == ExposureMode::timed) return camera.min_exposure;
@@ -65,7 +65,7 @@ class ScanCheck {
       if (std::find(once.begin(), once.end(), each) == once.end()) once.push_back(each);
     findings_.warning(
         scan_.bracket_place, "bracket.duplicate",
-        fmt::format("exposure {} stands in the bracket more than once", base::duration_text(exposure)),
+        fmt::format("the bracket contains the exposure {} more than once", base::duration_text(exposure)),
         bracket_setting(once));
   }
 
@@ -91,16 +91,17 @@ class ScanCheck {
                     setting("exposure", min_exposure()));
   }
 
-  /// An exposure that begins during a readout must not end before it: it would be dropped.
+  /// The camera drops an exposure that begins during a readout and ends before it.
   void check_overlap() {
     const CameraProfile& camera = rig_.camera;
     const Nanoseconds shortest = *std::min_element(scan_.bracket.begin(), scan_.bracket.end());
     if (!camera.overlap || camera.overlap_time_max <= shortest) return;
-    findings_.error(rig_.camera_place, "camera.overlap",
-                    fmt::format("overlap_time_max of {} is longer than the shortest exposure, {}: it would "
-                                "end before the readout of the frame before it",
-                                base::duration_text(camera.overlap_time_max), base::duration_text(shortest)),
-                    setting("overlap_time_max", shortest));
+    findings_.error(
+        rig_.camera_place, "camera.overlap",
+        fmt::format("overlap_time_max of {} is longer than the shortest exposure, {}: the exposure "
+                    "would end before the last frame's readout",
+                    base::duration_text(camera.overlap_time_max), base::duration_text(shortest)),
+        setting("overlap_time_max", shortest));
   }
 
   void check_gap() {
@@ -122,13 +123,13 @@ class ScanCheck {
     const bool assumed = std::find(projector.assumptions.begin(), projector.assumptions.end(), "settle") !=
                          projector.assumptions.end();
     findings_.add(assumed ? Severity::warning : Severity::error, scan_.settle_place, "settle",
-                  fmt::format("exposures begin {} after the pattern, '{}' needs {} to be steady",
+                  fmt::format("exposures begin {} after the pattern, but '{}' needs {} until it is steady",
                               base::duration_text(timing_.settle()), projector.name,
                               base::duration_text(projector.settle)),
                   setting("settle", projector.settle));
   }
 
-  /// A wheel or a pulsed lamp: the light of an exposure depends on when it begins.
+  /// With a colour wheel or a pulsed lamp, the light of an exposure depends on when it begins.
   void check_beat() {
     const Nanoseconds period = rig_.projector.light_period;
     if (period.count() == 0) return;
@@ -160,17 +161,18 @@ class ScanCheck {
     const auto whole = [refresh](Nanoseconds exposure) {
       return std::max<std::int64_t>(1, (exposure + refresh / 2) / refresh) * refresh;
     };
-    // Off by a thousandth of a refresh: grey levels are off by no more than that.
+    // A thousandth of a refresh is allowed: it changes grey levels by at most the same share.
     const auto broken = [&](Nanoseconds exposure) {
       return std::abs((exposure - whole(exposure)).count()) * 1000 > refresh.count();
     };
     if (std::none_of(scan_.bracket.begin(), scan_.bracket.end(), broken)) return;
     const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, refresh, whole);
-    findings_.error(scan_.bracket_place, "projector.whole_refresh",
-                    fmt::format("patterns of {} bits are made up within each refresh of {}: exposures that "
-                                "are not whole refreshes see wrong grey levels",
-                                group.bits, base::duration_text(refresh)),
-                    bracket_setting(legal));
+    findings_.error(
+        scan_.bracket_place, "projector.whole_refresh",
+        fmt::format("the projector makes patterns of {} bits by pulses within each refresh of {}: "
+                    "an exposure that is not whole refreshes sees wrong grey levels",
+                    group.bits, base::duration_text(refresh)),
+        bracket_setting(legal));
   }
 
   void check_around(const PatternGroup& group) {
@@ -178,20 +180,21 @@ class ScanCheck {
     if (several && scan_.advance == Advance::each_pattern)
       return findings_.error(
           scan_.bracket_place, "projector.whole_refresh",
-          fmt::format("a pattern of {} bits is made up once after its trigger: each exposure of the bracket "
-                      "needs a trigger of its own",
+          fmt::format("the projector shows a pattern of {} bits once after its trigger: each exposure of the "
+                      "bracket needs its own trigger",
                       group.bits),
           "advance = \"exposure\"");
     const Nanoseconds least = rig_.projector.trigger_delay + timing_.on_time(group) +
                               board_.rate.nanoseconds(board_.min_dwell + Ticks{1});
     if (*std::min_element(scan_.bracket.begin(), scan_.bracket.end()) >= least) return;
     const std::vector<Nanoseconds> legal = longer_bracket(scan_.bracket, least);
-    findings_.error(scan_.bracket_place, "projector.whole_refresh",
-                    fmt::format("a pattern of {} bits is whole only over its {} on the screen, {} after the "
-                                "trigger: exposures have to take in all of it",
-                                group.bits, base::duration_text(timing_.on_time(group)),
-                                base::duration_text(rig_.projector.trigger_delay)),
-                    bracket_setting(legal));
+    findings_.error(
+        scan_.bracket_place, "projector.whole_refresh",
+        fmt::format("a pattern of {} bits is complete only after {} on the screen, and begins {} after "
+                    "the trigger: exposures must include all of it",
+                    group.bits, base::duration_text(timing_.on_time(group)),
+                    base::duration_text(rig_.projector.trigger_delay)),
+        bracket_setting(legal));
   }
 
   void check_on_time(const PatternGroup& group) {
@@ -204,22 +207,22 @@ class ScanCheck {
     const Nanoseconds needed = timing_.needed_on_time(group);
     if (!scan_.on_time) {
       findings_.note(group.place, "projector.on_time",
-                     fmt::format("'{}' has to show each pattern of {} bits for {}", rig_.projector.name,
+                     fmt::format("'{}' must show each pattern of {} bits for {}", rig_.projector.name,
                                  group.bits, base::duration_text(needed)),
                      setting("on_time", needed));
     } else if (limit && *scan_.on_time < limit->time) {
       findings_.error(
           scan_.on_time_place, "projector.min_exposure",
-          fmt::format("on_time of {}: '{}' shows patterns of {} bits for {} at least{}",
+          fmt::format("on_time is {}, but '{}' shows patterns of {} bits for at least {}{}",
                       base::duration_text(*scan_.on_time), rig_.projector.name, group.bits,
                       base::duration_text(limit->time),
-                      limit->bits == group.bits ? "" : fmt::format(" (its number for {} bits)", limit->bits)),
+                      limit->bits == group.bits ? "" : fmt::format(" (its limit for {} bits)", limit->bits)),
           setting("on_time", needed));
     } else if (*scan_.on_time < needed) {
       findings_.error(
           scan_.on_time_place, "projector.black_insertion",
           fmt::format(
-              "exposures go on for {} after the pattern came, but of its on_time of {} the last {} are black",
+              "exposures end {0} after the pattern begins, but the last {2} of its on_time of {1} are black",
               base::duration_text(timing_.needed_light()), base::duration_text(*scan_.on_time),
               base::duration_text(rig_.projector.black_insertion)),
           setting("on_time", needed));
@@ -237,12 +240,12 @@ class ScanCheck {
                           : fitting_bracket(lamp->config.max_on);
     findings_.error(
         scan_.lamp_place, "lamp.limit",
-        fmt::format("line '{}' would be on for {} with each pattern, its max_on is {}", scan_.lamp,
+        fmt::format("line '{}' would be on for {} with each pattern, but its max_on is {}", scan_.lamp,
                     base::duration_text(timing_.needed_light()), base::duration_text(lamp->config.max_on)),
         std::move(fix));
   }
 
-  /// The exposures of the bracket, shortest first, that the lamp allows together.
+  /// The shortest exposures of the bracket that fit together into the lamp's max_on.
   std::string fitting_bracket(Nanoseconds max_on) const {
     std::vector<Nanoseconds> sorted = scan_.bracket;
     std::sort(sorted.begin(), sorted.end());
@@ -261,16 +264,16 @@ class ScanCheck {
     const RigLine* projector = rig_.with_role(RigRole::projector);
     const std::string fix = projector == nullptr ? "" : fmt::format("line = \"{}\"", projector->config.line);
     if (role == RigRole::camera && rig_.camera.mode == ExposureMode::trigger_width) {
-      findings_.error(marker.place, "marker.exposure",
-                      fmt::format("'{}' exposes as long as line '{}' is on: a longer first pulse would be a "
-                                  "longer exposure",
-                                  rig_.camera.name, marker.line),
-                      fix);
+      findings_.error(
+          marker.place, "marker.exposure",
+          fmt::format("'{}' exposes while line '{}' is on: a longer first pulse would lengthen the "
+                      "exposure",
+                      rig_.camera.name, marker.line),
+          fix);
     } else if (role != RigRole::camera && role != RigRole::projector) {
       findings_.error(
           marker.place, "marker.exposure",
-          fmt::format("line '{}' is neither the camera's nor the projector's: it has no pulses to "
-                      "be longer",
+          fmt::format("line '{}' is neither the camera's nor the projector's: it has no pulses to lengthen",
                       marker.line),
           fix);
     }

@@ -5,7 +5,7 @@
 
 namespace symrig::program {
 
-/// A scan against what its camera, its projector and its lamp can do.
+/// Checks a scan against the limits of its camera, its projector and its lamp.
 void check_scan(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings);
 
 }  // namespace symrig::program

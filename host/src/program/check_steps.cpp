@@ -20,7 +20,7 @@ void check_timeout(Nanoseconds timeout, int place, std::string_view key, const B
   const Nanoseconds longest = board.rate.nanoseconds(board.max_dwell);
   findings.error(
       place, "wait.timeout",
-      fmt::format("a time-out of {}: the board takes {} to {}", base::duration_text(timeout),
+      fmt::format("a time-out of {} is outside of the board's range, {} to {}", base::duration_text(timeout),
                   base::duration_text(board.rate.nanoseconds(Ticks{1})), base::duration_text(longest)),
       setting(key, ticks.count == 0 ? Nanoseconds{1'000'000} : longest));
 }
@@ -65,7 +65,7 @@ void check_list(const std::vector<FileStep>& steps, const RigSetup& rig, const B
   }
 }
 
-/// A pulse that the board cannot make would be none at all.
+/// The board cannot make a pulse that is shorter than its shortest word.
 void check_pulse(std::string_view key, Nanoseconds width, int place, const BoardInfo& board,
                  Findings& findings) {
   const Nanoseconds least = board.rate.nanoseconds(board.min_dwell);
@@ -90,11 +90,12 @@ void check_projector(const RigSetup& rig, const BoardInfo& board, Findings& find
                                base::duration_text(projector.vsync_timeout), base::duration_text(refresh)),
                    setting("vsync_timeout", 3 * refresh));
   if (projector.advance_pulse >= refresh)
-    findings.error(place, "trigger_pulse",
-                   fmt::format("advance_pulse of {} is as long as a refresh: it would miss the vsync that it "
-                               "asks for",
-                               base::duration_text(projector.advance_pulse)),
-                   setting("advance_pulse", refresh / 2));
+    findings.error(
+        place, "trigger_pulse",
+        fmt::format("advance_pulse of {} is not shorter than a refresh: it would miss the vsync of its "
+                    "pattern",
+                    base::duration_text(projector.advance_pulse)),
+        setting("advance_pulse", refresh / 2));
 }
 
 void check_camera(const RigSetup& rig, const BoardInfo& board, Findings& findings) {
@@ -119,7 +120,7 @@ void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const 
   const bool width = profile.mode == ExposureMode::trigger_width;
   const Nanoseconds gap = shortest_gap(profile);
   std::optional<Ticks> began;
-  std::optional<Ticks> ended;  // of the exposure, not of the pulse
+  std::optional<Ticks> ended;  // end of the exposure, not of the pulse
   for (const PlannedEdge& edge : timeline.edges) {
     if (edge.line != line) continue;
     const int place = places[edge.record];
@@ -129,7 +130,7 @@ void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const 
             place, "camera.readout",
             fmt::format("{} from an exposure to this trigger: '{}' needs {}, or it drops the frame "
                         "(overtrigger)",
-                        edge.tick < *ended ? "less than nothing"
+                        edge.tick < *ended ? "a negative time"
                                            : base::duration_text(board.rate.nanoseconds(edge.tick - *ended)),
                         profile.name, base::duration_text(gap)),
             setting("hold", gap) + " before it");

@@ -6,11 +6,11 @@
 
 namespace symrig::program {
 
-/// Durations and time-outs of a program written by hand, and a scan's time-out, against the board.
+/// Checks the durations and time-outs of a program with steps, and a scan's time-out, against the board.
 void check_times(const ProgramFile& file, const BoardInfo& board, Findings& findings);
 
-/// The pulses that a program written by hand makes on the camera's line, against the camera. timeline: with
-/// every loop gone through at most twice, which shows each neighbourhood of pulses.
+/// Checks the pulses on the camera's line of a program with steps against the camera. timeline: with at most
+/// two rounds of every loop, which shows every pair of neighbouring pulses.
 void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const Timeline& timeline,
                          const std::vector<int>& places, Findings& findings);
 

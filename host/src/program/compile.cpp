@@ -26,7 +26,7 @@ void gather_lines(const std::vector<FileStep>& steps, std::set<std::string>& lin
   }
 }
 
-/// The lines that a program moves or waits for: their edges belong into the receipt.
+/// The lines that a program changes or waits for. The receipt should contain their edges.
 std::set<std::string> lines_in_use(const ProgramFile& file) {
   std::set<std::string> lines;
   gather_lines(file.steps, lines);
@@ -36,16 +36,16 @@ std::set<std::string> lines_in_use(const ProgramFile& file) {
   return lines;
 }
 
-/// Does the board stamp the edges of a line to a microsecond? Coarser stamps come from interrupts: every edge
-/// costs the processor time, and none is asked for unless the file does.
-bool is_seen(const BoardInfo& board, std::string_view line) {
+/// True if the board stamps the edges of a line to a microsecond. Coarser stamps come from interrupts: every
+/// edge costs processor time, so such lines are captured only if the file demands it.
+bool has_fine_stamps(const BoardInfo& board, std::string_view line) {
   const int k = board.line(line);
   if (k < 0) return false;
   const std::uint32_t ticks = board.lines[static_cast<std::size_t>(k)].stamp_ticks;
   return ticks != 0 && board.rate.nanoseconds(Ticks{ticks}) <= Nanoseconds{1000};
 }
 
-/// The configuration that the board is to have: lines of the file, and defaults that the board knows.
+/// The configuration for the board: the lines of the file, and default lines that the board has.
 std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& board) {
   std::vector<LineConfig> configs;
   const std::set<std::string> used = lines_in_use(file);
@@ -53,18 +53,18 @@ std::vector<LineConfig> line_configs(const ProgramFile& file, const BoardInfo& b
     if (board.line(line.config.line) < 0) continue;
     configs.push_back(line.config);
     if (!line.capture_given)
-      configs.back().capture = used.contains(line.config.line) && is_seen(board, line.config.line);
+      configs.back().capture = used.contains(line.config.line) && has_fine_stamps(board, line.config.line);
   }
   for (const std::string& name : used) {
     const bool there = std::any_of(configs.begin(), configs.end(),
                                    [&name](const LineConfig& config) { return config.line == name; });
     if (there || board.line(name) < 0) continue;
-    configs.push_back({.line = name, .capture = is_seen(board, name)});
+    configs.push_back({.line = name, .capture = has_fine_stamps(board, name)});
   }
   return configs;
 }
 
-/// What the board itself would object to, at the lines of the file.
+/// Reports broken rules of the board, at the lines of the file.
 void check_board(const CompiledProgram& compiled, int place, program::Findings& findings) {
   for (const Finding& finding : lint(compiled.program, compiled.board, compiled.lines)) {
     const bool placed = finding.record < compiled.places.size() && compiled.places[finding.record] != 0;
@@ -89,7 +89,7 @@ void fill_scan(const ProgramFile& file, CompiledProgram& compiled) {
   compiled.on_time = longest;
 }
 
-/// How long it takes if waits end at the projector's refreshes: from the timeline of its beginning.
+/// Estimates the duration if waits end at the projector's refreshes. Uses the timeline of the first edges.
 void estimate(const ProgramFile& file, CompiledProgram& compiled) {
   const Ticks period = compiled.board.rate.ticks(file.rig.projector.refresh);
   if (file.rig.projector.sync != PatternSync::vsync || period.count == 0) return;
@@ -105,7 +105,7 @@ void estimate(const ProgramFile& file, CompiledProgram& compiled) {
   compiled.expected = Nanoseconds(static_cast<std::int64_t>(part * (timeline->complete ? 1 : share)));
 }
 
-/// What only the records show: the board's rules, and the camera's pulses of programs written by hand.
+/// The checks that need the records: the board's rules, and the camera's pulses in programs with steps.
 void check_records(const ProgramFile& file, const CompiledProgram& compiled, program::Findings& findings) {
   check_board(compiled, file.scan ? file.scan->place : 0, findings);
   if (file.scan || findings.fatal()) return;

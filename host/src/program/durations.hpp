@@ -5,7 +5,7 @@
 
 namespace symrig::program {
 
-/// Steps, shortest and longest time, from the records alone; expected becomes the shortest.
+/// Computes steps, shortest and longest time from the records alone. Sets `expected` to the shortest.
 void fill_durations(CompiledProgram& compiled);
 
 }  // namespace symrig::program

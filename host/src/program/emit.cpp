@@ -11,7 +11,7 @@
 namespace symrig::program {
 namespace {
 
-/// What happens at one moment of a stretch: an edge that is set, or a mark.
+/// An edge or a mark at one moment of a stretch. A stretch is the time between two waits or loop ends.
 struct Event {
   Ticks tick;
   const Move* move;
@@ -78,7 +78,7 @@ class Emitter {
     note_place(move.place);
   }
 
-  /// Writes the stretch gathered so far; what comes next may begin at any time.
+  /// Writes the events of the stretch and begins a new one, which may start at any time.
   void flush(int place) {
     std::stable_sort(events_.begin(), events_.end(),
                      [](const Event& a, const Event& b) { return a.tick < b.tick; });
@@ -115,19 +115,21 @@ class Emitter {
     if (loops_.size() != board_.loop_depth + 1) return;
     broken_ = true;
     findings_.error(place, "loop_depth", "loops are nested too deeply",
-                    fmt::format("at most {} loops in each other", board_.loop_depth));
+                    fmt::format("use at most {} nested loops", board_.loop_depth));
   }
 
-  /// The first word of a loop's body is the same in every round, so the body has to end as it began.
+  /// The first word of a loop's body is the same in every round, so the body must end with the levels of its
+  /// start.
   void close_loop(int place) {
     const std::uint32_t changed = loops_.back() ^ levels_;
     loops_.pop_back();
     for (std::size_t k = 0; k < board_.lines.size(); ++k) {
       if (((changed >> k) & 1U) == 0) continue;
       broken_ = true;
-      findings_.error(place, "loop.levels",
-                      fmt::format("the loop leaves line '{}' other than it found it", board_.lines[k].name),
-                      fmt::format("set \"{}\" back before the loop's end", board_.lines[k].name));
+      findings_.error(
+          place, "loop.levels",
+          fmt::format("the loop ends with another level of line '{}' than it began", board_.lines[k].name),
+          fmt::format("set \"{}\" back before the loop's end", board_.lines[k].name));
     }
   }
 
@@ -135,7 +137,7 @@ class Emitter {
     if (ticks < board_.min_dwell) {
       broken_ = true;
       findings_.error(place, "min_dwell",
-                      fmt::format("levels stand for {} between two edges, the board's shortest is {}",
+                      fmt::format("levels last {} between two edges, but the board's shortest is {}",
                                   board::ticks_text(board_, ticks.count),
                                   board::ticks_text(board_, board_.min_dwell.count)),
                       setting("hold", board_.rate.nanoseconds(board_.min_dwell)));
@@ -149,8 +151,8 @@ class Emitter {
     broken_ = true;
     const std::string& line = board_.lines[static_cast<std::size_t>(event.move->line)].name;
     findings_.error(event.move->place, "delay.crosses",
-                    fmt::format("the delay of line '{}' carries its edge {} beyond the wait, loop's end or "
-                                "program's end that follows",
+                    fmt::format("the delay of line '{}' moves its edge {} beyond the next wait, loop end or "
+                                "program end",
                                 line, board::ticks_text(board_, (event.tick - now_).count)),
                     setting("hold", board_.rate.nanoseconds(event.tick - now_)) + " more before it");
   }
@@ -163,10 +165,10 @@ class Emitter {
   std::array<Ticks, 32> delays_{};
   std::vector<Event> events_;
   std::vector<int> places_;
-  std::vector<std::uint32_t> loops_;  // levels at the begin of each open loop
+  std::vector<std::uint32_t> loops_;  // levels at the start of each open loop
   std::uint32_t levels_ = 0;
   Ticks now_;
-  int first_hold_ = 0;  // line of the file of the first hold in this stretch
+  int first_hold_ = 0;  // line of the file that has the first hold of this stretch
   bool broken_ = false;
 };
 

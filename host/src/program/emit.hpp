@@ -15,13 +15,12 @@ struct Emitted {
   std::vector<int> places;  ///< line of the file for each record
 };
 
-/// Puts each line's delay in, merges the lines' timelines into words, and writes the records. What cannot be
-/// written becomes a finding; then the result is none.
+/// Applies each line's delay, merges the lines' timelines into words, and writes the records. If a word
+/// cannot be written, adds a finding and returns none.
 ///
-/// Between waits and loop ends each line has a timeline of its own, shifted by its delay: an edge that was
-/// set at t is out at t + delay. The timelines are merged by sorting, so lines with delays may overlap
-/// freely; but all edges of a stretch must be out when it ends, because what follows may begin at any time or
-/// again.
+/// Between waits and loop ends each line has its own timeline, shifted by its delay: an edge of time t goes
+/// out at t + delay. Sorting merges the timelines, so delayed lines may overlap freely. But all edges of a
+/// stretch must be out at its end, because the next step may begin at any time, or repeat.
 std::optional<Emitted> emit(const MoveList& moves, const RigSetup& rig, const BoardInfo& board,
                             Findings& findings);
 

@@ -9,7 +9,7 @@
 
 namespace symrig::program {
 
-/// Gathers what is found; rule names come from the table of lint_rules.cpp.
+/// Collects findings. The rule names come from the table in lint_rules.cpp.
 class Findings {
  public:
   void error(int place, std::string_view rule, std::string what, std::string alternative) {
@@ -25,7 +25,7 @@ class Findings {
     all_.push_back({severity, place, std::string(rule), std::move(what), std::move(alternative)});
   }
   bool fatal() const;
-  /// Sorted by line of the file, each once.
+  /// The findings, sorted by line of the file, without duplicates.
   std::vector<FileFinding> take();
 
  private:

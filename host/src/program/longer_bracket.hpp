@@ -8,17 +8,16 @@
 
 namespace symrig::program {
 
-/// How one exposure becomes legal: never shorter than the shortest legal one.
+/// Makes one exposure legal. The result is never shorter than the shortest legal exposure.
 using Legalize = std::function<Nanoseconds(Nanoseconds)>;
 
-/// A bracket that is legal, has as many different exposures as the one given where that is possible, and
-/// keeps its order. Each exposure is made legal by itself. Where that makes some equal, all are first made
-/// longer in one ratio, so that the shortest is `least`: a bracket of equal exposures sees no more than one
-/// of them. Exposures that are equal nevertheless stand there once.
+/// A legal bracket in the same order, with as many different exposures as possible. Each exposure is made
+/// legal by itself. If this makes some equal, all are first multiplied by one factor, so that the shortest is
+/// `least`: equal exposures add no range. Exposures that are still equal appear once.
 std::vector<Nanoseconds> longer_bracket(const std::vector<Nanoseconds>& bracket, Nanoseconds least,
                                         const Legalize& legalize);
 
-/// The same where only the shortest is limited.
+/// The same if every exposure of at least `least` is legal.
 std::vector<Nanoseconds> longer_bracket(const std::vector<Nanoseconds>& bracket, Nanoseconds least);
 
 }  // namespace symrig::program

@@ -43,7 +43,7 @@ Result<Source> find_profile(const std::string& which, const fs::path& folder) {
                nearest_hint(which, builtin_profiles()) + "; or give the path of a .toml file"};
 }
 
-/// What both kinds of profile begin with.
+/// The keys at the beginning of both kinds of profile.
 template <class Profile>
 void read_head(base::TableReader& table, std::string_view kind, Profile& profile) {
   std::string word;
@@ -53,7 +53,7 @@ void read_head(base::TableReader& table, std::string_view kind, Profile& profile
   table.require("kind", fmt::format("kind = \"{}\"", kind));
   if (table.read("kind", word) && word != kind)
     table.fail("kind", fmt::format("this is a profile of a {}", word),
-               fmt::format("a profile of a {} is needed here", kind));
+               fmt::format("give a profile of a {}", kind));
   table.require("name", "the profile's name");
   table.read("name", profile.name);
   table.read("notes", profile.notes);
@@ -65,7 +65,8 @@ void read_assumptions(base::TableReader& table, Profile& profile) {
   if (!table.read("assumptions", keys)) return;
   for (const std::string& key : keys)
     if (!table.has(key))
-      table.fail("assumptions", fmt::format("'{}' is not a key of this file", key), "name keys that it has");
+      table.fail("assumptions", fmt::format("'{}' is not a key of this file", key),
+                 "name only keys of this file");
   profile.assumptions = std::move(keys);
 }
 

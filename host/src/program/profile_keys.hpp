@@ -6,8 +6,8 @@
 
 namespace symrig::program {
 
-// The keys of a profile, in its own file and, to override it, in a program's rig. A key that is given is no
-// assumption any more.
+// The keys of a profile: in its own file, or in a program's rig to override it. A key that is set there is no
+// longer an assumption.
 void read_camera_keys(base::TableReader& table, CameraProfile& camera);
 void read_projector_keys(base::TableReader& table, ProjectorProfile& projector);
 

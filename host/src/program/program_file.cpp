@@ -24,7 +24,7 @@ void read_program(base::TableReader& top, ProgramFile& file) {
   if (steps != nullptr) {
     file.steps = program::read_steps(*steps, "program.steps", top.context());
     if (table.has("patterns") || table.has("bracket"))
-      table.fail("steps", "stand beside patterns and a bracket",
+      table.fail("steps", "cannot be used together with patterns and a bracket",
                  "give either steps, or patterns and a bracket");
   } else {
     file.scan.emplace();

@@ -23,7 +23,7 @@ constexpr Choices<bool, 2> kLevels{{{"high", false}, {"low", true}}};
 constexpr Choices<bool, 2> kSafe{{{"off", false}, {"on", true}}};
 constexpr Choices<Hazard, 3> kHazards{
     {{"benign", Hazard::benign}, {"lamp", Hazard::lamp}, {"laser", Hazard::laser}}};
-// Lines that need no word in the file if the board names them so.
+// Lines of these names have these roles, even if the file does not list them.
 constexpr Choices<RigRole, 4> kDefaultLines{{{"projector_trigger", RigRole::projector},
                                              {"camera_trigger", RigRole::camera},
                                              {"vsync", RigRole::vsync},
@@ -32,7 +32,7 @@ constexpr Choices<RigRole, 4> kDefaultLines{{{"projector_trigger", RigRole::proj
 constexpr const char* kDefaultCamera = "generic-strobed";
 constexpr const char* kDefaultProjector = "hdmi-60";
 
-/// What a role implies; the keys of the line come after it.
+/// Sets the defaults of a role. The keys of the line are read after it.
 void apply_role(RigLine& line, const RigSetup& rig) {
   if (line.role == RigRole::projector) line.active_low = rig.projector.active_low;
   if (line.role == RigRole::camera) line.active_low = rig.camera.active_low;
@@ -66,7 +66,7 @@ RigLine read_line(const base::TomlNode& node, const RigSetup& rig, base::ReadCon
   if (table.read_choice<bool>("trip", trips_low, kLevels)) line.config.trip_level = !trips_low;
   if (line.role == RigRole::interlock) table.require("trip", R"(the level that stops: "high" or "low")");
   if (line.role != RigRole::interlock && line.config.trip_level)
-    table.fail("trip", "is for interlocks", "role = \"interlock\"");
+    table.fail("trip", "is only for interlocks", "role = \"interlock\"");
   line.capture_given = table.read("capture", line.config.capture);
   table.finish();
   return line;
@@ -101,7 +101,7 @@ void read_device(base::TableReader& rig, std::string_view key, const char* stand
   if (!loaded) {
     const Error& error = loaded.error();
     if (error.code == ErrorCode::bad_format && rig.ok()) {
-      rig.context().state = error;  // it names the profile's own line
+      rig.context().state = error;  // the error names the line in the profile
     } else {
       rig.fail(key, error.what, error.hint);
     }

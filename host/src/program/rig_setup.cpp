@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Questions to the description of what hangs on a board's lines.
+// Look-ups in the description of a board's lines.
 #include "symrig/program/program_file.hpp"
 
 #include <algorithm>

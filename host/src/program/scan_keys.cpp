@@ -37,7 +37,7 @@ PatternGroup read_group(const base::TomlNode& node, int bits, base::ReadContext&
 void read_patterns(base::TableReader& table, Scan& scan) {
   std::uint64_t bits = 1;
   table.read_count("bits", bits, 1, 16);
-  table.require("patterns", "how many, or [{ count = 4, bits = 1 }, ...]");
+  table.require("patterns", "the number of patterns, or [{ count = 4, bits = 1 }, ...]");
   const base::TomlNode* node = table.find("patterns");
   if (node == nullptr) return;
   if (node->kind == base::TomlNode::Kind::integer) {
@@ -51,11 +51,11 @@ void read_patterns(base::TableReader& table, Scan& scan) {
       scan.patterns.push_back(read_group(item, static_cast<int>(bits), table.context()));
   } else {
     table.fail("patterns", fmt::format("is {}", node->kind_text()),
-               "give how many, or a list [{ count = 4, bits = 1 }, ...]");
+               "give the number of patterns, or a list [{ count = 4, bits = 1 }, ...]");
   }
 }
 
-/// shortest × ratio^j, each to the nearest nanosecond.
+/// shortest × ratio^j, each rounded to the nearest nanosecond.
 void read_series(base::TableReader& table, Scan& scan) {
   Nanoseconds shortest{0};
   std::uint64_t count = 0;
@@ -90,7 +90,7 @@ void read_bracket(base::TableReader& table, Scan& scan) {
   }
   if (node->kind != base::TomlNode::Kind::array || node->children.empty() ||
       node->children.size() > kMaxBracket)
-    return table.fail("bracket", "is no list of exposures",
+    return table.fail("bracket", "is not a list of exposures",
                       R"(give ["1 ms", ...] or { shortest = "100 us", ratio = 4, count = 5 })");
   for (const base::TomlNode& item : node->children) {
     Nanoseconds exposure{0};
@@ -113,7 +113,7 @@ void read_start_marker(base::TableReader& table, Scan& scan) {
   StartMarker marker;
   marker.place = node->line;
   keys.require("line", "the line whose first pulse is longer");
-  keys.require("stretch", "by how much it is longer");
+  keys.require("stretch", "the additional length of that pulse");
   keys.read("line", marker.line);
   keys.read("stretch", marker.stretch);
   keys.finish();
@@ -126,7 +126,7 @@ void read_startup(base::TableReader& table, Scan& scan) {
   base::TableReader keys(*node, "program.startup", table.context());
   StartupPulses startup;
   startup.place = node->line;
-  keys.require("pulses", "how many exposures come before the first pattern");
+  keys.require("pulses", "the number of exposures before the first pattern");
   keys.require("exposure", "their length");
   keys.read_count("pulses", startup.pulses, 1, kMaxStartup);
   keys.read("exposure", startup.exposure);

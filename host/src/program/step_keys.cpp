@@ -27,12 +27,12 @@ constexpr Choices<bool, 2> kOn{{{"on", true}, {"off", false}}};
 constexpr Choices<EdgeKind, 3> kEdges{
     {{"rising", EdgeKind::rising}, {"falling", EdgeKind::falling}, {"both", EdgeKind::both}}};
 constexpr Choices<OnTimeout, 2> kActions{{{"abort", OnTimeout::abort}, {"continue", OnTimeout::keep_going}}};
-constexpr std::uint64_t kMaxMark = (std::uint64_t{1} << 28U) - 2;  // the last one marks start-up pulses
+constexpr std::uint64_t kMaxMark = (std::uint64_t{1} << 28U) - 2;  // the next one marks start-up pulses
 constexpr int kMaxNesting = 16;
 
 void read_loop(base::TableReader& table, FileStep& step, int depth);
 
-/// "did you mean 'hold'? " of the first key that is nearly a step.
+/// "did you mean 'hold'? " for the first key that is almost a step's name.
 std::string misspelt_kind(const base::TomlNode& node) {
   std::vector<std::string_view> known;
   for (const auto& [word, kind] : kKinds) known.push_back(word);
@@ -54,7 +54,8 @@ FileStep read_step(const base::TomlNode& node, const std::string& path, base::Re
   }
   if (kinds != 1) {
     const std::string misspelt = kinds == 0 ? misspelt_kind(node) : std::string();
-    context.fail(node.line, fmt::format("{}: a step does {}", path, kinds == 0 ? "nothing" : "two things"),
+    context.fail(node.line,
+                 fmt::format("{}: a step does {}", path, kinds == 0 ? "nothing" : "more than one thing"),
                  misspelt + "each step has one of: set, hold, pulse, wait, mark, loop, pattern, expose");
     return step;
   }
@@ -88,7 +89,7 @@ FileStep read_step(const base::TomlNode& node, const std::string& path, base::Re
     case Kind::pattern: {
       bool next = true;
       table.read("pattern", next);
-      if (!next) table.fail("pattern", "false means nothing", "write pattern = true, or leave the step out");
+      if (!next) table.fail("pattern", "false has no meaning", "write pattern = true, or remove the step");
       break;
     }
     case Kind::expose:

@@ -6,7 +6,7 @@
 
 namespace symrig::program {
 
-/// The list of steps of a program written by hand.
+/// Reads the list of steps of a program with steps.
 std::vector<FileStep> read_steps(const base::TomlNode& list, const std::string& path,
                                  base::ReadContext& context);
 

@@ -68,7 +68,8 @@ Json header(const CompiledProgram& program) {
 }
 
 Error broken(std::string_view why) {
-  return {ErrorCode::bad_format, fmt::format("it is no whole compiled program: {}", why), "compile it again"};
+  return {ErrorCode::bad_format, fmt::format("it is not a complete compiled program: {}", why),
+          "compile it again"};
 }
 
 CompiledProgram from_header(const Json& json) {
@@ -90,19 +91,20 @@ CompiledProgram from_header(const Json& json) {
   return program;
 }
 
-/// The header repeats what the records and the configuration of the lines say.
+/// Checks that the header agrees with the records and the configuration of the lines.
 Result<void> check_header(const Json& json, const CompiledProgram& program) {
-  if (program.places.size() != program.program.records()) return broken("its places are wrong");
+  if (program.places.size() != program.program.records())
+    return broken("its places do not match its records");
   if (json.at("program_hash") != fmt::format("{:08x}", program.program.hash()))
-    return broken("its records are not those that its header names");
+    return broken("its records do not match its header");
   const auto hash = config_hash(program);
   if (!hash) return broken(hash.error().what);
   if (json.at("config_hash") != fmt::format("{:08x}", *hash))
-    return broken("the configuration of its lines is not the one that its header names");
+    return broken("the configuration of its lines does not match its header");
   CompiledProgram timed = program;
   program::fill_durations(timed);
   if (timed.steps != program.steps || timed.shortest != program.shortest || timed.longest != program.longest)
-    return broken("its durations are not those of its records");
+    return broken("its durations do not match its records");
   return {};
 }
 
@@ -132,11 +134,13 @@ std::vector<std::uint8_t> symprog_bytes(const CompiledProgram& program) {
 }
 
 Result<CompiledProgram> read_symprog(std::span<const std::uint8_t> bytes) {
-  if (!looks_like_symprog(bytes) || bytes.size() < kHead) return broken("it does not begin like one");
+  if (!looks_like_symprog(bytes) || bytes.size() < kHead)
+    return broken("it does not begin like a compiled program");
   const std::uint32_t version = protocol::get_u32(bytes.data() + 8);
   const std::uint64_t text_size = protocol::get_u32(bytes.data() + 12);
   const std::uint64_t records_size = protocol::get_u32(bytes.data() + 16);
-  if (version != kVersion) return broken(fmt::format("version {}, known is {}", version, kVersion));
+  if (version != kVersion)
+    return broken(fmt::format("it has version {}, this host knows version {}", version, kVersion));
   if (bytes.size() - kHead != text_size + records_size) return broken("its length is wrong");
   const auto body = bytes.subspan(kHead);
   if (protocol::crc32c({body.data(), body.size()}) != protocol::get_u32(bytes.data() + 20))

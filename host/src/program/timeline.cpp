@@ -78,7 +78,7 @@ class Expansion {
         going_ = false;
         break;
       default:
-        return broken("there is no such operation");
+        return broken("the operation does not exist");
     }
     ++pc_;
     return {};
@@ -102,7 +102,7 @@ class Expansion {
 
   Result<void> wait(const Record& record) {
     protocol::WaitEdge awaited;
-    if (!protocol::parse_wait(record.arg, awaited)) return broken("a wait with bits that mean nothing");
+    if (!protocol::parse_wait(record.arg, awaited)) return broken("a wait with bits without a meaning");
     const PlannedWait wait{pc_,
                            awaited.line,
                            static_cast<EdgeKind>(awaited.edge),

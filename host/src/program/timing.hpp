@@ -8,14 +8,14 @@
 
 namespace symrig::program {
 
-/// From the end of an exposure to the next trigger, at least: the readout, less what may overlap it.
+/// The shortest time from the end of an exposure to the next trigger: the readout minus the allowed overlap.
 inline Nanoseconds shortest_gap(const CameraProfile& camera) {
   const Nanoseconds overlap = camera.overlap ? camera.overlap_time_max : Nanoseconds{0};
   return std::max(camera.readout - overlap, Nanoseconds{0});
 }
 
-/// The times of a scan that follow from its file and the device profiles: what the checks hold against the
-/// limits and what the compiler writes.
+/// The times of a scan, from its file and the device profiles. The checks and the compiler use the same
+/// times.
 class ScanTiming {
  public:
   ScanTiming(const RigSetup& rig, const Scan& scan) : rig_(rig), scan_(scan) {}
@@ -28,12 +28,13 @@ class ScanTiming {
   Nanoseconds gap() const { return scan_.gap.value_or(shortest_gap(rig_.camera)); }
   Nanoseconds settle() const { return scan_.settle.value_or(rig_.projector.settle); }
 
-  /// A pattern made up of bit planes, that is itself only as a whole.
+  /// True if the projector makes the pattern by pulses (bit planes), so that only all of them give its
+  /// levels.
   bool in_time(const PatternGroup& group) const {
     const int from = rig_.projector.whole_refresh_from_bits;
     return from != 0 && group.bits >= from;
   }
-  /// A triggered pattern made up in time: the exposure goes all around it.
+  /// True for a triggered pattern made by pulses: the exposure must include all of it.
   bool around(const PatternGroup& group) const {
     return rig_.projector.sync == PatternSync::trigger && in_time(group);
   }
@@ -41,7 +42,7 @@ class ScanTiming {
     const auto limit = rig_.projector.limit_for(group.bits);
     return limit ? limit->time : Nanoseconds{0};
   }
-  /// Steady light needed after a trigger: settle, all its exposures and the gaps between them.
+  /// The steady light that is needed after a trigger: settle, all its exposures and their gaps.
   Nanoseconds needed_light() const { return needed_light(scan_.bracket); }
   Nanoseconds needed_light(const std::vector<Nanoseconds>& bracket) const {
     const auto exposures = static_cast<std::int64_t>(bracket.size());
@@ -54,7 +55,7 @@ class ScanTiming {
     const bool one_each = scan_.advance == Advance::each_exposure || scan_.order == ScanOrder::bracket_outer;
     return settle() + (one_each ? longest : sum + (exposures - 1) * gap());
   }
-  /// How long a triggered projector has to show a pattern of the group: the light needed and the black after
+  /// How long a triggered projector must show a pattern of the group: the needed light and the black after
   /// it.
   Nanoseconds needed_on_time(const PatternGroup& group) const {
     const Nanoseconds light = around(group)

@@ -25,7 +25,7 @@ bool matches(EdgeKind kind, bool level) {
   return kind == EdgeKind::both || (kind == EdgeKind::rising) == level;
 }
 
-/// When waits ended in a run, from what it left in its receipt.
+/// When the waits of a run ended, from its receipt.
 class RunEdges {
  public:
   RunEdges(const Program& program, Ticks wait_latency, std::uint32_t captured, const Receipt& receipt)
@@ -50,8 +50,7 @@ class RunEdges {
     return edge->tick;
   }
 
-  /// The next mark tells when the record that it stands before began; the words between it and the wait are
-  /// known.
+  /// The tick of the next mark minus the words between the wait and the mark, which have known durations.
   std::optional<Ticks> from_marks(const PlannedWait& wait) const {
     Ticks words;
     auto record = static_cast<std::uint32_t>(wait.record + 1);

@@ -18,7 +18,7 @@ Result<std::vector<LedgerEntry>> asked_for(std::span<const StepMark> marks) {
   for (const StepMark& mark : marks) {
     if (mark.tick < last)
       return Error{ErrorCode::bad_argument, fmt::format("mark {} goes back in time", mark.ordinal),
-                   "give the marks of one run, as the receipt has them"};
+                   "give the marks of one run in the order of the receipt"};
     last = mark.tick;
     if (mark.id == kMarkPattern) {
       ++patterns;
@@ -71,8 +71,7 @@ std::string FrameLedger::summary() const {
     text += fmt::format("; {} missing, the first at photograph {}, exposure {}", missing(), gap->photograph,
                         gap->exposure);
   if (!unasked_.empty())
-    text +=
-        fmt::format("; {} frames nobody asked for, the first is frame {}", unasked_.size(), unasked_.front());
+    text += fmt::format("; {} unexpected frames, the first is frame {}", unasked_.size(), unasked_.front());
   return text;
 }
 

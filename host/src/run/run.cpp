@@ -15,10 +15,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanoseconds kSlice = 100ms;   // between two looks at the progress callback
-constexpr Nanoseconds kPatience = 10s;  // beyond the longest time that the program may take
+constexpr Nanoseconds kSlice = 100ms;   // between two calls of the progress callback
+constexpr Nanoseconds kPatience = 10s;  // added to the longest duration of the program
 constexpr Nanoseconds kAbortPatience = 2s;
-constexpr int kBurst = 8;                 // readings at once, so that a bound is there soon
+constexpr int kBurst = 8;                 // readings without a pause, for a first bound
 constexpr Nanoseconds kClockPeriod = 1s;  // between two readings of the board's clock
 
 /// Reads the board's clock before, during and after a run.
@@ -33,7 +33,7 @@ class ClockWatch {
     if (const auto added = model_.add(reading); !added) note_.contradiction = added.error().what;
     return {};
   }
-  /// What is known at the last reading.
+  /// The estimate at the last reading.
   ClockNote note() const {
     ClockNote note = note_;
     const auto there = model_.board_at(asked_);
@@ -79,7 +79,7 @@ class Run {
   }
 
  private:
-  /// A fault of an earlier run stays latched until somebody has looked at it.
+  /// Refuses the run if a fault of an earlier run is latched, unless the user asked to clear it.
   Result<void> leave_fault() {
     SYMRIG_TRY(const BoardStatus status, board_.status());
     if (status.state != BoardState::fault) return {};
@@ -113,9 +113,9 @@ class Run {
     }
     SYMRIG_CHECK(board_.abort());
     return Error{ErrorCode::timeout,
-                 fmt::format("the run has not ended {} after the longest time that it may take",
+                 fmt::format("the run has not ended {} after its longest planned duration",
                              base::duration_text(kPatience)),
-                 "it was aborted; check the link to the board"};
+                 "the run was aborted; check the link to the board"};
   }
 
   Result<void> abort() {
@@ -125,7 +125,7 @@ class Run {
     return {};
   }
 
-  /// What should have been, against what was.
+  /// Compares the plan with the captured edges, and pairs the frames.
   Result<void> look_back() {
     const CompiledProgram& program = record_.program;
     SYMRIG_CHECK(clock_.ask(board_));
@@ -139,7 +139,7 @@ class Run {
     return {};
   }
 
-  /// A run that ended early has no edges after its end.
+  /// Removes planned edges after the end of a run that ended early.
   void cut_plan() {
     const Ticks end = record_.receipt.started + record_.receipt.actual;
     std::erase_if(record_.plan.edges, [end](const PlannedEdge& edge) { return edge.tick > end; });
@@ -161,7 +161,7 @@ class Run {
     return {};
   }
 
-  /// Beginnings of the exposures that the strobe shows, those before the first pattern left out.
+  /// The starts of the exposures on the strobe line, without those before the first pattern.
   std::vector<FrameStamp> frames(const std::vector<StepMark>& marks) const {
     const CompiledProgram& program = record_.program;
     const int strobe = program.board.line(program.wiring.strobe);
@@ -174,7 +174,7 @@ class Run {
     return out;
   }
 
-  /// Half the shortest time between two exposures: a frame that late still belongs to one of them only.
+  /// Half the shortest time between two exposures: a frame that is late by this still belongs to only one.
   static Ticks tolerance(const std::vector<StepMark>& marks) {
     std::uint64_t least = ~0ULL;
     for (std::size_t k = 1; k < marks.size(); ++k)

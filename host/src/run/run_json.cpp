@@ -20,12 +20,12 @@ std::string hex(std::uint32_t hash) {
   return fmt::format("{:08x}", hash);
 }
 
-/// Shortest and longest times of one line at each level, between two edges.
+/// The shortest and the longest time of one line at each level.
 class LineStatistics {
  public:
   void take(const CapturedEdge& edge) {
     if (count_++ > 0) {
-      Range& range = edge.level ? low_ : high_;  // what ends now
+      Range& range = edge.level ? low_ : high_;  // of the level that ends at this edge
       const std::uint64_t ticks = (edge.tick - last_).count;
       range.least = std::min(range.least, ticks);
       range.most = std::max(range.most, ticks);
@@ -72,7 +72,7 @@ Json lines_json(const RunRecord& record) {
   return lines;
 }
 
-/// Edges as [line, level, ticks since the start]; the list is cut at `most`.
+/// Edges as [line, level, ticks since the start], at most `most`.
 Json edges_json(std::span<const CapturedEdge> edges, Ticks start, std::size_t most) {
   Json list = Json::array();
   for (const CapturedEdge& edge : edges.first(std::min(edges.size(), most)))
@@ -175,7 +175,7 @@ std::string receipt_json(const RunRecord& record, std::size_t max_edges) {
 
 namespace {
 
-/// Times of a receipt, which are ticks since the start of the run.
+/// Reads the times of a receipt: ticks since the start of the run.
 class RunClock {
  public:
   RunClock(const Json& json, TickRate rate)
@@ -183,7 +183,7 @@ class RunClock {
         most_(static_cast<std::int64_t>(std::min(kLongest * rate.hz, kLastStart))) {}
 
   Ticks start() const { return start_; }
-  /// An edge before the start is told with a negative time.
+  /// An edge before the start has a negative time.
   Ticks tick(const Json& since) const {
     const std::int64_t least = -static_cast<std::int64_t>(std::min<std::uint64_t>(start_.count, kLastStart));
     const auto ticks =
@@ -193,7 +193,7 @@ class RunClock {
 
  private:
   static constexpr std::uint64_t kLastStart = std::uint64_t{1} << 62U;
-  /// 200 days in seconds: in picoseconds they still fit 64 bits.
+  /// 200 days in seconds. As picoseconds they still fit into 64 bits.
   static constexpr std::uint64_t kLongest = std::uint64_t{200} * 86'400;
 
   Ticks start_;
@@ -207,7 +207,7 @@ std::vector<CapturedEdge> read_edges(const Json& json, const RunClock& clock, st
                      base::whole_number<int>(edge.at(1), "level of an edge", {0, 1}) != 0,
                      clock.tick(edge.at(2))});
   const auto listed = base::whole_number_at<std::uint64_t>(json, "listed");
-  if (listed != edges.size()) throw base::BadJson("'listed' is not the number of edges that are listed");
+  if (listed != edges.size()) throw base::BadJson("'listed' is not the number of edges in the list");
   base::whole_number_at<std::uint64_t>(json, "count", {listed, std::numeric_limits<std::uint64_t>::max()});
   return edges;
 }
@@ -235,8 +235,8 @@ StoredRun from_json(const Json& json) {
 }
 
 Error no_receipt(std::string_view why) {
-  return {ErrorCode::bad_format, fmt::format("it is no receipt of a run: {}", why),
-          "give a file that symrig run -o wrote"};
+  return {ErrorCode::bad_format, fmt::format("it is not the receipt of a run: {}", why),
+          "give a file from symrig run -o"};
 }
 
 }  // namespace
@@ -245,7 +245,7 @@ Result<StoredRun> read_receipt(std::string_view text) {
   try {
     const Json json = board::parse_json(text);
     if (!json.is_object() || json.value("format", "") != kFormat)
-      return no_receipt("it does not say that it is one");
+      return no_receipt("it does not name itself a receipt");
     if (json.at("version") != 1) return no_receipt("its version is not 1");
     return from_json(json);
   } catch (const Json::exception& error) {

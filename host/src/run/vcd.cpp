@@ -28,7 +28,7 @@ struct Change {
   bool level;
 };
 
-/// ns, or ps where a tick is no whole number of nanoseconds; to the nearest.
+/// Rounds times to the nearest ns, or to the nearest ps if a tick is not a whole number of nanoseconds.
 class TimeScale {
  public:
   explicit TimeScale(std::span<const Waveform> waveforms)
@@ -41,7 +41,7 @@ class TimeScale {
     if (!pico_) return since.count * (kNano / waveform.rate.hz);
     const std::uint64_t whole = since.count / waveform.rate.hz;
     const std::uint64_t rest = since.count % waveform.rate.hz;
-    // rest < hz <= 1e10 would overflow times 1e12: two steps of 1e6.
+    // Two steps of 1e6, because rest * 1e12 would overflow (rest < hz <= 1e10).
     const std::uint64_t micro = rest * 1'000'000 / waveform.rate.hz;
     const std::uint64_t left = rest * 1'000'000 % waveform.rate.hz;
     return (whole * 1'000'000 + micro) * 1'000'000 +

@@ -14,12 +14,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Time since the origin: waveforms of different clocks are drawn on one axis.
+/// Time since the origin, so that waveforms of different clocks share one axis.
 Nanoseconds since(const Waveform& waveform, Ticks tick) {
   return waveform.rate.nanoseconds(tick < waveform.origin ? Ticks{} : tick - waveform.origin);
 }
 
-/// Every moment at which something changes; 0 first.
+/// Every moment with a change, beginning with 0.
 std::vector<Nanoseconds> moments(std::span<const Waveform> waveforms) {
   std::vector<Nanoseconds> times{Nanoseconds{0}};
   for (const Waveform& waveform : waveforms)
@@ -29,7 +29,7 @@ std::vector<Nanoseconds> moments(std::span<const Waveform> waveforms) {
   return times;
 }
 
-/// "01.0": the level in each column, "." for no change.
+/// "01.0": the level in each column; "." means no change.
 std::string wave_of(const Waveform& waveform, int line, const std::vector<Nanoseconds>& times) {
   std::map<Nanoseconds, bool> levels;
   levels[Nanoseconds{0}] = ((waveform.initial_levels >> static_cast<unsigned>(line)) & 1U) != 0;

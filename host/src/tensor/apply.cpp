@@ -13,12 +13,12 @@ Result<void> check_light(const Image<float>& light, Grid expected) {
   if (light.grid() == expected && light.channels() == 1) return {};
   return Error{ErrorCode::size_mismatch,
                "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
-                   " channels, the tensor takes " + to_string(expected) + " with 1",
+                   " channels, the tensor needs " + to_string(expected) + " with 1",
                "resize the picture to " + to_string(expected) + " (rows x columns)"};
 }
 
-/// Photographs of up to Width patterns. Lanes without a pattern read a dark picture and write to a spare one,
-/// so that the loops over lanes have a fixed length.
+/// Photographs of up to Width patterns. Lanes without a pattern read a dark picture and write to an unused
+/// one, so that the loops over lanes have a fixed length.
 template <std::size_t Width>
 void photograph(const TransportTensor& tensor, const tensor::Store& store, bool transposed,
                 std::span<const Image<float>> lights, std::span<Image<float>> out) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Applying a finished tensor with all threads: every sum has one owner and one order, so that the result has
-// the same bits for any number of threads.
+// Applies a finished tensor with all threads. Every sum has one owner and one order, so the result has the
+// same bits for any number of threads.
 #pragma once
 
 #include "tensor/panel_kernels.hpp"
@@ -14,7 +14,7 @@
 
 namespace symrig::tensor {
 
-/// Width patterns (1 or kBatch), interleaved pixel by pixel, and what a tensor makes of them.
+/// Width patterns (1 or kBatch), interleaved pixel by pixel, and their photographs.
 template <std::size_t Width>
 class Application {
  public:
@@ -111,14 +111,14 @@ class Application {
       for (std::size_t lane = 0; lane < Width; ++lane) y[i * Width + lane] += d[i] * p[i * Width + lane];
   }
 
-  /// Measured columns scatter over all pixels: one thread, before the others start.
+  /// Measured columns write to all pixels, so one thread applies them before the others start.
   void apply_columns(int channel) {
     column_y_ = Scratch(pixels(seen_) * Width);
     std::fill_n(column_y_.data(), column_y_.size(), 0.0F);
     store_.columns.apply<Width>(shape_.channels(), channel, transposed_, p_.data(), column_y_.data());
   }
 
-  /// The light in raster order, where a band's neighbours are.
+  /// The light in raster order: bands need neighbours in the picture.
   void light_raster() {
     const auto order = shape_.camera_tree().order();
     p_raster_ = Scratch(p_.size());
@@ -152,7 +152,7 @@ class Application {
   const Panels& seen_;
   Scratch p_;                  // [pixel][Width], tree order
   Scratch sums_;               // [channel][column][Width]: dots
-  Scratch mates_;              // [column][Width]: what each column is weighted with
+  Scratch mates_;              // [column][Width]: the weight of each column
   Scratch p_raster_, band_y_;  // [pixel][Width], raster order
   Scratch column_y_;           // [pixel][Width], tree order
 };

@@ -10,7 +10,7 @@
 
 namespace symrig::tensor {
 
-/// A band leaf: one plane of halves for each offset, in raster order, without any index.
+/// A band leaf: one plane of halves for each offset, in raster order, without an index.
 /// error: ≤ 2⁻¹¹ |value| + 2⁻³⁹ max|value of the plane|.
 class Band {
  public:
@@ -18,7 +18,7 @@ class Band {
   Band(Grid grid, int channels, int radius, std::span<const float> values);
 
   int radius() const { return radius_; }
-  /// The values as they were given, rounded.
+  /// The given values, rounded.
   std::vector<float> values() const;
   /// y += T p on one row of the picture. Width patterns interleaved in p and y, raster order.
   template <std::size_t Width>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sixteen patterns at once: a factor is read once and serves all of them. Compiled for every instruction set
-// that Highway knows and chosen at run time.
+// Applies factors to sixteen patterns at once, so that each factor is read only once. Compiled for every
+// instruction set that Highway knows, and chosen at run time.
 #include "tensor/kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -13,8 +13,8 @@ namespace symrig::tensor::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<float, kBatch>;
 
-// A pixel's sixteen values are one vector (AVX-512) or several: the outer loop walks over these parts, so
-// that the sums of the inner loop stay in registers. Four sums hide the latency of the multiply-add.
+// A pixel's sixteen values are one vector (AVX-512) or several. The outer loop goes over these parts, so that
+// the sums of the inner loop stay in registers. Four sums hide the latency of the multiply-add.
 HWY_INLINE void dot_batch(const float* b, const float* p, std::size_t n, float* w) {
   const Lanes d;
   for (std::size_t part = 0; part < kBatch; part += hn::Lanes(d)) {

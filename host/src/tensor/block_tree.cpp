@@ -48,18 +48,20 @@ Result<void> check_surface(Grid grid, const Split& split) {
                  "the surface map is " + to_string(split.surface.grid()) + ", the grid is " + to_string(grid),
                  "give the row and the column that each pixel of the grid sees"};
   const auto values = split.surface.values();
-  constexpr float kFarthest = 0x1p24F;  // up to here, whole pixels are told apart by a float
+  constexpr float kFarthest = 0x1p24F;  // up to here, a float represents every whole pixel
   if (std::any_of(values.begin(), values.end(), [](float v) { return !(std::abs(v) <= kFarthest); }))
-    return Error{ErrorCode::bad_value, "the surface map has a value that is not a place",
-                 "give every pixel a finite place, in pixels of a view"};
+    return Error{ErrorCode::bad_value, "the surface map has a value that is not a position",
+                 "give every pixel a finite position, in pixels of a view"};
   return {};
 }
 
-/// Twice what cutting a grid of 2³⁰ pixels in halves takes; each level costs memory.
+/// Twice the levels of a grid of 2³⁰ pixels that is halved at each level. A limit, because levels cost
+/// memory.
 constexpr int kDeepest = 60;
 
 Error not_a_tree(const std::string& why) {
-  return {ErrorCode::bad_value, "the description of a block tree is wrong: " + why, "the file is damaged"};
+  return {ErrorCode::bad_value, "the description of a block tree is not valid: " + why,
+          "the file is damaged"};
 }
 
 bool is_permutation_of_indices(std::span<const std::int32_t> order) {
@@ -71,7 +73,7 @@ bool is_permutation_of_indices(std::span<const std::int32_t> order) {
   return true;
 }
 
-/// False if a block would have more children than a tree allows, or one although it is more than a pixel.
+/// False if a block would have more than kMaxChildren children, or only one although it is more than a pixel.
 bool link_children(std::vector<Block>& parents, std::span<const Block> children) {
   std::size_t child = 0;
   for (Block& parent : parents) {
@@ -108,7 +110,7 @@ Result<BlockTree> BlockTree::make(Grid grid, const Split& split) {
   if (!grid.valid() || !split.views.fits(grid))
     return Error{ErrorCode::bad_argument,
                  "views " + to_string(split.views) + " do not tile a grid of " + to_string(grid),
-                 "give the rows x columns of views that the picture shows"};
+                 "give the rows x columns of views in the picture"};
   SYMRIG_CHECK(check_surface(grid, split));
   if (split.order == SplitOrder::flat) {
     BlockTree tree(grid);
@@ -124,7 +126,7 @@ Result<BlockTree> BlockTree::from(Grid grid, ViewLayout views, SplitOrder split,
   if (!grid.valid() || !views.fits(grid)) return not_a_tree("its views do not tile its grid");
   if (std::ssize(order) != grid.size() || std::ssize(boundaries) != grid.size())
     return not_a_tree("its size is not the grid's");
-  if (!is_permutation_of_indices(order)) return not_a_tree("its order does not name every pixel once");
+  if (!is_permutation_of_indices(order)) return not_a_tree("its order does not contain every pixel once");
   BlockTree tree;
   tree.grid_ = grid;
   tree.views_ = views;

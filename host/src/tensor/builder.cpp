@@ -9,7 +9,7 @@ namespace symrig {
 
 namespace {
 
-/// No light from a pixel to a neighbour that is off the grid.
+/// Sets the values of neighbours outside of the grid to 0.
 void darken_off_grid(Grid grid, BandLeaf& band) {
   const std::vector<BandOffset> offsets = band_offsets(band.radius);
   for (std::size_t at = 0; at < band.values.size(); ++at) {

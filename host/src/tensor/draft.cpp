@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tensor that is still growing, applied leaf by leaf in floats: nothing is packed, nothing is rounded.
+// Applies a tensor under construction leaf by leaf, in floats, without packing and rounding.
 #include "tensor/kernels.hpp"
 #include "tensor/store.hpp"
 
@@ -16,7 +16,7 @@ struct Applied {
   std::span<const float> p;
   std::span<float> y;
 
-  /// y_I += A (Bᵀ p_J) and y_J += B (Aᵀ p_I), of which a general tensor does one.
+  /// y_I += A (Bᵀ p_J) and y_J += B (Aᵀ p_I). A general tensor needs only one of them.
   void leaf(const Leaf& leaf, const float* a, const float* b, const LitRanges& lit) const {
     const bool mirrored = shape.symmetric() && leaf.row_begin != leaf.col_begin;
     const bool forward = (shape.symmetric() || !transposed) && lit.any(leaf.col_begin, leaf.col_end);

@@ -8,9 +8,9 @@
 
 namespace symrig::tensor {
 
-/// The empty leaves of one level, sorted by row block then column block, each as the distance from the one
-/// before in as few bytes as it takes (7 bits a byte, the lowest first; the eighth bit says that more
-/// follow).
+/// The empty leaves of one level, sorted by row block, then column block. Each is stored as the distance from
+/// the previous one in as few bytes as possible: 7 bits a byte, lowest first; the eighth bit means "more
+/// bytes follow".
 class EmptyList {
  public:
   EmptyList() = default;

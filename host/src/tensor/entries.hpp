@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Single entries of T: the diagonal, which carries the direct light, and the others.
+// Single entries of T: the diagonal, which holds the direct light, and the others.
 #pragma once
 
 #include "symrig/tensor/transport_tensor.hpp"
@@ -11,8 +11,8 @@
 
 namespace symrig::tensor {
 
-/// The diagonal as floats, one per pixel and channel (it is most of the light: halves would show), and which
-/// of its entries were stored at all.
+/// The diagonal as floats, one for each pixel and channel, and which entries are stored. It holds most of the
+/// light, so the rounding of 16-bit floats would be visible.
 class Diagonal {
  public:
   Diagonal() = default;
@@ -38,9 +38,9 @@ class Diagonal {
   std::vector<std::uint8_t> stored_;  // a bit a pixel
 };
 
-/// Entries sorted by the pixel that sees, so that each task adds to its own pixels only: halves with one
-/// power of two a channel, gathered in squares of 256 × 256 in which two bytes tell an entry's place. error:
-/// ≤ 2⁻¹¹ |value| + 2⁻³⁹ max|value of the channel|.
+/// Entries sorted by the pixel that sees, so that each task adds only to its own pixels. They are halves with
+/// one power of two for each channel, in squares of 256 × 256, so that two bytes give an entry's place.
+/// error: ≤ 2⁻¹¹ |value| + 2⁻³⁹ max|value of the channel|.
 class Entries {
  public:
   Entries() = default;
@@ -58,7 +58,7 @@ class Entries {
 
  private:
   struct Square {
-    std::int32_t row = 0, col = 0;  ///< its first
+    std::int32_t row = 0, col = 0;  ///< its first row and column
     std::uint32_t first = 0;        ///< its first entry
   };
   struct Local {

@@ -10,7 +10,7 @@ namespace {
 
 Error broken(const char* name, const std::string& why) {
   return {ErrorCode::bad_format, std::string("dataset or attribute '") + name + "' " + why,
-          "the file is damaged or not a scene; capture or fit it again"};
+          "the file is damaged or not a scene; capture or fit the scene again"};
 }
 
 }  // namespace
@@ -56,7 +56,7 @@ bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   if (count(shape) > 0) {
-    // One checksum a chunk, so that a flipped bit on the disk is an error and not a wrong picture.
+    // A checksum for each chunk, so that a flipped bit on the disk gives an error and not a wrong picture.
     Shape chunk = shape;
     const hsize_t row = std::max<hsize_t>(count(shape) / shape[0], 1);
     chunk[0] = std::clamp<hsize_t>((hsize_t{1} << 20) / row, 1, shape[0]);
@@ -71,7 +71,7 @@ bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape
 
 namespace {
 
-/// As h5py writes a text: the library makes the memory, and takes it back.
+/// A text of variable length, as h5py writes it. The library allocates its memory and frees it.
 Result<std::string> read_variable_text(hid_t attribute, hid_t type, hid_t space, const char* name) {
   char* text = nullptr;
   if (H5Aread(attribute, type, static_cast<void*>(&text)) < 0) return broken(name, "cannot be read");
@@ -80,7 +80,7 @@ Result<std::string> read_variable_text(hid_t attribute, hid_t type, hid_t space,
   return copy;
 }
 
-/// Padded with zeros, ended by one, or padded with spaces (Fortran).
+/// A text of fixed length: padded with zeros, ended by a zero, or padded with spaces (Fortran).
 Result<std::string> read_fixed_text(hid_t attribute, hid_t type, const char* name) {
   std::string text(H5Tget_size(type), '\0');
   if (H5Aread(attribute, type, text.data()) < 0) return broken(name, "cannot be read");
@@ -90,7 +90,8 @@ Result<std::string> read_fixed_text(hid_t attribute, hid_t type, const char* nam
   return text;
 }
 
-/// Data of another file, or of none, are not followed: a file from elsewhere must not make us read a device.
+/// True if the data are in this file. Data in other files are refused: a foreign file could make us read a
+/// device.
 bool holds_its_data(hid_t dataset, std::uint64_t file_bytes) {
   constexpr std::uint64_t kUsualChunk = std::uint64_t{16} << 20;
   const Handle create(H5Dget_create_plist(dataset), H5Pclose);
@@ -108,7 +109,7 @@ herr_t refuse_link(const char*, const char*, const char*, const char*, unsigned*
   return -1;
 }
 
-/// How datasets are opened: no link leads out of the file.
+/// Access properties of datasets: links to other files are not followed.
 hid_t dataset_access() {
   static const hid_t access = [] {  // lives as long as the program
     const hid_t made = H5Pcreate(H5P_DATASET_ACCESS);
@@ -138,7 +139,7 @@ Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, 
   const Handle type(H5Aget_type(attribute.id()), H5Tclose);
   if (H5Sget_simple_extent_npoints(space.id()) != static_cast<hssize_t>(expected) ||
       H5Tget_class(type.id()) != H5T_INTEGER)
-    return broken(name, "has not " + std::to_string(expected) + " integers");
+    return broken(name, "does not have " + std::to_string(expected) + " integers");
   std::vector<std::int32_t> values(expected);
   if (H5Aread(attribute.id(), H5T_NATIVE_INT32, values.data()) < 0) return broken(name, "cannot be read");
   return values;
@@ -149,10 +150,10 @@ Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::siz
   if (H5Lexists(place, name, dataset_access()) <= 0) return broken(name, "is missing");
   const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
   if (!dataset.ok()) return broken(name, "cannot be opened");
-  if (!holds_its_data(dataset.id(), file_bytes)) return broken(name, "has its data elsewhere");
+  if (!holds_its_data(dataset.id(), file_bytes)) return broken(name, "has its data in another file");
   const Handle space(H5Dget_space(dataset.id()), H5Sclose);
   if (H5Sget_simple_extent_ndims(space.id()) != static_cast<int>(rank))
-    return broken(name, "has not " + std::to_string(rank) + " dimensions");
+    return broken(name, "does not have " + std::to_string(rank) + " dimensions");
   Shape shape(rank);
   H5Sget_simple_extent_dims(space.id(), shape.data(), nullptr);
   auto bytes = static_cast<double>(element_bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The little of HDF5 that scene.h5 needs, with handles that close themselves and errors as Result.
+// The part of HDF5 that scene.h5 needs, with handles that close themselves and errors as Result.
 #pragma once
 
 #include "symrig/base/result.hpp"
@@ -32,7 +32,7 @@ class Handle {
 
   bool ok() const { return id_ >= 0; }
   hid_t id() const { return id_; }
-  /// Closes now and tells whether the library could (a full disk shows here).
+  /// Closes now. Returns false if the library failed, for example because the disk is full.
   bool close() {
     if (!ok()) return true;
     return close_(std::exchange(id_, H5I_INVALID_HID)) >= 0;
@@ -65,7 +65,7 @@ template <>
 inline hid_t native<std::uint8_t>() {
   return H5T_NATIVE_UINT8;
 }
-/// The bits of a 16-bit float. HDF5 has no name for this type; readers know it as one all the same.
+/// The type of a 16-bit float. HDF5 has no name for it, but readers recognise it by its bits.
 hid_t half_type();
 template <>
 inline hid_t native<std::uint16_t>() {
@@ -76,10 +76,10 @@ inline hid_t native<std::uint16_t>() {
 using Shape = std::vector<hsize_t>;
 hsize_t count(const Shape& shape);
 
-/// Keeps HDF5 from printing its own error stack; errors come back as values.
+/// Stops HDF5 from printing its error stack; errors are returned as values.
 void be_quiet();
 
-// Writing: false when the library could not.
+// Writing: returns false if the library failed.
 bool write_attribute(hid_t object, const char* name, const std::string& text);
 bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values);
 bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data);
@@ -91,13 +91,13 @@ bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<
 /// Not ok() if it is missing, or behind a link to another file.
 Handle open_group(hid_t file, const std::string& path);
 
-// Reading: every failure names the thing and is bad_format.
+// Reading: every failure is bad_format and names the dataset or attribute.
 /// A text of fixed or variable length, ASCII or UTF-8.
 Result<std::string> read_text(hid_t object, const char* name);
 Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
 
-/// Shape of a dataset, refused if it could not fit into `file_bytes` (a corrupt size must not become an
-/// allocation).
+/// Shape of a dataset. Refused if its data do not fit into `file_bytes`, so that a corrupt size does not
+/// cause a large allocation.
 Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
                        std::uint64_t file_bytes);
 Result<void> read_into(hid_t place, const char* name, hid_t type, void* data);

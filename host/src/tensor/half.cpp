@@ -11,8 +11,8 @@ int to_halves(std::span<const float> values, int top, Half* out) {
   for (const float v : values)
     if (std::isfinite(v)) largest = std::max(largest, std::abs(v));
   int exponent = largest > 0 ? std::ilogb(largest) - top : 0;
-  // Rounding may carry the largest one over a power of two: take that one's exponent, so that it keeps its
-  // bits when it is rounded again.
+  // Rounding may move the largest value up to a power of two. Use the exponent of that power, so that a
+  // second rounding gives the same bits.
   const double rounded = from_half(to_half(static_cast<float>(std::ldexp(double{largest}, -exponent))));
   if (rounded >= std::ldexp(1.0, top + 1)) ++exponent;
   const double scale = std::ldexp(1.0, -exponent);

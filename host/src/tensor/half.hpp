@@ -35,12 +35,12 @@ inline float from_half(Half half) {
   return std::bit_cast<float>(sign | ((size << 13U) + 0x3800'0000U));
 }
 
-/// values ≈ out · 2^exponent, the largest |out| in [2^top, 2^(top+1)); returns the exponent. Values that came
-/// from halves of the same exponent come back with the same bits.
-/// error: ≤ 2⁻¹¹ |value| + 2^(−25 − top) max|value|. NaN and infinity stay what they are.
+/// values ≈ out · 2^exponent, with the largest |out| in [2^top, 2^(top+1)). Returns the exponent. Values that
+/// were converted from such halves give the same bits again. error: ≤ 2⁻¹¹ |value| + 2^(−25 − top)
+/// max|value|. NaN and infinity are kept.
 int to_halves(std::span<const float> values, int top, Half* out);
 
-/// 2^exponent, 0 below and the largest power above what a float holds.
+/// 2^exponent as a float: 0 if it is too small, the largest power of two if it is too large.
 float power_of_two(int exponent);
 
 }  // namespace symrig::tensor

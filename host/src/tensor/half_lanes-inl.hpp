@@ -26,7 +26,8 @@ HWY_INLINE V load_halves(const Half* from) {
   return hn::PromoteTo(D(), hn::LoadU(d16, reinterpret_cast<const hwy::float16_t*>(from)));
 }
 
-/// The first n values, zeros behind them; nothing past them is touched, it may belong to another thread.
+/// Loads the first n values and fills with zeros. Does not read past them: those may belong to another
+/// thread.
 HWY_INLINE V load_part(const float* from, std::size_t n) {
   const D d;
 #if HWY_TARGET <= HWY_AVX2
@@ -38,7 +39,7 @@ HWY_INLINE V load_part(const float* from, std::size_t n) {
 #endif
 }
 
-/// Stores the first n values and touches nothing past them.
+/// Stores only the first n values.
 HWY_INLINE void store_part(V v, float* to, std::size_t n) {
   const D d;
 #if HWY_TARGET <= HWY_AVX2

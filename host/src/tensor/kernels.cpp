@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The three loops that applying a tensor consists of, compiled for every instruction set that Highway knows
-// and chosen at run time.
+// The three loops of applying a tensor. Compiled for every instruction set that Highway knows, and chosen at
+// run time.
 #include "tensor/kernels.hpp"
 
 #include <cstddef>
@@ -15,7 +15,7 @@ namespace symrig::tensor::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::ScalableTag<float>;
 
-/// Loads the last n < lanes values, zeros behind them.
+/// Loads the last n < lanes values and fills with zeros.
 HWY_INLINE hn::Vec<Lanes> load_tail(Lanes d, const float* from, std::size_t n) {
   return hn::MaskedLoad(hn::FirstN(d, n), d, from);
 }

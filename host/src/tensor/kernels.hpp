@@ -9,8 +9,8 @@
 
 namespace symrig::tensor {
 
-/// Where a vector in tree order is not zero, so that a leaf whose lit side is dark is skipped without reading
-/// its factors.
+/// The ranges of tree order with non-zero values. A leaf whose range is all zero is skipped, and its factors
+/// are not read.
 class LitRanges {
  public:
   /// values: a range of numbers, one a pixel.
@@ -22,7 +22,7 @@ class LitRanges {
       ++i;
     }
   }
-  /// Any non-zero value in [begin, end)?
+  /// True if [begin, end) has a non-zero value.
   bool any(std::int32_t begin, std::int32_t end) const {
     return before_[static_cast<std::size_t>(end)] != before_[static_cast<std::size_t>(begin)];
   }
@@ -31,17 +31,17 @@ class LitRanges {
   std::vector<std::int32_t> before_;  // number of non-zero values before each index
 };
 
-/// Σ aᵢ bᵢ over n values, in as many partial sums as the machine has vector lanes: the same bits for any
-/// number of threads, not for any instruction set.  error: ≤ n ε Σ|aᵢ bᵢ|.
+/// Σ aᵢ bᵢ over n values, with one partial sum for each vector lane. The bits are the same for any number of
+/// threads, but may differ between instruction sets.  error: ≤ n ε Σ|aᵢ bᵢ|.
 float dot(const float* a, const float* b, std::size_t n);
 
 /// y += w a over n values.
 void add_scaled(float w, const float* a, float* y, std::size_t n);
 
-/// y += w a, and returns Σ aᵢ pᵢ: one pass over a serves both halves of a symmetric leaf.
+/// y += w a, and returns Σ aᵢ pᵢ: one pass over a computes both halves of a symmetric leaf.
 float add_scaled_and_dot(float w, const float* a, const float* p, float* y, std::size_t n);
 
-/// Patterns that a batch interleaves: P[pixel][kBatch], one cache line a pixel.
+/// The number of patterns in a batch: P[pixel][kBatch], one cache line for each pixel.
 inline constexpr std::size_t kBatch = 16;
 
 /// w[c] = Σ_j b[j] P[j][c], c < kBatch, over n pixels. shapes: b [n], p [n × kBatch], w [kBatch].
@@ -59,15 +59,15 @@ struct LeafFactors {
   std::size_t row_begin, rows, col_begin, cols, rank;
 };
 
-/// Y_I += A (Bᵀ P_J), and, when mirrored, Y_J += B (Aᵀ P_I): a whole leaf for one dispatch.
+/// Y_I += A (Bᵀ P_J), and if mirrored Y_J += B (Aᵀ P_I): a whole leaf in one dispatch.
 /// p, y: all pixels in tree order, kBatch patterns interleaved; they must not overlap.
 void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const float* p, float* y);
 
-/// Which of kBatch patterns light a pixel: bit k for pattern k.
+/// The patterns of a batch that light a pixel: bit k for pattern k.
 using LitMask = std::uint16_t;
 static_assert(8 * sizeof(LitMask) == kBatch);
 
-/// The same for patterns of pixels that are lit or dark: 2 bytes a pixel instead of 64. lit: of all pixels.
+/// The same for patterns of only 0 and 1: 2 bytes a pixel instead of 64. lit: the masks of all pixels.
 void add_leaf_batch(const LeafFactors& leaf, bool mirrored, const LitMask* lit, float* y);
 
 }  // namespace symrig::tensor

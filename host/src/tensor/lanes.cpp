@@ -95,9 +95,9 @@ namespace symrig::tensor {
 HWY_EXPORT(interleave);
 HWY_EXPORT(deinterleave);
 
-// Tree order hops from row to row of the picture, which no hardware foresees: twice as fast with a word ahead
-// (and faster than the machine's own gather). Sixteen pixels of tree order are 4 x 4 of the picture, as a
-// rule: four rows, each met first at these offsets.
+// Tree order jumps between rows of the picture, which no hardware prefetcher predicts. Software prefetch
+// makes this loop twice as fast, faster than the machine's gather instruction. Sixteen pixels of tree order
+// are usually 4 x 4 pixels of the picture: four rows, whose first pixels have these offsets.
 void gather(const std::int32_t* order, const float* from, float* to, std::size_t n) {
   constexpr std::size_t kGroup = 16;
   constexpr std::size_t kAhead = 256;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between pictures and what the kernels read: pixels in tree order, patterns interleaved lane by lane.
+// Converts pictures to the kernels' layout: pixels in tree order, patterns interleaved lane by lane.
 #pragma once
 
 #include "tensor/kernels.hpp"

@@ -19,14 +19,15 @@ float largest_of(std::span<const float> values) {
 
 namespace {
 
-/// Leaves that were merged are as large as the parent of a block of their level, never larger.
+/// True if the range is inside one block. A merged leaf may be as large as the parent of a block of its
+/// level.
 bool in_one_block(const BlockTree& tree, int level, std::int32_t begin, std::int32_t end) {
   const int parents = std::clamp(level - 1, 0, tree.levels() - 1);
   return tree.block_at(parents, begin) == tree.block_at(parents, end - 1);
 }
 
-/// In a symmetric file a leaf lies on the diagonal, or wholly beside it: its mirror image must not overlap
-/// it.
+/// In a symmetric file a leaf is either on the diagonal or completely beside it, so that it does not overlap
+/// its mirror image.
 bool sides_ok(const Leaf& leaf) {
   const bool same = leaf.row_begin == leaf.col_begin && leaf.row_end == leaf.col_end;
   return same || leaf.row_end <= leaf.col_begin || leaf.col_end <= leaf.row_begin;
@@ -49,9 +50,9 @@ bool products_ok(const Columns& leaf) {
   return sum < static_cast<double>(kLargest);
 }
 
-/// A Bᵀ = B Aᵀ, judged by one product with a vector of ±1. Each entry of a symmetric leaf was rounded to
-/// within 2⁻¹⁰ (1 + 2⁻¹²) Σ|A||B|ᵀ, so the two products differ by no more than that share of the sums of
-/// sizes.
+/// Tests A Bᵀ = B Aᵀ by one product with a vector of ±1. Rounding changed each entry of a symmetric leaf by
+/// at most 2⁻¹⁰ (1 + 2⁻¹²) Σ|A||B|ᵀ. So the two products differ by at most that share of the sums of
+/// magnitudes.
 bool leaf_is_symmetric(const Columns& leaf) {
   std::vector<double> difference(leaf.rows), size(leaf.rows);
   const auto sign = [](std::size_t i) { return (i * 0x9E3779B97F4A7C15U >> 63U) != 0 ? -1.0 : 1.0; };

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kTop = 7;  ///< the largest value of a column as a half is in [2⁷, 2⁸)
 
-/// b = a or b = −a, bit by bit: 1 or −1, or 0 if neither.
+/// 1 if b = a bit by bit, −1 if b = −a, otherwise 0.
 int sign_between(std::span<const Half> a, std::span<const Half> b) {
   if (std::equal(a.begin(), a.end(), b.begin(), b.end())) return 1;
   const auto negative = [](Half x, Half y) { return (x ^ 0x8000) == y; };
@@ -17,7 +17,8 @@ int sign_between(std::span<const Half> a, std::span<const Half> b) {
 
 }  // namespace
 
-/// One rank of one leaf: the ranges of its two columns and where their floats lie in the pool of channel 0.
+/// One rank of one leaf: the ranges of its two columns and the places of their floats in the pool of channel
+/// 0.
 struct LowRank::Pair {
   Column row, col;
   std::size_t a, b, channel_stride;
@@ -116,7 +117,7 @@ void LowRank::lay_out(std::span<const Pair> pairs, const Shape& shape) {
 template <class Visit>
 void LowRank::for_values(std::span<const Pair> pairs, int channel, const Visit& visit) const {
   for (std::size_t side = 0; side < (symmetric_ ? 1 : 2); ++side) {
-    // The streams are filled by the constructor through this function and never again.
+    // Only the constructor fills the streams through this function.
     Half* const values = const_cast<Half*>(stream(channel, side));
     sides_[side].for_values([&](std::size_t column, std::size_t pixel, std::size_t at) {
       const Pair& pair = pairs[symmetric_ ? column / 2 : column];

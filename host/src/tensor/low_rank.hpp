@@ -14,10 +14,11 @@
 namespace symrig::tensor {
 
 /// The low-rank leaves of a tensor, packed: T = Σ_q w_q a_q b_qᵀ over *pairs* q of factor columns, a and b as
-/// halves with their largest value near 2⁷, w the power of two that puts their size back.
+/// halves with their largest value near 2⁷, w the power of two that restores their size.
 /// In a symmetric tensor a pair stands for w (a bᵀ + b aᵀ), or for w a aᵀ on the diagonal where b = ±a.
-/// Applying it is three steps: dots of all columns with p, an exchange that hands each column the dot of its
-/// mate, and the sum of the columns so weighted. source: performance notes in docs/benchmarks.md
+/// It is applied in three steps: dot products of all columns with p, an exchange that gives each column the
+/// product of its partner, and the sum of the weighted columns. source: performance notes in
+/// docs/benchmarks.md
 class LowRank {
  public:
   struct Shape {
@@ -27,14 +28,14 @@ class LowRank {
   };
 
   LowRank() = default;
-  /// factors: leaf after leaf, as TensorBuilder::add_leaf takes them.
+  /// factors: leaf after leaf, in the order of TensorBuilder::add_leaf.
   /// error of an entry: ≤ Σ_q 2⁻¹⁰ |a_q||b_q| (1 + 2⁻¹²) + 2⁻³¹ max|a_q| max|b_q|.
   LowRank(std::span<const Leaf> leaves, std::span<const float> factors, const Shape& shape);
 
-  /// The factors as they were given, rounded; a power of two may have moved from A to B.
+  /// The given factors, rounded. A power of two may have moved from A to B.
   std::vector<float> factors(std::span<const Leaf> leaves) const;
 
-  /// The side that the light falls on, and the one that sees it.
+  /// The side of the incoming light, and the side that sees it.
   const Panels& lit(bool transposed) const { return sides_[symmetric_ || transposed ? 0 : 1]; }
   const Panels& seen(bool transposed) const { return sides_[symmetric_ || !transposed ? 0 : 1]; }
   const Half* lit_stream(int channel, bool transposed) const {
@@ -44,7 +45,7 @@ class LowRank {
     return stream(channel, symmetric_ || !transposed ? 0 : 1);
   }
 
-  /// to[column] = w from[its mate], Width values a column.
+  /// to[column] = w from[its partner], Width values for each column.
   template <std::size_t Width>
   void exchange(int channel, const float* from, float* to) const;
 
@@ -56,7 +57,7 @@ class LowRank {
   /// A pair of a symmetric tensor on the diagonal: not mirrored.
   struct Diagonal {
     std::uint32_t pair;
-    bool shared;  ///< b = ±a: one column serves as both
+    bool shared;  ///< b = ±a: only one column is stored
   };
 
   static std::vector<Pair> pairs_of(std::span<const Leaf> leaves, int channels);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops that applying a tensor consists of, compiled for every instruction set that Highway knows and
-// chosen at run time. Halves become floats in registers; sums are floats.
+// The loops of applying a tensor. Compiled for every instruction set that Highway knows, and chosen at run
+// time. Halves are converted to floats in registers; sums are floats.
 #include "tensor/panel_kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tensor/panel_kernels.cpp"
 #include "tensor/disabled_targets.hpp"
 
-// The order matters to Highway.
+// Highway needs this order of includes.
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
@@ -17,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace symrig::tensor::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
-/// out[k] += the sum of the lanes of acc[k]: there is one.
+/// out[k] += the sum of the lanes of acc[k], for vectors of one lane.
 template <std::size_t K>
 void add_sums(const V* acc, float* out) {
   for (std::size_t k = 0; k < K; ++k) out[k] += hn::GetLane(acc[k]);
@@ -62,7 +62,7 @@ HWY_INLINE void add_sums(const V* acc, float* out) {
 }
 #endif
 
-/// One pattern: lanes run along the line.
+/// One pattern: the vector lanes are neighbouring values of a line.
 struct Single {
   static constexpr std::size_t kWidth = 1;
 
@@ -122,11 +122,11 @@ struct Single {
   }
 };
 
-/// kBatch patterns: lanes run along the patterns, each factor value is broadcast to them.
+/// kBatch patterns: the vector lanes are the patterns, and each factor value is broadcast to them.
 struct Batched {
   static constexpr std::size_t kWidth = kBatch;
 
-  /// The floats of one tile of K lines, and how wide its lines are.
+  /// The floats of one tile of K lines, and the width of its lines.
   template <std::size_t K>
   struct Tile {
     HWY_ALIGN float values[K * kTile + kLanes];

@@ -10,11 +10,11 @@
 
 namespace symrig::tensor {
 
-/// The factors of one chunk: its panels and the stream that they are read from.
+/// The factors of one chunk: its panels and their stream of values.
 struct PanelStream {
   std::span<const Panel> panels;
-  const Half* values;  ///< the whole stream of a channel, Panels::kSlack more than it holds
-  std::size_t first;   ///< where the chunk's begin
+  const Half* values;  ///< the whole stream of a channel, with Panels::kSlack values of padding
+  std::size_t first;   ///< index of the chunk's first value
 };
 
 /// dots[piece] = Σ_i W[i, piece] p[i] over the pixels of a piece. Width patterns interleaved, 1 or kBatch:

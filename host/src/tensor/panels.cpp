@@ -6,7 +6,7 @@
 namespace symrig::tensor {
 namespace {
 
-/// Pixels of a chunk: p and y of one chunk are 32 KB together.
+/// Pixels of a chunk: p and y of one chunk need 32 KB together.
 constexpr std::int32_t kChunkPixels = 4096;
 
 struct Piece {
@@ -14,8 +14,8 @@ struct Piece {
   std::uint32_t slot;
 };
 
-/// The pieces of all columns in the order of the stream. Columns that lie in one chunk have their own number
-/// as slot, the pieces of the others follow after all columns.
+/// The pieces of all columns in the order of the stream. The slot of a column inside one chunk is its number.
+/// The slots of all other pieces come after those of the columns.
 std::vector<Piece> cut(std::span<const Column> columns, std::vector<std::uint32_t>& column_of_part) {
   std::vector<Piece> pieces;
   for (std::size_t c = 0; c < columns.size(); ++c) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the numbers of the factors lie in memory, so that applying a tensor reads them as one stream.
+// The places of the factors in memory. Applying a tensor reads them as one stream.
 #pragma once
 
 #include <algorithm>
@@ -17,22 +17,22 @@ struct Column {
 
 /// The columns of one chunk that share a range of pixels: a dense matrix [pixels × columns].
 struct Panel {
-  std::int32_t begin = 0;  ///< first pixel, counted from the chunk's
+  std::int32_t begin = 0;  ///< first pixel, relative to the chunk's first
   std::int32_t pixels = 0, columns = 0;
 
-  /// Vector lanes run along the longer side (x < length()), the other side (k < count()) goes in groups.
+  /// Vector lanes are along the longer side (x < length()). The other side (k < count()) is cut into groups.
   bool along_pixels() const { return pixels >= columns; }
   std::size_t length() const { return static_cast<std::size_t>(std::max(pixels, columns)); }
   std::size_t count() const { return static_cast<std::size_t>(std::min(pixels, columns)); }
   std::size_t values() const { return length() * count(); }
 };
 
-inline constexpr std::size_t kTile = 16;  ///< values of one line that lie side by side
+inline constexpr std::size_t kTile = 16;  ///< neighbouring values of one line
 inline constexpr std::size_t kGroup = 8;  ///< lines that are read together
 
-/// Where value x of line k lies in a panel of `length` × `count`: groups of 8 lines; in a group tiles of 16
-/// values, the lines of the group one after the other in each tile. The last group and the last tile are cut,
-/// not padded.
+/// The place of value x of line k in a panel of `length` × `count`. A panel has groups of 8 lines. A group
+/// has tiles of 16 values; each tile contains the lines of the group one after the other. The last group and
+/// the last tile are shorter, without padding.
 inline std::size_t panel_offset(std::size_t length, std::size_t count, std::size_t x, std::size_t k) {
   const std::size_t group = k / kGroup * kGroup;
   const std::size_t lines = std::min(kGroup, count - group);
@@ -41,7 +41,7 @@ inline std::size_t panel_offset(std::size_t length, std::size_t count, std::size
   return group * length + tile * lines + (k - group) * wide + (x - tile);
 }
 
-/// Panels of at least one whole tile start at a multiple of it.
+/// Panels of at least one whole tile start at a multiple of the tile.
 inline std::size_t panel_start(std::size_t at, std::size_t length) {
   return length < kTile ? at : (at + kTile - 1) / kTile * kTile;
 }
@@ -54,7 +54,7 @@ struct Chunk {
   std::size_t first_value = 0;              ///< its first half in the factor stream
 };
 
-/// Columns cut at the borders of chunks into *pieces*, and pieces of equal range gathered into panels.
+/// Columns are cut into *pieces* at the borders of chunks. Pieces with the same range form a panel.
 class Panels {
  public:
   Panels() = default;
@@ -66,11 +66,11 @@ class Panels {
   }
   std::size_t columns() const { return columns_; }
   std::size_t pieces() const { return slots_.size(); }
-  /// Sums of columns, then one place for each piece of a column that was cut.
+  /// The number of sums: one for each column, then one for each piece of a column that was cut.
   std::size_t slots() const { return columns_ + column_of_part_.size(); }
   /// Halves in the stream of one channel.
   std::size_t values() const { return values_; }
-  /// Halves that a kernel may read past the last: one vector.
+  /// How many halves a kernel may read after the last one: one vector.
   static constexpr std::size_t kSlack = 32;
 
   /// sums[slot] = dots[piece] for the pieces of a chunk: every slot has one writer. Width: values a piece.

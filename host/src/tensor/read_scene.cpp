@@ -26,15 +26,16 @@ Result<void> readable(const fs::path& path) {
   return can;
 }
 
-/// Why HDF5 did not open a file that can be read.
+/// The reason why HDF5 did not open a readable file.
 Error not_opened(const fs::path& path, std::uint64_t bytes) {
   if (bytes == 0)
     return {ErrorCode::bad_format, path.string() + ": is empty", "capture or fit the scene again"};
   if (H5Fis_hdf5(path.c_str()) <= 0)
-    return {ErrorCode::bad_format, path.string() + ": is no HDF5 file, so it is no scene", "name a scene.h5"};
+    return {ErrorCode::bad_format, path.string() + ": is not an HDF5 file, so it is not a scene",
+            "name a scene.h5"};
   return {ErrorCode::bad_format,
           path.string() + ": is an HDF5 file, but cut short or damaged (" + std::to_string(bytes) + " bytes)",
-          "copy it again from where it came, or capture the scene again"};
+          "copy it again from its source, or capture the scene again"};
 }
 
 Error named(const fs::path& path, Error error) {

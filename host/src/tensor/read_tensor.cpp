@@ -18,7 +18,7 @@ Error not_finite(const std::string& what) {
 }
 
 Error too_large(const std::string& what) {
-  return {ErrorCode::bad_value, what + " has a value that no scene has (2^60 or more)",
+  return {ErrorCode::bad_value, what + " has a value that is too large for a scene (2^60 or more)",
           "the file is damaged"};
 }
 
@@ -46,7 +46,8 @@ namespace {
 
 using tensor::Half;
 
-/// The floats of a dataset of `name`: as they are in version 1, halves without their exponents in version 2.
+/// The floats of the dataset `name`. Version 1 stores floats; version 2 stores halves, here without their
+/// exponents.
 Result<std::vector<float>> read_halves(const Source& source, const Head& head, const std::string& name,
                                        std::size_t rank, h5::Shape& shape) {
   const hid_t file = source.file.id();
@@ -62,7 +63,7 @@ Result<std::vector<float>> read_halves(const Source& source, const Head& head, c
   return values;
 }
 
-/// values · 2^exponent, exactly; false where the result is not finite or the exponent is not one of a float.
+/// values · 2^exponent, exactly. False if the result is not finite or the exponent is out of a float's range.
 bool scale(std::span<float> values, std::int32_t exponent) {
   if (exponent < -200 || exponent > 200) return false;
   for (float& v : values) v = std::ldexp(v, exponent);
@@ -79,7 +80,7 @@ Result<LeafTable> read_leaf_table(const Source& source, const Head& head) {
   h5::Shape s;
   LeafTable table;
   SYMRIG_TRY(table.range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
-  if (s[1] != 4) return damaged("dataset 'leaves/range' has not four columns");
+  if (s[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
   const std::size_t n = s[0];
   SYMRIG_TRY(table.rank, h5::read_dataset<std::int32_t>(file, "leaves/rank", 1, source.bytes, s));
   SYMRIG_TRY(table.level, h5::read_dataset<std::int32_t>(file, "leaves/level", 1, source.bytes, s));
@@ -125,8 +126,8 @@ Result<void> read_leaves(const Source& source, const Head& head, const Trees& tr
     builder.add_leaf(r[0], r[1], r[2], r[3], leaf.rank, leaf.level, factors);
     used += size;
   }
-  if (used != table.factors.size()) return damaged("'leaves/factors' has values of no leaf");
-  if (exponent != table.exponents.size()) return damaged("'leaves/exponents' has values of no leaf");
+  if (used != table.factors.size()) return damaged("'leaves/factors' has values without a leaf");
+  if (exponent != table.exponents.size()) return damaged("'leaves/exponents' has values without a leaf");
   return {};
 }
 
@@ -134,25 +135,25 @@ Result<void> read_empties(const Source& source, const Trees& trees, TensorBuilde
   h5::Shape s;
   SYMRIG_TRY(const auto rows,
              h5::read_dataset<std::int32_t>(source.file.id(), "leaves/empty", 2, source.bytes, s));
-  if (s[1] != 3) return damaged("dataset 'leaves/empty' has not three columns");
+  if (s[1] != 3) return damaged("dataset 'leaves/empty' does not have three columns");
   for (std::size_t k = 0; k < s[0]; ++k) {
     const std::int32_t level = rows[3 * k], row = rows[3 * k + 1], col = rows[3 * k + 2];
     const bool ok = level >= 0 && level < trees.levels() && row >= 0 &&
                     row < Trees::blocks(*trees.camera, level) && col >= 0 &&
                     col < Trees::blocks(*trees.projector, level);
-    if (!ok) return damaged("empty leaf " + std::to_string(k) + " names blocks that are not there");
+    if (!ok) return damaged("empty leaf " + std::to_string(k) + " names blocks that do not exist");
     builder.add_empty(level, row, col);
   }
   return {};
 }
 
-/// One entry of each of `values`' channels: version 1 has them side by side, version 2 in planes.
+/// Reads single entries. Version 1 stores the channels of an entry together, version 2 stores them in planes.
 Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder& builder) {
   const hid_t file = source.file.id();
   h5::Shape s;
   SYMRIG_TRY(const auto at, h5::read_dataset<std::int32_t>(file, "scalars/at", 2, source.bytes, s));
   const std::size_t n = s[0];
-  if (s[1] != 2) return damaged("dataset 'scalars/at' has not two columns");
+  if (s[1] != 2) return damaged("dataset 'scalars/at' does not have two columns");
   SYMRIG_TRY(std::vector<float> values, read_halves(source, head, "scalars/values", 2, s));
   const auto channels = static_cast<std::size_t>(head.channels);
   const h5::Shape expected = head.version == 1 ? h5::Shape{n, channels} : h5::Shape{channels, n};
@@ -204,7 +205,7 @@ Result<void> read_columns(const Source& source, const Head& head, TensorBuilder&
   h5::Shape s;
   SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "columns/range", 2, source.bytes, s));
   const std::size_t n = s[0];
-  if (s[1] != 2) return damaged("dataset 'columns/range' has not two columns");
+  if (s[1] != 2) return damaged("dataset 'columns/range' does not have two columns");
   SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, source.bytes, s));
   SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, source.bytes, s));
   SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, source.bytes, s));
@@ -228,7 +229,7 @@ Result<void> read_columns(const Source& source, const Head& head, TensorBuilder&
   return {};
 }
 
-/// No light from a pixel to a neighbour that is off the grid.
+/// True if the values of neighbours outside of the grid are 0.
 bool stays_on_grid(std::span<const float> plane, Grid grid, BandOffset d) {
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)

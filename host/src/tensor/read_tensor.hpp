@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading the tensor of a scene.h5, datasets in order: nothing is used before it was checked.
+// Reads the tensor of a scene.h5. Every value is checked before it is used.
 #pragma once
 
 #include "symrig/base/result.hpp"
@@ -11,13 +11,13 @@
 
 namespace symrig::scene_file {
 
-/// An open scene file and its size, against which every claimed size is checked.
+/// An open scene file and its size. Every size in the file is checked against it.
 struct Source {
   h5::Handle file;
   std::uint64_t bytes;
 };
 
-/// What the root attributes say.
+/// The root attributes.
 struct Head {
   std::int32_t version;  ///< 1 or 2
   bool symmetric;
@@ -27,11 +27,11 @@ struct Head {
 
 /// Radiances and entries of T stay below this, so that no sum over a picture overflows a float.
 constexpr float kLargest = 0x1p60F;
-/// Light of a pattern.
+/// The limit for the values of a pattern.
 constexpr float kBrightest = 0x1p30F;
 
 Error damaged(const std::string& what);
-/// Every value is finite and smaller in size than `most`. fails: bad_value, naming `what`.
+/// Checks that every value is finite and |value| < `most`. fails: bad_value (the message names `what`).
 Result<void> check_values(std::span<const float> values, const std::string& what, float most);
 
 /// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Halves in a row: as floats, and as a band's plane times the light.
+// Kernels on rows of halves: conversion to floats, and a band's plane times the light.
 #include "tensor/row_kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "tensor/row_kernels.cpp"
 #include "tensor/disabled_targets.hpp"
 
-// The order matters to Highway.
+// Highway needs this order of includes.
 // clang-format off
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>

@@ -9,7 +9,7 @@
 
 namespace symrig::tensor {
 
-/// out = the floats that n halves stand for. Reads up to Panels::kSlack halves past the last.
+/// out = n halves as floats. Reads up to Panels::kSlack halves after the last one.
 void to_floats(const Half* halves, std::size_t n, float* out);
 
 /// y[i] += scale v[i] p[i]: a row of a band. Width patterns interleaved in p and y, 1 or kBatch.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What writing and reading scene.h5 share.
+// Shared by writing and reading of scene.h5.
 #pragma once
 
 #include "symrig/base/result.hpp"
@@ -12,10 +12,10 @@
 
 namespace symrig::scene_file {
 
-constexpr std::int32_t kVersionMajor = 2;  ///< and 1 can be read
+constexpr std::int32_t kVersionMajor = 2;  ///< version 1 can also be read
 constexpr std::int32_t kVersionMinor = 0;
 
-/// HDF5 as Debian builds it is not thread-safe: one scene file at a time.
+/// Debian's HDF5 is not thread-safe: only one scene file at a time.
 inline std::mutex& hdf5_mutex() {
   static std::mutex mutex;
   return mutex;

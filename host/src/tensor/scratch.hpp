@@ -8,8 +8,8 @@
 
 namespace symrig::tensor {
 
-/// Floats without a value yet, from the allocator that keeps what was given back: fresh pages for each
-/// photograph would cost a third of its time.
+/// Uninitialised floats from an allocator that keeps freed memory. New pages for each photograph would cost a
+/// third of its time.
 class Scratch {
  public:
   explicit Scratch(std::size_t size = 0)

@@ -35,7 +35,7 @@ Result<SplitOrder> parse_split_order(std::string_view text) {
     if (known == text) return value;
   std::vector<std::string_view> names;
   for (const auto& order : kOrders) names.push_back(order.second);
-  return Error{ErrorCode::unknown_name, "no split order is called '" + std::string(text) + "'",
+  return Error{ErrorCode::unknown_name, "there is no split order '" + std::string(text) + "'",
                nearest_hint(text, names)};
 }
 
@@ -51,7 +51,7 @@ struct Range {
 /// Dimensions of a pixel: its place (in the tile or on the surface) and its view.
 enum Dimension : std::uint8_t { place_row, place_col, view_row, view_col, dimensions };
 
-/// A block being cut: pixels [begin, end) of the order, and the box of the four dimensions they fell into.
+/// A block during cutting: pixels [begin, end) of the order, and their box in the four dimensions.
 struct Part {
   std::int32_t begin, end;
   std::array<Range, dimensions> box;
@@ -71,7 +71,8 @@ class Cutter {
       view_rank_[static_cast<std::size_t>(views.order()[rank])] = static_cast<std::int32_t>(rank);
   }
 
-  /// Levels fit a byte: places lie within 2²⁵, so at most 25 levels cut places, 15 cut views and 15 cut runs.
+  /// Levels fit into a byte: places are within 2²⁵, so at most 25 levels cut places, 15 cut views, and 15 cut
+  /// runs.
   TreeShape run() {
     std::vector<std::int8_t> boundaries(order_.size(), 0);
     std::vector<Part> parts{root()};
@@ -90,7 +91,7 @@ class Cutter {
  private:
   float at(Dimension of, std::int32_t pixel) const { return at_[of][static_cast<std::size_t>(pixel)]; }
 
-  /// Tiles that differ by a pixel are stretched to one size, so that equal places mean equal shares.
+  /// Stretches tiles that differ by a pixel to one size, so that equal places are equal shares of a tile.
   void place(Grid grid) {
     const Grid tile{(grid.rows + split_.views.rows - 1) / split_.views.rows,
                     (grid.cols + split_.views.cols - 1) / split_.views.cols};
@@ -130,7 +131,7 @@ class Cutter {
   static constexpr Plane kPlaces{place_row, place_col}, kViews{view_row, view_col};
   static constexpr Plane kRows{place_row, view_row}, kCols{place_col, view_col};
 
-  /// The two dimensions to be cut, in the order of preference.
+  /// The two dimensions to cut, in order of preference.
   std::array<Plane, 2> planes(int level) const {
     if (split_.order == SplitOrder::views_first) return {kViews, kPlaces};
     if (split_.order == SplitOrder::all_at_once)
@@ -138,9 +139,9 @@ class Cutter {
     return {kPlaces, kPlaces};
   }
 
-  /// At least two children of a part with more than one pixel. A cut that leaves all pixels on one side is
-  /// made without becoming a level of its own. What is left in one place is cut in equal runs: two pixels of
-  /// one view that fell into one place would otherwise cost a level.
+  /// At least two children of a part with more than one pixel. A cut that leaves all pixels on one side does
+  /// not become a separate level. Pixels in one place are cut into equal runs: otherwise two pixels of one
+  /// view in one place would cost a level.
   std::vector<Part> children(Part part, int level) {
     const auto [preferred, other] = planes(level);
     for (;;) {
@@ -154,8 +155,8 @@ class Cutter {
     }
   }
 
-  /// The non-empty halves along one dimension, the larger first as in the flat tree. One step (pixel, view)
-  /// is left whole.
+  /// The non-empty halves along one dimension, the larger first as in the flat tree. A single step (pixel or
+  /// view) is not cut.
   std::vector<Part> halves(const Part& part, Dimension along) {
     const Range range = part.box[along];
     if (range.length() <= 1) return {part};
@@ -176,7 +177,7 @@ class Cutter {
     return out;
   }
 
-  /// Up to four runs of equal length, views that are neighbours together.
+  /// Up to four runs of equal length, with neighbouring views together.
   std::vector<Part> runs(const Part& part) {
     const auto rank = [&](std::int32_t pixel) {
       const auto row = static_cast<std::size_t>(at(view_row, pixel));
@@ -199,7 +200,7 @@ class Cutter {
   const Split& split_;
   std::vector<std::int32_t> order_;
   std::array<std::vector<float>, dimensions> at_;
-  std::vector<std::int32_t> view_rank_;  ///< of each view (raster), in the quadtree of the views
+  std::vector<std::int32_t> view_rank_;  ///< order of each view (raster) in the quadtree of the views
 };
 
 }  // namespace

@@ -8,7 +8,7 @@
 
 namespace symrig::tensor {
 
-/// A tree as BlockTree::order and BlockTree::boundaries describe it.
+/// A tree, described like BlockTree::order and BlockTree::boundaries.
 struct TreeShape {
   std::vector<std::int32_t> order;
   std::vector<std::int8_t> boundaries;

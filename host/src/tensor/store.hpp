@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a tensor holds: as it grows (floats, in the order of arrival) and as it is finished (packed).
+// The data of a tensor: during construction (floats, in the order of arrival) and finished (packed).
 #pragma once
 
 #include "symrig/tensor/transport_tensor.hpp"
@@ -13,7 +13,7 @@
 
 namespace symrig::tensor {
 
-/// Measured columns, as floats: they are all that such a tensor has.
+/// Measured columns, as floats. A tensor with them has nothing else.
 struct MeasuredColumns {
   std::vector<SparseColumn> ranges;
   std::vector<std::int32_t> rows;
@@ -28,7 +28,7 @@ struct MeasuredColumns {
 /// A tensor under construction.
 struct Draft {
   std::vector<Leaf> leaves;
-  std::vector<float> factors;  ///< leaf after leaf, as TensorBuilder::add_leaf takes them
+  std::vector<float> factors;  ///< leaf after leaf, in the order of TensorBuilder::add_leaf
   std::vector<std::vector<EmptyLeaf>> empties;
   std::vector<ScalarLeaf> scalars;
   std::vector<float> scalar_values;  ///< [scalar * channels + channel]
@@ -40,7 +40,7 @@ struct Draft {
              std::span<float> y) const;
 };
 
-/// A finished tensor. Everything is summed: leaves, entries and bands may overlap.
+/// A finished tensor: the sum of leaves, entries and bands, which may overlap.
 struct Store {
   Store() = default;
   Store(const Draft& draft, const TransportTensor& shape);
@@ -48,8 +48,8 @@ struct Store {
   std::vector<Leaf> leaves;
   LowRank low_rank;
   Diagonal diagonal;
-  /// Off the diagonal, by the pixel that sees: camera pixels, and projector pixels for Tᵀ. Symmetric: the
-  /// first holds each entry and its mirror image.
+  /// Off-diagonal entries, sorted by the pixel that sees: camera pixels, and projector pixels for Tᵀ. If
+  /// symmetric, the first contains each entry and its mirror image.
   Entries entries[2];
   std::vector<Band> bands;
   std::vector<EmptyList> empties;  ///< one a level

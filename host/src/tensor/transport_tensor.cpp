@@ -30,7 +30,7 @@ std::int64_t TransportTensor::empty_count(int level) const {
   return draft_ ? std::ssize(draft_->empties[l]) : store().empties[l].size();
 }
 
-/// Symmetric tensors store an entry and its mirror image; the one below the diagonal is told.
+/// Symmetric tensors store an entry and its mirror image. Only the one below the diagonal is listed.
 bool TransportTensor::listed(const ScalarLeaf& scalar) const {
   return !symmetric_ || scalar.row > scalar.col;
 }

@@ -14,14 +14,14 @@ Error damaged(const std::string& name, const std::string& why) {
   return {ErrorCode::bad_format, "'" + name + "' " + why, "the file is damaged"};
 }
 
-/// How the grid was cut: 1x1 and flat unless the file says otherwise.
+/// How the grid was cut. Without an attribute in the file: 1x1 views and flat.
 Result<Split> read_split(hid_t file, const std::string& side) {
   const std::string name = side + "_split";
   if (H5Aexists(file, name.c_str()) <= 0) return Split{};
   SYMRIG_TRY(const std::string text, h5::read_text(file, name.c_str()));
   SYMRIG_TRY(const std::vector<std::int32_t> views, h5::read_integers(file, (side + "_views").c_str(), 2));
   const auto order = parse_split_order(text);
-  if (!order) return damaged(name, "is no order of cutting that this program knows");
+  if (!order) return damaged(name, "is not a split order that this program knows");
   return Split{{views[0], views[1]}, *order, {}};
 }
 
@@ -61,7 +61,8 @@ Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std:
   SYMRIG_TRY(const std::vector<std::int8_t> boundaries,
              h5::read_dataset<std::int8_t>(file, at.c_str(), 1, file_bytes, shape));
   auto tree = BlockTree::from(grid, split.views, split.order, std::move(order), boundaries);
-  if (!tree) return damaged(at, "and '" + name + "' describe no block tree (" + tree.error().what + ")");
+  if (!tree)
+    return damaged(at, "and '" + name + "' do not describe a block tree (" + tree.error().what + ")");
   return tree;
 }
 

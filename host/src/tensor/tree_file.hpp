@@ -15,8 +15,8 @@ namespace symrig::tensor {
 /// views the attributes <side>_views, <side>_split and, unless flat, the dataset <side>_boundaries.
 bool write_tree(hid_t file, const std::string& side, const BlockTree& tree);
 
-/// Reads it back; without <side>_split it is the flat tree of one view.
-/// fails: bad_format (missing, damaged, or no tree).
+/// The inverse of write_tree(). Without <side>_split the tree is the flat tree of one view.
+/// fails: bad_format (missing, damaged, or not a tree).
 Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes);
 
 }  // namespace symrig::tensor

@@ -23,7 +23,7 @@ Result<void> check(const TransportTensor& tensor, const ViewRelight& what) {
   return {};
 }
 
-/// A picture of one tile on a dark grid.
+/// The picture of one tile on a dark grid.
 Image<float> pasted(const Image<float>& picture, Grid grid, const Tile& tile) {
   Image<float> whole(grid);
   for (int row = 0; row < tile.grid.rows; ++row)
@@ -55,7 +55,7 @@ Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& 
   if (light.grid() != grid || light.channels() != 1)
     return Error{ErrorCode::size_mismatch,
                  "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
-                     " channels, this relighting takes " + to_string(grid) + " with 1",
+                     " channels, this relighting needs " + to_string(grid) + " with 1",
                  "resize the picture to " + to_string(grid) + " (rows x columns)"};
   const Grid whole = tensor.projector_grid();
   SYMRIG_TRY(Image<float> photograph,

@@ -17,8 +17,7 @@ using scene_file::kVersionMajor;
 using scene_file::kVersionMinor;
 using tensor::Half;
 
-/// The largest half of a column in the file: near 1, where h5py shows it best. The exponent beside it is
-/// free.
+/// The largest half of a column in the file is near 1, because h5py shows such numbers best.
 constexpr int kTop = 0;
 
 /// Groups of values that share an exponent: values ≈ halves · 2^exponent.
@@ -201,9 +200,8 @@ bool write_all(hid_t file, const StoredScene& scene) {
 
 constexpr std::size_t kGrowBy = std::size_t{1} << 16;
 
-/// Put together in memory and written when it is closed: a data set that the disk has no room for would end
-/// the process inside the library. Metadata with checksums needs the library's newer file layout (HDF5
-/// ≥ 1.10).
+/// The file is built in memory and written when it is closed: otherwise a full disk would end the process
+/// inside the library. Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
 h5::Handle file_access() {
   h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
@@ -218,7 +216,7 @@ bool sync_file(const fs::path& path) {
   return (::close(fd) == 0) && ok;
 }
 
-/// A file of its own, whole and on the disk.
+/// Writes a complete file and syncs it to the disk.
 bool write_file(const fs::path& path, const StoredScene& scene) {
   const h5::Handle access = file_access();
   h5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
@@ -235,7 +233,7 @@ Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
   const fs::path temporary = temporary_name(target);
   const Result<void> done = write_file(temporary, scene) ? replace_file(temporary, target)
                                                          : Result<void>(io_error(path, "cannot be written"));
-  // A full disk may leave a part of it, even where HDF5 could not begin.
+  // With a full disk, a part of the file may remain, even if HDF5 could not begin.
   std::error_code ignored;
   if (!done) fs::remove(temporary, ignored);
   return done;

@@ -126,7 +126,8 @@ TEST_F(Access, what_is_not_there_is_missing) {
 
 TEST_F(Access, a_scene_that_is_empty_cut_or_something_else_is_told_apart) {
   EXPECT_NE(error_of(load_scene(file("empty.h5", ""))).find("is empty"), std::string::npos);
-  EXPECT_NE(error_of(load_scene(file("text.h5", "no picture"))).find("is no HDF5 file"), std::string::npos);
+  EXPECT_NE(error_of(load_scene(file("text.h5", "no picture"))).find("is not an HDF5 file"),
+            std::string::npos);
   StoredScene scene;
   TensorBuilder builder(BlockTree(Grid{2, 2}), 1);
   scene.tensor = std::move(builder).finish();

@@ -71,15 +71,15 @@ TEST(Uf2, every_damage_is_named) {
   const std::vector<Damage> damages{
       {"not whole UF2 blocks", [](auto& file) { file.clear(); }},
       {"not whole UF2 blocks", [](auto& file) { file.resize(file.size() - 1); }},
-      {"block 0 of 7 says that it is block 0 of 8", [](auto& file) { file.resize(file.size() - 512); }},
+      {"block 0 of 7 calls itself block 0 of 8", [](auto& file) { file.resize(file.size() - 512); }},
       {"block 0 does not begin", set(0, 0)},
       {"block 3 does not begin", set(3 * 512 + 4, 0)},
       {"block 7 does not begin", set(8 * 512 - 4, 0)},
       {"block 2 is not for the flash", set(2 * 512 + 8, 0x2001)},
-      {"does not say for which processor", set(2 * 512 + 8, 0)},
+      {"does not name its processor", set(2 * 512 + 8, 0)},
       {"block 1 holds 476 bytes", set(512 + 16, 476)},
       {"block 1 holds 256 bytes for address 0x10000104", set(512 + 12, 0x10000104)},
-      {"block 4 of 8 says that it is block 5", set(4 * 512 + 20, 5)},
+      {"block 4 of 8 calls itself block 5", set(4 * 512 + 20, 5)},
       {"block 5 is for another processor", set(5 * 512 + 28, 0xE48BFF59)},
       {"blocks 2 and 6 are for the same address", set(6 * 512 + 12, 0x10000200)},
       {"spread over", set(7 * 512 + 12, 0x20000000)}};
@@ -128,17 +128,17 @@ TEST(FirmwareFile, what_a_board_could_not_run_is_refused) {
   expect(make_uf2(boot), "second boot stage");
   auto strange = image();
   strange[0x200] = 'X';
-  expect(make_uf2(strange), "no firmware of symrig");
+  expect(make_uf2(strange), "not firmware of symrig");
   auto newer = image();
   newer[0x208] = 2;
-  expect(make_uf2(newer), "record is of layout 2");
+  expect(make_uf2(newer), "record has layout 2");
   auto shifted = make_uf2(image());
   for (std::size_t k = 0; k < 8; ++k) put_number(shifted, k * 512 + 12, 0x10010000 + 256 * k, 4);
   expect(shifted, "not where the flash begins");
   auto cut = image();  // the magic so near the end that the record cannot be whole
   std::copy_n(cut.begin() + 0x200, 8, cut.end() - 55);
   cut[0x200] = 'X';
-  expect(make_uf2(cut), "no firmware of symrig");
+  expect(make_uf2(cut), "not firmware of symrig");
 }
 
 TEST(FirmwareFile, another_kind_of_file_is_told_before_its_manifest_is_missed) {
@@ -149,7 +149,7 @@ TEST(FirmwareFile, another_kind_of_file_is_told_before_its_manifest_is_missed) {
     const auto file = read_firmware(path);
     ASSERT_FALSE(file.ok());
     EXPECT_EQ(file.error().code, ErrorCode::bad_format) << text;
-    EXPECT_NE(file.error().what.find("no UF2 file"), std::string::npos) << file.error().line();
+    EXPECT_NE(file.error().what.find("not a UF2 file"), std::string::npos) << file.error().line();
   }
 }
 

@@ -68,7 +68,7 @@ TEST(SelfTest, a_missing_wire_is_named) {
   const auto test = self_test(board, {.pings = 1, .jumper = Jumper{"camera_trigger", "vsync"}});
   ASSERT_OK(test);
   EXPECT_FALSE(test->passed());
-  EXPECT_NE(check(*test, "jumper").text.find("no edge came"), std::string::npos);
+  EXPECT_NE(check(*test, "jumper").text.find("no edge arrived"), std::string::npos);
 }
 
 /// The camera's strobe follows its trigger, but only while the camera is not reading out: pulses get lost.
@@ -77,7 +77,7 @@ TEST(SelfTest, something_else_on_the_input_is_named) {
   const auto test = self_test(board, {.pings = 1, .jumper = Jumper{"camera_trigger", "camera_strobe"}});
   ASSERT_OK(test);
   EXPECT_FALSE(test->passed());
-  EXPECT_NE(check(*test, "jumper").text.find("edges came for 7 pulses"), std::string::npos)
+  EXPECT_NE(check(*test, "jumper").text.find("edges arrived for 7 pulses"), std::string::npos)
       << check(*test, "jumper").text;
 }
 

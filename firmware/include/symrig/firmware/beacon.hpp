@@ -6,19 +6,19 @@
 
 namespace symrig::firmware {
 
-/// Tells the state by the board's light: how long it is on in every period. The table is in docs and in each
-/// board's page.
+/// Shows the state with the board's light: its period and how long it is on in each period. The table is in
+/// docs and in each board's page.
 class Beacon {
  public:
   Beacon(hal::Indicator& indicator, uint64_t tick_hz) : indicator_(indicator), ms_(tick_hz / 1000) {}
 
-  /// Blinks fast until `tick`, whatever the state (a person looks for this board).
+  /// Blinks fast until `tick` in any state, so that a person can find this board.
   void identify_until(hal::Tick tick) { identify_until_ = tick; }
   void show(State state, hal::Tick now) {
     const Rhythm& rhythm = now < identify_until_ ? kIdentify : kRhythms[static_cast<unsigned>(state)];
     indicator_.show(now / ms_ % rhythm.period_ms < rhythm.on_ms);
   }
-  /// While somebody looks for the board the light has to change on time; else it changes when it can.
+  /// While the board identifies itself, the light must change on time. Otherwise it may change late.
   hal::Tick next_deadline(hal::Tick now) const {
     if (now >= identify_until_) return hal::kNever;
     const hal::Tick half = ms_ * kIdentify.on_ms;

@@ -13,30 +13,29 @@
 
 namespace symrig::firmware {
 
-/// Memory that a board lends to the core for good.
+/// Memory that a board gives to the core permanently.
 struct Memory {
   protocol::ByteRoom program;           ///< room for one program
-  symrig_wire_Event* events = nullptr;  ///< room for events until the host has them
+  symrig_wire_Event* events = nullptr;  ///< room for events until the host acknowledges them
   uint16_t event_count = 0;             ///< a power of two, 8 to 16384
   MarkRoom marks;
 };
 
-/// The firmware: everything a trigger board does, but for the hardware. A board constructs one, calls boot(),
-/// then poll() whenever something may have changed and at the latest at next_deadline().
+/// The firmware: everything that a trigger board does except the hardware access. A board constructs one and
+/// calls boot(). Then it calls poll() after each possible change, and at the latest at next_deadline().
 class Core final : private Requests {
  public:
   Core(const hal::Board& board, const Memory& memory);
   Core(const Core&) = delete;
   Core& operator=(const Core&) = delete;
 
-  /// Outputs to their safe levels (those stored by the last store_config; all low if there are none), then
-  /// SAFE.
+  /// Puts the outputs to their safe levels (those of the last store_config, or all low), then enters SAFE.
   void boot();
-  /// One round: edges, guard, sequencer, host, keep-alive, events. Bounded work; never waits.
+  /// One round: edges, guard, sequencer, host, keep-alive, events. Its work is bounded, and it never waits.
   void poll();
-  /// Tick at which poll() must be called even if nothing else happens; kNever if there is none.
+  /// The tick at which poll() must be called even if nothing else happens, or kNever.
   hal::Tick next_deadline() const;
-  /// The last poll left something undone that the next one can do at once.
+  /// True if the last poll left work that the next one can do at once.
   bool busy() const;
 
   State state() const { return state_; }
@@ -45,7 +44,7 @@ class Core final : private Requests {
   uint32_t safe_levels() const { return safe_levels_; }
 
  private:
-  // Requests: requests.cpp tells them apart.
+  // Requests. requests.cpp calls the right function for each.
   Answer answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) override;
   void take_chunk(const protocol::DataChunk& chunk, symrig_wire_Reply& reply) override;
   void answer_now(const symrig_wire_Request& request, symrig_wire_Reply& reply);
@@ -88,13 +87,13 @@ class Core final : private Requests {
   }
 
   // core.cpp
-  /// Goes through the supervisor's table. false: not allowed in this state, nothing was done.
+  /// Applies the supervisor's table. false: the condition is not allowed in this state, and nothing was done.
   bool apply(Condition condition);
-  /// The same for a request: a refusal fills in the reply.
+  /// The same for a request. A refusal is written into the reply.
   bool permit(Condition condition, symrig_wire_Reply& reply);
   void act(uint8_t actions);
   void use_safe_levels(uint32_t levels);
-  /// Outputs may move, or stand where they should not be left alone.
+  /// True if outputs may change, or are away from their safe levels.
   bool exposed() const;
   void watch_edges();
   void watch_edge(const hal::CapturedEdge& edge);
@@ -121,7 +120,7 @@ class Core final : private Requests {
   Guard guard_;
   Beacon beacon_;
 
-  symrig_wire_Event event_ = symrig_wire_Event_init_zero;  // large for a small board's stack
+  symrig_wire_Event event_ = symrig_wire_Event_init_zero;  // too large for a small board's stack
 
   State state_ = State::boot;
   protocol::BoardConfig config_;
@@ -131,9 +130,9 @@ class Core final : private Requests {
   Label label_;
   hal::FaultRecord fault_;
   hal::FaultRecord reset_fault_;
-  hal::Tick received_ = 0;   // when the bytes now being worked on were taken
-  bool more_edges_ = false;  // the last poll left edges to the next one
-  bool autonomous_ = false;  // the run goes on without a host
+  hal::Tick received_ = 0;   // when the current bytes were received
+  bool more_edges_ = false;  // the last poll left edges for the next one
+  bool autonomous_ = false;  // the run continues without a host
   uint32_t ttl_ms_ = 0;      // keep-alive; 0 = off
   hal::Tick alive_until_ = hal::kNever;
   hal::Tick reboot_at_ = hal::kNever;

@@ -5,36 +5,36 @@
 
 namespace symrig::firmware {
 
-/// Events on their way to the host, numbered by 16 bits, kept until the host has acknowledged them.
+/// Events for the host, with 16-bit numbers. They are kept until the host acknowledges them.
 ///
 ///   acked <= sent <= ever_sent <= head in the circle of sequence numbers; slots hold [acked, head).
 ///
-/// If there is no room, the newest event is counted as lost instead; the last four slots are kept for events
-/// that tell how a run ended.
+/// Without room, the newest event is only counted as lost. The last four slots are reserved for events about
+/// the end of a run.
 class EventQueue {
  public:
   static constexpr uint16_t kReserve = 4;
 
-  /// slots: memory for `capacity` events (a power of two, 8 to 16384), kept elsewhere.
+  /// slots: memory for `capacity` events (a power of two, 8 to 16384), owned by the caller.
   EventQueue(symrig_wire_Event* slots, uint16_t capacity) : slots_(slots), capacity_(capacity) {}
 
-  /// A mark or an edge: lost if there is no room.
+  /// Adds a mark or an edge. It is lost if there is no room.
   void push(const symrig_wire_Event& event, uint64_t tick) { add(event, tick, capacity_ - kReserve); }
-  /// How a run began or ended, a fault: may use the reserve.
+  /// Adds the start or end of a run, or a fault. It may use the reserved slots.
   void push_important(const symrig_wire_Event& event, uint64_t tick) { add(event, tick, capacity_); }
 
   uint16_t capacity() const { return capacity_; }
   bool has_unsent() const { return sent_ != head_; }
   uint16_t in_flight() const { return static_cast<uint16_t>(sent_ - acked_); }
   uint16_t next_to_send() const { return sent_; }
-  /// Only if has_unsent().
+  /// Call it only if has_unsent().
   const symrig_wire_Event& unsent() const { return slots_[sent_ % capacity_]; }
   void mark_sent() {
     if (sent_++ == ever_sent_) ++ever_sent_;
   }
 
-  /// The host expects `next`: everything before it has arrived. Numbers never sent are ignored.
-  /// Returns true if this freed something.
+  /// The host expects `next`, so everything before it has arrived. Ignores numbers that were never sent.
+  /// Returns true if this freed a slot.
   bool acknowledge(uint16_t next) {
     const auto freed = static_cast<uint16_t>(next - acked_);
     if (freed == 0 || freed > static_cast<uint16_t>(ever_sent_ - acked_)) return false;
@@ -43,7 +43,7 @@ class EventQueue {
     tell_lost(capacity_ - kReserve);
     return true;
   }
-  /// Sends again all that is not acknowledged.
+  /// Sends all events again that are not acknowledged.
   void rewind() { sent_ = acked_; }
 
   /// Events lost since the last call of restart_count().
@@ -64,7 +64,7 @@ class EventQueue {
     ++lost_in_run_;
   }
 
-  /// Puts EventsLost where the lost ones would have stood, if there is room.
+  /// Adds EventsLost at the place of the lost events, if there is room.
   void tell_lost(unsigned limit) {
     if (untold_ == 0 || used() >= limit) return;
     symrig_wire_Event& event = slots_[head_++ % capacity_];

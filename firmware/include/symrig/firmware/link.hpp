@@ -12,24 +12,24 @@ namespace symrig::firmware {
 /// When a request is answered.
 enum class Answer : uint8_t {
   now,   ///< the reply is complete
-  later  ///< Link::complete() will bring it
+  later  ///< Link::complete() will send it
 };
 
-/// Whoever carries out what the host asks for.
+/// The interface that executes the host's requests.
 class Requests {
  public:
-  /// Carries out a request and fills in the reply (which comes empty: code OK).
+  /// Executes a request and fills in the reply, which is empty before (code OK).
   virtual Answer answer(const symrig_wire_Request& request, symrig_wire_Reply& reply) = 0;
-  /// Takes a program chunk. code OK in the reply: it is acknowledged without a reply.
+  /// Stores a program chunk. With code OK, the link sends an acknowledgement instead of the reply.
   virtual void take_chunk(const protocol::DataChunk& chunk, symrig_wire_Reply& reply) = 0;
 
  protected:
   ~Requests() = default;
 };
 
-/// The board's end of the wire: frames, sequence numbers, replies kept for repeated requests, events sent
-/// until they are acknowledged. Rules: protocol/PROTOCOL.md, "Sequence". Whatever bytes come, memory stays
-/// bounded and only sound, well-ordered frames reach Requests.
+/// The board's end of the wire: frames, sequence numbers, replies for repeated requests, and events that are
+/// sent until they are acknowledged. Rules: protocol/PROTOCOL.md, "Sequence". With any input, memory stays
+/// bounded, and only undamaged frames in order reach Requests.
 class Link {
  public:
   static constexpr uint8_t kWindow = 8;  ///< DATA frames the host may have in flight
@@ -37,22 +37,22 @@ class Link {
   Link(hal::ByteLink& bytes, EventQueue& events, uint64_t tick_hz)
       : bytes_(bytes), events_(events), resend_after_(tick_hz / 20) {}
 
-  /// Takes at most kBytesPerPoll bytes from the host.
+  /// Handles at most kBytesPerPoll bytes from the host.
   void receive(Requests& requests, hal::Tick now);
-  /// The reply to the request that was to be answered later. Nothing happens if the host has begun a new
+  /// Sends the reply to a request that was answered with Answer::later. Does nothing if the host began a new
   /// session meanwhile.
   void complete(const symrig_wire_Reply& reply);
-  /// Sends events as far as the host's credit and the link's room go, at most kEventsPerPoll.
+  /// Sends events within the host's credit and the link's room, at most kEventsPerPoll.
   void send_events(hal::Tick now);
 
-  /// When unacknowledged events are sent again.
+  /// The tick at which unacknowledged events are sent again.
   hal::Tick next_deadline() const;
-  /// Bytes may be waiting that one receive() did not take.
+  /// True if more bytes may be waiting than one receive() handles, or if more events can be sent.
   bool hungry() const { return hungry_ || unsent_; }
   uint32_t bad_frames() const { return bad_frames_; }
 
  private:
-  // What one poll does at most: both count towards poll_ticks of the board (hal/board.hpp).
+  // The most that one poll handles. Both count towards poll_ticks of the board (hal/board.hpp).
   static constexpr size_t kBytesPerPoll = 128;
   static constexpr unsigned kEventsPerPoll = 2;
 
@@ -61,7 +61,7 @@ class Link {
   void take_sync(const protocol::Frame& frame, Requests& requests);
   void take_urgent(const protocol::Frame& frame, Requests& requests);
   void take_data(const protocol::Frame& frame, Requests& requests);
-  /// true: the frame is the one expected; it has been counted. Else it has been dealt with.
+  /// true: this is the expected frame, and its number is now used. false: this function has answered it.
   bool in_turn(uint16_t seq);
   void keep_reply(uint16_t seq, const symrig_wire_Reply& reply);
   void send_kept_reply();
@@ -75,19 +75,19 @@ class Link {
 
   bool session_ = false;
   bool hungry_ = false;
-  bool unsent_ = false;     // events could be sent that one poll did not send
-  bool pending_ = false;    // the request before expected_ will be answered later
+  bool unsent_ = false;     // the last poll did not send all possible events
+  bool pending_ = false;    // the request before expected_ has no answer yet
   uint16_t expected_ = 0;   // number of the host's next frame
-  uint8_t credit_ = 0;      // events the host is ready to take
-  hal::Tick now_ = 0;       // of the poll that receives
-  hal::Tick progress_ = 0;  // when an event was last sent afresh or acknowledged
+  uint8_t credit_ = 0;      // events for which the host has room
+  hal::Tick now_ = 0;       // tick of the receiving poll
+  hal::Tick progress_ = 0;  // when an event was last sent for the first time or acknowledged
   uint32_t bad_frames_ = 0;
 
   bool reply_kept_ = false;
-  uint16_t reply_seq_ = 0;  // of the request it answers
+  uint16_t reply_seq_ = 0;  // number of the request it answers
   size_t reply_size_ = 0;
   protocol::BodyBuffer reply_{};
-  // Scratch that would be large on a small board's stack; one frame is worked on at a time.
+  // Scratch memory that is too large for a small board's stack. Only one frame is handled at a time.
   symrig_wire_Request request_ = symrig_wire_Request_init_zero;
   symrig_wire_Reply answer_ = symrig_wire_Reply_init_zero;
   protocol::BodyBuffer body_{};

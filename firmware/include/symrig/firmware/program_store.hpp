@@ -6,9 +6,9 @@
 
 namespace symrig::firmware {
 
-/// The one program a board holds: filled by chunks, committed by CRC and by the rules. Reading a whole
-/// program takes a small processor longer than one poll may: commit and verify are jobs, done in slices by
-/// work().
+/// The program of a board: chunks fill it, and a commit checks its CRC and the rules. A small processor needs
+/// longer than one poll to read a whole program. So commit and verify are jobs, and work() does them in
+/// slices.
 class ProgramStore {
  public:
   explicit ProgramStore(protocol::ByteRoom memory) : memory_(memory), check_(rules_, first_) {}
@@ -21,29 +21,29 @@ class ProgramStore {
 
   /// false: length is 0, not whole records, or more than capacity().
   bool begin(uint32_t program_id, uint32_t length);
-  /// Takes the next chunk, in order. false: not begun, another program, out of order, or beyond the length;
-  /// the upload cannot be committed then.
+  /// Stores the next chunk. false: not begun, another program, out of order, or beyond the length. Then the
+  /// upload cannot be committed.
   bool add(const protocol::DataChunk& chunk);
 
   enum class Verdict : uint8_t { pending, good, wrong_program, incomplete, crc_mismatch, broken_rule };
-  /// rules point to what outlives the store. pending: work() will tell.
+  /// The pointers in `rules` must outlive the store. pending: work() will return the verdict.
   Verdict commit(uint32_t program_id, uint32_t crc, const protocol::ProgramRules& rules);
-  /// Reads the program again to see whether it still is what was committed. Only if loaded(). pending.
+  /// Reads the program again and compares it with the committed one. Only if loaded(). Returns pending.
   Verdict verify();
-  /// One slice of the job: at most kLooks records. pending: more is to do. Only if working().
+  /// One slice of the job: at most kLooks records. pending: the job is not finished. Only if working().
   Verdict work();
   bool working() const { return job_ != Job::none; }
   void drop();
 
   uint32_t received() const { return received_; }
   uint32_t crc() const { return crc_; }
-  /// Meaningful after broken_rule.
+  /// Valid after broken_rule.
   const protocol::Violation& violation() const { return first_.found; }
 
   bool loaded() const { return loaded_; }
   /// 0 if nothing is loaded.
   uint32_t hash() const { return loaded_ ? committed_ : 0; }
-  // Meaningful if loaded().
+  // Valid if loaded().
   const protocol::ProgramTiming& timing() const { return check_.timing(); }
   const protocol::LineUse& use(unsigned line) const { return check_.use(line); }
   protocol::ProgramView program() const { return {{memory_.data, length_}}; }
@@ -74,9 +74,9 @@ class ProgramStore {
   uint32_t program_id_ = 0;
   uint32_t length_ = 0;
   uint32_t received_ = 0;
-  uint32_t expected_ = 0;   // CRC that the host gave
-  uint32_t crc_ = 0;        // as read last
-  uint32_t committed_ = 0;  // CRC under which it was committed
+  uint32_t expected_ = 0;   // CRC from the host
+  uint32_t crc_ = 0;        // CRC of the last reading
+  uint32_t committed_ = 0;  // CRC of the committed program
   bool open_ = false;
   bool broken_ = false;
   bool loaded_ = false;

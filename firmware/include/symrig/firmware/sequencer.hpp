@@ -14,24 +14,24 @@ struct PassedMark {
   hal::Tick tick = 0;
 };
 
-/// What a run amounted to.
+/// The totals of a run.
 struct RunTally {
   hal::Tick started = 0;
   hal::Tick ended = 0;
-  uint64_t steps = 0;  ///< words put out, End's not counted
+  uint64_t steps = 0;  ///< words that went out, without that of End
   uint32_t underruns = 0;
-  uint32_t late = 0;  ///< a start that had gone by, and words later than the board promises
+  uint32_t late = 0;  ///< a start whose tick had passed, and words later than the board's lateness
 };
 
-/// A mark on its way: `offset` ticks into its stretch.
+/// A mark that is not due yet: `offset` ticks after the start of its stretch.
 struct QueuedMark {
   uint32_t id = 0;
   uint32_t stretch = 0;
   uint64_t offset = 0;
 };
 
-/// Room for marks between their expansion and their tick, lent by the board. At least as many as the engine's
-/// queue takes words, or marks would keep it from being filled (protocol/refill.hpp).
+/// Room for marks between their expansion and their tick, supplied by the board. It needs at least as many
+/// places as the engine's queue. Otherwise marks would prevent the refill of the queue (protocol/refill.hpp).
 struct MarkRoom {
   QueuedMark* slots = nullptr;
   uint32_t count = 0;
@@ -39,31 +39,31 @@ struct MarkRoom {
 
 /// Expands a program's loops into segments for the edge engine and keeps its queue filled.
 ///
-/// A run is a chain of stretches: from the start or from the end of a wait to the next wait or the end. All
-/// edges are the engine's, waits included; the sequencer learns from it when each stretch began, which dates
-/// the marks.
+/// A run is a chain of stretches. A stretch begins at the start or at the end of a wait, and ends at the next
+/// wait or at the end. The engine makes all edges and waits. It reports when each stretch began, and this
+/// gives the ticks of the marks.
 class Sequencer {
  public:
   enum class Outcome : uint8_t { idle, running, complete, wait_timeout, underrun };
 
   Sequencer(hal::EdgeEngine& engine, MarkRoom marks) : engine_(engine), marks_(marks) {}
 
-  /// Begins to run a committed program at `at` (at once if that has gone by, which counts as late; 0: at
-  /// once). The engine is idle.
+  /// Begins to run a committed program at tick `at`. If `at` has passed, begins at once and counts as late;
+  /// 0: at once. The engine must be idle.
   void begin(protocol::ProgramView program, uint32_t min_dwell, hal::Tick at);
-  /// Goes on with the run as far as it can. Marks that are due must have been taken before.
+  /// Continues the run as far as possible. The caller must have taken all due marks before.
   Outcome poll(hal::Tick now);
   /// Takes the oldest mark that is due.
   bool take_mark(hal::Tick now, PassedMark& passed);
-  /// Forgets the run (the engine is about to be forced to other levels); the tally is completed.
+  /// Ends the run, because the engine will be forced to other levels. Completes the tally.
   void stop(hal::Tick now);
 
   bool running() const { return phase_ != Phase::idle; }
-  /// Record that waited last.
+  /// The record of the last wait.
   uint32_t waited_at() const { return waited_at_; }
   const RunTally& tally() const { return tally_; }
   uint64_t steps() const { return running() ? engine_.played() : tally_.steps; }
-  /// First tick at which poll() or take_mark() has something to do, but for the engine's needs.
+  /// The first tick at which poll() or take_mark() has work, apart from the refill of the engine.
   hal::Tick next_deadline() const;
 
  private:
@@ -85,7 +85,7 @@ class Sequencer {
   bool add_mark(uint32_t id);
   bool finish(uint32_t levels);
   void turn_round();
-  /// Learns when stretches began. true: a wait that ran out has ended the run.
+  /// Reads from the engine when stretches began. true: a wait that timed out has ended the run.
   bool take_waits();
   hal::Tick& base(uint32_t stretch) { return bases_[stretch % kBases]; }
   hal::Tick base(uint32_t stretch) const { return bases_[stretch % kBases]; }
@@ -93,8 +93,8 @@ class Sequencer {
   bool known(const QueuedMark& mark) const { return mark.stretch <= known_; }
   Outcome conclude(Outcome outcome, hal::Tick tick);
 
-  // Marks of an older stretch are taken before waits are, and at most kMaxWaits stretches are ahead of the
-  // one that plays.
+  // Marks of an older stretch are taken before the waits, and at most kMaxWaits stretches are queued after
+  // the one that plays.
   static constexpr uint32_t kBases = 2 * hal::kMaxWaits;
   static_assert(hal::kMaxWaits == protocol::kMaxWaitsQueued);
 
@@ -104,11 +104,11 @@ class Sequencer {
   uint32_t min_dwell_ = 1;
   Phase phase_ = Phase::idle;
   uint32_t pc_ = 0;
-  size_t room_ = 0;       // segments that the engine takes without being asked again
-  uint32_t levels_ = 0;   // of the last word pushed
-  uint32_t stretch_ = 0;  // that is being expanded
-  uint64_t offset_ = 0;   // length of this stretch as far as it is expanded
-  uint32_t known_ = 0;    // last stretch whose begin is known
+  size_t room_ = 0;       // segments that the engine accepts before the next call of room()
+  uint32_t levels_ = 0;   // levels of the last pushed word
+  uint32_t stretch_ = 0;  // number of the stretch in expansion
+  uint64_t offset_ = 0;   // length of the expanded part of this stretch
+  uint32_t known_ = 0;    // last stretch with a known begin
   hal::Tick bases_[kBases] = {};
   Wait waits_[hal::kMaxWaits];
   uint32_t waited_at_ = 0;

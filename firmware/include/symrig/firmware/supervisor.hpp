@@ -5,7 +5,7 @@
 
 namespace symrig::firmware {
 
-/// Values are those of the wire. firmware/README.md has a line of prose for each.
+/// Values are those of the wire. firmware/README.md describes each.
 enum class State : uint8_t {
   boot = 0,
   safe = 1,
@@ -18,11 +18,11 @@ enum class State : uint8_t {
 };
 constexpr unsigned kStates = 8;
 
-/// What can happen to the board.
+/// The requests and events that can change the state.
 enum class Condition : uint8_t {
   boot_done,
   config_line,   ///< a line is (re)configured
-  config_final,  ///< the configuration is complete and its hash agrees
+  config_final,  ///< the configuration is complete and its hash matches
   config_reset,
   program_begin,
   program_chunk,
@@ -31,17 +31,17 @@ enum class Condition : uint8_t {
   arm,
   start,
   run_complete,
-  run_cut,    ///< a wait with on_timeout = abort ran out
-  abort,      ///< asked for by the host
-  host_lost,  ///< keep-alive ran out, or the link went away
+  run_cut,    ///< a wait with on_timeout = abort timed out
+  abort,      ///< requested by the host
+  host_lost,  ///< the keep-alive expired, or the link closed
   fault,
   clear_fault,
   manual_set,  ///< levels by hand
-  reboot       ///< asked for by the host
+  reboot       ///< requested by the host
 };
 constexpr unsigned kConditions = 18;
 
-/// What goes with a transition. Bits of Transition::actions.
+/// Actions of a transition. Bits of Transition::actions.
 namespace action {
 constexpr uint8_t none = 0;
 constexpr uint8_t force_safe = 1;    ///< engine stopped, outputs to their safe levels
@@ -56,7 +56,7 @@ struct Transition {
   uint8_t actions = action::none;
 };
 
-/// The table itself: what follows from a condition in a state.
+/// The table: the transition of a state under a condition.
 const Transition& transition(State state, Condition condition);
 
 }  // namespace symrig::firmware

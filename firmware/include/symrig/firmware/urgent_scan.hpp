@@ -5,19 +5,19 @@
 
 namespace symrig::firmware {
 
-/// Finds an urgent abort in the bytes from the host before the core gets to them: for the interrupt in which
-/// they arrive, so that outputs are safe whatever the main loop is doing. The core sees the same bytes later
-/// and does the rest.
+/// Finds an urgent abort in the bytes from the host before the core handles them. It runs in the interrupt in
+/// which the bytes arrive, so that outputs are safe even if the main loop is busy. The core handles the same
+/// bytes later.
 ///
-/// Cheap enough for an interrupt: an abort is one short frame of a known size, so nothing longer is kept, and
-/// only what looks like an abort has its CRC computed.
+/// It is fast enough for an interrupt: an abort is one short frame of a known size, so it stores no longer
+/// frames, and computes the CRC only of frames that look like an abort.
 class UrgentScan {
  public:
-  /// true: with this byte a sound urgent abort is complete.
+  /// true: this byte completes a valid urgent abort.
   bool push(uint8_t byte) {
     if (byte == 0) return finish();
     if (left_ == 0) {
-      // A new block of COBS: the one before it stood for a zero, unless it was a full one.
+      // A new block of COBS: the block before it represents a zero at its end, unless it was a full block.
       if (zero_owed_) store(0);
       zero_owed_ = byte != 0xFF;
       left_ = static_cast<uint8_t>(byte - 1);
@@ -27,7 +27,7 @@ class UrgentScan {
     store(byte);
     return false;
   }
-  /// The host's end went away: what has come of a frame is void.
+  /// The host disconnected: discards a partial frame.
   void restart() {
     size_ = 0;
     left_ = 0;
@@ -51,7 +51,7 @@ class UrgentScan {
     return found;
   }
 
-  /// Request{abort{}}, as every encoder writes it: field 10, length-delimited, empty.
+  /// Request{abort{}} in the form that every encoder writes: field 10, length-delimited, empty.
   bool is_abort() const {
     const uint8_t flags = plain_[7];
     const bool urgent = (flags & protocol::flag::urgent) != 0;
@@ -63,8 +63,8 @@ class UrgentScan {
 
   uint8_t plain_[kSize] = {};
   size_t size_ = 0;         // kSize + 1: too long
-  uint8_t left_ = 0;        // bytes to come in this block
-  bool zero_owed_ = false;  // the block before stood for a zero at its end, if another block follows
+  uint8_t left_ = 0;        // bytes that are missing in this block
+  bool zero_owed_ = false;  // the last block represents a zero at its end, if another block follows
 };
 
 }  // namespace symrig::firmware

@@ -21,17 +21,17 @@ constexpr uint8_t both = 4;
 constexpr uint8_t all = 7;
 }  // namespace waits
 
-/// A line as the board's maker wired and named it. Texts live as long as the board.
+/// A line of the board, as its maker wired and named it. The texts live as long as the board.
 struct Line {
   const char* name = "";
-  const char* pin = "";  ///< as the board's silk screen or data sheet calls it ("GPIO16")
+  const char* pin = "";  ///< its name on the silk screen or in the data sheet ("GPIO16")
   bool output = false;
-  uint8_t waits = 0;         ///< inputs: edges that programs may wait for
+  uint8_t waits = 0;         ///< inputs: edges that programs can wait for
   bool trips = false;        ///< inputs: may be an interlock
-  uint32_t stamp_ticks = 0;  ///< resolution of its time-stamps; 0 = its edges are not seen
+  uint32_t stamp_ticks = 0;  ///< resolution of its time-stamps; 0 = the board stamps no edges here
 };
 
-/// What a board is and can do. Everything lives as long as the board.
+/// The identity and the abilities of a board. Everything lives as long as the board.
 struct BoardTraits {
   const char* name = "";
   const uint8_t* unique_id = nullptr;
@@ -39,18 +39,19 @@ struct BoardTraits {
   const Line* lines = nullptr;
   uint8_t line_count = 0;  ///< at most 32; outputs among the first 28
   uint64_t tick_hz = 0;
-  uint32_t min_dwell = 1;  ///< shortest word the edge engine can play, ticks
+  uint32_t min_dwell = 1;  ///< shortest word of the edge engine, ticks
   uint32_t max_dwell = UINT32_MAX;
   uint32_t wait_latency = 0;  ///< ticks from an awaited edge to the first word after it
-  // What it takes to keep the engine's queue filled; refill_ticks = 0: nothing worth counting (virtual time).
+  // The cost of keeping the engine's queue filled; refill_ticks = 0: no cost (virtual time).
   uint32_t queue_segments = 2;  ///< depth of the engine's queue
-  uint32_t refill_ticks = 0;    ///< to expand one record of a program and push it, at most
-  uint32_t poll_ticks = 0;      ///< between two polls' refills while a program runs, at most
-  // A best-effort board, whose edges software makes: how late a word may go out and still be as promised.
+  uint32_t refill_ticks = 0;    ///< largest time to expand and push one record of a program
+  uint32_t poll_ticks = 0;      ///< largest time between the refills of two polls during a run
+  // For a best-effort board, whose edges are made by software: the largest lateness of a word that is not
+  // counted.
   uint32_t lateness = 0;  ///< 0 = edges are made by hardware, exact to the tick
 };
 
-/// All that the firmware core needs to run.
+/// The hardware that the firmware core needs.
 struct Board {
   const BoardTraits& traits;
   Clock& clock;

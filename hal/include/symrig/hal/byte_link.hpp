@@ -8,13 +8,13 @@ namespace symrig::hal {
 /// Bytes to and from the host (USB, UART, memory). Never waits.
 class ByteLink {
  public:
-  /// Takes at most `room` bytes that have come in. Returns how many.
+  /// Reads at most `room` received bytes. Returns their number.
   virtual size_t read(uint8_t* out, size_t room) = 0;
-  /// Bytes that write() would take now.
+  /// The number of bytes that write() accepts now.
   virtual size_t room() const = 0;
   /// Sends `size` bytes, at most room().
   virtual void write(const uint8_t* bytes, size_t size) = 0;
-  /// The host's end is there (USB configured and not suspended; a UART is always there).
+  /// True if a host is connected (USB configured and not suspended; always true for a UART).
   virtual bool attached() const = 0;
 
  protected:

@@ -12,17 +12,17 @@ struct CapturedEdge {
   bool level = false;
 };
 
-/// Sees the pins, outputs as well as inputs, whoever drives them.
+/// Reads the pins, outputs and inputs, independently of who drives them.
 class Capture {
  public:
-  /// Levels of all lines now, bit k = line k.
+  /// The present levels of all lines, bit k = line k.
   virtual uint32_t levels() const = 0;
-  /// Takes the oldest edge. false: there is none. Edges come in order of time.
+  /// Removes the oldest edge. false: there is none. Edges are in order of time.
   virtual bool pop(CapturedEdge& edge) = 0;
-  /// Edges were lost because they came faster than they were taken. Reading clears it.
+  /// True if edges were lost because they came faster than they were read. Clears this.
   virtual bool take_overflow() = 0;
-  /// Tells the lines whose edges are wanted (before: all). Those of other lines may be left out; on a board
-  /// where an edge costs an interrupt they would only make the wanted ones late.
+  /// Sets the lines whose edges are needed (before: all). Edges of other lines may be omitted. On a board
+  /// where each edge costs an interrupt, they would delay the needed ones.
   virtual void watch(uint32_t /*lines*/) {}
 
  protected:

@@ -5,7 +5,7 @@
 
 namespace symrig::hal {
 
-/// The board's clock: the one that paces the edge engine and stamps edges.
+/// The board's clock. It drives the edge engine and stamps edges.
 class Clock {
  public:
   virtual Tick now() const = 0;

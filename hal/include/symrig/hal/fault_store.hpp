@@ -5,17 +5,17 @@
 
 namespace symrig::hal {
 
-/// A latched fault as it is kept over a reset.
+/// A latched fault in the form that survives a reset.
 struct FaultRecord {
   uint32_t code = 0;  ///< FaultCode of the wire; 0 = none
   Tick tick = 0;
   uint64_t arg = 0;
 };
 
-/// Memory that survives a reset (scratch registers, no-init RAM, flash). Losing power may empty it.
+/// Memory that survives a reset (scratch registers, no-init RAM, flash). Power-off may erase it.
 class FaultStore {
  public:
-  /// code 0 if nothing is kept.
+  /// code 0 if nothing is stored.
   virtual FaultRecord load() const = 0;
   virtual void save(const FaultRecord& record) = 0;
 

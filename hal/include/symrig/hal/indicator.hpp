@@ -3,7 +3,7 @@
 
 namespace symrig::hal {
 
-/// The light that shows a person how the board is.
+/// The light that shows the board's state to a person.
 class Indicator {
  public:
   virtual void show(bool on) = 0;

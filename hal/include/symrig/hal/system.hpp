@@ -12,8 +12,7 @@ enum class ResetCause : uint8_t { power = 0, pin = 1, watchdog = 2, request = 3 
 class System {
  public:
   virtual ResetCause reset_cause() const = 0;
-  /// Starts anew, in the boot loader if asked for and if there is one. May return where it takes effect
-  /// later.
+  /// Restarts the chip; in the boot loader, if requested and present. May return before the restart.
   virtual void reboot(bool bootloader) = 0;
 
  protected:

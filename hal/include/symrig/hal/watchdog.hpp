@@ -3,8 +3,8 @@
 
 namespace symrig::hal {
 
-/// Resets the board, with outputs at the levels of power-up, if it is not fed in time (the board says how
-/// long: at most half a second).
+/// Resets the board, with outputs at the levels of power-up, if it is not fed in time. The board sets the
+/// time, at most half a second.
 class Watchdog {
  public:
   virtual void feed() = 0;

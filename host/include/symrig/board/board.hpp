@@ -35,11 +35,10 @@ std::string_view name(BoardState state);
 enum class ResetCause : std::uint8_t { power = 0, pin = 1, watchdog = 2, request = 3 };
 std::string_view name(ResetCause cause);
 
-/// How a committed program uses an output at worst.
+/// The worst use that a committed program makes of an output.
 struct LineUse {
-  Ticks worst_on;  ///< longest time away from the safe level
-  double worst_duty =
-      0;  ///< share of a pulse in the pulse and the rest after it, steps of 1/1000, rounded up
+  Ticks worst_on;         ///< longest time away from the safe level
+  double worst_duty = 0;  ///< on / (on + the off that follows), in steps of 1/1000, rounded up
 };
 
 struct BoardStatus {
@@ -49,27 +48,27 @@ struct BoardStatus {
   Ticks now;
   std::uint32_t levels = 0;  ///< of all lines, bit k = line k
   std::optional<FaultInfo> fault;
-  std::uint32_t bad_frames = 0;  ///< frames the board threw away since power-up
+  std::uint32_t bad_frames = 0;  ///< frames that the board dropped since power-up
   ResetCause reset_cause = ResetCause::power;
-  std::optional<FaultInfo> reset_fault;  ///< kept over the last reset
-  std::uint32_t stored_config = 0;       ///< hash of the configuration kept over power-off; 0 = none
+  std::optional<FaultInfo> reset_fault;  ///< the fault before the last reset
+  std::uint32_t stored_config = 0;  ///< hash of the configuration in the board's permanent memory; 0 = none
 };
 
 struct BoardOptions {
-  Nanoseconds reply_timeout{100'000'000};  ///< before a request is sent again
-  int attempts = 8;                        ///< sends of one request before the board counts as lost
+  Nanoseconds reply_timeout{100'000'000};  ///< the host repeats a request after this long without a reply
+  int attempts = 8;  ///< how often the host sends one request before it reports device_lost
   Nanoseconds keep_alive{
-      1'000'000'000};  ///< the board goes safe if it hears nothing for that long during a run
+      1'000'000'000};  ///< during a run, the board goes safe after this long without a message from the host
 };
 
-/// A trigger board at the other end of a Link: one session. Not thread-safe. Every call survives lost,
-/// repeated and damaged bytes (requests are repeated; the board answers a repeated request from memory).
+/// One session with the trigger board at the other end of a Link. Not thread-safe. Every call survives lost,
+/// repeated and damaged bytes: the host repeats requests, and the board repeats its answer from memory.
 ///
-/// fails, all calls: device_lost (no answer), device_refused (the board's reason and its hint are in the
-/// text), protocol (an answer that makes no sense).
+/// All calls can fail with: device_lost (no answer), device_refused (the message contains the board's reason
+/// and a hint), protocol (the answer does not match the request).
 class Board {
  public:
-  /// Says hello and asks for the capabilities. fails: protocol (another major version, unknown required
+  /// Sends Hello and requests the capabilities. fails: protocol (another major version, unknown required
   /// bits).
   static Result<Board> connect(std::unique_ptr<Link> link, const BoardOptions& options = {});
   Board(Board&&) noexcept;
@@ -78,51 +77,52 @@ class Board {
 
   const BoardInfo& info() const;
 
-  /// Tells the board its lines; outputs not named get the defaults. Drops a program. fails: unknown_name,
-  /// bad_argument.
+  /// Sends the configuration of the lines; lines that are not named get the defaults. The board drops its
+  /// program. fails: unknown_name, bad_argument.
   Result<void> configure(std::span<const LineConfig> lines);
-  /// Sends a program and commits it by CRC; does nothing if the board already holds it under this
+  /// Sends a program and commits it by CRC. Does nothing if the board already holds the program and has this
   /// configuration.
   Result<void> upload(const Program& program);
   Result<void> arm();
-  /// The same for a run that goes on without a host. fails: device_refused with a lamp or laser line.
+  /// Arms a run that continues without a host. fails: device_refused (the board has a lamp or laser line).
   Result<void> arm_autonomous();
   /// Starts now.
   Result<void> start();
   /// Starts when the board's clock reads `tick`.
   Result<void> start_at(Ticks tick);
-  /// Waits for the end of the run and keeps the board alive meanwhile. A run that ends by time-out, abort or
-  /// fault is not an error of wait(): the receipt says so. fails: timeout (the run goes on).
+  /// Waits for the end of the run and sends keep-alives meanwhile. A run that ends by time-out, abort or
+  /// fault is not an error of wait(): the receipt contains how it ended. fails: timeout (the run continues).
   Result<Receipt> wait(Nanoseconds timeout);
   /// upload, arm, start, wait.
   Result<Receipt> run(const Program& program, Nanoseconds timeout);
 
-  /// Outputs to their safe levels, at once, in any state. Goes before everything else on the wire.
+  /// Puts the outputs to their safe levels at once, in any state. This request overtakes all others.
   Result<void> abort();
   /// Leaves FAULT for SAFE. The board must be configured again.
   Result<void> clear_fault();
   Result<BoardStatus> status();
-  /// The board goes safe if it hears no keep-alive for `ttl`; 0 = no longer. wait() repeats it by itself.
+  /// The board goes safe after `ttl` without a keep-alive; 0 turns this off. wait() repeats the keep-alive.
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
   /// When the link was opened: `opened() + HostTime::since` is the same moment on this machine's clock.
   SteadyTime opened() const;
-  /// Takes what the board sends for so long, and lets a board in virtual time run. Keeps nothing alive.
+  /// Receives messages of the board for `duration`; a board in virtual time runs meanwhile. Sends no
+  /// keep-alive.
   Result<void> idle(Nanoseconds duration);
-  /// How the program that the board holds uses an output at worst. fails: unknown_name.
+  /// The worst use that the board's program makes of an output. fails: unknown_name.
   Result<LineUse> line_use(std::string_view line);
-  /// Lets the board read its program again and compare it with what was committed.
+  /// The board reads its program again and compares its hash with the committed one.
   Result<void> verify_program();
 
-  /// Sets an output by hand, while nothing runs. Limits, interlock and keep-alive hold as in a run.
+  /// Sets an output by hand while no program runs. Limits, interlock and keep-alive apply as in a run.
   /// fails: unknown_name.
   Result<void> set_line(std::string_view line, bool level);
-  /// The board's light blinks fast for so long (at most 60 s; 0 = stop).
+  /// The board's light blinks fast for `duration` (at most 60 s; 0 = stop).
   Result<void> identify(Nanoseconds duration);
-  /// Keeps the configuration in force over power-off, so that its safe levels hold from power-up on, and
-  /// gives the board a name (at most 23 bytes). fails: bad_argument.
+  /// Stores the present configuration in the board's permanent memory: its safe levels then hold from
+  /// power-up on. Also stores a name for the board (at most 23 bytes). fails: bad_argument.
   Result<void> store_config(std::string_view label);
-  /// Starts the board anew, in its boot loader if asked for. The session is over afterwards.
+  /// Restarts the board, in its boot loader if `bootloader`. This ends the session.
   Result<void> reboot(bool bootloader);
 
   /// Called for each mark as it arrives during wait(). Empty: none.

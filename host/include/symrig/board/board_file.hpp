@@ -9,11 +9,11 @@
 
 namespace symrig {
 
-/// What programs depend on of a board, as JSON: to compile and lint for a board that is not at hand.
+/// The properties of a board that programs depend on, as JSON: to compile and lint without the board.
 std::string board_file_text(const BoardInfo& board);
 
-/// The inverse; what `symrig info --json` writes, a receipt (it holds its board) and the manifest of a
-/// board's firmware will do too. fails: bad_format.
+/// The inverse of board_file_text(). Also accepts the output of `symrig info --json`, a receipt, and the
+/// manifest of a board's firmware. fails: bad_format.
 Result<BoardInfo> parse_board_file(std::string_view text);
 
 }  // namespace symrig

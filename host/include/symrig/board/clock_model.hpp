@@ -12,18 +12,18 @@
 
 namespace symrig {
 
-/// One question for the board's clock: it read `taken` when the question came in and `answered` when the
-/// answer went out, both between `sent` and `received`. If the question was repeated, `sent` is its first
-/// sending, so that this stays true whichever was answered.
+/// One reading of the board's clock. It was `taken` when the request arrived and `answered` when the reply
+/// went out. Both moments are between `sent` and `received`. If the host repeated the request, `sent` is the
+/// first time: this holds whichever request the board answered.
 struct TimeReading {
   HostTime sent, received;
   BoardTime taken, answered;
 };
 
-/// What is taken for granted of the two clocks, together: all that a bound of ClockModel rests on.
+/// The assumptions about the two clocks together. Every bound of ClockModel depends on them and nothing else.
 struct ClockLimits {
   double drift = 100e-6;            ///< |rate of the board / nominal rate / rate of the host - 1|, at most
-  double wander_per_second = 1e-7;  ///< change of that within a second, at most (0.1 ppm: 0.1 K/s at 1 ppm/K)
+  double wander_per_second = 1e-7;  ///< largest change of the drift in a second (0.1 ppm: 0.1 K/s at 1 ppm/K)
 };
 
 /// |true - at| <= bound.
@@ -41,34 +41,35 @@ struct DriftEstimate {
   double lowest = 0, highest = 0;
 };
 
-/// The board's clock as a function of the host's, with a bound that is proven, not fitted: docs/clock.md.
+/// The board's clock as a function of the host's clock, with a proven bound (not a fitted one):
+/// docs/clock.md.
 ///
-/// B(t), the board's clock at host time t, runs at f (1 + δ(t)), |δ| <= drift, |δ'| <= wander. A reading says
-/// B(sent) < taken + 1 and B(received) >= answered, whatever the delays were. Seen from a time t these are
-/// half-planes of the unknowns B(t) and δ(t): with d = sent - t, for every function δ that keeps the limits,
+/// B(t), the board's clock at host time t, runs at f (1 + δ(t)), |δ| <= drift, |δ'| <= wander. A reading
+/// means B(sent) < taken + 1 and B(received) >= answered, for any delays. At a time t these are half-planes
+/// of the unknowns B(t) and δ(t). With d = sent - t, for every function δ within the limits,
 ///
 ///   B(t) + f d δ(t) <= taken + 1 - f d + f wander d²/2        (likewise from below, with received)
 ///
-/// Their intersection is a convex polygon that holds the truth. Its extent in B(t) is the answer: the
-/// estimate is the middle, the bound half the width. Delays need no symmetry and no distribution; a late
-/// answer only says little. Memory: the tightest readings of each of the last 32 seconds (or the last 32
-/// readings, if they came slower), less than 2 KB; no allocation.
+/// Their intersection is a convex polygon that contains the true point. Its extent in B(t) gives the result:
+/// the estimate is the middle, the bound is half the width. The delays need no symmetry and no distribution;
+/// a late answer only narrows the polygon less. Memory: the tightest readings of each of the last 32 seconds
+/// (or the last 32 readings, if they came slower), less than 2 KB; no allocation.
 ///
-/// If a clock breaks the limits, the polygon becomes empty sooner or later and add() fails; until then the
-/// bound is short by no more than the excess times the time over which it lasted.
+/// If a clock breaks the limits, the polygon becomes empty after some time and add() fails. Until then the
+/// bound is too small by at most the excess times its duration.
 class ClockModel {
  public:
   explicit ClockModel(TickRate rate, const ClockLimits& limits = {}) : rate_(rate), limits_(limits) {}
 
   /// fails: bad_argument (times out of order), device_lost (the board's clock went back: it was restarted),
-  /// limit (no clock within the limits fits this and the readings before: restarted, or drifting more). Then
-  /// the model is as it was; forget() begins anew.
+  /// limit (no clock within the limits fits all readings: the board was restarted, or drifts more). After a
+  /// failure the model is unchanged; forget() empties it.
   Result<void> add(const TimeReading& reading);
   /// Drops all readings.
   void forget();
 
-  /// fails, all three: bad_argument (no reading yet), limit (as add(), found out elsewhere on the line).
-  /// For any time, within the readings or beyond: beyond them the bound grows by wander and drift.
+  /// These three fail with: bad_argument (no reading yet), limit (as add(), found at another time).
+  /// They accept any time. Outside the readings the bound grows by wander and drift.
   Result<BoardEstimate> board_at(HostTime time) const;
   Result<HostEstimate> host_at(BoardTime time) const;
   Result<DriftEstimate> drift_at(HostTime time) const;
@@ -84,11 +85,11 @@ class ClockModel {
   };
   static constexpr std::size_t kSlots = 32;
 
-  /// The tightest readings of one side, one for each slot of a second, newest last.
+  /// The tightest readings of one side: one for each second, newest last.
   class Window {
    public:
-    /// sign: +1 if a smaller board time is tighter, -1 if a larger one is. ticks_per_ns: for comparing within
-    /// a slot.
+    /// sign: +1 if a smaller board time is tighter, -1 if a larger one is. ticks_per_ns: to compare readings
+    /// of the same second.
     void take(const Side& side, int sign, double ticks_per_ns);
     std::size_t size() const { return size_; }
     const Side& operator[](std::size_t k) const { return sides_[(first_ + k) % kSlots]; }
@@ -100,7 +101,7 @@ class ClockModel {
     std::size_t first_ = 0, size_ = 0;
   };
 
-  /// What is known at a time: y = B(t) - base in ticks, x = δ(t).
+  /// The polygon at a time: y = B(t) - base in ticks, x = δ(t).
   struct Knowledge {
     double y_low, y_high;
     double x_low, x_high;

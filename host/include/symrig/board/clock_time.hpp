@@ -8,8 +8,8 @@
 
 namespace symrig {
 
-/// A point on a clock. Points of one clock have a difference and an order; points of two clocks have nothing
-/// in common and do not compile together: only a ClockModel leads from one to the other.
+/// A point on a clock. Points of one clock have a difference and an order. Code that mixes points of two
+/// clocks does not compile: only a ClockModel converts one into the other.
 template <class Clock, class Span>
 struct PointOnClock {
   Span since{};  ///< since the clock began
@@ -25,7 +25,7 @@ struct PointOnClock {
 using BoardTime = PointOnClock<struct BoardClock, Ticks>;
 /// The clock of the link that leads to the board (Link::now()).
 using HostTime = PointOnClock<struct HostClock, Nanoseconds>;
-/// CLOCK_MONOTONIC of this machine: what V4L2 stamps frames and DRM stamps refreshes with.
+/// CLOCK_MONOTONIC of this machine. V4L2 stamps frames with it, and DRM stamps refreshes with it.
 using SteadyTime = PointOnClock<struct MonotonicClock, Nanoseconds>;
 
 }  // namespace symrig

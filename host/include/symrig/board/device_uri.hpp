@@ -29,23 +29,23 @@ enum class Transport : std::uint8_t {
 /// An IPv6 address stands in brackets: tcp:[::1]:4000.
 struct DeviceUri {
   Transport transport = Transport::sim;
-  /// usb: the serial number or how it begins, empty for the only one; serial and unix: the path; tcp: the
+  /// usb: the serial number or its beginning, empty for the only board; serial and unix: the path; tcp: the
   /// host.
   std::string place = {};
   std::uint16_t port = 0;        ///< tcp
-  std::uint32_t baud = 115'200;  ///< serial; a USB serial port takes any
+  std::uint32_t baud = 115'200;  ///< serial; a USB serial port accepts any
   std::string jumper_from = {};  ///< sim and virtual: a wire from this output ...
   std::string jumper_to = {};    ///< ... to this input, in place of the projector and the camera
 
   bool operator==(const DeviceUri&) const = default;
 
-  /// fails: bad_argument (naming what is wrong and the forms there are).
+  /// fails: bad_argument (the message names the error and the valid forms).
   static Result<DeviceUri> parse(std::string_view text);
-  /// parse(text()) gives this back.
+  /// The inverse of parse().
   std::string text() const;
 };
 
-/// Does it begin like a DeviceUri ("usb:", "virtual:", ...)? A serial number does not.
+/// True if the text begins like a DeviceUri ("usb:", "virtual:", ...). A serial number does not.
 bool looks_like_uri(std::string_view text);
 
 }  // namespace symrig

@@ -18,12 +18,12 @@ namespace symrig {
 /// A USB device that has a vendor interface (class ff) with one bulk pipe each way.
 struct UsbDevice {
   std::uint16_t vendor = 0, product_id = 0;
-  std::string maker = {}, product = {}, serial = {};  ///< its strings; empty where it has none
-  std::string port = {};                              ///< "1-4.2": bus and the hubs' ports on the way
-  bool accessible = false;                            ///< this user may open it
+  std::string maker = {}, product = {}, serial = {};  ///< its strings; empty if it has none
+  std::string port = {};                              ///< "1-4.2": the bus, then the port of each hub
+  bool accessible = false;                            ///< this user has permission to open it
 };
 
-/// What is plugged in. A seam: tests put a list of their own here.
+/// The connected USB devices. Virtual, so that tests can supply their own list.
 class UsbBus {
  public:
   UsbBus() = default;
@@ -35,41 +35,41 @@ class UsbBus {
   virtual Result<std::vector<UsbDevice>> devices() = 0;
 };
 
-/// The system's, through libusb. Opens no device: strings come from sysfs.
+/// The system's USB devices, through libusb. Opens no device: the strings come from sysfs.
 std::unique_ptr<UsbBus> system_usb_bus();
 
-/// Ours: vendor 1209 (pid.codes, whose product numbers many projects share) and a maker or product that
-/// begins with "symrig".
+/// True for vendor 1209 (pid.codes, shared by many projects) with a maker or product that begins with
+/// "symrig".
 bool is_symrig(const UsbDevice& device);
 
-/// A board that could be opened.
+/// A board that the search found.
 struct FoundBoard {
   DeviceUri uri;
-  std::string serial = {};   ///< the board's unique id, empty if it has not been asked
+  std::string serial = {};   ///< the board's unique id, empty if not known
   std::string product = {};  ///< "symrig trigger board"
   std::string port = {};     ///< USB port or path of the serial port
   bool accessible = true;
 };
 
-/// What a USB device is as a board.
+/// A USB device as a board.
 FoundBoard as_board(const UsbDevice& device);
 
-/// Boards on USB, then on USB serial ports (a board seen on both counts once, as the USB one), in order of
-/// their serial numbers. The simulated board and boards behind sockets are not looked for. serial_ports: a
-/// folder of links as udev makes them.
+/// Boards on USB, then boards on USB serial ports, in order of their serial numbers. A board on both counts
+/// once, as USB. Does not search for the simulated board or boards behind sockets. serial_ports: a folder of
+/// links as udev makes them.
 /// fails: io.
 Result<std::vector<FoundBoard>> find_boards(UsbBus& bus,
                                             const std::filesystem::path& serial_ports = "/dev/serial/by-id");
 Result<std::vector<FoundBoard>> find_boards();
 
-/// Which board the user means. wanted: a DeviceUri, or how a serial number begins (upper and lower case are
-/// one); empty: the only board there is. Never picks one of several.
-/// fails: device_lost (no board there), unknown_name (no such serial number), bad_argument (several fit: the
-/// text lists them; a malformed uri).
+/// Chooses the board that the user wants. wanted: a DeviceUri, or the beginning of a serial number (in upper
+/// or lower case); empty: the only board. Never picks one of several. fails: device_lost (no board),
+/// unknown_name (no such serial number), bad_argument (several boards match: the message lists them; or a
+/// malformed uri).
 Result<DeviceUri> choose_board(std::span<const FoundBoard> found, std::string_view wanted);
 
-/// wanted, or where it is empty the environment's SYMRIG_DEVICE; looks for boards only if it must.
-/// fails: as find_boards and choose_board.
+/// Uses `wanted`, or if it is empty the environment variable SYMRIG_DEVICE. Searches for boards only if
+/// needed. fails: as find_boards and choose_board.
 Result<DeviceUri> choose_board(std::string_view wanted);
 
 }  // namespace symrig

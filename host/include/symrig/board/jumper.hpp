@@ -5,7 +5,7 @@
 
 namespace symrig {
 
-/// A wire from one of the board's outputs to one of its inputs that stamps edges.
+/// A wire from an output of the board to one of its inputs. The input must stamp edges.
 struct Jumper {
   std::string output, input;
 };

@@ -16,15 +16,16 @@ namespace symrig {
 enum class EdgeKind : std::uint8_t { rising = 0, falling = 1, both = 2 };
 enum class OnTimeout : std::uint8_t { keep_going = 0, abort = 1 };
 
-/// The timed steps a board runs: packed 8-byte records, as they go over the wire (protocol/PROTOCOL.md).
+/// The timed steps that a board runs: packed 8-byte records, in the format of the wire
+/// (protocol/PROTOCOL.md).
 class Program {
  public:
   std::span<const std::uint8_t> bytes() const { return bytes_; }
   std::size_t records() const { return bytes_.size() / 8; }
-  /// CRC-32C of bytes(): what commit and receipts name a program by.
+  /// CRC-32C of bytes(). Commits and receipts identify a program by it.
   std::uint32_t hash() const;
 
-  /// From bytes kept elsewhere. fails: bad_format (length not a multiple of 8). Use lint() to check the
+  /// A program from stored bytes. fails: bad_format (length not a multiple of 8). Use lint() to check the
   /// content.
   static Result<Program> from_bytes(std::vector<std::uint8_t> bytes);
 
@@ -32,28 +33,29 @@ class Program {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// Writes a program step by step. Calls chain; the first mistake is kept and returned by end().
+/// Writes a program step by step. Calls can be chained; end() returns the first error.
 ///
-/// set() changes lines for the next hold(); each hold() puts all outputs out at once. A loop body must leave
-/// every line as it found it, because its first hold is the same in every round.
+/// set() changes lines for the next hold(); each hold() sets all outputs at once. At the end of a loop body
+/// every line must have the level of its start, because the first hold is the same in every round.
 class ProgramBuilder {
  public:
   /// All outputs low at the beginning.
   explicit ProgramBuilder(BoardInfo board);
 
   ProgramBuilder& set(std::string_view line, bool level);
-  /// Puts the lines out and holds them: at least min_dwell; longer than max_dwell takes several records.
+  /// Sets the outputs and holds them, at least for min_dwell. A hold longer than max_dwell needs several
+  /// records.
   ProgramBuilder& hold(Nanoseconds duration);
   ProgramBuilder& hold(Ticks duration);
   /// set(line, true), hold(width), set(line, false).
   ProgramBuilder& pulse(std::string_view line, Nanoseconds width);
-  /// Runs what follows, up to end_loop(), `rounds` times (1 to 2^32).
+  /// Runs the steps up to end_loop() `rounds` times (1 to 2^32).
   ProgramBuilder& loop(std::uint64_t rounds);
   ProgramBuilder& end_loop();
-  /// Holds the lines until an edge comes that is later than the beginning of the wait. Lines set before the
-  /// wait without a hold are held for min_dwell first.
+  /// Holds the lines until the first edge after the beginning of the wait. If lines were set without a hold,
+  /// they are held for min_dwell first.
   ProgramBuilder& wait_edge(std::string_view line, EdgeKind edge, Nanoseconds timeout, OnTimeout action);
-  /// Names the tick at which the next step begins (id < 2^28); the board reports it as it passes.
+  /// The board reports the tick at which the next step begins, with this id (< 2^28).
   ProgramBuilder& mark(std::uint32_t id);
   /// Records written so far.
   std::size_t records() const { return bytes_.size() / 8; }

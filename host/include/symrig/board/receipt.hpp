@@ -11,10 +11,10 @@
 
 namespace symrig {
 
-/// A mark of the program, as it was passed.
+/// A mark that the board reported.
 struct StepMark {
   std::uint32_t id = 0;
-  std::uint32_t ordinal = 0;  ///< marks passed before it in this run
+  std::uint32_t ordinal = 0;  ///< number of marks before it in this run
   Ticks tick;                 ///< on the board's clock
 
   bool operator==(const StepMark&) const = default;
@@ -37,12 +37,12 @@ std::string_view name(RunEnd end);
 struct FaultInfo {
   std::uint32_t code = 0;  ///< FaultCode of the wire
   Ticks tick;
-  std::uint64_t arg = 0;  ///< the line for limits, the record for waits; else 0
+  std::uint64_t arg = 0;  ///< the line for limits, the record for waits, 0 for others
   std::string name;       ///< "max_on"
   std::string hint;       ///< what it means and what to do
 };
 
-/// What a run planned and what was measured.
+/// What a run planned and what the board measured.
 struct Receipt {
   std::uint32_t program_hash = 0;
   std::uint32_t config_hash = 0;
@@ -50,22 +50,22 @@ struct Receipt {
   TickRate rate;
 
   Ticks started;            ///< first word out, on the board's clock
-  Ticks planned_min;        ///< length if every awaited edge comes at once
-  Ticks planned_max;        ///< length if every wait runs out
-  Ticks actual;             ///< length measured by the board
-  std::uint64_t steps = 0;  ///< words put out
+  Ticks planned_min;        ///< duration if every awaited edge comes at once
+  Ticks planned_max;        ///< duration if every wait times out
+  Ticks actual;             ///< duration measured by the board
+  std::uint64_t steps = 0;  ///< words that went out
 
   std::vector<StepMark> marks;
   std::vector<CapturedEdge> edges;  ///< of lines configured with capture
 
   std::uint32_t underruns = 0;    ///< the edge engine ran dry
   std::uint32_t late = 0;         ///< words that began later than planned
-  std::uint32_t events_lost = 0;  ///< marks or edges that found no room on the board
+  std::uint32_t events_lost = 0;  ///< marks or edges lost because the board's memory for events was full
   RunEnd end = RunEnd::completed;
   std::optional<FaultInfo> fault;
 
   Nanoseconds duration() const { return rate.nanoseconds(actual); }
-  /// Nothing went wrong and nothing is missing.
+  /// True if the run completed without faults and without loss.
   bool clean() const {
     return end == RunEnd::completed && underruns == 0 && late == 0 && events_lost == 0 && !fault;
   }

@@ -8,7 +8,8 @@
 
 namespace symrig {
 
-/// A point or span on the board's clock. Kept apart from Nanoseconds (the host's): only a TickRate converts.
+/// A point or span on the board's clock. A type of its own: only a TickRate converts it to Nanoseconds
+/// (host).
 struct Ticks {
   std::uint64_t count = 0;
 

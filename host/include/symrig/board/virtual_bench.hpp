@@ -22,12 +22,12 @@ struct PinEdge {
   bool operator==(const PinEdge&) const = default;
 };
 
-/// The table that a board in virtual time lies on, behind a socket (an emulated Pico, for one): wires,
-/// pulses, cable, supply, and a logic analyser on every pin. Time stands still except while its link waits
-/// for bytes, and while a cable or supply comes back. Bytes of the protocol: docs/howto-boards.md.
+/// The surroundings of a board in virtual time behind a socket, such as an emulated Pico: wires, pulses,
+/// cable, supply, and a logic analyser on every pin. Its time advances only while its link waits for bytes,
+/// and while a cable or supply is connected again. Bytes of the protocol: docs/howto-boards.md.
 ///
-/// fails, all calls: device_lost (the server is gone, or refused: its reason is in the text), protocol (an
-/// answer that makes no sense).
+/// All calls can fail with: device_lost (the server is gone, or refused: the message contains its reason),
+/// protocol (the answer does not match the request).
 class VirtualBench {
  public:
   /// uri: virtual:unix:PATH or virtual:tcp:HOST:PORT. fails: also bad_argument (another kind of uri).
@@ -43,7 +43,7 @@ class VirtualBench {
   Result<Nanoseconds> now() const;
   /// Drives an input pin.
   Result<void> drive(std::uint8_t gpio, bool level) const;
-  /// Drives it no longer.
+  /// Stops driving it.
   Result<void> let_go(std::uint8_t gpio) const;
   /// A wire from an output pin to an input pin.
   Result<void> jumper(std::uint8_t from, std::uint8_t to) const;
@@ -55,7 +55,7 @@ class VirtualBench {
   /// Plugs the cable in or pulls it.
   Result<void> cable(bool in) const;
   Result<void> power_cycle() const;
-  /// The board's processor stands still for so long (a stuck firmware); its hardware goes on.
+  /// Stops the board's processor for `time` (as a stuck firmware would); its hardware continues.
   Result<void> stall(Nanoseconds time) const;
 
   class Connection;

@@ -19,23 +19,23 @@ namespace symrig {
 enum class CheckOutcome : std::uint8_t { passed, failed, skipped };
 std::string_view name(CheckOutcome outcome);
 
-/// One thing that every board must do, as protocol/PROTOCOL.md says.
+/// One named test of a rule in protocol/PROTOCOL.md that every board must keep.
 struct CheckInfo {
   std::string_view name;  ///< "wire.corrupted"
-  std::string_view what;  ///< in a few words
+  std::string_view what;  ///< the tested rule in a few words
 };
 
 struct CheckResult {
   std::string name;
   CheckOutcome outcome = CheckOutcome::passed;
-  std::string detail;  ///< failed: what was expected and what came; skipped: why
+  std::string detail;  ///< failed: the expected and the actual value; skipped: the reason
 };
 
 struct ConformanceOptions {
-  std::string filter;            ///< regular expression; only checks whose name it finds. Empty: all
+  std::string filter;            ///< regular expression: runs only checks whose name matches. Empty: all
   std::optional<Jumper> jumper;  ///< without one, checks that need it are skipped
   std::function<void(const CheckResult&)> on_result;  ///< called after each check
-  std::function<bool()> stop;  ///< asked before each check: true = end here, with the board safe
+  std::function<bool()> stop;  ///< called before each check: true = end now and leave the board safe
 };
 
 struct ConformanceReport {
@@ -43,18 +43,18 @@ struct ConformanceReport {
   std::vector<CheckResult> results;
 
   std::size_t count(CheckOutcome outcome) const;
-  /// Nothing failed, and something was looked at.
+  /// True if no check failed and at least one passed.
   bool passed() const;
 };
 
-/// All checks, in the order in which they are made.
+/// All checks, in the order of their execution.
 std::vector<CheckInfo> conformance_checks();
 
-/// Makes the checks against whatever board is at the other end. Needs nothing but the link, and runs on the
-/// link's clock: in virtual time as on a cable. Outputs move: nothing that lights, heats or shoots may be
-/// wired to them. The board is never left armed; at the end it is safe and has forgotten its configuration
-/// (what it keeps over power-off is not touched). fails: device_lost (the link, or no board says hello),
-/// bad_argument (filter, a jumper between lines that do not exist), interrupted (stop).
+/// Tests the board at the other end of the link. Needs only the link, and uses the link's clock, so it works
+/// in virtual time and on a cable. Outputs change: nothing that lights, heats or shoots may be wired to them.
+/// The board never stays armed. At the end it is safe and has no configuration; its permanent memory is not
+/// changed. fails: device_lost (the link is lost, or no board answers Hello), bad_argument (the filter, or
+/// the lines of the jumper), interrupted (stop).
 Result<ConformanceReport> check_conformance(std::unique_ptr<Link> link,
                                             const ConformanceOptions& options = {});
 

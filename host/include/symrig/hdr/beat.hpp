@@ -8,14 +8,14 @@
 
 namespace symrig {
 
-/// What a light that is made up in time (colour wheel, PWM) does to an exposure that is no whole number of
-/// its periods: what the shutter collects depends on when it opens.
+/// How much the light of an exposure varies under a pulsed light (colour wheel, PWM). If the exposure is not
+/// a whole number of periods, the collected light depends on when the shutter opens.
 struct BeatForecast {
   double periods = 0;  ///< exposure / period
-  /// Largest light less smallest, over the mean, for a light that is on for `duty` of its period.
+  /// (largest − smallest) / mean of the collected light, for a light that is on for `duty` of its period.
   double spread = 0;
   Nanoseconds nearest_whole{0};  ///< at least one period
-  /// True if the spread is above a share of the light.
+  /// True if the spread is larger than `share`.
   bool beats(double share = 0.01) const { return spread > share; }
   /// "exposure 1.60 ms is 0.096 periods of 16.67 ms: its light may vary by 200 %; 16.67 ms is whole"
   std::string to_string(Nanoseconds exposure, Nanoseconds period) const;

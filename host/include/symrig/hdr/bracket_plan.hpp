@@ -10,42 +10,42 @@
 
 namespace symrig {
 
-/// What the devices allow and what a frame costs.
+/// The limits of the devices and the cost of a frame.
 struct ExposureRules {
   Nanoseconds min_exposure{20'000};
   Nanoseconds max_exposure{30'000'000'000};
-  /// Exposures must be whole multiples of it (multi-bit patterns that are made up in time); 0: any will do.
+  /// Exposures must be whole multiples of it (multi-bit patterns made by pulses); 0: any exposure is allowed.
   Nanoseconds whole_periods{0};
-  /// What a frame costs besides its exposure: readout, transfer, memory, merging.
+  /// The cost of a frame besides its exposure: readout, transfer, memory, merging.
   Nanoseconds each_frame{500'000'000};
   int most_frames = 64;
-  /// A frame counts on pixels up to 1 / headroom of its saturation.
+  /// The plan uses a frame only for pixels up to saturation / headroom.
   double headroom = 1.25;
 };
 
-/// What stands between radiance and the sensor.
+/// How radiance becomes electrons in the sensor.
 struct LightPath {
-  double scale = 1;  ///< radiance that one electron per second means
-  double black = 0;  ///< radiance that the dark projector leaves: it fills the well like any light
+  double scale = 1;  ///< radiance of one electron per second
+  double black = 0;  ///< radiance of the dark projector; it fills the well like other light
 };
 
 struct BracketPlan {
   std::vector<Nanoseconds> exposures;  ///< shortest first
-  /// Mean square noise of the worst part over what was wanted: at most 1 where it is met.
+  /// Mean square noise of the worst part / the wanted noise: at most 1 if the plan meets it.
   double noise = 0;
 };
 
-/// Information [s²/e⁻²] that one exposure of t seconds gives on a rate: t² / Var, 0 if it saturates.
+/// Information [s²/e⁻²] of one exposure of t seconds about a rate: t² / Var, 0 if it saturates.
 double exposure_information(const NoiseModel& noise, double rate, double seconds, double headroom);
 
-/// The bracket of least cost Σ (t_k + each_frame) whose merge has, in every part of the photograph,
+/// Finds the bracket of least cost Σ (t_k + each_frame) whose merge has, in every part of the photograph,
 ///   Σ_lights pixels / Σ_k information_k  ≤  noise · Σ_lights pixels
-/// (a pixel that saturates in every frame counts with the square of its radiance). Up to three exposures are
-/// searched exhaustively, √2 apart; more, and repeats, are added one by one, that which buys most noise for
-/// its cost. If longest_seconds ends it first, the plan says by how much it misses.
-/// Departs from [Hasinoff10], who maximises the worst SNR in a given time: here the noise is given and the
-/// time is saved.
-/// fails: bad_argument (nothing expected, rules that no exposure meets, noise model unusable).
+/// A pixel that saturates in every frame counts with the square of its radiance. Brackets of up to three
+/// exposures are searched exhaustively, with exposures √2 apart. More exposures, and repeats, are added one
+/// by one: always the one that reduces the noise most for its cost. If longest_seconds ends this first,
+/// BracketPlan::noise is above 1. Departs from [Hasinoff10], which maximises the worst SNR in a given time:
+/// here the noise is given, and the time is minimised. fails: bad_argument (nothing expected, rules that no
+/// exposure meets, a noise model that is not valid).
 Result<BracketPlan> plan_bracket(const Expectation& expected, const LightPath& path, const NoiseModel& noise,
                                  const ExposureRules& rules);
 

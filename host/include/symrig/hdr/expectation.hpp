@@ -6,29 +6,29 @@
 
 namespace symrig {
 
-/// How many pixels (in all channels) have about one radiance.
+/// The number of pixels (in all channels) with about the same radiance.
 struct ExpectedLight {
   double radiance = 0;
   double pixels = 0;
 };
 
-/// Some pixels of a photograph, such as those that are lit, and how well they must be known together.
+/// A part of the pixels of a photograph, such as the lit ones, and its wanted noise.
 struct ExpectedPart {
   std::vector<ExpectedLight> lights;
-  /// Mean square noise of these pixels that is good enough [radiance²]. Errors of a transport are norms: what
-  /// counts is the sum of squares, not the worst pixel.
+  /// The wanted mean square noise of these pixels [radiance²]. Errors of a transport are norms, so the sum of
+  /// squares counts, not the worst pixel.
   double noise = 0;
 };
 
-/// What a photograph is expected to show and how well it must be known, told before it is taken, so that a
-/// rig can choose its exposures. Radiance per unit of projector light.
+/// The expected light of a photograph and its wanted noise. A rig uses it to choose the exposures. Radiance
+/// per unit of projector light.
 struct Expectation {
   std::vector<ExpectedPart> parts;
-  /// The longest that the exposures of this photograph may take together [s]; what is wanted gives way to it.
+  /// The longest allowed sum of the exposures of this photograph [s]. It has priority over the wanted noise.
   double longest_seconds = 10;
 };
 
-/// A histogram of radiances, four bins an octave from 2⁻⁶⁰ to 2²⁰; what is darker counts as 0.
+/// A histogram of radiances, four bins an octave from 2⁻⁶⁰ to 2²⁰; darker values count as 0.
 class LightHistogram {
  public:
   LightHistogram() : counts_(kBins) {}
@@ -38,7 +38,7 @@ class LightHistogram {
   void add(const LightHistogram& other);
   double pixels() const;
   double mean_square() const;
-  /// Each bin with pixels, by its upper end.
+  /// The bins with pixels. A bin's radiance is its upper end.
   std::vector<ExpectedLight> lights() const;
 
  private:

@@ -7,32 +7,32 @@
 
 namespace symrig {
 
-/// Merges any number of frames one by one: each can be dropped as soon as it is added, and memory is four
-/// floats a pixel whatever their number.
+/// Merges any number of frames one by one. A frame can be freed after it was added. Memory: four floats a
+/// pixel for any number of frames.
 ///   mean = (a Σ d_k + b Σ t_k d_k) / (a Σ t_k + b Σ t_k²)
 /// over the usable samples d_k = code − pedestal; the variance is that of this mean. The best weight of a
-/// sample is h(t_k) = t_k / Var[d_k]; a + b t is the line that costs least variance in its place. h is taken
-/// at the rate Σ d / Σ t that all usable samples share (merge.cpp says why). error: with one or two different
-/// exposures the weights are merge()'s; with more, the variance is at most 5 % above the Cramér-Rao bound for
-/// ladders of ratio 2 or more.
+/// sample is h(t_k) = t_k / Var[d_k]. The line a + b t replaces it with the least increase of variance. h is
+/// taken at the common rate Σ d / Σ t of all usable samples (the reason is in merge.cpp). error: with one or
+/// two different exposures the weights are those of merge(). With more, the variance is at most 5 % above the
+/// Cramér-Rao bound if neighbouring exposures have a ratio of 2 or more.
 class MergeStream {
  public:
-  /// exposures: all that will be added, in any order (as planned: they only steer the weights).
-  /// fails: bad_argument (no exposures, noise model unusable, empty grid).
+  /// exposures: those of all frames to come, in any order. Planned values suffice: they only affect the
+  /// weights. fails: bad_argument (no exposures, noise model unusable, empty grid).
   static Result<MergeStream> begin(Grid grid, int channels, const NoiseModel& noise,
                                    std::span<const Nanoseconds> exposures);
 
   /// fails: size_mismatch, bad_argument (exposure ≤ 0).
   Result<void> add(const Frame& frame);
-  /// Once all are added.  fails: as merge().
+  /// Call it after the last add().  fails: as merge().
   Result<Radiance> finish(const MergeOptions& options = {}) const;
 
   int frames() const { return frames_; }
 
   /// Frames of one exposure, as planned.
   struct Group {
-    double time;   ///< in units of the longest
-    double count;  ///< how many
+    double time;   ///< in units of the longest exposure
+    double count;  ///< number of frames
     double total;  ///< Σ t of all frames that are not longer
   };
 

@@ -5,7 +5,7 @@
 
 namespace symrig {
 
-/// What one raw sample of a linear sensor means.
+/// The relation between light and one raw sample of a linear sensor, with its noise.
 ///
 ///   code = pedestal + gain · (electrons + read) , rounded, clipped to [0, 2^bits − 1]
 ///   Var[electrons + read] = electrons + read_noise² + 1/(12 gain²)      shot ⊕ read ⊕ quantisation
@@ -14,7 +14,7 @@ namespace symrig {
 /// [e⁻ rms].
 class NoiseModel {
  public:
-  /// A sensor described in electrons. The gain is chosen so that the full well is the largest code.
+  /// A sensor described in electrons. The gain makes the full well the largest code.
   struct Electrons {
     double full_well = 20'000;  ///< [e⁻]
     double read_noise = 6;      ///< [e⁻ rms]
@@ -24,8 +24,8 @@ class NoiseModel {
   static NoiseModel from_electrons(const Electrons& sensor);
 
   /// The straight line fitted to a photon transfer curve: Var[code] = offset + slope · (code − pedestal)
-  /// [DN²]. The slope is the gain; offset holds read noise and quantisation; the full well is the largest
-  /// code.
+  /// [DN²]. The slope is the gain, the offset contains read noise and quantisation, and the full well is the
+  /// largest code.
   struct VarianceLine {
     double offset = 1;  ///< [DN²]
     double slope = 1;   ///< [DN]
@@ -34,8 +34,8 @@ class NoiseModel {
   };
   static NoiseModel from_variance_line(const VarianceLine& line);
 
-  /// The same sensor whose light piles up at a lower code than the largest one (white level): its full well
-  /// and saturation follow.
+  /// The same sensor, but light clips at a lower code than the largest one (white level). Changes full well
+  /// and saturation.
   NoiseModel clipped_at(int code) const;
 
   double full_well() const { return full_well_; }    ///< [e⁻]
@@ -44,11 +44,11 @@ class NoiseModel {
   double pedestal() const { return pedestal_; }      ///< [DN]
   int bits() const { return bits_; }
   int max_code() const { return (1 << bits_) - 1; }
-  /// The code that light piles up at: pedestal + gain · full well.
+  /// The code at which light clips: pedestal + gain · full well.
   int clipping_code() const;
 
-  /// Codes at or above this one are saturated. It lies five read-noise sigmas below the clipping point, so
-  /// that a full pixel whose read noise is negative is not taken for a measurement.
+  /// Codes at or above this one are saturated. It is five read-noise sigmas below the clipping point, so that
+  /// a full pixel with negative read noise does not count as a measurement.
   int saturation_code() const { return saturation_code_; }
 
   /// Variance of one sample without its shot noise [e⁻²]: read_noise² + 1/(12 gain²).
@@ -56,8 +56,7 @@ class NoiseModel {
   /// Variance of one sample [e⁻²] at this many electrons (below zero counts as zero).
   double variance(double electrons) const;
 
-  /// True when every number can be used: 1..16 bits, positive gain and full well, saturation above the
-  /// pedestal.
+  /// True if the model is usable: 1..16 bits, positive gain and full well, saturation above the pedestal.
   bool valid() const;
   /// "12 bits, full well 20000 e-, read noise 6 e-, gain 0.20155 DN/e-, pedestal 64 DN, saturated from 4088
   /// DN"

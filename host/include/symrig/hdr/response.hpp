@@ -12,44 +12,44 @@
 
 namespace symrig {
 
-/// How a camera or projector answers: relative light of each code, light[c] for code c, strictly rising from
-/// 0 at the lowest to 1 at the highest code, finite.
+/// The response of a camera or projector: light[c] is the relative light of code c. It is finite and rises
+/// strictly from 0 at the lowest code to 1 at the highest.
 struct ResponseCurve {
   std::vector<double> light;
-  std::int64_t samples = 0;  ///< what it was recovered from
-  int repaired = 0;          ///< codes whose estimate would have broken the order; 0 where the data is sound
+  std::int64_t samples = 0;  ///< number of samples it was recovered from
+  int repaired = 0;          ///< number of codes whose estimates were not rising; 0 with good data
 
   double operator()(double code) const;  ///< light, linear between codes, clamped outside
-  double code_of(double share) const;    ///< the inverse: share of the largest light, 0..1
+  double code_of(double share) const;    ///< the inverse; share: of the largest light, 0..1
 };
 
-/// One exposure of a still scene for response recovery. raw: any number of pixels, the same in each.
 struct ResponseOptions {
   int bits = 8;
-  int low = 0;             ///< codes at or below are noise or clipped black: not used
-  int high = -1;           ///< codes at or above are clipped; -1: the largest code
+  int low = 0;             ///< codes at or below it are noise or clipped black, and not used
+  int high = -1;           ///< codes at or above it are clipped; -1: the largest code
   double smoothness = 30;  ///< λ of [Debevec97]: weight of curvature against one sample's misfit
 };
 
 /// [Debevec97]: min Σ w(z)² (g(z) − ln E_i − ln t_k)² + λ Σ w(z)² g''(z)² by sparse normal equations, g = ln
-/// light. Weights are zero at and beyond low and high, so that saturated samples say nothing. The result is
-/// made monotone by isotonic regression, and codes that no sample reached follow a straight line in ln light.
+/// light. Weights are zero at and beyond low and high, so that saturated samples have no effect. Isotonic
+/// regression makes the result monotone. Codes without samples continue as a straight line in ln light.
+/// frames: exposures of one still scene, of any number of pixels, the same in each.
 /// fails: bad_argument (fewer than two different exposures), size_mismatch, bad_value (too few codes
 /// reached).
 Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const ResponseOptions& options);
 
-/// [Robertson99]: maximum likelihood by turns: light of the scene from the curve, the curve from the scene.
-/// The same guarantees.  fails: as recover_debevec.
+/// [Robertson99]: maximum likelihood, alternating between the scene's light and the curve. The same
+/// guarantees. fails: as recover_debevec.
 Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const ResponseOptions& options);
 
-/// Is a camera linear? Each pixel's code less pedestal over exposure must be the same in every frame where it
-/// is neither dark nor saturated. Bins of code; in each, the mean ratio of neighbouring exposures' rates.
+/// A test of a camera's linearity: (code − pedestal) / exposure of a pixel must be the same in every frame
+/// where it is neither dark nor saturated. Uses the mean ratio of neighbouring exposures in bins of the code.
 struct Linearity {
   double worst = 0;        ///< largest departure from a straight line, as a share of full scale
-  double worst_sigma = 0;  ///< its own standard error
-  double at_code = 0;      ///< where [DN]
+  double worst_sigma = 0;  ///< its standard error
+  double at_code = 0;      ///< the code of that departure [DN]
   std::int64_t samples = 0;
-  /// Not proven to be off by more than a share of full scale.
+  /// False if the departure is proven to be larger than a share of full scale.
   bool linear(double share = 0.01) const { return worst - 3 * worst_sigma <= share; }
 };
 /// fails: bad_argument (fewer than two different exposures), size_mismatch, bad_value (no pixel is well

@@ -10,8 +10,8 @@ namespace symrig {
 
 /// A TOML table [response] with the light of every code (docs/sensor.md). Written atomically.  fails: io.
 Result<void> save_response(const std::filesystem::path& path, const ResponseCurve& curve);
-/// fails: not_found, io, bad_format (file:line; as many codes as no camera has, light that does not rise from
-/// 0 to 1).
+/// fails: not_found, io, bad_format (file:line; a number of codes that no camera has, or light that does not
+/// rise from 0 to 1).
 Result<ResponseCurve> load_response(const std::filesystem::path& path);
 
 }  // namespace symrig

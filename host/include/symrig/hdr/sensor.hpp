@@ -13,44 +13,44 @@
 
 namespace symrig {
 
-/// One camera's sensor as it was measured. What a rig file includes as sensor.toml.
+/// The measured properties of one camera's sensor: the sensor.toml of a rig file.
 struct Sensor {
   NoiseModel noise = NoiseModel::from_electrons({});
-  double gain_sigma = 0;        ///< of noise.gain(), relative
-  double read_noise_sigma = 0;  ///< of noise.read_noise(), relative
-  double prnu = 0;              ///< rms of the pixels' sensitivities, relative to their neighbourhood's
+  double gain_sigma = 0;        ///< relative error of noise.gain(), one sigma
+  double read_noise_sigma = 0;  ///< relative error of noise.read_noise(), one sigma
+  double prnu = 0;              ///< rms of the pixels' sensitivities, relative to their neighbours'
   double dsnu = 0;              ///< rms of the pixels' dark levels [DN]
   double nonlinearity = 0;  ///< largest departure from a straight line, share of full scale; 0: not tested
-  Image<std::uint8_t> defects;  ///< 1 = hot, dead, stuck or noisy; empty: not looked for
+  Image<std::uint8_t> defects;  ///< 1 = hot, dead, stuck or noisy; empty: not measured
 
   std::string to_string() const;
 };
 
-/// Frames of the sensor alone: raw codes, raster order, one plane.
+/// Frames for the measurement of a sensor: raw codes, raster order, one plane.
 struct SensorFrames {
   Grid grid;
   int bits = 12;
-  /// Lens capped, at one exposure. Two at least; four or more to tell DSNU from noise.
+  /// With the lens capped, at one exposure. At least two; four or more to separate DSNU from noise.
   std::vector<std::span<const std::uint16_t>> dark;
-  /// A light that is smooth over 32 pixels, two or more frames a level: only differences within a level
-  /// count, so a lamp that flickers between frames does no harm. Levels from a tenth of the range up; five
-  /// are plenty.
+  /// A light that is smooth over 32 pixels, two or more frames for each level. Only differences within a
+  /// level count, so a lamp that flickers between frames has no effect. Use levels from a tenth of the range
+  /// upwards; five are enough.
   std::vector<std::vector<std::span<const std::uint16_t>>> flat;
 };
 
 /// Photon transfer [Janesick07]. Tiles of 32 × 32 pixels; within each, of two frames of one level,
 ///   Var[code] = Σ (a − b/q − mean)² / ((n − 1)(1 + 1/q)),   q = Σb / Σa (flicker),
-/// against the mean code less the pedestal is a straight line (NoiseModel::VarianceLine), fitted with weights
-/// 1 / Var[Var] = n / (2 Var²), iterated. Dark frames are its point at 0. Defects are found first and left
-/// out. Saturation: codes that flat frames pile up at below the largest code lower the model's full well.
-/// error: gain √(2/n) · 1.5, read noise √(1/(2 n_dark)) + gain's, n: samples of differences
-/// (frames_needed()). fails: bad_argument (fewer than two dark frames or two of a level, bits),
-/// size_mismatch, bad_value (no level between dark and saturation; variance does not grow with light:
-/// processed, not raw, frames).
+/// against the mean code minus the pedestal is a straight line (NoiseModel::VarianceLine), fitted with
+/// weights 1 / Var[Var] = n / (2 Var²), iterated. Dark frames are its point at 0. Defects are found first and
+/// not used. If flat frames clip below the largest code, the model's full well becomes lower. error: gain
+/// √(2/n) · 1.5, read noise √(1/(2 n_dark)) + gain's, n: samples of differences (frames_needed()). fails:
+/// bad_argument (fewer than two dark frames or two of a level, bits), size_mismatch, bad_value (no level
+/// between dark and saturation; or the variance does not grow with light, because the frames are processed
+/// and not raw).
 Result<Sensor> measure_sensor(const SensorFrames& frames);
 
-/// Frames needed for relative errors (one sigma) of gain and read noise: pairs of one flat level, and dark
-/// frames, both at least 2. From Var[s²]/s⁴ = 2/n of a difference of two frames.
+/// The number of frames for given relative errors (one sigma) of gain and read noise: pairs of one flat
+/// level, and dark frames, both at least 2. Derived from Var[s²]/s⁴ = 2/n for a difference of two frames.
 struct FramesNeeded {
   int flat_pairs = 1;
   int dark = 2;
@@ -59,7 +59,7 @@ FramesNeeded frames_needed(std::int64_t pixels, double gain_error, double read_n
 
 /// A TOML table [sensor] (docs/sensor.md). Written atomically.  fails: io, not_found.
 Result<void> save_sensor(const std::filesystem::path& path, const Sensor& sensor);
-/// fails: not_found, io, bad_format (file:line, key, what is legal).
+/// fails: not_found, io, bad_format (file:line, key, legal values).
 Result<Sensor> load_sensor(const std::filesystem::path& path);
 
 }  // namespace symrig

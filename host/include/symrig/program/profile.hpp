@@ -13,69 +13,69 @@
 
 namespace symrig {
 
-/// What a camera makes of its trigger line.
+/// How a camera uses its trigger line.
 enum class ExposureMode : std::uint8_t {
-  trigger_width = 0,  ///< it exposes as long as the line is active
-  timed = 1           ///< an edge starts an exposure of a length set in the camera
+  trigger_width = 0,  ///< the camera exposes while the line is active
+  timed = 1           ///< an edge starts an exposure; its length is set in the camera
 };
 
-/// A camera's timing, from a file of host/profiles or of the user.
+/// A camera's timing, from a file in host/profiles or a file of the user.
 struct CameraProfile {
   std::string name;
   ExposureMode mode = ExposureMode::trigger_width;
   bool active_low = false;
   Nanoseconds exposure_offset{0};   ///< trigger_width: exposure = pulse width + this
-  Nanoseconds min_exposure{0};      ///< of the exposure, not of the pulse
+  Nanoseconds min_exposure{0};      ///< shortest exposure (not pulse)
   Nanoseconds trigger_pulse{0};     ///< timed: width of the pulse
   Nanoseconds readout{0};           ///< from the end of an exposure until the frame is read out
-  bool overlap = false;             ///< it can expose while it reads out the frame before
-  Nanoseconds overlap_time_max{0};  ///< with overlap: how long before the end of a readout it takes a trigger
-  std::vector<std::string> notes;   ///< what to know when wiring it
-  std::vector<std::string> assumptions;  ///< keys whose numbers no source gives
+  bool overlap = false;             ///< it can expose while it reads out the last frame
+  Nanoseconds overlap_time_max{0};  ///< with overlap: earliest trigger, as time before the end of a readout
+  std::vector<std::string> notes;   ///< hints for the wiring
+  std::vector<std::string> assumptions;  ///< keys whose numbers have no source
 };
 
-/// How the board learns that a pattern is on the screen.
+/// What tells the board that a pattern is on the screen.
 enum class PatternSync : std::uint8_t {
   vsync = 0,   ///< the next rising edge of its vsync line
   trigger = 1  ///< a stated time after the trigger
 };
 
-/// The shortest time that a pattern of so many bits can be shown.
+/// The shortest time for which a projector can show a pattern of this bit depth.
 struct BitDepthLimit {
   int bits = 1;
   Nanoseconds time{0};
 };
 
-/// A projector's timing, from a file of host/profiles or of the user.
+/// A projector's timing, from a file in host/profiles or a file of the user.
 struct ProjectorProfile {
   std::string name;
   PatternSync sync = PatternSync::vsync;
   bool active_low = false;
-  Nanoseconds advance_pulse{100'000};       ///< width of the pulse that asks for the next pattern
-  Nanoseconds refresh{0};                   ///< period of its pictures; 0 = it has none of its own
-  Nanoseconds light_period{0};              ///< a lamp or wheel that makes up white in time; 0 = steady light
-  Nanoseconds vsync_timeout{0};             ///< no vsync for that long: the run ends
-  Nanoseconds trigger_delay{0};             ///< sync = trigger: from the pulse to the pattern
-  Nanoseconds black_insertion{0};           ///< black at the end of a pattern that a triggered one follows
-  Nanoseconds settle{0};                    ///< from the pattern to the first exposure, at least
-  int whole_refresh_from_bits = 0;          ///< patterns of so many bits are made up in time; 0 = none
+  Nanoseconds advance_pulse{100'000};  ///< width of the pulse that requests the next pattern
+  Nanoseconds refresh{0};              ///< period of its pictures; 0 = it has no period of its own
+  Nanoseconds light_period{0};     ///< period of a lamp or wheel that makes white by pulses; 0 = steady light
+  Nanoseconds vsync_timeout{0};    ///< the run ends after this long without a vsync
+  Nanoseconds trigger_delay{0};    ///< sync = trigger: from the pulse to the pattern
+  Nanoseconds black_insertion{0};  ///< black at the end of a pattern if the next one waits for a trigger
+  Nanoseconds settle{0};           ///< from the pattern to the first exposure, at least
+  int whole_refresh_from_bits = 0;  ///< patterns of this bit depth or more are made by pulses; 0 = none
   std::vector<BitDepthLimit> min_exposure;  ///< by bit depth, ascending
   std::vector<std::string> notes;
   std::vector<std::string> assumptions;
 
-  /// The limit for patterns of `bits`: that of the next depth listed; none if none is.
+  /// The limit for patterns of `bits`: that of the next depth in the list, or none.
   std::optional<BitDepthLimit> limit_for(int bits) const;
 };
 
-/// Where profiles are looked for by name, in this order: $SYMRIG_PROFILES, share/symrig/profiles beside the
-/// program's own folder. After these come the profiles built into the library.
+/// The folders that are searched for a profile's name, in this order: $SYMRIG_PROFILES, share/symrig/profiles
+/// beside the program's own folder. After these come the profiles in the library.
 std::vector<std::filesystem::path> profile_folders();
 
-/// Names of the profiles built into the library.
+/// Names of the profiles in the library.
 std::vector<std::string> builtin_profiles();
 
 /// which: a name, or the path of a file (it contains a slash or ends in .toml; relative to `folder`).
-/// fails: not_found (names the known), bad_format (file:line, key, what is legal), io.
+/// fails: not_found (the message lists the known profiles), bad_format (file:line, key, legal values), io.
 Result<CameraProfile> load_camera_profile(const std::string& which, const std::filesystem::path& folder);
 Result<ProjectorProfile> load_projector_profile(const std::string& which,
                                                 const std::filesystem::path& folder);

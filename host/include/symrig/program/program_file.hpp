@@ -16,18 +16,19 @@
 
 namespace symrig {
 
-/// What hangs on a line of the board.
+/// What is connected to a line of the board.
 enum class RigRole : std::uint8_t { projector, camera, lamp, vsync, strobe, interlock, general };
 std::string_view name(RigRole role);
 
-/// A line of the board as the program file names it.
+/// A line of the board in a program file.
 struct RigLine {
-  LineConfig config;  ///< safe_level: the level that means "off", unless the file says otherwise
+  LineConfig config;  ///< safe_level: the level that means "off", unless the file sets another
   RigRole role = RigRole::general;
   bool active_low = false;
-  bool capture_given = false;  ///< else lines that the program uses are captured
-  Nanoseconds delay{0};        ///< its edges come that much later than the program says
-  int place = 0;               ///< line of the file; 0: not in the file, a default
+  bool capture_given =
+      false;             ///< the file sets `capture`; else the board captures lines that the program uses
+  Nanoseconds delay{0};  ///< its edges come this much later than in the program
+  int place = 0;         ///< line of the file; 0: not in the file, a default
 };
 
 struct RigSetup {
@@ -39,7 +40,7 @@ struct RigSetup {
   int camera_place = 0;
   int projector_place = 0;
 
-  /// The line of that role, the first if there are more; none: nullptr.
+  /// The first line of that role, or nullptr.
   const RigLine* with_role(RigRole role) const;
   const RigLine* find(std::string_view line) const;
   /// The name of the line of that role; none: "".
@@ -54,17 +55,17 @@ struct RigSetup {
 /// out in 4 ms: what a rig is without a file.
 RigSetup default_rig_setup();
 
-/// Which lines go where: what a simulated rig has to know.
+/// The wiring that a simulated rig needs.
 struct RigWiring {
   std::string projector, vsync, camera, strobe;  ///< lines; empty: none
   std::vector<std::string> active_low;           ///< lines that are on when low
-  Nanoseconds refresh{0};                        ///< of the projector; 0 = it has none of its own
+  Nanoseconds refresh{0};                        ///< of the projector; 0 = it has no refresh of its own
 
   bool is_active_low(std::string_view line) const;
 };
 RigWiring wiring_of(const RigSetup& rig);
 
-/// Patterns that are alike.
+/// Patterns with the same properties.
 struct PatternGroup {
   std::string name = {};
   std::uint64_t count = 1;
@@ -76,14 +77,15 @@ struct PatternGroup {
 enum class ScanOrder : std::uint8_t { pattern_outer, bracket_outer };
 enum class Advance : std::uint8_t { each_pattern, each_exposure };
 
-/// The first pulse of each sequence on a line is longer by `stretch`, so that one wire tells where it begins.
+/// The first pulse of each sequence on a line is longer by `stretch`. So one wire shows where the sequence
+/// begins.
 struct StartMarker {
   std::string line;
   Nanoseconds stretch{0};
   int place = 0;
 };
 
-/// Exposures before the first pattern: many cameras swallow or invent their first frames.
+/// Exposures before the first pattern: many cameras drop their first frames, or send additional ones.
 struct StartupPulses {
   std::uint64_t pulses = 0;
   Nanoseconds exposure{0};
@@ -96,9 +98,10 @@ struct Scan {
   std::vector<Nanoseconds> bracket;
   ScanOrder order = ScanOrder::pattern_outer;
   Advance advance = Advance::each_pattern;
-  std::optional<Nanoseconds> settle;   ///< else the projector's
-  std::optional<Nanoseconds> gap;      ///< between an exposure and the next trigger; else the shortest legal
-  std::optional<Nanoseconds> on_time;  ///< how long a triggered projector shows a pattern; else told
+  std::optional<Nanoseconds> settle;  ///< none: the projector's
+  std::optional<Nanoseconds> gap;     ///< from an exposure to the next trigger; none: the shortest legal one
+  std::optional<Nanoseconds>
+      on_time;  ///< how long a triggered projector shows a pattern; none: the linter reports it
   std::uint64_t repeat = 1;
   OnTimeout on_timeout = OnTimeout::abort;
   std::string lamp;  ///< line that is on from each pattern to the end of its last exposure; empty: none
@@ -121,7 +124,7 @@ struct Scan {
   }
 };
 
-/// A step of a program written by hand.
+/// A step of a program with steps.
 struct FileStep {
   enum class Kind : std::uint8_t { set, hold, pulse, wait, mark, loop, pattern, expose };
 
@@ -136,23 +139,23 @@ struct FileStep {
   int place = 0;
 };
 
-/// Is there such a step, in loops or out of them?
+/// True if such a step exists, inside or outside of loops.
 bool has_step(const std::vector<FileStep>& steps, FileStep::Kind kind);
 
-/// A program as people write it: docs/howto-programs.md.
+/// A program file of the user: docs/howto-programs.md.
 struct ProgramFile {
   std::string path;  ///< for messages
   RigSetup rig;
-  std::optional<Scan> scan;     ///< either this
-  std::vector<FileStep> steps;  ///< or these
+  std::optional<Scan> scan;     ///< either a scan
+  std::vector<FileStep> steps;  ///< or steps
 };
 
 inline constexpr std::uint64_t kMaxRounds = std::uint64_t{1} << 32U;
 
-/// fails: not_found, io; bad_format: "scan.toml:12: key: what; what is legal".
+/// fails: not_found, io; bad_format: "scan.toml:12: key: the problem; the legal values".
 Result<ProgramFile> read_program_file(const std::filesystem::path& path);
 
-/// The same from text. Profiles named by a path are looked for in `folder`.
+/// The same from text. Paths of profiles are relative to `folder`.
 Result<ProgramFile> parse_program_file(std::string_view text, const std::string& name,
                                        const std::filesystem::path& folder);
 

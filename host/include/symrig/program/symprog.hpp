@@ -10,18 +10,18 @@
 
 namespace symrig {
 
-/// A compiled program as a file (scan.symprog): what it was made for, the configuration of its lines, and its
-/// records. docs/program-file.md gives the bytes.
+/// A compiled program as a file (scan.symprog): its board, the configuration of its lines, and its records.
+/// docs/program-file.md gives the bytes.
 std::vector<std::uint8_t> symprog_bytes(const CompiledProgram& program);
 
 /// fails: bad_format (not such a file, damaged, of a newer version).
 Result<CompiledProgram> read_symprog(std::span<const std::uint8_t> bytes);
 
-/// Does it begin like one?
+/// True if the bytes begin like a compiled program.
 bool looks_like_symprog(std::span<const std::uint8_t> bytes);
 
-/// Is a board such as the program was compiled for: the same lines, tick rate and limits?
-/// fails: device_refused (naming the first difference).
+/// Checks that a board has the lines, tick rate and limits for which the program was compiled.
+/// fails: device_refused (the message names the first difference).
 Result<void> check_board_fits(const CompiledProgram& program, const BoardInfo& board);
 
 /// Hash of the configuration as the board computes it (PROTOCOL.md). fails: as Board::configure().

@@ -14,14 +14,14 @@
 
 namespace symrig {
 
-/// What a run should have done: the program's timeline from the tick at which it was started, with each wait
-/// ended by the edge that the board captured; if the awaited line was not captured, by the next mark.
-/// fails: as expand().
+/// The planned timeline of a run: the program's timeline from the tick of its start. Each wait ends at the
+/// edge that the board captured. If the board did not capture that line, the next mark gives the end of the
+/// wait. fails: as expand().
 Result<Timeline> plan_of_run(const Program& program, const BoardInfo& board,
                              std::span<const LineConfig> lines, const Receipt& receipt,
                              std::size_t max_edges = 1'000'000);
 
-/// A planned edge beside the captured one.
+/// A planned edge and the tick of its captured edge.
 struct EdgePair {
   PlannedEdge planned;
   Ticks actual;
@@ -31,8 +31,8 @@ struct EdgePair {
 };
 
 struct Comparison {
-  std::vector<EdgePair> pairs;          ///< in order of the plan
-  std::vector<PlannedEdge> missing;     ///< planned, on a line that was watched, but not captured
+  std::vector<EdgePair> pairs;          ///< in the order of the plan
+  std::vector<PlannedEdge> missing;     ///< planned on a captured line, but not captured
   std::vector<CapturedEdge> unplanned;  ///< captured on an output, but not planned
   std::int64_t largest = 0;             ///< of |late()|, ticks
   double mean = 0;                      ///< of late(), ticks
@@ -41,8 +41,8 @@ struct Comparison {
 };
 
 /// Pairs planned and captured edges line by line, in order. watched: bit k = edges of line k are captured;
-/// edges of other lines are passed over. An edge that has no partner of its level in its place is missing or
-/// unplanned, and does not shift those after it.
+/// edges of other lines are ignored. An edge without a partner of its level is missing or unplanned. It does
+/// not shift the pairs after it.
 Comparison compare(const Timeline& plan, std::span<const CapturedEdge> captured, std::uint32_t watched);
 
 /// The outputs of a board whose edges the configuration captures, bit k = line k.

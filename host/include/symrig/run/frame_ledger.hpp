@@ -14,36 +14,36 @@
 
 namespace symrig {
 
-/// A frame as the camera side tells of it.
+/// A frame, from the camera or from its strobe line.
 struct FrameStamp {
-  std::uint64_t sequence = 0;  ///< the camera's own count
+  std::uint64_t sequence = 0;  ///< the camera's frame number
   Ticks begin;                 ///< start of exposure on the board's clock (strobe edge)
 };
 
-/// What became of one exposure that the program asked for.
+/// The result of one exposure of the program.
 struct LedgerEntry {
-  std::uint32_t photograph = 0;      ///< patterns asked for before it, minus one
-  std::uint32_t exposure = 0;        ///< within the bracket
+  std::uint32_t photograph = 0;      ///< counted from 0: pattern marks before it, minus one
+  std::uint32_t exposure = 0;        ///< its index in the bracket
   Ticks asked;                       ///< tick of its mark
-  std::optional<std::size_t> frame;  ///< index into the frames given; none = missing
+  std::optional<std::size_t> frame;  ///< index into the given frames; none = missing
   Ticks delay;                       ///< from mark to exposure, if there is a frame
 };
 
-/// Which frame belongs to which step: pairs the marks of a bracket program with frames by time, so that a
-/// frame that was lost or came unasked is named instead of shifting all that follow.
+/// Pairs the marks of a bracket program with frames by time. So a lost or unexpected frame is reported, and
+/// does not shift all later frames.
 class FrameLedger {
  public:
-  /// A frame belongs to the mark at or before its begin if it is at most `tolerance` later.
-  /// marks and frames in order of time. fails: bad_argument (out of order).
+  /// A frame belongs to the last mark at or before its begin, if it begins at most `tolerance` after the
+  /// mark. marks and frames: sorted by time. fails: bad_argument (out of order).
   static Result<FrameLedger> pair(std::span<const StepMark> marks, std::span<const FrameStamp> frames,
                                   Ticks tolerance);
 
   std::span<const LedgerEntry> entries() const { return entries_; }
-  /// Frames nobody asked for, as indices into the frames given.
+  /// Unexpected frames, as indices into the given frames.
   std::span<const std::size_t> unasked() const { return unasked_; }
   std::size_t missing() const;
   bool complete() const { return missing() == 0 && unasked_.empty(); }
-  /// "3200 frames for 3200 exposures", or what is wrong and where it begins.
+  /// "3200 frames for 3200 exposures", with the number and first place of missing and unexpected frames.
   std::string summary() const;
 
  private:

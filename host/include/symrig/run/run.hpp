@@ -17,65 +17,64 @@
 
 namespace symrig {
 
-/// Where a run stands.
+/// The progress of a run.
 struct RunProgress {
   std::uint64_t patterns = 0;        ///< shown so far
-  std::uint64_t patterns_asked = 0;  ///< in all; 0 for programs written by hand
-  std::uint64_t marks = 0;           ///< passed so far
+  std::uint64_t patterns_asked = 0;  ///< total of the program; 0 for programs with steps
+  std::uint64_t marks = 0;           ///< reported so far
   Nanoseconds elapsed{0};            ///< on the link's clock since the start
   Nanoseconds expected{0};
 };
 
 struct RunOptions {
-  /// Called several times a second while the run goes on, from the thread that called run_program().
-  /// false: abort.
+  /// Called several times a second during the run, from the thread that called run_program(). Returns false
+  /// to abort the run.
   std::function<bool(const RunProgress&)> progress;
-  std::size_t max_edges = 1'000'000;  ///< planned edges kept for the comparison
-  bool clear_fault = false;           ///< leave a fault that an earlier run has latched
+  std::size_t max_edges = 1'000'000;  ///< largest number of planned edges for the comparison
+  bool clear_fault = false;           ///< clear the latched fault of an earlier run
 };
 
-/// How well the board's clock was known against the host's, by a ClockModel fed before, during and after the
-/// run.
+/// How well the host knew the board's clock: a ClockModel of readings before, during and after the run.
 struct ClockNote {
-  bool known = false;    ///< the readings agree with the limits of ClockLimits
-  Nanoseconds bound{0};  ///< |board's clock as the host knows it - the truth| at most, at the end of the run
+  bool known = false;                          ///< all readings fit the limits of ClockLimits
+  Nanoseconds bound{0};                        ///< largest error of the model at the end of the run
   double drift_lowest = 0, drift_highest = 0;  ///< rate of the board against the host's, minus 1
   std::uint32_t readings = 0;
-  std::string contradiction;  ///< why a reading does not fit the others; empty if all do
+  std::string contradiction;  ///< why a reading does not fit the others; empty if all fit
 };
 
-/// A run with all that it left: what `symrig run -o` writes.
+/// A run with all its results: the content of the receipt that `symrig run -o` writes.
 struct RunRecord {
   CompiledProgram program;  ///< its board is the one that ran it
   Receipt receipt;
-  Timeline plan;  ///< with the waits as they ended
+  Timeline plan;  ///< with the actual ends of the waits
   Comparison differences;
-  std::optional<FrameLedger> ledger;  ///< scans with a strobe line that is captured
+  std::optional<FrameLedger> ledger;  ///< only for scans with a captured strobe line
   ClockNote clock;
   bool interrupted = false;  ///< aborted by the progress callback
 };
 
-/// Configures the lines, uploads the program, arms and starts it, keeps the board alive and waits for the
-/// end. The board's keep-alive is its options' (BoardOptions), which should be program.keep_alive.
-/// A run that ends by a time-out of a wait, a fault or an abort is no error here: the record says so.
-/// fails: device_refused (another kind of board; what it refused), fault (latched by an earlier run),
-/// device_lost, protocol, timeout (it did not end in time; it was aborted).
+/// Configures the lines, uploads, arms and starts the program, sends keep-alives and waits for the end. The
+/// keep-alive is that of BoardOptions; it should be program.keep_alive.
+/// A run that ends by a time-out of a wait, a fault or an abort is not an error here: the record contains it.
+/// fails: device_refused (another kind of board, or a refused request), fault (latched by an earlier run),
+/// device_lost, protocol, timeout (the run did not end in time, and was aborted).
 Result<RunRecord> run_program(Board& board, const CompiledProgram& program, const RunOptions& options = {});
 
-/// The Error that a record stands for, if the run did not complete: fault, interrupted, timeout (a wait).
+/// The Error of a run that did not complete: fault, interrupted, timeout (of a wait).
 std::optional<Error> run_error(const RunRecord& record);
 
-/// docs/receipt.md. At most max_edges planned and as many captured edges are listed; with more, the counts
-/// and the statistics of each line stand for the rest.
+/// The receipt as JSON (docs/receipt.md). It lists at most max_edges planned edges and max_edges captured
+/// edges. The counts and the statistics of each line include all edges.
 std::string receipt_json(const RunRecord& record, std::size_t max_edges = 100'000);
 
-/// What a receipt file tells of its edges.
+/// The edges of a receipt file.
 struct StoredRun {
   BoardInfo board;
   Timeline plan;  ///< edges, start, end and initial levels only
   std::vector<CapturedEdge> captured;
   std::uint32_t watched = 0;  ///< outputs whose edges were captured
-  bool whole = true;          ///< all edges are listed
+  bool whole = true;          ///< the file lists all edges
 };
 /// fails: bad_format.
 Result<StoredRun> read_receipt(std::string_view text);

@@ -13,28 +13,28 @@
 
 namespace symrig {
 
-/// Some lines over time, to be drawn.
+/// Some lines over time, for a drawing.
 struct Waveform {
   std::string name;  ///< "plan", "actual"
   TickRate rate;
   Ticks origin;  ///< time 0 of the drawing; edges before it are drawn at 0
   Ticks end;
   std::uint32_t initial_levels = 0;  ///< bit k = line k
-  std::vector<int> lines;            ///< of the board, in the order of drawing
-  std::vector<std::string> names;    ///< of those lines
-  std::vector<CapturedEdge> edges;   ///< in order of time
+  std::vector<int> lines;            ///< numbers of the board's lines, in the order of drawing
+  std::vector<std::string> names;    ///< names of those lines
+  std::vector<CapturedEdge> edges;   ///< sorted by time
 };
 
-/// The planned edges of the outputs that move at all.
+/// The planned edges of all outputs that change.
 Waveform waveform(const Timeline& plan, const BoardInfo& board, std::string name);
 
 /// The text of a VCD file (IEEE 1364-2005 §18) with one scope for each waveform; they share time 0. The time
 /// unit is 1 ns if that holds all ticks exactly, else 1 ps. The same waveforms give the same bytes.
 std::string vcd_text(std::span<const Waveform> waveforms);
 
-/// WaveJSON of WaveDrom: one column for each moment at which something changes, so that microseconds and
-/// seconds fit on one picture; the first row tells the times. At most `max_columns` of them; the foot says
-/// how many were left out.
+/// WaveJSON for WaveDrom: one column for each moment with a change, so that microseconds and seconds fit into
+/// one picture. The first row contains the times. If there are more than `max_columns` moments, the rest is
+/// omitted, and the foot gives both numbers.
 std::string wavedrom_text(std::span<const Waveform> waveforms, std::size_t max_columns = 200);
 
 }  // namespace symrig

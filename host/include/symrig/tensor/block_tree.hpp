@@ -12,36 +12,37 @@
 
 namespace symrig {
 
-/// A block: the range [begin, end) of tree order that it owns at one level of the tree.
+/// A block: a range [begin, end) of tree order at one level of the tree.
 struct Block {
-  /// The smallest rectangle of pixels around it. In a flat tree that is the block itself; in others (Split) a
-  /// block may lie scattered over the views inside it.
+  /// The smallest rectangle of pixels around the block. In a flat tree it is the block itself. In other trees
+  /// (Split) the block's pixels may be scattered over several views in it.
   int row = 0, col = 0, rows = 0, cols = 0;
   std::int32_t begin = 0, end = 0;
   std::int32_t first_child = 0;  ///< index of the first child in the next level
-  int children = 0;              ///< 1..4; a single pixel has itself as only child; 0 at the last level
+  int children = 0;              ///< 1..4; the only child of a single pixel is itself; 0 at the last level
 
   std::int32_t size() const { return end - begin; }
   bool single_pixel() const { return size() == 1; }
 };
 
-/// The quadtree over a grid of any size (no power of two needed): every block splits its rows and its columns
-/// at the middle (larger half first) until it is one pixel. Pixels are numbered in *tree order*, so that each
-/// block is one contiguous range: tensors permute a picture once and then work on ranges. [Garg06 §5.1]
-/// splits uniformly; midpoint splits are our choice for sizes that are not powers of two. Grids of several
-/// views may be cut in other orders (SplitOrder): then blocks are sets of pixels, not rectangles.
+/// The quadtree over a grid of any size (no power of two needed). Every block splits its rows and its columns
+/// at the middle (larger half first) until it is one pixel. Pixels are numbered in *tree order*, so each
+/// block is one contiguous range. Tensors permute a picture once and then work on ranges. [Garg06 §5.1]
+/// splits uniformly; we split at the middle to allow sizes that are not powers of two. Grids of several views
+/// may be cut in other orders (SplitOrder): then blocks are sets of pixels, not rectangles.
 class BlockTree {
  public:
-  /// A block never has more.
+  /// The largest number of children of a block.
   static constexpr int kMaxChildren = 4;
 
   BlockTree() = default;
   /// The flat tree of one picture.
   explicit BlockTree(Grid grid);
-  /// Any tree. fails: bad_argument (views that do not fit the grid), size_mismatch or bad_value (a surface
-  /// that is not [grid] with 2 channels of finite numbers within ±2²⁴).
+  /// A tree with any order. fails: bad_argument (views that do not fit the grid), size_mismatch or bad_value
+  /// (a surface that is not [grid] with 2 channels of finite numbers within ±2²⁴).
   static Result<BlockTree> make(Grid grid, const Split& split);
-  /// A tree from its description, see order() and boundaries(). fails: bad_value (it describes no tree).
+  /// A tree from its description, see order() and boundaries(). fails: bad_value (it does not describe a
+  /// tree).
   static Result<BlockTree> from(Grid grid, ViewLayout views, SplitOrder split,
                                 std::vector<std::int32_t> order, std::span<const std::int8_t> boundaries);
 
@@ -52,16 +53,16 @@ class BlockTree {
   int levels() const { return static_cast<int>(levels_.size()); }
   std::span<const Block> level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
 
-  /// Which block of a level holds a pixel (tree order).
+  /// The block of a level that contains a pixel (tree order).
   std::int32_t block_at(int l, std::int32_t pixel) const;
 
-  /// The first level at which a pixel (tree order) is a block of its own.
+  /// The first level at which a pixel (tree order) is a whole block.
   int pixel_level(std::int32_t pixel) const { return pixel_level_[static_cast<std::size_t>(pixel)]; }
 
   /// order()[tree index] = raster index, size grid().size().
   std::span<const std::int32_t> order() const { return order_; }
   /// boundaries()[t] = the first level at which tree pixels t − 1 and t lie in different blocks, 0 at t = 0.
-  /// With order() it says everything about the tree. size grid().size().
+  /// order() and boundaries() describe the tree completely. size grid().size().
   std::vector<std::int8_t> boundaries() const;
 
   /// Raster → tree order and back. in and out: grid().size() values each, not overlapping.

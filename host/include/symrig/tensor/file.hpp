@@ -11,14 +11,14 @@
 
 namespace symrig {
 
-/// A photograph that was not used to make the tensor, kept to tell its error.
+/// A held-out photograph: not used to make the tensor, kept to estimate its error.
 struct HeldOut {
   std::string name;
   Image<float> pattern;     ///< projector grid, 1 channel
   Image<float> photograph;  ///< camera grid, tensor channels
 };
 
-/// What a scene.h5 holds: the tensor, how it was captured, and photographs to judge it by.
+/// The content of a scene.h5: the tensor, how it was captured, and held-out photographs.
 struct StoredScene {
   TransportTensor tensor;
   std::string capture_json = "{}";  ///< the `--json` of the command that made it (docs/command-line.md)
@@ -29,8 +29,8 @@ struct StoredScene {
 /// fails: io. Never leaves a half-written file under `path`.
 Result<void> save_scene(const std::filesystem::path& path, const StoredScene& scene);
 
-/// Reads scene.h5. Checks version, sizes and every index before anything is trusted; NaN and infinity are
-/// refused. fails: not_found, io, bad_format, bad_value.
+/// Reads scene.h5. Checks version, sizes and every index before it uses them; refuses NaN and infinity.
+/// fails: not_found, io, bad_format, bad_value.
 Result<StoredScene> load_scene(const std::filesystem::path& path);
 
 }  // namespace symrig

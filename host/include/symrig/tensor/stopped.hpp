@@ -7,16 +7,16 @@
 
 namespace symrig {
 
-/// What a capture takes the unknown light inside a block for when it stops.
+/// Where stopped_capture() puts the unknown light inside a block.
 enum class WithinBlocks : std::uint8_t {
-  direct,   ///< all of it stays on its pixel
-  product,  ///< it spreads over the block, as between two blocks
+  direct,   ///< all on the diagonal: every pixel keeps its light
+  product,  ///< spread over the block as a rank-1 product, as between two blocks
 };
 
-/// What a capture would hold that stopped as soon as blocks of `level` were measured, as far as its finished
-/// tensor tells: pairs that it cut further become products of what the two blocks see of each other, and a
-/// block with itself becomes `within`. Level 0: the flood-lit photograph alone. Leaves that were merged of
-/// several in the end count as cut further. Needs symmetric().
+/// Estimates from a finished tensor what a capture would hold if it had stopped after `level`. Pairs of
+/// blocks that were split further become a product of the light that the two blocks see of each other. A
+/// block with itself becomes `within`. Level 0 uses the flood-lit photograph alone. A leaf that was merged
+/// from several counts as split further. Needs symmetric().
 TransportTensor stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within);
 
 }  // namespace symrig

@@ -32,13 +32,13 @@ struct Leaf {
   std::int32_t cols() const { return col_end - col_begin; }
 };
 
-/// An *empty* leaf: the blocks of a level between which no light above the noise goes. Kept so that "known to
-/// be dark" is told from "not looked at".
+/// An *empty* leaf: two blocks of a level without light above the noise between them. It is stored so that
+/// "known to be dark" differs from "not measured".
 struct EmptyLeaf {
   std::int32_t row_block = 0, col_block = 0;  ///< indices into BlockTree::level(level)
 };
 
-/// One entry of T between two pixels (tree order). In a symmetric tensor it stands for its mirror image too.
+/// One entry of T between two pixels (tree order). In a symmetric tensor it also stands for its mirror image.
 struct ScalarLeaf {
   std::int32_t row = 0, col = 0;
 };
@@ -52,22 +52,22 @@ struct BandOffset {
 /// 2 radius (radius + 1) of them. The other half are their mirror images.
 std::vector<BandOffset> band_offsets(int radius);
 
-/// A band leaf of a symmetric tensor: light that goes from a pixel to its near neighbours (defocus, point
-/// spread). T[i, i + d] = T[i + d, i] = values[(channel · offsets + k) · pixels + i], i in raster order,
-/// d = band_offsets(radius)[k]; 0 where i + d is off the grid.
+/// A band leaf of a symmetric tensor: light from a pixel to its near neighbours (defocus, point spread). T[i,
+/// i + d] = T[i + d, i] = values[(channel · offsets + k) · pixels + i], i in raster order, d =
+/// band_offsets(radius)[k]; 0 where i + d is off the grid.
 struct BandLeaf {
   int radius = 0;
   std::vector<float> values;
 };
 
 /// A measured column: T[row, j] = value for every projector pixel j in [col_begin, col_end). Brute force and
-/// dual photography make them; a column wider than a pixel is a coarse measurement spread evenly.
+/// dual photography make them. A column wider than a pixel is a coarse measurement, spread evenly.
 struct SparseColumn {
   std::int32_t col_begin = 0, col_end = 0;
   std::int64_t first = 0, last = 0;  ///< its entries: [first, last) of column_rows / column_values
 };
 
-/// Counts of one level, as Fig. 9 of the paper shows them.
+/// Counts of one level, as in [Garg06 Fig. 9].
 struct LeafCounts {
   std::int64_t rank1 = 0, low_rank = 0, empty = 0, scalar = 0;
 };
@@ -77,14 +77,13 @@ struct LeafCounts {
 ///
 /// T is [camera pixels × projector pixels]. On a coaxial rig both grids are the same and T = Tᵀ:
 /// `symmetric()` is true and only one half is stored. A tensor made from plain photographs (camera ≠
-/// projector grid) is not symmetric and holds all of T. T is the sum of all that is stored, which may
-/// overlap.
+/// projector grid) is not symmetric and holds all of T. T is the sum of all stored parts, which may overlap.
 ///
-/// A finished tensor holds factors, bands and off-diagonal entries as 16-bit floats with powers of two beside
-/// them, the diagonal and measured columns as 32-bit floats. Rounding changes an entry by at most
-/// 2⁻¹⁰ (1 + 2⁻¹²) Σ|A||B|ᵀ + 2⁻³¹ Σ max|A| max|B| over its leaves (sums over ranks), and by 2⁻¹¹ of itself +
-/// 2⁻³⁹ of the largest where it is a single entry or in a band.
-/// Immutable after `TensorBuilder::finish`; copies share one store. Thread-safe for reading.
+/// A finished tensor holds factors, bands and off-diagonal entries as 16-bit floats with separate powers of
+/// two. The diagonal and measured columns are 32-bit floats. Rounding changes an entry by at most 2⁻¹⁰ (1 +
+/// 2⁻¹²) Σ|A||B|ᵀ + 2⁻³¹ Σ max|A| max|B| over its leaves (sums over ranks). A single entry or an entry of a
+/// band changes by at most 2⁻¹¹ of itself + 2⁻³⁹ of the largest. Immutable after `TensorBuilder::finish`;
+/// copies share one store. Thread-safe for reading.
 class TransportTensor {
  public:
   TransportTensor() = default;
@@ -98,31 +97,31 @@ class TransportTensor {
 
   /// photograph = T · pattern.  shapes: projector grid (1 channel) → camera grid (channels()).
   /// units: pattern 0..1 → radiance per unit of projector light.
-  /// error: that of storing T (above) + float sums, ≤ (|J| + leaves on the pixel's path + 4) ε ·
+  /// error: the rounding of T (above) + float sums, ≤ (|J| + leaves on the pixel's path + 4) ε ·
   /// Σ_leaf |A||B|ᵀ|pattern| per pixel, ε = 2⁻²⁴. The same bits for any number of threads.  fails:
   /// size_mismatch.  source: [Garg06 §5.1]
   Result<Image<float>> apply(const Image<float>& pattern) const;
 
-  /// Photographs of many patterns, T read once for 16 of them. Same error and failures as apply (the order of
-  /// the sums differs, so the last bits may).
+  /// Photographs of many patterns; reads T once for 16 of them. Same error and failures as apply. The order
+  /// of the sums differs, so the last bits may differ.
   Result<std::vector<Image<float>>> apply_batch(std::span<const Image<float>> patterns) const;
 
-  /// dual photograph = Tᵀ · light: what the projector would see if the camera's pixels shone.  shapes: camera
-  /// grid (1 channel) → projector grid (channels()).  Same error and failures as apply.  source: [Sen05 §3]
+  /// dual picture = Tᵀ · light: the scene as the projector sees it, lit from the camera.  shapes: camera grid
+  /// (1 channel) → projector grid (channels()).  Same error and failures as apply.  source: [Sen05 §3]
   Result<Image<float>> apply_transposed(const Image<float>& light) const;
 
-  /// The tensor as it stood when acquisition had reached `level`: deeper leaves are replaced by the rank-1
+  /// The tensor as it was when the acquisition had reached `level`: deeper leaves are replaced by the rank-1
   /// estimate of their ancestor at that level, c r'/s with c = T_IJ 1, r = T_JI 1, s = Σc.  Needs
   /// symmetric().  source: [Garg06 §5.2, Fig. 11]
   TransportTensor stopped_at(int level) const;
 
-  /// One per level 0..levels-1 of the deeper of the two trees. A scalar leaf is counted at the level it was
-  /// accepted.
+  /// One entry for each level 0..levels-1 of the deeper of the two trees. A scalar leaf counts at the level
+  /// at which it was accepted.
   std::vector<LeafCounts> leaves_per_level() const;
-  /// Level of the leaf that holds each entry of the same slice of T: how fine the hierarchy went (paper Fig.
-  /// 2d). shapes: [cols × cols]; -1 where nothing is stored. For symmetric tensors.
+  /// The level of the leaf that holds each entry of the same slice of T [Garg06 Fig. 2d]. shapes: [cols ×
+  /// cols]; -1 where nothing is stored. For symmetric tensors.
   Result<Image<float>> level_map(int camera_row) const;
-  /// A slice of T: rows and columns are the pixels of one camera row (paper Fig. 2c). camera_row in [0,
+  /// A slice of T: its rows and columns are the pixels of one camera row [Garg06 Fig. 2c]. camera_row in [0,
   /// rows). shapes: [cols × cols] of one channel. For symmetric tensors.
   Result<Image<float>> slice(int camera_row, int channel) const;
   /// Bytes of factors, values and index in memory.
@@ -132,9 +131,10 @@ class TransportTensor {
 
   std::span<const Leaf> leaves() const&;
   std::span<const Leaf> leaves() const&& = delete;  // it would outlive its tensor
-  /// Leaf after leaf, for each channel A [rows × rank] then B [cols × rank], column by column; unpacked.
+  /// The unpacked factors, leaf after leaf: for each channel A [rows × rank], then B [cols × rank], column by
+  /// column.
   std::vector<float> factors() const;
-  std::vector<EmptyLeaf> empties(int level) const;  ///< by row block, then column block
+  std::vector<EmptyLeaf> empties(int level) const;  ///< sorted by row block, then column block
   std::int64_t empty_count(int level) const;
   std::vector<ScalarLeaf> scalars() const;   ///< the diagonal first; row ≥ col when symmetric
   std::vector<float> scalar_values() const;  ///< [scalar * channels() + channel]
@@ -168,7 +168,7 @@ class TransportTensor {
   std::shared_ptr<const tensor::Store> store_;  // when it is finished
 };
 
-/// Grows a tensor leaf by leaf (acquisition, fit and file loading do), and checks each.
+/// Builds a tensor leaf by leaf, and checks each leaf. Acquisition, fit and file loading use it.
 class TensorBuilder {
  public:
   /// Symmetric tensor on one grid.
@@ -177,11 +177,11 @@ class TensorBuilder {
   TensorBuilder(BlockTree camera, BlockTree projector, int channels);
 
   /// Adds a low-rank leaf, rank ≥ 1. factors: for each channel A [rows × rank] column-major, then B [cols ×
-  /// rank]. In a symmetric tensor give each unordered pair of blocks once; a leaf with equal ranges must be
-  /// symmetric itself, and is stored in half the space where each column of B is ± that of A.
+  /// rank]. In a symmetric tensor give each unordered pair of blocks once. A leaf with equal ranges must be
+  /// symmetric itself; if each column of B is ± that of A, it needs half the space.
   void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
                 int rank, int level, std::span<const float> factors);
-  /// Notes that no light goes between two blocks of a level (their indices in it).
+  /// Adds an empty leaf between two blocks of a level (their indices in it).
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for
   /// T[col, row] too.
@@ -193,9 +193,9 @@ class TensorBuilder {
   void add_column(std::int32_t col_begin, std::int32_t col_end, std::span<const std::int32_t> rows,
                   std::span<const float> values);
 
-  /// The tensor so far, in floats, slower to apply than a finished one; its bytes() are not known yet.
+  /// The tensor so far, in floats. It is slower to apply than a finished one, and has no valid bytes().
   const TransportTensor& current() const { return tensor_; }
-  /// Rounds and packs.
+  /// Rounds and packs the tensor.
   TransportTensor finish() &&;
 
  private:

@@ -9,14 +9,14 @@
 
 namespace symrig {
 
-/// Light from one view, seen from another: which part of an 8D tensor is asked for [Garg06 Fig. 7].
+/// The part of an 8D tensor to relight: the view that shines and the view that sees [Garg06 Fig. 7].
 struct ViewRelight {
-  ViewLayout views;          ///< that tile both grids of the tensor
+  ViewLayout views;          ///< they tile both grids of the tensor
   std::optional<View> from;  ///< only this view's projector shines; all of them if empty
-  std::optional<View> to;    ///< only this view's picture is wanted; the whole photograph if empty
+  std::optional<View> to;    ///< the result is only this view's picture; the whole photograph if empty
 };
 
-/// The grid that relight() takes its light on: that of the view `from`, else the projector's.
+/// The grid of the light for relight(): that of the view `from`, or the projector's.
 /// fails: bad_argument (views that do not tile the tensor's grids, or a view that is not one of them).
 Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what);
 

@@ -54,11 +54,11 @@ Result<void> write_all(const base::Fd& file, std::span<const std::byte> bytes, c
 
 Result<void> check_boot_drive(const fs::path& folder) {
   std::error_code none;
-  std::ifstream info;  // opening a pipe of that name would wait for its other end
+  std::ifstream info;  // to open a pipe of that name would block until its other end is open
   if (fs::is_regular_file(folder / "INFO_UF2.TXT", none)) info.open(folder / "INFO_UF2.TXT");
   if (!info.is_open())
     return Error{ErrorCode::not_found,
-                 fmt::format("{} is no boot loader's drive: it has no INFO_UF2.TXT", folder.string()),
+                 fmt::format("{} is not a boot loader's drive: it has no INFO_UF2.TXT", folder.string()),
                  "hold the board's BOOTSEL button while you plug it in, and mount the drive RPI-RP2"};
   std::ostringstream text;
   text << info.rdbuf();

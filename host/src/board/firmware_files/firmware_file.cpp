@@ -21,10 +21,10 @@ constexpr std::uint64_t kMaxFile = std::uint64_t{32} << 20U;
 constexpr std::string_view kUf2Start = "UF2\n";
 constexpr std::uint32_t kFamilyRp2040 = 0xE48BFF56;
 constexpr std::uint32_t kFlashRp2040 = 0x10000000;
-constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage; its checksum follows
+constexpr std::size_t kBoot2 = 252;  // bytes of the second boot stage, before its checksum
 
-// Our record (boards/pico/README.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash of the sources,
-// 16 bytes each for board and version.
+// The record in the image (boards/pico/README.md, "Image"): "SYMRIGFW", u32 layout, u32 reserved, u64 hash of
+// the sources, 16 bytes each for board and version.
 constexpr std::string_view kMagic = "SYMRIGFW";
 constexpr std::uint32_t kLayout = 1;
 constexpr std::size_t kRecordBytes = 56;
@@ -54,7 +54,7 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& path) {
   return result;
 }
 
-/// What FILE.json beside FILE.uf2 promises.
+/// The content of the manifest, FILE.json beside FILE.uf2.
 struct Promise {
   std::string sha256, board, version, firmware_hash;
 };
@@ -63,8 +63,8 @@ Result<Promise> read_promise(const fs::path& uf2) {
   const fs::path path = fs::path(uf2).replace_extension(".json");
   const auto read = read_bytes(path);
   if (!read && read.error().code == ErrorCode::not_found)
-    return Error{ErrorCode::not_found, fmt::format("{} is not there", path.string()),
-                 "firmware files come with it: keep the two together"};
+    return Error{ErrorCode::not_found, fmt::format("{} does not exist", path.string()),
+                 "every firmware file comes with its manifest: keep the two together"};
   SYMRIG_TRY(const auto bytes, read);
   SYMRIG_CHECK(check_json_nesting({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
   const auto json = nlohmann::json::parse(bytes, nullptr, false);
@@ -74,12 +74,12 @@ Result<Promise> read_promise(const fs::path& uf2) {
   };
   Promise promise{word("sha256"), word("board"), word("version"), word("firmware_hash")};
   if (promise.sha256.empty() || promise.board.empty())
-    return broken(path.string(), "it is no manifest of firmware");
+    return broken(path.string(), "it is not a firmware manifest");
   return promise;
 }
 
-/// CRC-32 as the RP2040's boot ROM checks it (RP2040 datasheet, 2.8.1.3.1): polynomial 04c11db7, from the
-/// highest bit down, start ffffffff, no final inversion.
+/// The CRC-32 of the RP2040's boot ROM (RP2040 datasheet, 2.8.1.3.1): polynomial 04c11db7, highest bit first,
+/// start ffffffff, no final inversion.
 std::uint32_t boot_crc(Bytes bytes) {
   std::uint32_t crc = 0xFFFFFFFF;
   for (const std::uint8_t byte : bytes) {
@@ -98,7 +98,7 @@ Result<void> check_processor(const std::string& file, const FlashImage& image) {
                   fmt::format("it begins at address {:#010x}, not where the flash begins", image.address));
   const Bytes boot(image.bytes);
   if (boot_crc(boot.first(kBoot2)) != number(boot, kBoot2, 4))
-    return broken(file, "the checksum of its second boot stage is wrong: a board would not start it");
+    return broken(file, "the checksum of its second boot stage is wrong, so a board would not start it");
   return {};
 }
 
@@ -106,10 +106,10 @@ Result<FirmwareManifest> find_manifest(const std::string& file, const FlashImage
   const auto found = std::search(image.bytes.begin(), image.bytes.end(), kMagic.begin(), kMagic.end());
   const auto at = static_cast<std::size_t>(found - image.bytes.begin());
   if (at + kRecordBytes > image.bytes.size())
-    return broken(file, "it is no firmware of symrig: our record is not in it");
+    return broken(file, "it is not firmware of symrig: it does not contain symrig's record");
   const Bytes record(image.bytes.data() + at, kRecordBytes);
   if (const auto layout = number(record, 8, 4); layout != kLayout)
-    return broken(file, fmt::format("its record is of layout {}, this host knows {}", layout, kLayout));
+    return broken(file, fmt::format("its record has layout {}, this host knows layout {}", layout, kLayout));
   return FirmwareManifest{text(record.subspan(24, kText)), text(record.subspan(24 + kText, kText)),
                           number(record, 16, 8)};
 }
@@ -126,9 +126,9 @@ Result<void> compare(const std::string& file, const Promise& promise, const Firm
 
 Result<FirmwareFile> read_firmware(const fs::path& uf2) {
   SYMRIG_TRY(const auto bytes, read_bytes(uf2));
-  // What is no such file at all is told before its manifest is missed.
+  // Reports a file of another kind before a missing manifest.
   if (bytes.size() < kUf2Start.size() || !std::equal(kUf2Start.begin(), kUf2Start.end(), bytes.begin()))
-    return broken(uf2.string(), "it is no UF2 file");
+    return broken(uf2.string(), "it is not a UF2 file");
   SYMRIG_TRY(const auto promise, read_promise(uf2));
   FirmwareFile file;
   file.sha256 = board::sha256(bytes);
@@ -147,7 +147,7 @@ Result<void> check_firmware_fits(const FirmwareManifest& manifest, std::string_v
   if (manifest.board == board) return {};
   return Error{ErrorCode::bad_value,
                fmt::format("the firmware is for board '{}', the board is a '{}'", manifest.board, board),
-               "take the file that is for this board"};
+               "use the file for this board"};
 }
 
 }  // namespace symrig

@@ -11,7 +11,7 @@ namespace symrig::board {
 
 std::string sha256(std::span<const std::uint8_t> bytes) {
   std::array<unsigned char, 32> hash{};
-  // Fails only where OpenSSL was built without SHA-256. An empty text then equals no hash of any file.
+  // Fails only if OpenSSL was built without SHA-256. The empty text then differs from every file's hash.
   if (EVP_Digest(bytes.data(), bytes.size(), hash.data(), nullptr, EVP_sha256(), nullptr) != 1) return {};
   std::string text;
   for (const unsigned char byte : hash) text += fmt::format("{:02x}", byte);

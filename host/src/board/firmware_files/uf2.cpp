@@ -11,7 +11,7 @@ namespace symrig {
 namespace {
 
 constexpr std::size_t kBlock = 512;
-constexpr std::size_t kPayload = 256;  // what the RP2040's boot loader takes
+constexpr std::size_t kPayload = 256;  // bytes in a block that the RP2040's boot loader accepts
 constexpr std::size_t kMaxImage = std::size_t{16} << 20U;
 constexpr std::uint32_t kMagic0 = 0x0A324655;
 constexpr std::uint32_t kMagic1 = 0x9E5D5157;
@@ -37,7 +37,7 @@ struct Block {
 
 Result<Block> parse_block(Bytes bytes, std::size_t index) {
   if (word(bytes, 0) != kMagic0 || word(bytes, 4) != kMagic1 || word(bytes, kBlock - 4) != kMagicEnd)
-    return broken(fmt::format("block {} does not begin and end as UF2 blocks do", index));
+    return broken(fmt::format("block {} does not begin and end like a UF2 block", index));
   const Block block{word(bytes, 8),
                     word(bytes, 12),
                     word(bytes, 16),
@@ -47,11 +47,11 @@ Result<Block> parse_block(Bytes bytes, std::size_t index) {
                     bytes.subspan(32, kPayload)};
   if ((block.flags & kNotMainFlash) != 0) return broken(fmt::format("block {} is not for the flash", index));
   if ((block.flags & kFamilyPresent) == 0)
-    return broken(fmt::format("block {} does not say for which processor it is", index));
+    return broken(fmt::format("block {} does not name its processor", index));
   if (block.payload != kPayload || block.address % kPayload != 0)
     return broken(
-        fmt::format("block {} holds {} bytes for address {:#010x}: blocks hold 256 bytes at multiples of 256",
-                    index, block.payload, block.address));
+        fmt::format("block {} holds {} bytes for address {:#010x}, not 256 bytes at a multiple of 256", index,
+                    block.payload, block.address));
   return block;
 }
 
@@ -64,7 +64,7 @@ Result<std::vector<Block>> parse_blocks(Bytes file) {
     SYMRIG_TRY(const Block block, parse_block(file.subspan(k * kBlock, kBlock), k));
     if (block.number != k || block.count != count)
       return broken(
-          fmt::format("block {} of {} says that it is block {} of {}", k, count, block.number, block.count));
+          fmt::format("block {} of {} calls itself block {} of {}", k, count, block.number, block.count));
     if (block.family != (blocks.empty() ? block.family : blocks.front().family))
       return broken(fmt::format("block {} is for another processor than the first", k));
     blocks.push_back(block);

@@ -35,14 +35,14 @@ std::string_view scheme_of(Transport transport) {
 
 Error malformed(std::string_view text, std::string_view why) {
   return {
-      ErrorCode::bad_argument, fmt::format("'{}' is no device: {}", text, why),
+      ErrorCode::bad_argument, fmt::format("'{}' is not a device: {}", text, why),
       "a device is sim:, usb:SERIAL, serial:/dev/ttyACM0, tcp:HOST:PORT, unix:PATH, virtual:tcp:HOST:PORT or "
       "virtual:unix:PATH"};
 }
 
 /// "ubs:123" means "usb:".
 Error unknown_scheme(std::string_view text) {
-  Error error = malformed(text, "it begins with no known kind of link");
+  Error error = malformed(text, "it does not begin with a known kind of link");
   std::vector<std::string_view> known;
   for (const Scheme& scheme : kSchemes) known.push_back(scheme.text);
   const std::size_t colon = text.find(':');
@@ -58,7 +58,7 @@ std::optional<std::uint32_t> number(std::string_view text) {
   return value;
 }
 
-/// The value of the only option there may be, "?key=value"; takes it off `rest`. nullopt: another option.
+/// The value of the only allowed option, "?key=value"; removes it from `rest`. nullopt: another option.
 std::optional<std::string_view> take_option(std::string_view& rest, std::string_view key) {
   const std::size_t mark = rest.find('?');
   if (mark == std::string_view::npos) return "";
@@ -69,27 +69,26 @@ std::optional<std::string_view> take_option(std::string_view& rest, std::string_
   return option.substr(key.size() + 1);
 }
 
-/// Takes "?jumper=OUT:IN" off `rest`, if it is there. sim: has lines by name, virtual links have pins by
-/// number.
+/// Removes "?jumper=OUT:IN" from `rest`, if present. sim: names lines, virtual links number pins.
 Result<void> take_jumper(std::string_view text, std::string_view& rest, DeviceUri& uri) {
   const auto jumper = take_option(rest, "jumper");
   if (!jumper) return malformed(text, "its only option is ?jumper=OUT:IN");
   if (jumper->empty()) return {};
   const std::size_t colon = jumper->find(':');
   if (colon == std::string_view::npos || colon == 0 || colon + 1 == jumper->size())
-    return malformed(text, "a jumper is OUT:IN, two lines");
+    return malformed(text, "its jumper must be OUT:IN, two lines");
   uri.jumper_from = jumper->substr(0, colon);
   uri.jumper_to = jumper->substr(colon + 1);
   const auto pin = [](const std::string& name) { return number(name).value_or(255) < 255; };
   if (uri.transport != Transport::sim && !(pin(uri.jumper_from) && pin(uri.jumper_to)))
-    return malformed(text, "its jumper is GPIO:GPIO, two numbers of pins");
+    return malformed(text, "its jumper must be GPIO:GPIO, two pin numbers");
   return {};
 }
 
 Result<DeviceUri> parse_sim(std::string_view text, std::string_view rest) {
   DeviceUri uri{.transport = Transport::sim};
   SYMRIG_CHECK(take_jumper(text, rest, uri));
-  if (!rest.empty()) return malformed(text, "nothing may stand between sim: and its options");
+  if (!rest.empty()) return malformed(text, "no text is allowed between sim: and its options");
   return uri;
 }
 
@@ -100,7 +99,7 @@ Result<DeviceUri> parse_serial(std::string_view text, std::string_view rest) {
   DeviceUri uri{.transport = Transport::serial, .place = std::string(rest)};
   if (baud->empty()) return uri;
   const auto rate = number(*baud);
-  if (!rate || *rate == 0) return malformed(text, fmt::format("'{}' is no baud rate", *baud));
+  if (!rate || *rate == 0) return malformed(text, fmt::format("'{}' is not a baud rate", *baud));
   uri.baud = *rate;
   return uri;
 }
@@ -112,11 +111,11 @@ Result<DeviceUri> parse_socket(std::string_view text, std::string_view rest, Dev
   if (host.size() >= 2 && host.front() == '[' && host.back() == ']')
     host = host.substr(1, host.size() - 2);
   else if (host.find(':') != std::string_view::npos)
-    return malformed(text, "an IPv6 address stands in brackets, [::1]");
+    return malformed(text, "an IPv6 address needs brackets, [::1]");
   if (host.empty()) return malformed(text, "the host is missing");
   const auto port = number(rest.substr(colon + 1));
   if (!port || *port == 0 || *port > 65'535)
-    return malformed(text, fmt::format("'{}' is no port, 1 to 65535", rest.substr(colon + 1)));
+    return malformed(text, fmt::format("'{}' is not a port, 1 to 65535", rest.substr(colon + 1)));
   uri.place = host;
   uri.port = static_cast<std::uint16_t>(*port);
   return uri;

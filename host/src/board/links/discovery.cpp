@@ -72,7 +72,7 @@ std::string list_of(std::span<const FoundBoard> boards) {
 
 Error none_there() {
   return {ErrorCode::device_lost, "no board is connected",
-          "check its cable; symrig list shows what is there"};
+          "check its cable; symrig list shows the connected boards"};
 }
 
 }  // namespace
@@ -100,7 +100,7 @@ Result<std::vector<FoundBoard>> find_boards(UsbBus& bus, const fs::path& serial_
   sort_by_serial(boards);
   std::vector<FoundBoard> ports = found_on_serial(serial_ports);
   sort_by_serial(ports);
-  // A board with a vendor interface keeps its serial port for its log: the wire is on the former.
+  // A board with a vendor interface uses it for the protocol. Its serial port is for its log.
   const std::vector<FoundBoard> on_usb = boards;
   std::copy_if(ports.begin(), ports.end(), std::back_inserter(boards),
                [&](const FoundBoard& port) { return !holds_serial(on_usb, port.serial); });
@@ -124,7 +124,7 @@ Result<DeviceUri> choose_board(std::span<const FoundBoard> found, std::string_vi
                  fmt::format("connected: {}", list_of(found))};
   return Error{ErrorCode::bad_argument,
                wanted.empty() ? fmt::format("{} boards are connected", fits.size())
-                              : fmt::format("'{}' fits {} boards", wanted, fits.size()),
+                              : fmt::format("'{}' matches {} boards", wanted, fits.size()),
                fmt::format("name one of them: {}", list_of(fits))};
 }
 

@@ -46,7 +46,7 @@ Result<std::unique_ptr<Link>> open_link(const DeviceUri& uri) {
     case Transport::virtual_unix:
       return open_virtual(uri);
   }
-  return Error{ErrorCode::bad_argument, "no such kind of link"};
+  return Error{ErrorCode::bad_argument, "unknown kind of link"};
 }
 
 }  // namespace symrig

@@ -35,7 +35,7 @@ constexpr std::array<Rate, 14> kRates{{{9'600, B9600},
                                        {4'000'000, B4000000}}};
 
 Error cannot_open(const std::string& path, int error) {
-  std::string hint = "symrig list shows the boards that are there";
+  std::string hint = "symrig list shows the connected boards";
   if (error == EACCES || error == EPERM)
     hint = "install the udev rule (docs/howto-boards.md), or join the port's group";
   if (error == EBUSY || error == EWOULDBLOCK) hint = "end the other program that has the port open";
@@ -48,11 +48,11 @@ Result<speed_t> speed(std::uint32_t baud) {
   if (rate != kRates.end()) return rate->code;
   const auto* above =
       std::find_if(kRates.begin(), kRates.end(), [baud](const Rate& one) { return one.baud > baud; });
-  return Error{ErrorCode::bad_argument, fmt::format("serial ports know no {} baud", baud),
-               fmt::format("the next is {}", above == kRates.end() ? kRates.back().baud : above->baud)};
+  return Error{ErrorCode::bad_argument, fmt::format("serial ports have no rate of {} baud", baud),
+               fmt::format("use {} baud", above == kRates.end() ? kRates.back().baud : above->baud)};
 }
 
-/// Raw: every byte passes as it is, a read gives what is there.
+/// Raw: every byte passes unchanged, and a read returns the bytes that have arrived.
 Result<void> make_raw(const base::Fd& port, const std::string& path, speed_t code) {
   termios settings{};
   if (::tcgetattr(port.get(), &settings) != 0)
@@ -68,8 +68,7 @@ Result<void> make_raw(const base::Fd& port, const std::string& path, speed_t cod
   return {};
 }
 
-/// Boards take DTR for "a host is there". A port without modem lines (a pseudo-terminal) has nothing to
-/// raise.
+/// DTR tells a board that a host is connected. A port without modem lines (a pseudo-terminal) has no DTR.
 void raise_lines(const base::Fd& port) {
   int lines = TIOCM_DTR | TIOCM_RTS;
   ::ioctl(port.get(), TIOCMBIS, &lines);
@@ -81,7 +80,7 @@ Result<base::Fd> open_serial(const std::string& path, std::uint32_t baud) {
   SYMRIG_TRY(const speed_t code, speed(baud));
   base::Fd port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!port) return cannot_open(path, errno);
-  // The lock keeps our own programs apart, TIOCEXCL everybody else (but root).
+  // The lock excludes other programs of symrig; TIOCEXCL excludes all others (except root).
   if (::flock(port.get(), LOCK_EX | LOCK_NB) != 0) return cannot_open(path, errno);
   SYMRIG_CHECK(make_raw(port, path, code));
   ::ioctl(port.get(), TIOCEXCL);

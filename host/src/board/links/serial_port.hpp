@@ -9,9 +9,9 @@
 
 namespace symrig::board {
 
-/// Opens a serial port raw (8N1, no echo, no flow control by characters), for this program alone, with DTR
-/// and RTS on. Bytes that were waiting in it are thrown away. fails: device_lost (not there, no permission,
-/// in use), bad_argument (not a serial port, an unknown baud rate).
+/// Opens a serial port raw (8N1, no echo, no flow control by characters), for this program only, with DTR and
+/// RTS on. Discards bytes that arrived before. fails: device_lost (missing, no permission, in use),
+/// bad_argument (not a serial port, an unknown baud rate).
 Result<base::Fd> open_serial(const std::string& path, std::uint32_t baud);
 
 }  // namespace symrig::board

@@ -28,7 +28,7 @@ class Jumper final : public boards::Peripheral {
   int from_, to_;
 };
 
-/// Peripherals are not owned by the board that they are attached to, and must outlive it.
+/// The board does not own its peripherals, and they must outlive it.
 class OwningSimLink final : public Link {
  public:
   OwningSimLink() : link_(make_sim_link(board_)) {}

@@ -8,8 +8,8 @@
 
 namespace symrig::board {
 
-/// A link to a new simulated board that it owns: with a projector and a camera, or with the uri's jumper in
-/// their place. fails: unknown_name (a line of the jumper).
+/// A link that owns a new simulated board. The board has a projector and a camera, or instead of them the
+/// uri's jumper. fails: unknown_name (a line of the jumper).
 Result<std::unique_ptr<Link>> open_sim_device(const DeviceUri& uri);
 
 }  // namespace symrig::board

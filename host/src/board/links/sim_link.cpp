@@ -19,7 +19,7 @@ class SimLink final : public Link {
   }
 
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
-    // A wait that is shorter than a tick takes one, or whoever waits for a time to pass would wait for ever.
+    // A wait of less than a tick lasts one tick. Otherwise a caller that waits for a time would never end.
     const std::uint64_t nearest = rate_.ticks(timeout).count;
     const std::uint64_t deadline = board_.now() + nearest + (rate_.nanoseconds({nearest}) < timeout ? 1 : 0);
     std::vector<std::uint8_t> bytes = board_.read();

@@ -19,10 +19,10 @@ namespace {
 
 Error unreachable(const std::string& place, std::string_view why) {
   return {ErrorCode::device_lost, fmt::format("{} cannot be reached ({})", place, why),
-          "check that a board is served there"};
+          "check that a board's server runs there"};
 }
 
-/// 0, or the errno of a connection that was begun on a non-blocking socket.
+/// 0 or the errno of a connection in progress on a non-blocking socket.
 int outcome(int fd, Nanoseconds patience) {
   pollfd one{fd, POLLOUT, 0};
   const auto milliseconds = std::chrono::ceil<std::chrono::milliseconds>(patience).count();
@@ -58,7 +58,7 @@ Result<base::Fd> connect_unix(const std::string& path) {
   std::memcpy(address.sun_path, path.data(), path.size());
   base::Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd) return unreachable(path, std::strerror(errno));
-  // A connection to a local socket is there at once or not at all; a full queue of waiting clients is EAGAIN.
+  // A local socket connects at once or fails; if its queue of waiting clients is full, it fails with EAGAIN.
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how sockets take addresses
   if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0)
     return unreachable(path, std::strerror(errno));

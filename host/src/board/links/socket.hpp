@@ -12,8 +12,8 @@ namespace symrig::board {
 /// A non-blocking connection to a listening local socket. fails: device_lost, bad_argument (path too long).
 Result<base::Fd> connect_unix(const std::string& path);
 
-/// A non-blocking connection to a TCP port, Nagle's delay off. Tries every address of the host, for at most
-/// `patience` each. fails: device_lost (no such host, refused, no answer).
+/// A non-blocking connection to a TCP port, with Nagle's delay off. Tries every address of the host, each for
+/// at most `patience`. fails: device_lost (no such host, refused, no answer).
 Result<base::Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds patience);
 
 }  // namespace symrig::board

@@ -7,7 +7,7 @@ namespace symrig::board {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Nanoseconds kSendPatience = 2s;  // a board takes its bytes within milliseconds
+constexpr Nanoseconds kSendPatience = 2s;  // a board accepts its bytes within milliseconds
 
 class StreamLink final : public Link {
  public:

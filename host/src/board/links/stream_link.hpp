@@ -9,7 +9,7 @@
 
 namespace symrig::board {
 
-/// Raw wire bytes over a descriptor, on the wall clock.
+/// Raw wire bytes over a descriptor, in real time.
 std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name);
 
 }  // namespace symrig::board

@@ -16,7 +16,7 @@ namespace usb {
 namespace {
 
 Error no_usb(int code) {
-  return {ErrorCode::io, fmt::format("USB cannot be looked at ({})", libusb_strerror(code)),
+  return {ErrorCode::io, fmt::format("the USB devices cannot be listed ({})", libusb_strerror(code)),
           "name the board by its URI instead"};
 }
 
@@ -60,7 +60,8 @@ std::string port_of(libusb_device* device) {
   return text.empty() ? text : fmt::format("{}-{}", libusb_get_bus_number(device), text);
 }
 
-/// What the kernel read when the device was plugged in: needs no permission, and disturbs nobody who uses it.
+/// A string that the kernel read when the device was connected. Needs no permission and does not disturb
+/// other users of the device.
 std::string kernel_text(const std::string& port, const char* what) {
   std::ifstream file(fmt::format("/sys/bus/usb/devices/{}/{}", port, what));
   std::string line;

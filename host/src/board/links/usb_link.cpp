@@ -15,8 +15,8 @@ namespace symrig::board {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr std::size_t kReads = 16;    // packets the kernel takes from the board while nobody listens
-constexpr std::size_t kWrites = 8;    // frames on their way to the board
+constexpr std::size_t kReads = 16;    // packets that the kernel accepts from the board between two receive()
+constexpr std::size_t kWrites = 8;    // frames in flight to the board
 constexpr std::size_t kPiece = 1024;  // longer than any frame on the wire
 constexpr Nanoseconds kSendPatience = 2s;
 
@@ -25,9 +25,9 @@ struct FreeTransfer {
 };
 using Transfer = std::unique_ptr<libusb_transfer, FreeTransfer>;
 
-/// Bulk pipes with several transfers in flight, run by whoever calls: no thread of its own, because the
-/// kernel goes on with what has been submitted. Each read is one packet long: a longer one would end only
-/// with a short packet, and a frame may be whole packets.
+/// Bulk pipes with several transfers in flight. The calling thread handles them: no thread of its own is
+/// needed, because the kernel continues all submitted transfers. Each read is one packet long. A longer read
+/// ends only with a short packet, and a frame may consist of full packets.
 class UsbLink final : public Link {
  public:
   UsbLink(usb::Context context, usb::Handle handle, usb::Pipes pipes, std::string name)
@@ -93,7 +93,7 @@ bool UsbLink::submit(Slot& slot) {
   return slot.busy;
 }
 
-/// A transfer has ended: badly, unless we cancelled it, means that the board is gone.
+/// Handles the end of a transfer. An error means that the board is gone, unless we cancelled the transfer.
 void UsbLink::settle(Slot& slot) {
   slot.busy = false;
   const libusb_transfer_status status = slot.transfer->status;
@@ -144,7 +144,7 @@ Result<UsbLink::Slot*> UsbLink::wait_for_write() {
     const Nanoseconds left = deadline - base::steady_now();
     if (left.count() <= 0)
       return Error{ErrorCode::device_lost,
-                   fmt::format("{}: takes no bytes for {:.3g} s", name_, seconds(kSendPatience)),
+                   fmt::format("{}: accepts no bytes for {:.3g} s", name_, seconds(kSendPatience)),
                    "unplug the board and plug it in again"};
     run_events(left);
   }
@@ -179,8 +179,8 @@ bool UsbLink::any_busy() const {
   return std::any_of(reads_.begin(), reads_.end(), busy) || std::any_of(writes_.begin(), writes_.end(), busy);
 }
 
-/// Frames on their way get a moment to leave (an abort may be among them); then all transfers are called
-/// back, because a transfer in flight must not be freed.
+/// First gives frames in flight some time to leave: one may be an abort. Then cancels all transfers, because
+/// a transfer in flight must not be freed.
 UsbLink::~UsbLink() {
   const Nanoseconds flushed = base::steady_now() + 100ms;
   const auto busy = [](const Slot& slot) { return slot.busy; };
@@ -202,7 +202,7 @@ Error cannot_open(const std::string& name, int code) {
   return {ErrorCode::device_lost, fmt::format("{} cannot be opened ({})", name, libusb_strerror(code)), hint};
 }
 
-/// The one candidate that the serial number names.
+/// The only candidate that matches the serial number.
 Result<usb::Candidate> pick(std::vector<usb::Candidate> candidates, const std::string& serial) {
   std::vector<FoundBoard> found;
   std::erase_if(candidates, [](const usb::Candidate& one) { return !is_symrig(one.about); });

@@ -8,8 +8,8 @@
 
 namespace symrig::board {
 
-/// Claims the vendor interface of the board whose serial number begins so. fails: device_lost (not there, no
-/// permission, in use), bad_argument (several fit), io (no USB).
+/// Claims the vendor interface of the board whose serial number begins with `serial`. fails: device_lost (no
+/// such board, no permission, in use), bad_argument (several match), io (no USB).
 Result<std::unique_ptr<Link>> open_usb(const std::string& serial);
 
 }  // namespace symrig::board

@@ -9,9 +9,9 @@ namespace symrig {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr Nanoseconds kPatience = 15s;  // for an answer that takes the board no time
+constexpr Nanoseconds kPatience = 15s;  // for an answer that needs no time of the board
 constexpr Nanoseconds kMost = 120s;
-constexpr std::int64_t kSlowness = 300;  // seconds of ours that an emulator may need for one of the board's
+constexpr std::int64_t kSlowness = 300;  // real seconds for one second of an emulated board, at most
 constexpr std::size_t kHeader = 5;
 constexpr std::size_t kMaxPayload = std::size_t{1} << 26;
 
@@ -24,10 +24,10 @@ Nanoseconds patience_for(Nanoseconds board_time) {
 Error VirtualBench::Connection::silence(Nanoseconds patience) const {
   return {ErrorCode::device_lost,
           fmt::format("{}: no answer for {} s", stream_.name(), patience / Nanoseconds{1s}),
-          "see what the virtual board's server is doing"};
+          "check the virtual board's server"};
 }
 
-/// Reads on until `count` bytes wait.
+/// Reads until `count` bytes are in the buffer.
 Result<void> VirtualBench::Connection::fill(std::size_t count, Nanoseconds patience) {
   while (waiting_.size() < count) {
     SYMRIG_TRY(const auto bytes, stream_.receive(patience));
@@ -54,8 +54,8 @@ Result<std::vector<std::uint8_t>> VirtualBench::Connection::ask(char type,
   const std::size_t size = board::unpack<std::uint32_t>(waiting_, 1);
   if ((kind != type && kind != 'x') || size > kMaxPayload || (kind == type && size < least))
     return Error{ErrorCode::protocol,
-                 fmt::format("{}: the answer to '{}' makes no sense", stream_.name(), type),
-                 "check that a virtual board of this version is served there"};
+                 fmt::format("{}: the answer to '{}' is not valid", stream_.name(), type),
+                 "check that the server is a virtual board of this version"};
   SYMRIG_CHECK(fill(kHeader + size, patience));
   const auto begin = waiting_.begin() + kHeader;
   std::vector<std::uint8_t> answer(begin, begin + static_cast<std::ptrdiff_t>(size));

@@ -13,7 +13,7 @@
 
 namespace symrig::board {
 
-/// Little-endian numbers one after another, as the virtual link's payloads hold them.
+/// Writes little-endian numbers one after another: the payloads of the virtual link.
 class Packer {
  public:
   template <class T>
@@ -28,7 +28,7 @@ class Packer {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// The number that begins at `offset`; the caller has checked that it is there.
+/// The number that begins at `offset`. The caller has checked that the bytes suffice.
 template <class T>
 T unpack(std::span<const std::uint8_t> bytes, std::size_t offset) {
   std::uint64_t value = 0;
@@ -40,18 +40,18 @@ T unpack(std::span<const std::uint8_t> bytes, std::size_t offset) {
 
 namespace symrig {
 
-/// Requests and answers of the virtual link: u8 type, u32 length, payload. One answer to each request, in
+/// Requests and answers of the virtual link: u8 type, u32 length, payload. Each request has one answer, in
 /// order.
 class VirtualBench::Connection {
  public:
   explicit Connection(base::ByteStream stream) : stream_(std::move(stream)) {}
 
-  /// The payload of the answer, which has at least `least` bytes. fails: device_lost (silence, the end, or
-  /// the server's own reason), protocol.
-  /// board_time: how long the board runs for it. A server that was silent once is not asked again.
+  /// The payload of the answer, which has at least `least` bytes. fails: device_lost (no answer, connection
+  /// closed, or the server's own reason), protocol.
+  /// board_time: how long the board runs for this request. After one missing answer all further calls fail.
   Result<std::vector<std::uint8_t>> ask(char type, std::span<const std::uint8_t> payload, std::size_t least,
                                         Nanoseconds board_time = Nanoseconds{0});
-  /// A request whose answer says only that it is done.
+  /// A request whose answer has no payload.
   Result<void> tell(char type, std::span<const std::uint8_t> payload,
                     Nanoseconds board_time = Nanoseconds{0});
 

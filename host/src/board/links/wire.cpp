@@ -25,13 +25,13 @@ Error no_answer(int attempts) {
 
 Error restarted() {
   return {ErrorCode::device_lost,
-          "the board does not know this session: it was restarted or another host spoke to it",
+          "the board does not know this session: it was restarted, or another host connected to it",
           "connect again"};
 }
 
 }  // namespace
 
-/// A program on its way: frames [first, next) have been sent, those before `base` have arrived.
+/// A program during its upload: frames [first, next) were sent, and those before `base` have arrived.
 struct Wire::Upload {
   std::uint32_t program_id;
   std::span<const std::uint8_t> bytes;
@@ -52,7 +52,7 @@ Result<symrig_wire_Reply> Wire::hello() {
   request.which_body = symrig_wire_Request_hello_tag;
   request.body.hello = {protocol::kProtoMajor, protocol::kProtoMinor};
   in_session_ = false;
-  // Whatever the last host left half said ends here.
+  // Ends a frame that the last host may have left incomplete.
   constexpr std::array<std::uint8_t, 1> kFlush{0};
   SYMRIG_CHECK(link_->send(kFlush));
   hello_ack_ = static_cast<std::uint16_t>(next_seq_ + 1);
@@ -64,7 +64,7 @@ Result<symrig_wire_Reply> Wire::request(const symrig_wire_Request& request) {
 }
 
 Result<symrig_wire_Reply> Wire::urgent(const symrig_wire_Request& request) {
-  // A token of its own: the high half of the circle seen from the next sequence number.
+  // A number that normal requests do not use now: half the number range away from the next one.
   return ask(request, static_cast<std::uint16_t>(next_seq_ + 0x8000U), flag::urgent);
 }
 
@@ -108,7 +108,7 @@ Result<std::optional<symrig_wire_Reply>> Wire::send_chunks(std::uint32_t program
     silent = progress ? 0 : silent + 1;
     if (progress) upload.base += arrived;
     if (!progress || nak_)
-      upload.next = upload.base;  // go back and send again what is not known to have arrived
+      upload.next = upload.base;  // go back and repeat every frame that is not acknowledged
   }
   return std::optional<symrig_wire_Reply>();
 }
@@ -184,7 +184,7 @@ void Wire::take_reply(const Frame& frame) {
   if (in_session_) {
     events_missing_ = events_missing_ || protocol::seq_before(next_event_, frame.header.seq);
   } else if (reply_ack_ == hello_ack_ && !reply_urgent_) {
-    in_session_ = true;  // the reply to Hello numbers the event that the board will send next
+    in_session_ = true;  // the reply to Hello contains the number of the board's next event
     next_event_ = frame.header.seq;
   }
 }
@@ -193,7 +193,7 @@ void Wire::take_event(const Frame& frame) {
   if (!in_session_) return;
   if (frame.header.seq != next_event_) {
     events_missing_ = events_missing_ || protocol::seq_before(next_event_, frame.header.seq);
-    events_to_acknowledge_ = true;  // a repeated event: the board has not seen the acknowledgement
+    events_to_acknowledge_ = true;  // a repeated event: the board did not receive the acknowledgement
     return;
   }
   ++next_event_;

@@ -14,7 +14,7 @@
 
 namespace symrig::board {
 
-/// The host's end of the wire: numbers frames, repeats what is not answered, puts events in order. Rules:
+/// The host's end of the wire: numbers frames, repeats requests without a reply, sorts events. Rules:
 /// protocol/PROTOCOL.md, "Sequence".
 class Wire {
  public:
@@ -24,15 +24,15 @@ class Wire {
 
   /// Begins a session.
   Result<symrig_wire_Reply> hello();
-  /// Sends a request and waits for its reply, whatever code that has. fails: device_lost.
+  /// Sends a request and waits for its reply, with any code. fails: device_lost.
   Result<symrig_wire_Reply> request(const symrig_wire_Request& request);
-  /// The same out of turn (Abort only).
+  /// Sends a request that overtakes others (Abort only).
   Result<symrig_wire_Reply> urgent(const symrig_wire_Request& request);
-  /// Sends a program in chunks, up to `window` in flight. A reply in place of an acknowledgement is returned:
-  /// the board refused a chunk. fails: device_lost.
+  /// Sends a program in chunks, up to `window` in flight. If the board refuses a chunk, returns its reply.
+  /// fails: device_lost.
   Result<std::optional<symrig_wire_Reply>> send_chunks(std::uint32_t program_id,
                                                        std::span<const std::uint8_t> bytes, unsigned window);
-  /// Takes what comes within `timeout`; returns as soon as something came.
+  /// Handles bytes that arrive within `timeout`; returns after the first ones.
   Result<void> listen(Nanoseconds timeout);
 
   Nanoseconds now() const { return link_->now(); }
@@ -55,13 +55,13 @@ class Wire {
   protocol::FrameDecoder decoder_;
 
   std::uint16_t next_seq_ = 1;
-  std::uint16_t next_event_ = 0;  // number of the event expected next
+  std::uint16_t next_event_ = 0;  // number of the next expected event
   std::uint16_t hello_ack_ = 0;
   bool in_session_ = false;
   bool events_to_acknowledge_ = false;
   bool events_missing_ = false;
 
-  // What the frames taken last said.
+  // Contents of the frames received last.
   std::optional<symrig_wire_Reply> reply_;
   std::uint16_t reply_ack_ = 0;
   bool reply_urgent_ = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What users hold: every call goes to the session behind it.
+// The public class: it forwards every call to its session.
 #include "symrig/board/board.hpp"
 
 #include "board/session/session.hpp"

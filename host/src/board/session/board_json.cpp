@@ -41,8 +41,8 @@ Json board_json(const BoardInfo& board) {
 
 namespace {
 
-/// Edges that can be awaited: a number of bits, an object as `symrig info --json` has it, or a list of names
-/// as in a firmware's manifest.
+/// The edges that a program can wait for: a number of bits, an object as in `symrig info --json`, or a list
+/// of names as in a firmware's manifest.
 std::uint8_t waits_from(const Json& line) {
   if (!line.contains("waits")) return 7;
   const Json& waits = line.at("waits");
@@ -55,9 +55,9 @@ std::uint8_t waits_from(const Json& line) {
   return static_cast<std::uint8_t>(bit("rising", 1) | bit("falling", 2) | bit("both", 4));
 }
 
-/// Ticks that no board comes near: sums of some of them still fit.
+/// More ticks than any board uses. A sum of several still fits into 64 bits.
 constexpr std::uint64_t kManyTicks = std::uint64_t{1} << 40U;
-/// Between these all conversions of ticks are exact.
+/// Within these limits all conversions of ticks are exact.
 constexpr std::uint64_t kSlowest = 1000, kFastest = 10'000'000'000;
 constexpr std::size_t kMostLines = 32;
 
@@ -65,7 +65,7 @@ Ticks ticks_at(const Json& json, const char* key, std::uint64_t least) {
   return {base::whole_number_at<std::uint64_t>(json, key, {least, kManyTicks})};
 }
 
-/// Names go into files and onto terminals.
+/// Names go into files and to terminals, so control characters are refused.
 std::string name_of(const std::string& name, bool may_be_empty = false) {
   constexpr std::size_t kLongest = 64;
   const auto control = [](unsigned char c) { return c < 0x20 || c == 0x7F; };
@@ -79,7 +79,7 @@ void check_board(const BoardInfo& board) {
   if (board.lines.size() > kMostLines) throw base::BadJson("it has more than 32 lines");
   for (std::size_t k = 0; k < board.lines.size(); ++k)
     if (board.line(board.lines[k].name) != static_cast<int>(k))
-      throw base::BadJson(fmt::format("two lines are called '{}'", board.lines[k].name));
+      throw base::BadJson(fmt::format("two lines have the name '{}'", board.lines[k].name));
 }
 
 /// In bytes, or in records of 8.
@@ -148,8 +148,7 @@ LineConfig line_from_json(const Json& json) {
   line.min_off =
       Nanoseconds(base::whole_number_at<std::int64_t>(json, "min_off_ns", {0, base::kLongestNanoseconds}));
   line.max_duty = json.at("max_duty").get<double>();
-  if (!(line.max_duty > 0 && line.max_duty <= 1))
-    throw base::BadJson("'max_duty' is not a share from 0 to 1");
+  if (!(line.max_duty > 0 && line.max_duty <= 1)) throw base::BadJson("'max_duty' is not between 0 and 1");
   if (const Json trip = json.value("trip_level", Json()); !trip.is_null()) line.trip_level = trip.get<bool>();
   return line;
 }
@@ -158,7 +157,7 @@ namespace {
 
 Error no_board(std::string_view why) {
   return {ErrorCode::bad_format, fmt::format("it does not describe a board: {}", why),
-          "give what symrig info --json wrote, a receipt of that board, or its firmware's manifest"};
+          "give the output of symrig info --json, a receipt of that board, or its firmware's manifest"};
 }
 
 }  // namespace

@@ -9,12 +9,14 @@
 
 namespace symrig::board {
 
-/// What programs depend on of a board.
+/// The properties of a board that programs depend on.
 nlohmann::ordered_json board_json(const BoardInfo& board);
-/// The text as JSON that nests no deeper than ours does. Throws nlohmann::json::exception and BadJson.
+/// Parses JSON. Refuses JSON that is nested deeper than the files of symrig. Throws nlohmann::json::exception
+/// and BadJson.
 nlohmann::ordered_json parse_json(std::string_view text);
 
-/// The inverse of board_json: a board that there can be. Throws nlohmann::json::exception and BadJson.
+/// The inverse of board_json. Accepts only boards that can exist. Throws nlohmann::json::exception and
+/// BadJson.
 BoardInfo board_from_json(const nlohmann::ordered_json& json);
 
 nlohmann::ordered_json line_json(const LineConfig& line);

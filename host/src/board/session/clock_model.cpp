@@ -13,7 +13,8 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr Nanoseconds kSlot = 1s;
-/// Nominal spans are rounded to whole ticks; corners of the polygon are good to far less.
+/// Half a tick from rounding nominal spans to whole ticks, plus room for the polygon's corners, which are far
+/// more exact.
 constexpr double kRounding = 0.75;
 
 /// a - b on a clock that may have wrapped round, for points less than 2^63 ticks apart.
@@ -27,14 +28,14 @@ Ticks nominal_span(TickRate rate, Nanoseconds span) {
 }
 
 Error off_its_line(const ClockLimits& limits) {
-  return {ErrorCode::limit,
-          fmt::format("the board's clock leaves its line by more than {:.3g} ppm of drift allow",
-                      1e6 * limits.drift),
-          "connect again; if it stays so, one of the two clocks is broken or is being set"};
+  return {
+      ErrorCode::limit,
+      fmt::format("the board's clock deviates by more than {:.3g} ppm of drift allow", 1e6 * limits.drift),
+      "connect again; if the error stays, one of the two clocks is broken or is being set"};
 }
 
 Error no_reading() {
-  return {ErrorCode::bad_argument, "nothing is known of the board's clock yet", "add a reading first"};
+  return {ErrorCode::bad_argument, "the clock model has no reading yet", "add a reading first"};
 }
 
 }  // namespace
@@ -54,8 +55,7 @@ void ClockModel::Window::take(const Side& side, int sign, double ticks_per_ns) {
   sides_[(first_ + size_ - 1) % kSlots] = side;
 }
 
-/// Where the board's clock would be if it ran at its nominal rate since the last reading: where y counts
-/// from.
+/// The board's clock if it ran at its nominal rate since the last reading. y counts from here.
 BoardTime ClockModel::nominal(HostTime time) const {
   return last_->answered + nominal_span(rate_, time - last_->received);
 }
@@ -149,7 +149,7 @@ Result<HostEstimate> ClockModel::host_at(BoardTime time) const {
   BoardEstimate there{};
   double rest = 0;
   const double ns_per_tick = 1e9 / static_cast<double>(rate_.hz);
-  // Each step leaves the drift's share of the way: 1e-4 of it. Four reach a tick from 2^53 ticks away.
+  // Each step reduces the distance to the drift's share of it, 1e-4. Four steps reach a tick from 2^53 ticks.
   for (int step = 0; step < 4; ++step) {
     SYMRIG_TRY(there, board_at(guess));
     rest = signed_ticks(time, there.at) * ns_per_tick;
@@ -157,7 +157,7 @@ Result<HostEstimate> ClockModel::host_at(BoardTime time) const {
   }
   SYMRIG_TRY(there, board_at(guess));
   rest = std::abs(signed_ticks(time, there.at));
-  // B rises by at least 1 - drift of nominal: a board time off by so many ticks is a host time off by ...
+  // B rises at least at (1 - drift) of its nominal rate. This converts an error in ticks to one in host time.
   const double bound =
       (rest + 1 + static_cast<double>(there.bound.count)) * ns_per_tick / (1 - limits_.drift);
   return HostEstimate{guess, Nanoseconds{std::llround(std::ceil(bound))}};

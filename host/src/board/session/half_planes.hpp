@@ -13,8 +13,8 @@ struct DriftAndClock {
   double x, y;
 };
 
-/// A convex polygon in a fixed array, cut by half-planes (Sutherland and Hodgman, CACM 1974, one edge at a
-/// time). Cuts: how many there will be at most; each adds at most one corner.
+/// A convex polygon in a fixed array, cut by half-planes one after another (Sutherland and Hodgman, CACM
+/// 1974). Cuts: the largest number of cuts; each adds at most one corner.
 template <std::size_t Cuts>
 class ConvexPolygon {
  public:
@@ -23,7 +23,7 @@ class ConvexPolygon {
     if (x_low > x_high || y_low > y_high) count_ = 0;
   }
 
-  /// Keeps what has a x + b y <= c.
+  /// Keeps the part where a x + b y <= c.
   void cut(double a, double b, double c) {
     const auto excess = [=](const DriftAndClock& p) { return a * p.x + b * p.y - c; };
     std::array<DriftAndClock, Cuts + 4> kept;
@@ -44,7 +44,7 @@ class ConvexPolygon {
   }
 
   bool empty() const { return count_ == 0; }
-  /// The lowest and the highest of one coordinate; the polygon is not empty.
+  /// The lowest and the highest value of one coordinate. The polygon must not be empty.
   template <class Coordinate>
   std::pair<double, double> extent(Coordinate coordinate) const {
     double low = std::numeric_limits<double>::infinity();

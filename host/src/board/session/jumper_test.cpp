@@ -15,8 +15,8 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Nanoseconds kWidest = 80ms;
 constexpr Nanoseconds kGap = 1ms;
-constexpr std::uint64_t kGrowth = 8;       // from one width to the next
-constexpr std::uint64_t kResolutions = 8;  // of the input in the shortest pulse
+constexpr std::uint64_t kGrowth = 8;       // factor from one width to the next
+constexpr std::uint64_t kResolutions = 8;  // width of the shortest pulse in resolutions of the input
 
 Result<int> line_of(const BoardInfo& info, const std::string& name, bool output) {
   const int line = info.line(name);
@@ -26,7 +26,7 @@ Result<int> line_of(const BoardInfo& info, const std::string& name, bool output)
   if (info.lines[static_cast<std::size_t>(line)].output != output)
     return Error{ErrorCode::bad_argument,
                  fmt::format("line '{}' is not an {}", name, output ? "output" : "input"),
-                 fmt::format("a jumper leads from an output ({}) to an input ({})", known_lines(info, true),
+                 fmt::format("a jumper connects an output ({}) to an input ({})", known_lines(info, true),
                              known_lines(info, false))};
   return line;
 }
@@ -44,7 +44,7 @@ std::vector<Ticks> widths(const BoardInfo& info, int input) {
   return result;
 }
 
-/// A mark before each pulse tells when its rising edge was put out.
+/// A mark before each pulse reports the tick of its rising edge.
 Result<Program> pulses(const BoardInfo& info, const std::string& output, const std::vector<Ticks>& widths) {
   ProgramBuilder builder(info);
   builder.hold(kGap);
@@ -79,15 +79,15 @@ std::uint64_t error_of(const JumperPulse& pulse) {
   return std::max(pulse.planned, pulse.measured).count - std::min(pulse.planned, pulse.measured).count;
 }
 
-/// What the edges say; fills in the pulses if they are those that were sent.
+/// The fault that the edges show, or an empty text. Records the pulses if their number is right.
 std::string judge(const BoardInfo& info, const Jumper& jumper, const Receipt& receipt,
                   const std::vector<Ticks>& sent, SelfTest& test) {
   const auto edges = edges_of(receipt, info.line(jumper.input));
   if (edges.empty())
-    return fmt::format("no edge came: connect {} with {}", pin_of(info, jumper.output),
+    return fmt::format("no edge arrived: connect {} with {}", pin_of(info, jumper.output),
                        pin_of(info, jumper.input));
   if (edges.size() != 2 * sent.size() || receipt.marks.size() != sent.size() || !alternate(edges))
-    return fmt::format("{} edges came for {} pulses: a loose contact, or something else drives {}",
+    return fmt::format("{} edges arrived for {} pulses: a contact is loose, or something else drives {}",
                        edges.size(), sent.size(), pin_of(info, jumper.input));
   for (std::size_t k = 0; k < sent.size(); ++k)
     test.pulses.push_back(
@@ -108,7 +108,7 @@ Result<void> check_jumper_lines(const BoardInfo& info, const Jumper& jumper) {
   if (resolution(info, input) > 0) return {};
   return Error{ErrorCode::bad_argument,
                fmt::format("the board does not stamp edges on line '{}'", jumper.input),
-               "take an input that has stamps (symrig info)"};
+               "use an input with stamps (symrig info)"};
 }
 
 Result<void> check_jumper(Board& board, const Jumper& jumper, SelfTest& test) {
@@ -121,10 +121,10 @@ Result<void> check_jumper(Board& board, const Jumper& jumper, SelfTest& test) {
   SYMRIG_CHECK(board.configure(lines));
   SYMRIG_TRY(const Receipt receipt, board.run(program, 10s));
   const std::string wrong = receipt.clean() ? judge(info, jumper, receipt, sent, test)
-                                            : fmt::format("the run ended by {}", name(receipt.end));
+                                            : fmt::format("the run ended with {}", name(receipt.end));
   test.checks.push_back(
       {"jumper", wrong.empty(),
-       wrong.empty() ? fmt::format("{} pulses from {} to {}, each measured to within {}", sent.size(),
+       wrong.empty() ? fmt::format("{} pulses from {} to {}, each measured within {}", sent.size(),
                                    ticks_text(info, sent.front().count), ticks_text(info, sent.back().count),
                                    ticks_text(info, test.stamp_error.count))
                      : wrong});

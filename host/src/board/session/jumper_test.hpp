@@ -5,10 +5,10 @@
 
 namespace symrig::board {
 
-/// fails: unknown_name (no such line), bad_argument (not an output, not an input, edges that are not seen).
+/// fails: unknown_name (no such line), bad_argument (not an output, not an input, an input without stamps).
 Result<void> check_jumper_lines(const BoardInfo& info, const Jumper& jumper);
 
-/// Sends pulses through the jumper and adds what came to the test.
+/// Sends pulses through the jumper and adds the result to the test.
 Result<void> check_jumper(Board& board, const Jumper& jumper, SelfTest& test);
 
 }  // namespace symrig::board

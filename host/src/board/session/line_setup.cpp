@@ -41,13 +41,13 @@ Result<void> check(const LineConfig& line, const LineInfo& wired) {
   if (!(line.max_duty >= 0.001 && line.max_duty <= 1))
     return bad("max_duty is out of range", "give a share from 0.001 to 1 (1 = no limit)");
   if (line.trip_level && !wired.trips && !output)
-    return bad("this board cannot stop on it", "use a line whose `trips` is true in `symrig info`");
-  if (output && line.trip_level)
-    return bad("a trip level is for inputs, and it is an output", "leave it out");
+    return bad("this board cannot stop on a change of this input",
+               "use a line whose `trips` is true in `symrig info`");
+  if (output && line.trip_level) return bad("an output cannot have a trip level", "remove it");
   if (output && line.hazard == Hazard::laser && line.max_on.count() == 0)
-    return bad("a laser line needs a longest time on", "give max_on");
+    return bad("a laser line needs a limit on its time on", "give max_on");
   if (!output && (has_limits(line) || line.safe_level))
-    return bad("limits and a safe level are for outputs, and it is an input", "leave them out");
+    return bad("an input cannot have limits or a safe level", "remove them");
   return {};
 }
 
@@ -61,7 +61,7 @@ void fill(const BoardInfo& info, const LineConfig& line, protocol::LineConfig& c
   config.capture = line.capture;
   config.max_on = limit_ticks(info, line.max_on);
   config.min_off = limit_ticks(info, line.min_off);
-  // Rounded down: the board must not allow more than was asked for.
+  // Rounded down: the board must not allow more than the user asked for.
   const auto permille = static_cast<std::uint16_t>(std::floor(line.max_duty * 1000 + 1e-9));
   config.max_duty_permille = permille >= 1000 ? 0 : permille;
   if (!line.trip_level) return;

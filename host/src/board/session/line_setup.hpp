@@ -10,12 +10,12 @@
 
 namespace symrig::board {
 
-/// The configuration of all lines of a board in ticks: those named as asked, the others with defaults.
+/// The configuration of all lines of a board in ticks. Lines that are not named get the defaults.
 /// fails: unknown_name (no such line, or named twice), bad_argument (a limit out of range, limits on an
 /// input).
 Result<protocol::BoardConfig> line_setup(const BoardInfo& info, std::span<const LineConfig> lines);
 
-/// What the board holds programs against.
+/// The rules that the board checks programs against.
 protocol::ProgramRules program_rules(const BoardInfo& info, const protocol::BoardConfig& config);
 
 }  // namespace symrig::board

@@ -17,26 +17,26 @@ Explained explain_fault(std::uint32_t fault) {
     case symrig_wire_FaultCode_FAULT_UNDERRUN:
       return {"underrun", "the firmware did not keep the edge engine filled: use longer holds"};
     case symrig_wire_FaultCode_FAULT_MAX_ON:
-      return {"max_on", "a line stayed on beyond its limit: find out why before the fault is cleared"};
+      return {"max_on", "a line stayed on beyond its limit: find the cause before you clear the fault"};
     case symrig_wire_FaultCode_FAULT_MIN_OFF:
       return {"min_off",
-              "a line came on again before its rest was over: find out why before the fault is cleared"};
+              "a line went on again before its rest was over: find the cause before you clear the fault"};
     case symrig_wire_FaultCode_FAULT_DUTY:
-      return {"duty", "a line rested too little after its pulse: find out why before the fault is cleared"};
+      return {"duty", "a line rested too little after its pulse: find the cause before you clear the fault"};
     case symrig_wire_FaultCode_FAULT_KEEP_ALIVE:
       return {"keep_alive",
-              "the host fell silent for longer than its keep-alive: check the host's load and the cable"};
+              "the host sent nothing for longer than its keep-alive: check the host's load and the cable"};
     case symrig_wire_FaultCode_FAULT_LINK_LOST:
-      return {"link_lost", "the host's end of the link went away: check the cable"};
+      return {"link_lost", "the link to the host closed: check the cable"};
     case symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW:
       return {"capture_overflow",
-              "edges came faster than the board can watch them: use longer holds or slower inputs"};
+              "edges came faster than the board can record them: use longer holds or slower inputs"};
     case symrig_wire_FaultCode_FAULT_INTERNAL:
-      return {"internal", "the firmware contradicts itself: please report it with the receipt"};
+      return {"internal", "the firmware found an error in itself: please report it with the receipt"};
     case symrig_wire_FaultCode_FAULT_INTERLOCK:
       return {"interlock", "an interlock line opened: close it, then clear the fault"};
     case symrig_wire_FaultCode_FAULT_WATCHDOG:
-      return {"watchdog", "the firmware stood still and was reset: please report it with the receipt"};
+      return {"watchdog", "the firmware stopped responding and was reset: please report it with the receipt"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }
@@ -45,7 +45,7 @@ Explained explain_fault(std::uint32_t fault) {
 Explained explain_code(std::uint32_t code) {
   switch (code) {
     case symrig_wire_Code_CODE_DECODE:
-      return {"decode", "host and board do not share a schema: update the older one"};
+      return {"decode", "host and board have different schemas: update the older one"};
     case symrig_wire_Code_CODE_UNKNOWN_REQUEST:
       return {"unknown_request", "update the board's firmware"};
     case symrig_wire_Code_CODE_BAD_STATE:
@@ -57,7 +57,7 @@ Explained explain_code(std::uint32_t code) {
     case symrig_wire_Code_CODE_WRONG_DIRECTION:
       return {"wrong_direction", "`symrig info` lists the board's lines"};
     case symrig_wire_Code_CODE_HASH_MISMATCH:
-      return {"hash_mismatch", "the board holds something else: configure and upload again"};
+      return {"hash_mismatch", "the board has another configuration or program: configure and upload again"};
     case symrig_wire_Code_CODE_TOO_LONG:
       return {"too_long", "use loops, or split the program"};
     case symrig_wire_Code_CODE_BAD_CHUNK:
@@ -75,15 +75,15 @@ Explained explain_code(std::uint32_t code) {
     case symrig_wire_Code_CODE_IN_PAST:
       return {"in_past", "choose a later tick"};
     case symrig_wire_Code_CODE_VERSION:
-      return {"version", "host and board speak different versions: update the older one"};
+      return {"version", "host and board use different versions of the protocol: update the older one"};
     case symrig_wire_Code_CODE_NOT_URGENT:
-      return {"not_urgent", "only abort and time pings go out of turn"};
+      return {"not_urgent", "only abort and time requests may be urgent"};
     case symrig_wire_Code_CODE_INTERLOCK_OPEN:
       return {"interlock_open", "close the interlock, then try again"};
     case symrig_wire_Code_CODE_NOT_STORED:
-      return {"not_stored", "the board's memory did not take it: it may be worn out"};
+      return {"not_stored", "the board's memory did not store it: the memory may be worn out"};
     case symrig_wire_Code_CODE_BUSY:
-      return {"busy", "end the other program that has the board, then connect again"};
+      return {"busy", "end the other program that uses the board, then connect again"};
     default:
       return {"unknown", "the board's firmware is newer than this host: update the host"};
   }

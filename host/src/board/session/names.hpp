@@ -10,7 +10,7 @@
 
 namespace symrig::board {
 
-/// What a value of the wire is called, and what to do about it.
+/// The name of a value of the wire, and the next step.
 struct Explained {
   std::string_view name;
   std::string_view hint;
@@ -21,13 +21,13 @@ Explained explain_fault(std::uint32_t fault);
 /// code: a reply's Code of the wire.
 Explained explain_code(std::uint32_t code);
 
-/// "line 'vsync'", or "line 7" if the board has not named it.
+/// "line 'vsync'", or "line 7" if the board has no name for it.
 std::string line_text(const BoardInfo& info, std::uint64_t line);
 /// "1.5 ms (187500 ticks)"
 std::string ticks_text(const BoardInfo& info, std::uint64_t ticks);
 /// "vsync, camera_strobe": the board's lines of one direction.
 std::string known_lines(const BoardInfo& info, bool output);
-/// The next step after a line that the board has not: the nearest name, and those of that direction, or all.
+/// The next step after an unknown line name: the nearest name, and all names of that direction (or of both).
 std::string line_hint(const BoardInfo& info, std::string_view given, std::optional<bool> output = {});
 
 }  // namespace symrig::board

@@ -24,7 +24,7 @@ std::uint32_t Program::hash() const {
 Result<Program> Program::from_bytes(std::vector<std::uint8_t> bytes) {
   if (bytes.empty() || bytes.size() % protocol::kRecordSize != 0)
     return Error{ErrorCode::bad_format,
-                 fmt::format("a program of {} bytes is not whole records", bytes.size()),
+                 fmt::format("a program of {} bytes has an incomplete record", bytes.size()),
                  "records have 8 bytes each"};
   Program program;
   program.bytes_ = std::move(bytes);
@@ -91,7 +91,7 @@ ProgramBuilder& ProgramBuilder::hold(Ticks duration) {
          "hold for at least " + board::ticks_text(board_, board_.min_dwell.count));
     return *this;
   }
-  // Records of max_dwell, but the last two share what is left: none becomes shorter than min_dwell.
+  // Records of max_dwell. The last two share the rest, so that none becomes shorter than min_dwell.
   std::uint64_t left = duration.count;
   const std::uint64_t longest = board_.max_dwell.count;
   while (left > 0 && state_) {
@@ -108,7 +108,7 @@ ProgramBuilder& ProgramBuilder::pulse(std::string_view line, Nanoseconds width) 
   return set(line, true).hold(width).set(line, false);
 }
 
-/// Lines set but not yet out go out for the shortest hold.
+/// If lines were set without a hold, holds them for min_dwell.
 void ProgramBuilder::flush() {
   if (pending_) hold(board_.min_dwell);
 }
@@ -116,7 +116,7 @@ void ProgramBuilder::flush() {
 ProgramBuilder& ProgramBuilder::loop(std::uint64_t rounds) {
   flush();
   if (rounds == 0 || rounds > protocol::kMaxRounds)
-    fail(ErrorCode::bad_argument, fmt::format("a loop of {} rounds", rounds),
+    fail(ErrorCode::bad_argument, fmt::format("a loop has {} rounds", rounds),
          "give 1 to 4294967296 rounds, or nest loops");
   if (loops_.size() == board_.loop_depth)
     fail(ErrorCode::bad_argument, "loops are nested too deeply",
@@ -138,7 +138,7 @@ ProgramBuilder& ProgramBuilder::end_loop() {
   for (std::size_t k = 0; k < board_.lines.size(); ++k)
     if (((changed >> k) & 1U) != 0)
       fail(ErrorCode::bad_argument,
-           fmt::format("a loop leaves {} other than it found it", board::line_text(board_, k)),
+           fmt::format("a loop ends with another level of {} than it began", board::line_text(board_, k)),
            "set the line back before end_loop");
   put(word_of(Op::end_loop, 0), 0);
   return *this;
@@ -154,7 +154,8 @@ ProgramBuilder& ProgramBuilder::wait_edge(std::string_view line, EdgeKind edge, 
          board::line_hint(board_, line, false));
   const Ticks limit = board_.rate.ticks(std::max(timeout, Nanoseconds{0}));
   if (timeout.count() <= 0 || limit.count == 0 || limit > board_.max_dwell)
-    fail(ErrorCode::bad_argument, fmt::format("a time-out of {}", base::duration_text(timeout)),
+    fail(ErrorCode::bad_argument,
+         fmt::format("a time-out of {} is out of range", base::duration_text(timeout)),
          "give more than 0 and at most " + board::ticks_text(board_, board_.max_dwell.count));
   if (!state_) return *this;
   const protocol::Record record = protocol::make_wait(
@@ -165,7 +166,8 @@ ProgramBuilder& ProgramBuilder::wait_edge(std::string_view line, EdgeKind edge, 
 }
 
 ProgramBuilder& ProgramBuilder::mark(std::uint32_t id) {
-  if (id > protocol::kMaxArg) fail(ErrorCode::bad_argument, fmt::format("mark {}", id), "ids are below 2^28");
+  if (id > protocol::kMaxArg)
+    fail(ErrorCode::bad_argument, fmt::format("mark {} is too large", id), "use ids below 2^28");
   put(word_of(Op::mark, id & protocol::kMaxArg), 0);
   return *this;
 }

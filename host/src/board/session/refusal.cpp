@@ -19,11 +19,11 @@ struct Words {
 };
 
 std::string on_for(const Violation& violation, const BoardInfo& info) {
-  if (violation.actual >= protocol::kMaxDuration) return "left on for ever";
+  if (violation.actual >= protocol::kMaxDuration) return "never turned off";
   return "on for " + ticks_text(info, violation.actual);
 }
 
-/// Rules about how records follow each other.
+/// Rules about single records and their order.
 Words structure_words(const Violation& v, const BoardInfo& info) {
   switch (v.rule) {
     case Rule::length:
@@ -31,13 +31,14 @@ Words structure_words(const Violation& v, const BoardInfo& info) {
           "length", fmt::format("{} bytes", v.actual),
           fmt::format("give whole records of 8 bytes, at most {} bytes; loops make programs short", v.limit)};
     case Rule::bad_op:
-      return {"bad_op", fmt::format("no operation {}", v.actual), "see protocol/PROTOCOL.md"};
+      return {"bad_op", fmt::format("operation {} does not exist", v.actual), "see protocol/PROTOCOL.md"};
     case Rule::bad_arg:
-      return {"bad_arg", "bits are set that mean nothing", "leave them 0"};
+      return {"bad_arg", "bits without a meaning are set", "set them to 0"};
     case Rule::not_an_output:
-      return {"not_an_output", "a level for a line that is no output", "outputs: " + known_lines(info, true)};
+      return {"not_an_output", "a level for a line that is not an output",
+              "outputs: " + known_lines(info, true)};
     case Rule::not_an_input:
-      return {"not_an_input", "a wait on a line that is no input", "inputs: " + known_lines(info, false)};
+      return {"not_an_input", "a wait on a line that is not an input", "inputs: " + known_lines(info, false)};
     case Rule::loop_depth:
       return {"loop_depth", fmt::format("{} loops inside each other", v.actual),
               fmt::format("use at most {}", v.limit)};
@@ -49,29 +50,29 @@ Words structure_words(const Violation& v, const BoardInfo& info) {
       return {"idle_loop", "the body takes no time", "put a hold into it"};
     case Rule::wait_kind:
       return {"wait_kind", "the board cannot wait for this edge on this line",
-              "`symrig info` lists the edges each line can be awaited for"};
+              "`symrig info` lists the edges that a program can wait for on each line"};
     case Rule::mark_crowd:
       return {"mark_crowd", fmt::format("{} marks in a row", v.actual),
               fmt::format("put a hold after {} marks", v.limit)};
     case Rule::no_end:
       return {"no_end", "End must be the last record and the only one", "end the program once"};
     default:
-      return {"unknown", "a rule this host does not know", "update the host"};
+      return {"unknown", "a rule that this host does not know", "update the host"};
   }
 }
 
-/// A word (actual and limit in ticks), or a loop whose rounds add up (in rounds; limits of rounds are even
-/// smaller than the rounds, while a word's limit is larger than the word).
+/// Either words are too short (actual < limit, in ticks), or a loop of short words has too many rounds
+/// (actual > limit, in rounds).
 Words refill_words(const Violation& v, const BoardInfo& info) {
   if (v.actual <= v.limit)
     return {"refill",
-            fmt::format("words of {} follow each other for too long: the board could not keep up",
+            fmt::format("too many words of {} follow each other: the board could not keep up",
                         ticks_text(info, v.actual)),
-            fmt::format("after some hundred short words hold for longer, or for {} each",
+            fmt::format("hold longer after some hundred short words, or hold each for {}",
                         ticks_text(info, v.limit))};
-  return {
-      "refill", fmt::format("{} rounds of short words: the board could not keep up", v.actual),
-      fmt::format("at most {} rounds, or words of {} each", v.limit, ticks_text(info, info.refill_ticks))};
+  return {"refill", fmt::format("{} rounds of short words: the board could not keep up", v.actual),
+          fmt::format("use at most {} rounds, or words of {} each", v.limit,
+                      ticks_text(info, info.refill_ticks))};
 }
 
 Words words(const Violation& v, const BoardInfo& info) {
@@ -107,7 +108,7 @@ bool about_a_line(Rule rule) {
 std::string detail_text(const symrig_wire_Reply& reply, const BoardInfo& info) {
   switch (protocol::raw(reply.code)) {
     case symrig_wire_Code_CODE_BAD_STATE:
-      return fmt::format("not in state {}", name(static_cast<BoardState>(reply.detail & 7U)));
+      return fmt::format("not possible in state {}", name(static_cast<BoardState>(reply.detail & 7U)));
     case symrig_wire_Code_CODE_BAD_VALUE:
       return fmt::format("field {} is out of range", reply.field);
     case symrig_wire_Code_CODE_NO_SUCH_LINE:

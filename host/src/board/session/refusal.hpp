@@ -10,10 +10,10 @@
 
 namespace symrig::board {
 
-/// A broken rule in words, with the shortest legal alternative.
+/// Describes a broken rule, with the shortest legal alternative.
 Finding explain(const protocol::Violation& violation, const BoardInfo& info);
 
-/// What a board's refusal means. request: what was asked, "arm".
+/// Describes a board's refusal. request: the refused request, such as "to arm".
 Error explain_refusal(const symrig_wire_Reply& reply, std::string_view request, const BoardInfo& info);
 
 }  // namespace symrig::board

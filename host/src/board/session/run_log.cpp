@@ -22,7 +22,7 @@ void RunLog::take(const symrig_wire_Event& event) {
     started_ = true;
     receipt_.started = Ticks{event.body.run_started.tick};
   }
-  if (!started_ || finished_) return;  // of an earlier run, or between runs
+  if (!started_ || finished_) return;  // an event of an earlier run, or between runs
   switch (event.which_body) {
     case symrig_wire_Event_step_mark_tag: {
       const symrig_wire_StepMark& mark = event.body.step_mark;
@@ -40,7 +40,7 @@ void RunLog::take(const symrig_wire_Event& event) {
     case symrig_wire_Event_run_done_tag:
       return take_done(event.body.run_done);
     default:
-      return;  // EventsLost is counted again in RunDone; others are of newer boards
+      return;  // RunDone counts EventsLost again; other events come from newer boards
   }
 }
 

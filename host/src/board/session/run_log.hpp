@@ -8,12 +8,12 @@
 
 namespace symrig::board {
 
-/// Gathers a run's events into its receipt.
+/// Collects a run's events in its receipt.
 class RunLog {
  public:
   std::function<void(const StepMark&)> on_mark;
 
-  /// A run is about to start: `blank` carries what is known beforehand.
+  /// Begins the log of a run. `blank` contains the values that are known before the run.
   void open(const Receipt& blank);
   void take(const symrig_wire_Event& event);
 
@@ -28,7 +28,7 @@ class RunLog {
   bool finished_ = false;
 };
 
-/// A fault of the wire in words.
+/// Converts a fault of the wire; adds its name and hint.
 FaultInfo to_fault(const symrig_wire_Fault& fault);
 
 }  // namespace symrig::board

@@ -15,7 +15,7 @@ namespace symrig {
 namespace {
 
 using namespace std::chrono_literals;
-constexpr int kBurst = 8;  // questions at once, so that a bound is there soon
+constexpr int kBurst = 8;  // readings without a pause, for a first bound
 constexpr std::size_t kMemoryRecords = 2000;
 
 SelfCheck check_identity(const BoardInfo& info) {
@@ -29,9 +29,10 @@ std::string objection(const BoardInfo& info) {
   std::set<std::string> names;
   for (const LineInfo& line : info.lines) names.insert(line.name);
   if (info.lines.empty()) return "it has no lines";
-  if (names.size() != info.lines.size() || names.contains("")) return "lines without a name of their own";
-  if (info.program_bytes < 16) return "no room for a program";
-  if (info.window == 0 || info.mtu < 64) return "no room for frames";
+  if (names.size() != info.lines.size() || names.contains(""))
+    return "lines have no name, or two have the same name";
+  if (info.program_bytes < 16) return "it has no room for a program";
+  if (info.window == 0 || info.mtu < 64) return "it has no room for frames";
   return "";
 }
 
@@ -42,8 +43,8 @@ SelfCheck check_abilities(const BoardInfo& info) {
   return {
       "abilities", wrong.empty(),
       wrong.empty()
-          ? fmt::format("{} outputs, {} inputs, {} ns a tick, words from {}, room for {} records", outputs,
-                        std::ssize(info.lines) - outputs, 1e9 / static_cast<double>(info.rate.hz),
+          ? fmt::format("{} outputs, {} inputs, {} ns per tick, shortest word {}, room for {} records",
+                        outputs, std::ssize(info.lines) - outputs, 1e9 / static_cast<double>(info.rate.hz),
                         board::ticks_text(info, info.min_dwell.count), info.program_bytes / 8)
           : wrong};
 }
@@ -53,7 +54,7 @@ SelfCheck check_state(const BoardStatus& status) {
     return {"state", false,
             fmt::format("a fault is latched: {} ({})", status.fault->name, status.fault->hint)};
   std::string text = fmt::format("{}, started by {}", name(status.state), name(status.reset_cause));
-  if (status.reset_fault) text += fmt::format("; before that a fault: {}", status.reset_fault->name);
+  if (status.reset_fault) text += fmt::format("; fault before the reset: {}", status.reset_fault->name);
   return {"state", status.reset_cause != ResetCause::watchdog, text};
 }
 
@@ -79,7 +80,7 @@ Result<void> check_clock(Board& board, const SelfTestOptions& options, SelfTest&
   test.clock_bound = board.info().rate.nanoseconds(there.bound);
   test.checks.push_back(
       {"clock", true,
-       fmt::format("{} answers within {} to {} (median {}); known to +-{}, drift {:+.1f} to {:+.1f} ppm",
+       fmt::format("{} answers in {} to {} (median {}); clock known to +-{}, drift {:+.1f} to {:+.1f} ppm",
                    trips.size(), base::duration_text(test.pings.shortest),
                    base::duration_text(test.pings.longest), base::duration_text(test.pings.median),
                    base::duration_text(test.clock_bound), 1e6 * test.drift.lowest,
@@ -87,7 +88,7 @@ Result<void> check_clock(Board& board, const SelfTestOptions& options, SelfTest&
   return {};
 }
 
-/// A program that fills much of the memory and sets no line; it is never run.
+/// A program that fills much of the memory and sets no line. The test never runs it.
 Result<Program> filler(const BoardInfo& info) {
   ProgramBuilder builder(info);
   const std::size_t records = std::min(kMemoryRecords, std::size_t{info.program_bytes / 8} - 1);
@@ -102,9 +103,8 @@ Result<void> check_memory(Board& board, SelfTest& test) {
   SYMRIG_CHECK(board.upload(program));
   const auto verified = board.verify_program();
   test.checks.push_back({"memory", verified.ok(),
-                         verified
-                             ? fmt::format("{} records came and stayed as they were sent", program.records())
-                             : verified.error().line()});
+                         verified ? fmt::format("{} records arrived and stayed unchanged", program.records())
+                                  : verified.error().line()});
   return {};
 }
 
@@ -128,7 +128,7 @@ Result<SelfTest> self_test(Board& board, const SelfTestOptions& options) {
   SelfTest test;
   test.checks = {check_identity(info), check_abilities(info), check_state(status)};
   SYMRIG_CHECK(check_clock(board, options, test));
-  if (status.fault) return test;  // a board in FAULT takes no configuration
+  if (status.fault) return test;  // a board in FAULT accepts no configuration
   SYMRIG_CHECK(check_memory(board, test));
   if (options.jumper) SYMRIG_CHECK(board::check_jumper(board, *options.jumper, test));
   return test;

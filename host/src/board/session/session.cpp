@@ -22,8 +22,8 @@ symrig_wire_Request make_request(pb_size_t body) {
 }
 
 Error nonsense(std::string_view name) {
-  return {ErrorCode::protocol, fmt::format("the board's answer to {} makes no sense", name),
-          "host and board do not share a schema: update the older one"};
+  return {ErrorCode::protocol, fmt::format("the board's answer to {} is not valid", name),
+          "host and board have different schemas: update the older one"};
 }
 
 symrig_wire_ConfigLine to_wire(std::uint32_t line, const protocol::LineConfig& config) {
@@ -85,7 +85,7 @@ Result<void> Board::Session::learn_identity() {
   reboot_token_ = protocol::crc32c({hello.unique_id.bytes, hello.unique_id.size});
   if (info_.protocol_major != protocol::kProtoMajor)
     return Error{ErrorCode::protocol,
-                 fmt::format("board '{}' speaks protocol {}, this host {}", info_.board, info_.protocol_major,
+                 fmt::format("board '{}' uses protocol {}, this host {}", info_.board, info_.protocol_major,
                              protocol::kProtoMajor),
                  "update the older one"};
   if ((info_.required & ~kKnownRequired) != 0)
@@ -126,10 +126,11 @@ Result<void> Board::Session::learn_line(std::uint32_t line) {
   request.body.capabilities_line.line = line;
   SYMRIG_TRY(const auto reply, ask(request, "capabilities"));
   if (reply.which_body != symrig_wire_Reply_line_tag) return nonsense("capabilities");
-  const symrig_wire_LineReply& told = reply.body.line;
-  info_.lines[line] = {told.name,  protocol::raw(told.direction) == symrig_wire_Direction_DIRECTION_OUTPUT,
-                       told.pin,   static_cast<std::uint8_t>(told.waits & 7U),
-                       told.trips, told.stamp_ticks};
+  const symrig_wire_LineReply& answer = reply.body.line;
+  info_.lines[line] = {
+      answer.name,  protocol::raw(answer.direction) == symrig_wire_Direction_DIRECTION_OUTPUT,
+      answer.pin,   static_cast<std::uint8_t>(answer.waits & 7U),
+      answer.trips, answer.stamp_ticks};
   return {};
 }
 
@@ -210,7 +211,7 @@ Result<void> Board::Session::start(std::optional<Ticks> at) {
   return {};
 }
 
-/// Repeats the keep-alive three times as often as the board needs to hear it.
+/// Repeats the keep-alive three times as often as the board requires it.
 Result<void> Board::Session::stay_alive() {
   if (ttl_.count() == 0 || wire_.now() - last_alive_ < ttl_ / 3) return {};
   return keep_alive(ttl_);
@@ -347,7 +348,7 @@ Result<void> Board::Session::store_config(std::string_view label) {
   constexpr std::size_t kRoom = sizeof request.body.store_config.label - 1;
   if (label.size() > kRoom)
     return Error{ErrorCode::bad_argument, fmt::format("the label '{}' is too long", label),
-                 fmt::format("at most {} bytes", kRoom)};
+                 fmt::format("use at most {} bytes", kRoom)};
   label.copy(request.body.store_config.label, label.size());
   SYMRIG_CHECK(ask(request, "to store its configuration"));
   info_.label = label;
@@ -357,7 +358,7 @@ Result<void> Board::Session::store_config(std::string_view label) {
 Result<void> Board::Session::reboot(bool bootloader) {
   symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
   request.body.reboot = {reboot_token_, bootloader};
-  SYMRIG_CHECK(ask(request, "to start anew"));
+  SYMRIG_CHECK(ask(request, "to restart"));
   return {};
 }
 

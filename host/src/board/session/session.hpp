@@ -12,7 +12,7 @@
 
 namespace symrig {
 
-/// What a Board knows about the other end.
+/// The state of a Board's session.
 class Board::Session {
  public:
   Session(std::unique_ptr<Link> link, const BoardOptions& options);
@@ -41,7 +41,7 @@ class Board::Session {
   board::RunLog& log() { return log_; }
 
  private:
-  /// A reply with code OK, or why not. name: for the message.
+  /// The reply if its code is OK, otherwise its error. name: for the message.
   Result<symrig_wire_Reply> ask(const symrig_wire_Request& request, std::string_view name);
   Result<void> learn_identity();
   Result<void> learn_capabilities();

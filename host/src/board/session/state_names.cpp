@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the states of a board are called, in texts and in JSON.
+// The names of a board's states, in texts and in JSON.
 #include "symrig/board/board.hpp"
 
 namespace symrig {

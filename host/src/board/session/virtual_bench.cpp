@@ -16,7 +16,7 @@ constexpr std::uint32_t kVersion = 1;
 constexpr std::uint8_t kLetGo = 2;
 constexpr std::uint8_t kAll = 255;
 constexpr std::size_t kEdgeBytes = 10;
-constexpr Nanoseconds kRestart = 2s;  // of the board's time: it boots and the cable's other end greets it
+constexpr Nanoseconds kRestart = 2s;  // of the board's time: it boots and connects again
 
 Nanoseconds time_in(std::span<const std::uint8_t> answer) {
   return Nanoseconds{board::unpack<std::int64_t>(answer, 0)};
@@ -30,7 +30,7 @@ class VirtualLink final : public Link {
   Result<void> send(std::span<const std::uint8_t> bytes) override { return connection_->tell('w', bytes); }
 
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override {
-    // A board's clock has steps: whoever waits for the rest of a time must come to its end.
+    // The board's clock has steps: a shorter wait might not advance it, and the caller would wait for ever.
     const Nanoseconds wait = timeout.count() > 0 ? std::max<Nanoseconds>(timeout, 1us) : Nanoseconds{0};
     SYMRIG_TRY(auto answer, connection_->ask('r', board::Packer().put(wait.count()).bytes(), 8, wait));
     now_ = time_in(answer);
@@ -38,7 +38,7 @@ class VirtualLink final : public Link {
     return answer;
   }
 
-  /// The board's time stands still between two receive(), so what the last one told is still true.
+  /// The board's time stands still between two receive(), so the time of the last one is still valid.
   Nanoseconds now() const override { return now_ - opened_; }
 
  private:
@@ -46,7 +46,7 @@ class VirtualLink final : public Link {
   Nanoseconds opened_, now_;
 };
 
-/// A link that begins at the board's time now; where that cannot be asked, its first receive() fails too.
+/// The board's present time, or 0 if the request fails: the first receive() then fails too.
 Nanoseconds time_or_zero(const Result<Nanoseconds>& now) {
   return now ? *now : Nanoseconds{0};
 }
@@ -54,7 +54,7 @@ Nanoseconds time_or_zero(const Result<Nanoseconds>& now) {
 Result<base::Fd> dial(const DeviceUri& uri) {
   if (uri.transport == Transport::virtual_unix) return board::connect_unix(uri.place);
   if (uri.transport == Transport::virtual_tcp) return board::connect_tcp(uri.place, uri.port, 5s);
-  return Error{ErrorCode::bad_argument, fmt::format("{} is no board in virtual time", uri.text()),
+  return Error{ErrorCode::bad_argument, fmt::format("{} is not a board in virtual time", uri.text()),
                "give virtual:unix:PATH or virtual:tcp:HOST:PORT"};
 }
 
@@ -68,7 +68,7 @@ Result<VirtualBench> VirtualBench::connect(const DeviceUri& uri) {
   if (version != kVersion)
     return Error{
         ErrorCode::protocol,
-        fmt::format("{} speaks version {} of the virtual link, this host {}", uri.text(), version, kVersion),
+        fmt::format("{} uses version {} of the virtual link, this host {}", uri.text(), version, kVersion),
         "update the older one"};
   bench.tick_hz_ = board::unpack<std::uint64_t>(hello, 4);
   bench.name_.assign(hello.begin() + 12, hello.end());

@@ -6,16 +6,16 @@
 
 namespace symrig::protocol {
 
-/// The rules of a board, applied to a program: by the firmware at commit and by the host's linter before
-/// that. Sink: bool(const Violation&), called for each breach; false ends the search. Work is bounded by the
-/// number of records (17 looks each), whatever the loops' rounds, and can be done in slices.
+/// Checks a program against the rules of a board. The host's linter uses it, and the firmware at commit.
+/// Sink: bool(const Violation&), called for each violation; false ends the search. The work is bounded by the
+/// number of records (at most 17 readings each) for any number of rounds, and can be done in slices.
 template <class Sink>
 class ProgramCheck {
  public:
-  /// rules and sink outlive the check.
+  /// rules and sink must outlive the check.
   ProgramCheck(const ProgramRules& rules, Sink& sink) : structure_(rules, sink), time_(rules, sink) {}
 
-  /// Begins again, with what rules and sink are now.
+  /// Begins again, with the present rules and sink.
   void restart() {
     structure_.restart();
     time_.restart();
@@ -23,7 +23,7 @@ class ProgramCheck {
     done_ = false;
   }
 
-  /// Looks at up to `looks` records. true: done.
+  /// Reads up to `looks` records. true: done.
   bool advance(ProgramView program, uint32_t looks) {
     if (done_) return true;
     if (!structured_) {
@@ -36,7 +36,7 @@ class ProgramCheck {
   }
 
   bool sound() const { return done_ && structure_.sound() && time_.sound(); }
-  // Meaningful if sound().
+  // Valid if sound().
   const ProgramTiming& timing() const { return time_.timing(); }
   const LineUse& use(unsigned line) const { return time_.use(line); }
 
@@ -47,7 +47,7 @@ class ProgramCheck {
   bool done_ = false;
 };
 
-/// The same in one go. Timing is filled in if nothing is found.
+/// The same in one call. Fills in the timing if there is no violation.
 template <class Sink>
 bool check_program(ProgramView program, const ProgramRules& rules, ProgramTiming& timing, Sink&& sink) {
   ProgramCheck<Sink> check(rules, sink);

@@ -20,7 +20,7 @@ class Crc32c {
   constexpr uint32_t value() const { return ~state_; }
 
  private:
-  // The CRC of each 4-bit value: 64 bytes of table where the usual one takes 1 KiB.
+  // The CRC of each 4-bit value: a table of 64 bytes instead of the usual 1 KiB.
   static constexpr uint32_t kNibble[16] = {
       0x00000000U, 0x105EC76FU, 0x20BD8EDEU, 0x30E349B1U, 0x417B1DBCU, 0x5125DAD3U, 0x61C69362U, 0x7198540DU,
       0x82F63B78U, 0x92A8FC17U, 0xA24BB5A6U, 0xB21572C9U, 0xC38D26C4U, 0xD3D3E1ABU, 0xE330A81AU, 0xF36E6F75U};

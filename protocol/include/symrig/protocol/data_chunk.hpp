@@ -17,7 +17,7 @@ struct DataChunk {
   ByteView bytes;
 };
 
-/// Returns the bytes written, 0 if they do not fit.
+/// Returns the number of written bytes, 0 if they do not fit.
 inline size_t encode_chunk(const DataChunk& chunk, ByteRoom out) {
   if (chunk.bytes.size > kMaxChunk || out.size < kChunkHeaderSize + chunk.bytes.size) return 0;
   put_u32(out.data, chunk.program_id);

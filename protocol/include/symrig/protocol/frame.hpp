@@ -18,10 +18,10 @@ constexpr size_t kMaxWire = cobs_bound(kMtu) + 1;  ///< bytes of a frame on the 
 
 enum class Kind : uint8_t { request = 1, reply = 2, event = 3, data = 4, ack = 5, nak = 6 };
 
-/// Bits of FrameHeader::flags. Bits not named are sent as 0 and ignored.
+/// Bits of FrameHeader::flags. Other bits are sent as 0 and ignored.
 namespace flag {
 constexpr uint8_t sync = 1;    ///< this Hello begins a session: its seq is the first
-constexpr uint8_t urgent = 2;  ///< taken out of turn; seq is a token that comes back in the reply's ack
+constexpr uint8_t urgent = 2;  ///< outside of the sequence; seq is a token that the reply's ack returns
 }  // namespace flag
 
 /// The 8 bytes before every body, little endian.
@@ -29,12 +29,12 @@ struct FrameHeader {
   uint8_t proto_major = kProtoMajor;
   Kind kind = Kind::request;
   uint16_t seq = 0;    ///< number of this frame (REPLY, ACK, NAK: of the sender's next numbered frame)
-  uint16_t ack = 0;    ///< number of the frame expected next from the other side
-  uint8_t credit = 0;  ///< numbered frames the sender of this header is ready to take
+  uint16_t ack = 0;    ///< number of the next expected frame from the other side
+  uint8_t credit = 0;  ///< numbered frames for which the sender of this header has room
   uint8_t flags = 0;
 };
 
-/// True if `a` comes before `b` in the 16-bit circle of sequence numbers.
+/// True if `a` is before `b` in the 16-bit circle of sequence numbers.
 constexpr bool seq_before(uint16_t a, uint16_t b) {
   return static_cast<uint16_t>(b - a) - 1U < 0x7FFFU;
 }
@@ -48,14 +48,14 @@ constexpr void put_header(const FrameHeader& header, uint8_t* out) {
   out[7] = header.flags;
 }
 
-/// A decoded frame. body points into the decoder and is good until its next push().
+/// A decoded frame. body points into the decoder and is valid until its next push().
 struct Frame {
   FrameHeader header;
   ByteView body;
 };
 
-/// Writes COBS(header | body | crc) and the closing zero. Returns the bytes written; 0 if the body is longer
-/// than kMaxBody or `out` too small (kMaxWire always suffices). body and out do not overlap.
+/// Writes COBS(header | body | crc) and the closing zero. Returns the number of written bytes; 0 if the body
+/// is longer than kMaxBody or `out` is too small (kMaxWire always suffices). body and out must not overlap.
 constexpr size_t encode_frame(const FrameHeader& header, ByteView body, ByteRoom out) {
   const size_t plain_size = kHeaderSize + body.size + kCrcSize;
   if (body.size > kMaxBody || out.size < cobs_bound(plain_size) + 1) return 0;
@@ -75,18 +75,18 @@ constexpr size_t encode_frame(const FrameHeader& header, ByteView body, ByteRoom
   return written + 1;
 }
 
-/// Takes bytes one at a time and finds frames in them. Any bytes may come: whatever is not a frame is counted
-/// and dropped, and the next zero byte starts afresh. Memory is one frame.
+/// Finds frames in a stream of bytes, one byte at a time. Accepts any bytes: it counts and drops what is not
+/// a frame, and a new frame begins after the next zero byte. Memory: one frame.
 class FrameDecoder {
  public:
   enum class Event : uint8_t {
-    none,       ///< go on
+    none,       ///< no frame ends here
     frame,      ///< frame() is complete
-    bad_cobs,   ///< a block was cut short by a zero
+    bad_cobs,   ///< a zero inside a block
     too_long,   ///< more than kMtu bytes
     too_short,  ///< no room for header and CRC
     bad_crc,
-    bad_kind  ///< the CRC holds but no such kind exists
+    bad_kind  ///< the CRC is right, but the kind does not exist
   };
 
   Event push(uint8_t byte) {
@@ -99,7 +99,7 @@ class FrameDecoder {
 
   const Frame& frame() const { return frame_; }
 
-  /// The other end is a new one: what has come of a frame is void.
+  /// The other end reconnected: discards a partial frame.
   void restart() {
     size_ = 0;
     left_ = 0;
@@ -147,8 +147,8 @@ class FrameDecoder {
 
   uint8_t plain_[kMtu] = {};
   size_t size_ = 0;
-  uint8_t left_ = 0;        // bytes to come in this block
-  bool zero_owed_ = false;  // the block before stood for a zero at its end, if another block follows
+  uint8_t left_ = 0;        // bytes that are missing in this block
+  bool zero_owed_ = false;  // the last block represents a zero at its end, if another block follows
   bool overflow_ = false;
   Frame frame_;
 };

@@ -10,7 +10,7 @@ constexpr unsigned kMaxLines = 32;    ///< lines of a board: bits of a word of l
 constexpr unsigned kMaxOutputs = 28;  ///< outputs are among the first 28: SetWord carries that many
 constexpr uint32_t kOutputMask = (1U << kMaxOutputs) - 1;
 
-/// How one line is used, as both sides hash it. Times in ticks; 0 = no limit.
+/// The configuration of one line, which both sides hash. Times in ticks; 0 = no limit.
 struct LineConfig {
   bool configured = false;
   bool output = false;
@@ -30,12 +30,12 @@ struct LineConfig {
 struct BoardConfig {
   LineConfig lines[kMaxLines];
 
-  /// Line by line: the whole is large for a small board's stack.
+  /// Clears line by line: a temporary of the whole is too large for a small board's stack.
   constexpr void clear() {
     for (LineConfig& line : lines) line = {};
   }
 
-  /// Lines whose edges matter to somebody: the host asked for them, or they have limits.
+  /// Lines whose edges are needed: the host captures them, or they have limits.
   constexpr uint32_t watched_lines() const {
     uint32_t watched = 0;
     for (unsigned k = 0; k < kMaxLines; ++k)
@@ -43,7 +43,7 @@ struct BoardConfig {
     return watched;
   }
 
-  /// Levels that mean "nothing happens": bit k is line k.
+  /// The safe levels of the outputs: bit k is line k.
   constexpr uint32_t safe_levels() const {
     uint32_t levels = 0;
     for (unsigned k = 0; k < kMaxLines; ++k)
@@ -54,7 +54,7 @@ struct BoardConfig {
 
 constexpr size_t kLineRecordSize = 24;
 
-/// A configured line as it is hashed and stored (PROTOCOL.md gives the bytes).
+/// Writes a configured line in the form for hash and storage (PROTOCOL.md gives the bytes).
 constexpr void put_line_record(uint8_t number, const LineConfig& line, uint8_t* out) {
   out[0] = number;
   out[1] = line.output ? 1 : 0;
@@ -67,7 +67,7 @@ constexpr void put_line_record(uint8_t number, const LineConfig& line, uint8_t* 
   put_u64(out + 16, line.min_off);
 }
 
-/// The line's number is in[0].
+/// The inverse of put_line_record(). The line's number is in[0].
 constexpr LineConfig get_line_record(const uint8_t* in) {
   LineConfig line;
   line.configured = true;
@@ -83,7 +83,7 @@ constexpr LineConfig get_line_record(const uint8_t* in) {
   return line;
 }
 
-/// What FinalizeConfig names a configuration by: CRC-32C over the record of every configured line, in order
+/// The hash of a configuration in FinalizeConfig: CRC-32C over the records of all configured lines, in order
 /// of line number.
 constexpr uint32_t config_hash(const BoardConfig& config) {
   Crc32c crc;

@@ -11,16 +11,16 @@ struct BodyBuffer {
   uint8_t bytes[kMaxBody];
 };
 
-// Bodies of frames. encode() returns the bytes written (0 for a message with nothing set); every message
-// fits. decode() overwrites the message; false: the bytes are not such a message. What it lets through is
-// memory-safe but not sensible: values, enums above all, must be checked by the caller.
+// Bodies of frames. encode() returns the number of written bytes (0 for an empty message); every message
+// fits. decode() overwrites the message; false: the bytes are not such a message. A decoded message is
+// memory-safe, but its values may be invalid: the caller must check them, above all enums.
 
 size_t encode(const symrig_wire_Request& message, BodyBuffer& out);
 size_t encode(const symrig_wire_Reply& message, BodyBuffer& out);
 size_t encode(const symrig_wire_Event& message, BodyBuffer& out);
 
-/// The same bytes as encode() of an Event with this body, written by hand: marks and edges come in thousands,
-/// and the general encoder takes ten times as long on a small board.
+/// The same bytes as encode() of an Event with this body, from a special encoder. Marks and edges come in
+/// thousands, and the general encoder takes ten times as long on a small board.
 size_t encode(const symrig_wire_StepMark& mark, BodyBuffer& out);
 size_t encode(const symrig_wire_Edge& edge, BodyBuffer& out);
 
@@ -31,8 +31,8 @@ bool decode(ByteView body, symrig_wire_Event& message);
 static_assert(symrig_wire_Request_size <= kMaxBody && symrig_wire_Reply_size <= kMaxBody &&
               symrig_wire_Event_size <= kMaxBody);
 
-/// The number behind an enum field as it came over the wire, which need not be one of its enumerators
-/// (reading such a field as its own type would be undefined).
+/// The number of an enum field from the wire. It may differ from all enumerators, and then reading the field
+/// as its own type would be undefined.
 template <class Enum>
 uint32_t raw(const Enum& field) {
   static_assert(sizeof(Enum) == sizeof(uint32_t));

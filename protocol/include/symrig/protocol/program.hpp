@@ -10,21 +10,22 @@ constexpr unsigned kMaxLoopDepth = 4;
 constexpr uint32_t kMaxArg = (1U << 28U) - 1;
 constexpr uint64_t kMaxRounds = uint64_t{1} << 32U;
 
-/// Operations of a program; values are those of the wire. 0 is none, so that empty memory is no program.
+/// Operations of a program. Values are those of the wire. 0 is not an operation, so that empty memory is not
+/// a program.
 enum class Op : uint8_t {
-  set_word = 1,   ///< arg = levels of lines 0..27; ticks = how long
+  set_word = 1,   ///< arg = levels of lines 0..27; ticks = duration
   loop = 2,       ///< ticks = rounds, bit 0 of arg = bit 32 of the rounds
   end_loop = 3,   //
   wait_edge = 4,  ///< arg = line | edge << 5 | abort << 7; ticks = time-out
   mark = 5,       ///< arg = id
-  end = 6         ///< arg = levels of lines 0..27 from now on
+  end = 6         ///< arg = final levels of lines 0..27
 };
 
 enum class WaitFor : uint8_t { rising = 0, falling = 1, both = 2 };
 
 /// One packed record: u32 (op << 28 | arg), u32 ticks, little endian.
 struct Record {
-  uint8_t op = 0;  ///< an Op, if it is known
+  uint8_t op = 0;  ///< an Op, or an unknown number
   uint32_t arg = 0;
   uint32_t ticks = 0;
 
@@ -56,7 +57,7 @@ constexpr Record make_wait(const WaitEdge& wait, uint32_t timeout) {
   return make_record(Op::wait_edge, arg, timeout);
 }
 
-/// false: bits that mean nothing are set.
+/// false: bits without a meaning are set.
 constexpr bool parse_wait(uint32_t arg, WaitEdge& wait) {
   const uint32_t edge = (arg >> 5U) & 3U;
   if (edge > 2 || arg >= 256) return false;
@@ -74,7 +75,7 @@ constexpr Record get_record(const uint8_t* in) {
   return {static_cast<uint8_t>(word >> 28U), word & kMaxArg, get_u32(in + 4)};
 }
 
-/// A whole program kept elsewhere.
+/// A view of a whole program.
 struct ProgramView {
   ByteView bytes;
 

@@ -5,8 +5,8 @@
 
 namespace symrig::protocol {
 
-/// Checks each record and how loops nest: one look at every record.
-/// Sink: bool(const Violation&), true = go on looking.
+/// Checks each record and the nesting of loops. Reads every record once.
+/// Sink: bool(const Violation&), true = continue.
 template <class Sink>
 class StructureCheck {
  public:
@@ -14,7 +14,7 @@ class StructureCheck {
 
   void restart() { *this = StructureCheck(*rules_, *sink_); }
 
-  /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
+  /// Reads up to `looks` more records. true: all are read, and sound() is the verdict.
   bool advance(ProgramView program, uint32_t looks) {
     const size_t bytes = program.bytes.size;
     if (bytes == 0 || bytes % kRecordSize != 0 || bytes > rules_->max_bytes) {
@@ -63,7 +63,7 @@ class StructureCheck {
     if (rounds == 0 || rounds > kMaxRounds) report(Rule::loop_rounds, rounds, rounds == 0 ? 1 : kMaxRounds);
     if (depth_ == kMaxLoopDepth || depth_ >= rules_->loop_depth) {
       report(Rule::loop_depth, depth_ + 1, rules_->loop_depth);
-      going_ = false;  // what follows cannot be paired with its loop any more
+      going_ = false;  // later loop ends cannot be paired any more
       return;
     }
     opened_[depth_] = index_;

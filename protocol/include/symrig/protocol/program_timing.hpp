@@ -6,15 +6,15 @@
 
 namespace symrig::protocol {
 
-/// Interprets a structurally sound program to find how long it takes, whether a line breaks its limits, and
-/// whether the board can keep up with it.
+/// Interprets a program with a valid structure. Finds its duration, lines that break their limits, and
+/// whether the board can refill its queue in time.
 ///
-/// A loop body is gone through twice, whatever its rounds. Twice is enough: a line that changes in the second
-/// round leaves it in the same state as it left every later one (the run it ends with began inside the body,
-/// and the pulse before that began no earlier than the seam), and the seam between first and second round is
-/// at least as demanding as any later one. A line that keeps its level all through the second round stays so,
-/// and its run grows by the duration of the body for each round left. So the work is at most 2^depth looks at
-/// a record.
+/// A loop body is interpreted twice for any number of rounds. Twice is enough. A line that changes in the
+/// second round ends it in the same state as every later round: its last run began inside the body, and the
+/// pulse before began no earlier than the border between the rounds. The border between the first and the
+/// second round is at least as demanding as any later one. A line without a change in the second round keeps
+/// its level, and its run grows by the duration of the body for each remaining round. So each record is read
+/// at most 2^depth times.
 template <class Sink>
 class TimingCheck {
  public:
@@ -22,8 +22,8 @@ class TimingCheck {
     find_outputs();
   }
 
-  /// Begins again, with what the rules are now. Member by member: the whole is large for a small board's
-  /// stack.
+  /// Begins again, with the present rules. Resets member by member: a temporary of the whole is too large for
+  /// a small board's stack.
   void restart() {
     refill_ = Refill(*rules_);
     timing_ = {};
@@ -37,7 +37,7 @@ class TimingCheck {
     find_outputs();
   }
 
-  /// Looks at up to `looks` records more. true: all has been looked at, sound() tells the verdict.
+  /// Reads up to `looks` more records. true: all are read, and sound() is the verdict.
   bool advance(ProgramView program, uint32_t looks) {
     for (; looks > 0 && going_ && pc_ < program.size(); --looks) {
       step(program[pc_]);
@@ -47,12 +47,12 @@ class TimingCheck {
   }
 
   bool sound() const { return sound_; }
-  /// Meaningful if all has been looked at and is sound.
+  /// Valid if all records are read and sound().
   const ProgramTiming& timing() const { return timing_; }
   const LineUse& use(unsigned line) const { return uses_[line]; }
 
  private:
-  /// One line's present run at one level. "on" is away from the safe level. Lines start off, rested.
+  /// The present run of one line at one level. "on" is away from the safe level. Lines start off and rested.
   struct Run {
     bool on = false;
     bool rested = true;  // off since before the program
@@ -66,14 +66,14 @@ class TimingCheck {
     uint32_t body = 0;
     uint64_t rounds = 0;
     bool second = false;
-    uint32_t moved = 0;  // lines that changed in this round
+    uint32_t moved = 0;  // lines with a change in this round
     ProgramTiming at;    // timing at the begin of this round
-    Refill::Map refill;  // what this round does to the queue so far
+    Refill::Map refill;  // the effect of this round on the queue so far
   };
 
   void find_outputs() {
     outputs_ = 0;
-    if (rules_->config == nullptr) return;  // no board yet: nothing will be looked at
+    if (rules_->config == nullptr) return;  // no board yet: no record will be read
     for (unsigned k = 0; k < kMaxOutputs; ++k) {
       const LineConfig& line = rules_->config->lines[k];
       if (line.configured && line.output) outputs_ |= 1U << k;
@@ -121,14 +121,14 @@ class TimingCheck {
     if (loop.rounds > 2) repeat(loop, loop.rounds - 2);
   }
 
-  /// Adds `rounds` further rounds without going through them.
+  /// Adds `rounds` further rounds without interpreting them.
   void repeat(const Loop& loop, uint64_t rounds) {
     const uint64_t shortest = scaled(timing_.min - loop.at.min, rounds);
     const uint64_t longest = scaled(timing_.max - loop.at.max, rounds);
     timing_.steps = sum(timing_.steps, scaled(timing_.steps - loop.at.steps, rounds));
     timing_.marks = sum(timing_.marks, scaled(timing_.marks - loop.at.marks, rounds));
     feed_rounds(loop, rounds);
-    // A line that moved ends these rounds with the run it has now: its begin moves on with the clock.
+    // A line that changed ends these rounds with its present run, so the run's begin moves with the clock.
     for (uint32_t left = loop.moved; left != 0; left &= left - 1) {
       Run& run = runs_[lowest(left)];
       run.longest_from = sum(run.longest_from, longest);
@@ -142,7 +142,7 @@ class TimingCheck {
     timing_.max = sum(timing_.max, longest);
     if (timing_.max >= kMaxDuration) {
       emit({Rule::too_long, pc_, 0, timing_.max, kMaxDuration});
-      going_ = false;  // the sums below are not sums any more
+      going_ = false;  // the sums below are not valid any more
       return;
     }
     for (uint32_t left = burning_; left != 0; left &= left - 1) {
@@ -184,7 +184,7 @@ class TimingCheck {
     if (permille > uses_[k].worst_duty_permille) uses_[k].worst_duty_permille = permille;
   }
 
-  /// A line left on is on for ever.
+  /// A line that is on after End is on for ever.
   void end(uint32_t levels) {
     move(levels);
     for (uint32_t left = burning_; left != 0; left &= left - 1) {
@@ -217,7 +217,7 @@ class TimingCheck {
 
   uint64_t longest_of(const Run& run) const { return timing_.max - run.longest_from; }
 
-  // All sums stop at kMaxDuration: a program that long is refused, whatever else it does.
+  // All sums stop at kMaxDuration, because such a long program is refused in any case.
   static uint64_t sum(uint64_t a, uint64_t b) { return a + b < kMaxDuration ? a + b : kMaxDuration; }
   static uint64_t scaled(uint64_t a, uint64_t rounds) {
     return a != 0 && rounds > kMaxDuration / a ? kMaxDuration : a * rounds;
@@ -225,7 +225,8 @@ class TimingCheck {
   static unsigned lowest(uint32_t bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
 
   void report(unsigned line, Rule rule, uint64_t actual, uint64_t limit) {
-    if (runs_[line].reported) return;  // one finding a run: a pulse that is too long stays too long
+    if (runs_[line].reported)
+      return;  // only one finding for each run: a pulse that is too long stays too long
     runs_[line].reported = true;
     emit({rule, pc_, line, actual, limit});
   }
@@ -238,7 +239,7 @@ class TimingCheck {
   Sink* sink_;
   Refill refill_;
   ProgramTiming timing_;
-  uint32_t outputs_ = 0;  // lines that programs may move
+  uint32_t outputs_ = 0;  // lines that programs may change
   uint32_t burning_ = 0;  // lines that are on
   Run runs_[kMaxOutputs];
   LineUse uses_[kMaxOutputs];

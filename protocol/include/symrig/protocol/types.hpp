@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// The C headers, because small boards' tool chains bring no <cstdint>.
+// The C headers, because tool chains of small boards have no <cstdint>.
 #include <stddef.h>  // NOLINT(modernize-deprecated-headers)
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
 namespace symrig::protocol {
 
-/// A view of `size` bytes kept elsewhere (std::span is C++20, firmware is C++17).
+/// A view of `size` bytes (std::span is C++20, firmware is C++17).
 struct ByteView {
   const uint8_t* data = nullptr;
   size_t size = 0;
 
   constexpr uint8_t operator[](size_t i) const { return data[i]; }
   constexpr bool empty() const { return size == 0; }
-  /// count is cut to what is there.
+  /// count is limited to the available bytes.
   constexpr ByteView part(size_t offset, size_t count) const {
     if (offset > size) return {};
     return {data + offset, count < size - offset ? count : size - offset};
@@ -22,7 +22,7 @@ struct ByteView {
   constexpr ByteView from(size_t offset) const { return part(offset, size); }
 };
 
-/// Room for `size` bytes kept elsewhere.
+/// Room for `size` bytes, owned by the caller.
 struct ByteRoom {
   uint8_t* data = nullptr;
   size_t size = 0;

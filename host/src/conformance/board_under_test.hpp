@@ -15,38 +15,38 @@
 
 namespace symrig::conformance {
 
-/// The board under test: what it says of itself, and the ways into each of its states.
-class Subject {
+/// The board under test: its identity and abilities, and functions that bring it into each state.
+class BoardUnderTest {
  public:
-  explicit Subject(std::unique_ptr<Link> link) : session(std::move(link)) {}
+  explicit BoardUnderTest(std::unique_ptr<Link> link) : session(std::move(link)) {}
 
   RawSession session;
   symrig_wire_HelloReply who = symrig_wire_HelloReply_init_zero;
   symrig_wire_CapabilitiesReply can = symrig_wire_CapabilitiesReply_init_zero;
   std::vector<symrig_wire_LineReply> lines;
-  /// Lines by number.
+  /// Numbers of the output and the input that the jumper connects.
   std::optional<std::pair<std::uint32_t, std::uint32_t>> jumper;
 
-  /// Hello, capabilities, lines. A failed verdict: there is nothing to test.
+  /// Requests hello, capabilities and lines. If this fails, no check is possible.
   Verdict meet();
-  /// A new session, no fault, no configuration, no keep-alive, nothing half-done.
+  /// Begins a new session, and removes fault, configuration, keep-alive and pending events.
   Verdict start_afresh();
-  /// Leaves the board as nobody could be hurt by it.
+  /// Aborts, and leaves the board without a configuration and with safe outputs.
   void leave_safe();
 
-  // What the board has.
+  // Properties of the board.
   std::vector<std::uint32_t> outputs() const;
   std::vector<std::uint32_t> inputs() const;
-  /// First output whose edges the board sees; none: limits cannot be watched.
+  /// The first output with time-stamps. None: the board cannot guard limits.
   std::optional<std::uint32_t> seen_output() const;
   std::uint64_t ticks(Nanoseconds time) const { return TickRate{can.tick_hz}.ticks(time).count; }
-  /// Software makes its edges: a word may go out late, and is counted then.
+  /// Software makes its edges: a word may go out late, and the board then counts it.
   bool best_effort() const { return can.lateness != 0; }
-  /// A length that any board can play for ever: 200 us, or four records where its engine asks for more.
+  /// A word that the board can repeat for ever: 200 us, or longer if its edge engine needs it (rule refill).
   std::uint32_t word() const;
   protocol::ProgramRules rules() const;
 
-  // Requests; the code of the reply.
+  // Requests. They return the code of the reply.
   std::uint32_t code(pb_size_t which) { return session.code(make_request(which)); }
   std::uint32_t config_line(std::uint32_t line);
   std::uint32_t finalize();
@@ -61,20 +61,20 @@ class Subject {
   void abort() { session.ask_urgently(make_request(symrig_wire_Request_abort_tag)); }
   std::optional<symrig_wire_StatusReply> status();
   std::optional<symrig_wire_TimeReply> time();
-  std::uint64_t now();  ///< of the board; 0 if it does not tell
+  std::uint64_t now();  ///< the board's tick; 0 if it does not answer
 
-  // Whole steps; a failed verdict names the one that went wrong.
-  /// Every line, nothing limited, outputs low when safe.
+  // Sequences of requests. A failed verdict names the request that failed.
+  /// Sets `config`: every line, without limits, with low safe levels.
   void plain_config();
   Verdict configure();
-  /// Begin and all chunks.
+  /// Sends program_begin and all chunks.
   Verdict send_program(const Bytes& program);
   Verdict upload(const Bytes& program);
   Verdict load(const Bytes& program);
   Verdict run_to_end(const Bytes& program, Nanoseconds timeout);
   Verdict await_done(Nanoseconds timeout);
   Verdict in_state(symrig_wire_State state);
-  /// All outputs at the safe levels of `config`.
+  /// Passes if all outputs are at the safe levels of `config`.
   Verdict outputs_safe();
   const symrig_wire_RunDone& done() const;
   /// What the last run tells of late words. Hardware makes none. A best-effort board counts them: at least
@@ -83,7 +83,7 @@ class Subject {
   /// A best-effort board has stopped by itself because a word's whole time had gone by: the machine was busy.
   bool underran();
 
-  /// What configure() sets.
+  /// The configuration that configure() sends.
   protocol::BoardConfig config;
   std::uint32_t program_id = 1;
   std::uint32_t program_hash = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of the hierarchy: the tensor as it stood at a level (Fig. 11), and slices of T (Fig. 2c, 2d).
+// The tensor as it was when the acquisition had reached a level [Garg06 Fig. 11].
 #include "symrig/tensor/stopped.hpp"
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 namespace symrig {
 namespace {
 
-/// The blocks (P, Q) of one level and the images of its rank-1 estimate: c = T_PQ 1 on P, r = T_QP 1 on Q,
-/// channel after channel.
+/// A pair of blocks (P, Q) of one level and the pictures of its rank-1 estimate: c = T_PQ 1 on P, r = T_QP 1
+/// on Q, channel after channel.
 struct Ancestor {
   std::vector<double> c, r;
 };
@@ -30,16 +30,17 @@ double sum_of_sizes(std::span<const double> values) {
                          [](double sum, double v) { return sum + std::abs(v); });
 }
 
-/// With less of the light than this left over, 1/s only magnifies rounding.
+/// If s is a smaller share of the light than this, 1/s only magnifies rounding errors.
 constexpr double kLeastShare = 1e-9;
 
-/// Gathers the deep leaves of a symmetric tensor under their ancestors at one level.
+/// Adds the deep leaves of a symmetric tensor to their ancestors at one level.
 class Gathering {
  public:
   Gathering(std::span<const Block> blocks, int channels, WithinBlocks within)
       : blocks_(blocks), channels_(static_cast<std::size_t>(channels)), within_(within) {}
 
-  /// Row sums `rows` on [row_begin, …) and column sums `cols` on [col_begin, …) of one leaf and one channel.
+  /// Adds the row sums `rows` on [row_begin, …) and the column sums `cols` on [col_begin, …) of one leaf and
+  /// channel.
   void add(std::int32_t row_begin, std::span<const double> rows, std::int32_t col_begin,
            std::span<const double> cols, std::size_t channel) {
     const std::pair key{block_of(blocks_, row_begin), block_of(blocks_, col_begin)};
@@ -56,15 +57,15 @@ class Gathering {
     };
     put(at.c, p, row_begin, rows);
     put(at.r, q, col_begin, cols);
-    // Below a diagonal ancestor an off-diagonal leaf stands for its mirror image too.
+    // Below a diagonal ancestor, an off-diagonal leaf also stands for its mirror image.
     if (key.first == key.second && row_begin != col_begin) {
       put(at.c, p, col_begin, cols);
       put(at.r, q, row_begin, rows);
     }
   }
 
-  /// T_PQ ≈ (c/√s)(r/√s)', s = Σc: the estimate the acquisition had before it went deeper. [Garg06 §5.2]
-  /// Where light and its negative cancel out, s says nothing and the estimate is 0.
+  /// T_PQ ≈ (c/√s)(r/√s)', s = Σc: the estimate of the acquisition before it split the node. [Garg06 §5.2]
+  /// If light and its negative cancel out, s has no meaning and the estimate is 0.
   void append_to(TensorBuilder& builder, int level) const {
     std::vector<float> factors;
     for (const auto& [key, node] : ancestors_) {
@@ -107,7 +108,7 @@ class Gathering {
   std::map<std::pair<std::size_t, std::size_t>, Ancestor> ancestors_;
 };
 
-/// visit(at, value, channel): the entries of a band as scalars, those that are not 0.
+/// Calls visit(at, value, channel) for each non-zero entry of a band.
 template <class Visit>
 void for_band_entries(const BlockTree& tree, int channels, const BandLeaf& band, const Visit& visit) {
   const Grid grid = tree.grid();
@@ -127,7 +128,7 @@ void for_band_entries(const BlockTree& tree, int channels, const BandLeaf& band,
   }
 }
 
-/// A Bᵀ 1: what each row of a leaf sums to.
+/// A Bᵀ 1: the sum of each row of a leaf.
 std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, std::int32_t cols, int rank) {
   std::vector<double> sums(static_cast<std::size_t>(rows));
   for (int k = 0; k < rank; ++k, a += rows, b += cols) {
@@ -138,7 +139,7 @@ std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, 
   return sums;
 }
 
-/// Cuts a tensor at a level: what lies deeper is gathered under its ancestors.
+/// Cuts a tensor at a level: adds deeper leaves to their ancestors.
 class Cut {
  public:
   Cut(const TransportTensor& tensor, int level, WithinBlocks within)
@@ -161,7 +162,7 @@ class Cut {
   }
 
  private:
-  /// True if a leaf between two whole blocks was made of leaves between their children.
+  /// True if the leaf is between two whole blocks and was merged from leaves between their children.
   bool merged(const Leaf& leaf) const {
     if (leaf.rank < 2 || leaf.row_begin == leaf.col_begin || leaf.level + 1 >= tensor_.camera_tree().levels())
       return false;
@@ -233,124 +234,6 @@ TransportTensor TransportTensor::stopped_at(int level) const {
 
 TransportTensor stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within) {
   return Cut(tensor, level, within).run(true);
-}
-
-namespace {
-
-using RowPixels = std::vector<std::pair<std::int32_t, int>>;  // (tree index, picture column), sorted
-
-std::span<const std::pair<std::int32_t, int>> in_range(const RowPixels& pixels, std::int32_t begin,
-                                                       std::int32_t end) {
-  const auto at = [&](std::int32_t i) {
-    return std::lower_bound(pixels.begin(), pixels.end(), std::pair{i, 0}) - pixels.begin();
-  };
-  return std::span(pixels).subspan(static_cast<std::size_t>(at(begin)),
-                                   static_cast<std::size_t>(at(end) - at(begin)));
-}
-
-/// Calls paint(i, j, x, u) for each entry (i, j) of the block pair whose pixels lie in the picture row, at
-/// columns x and u.
-template <class Paint>
-void for_entries(const RowPixels& pixels, std::int32_t row_begin, std::int32_t row_end,
-                 std::int32_t col_begin, std::int32_t col_end, const Paint& paint) {
-  for (const auto& [i, x] : in_range(pixels, row_begin, row_end))
-    for (const auto& [j, u] : in_range(pixels, col_begin, col_end)) paint(i, j, x, u);
-}
-
-void paint_band(const BandLeaf& band, int level, Image<float>& out) {
-  for (int x = 0; x < out.grid().cols; ++x)
-    for (int u = x + 1; u < std::min(out.grid().cols, x + band.radius + 1); ++u)
-      out.at(x, u) = out.at(u, x) = static_cast<float>(level);
-}
-
-/// A band's entries between pixels of one picture row: those with dy = 0, its first `radius` offsets.
-void add_band_row(const BandLeaf& band, Grid grid, int row, int channel, Image<float>& out) {
-  const std::size_t planes = band_offsets(band.radius).size();
-  for (int dx = 1; dx <= band.radius; ++dx) {
-    const std::size_t plane = static_cast<std::size_t>(channel) * planes + static_cast<std::size_t>(dx) - 1;
-    const std::size_t at =
-        plane * static_cast<std::size_t>(grid.size()) + static_cast<std::size_t>(row) * grid.cols;
-    for (int x = 0; x + dx < grid.cols; ++x) {
-      out.at(x, x + dx) += band.values[at + static_cast<std::size_t>(x)];
-      out.at(x + dx, x) += band.values[at + static_cast<std::size_t>(x)];
-    }
-  }
-}
-
-}  // namespace
-
-Result<std::vector<std::pair<std::int32_t, int>>> TransportTensor::row_pixels(int camera_row) const {
-  const Grid grid = camera_.grid();
-  if (!symmetric_)
-    return Error{ErrorCode::bad_argument, "a slice needs a symmetric tensor",
-                 "this one has different or one-sided measurements of its two sides"};
-  if (camera_row < 0 || camera_row >= grid.rows)
-    return Error{ErrorCode::bad_argument,
-                 "row " + std::to_string(camera_row) + " is not in 0.." + std::to_string(grid.rows - 1)};
-  RowPixels pixels;
-  for (std::size_t t = 0; t < camera_.order().size(); ++t)
-    if (camera_.order()[t] / grid.cols == camera_row)
-      pixels.emplace_back(static_cast<std::int32_t>(t), camera_.order()[t] % grid.cols);
-  return pixels;
-}
-
-Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
-  SYMRIG_TRY(const RowPixels pixels, row_pixels(camera_row));
-  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols});
-  const auto add = [&out](std::int32_t i, std::int32_t j, int x, int u, bool mirrored, float value) {
-    out.at(x, u) += value;
-    if (mirrored && i != j) out.at(u, x) += value;
-  };
-  const std::vector<float> pool = factors();
-  const float* factors = pool.data();
-  for (const Leaf& leaf : leaves()) {
-    const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
-    const float* a = factors + channel * size;
-    const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
-    for_entries(pixels, leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
-                [&](std::int32_t i, std::int32_t j, int x, int u) {
-                  float value = 0;
-                  for (std::int64_t k = 0; k < leaf.rank; ++k)
-                    value +=
-                        a[k * leaf.rows() + i - leaf.row_begin] * b[k * leaf.cols() + j - leaf.col_begin];
-                  add(i, j, x, u, leaf.row_begin != leaf.col_begin, value);
-                });
-    factors += size * channels_;
-  }
-  const std::vector<float> values = scalar_values();
-  auto value = static_cast<std::size_t>(channel);
-  for (const ScalarLeaf& s : scalars()) {
-    for_entries(pixels, s.row, s.row + 1, s.col, s.col + 1,
-                [&](std::int32_t i, std::int32_t j, int x, int u) { add(i, j, x, u, true, values[value]); });
-    value += static_cast<std::size_t>(channels_);
-  }
-  for (const BandLeaf& band : bands()) add_band_row(band, camera_.grid(), camera_row, channel, out);
-  return out;
-}
-
-Result<Image<float>> TransportTensor::level_map(int camera_row) const {
-  SYMRIG_TRY(const RowPixels pixels, row_pixels(camera_row));
-  Image<float> out(Grid{camera_.grid().cols, camera_.grid().cols}, 1, -1.0F);
-  const auto paint = [&](std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
-                         std::int32_t col_end, int level) {
-    for_entries(pixels, row_begin, row_end, col_begin, col_end,
-                [&](std::int32_t, std::int32_t, int x, int u) {
-                  // Where leaves overlap, the finest one is shown.
-                  out.at(x, u) = out.at(u, x) = std::max(out.at(x, u), static_cast<float>(level));
-                });
-  };
-  for (const Leaf& leaf : leaves())
-    paint(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.level);
-  for (int l = 0; l < levels(); ++l) {
-    for (const EmptyLeaf& empty : empties(l)) {
-      const Block& i = camera_.level(l)[static_cast<std::size_t>(empty.row_block)];
-      const Block& j = camera_.level(l)[static_cast<std::size_t>(empty.col_block)];
-      paint(i.begin, i.end, j.begin, j.end, l);
-    }
-  }
-  for (const ScalarLeaf& s : scalars()) paint(s.row, s.row + 1, s.col, s.col + 1, scalar_level(s));
-  for (const BandLeaf& band : bands()) paint_band(band, camera_.levels() - 1, out);
-  return out;
 }
 
 }  // namespace symrig
