@@ -13,11 +13,12 @@ namespace {
 
 /// The photographs of level 0, which light the children of the whole grid one after another. None if combs
 /// for short-range light came first.
-Result<std::vector<TreePhotograph>> quarters(const Context& context, std::int64_t first) {
+Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photographer& photographer,
+                                             std::int64_t first) {
   std::vector<TreePhotograph> parts;
-  std::vector<float> lit(context.tree.order().size());
-  SYMRIG_CHECK(context.photographer.read(
-      first, context.tree.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+  std::vector<float> lit(tree.order().size());
+  SYMRIG_CHECK(photographer.read(
+      first, tree.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
         for (const TreePhotograph& p : photographs)
           std::transform(lit.begin(), lit.end(), p.pattern.begin(), lit.begin(), std::plus<>());
         parts.insert(parts.end(), photographs.begin(), photographs.end());
@@ -28,10 +29,9 @@ Result<std::vector<TreePhotograph>> quarters(const Context& context, std::int64_
 
 }  // namespace
 
-Result<NoiseCheck> check_noise(const Context& context, const Checks& checks, std::int64_t first_again,
-                               const Completion* completion) {
+Result<NoiseCheck> check_noise(const BlockTree& tree, const Photographer& photographer, const Checks& checks,
+                               std::int64_t first_again, const Completion* completion) {
   constexpr std::int64_t kMost = 8;
-  const Photographer& photographer = context.photographer;
   std::vector<TreePhotograph> floods;
   const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
     floods.insert(floods.end(), p.begin(), p.end());
@@ -43,11 +43,11 @@ Result<NoiseCheck> check_noise(const Context& context, const Checks& checks, std
   std::vector<TreePhotograph> parts;
   if (completion != nullptr) {
     besides.mirrored = completion->mirrored();
-    SYMRIG_TRY(parts, quarters(context, checks.last()));
+    SYMRIG_TRY(parts, quarters(tree, photographer, checks.last()));
     besides.parts = parts;
   }
   const auto& held_out = checks.photographs();
-  return check_noise(context.tree, floods, &held_out[Checks::kHalf].photograph,
+  return check_noise(tree, floods, &held_out[Checks::kHalf].photograph,
                      &held_out[Checks::kOtherHalf].photograph, besides);
 }
 

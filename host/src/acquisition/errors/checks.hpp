@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/rank_test.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/tensor/file.hpp"
@@ -21,7 +22,7 @@ class Checks {
   enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural };
 
   /// Takes them.  fails: as Probe::measure.
-  static Result<Checks> take(Context& context);
+  static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
 
   /// What the known transport leaves of each check photograph.
   struct Residual {
@@ -30,10 +31,11 @@ class Checks {
   };
   /// Of the transport known now: subtracts what has been added since the last time, or all of it if some was
   /// changed. Valid until the next call.
-  const std::vector<Residual>& residuals(const Context& context);
+  const std::vector<Residual>& residuals(const KnownTransport& known);
   /// The photographs; what is left of them is of the last residuals().
   const std::vector<Residual>& photographs() const { return residuals_; }
-  /// Subtract everything anew next time: needed after Known::rewind() to before the last residuals().
+  /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
+  /// residuals().
   void forget() { rewritten_ = -1; }
   /// Pattern and residual of the two halves, to see what more would leave of them.
   std::vector<TreePhotograph> halves() const;
@@ -55,13 +57,13 @@ class Checks {
   std::int64_t last() const;
 
   /// The photographs as they are kept in scene.h5.
-  std::vector<HeldOut> held_out(const Context& context) const;
+  std::vector<HeldOut> held_out(const BlockTree& tree) const;
 
  private:
   std::int64_t first_ = 0;  // log number
   std::vector<Residual> residuals_;
-  Known::Mark mark_;             // what residuals_ has been rid of
-  std::int64_t rewritten_ = -1;  // Known::rewritten() then
+  KnownTransport::Mark mark_;    // what residuals_ has been rid of
+  std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then
 };
 
 }  // namespace symrig::acquisition

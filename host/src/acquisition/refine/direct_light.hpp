@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/refine/level_light.hpp"
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <span>
@@ -24,14 +24,14 @@ class DirectLight {
   struct Model {
     std::vector<double> least, half;
   };
-  DirectLight(const Known& known, std::size_t pixels, Model model);
+  DirectLight(const KnownTransport& known, std::size_t pixels, Model model);
 
   /// Adds photographs from which the known transport has been subtracted.
   void add(std::span<const TreePhotograph> residuals);
   /// Adds the samples of a level; later: of the transport that is known now.
-  void add(const LevelLight& level, const LaterLight& later, const Known& known);
+  void add(const LevelLight& level, const LaterLight& later, const KnownTransport& known);
   /// Moves the diagonal entries of `known`.
-  void apply(Known& known) const;
+  void apply(KnownTransport& known) const;
 
  private:
   double variance(std::size_t at, double measured, double share) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <cstdint>
@@ -40,7 +40,7 @@ struct LevelLight {
 /// known now, its own direct light left out: [level of the block][channel][pixel].
 class LaterLight {
  public:
-  LaterLight(const Known& known, const BlockTree& tree, int channels);
+  LaterLight(const KnownTransport& known, const BlockTree& tree, int channels);
 
   /// From the block of `level` around pixel t (index channel × pixels + t).
   float within(int level, std::size_t at) const { return within_[static_cast<std::size_t>(level)][at]; }

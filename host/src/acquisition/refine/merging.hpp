@@ -2,7 +2,8 @@
 // What the search had to cut in pieces to measure it, put together again.
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 namespace symrig::acquisition {
 
@@ -16,6 +17,6 @@ namespace symrig::acquisition {
 /// the noise that cutting to rank k takes out of the images of the pieces, so that no rank is spent on it.
 /// The channels share k, since they share a leaf's index, and sum their E and L. Leaves of a block with
 /// itself and scalars stay. Bit-equal for any number of threads.
-void merge_leaves(Context& context);
+void merge_leaves(const SceneFacts& facts, KnownTransport& known);
 
 }  // namespace symrig::acquisition

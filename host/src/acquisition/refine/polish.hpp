@@ -2,7 +2,9 @@
 #pragma once
 
 #include "acquisition/refine/polish_jacobian.hpp"
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/photographer.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -28,7 +30,8 @@ namespace symrig::acquisition {
 class Polish {
  public:
   /// misfit: mean square a sample may miss, a channel.
-  Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit);
+  Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+         std::vector<LogRange> photographs, std::vector<double> misfit);
 
   /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
   /// fails: as PhotographLog; interrupted. The known transport is changed only when the step is complete.
@@ -51,7 +54,9 @@ class Polish {
   Result<Outcome> move_along(const Numbers& move, double before);
   Numbers numbers() const;
 
-  Context& context_;
+  const SceneFacts& facts_;
+  const Photographer& photographer_;
+  KnownTransport& known_;
   std::vector<LogRange> ranges_;
   std::vector<double> misfit_;
   PolishJacobian jacobian_;

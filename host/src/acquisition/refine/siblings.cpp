@@ -10,17 +10,18 @@
 
 namespace symrig::acquisition {
 
-Siblings::Siblings(const Context& context, const Parents& parents, std::span<const Piece> pieces)
+Siblings::Siblings(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
+                   std::span<const Piece> pieces)
     : parents_(parents),
-      flood_squared_(context.flood_squared),
-      channels_(context.channels),
-      most_(context.options.economy.rank),
-      sigmas_(context.options.rule.noise_sigmas),
+      flood_squared_(facts.flood_squared),
+      channels_(facts.channels),
+      most_(facts.options.economy.rank),
+      sigmas_(facts.options.rule.noise_sigmas),
       pieces_(pieces.begin(), pieces.end()),
       bases_(static_cast<std::size_t>(channels_) * 2 * BlockTree::kMaxChildren) {
   for (int channel = 0; channel < channels_; ++channel) {
-    for (int k = 0; k < parents.row.children; ++k) make_basis(context.known, channel, kRow, k);
-    for (int k = 0; k < parents.col.children; ++k) make_basis(context.known, channel, kCol, k);
+    for (int k = 0; k < parents.row.children; ++k) make_basis(known, channel, kRow, k);
+    for (int k = 0; k < parents.col.children; ++k) make_basis(known, channel, kCol, k);
   }
 }
 
@@ -30,7 +31,7 @@ const Block& Siblings::child(Side side, int k) const {
 }
 
 /// The factors of all pieces on one child, side by side.
-Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, int k) {
+Siblings::Matrix Siblings::gather(const KnownTransport& known, int channel, Side side, int k) {
   std::vector<Piece*> there;
   int columns = 0;
   for (Piece& piece : pieces_) {
@@ -56,7 +57,7 @@ Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, in
   return factors;
 }
 
-void Siblings::make_basis(const Known& known, int channel, Side side, int k) {
+void Siblings::make_basis(const KnownTransport& known, int channel, Side side, int k) {
   Matrix factors = gather(known, channel, side, k);
   Basis& basis = bases_[base(channel, side, k)];
   if (factors.cols() >= factors.rows()) {

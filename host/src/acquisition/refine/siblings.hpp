@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -47,7 +48,7 @@ struct Rectangle {
 struct Merged {
   Piece piece;                         ///< without a number
   std::vector<std::int32_t> replaces;  ///< leaves of rank 1
-  std::vector<float> factors;          ///< rank after rank as Known::add_leaf takes them
+  std::vector<float> factors;          ///< rank after rank as KnownTransport::add_leaf takes them
 };
 
 /// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child, so that a
@@ -59,7 +60,8 @@ class Siblings {
     const Block& col;
     std::span<const Block> children;  ///< all blocks of their level
   };
-  Siblings(const Context& context, const Parents& parents, std::span<const Piece> pieces);
+  Siblings(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
+           std::span<const Piece> pieces);
 
   /// One leaf of the lowest rank that keeps what a rectangle holds within the mean square `allowed`, in units
   /// of F² (see merge_leaves); none if it would save no bytes. It replaces its pieces.
@@ -91,8 +93,8 @@ class Siblings {
     return of * BlockTree::kMaxChildren + static_cast<std::size_t>(k);
   }
   const Basis& basis(int channel, Side side, int k) const { return bases_[base(channel, side, k)]; }
-  Matrix gather(const Known& known, int channel, Side side, int k);
-  void make_basis(const Known& known, int channel, Side side, int k);
+  Matrix gather(const KnownTransport& known, int channel, Side side, int k);
+  void make_basis(const KnownTransport& known, int channel, Side side, int k);
   std::vector<Eigen::Index> begins(int channel, Side side, int first, int last) const;
   Matrix sums(int channel, Side side, int first, int last) const;
   Core core(const Rectangle& r, int channel) const;

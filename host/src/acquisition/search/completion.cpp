@@ -28,14 +28,14 @@ double squared(double x) {
   return x * x;
 }
 
-Result<std::vector<TreePhotograph>> photographs_of(const Context& context,
+Result<std::vector<TreePhotograph>> photographs_of(const Photographer& photographer,
                                                    const std::vector<LogRange>& ranges) {
   std::vector<TreePhotograph> all;
   for (const LogRange& range : ranges)
-    SYMRIG_CHECK(context.photographer.read(range.first, range.last - range.first,
-                                           [&](std::int64_t, std::span<TreePhotograph> some) {
-                                             all.insert(all.end(), some.begin(), some.end());
-                                           }));
+    SYMRIG_CHECK(photographer.read(range.first, range.last - range.first,
+                                   [&](std::int64_t, std::span<TreePhotograph> some) {
+                                     all.insert(all.end(), some.begin(), some.end());
+                                   }));
   return all;
 }
 
@@ -141,11 +141,12 @@ std::int64_t Completion::bytes(std::int64_t pixels, int channels) {
   return pixels * pixels * kEach * channels;
 }
 
-Result<Completion> Completion::take(const Context& context, const TransportTensor& known) {
+Result<Completion> Completion::take(const SceneFacts& facts, Photographer& photographer,
+                                    const TransportTensor& known) {
   Completion all;
-  all.pixels_ = context.tree.order().size();
-  const std::int64_t begin = context.photographer.taken();
-  SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(context, {{0, begin}}));
+  all.pixels_ = facts.tree.order().size();
+  const std::int64_t begin = photographer.taken();
+  SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(photographer, {{0, begin}}));
   all.rest_ = told_apart(patterns_of(taken, all.pixels_));
   std::vector<LitBlocks> single;
   for (std::int32_t t = 0; t < static_cast<std::int32_t>(all.pixels_); ++t) {
@@ -154,11 +155,11 @@ Result<Completion> Completion::take(const Context& context, const TransportTenso
     single.push_back({{t, t + 1}});
   }
   const std::size_t entries = all.pixels_ * all.pixels_;
-  all.channels_.assign(static_cast<std::size_t>(context.channels),
+  all.channels_.assign(static_cast<std::size_t>(facts.channels),
                        {std::vector<float>(entries), std::vector<float>(entries, kNobodyTells)});
   all.keep_known(known);
-  context.photographer.expect_later(kNoneToCome);
-  SYMRIG_CHECK(context.photographer.take(
+  photographer.expect_later(kNoneToCome);
+  SYMRIG_CHECK(photographer.take(
       "brute force", single, [&](std::int64_t first, std::span<TreePhotograph> photographs) {
         for (std::size_t k = 0; k < photographs.size(); ++k)
           all.keep(pixel(all.alone_, first - begin + static_cast<Index>(k)), photographs[k]);
@@ -329,17 +330,17 @@ TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Chan
   return std::move(builder).finish();
 }
 
-Result<TransportTensor> Completion::tensor(const Context& context,
+Result<TransportTensor> Completion::tensor(const BlockTree& tree, const Photographer& photographer,
                                            const std::vector<LogRange>& others) const {
   Others shown;
-  SYMRIG_TRY(shown.photographs, photographs_of(context, others));
+  SYMRIG_TRY(shown.photographs, photographs_of(photographer, others));
   shown.patterns = patterns_of(shown.photographs, pixels_);
   std::vector<Channel> channels = channels_;
   for (std::size_t number = 0; number < channels.size(); ++number) {
     mirror(channels[number]);
     fill(channels[number], number, shown);
   }
-  return packed(context.tree, channels);
+  return packed(tree, channels);
 }
 
 }  // namespace symrig::acquisition

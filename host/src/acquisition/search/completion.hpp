@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/errors/noise_check.hpp"
-#include "acquisition/search/context.hpp"
 #include "acquisition/search/photographer.hpp"
+#include "acquisition/search/scene_facts.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
@@ -25,13 +25,15 @@ class Completion {
   static std::int64_t bytes(std::int64_t pixels, int channels);
 
   /// Takes the photographs of single pixels. known: what the search knew.  fails: as Photographer::take.
-  static Result<Completion> take(const Context& context, const TransportTensor& known);
+  static Result<Completion> take(const SceneFacts& facts, Photographer& photographer,
+                                 const TransportTensor& known);
 
   /// The photographs of single pixels against each other: T_ij − T_ji.
   Scatter mirrored() const;
 
   /// T from the photographs of single pixels and from these (log numbers).  fails: as Photographer::read.
-  Result<TransportTensor> tensor(const Context& context, const std::vector<LogRange>& others) const;
+  Result<TransportTensor> tensor(const BlockTree& tree, const Photographer& photographer,
+                                 const std::vector<LogRange>& others) const;
 
  private:
   /// One channel of T, in tree order.

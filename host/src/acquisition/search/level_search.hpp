@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/findings.hpp"
+#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/placement.hpp"
-#include "acquisition/search/prediction.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -29,9 +29,9 @@ struct Shot {
 /// accepted that the lesson makes doubtful are taken back and tested in another round.
 class LevelSearch {
  public:
-  /// decay carries what one level learned to the next.
-  LevelSearch(Context& context, Decay& decay, NodeLevel& unknown)
-      : context_(context), decay_(decay), unknown_(unknown) {}
+  /// unknown: the nodes of the level.
+  LevelSearch(const SceneFacts& facts, Photographer& photographer, Findings& found, NodeLevel& unknown)
+      : facts_(facts), photographer_(photographer), found_(found), unknown_(unknown) {}
 
   /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
   /// most first left out. Result: the tested nodes.  fails: as Probe::measure; limit (memory).
@@ -87,8 +87,9 @@ class LevelSearch {
   void learn(std::span<const Tested> tested);
   std::vector<NodeIndex> take_back();
 
-  Context& context_;
-  Decay& decay_;
+  const SceneFacts& facts_;
+  Photographer& photographer_;
+  Findings& found_;
   NodeLevel& unknown_;
   std::vector<Round> rounds_;
   std::vector<Accepted> accepted_;

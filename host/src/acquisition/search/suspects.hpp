@@ -2,7 +2,8 @@
 #pragma once
 
 #include "acquisition/errors/checks.hpp"
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -14,6 +15,7 @@ namespace symrig::acquisition {
 /// beyond noise and by over half the size of its own entries, and the leaf shines there strongly enough to
 /// have a part in it. Transport that is balanced within every block (a checkerboard) passes every rank test
 /// and is found here.
-std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& all);
+std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport& known,
+                                   const std::vector<Checks::Residual>& all);
 
 }  // namespace symrig::acquisition
