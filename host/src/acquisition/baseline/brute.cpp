@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/responses.hpp"
-#include "acquisition/search/hierarchy.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <chrono>

@@ -2,8 +2,8 @@
 // Dual photography's adaptive scan: blocks whose responses do not overlap in the camera are lit together and
 // refined; a response that falls below the threshold is not refined any further and stays a constant over its
 // block, "a low-frequency approximation for indirect bounce light transport" as [Garg06 §6.1] puts it.
+#include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/responses.hpp"
-#include "acquisition/search/hierarchy.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <algorithm>

@@ -18,7 +18,8 @@ Budget::Limit Budget::of_user() const {
 
 Budget::Limit Budget::tightest() const {
   Limit limit = of_user();
-  if (options_.algorithm == Algorithm::symrig) limit.tighten(brute_force_left(), "brute_force");
+  if (algorithm_info(options_.algorithm).yields_to_brute_force)
+    limit.tighten(brute_force_left(), "brute_force");
   if (reopening_until_) limit.tighten(reopening_left(), "done");
   return limit;
 }

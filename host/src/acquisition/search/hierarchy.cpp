@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The loop of docs/architecture.md, "The search for T".
-#include "acquisition/search/hierarchy.hpp"
-
+#include "acquisition/algorithms.hpp"
 #include "acquisition/errors/checks.hpp"
 #include "acquisition/refine/finishing.hpp"
 #include "acquisition/refine/merging.hpp"
@@ -259,7 +258,7 @@ Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& option
   Photographer photographer(probe, options.log, flat, options.progress);
   const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
   SYMRIG_CHECK(photographer.take("flood-lit", flood));
-  if (options.algorithm != Algorithm::symrig || probe.views().count() == 1)
+  if (!algorithm_info(options.algorithm).splits_views || probe.views().count() == 1)
     return search_tree(probe, options, flat, photographer);
   SYMRIG_TRY(const Radiance photograph, options.log->photograph(0));
   SYMRIG_TRY(const Split split, choose_split(photograph, probe.views(), options.split));

@@ -36,11 +36,11 @@ bool Sparseness::can_complete() const {
 }
 
 bool Sparseness::can_take_over() const {
-  return facts_.options.algorithm == Algorithm::symrig && !undetermined_ && can_complete();
+  return algorithm_info(facts_.options.algorithm).yields_to_brute_force && !undetermined_ && can_complete();
 }
 
 bool Sparseness::worth_searching(int level, std::int64_t photographs, std::int64_t later) {
-  if (facts_.options.algorithm != Algorithm::symrig) return true;
+  if (!algorithm_info(facts_.options.algorithm).yields_to_brute_force) return true;
   const std::int64_t taken = photographer_.taken();
   if (budget_.reopening()) {
     if (photographs <= std::min(budget_.reopening_left(), budget_.brute_force_left())) return true;
