@@ -51,7 +51,7 @@ struct Economy {
   /// A block is not lit while it is looked at, even where its transport to itself is known: the shot noise
   /// and the remaining error of its direct light would drown what comes from elsewhere.
   bool look_in_the_dark = false;
-  /// Leaf images that are mostly noise are shrunk towards what can be seen of them (acquisition/shrink.hpp).
+  /// Leaf images that are mostly noise are shrunk towards what can be seen of them (acquisition/search/shrink.hpp).
   bool shrink_noise = false;
   /// Holds out six photographs with patterns that have nothing to do with blocks. They tell the errors, end
   /// the search of a scene that is all direct light, and find leaves that are wrong although their own
