@@ -1,16 +1,62 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/finishing.hpp"
 
-#include "acquisition/capture_noise.hpp"
 #include "acquisition/errors/error_estimate.hpp"
 #include "acquisition/errors/noise_check.hpp"
 #include "acquisition/refine/direct_light.hpp"
 #include "acquisition/refine/polish.hpp"
 
 #include <algorithm>
+#include <functional>
+#include <span>
 #include <utility>
 
 namespace symrig::acquisition {
+namespace {
+
+/// The photographs of level 0, which light the children of the whole grid one after another. None if combs
+/// for short-range light came first.
+Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photographer& photographer,
+                                             std::int64_t first) {
+  std::vector<TreePhotograph> parts;
+  std::vector<float> lit(tree.order().size());
+  SYMRIG_CHECK(photographer.read(
+      first, tree.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+        for (const TreePhotograph& p : photographs)
+          std::transform(lit.begin(), lit.end(), p.pattern.begin(), lit.begin(), std::plus<>());
+        parts.insert(parts.end(), photographs.begin(), photographs.end());
+      }));
+  if (std::any_of(lit.begin(), lit.end(), [](float light) { return light != 1; })) parts.clear();
+  return parts;
+}
+
+/// Compares photographs of the same light that a capture has taken: the first flood-lit one, some of those at
+/// the end, and the held-out halves. first_again: log number of the flood-lit ones at the end, 0: none.
+/// rest: of a capture that brute force ended, or nullptr.
+Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& photographer,
+                                    const Checks& checks, std::int64_t first_again,
+                                    const BruteForceRest* rest) {
+  constexpr std::int64_t kMost = 8;
+  std::vector<TreePhotograph> floods;
+  const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
+    floods.insert(floods.end(), p.begin(), p.end());
+  };
+  SYMRIG_CHECK(photographer.read(0, 1, keep));
+  const std::int64_t again = first_again > 0 ? photographer.taken() - first_again : 0;
+  SYMRIG_CHECK(photographer.read(first_again, std::min(again, kMost), keep));
+  NoiseEvidence besides;
+  std::vector<TreePhotograph> parts;
+  if (rest != nullptr) {
+    besides.mirrored = rest->mirrored();
+    SYMRIG_TRY(parts, quarters(tree, photographer, checks.last()));
+    besides.parts = parts;
+  }
+  const auto& held_out = checks.photographs();
+  return check_noise(tree, floods, &held_out[Checks::kHalf].photograph,
+                     &held_out[Checks::kOtherHalf].photograph, besides);
+}
+
+}  // namespace
 
 Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
   constexpr std::int64_t kFewest = 4;
@@ -83,9 +129,9 @@ Result<void> Finishing::polish() {
   return {};
 }
 
-Result<void> Finishing::estimate(const TransportTensor& tensor, const Completion* completion,
+Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                                  CaptureResult& result) const {
-  SYMRIG_TRY(result.noise_check, check_noise(facts_.tree, photographer_, *checks_, first_again_, completion));
+  SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, first_again_, rest));
   ErrorEstimate estimate =
       estimate_errors(tensor, checks_->photographs(), doubted_variance(result.noise_check));
   result.estimated = estimate.value;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/errors/checks.hpp"
-#include "acquisition/search/completion.hpp"
+#include "acquisition/search/brute_force_rest.hpp"
 #include "acquisition/search/findings.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/acquisition/capture.hpp"
@@ -31,8 +31,8 @@ class Finishing {
   Result<void> polish();
 
   /// The errors of a tensor that the checks are no part of, and whether photographs scatter as they state.
-  /// completion: of a capture that brute force ended, or nullptr. Needs checks.
-  Result<void> estimate(const TransportTensor& tensor, const Completion* completion,
+  /// rest: of a capture that brute force ended, or nullptr. Needs checks.
+  Result<void> estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                         CaptureResult& result) const;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/merging.hpp"
 
-#include "acquisition/refine/siblings.hpp"
+#include "acquisition/refine/neighbouring_leaves.hpp"
 
 #include <algorithm>
 #include <span>
@@ -95,12 +95,12 @@ void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
            std::span<const Block> children) {
   static const std::vector<Rectangle> all = rectangles();
   if (family.pieces.size() < 2) return;
-  Siblings siblings(facts, known, {*family.row, *family.col, children}, family.pieces);
+  NeighbouringLeaves neighbours(facts, known, {*family.row, *family.col, children}, family.pieces);
   for (const Rectangle& rectangle : all) {
     const Rectangle r = rectangle.within(family.row->children, family.col->children);
     // Below a block with itself only what lies off the diagonal is a rectangle.
     if (r.pairs() < 1 || (family.diagonal() && r.row_first < r.col_last)) continue;
-    if (auto merged = siblings.merge(r, kShare * kShare * facts.tolerance()))
+    if (auto merged = neighbours.merge(r, kShare * kShare * facts.tolerance()))
       family.merged.push_back(std::move(*merged));
   }
 }

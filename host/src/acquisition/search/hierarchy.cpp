@@ -5,11 +5,11 @@
 #include "acquisition/refine/finishing.hpp"
 #include "acquisition/refine/merging.hpp"
 #include "acquisition/search/assumptions.hpp"
+#include "acquisition/search/brute_force_rest.hpp"
 #include "acquisition/search/budget.hpp"
-#include "acquisition/search/completion.hpp"
+#include "acquisition/search/exposure_forecast.hpp"
 #include "acquisition/search/findings.hpp"
 #include "acquisition/search/flood_lit.hpp"
-#include "acquisition/search/forecast.hpp"
 #include "acquisition/search/level_search.hpp"
 #include "acquisition/search/placement.hpp"
 #include "acquisition/search/reopening.hpp"
@@ -53,7 +53,7 @@ class Hierarchy {
   Result<void> search_level(int level);
   void report_step(int level);
   Result<CaptureResult> refine();
-  Result<CaptureResult> complete();
+  Result<CaptureResult> measure_rest();
   void report(CaptureResult& result);
 
   const CaptureSettings& options() const { return facts_.options; }
@@ -67,7 +67,7 @@ class Hierarchy {
   Sparseness sparseness_{facts_, photographer_, budget_};
   ShortRange short_range_{facts_, photographer_, found_};
   Reopening reopening_{facts_, photographer_, found_, budget_, sparseness_};
-  std::optional<Forecast> forecast_;  ///< of a rig that plans its exposures
+  std::optional<ExposureForecast> forecast_;  ///< of a rig that plans its exposures
   std::optional<Checks> checks_;
   std::vector<ErrorBar> error_per_level_;
   std::vector<CaptureStep> steps_;
@@ -85,11 +85,11 @@ Result<CaptureResult> Hierarchy::run(bool plans_exposures) {
   SYMRIG_CHECK(take_checks());
   SYMRIG_CHECK(search_and_mend());
   const double searched = processed();
-  const bool completing = sparseness_.completing();
-  SYMRIG_TRY(CaptureResult result, completing ? complete() : refine());
+  const bool refines = !sparseness_.brute_force_takes_over();
+  SYMRIG_TRY(CaptureResult result, refines ? refine() : measure_rest());
   report(result);
   result.process_seconds = processed();
-  if (!completing) result.refine_seconds = result.process_seconds - searched;
+  if (refines) result.refine_seconds = result.process_seconds - searched;
   return result;
 }
 
@@ -122,8 +122,8 @@ Result<void> Hierarchy::take_checks() {
 Result<void> Hierarchy::search_and_mend() {
   do {
     SYMRIG_CHECK(search());
-    if (checks_ && !sparseness_.completing()) reopening_.review(*checks_, stopped_by_ == "done");
-  } while (found_.any_open() && !sparseness_.completing());
+    if (checks_ && !sparseness_.brute_force_takes_over()) reopening_.review(*checks_, stopped_by_ == "done");
+  } while (found_.any_open() && !sparseness_.brute_force_takes_over());
   return {};
 }
 
@@ -134,7 +134,7 @@ Result<void> Hierarchy::search() {
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));
-    if (sparseness_.completing()) return {};
+    if (sparseness_.brute_force_takes_over()) return {};
     report_step(level);
   }
   return {};
@@ -212,19 +212,18 @@ Result<CaptureResult> Hierarchy::refine() {
 
 /// Brute force for the rest. The checks estimate the errors of a tensor that they are no part of. Then they
 /// go into the tensor that is kept.
-Result<CaptureResult> Hierarchy::complete() {
+Result<CaptureResult> Hierarchy::measure_rest() {
   const TransportTensor searched = found_.known.tensor();
   const std::int64_t before = photographer_.taken();
-  SYMRIG_TRY(const Completion completion, Completion::take(facts_, photographer_, searched));
+  SYMRIG_TRY(const BruteForceRest rest, BruteForceRest::take(facts_, photographer_, searched));
   CaptureResult result;
   if (checks_) {
-    SYMRIG_TRY(
-        const TransportTensor without,
-        completion.tensor(facts_.tree, photographer_, {{0, checks_->first()}, {checks_->last(), before}}));
+    SYMRIG_TRY(const TransportTensor without,
+               rest.tensor(facts_.tree, photographer_, {{0, checks_->first()}, {checks_->last(), before}}));
     const Finishing finishing(facts_, photographer_, found_, checks());
-    SYMRIG_CHECK(finishing.estimate(without, &completion, result));
+    SYMRIG_CHECK(finishing.estimate(without, &rest, result));
   }
-  SYMRIG_TRY(result.tensor, completion.tensor(facts_.tree, photographer_, {{0, before}}));
+  SYMRIG_TRY(result.tensor, rest.tensor(facts_.tree, photographer_, {{0, before}}));
   found_.patterns_per_level.push_back(photographer_.taken() - before);
   return result;
 }

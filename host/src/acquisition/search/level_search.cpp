@@ -54,9 +54,9 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
-    foretell(budget);
+    forecast_progress(budget);
     SYMRIG_CHECK(photograph(rounds_.back()));
-    SYMRIG_CHECK(develop_again());
+    SYMRIG_CHECK(subtract_again());
     tested = judge();
     learn(std::span(tested).last(rounds_.back().tested.size()));
     const auto light = unknown_.diagonal_light(rounds_.back().tested);
@@ -116,7 +116,7 @@ UnitsToCome LevelSearch::later() const {
 }
 
 /// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
-void LevelSearch::foretell(std::int64_t budget) {
+void LevelSearch::forecast_progress(std::int64_t budget) {
   UnitsToCome later = this->later();
   if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
   photographer_.expect_later(later);
@@ -219,18 +219,20 @@ Result<void> LevelSearch::photograph(Round& round) {
                                     facts_.tree.order().size(), static_cast<std::size_t>(facts_.channels));
   return photographer_.take(
       "level " + std::to_string(unknown_.level()), patterns,
-      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); },
+      [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+        subtract_and_record(r, first, photographs);
+      },
       // Before any level has looked nobody knows how dark the dark is: a guess that is too bright would get
       // photographs that show noise there, and blocks would be taken for empty.
       !found_.beside
-          ? Photographer::Foresee()
+          ? Photographer::MakePreviews()
           : [&](std::size_t first,
-                std::size_t count) { return foresee(r, std::span(round.shots).subspan(first, count)); });
+                std::size_t count) { return preview(r, std::span(round.shots).subspan(first, count)); });
 }
 
 /// What photographs of round r will show: known transport and what other rounds measured, and the estimates
 /// of the nodes that are tested.
-std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> shots) const {
+std::vector<Preview> LevelSearch::preview(std::size_t r, std::span<const Shot> shots) const {
   const std::size_t pixels = facts_.tree.order().size();
   const std::size_t size = pixels * static_cast<std::size_t>(facts_.channels);
   std::vector<TreePhotograph> known(shots.size());
@@ -258,7 +260,8 @@ std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> s
 
 /// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one
 /// round shines into a photograph of another, what its own round measured is taken out too.
-void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs) {
+void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
+                                      std::span<TreePhotograph> photographs) {
   const Round& round = rounds_[r];
   found_.known.subtract_from(photographs);
   const auto shots =
@@ -272,11 +275,12 @@ void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhoto
 }
 
 /// The rounds before the last one, now that more is known of what shone into them.
-Result<void> LevelSearch::develop_again() {
+Result<void> LevelSearch::subtract_again() {
   for (std::size_t r = rounds_.size() - 1; r-- > 0;)
-    SYMRIG_CHECK(photographer_.read(
-        rounds_[r].first, std::ssize(rounds_[r].shots),
-        [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); }));
+    SYMRIG_CHECK(photographer_.read(rounds_[r].first, std::ssize(rounds_[r].shots),
+                                    [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+                                      subtract_and_record(r, first, photographs);
+                                    }));
   return {};
 }
 

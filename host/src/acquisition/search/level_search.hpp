@@ -67,15 +67,15 @@ class LevelSearch {
   std::vector<Tested> give_up();
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
   UnitsToCome later() const;
-  void foretell(std::int64_t budget);
+  void forecast_progress(std::int64_t budget);
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
-  std::vector<Preview> foresee(std::size_t r, std::span<const Shot> shots) const;
-  void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
-  Result<void> develop_again();
+  std::vector<Preview> preview(std::size_t r, std::span<const Shot> shots) const;
+  void subtract_and_record(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
+  Result<void> subtract_again();
   void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
                    LevelLight& light) const;
   void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,

@@ -77,11 +77,11 @@ class Photographer {
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
   /// What is foreseen of patterns [first, first + count).
-  using Foresee = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
-  /// Takes photographs and hands them on as they come, some at a time. foresee is asked where it matters.
+  using MakePreviews = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
+  /// Takes photographs and hands them on as they come, some at a time. preview is asked where it matters.
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
-                    const Foresee& foresee = {});
+                    const MakePreviews& preview = {});
 
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
@@ -98,11 +98,11 @@ class Photographer {
   using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
   Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
-                            const Foresee& foresee = {});
+                            const MakePreviews& preview = {});
   Result<std::vector<Radiance>> measure(std::span<const LitBlocks> patterns, std::size_t first,
-                                        std::size_t count, const Foresee& foresee);
+                                        std::size_t count, const MakePreviews& preview);
   std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::size_t first,
-                                  const Foresee& foresee) const;
+                                  const MakePreviews& preview) const;
   std::span<TreePhotograph> pool(std::size_t wanted) const;
 
   Probe& probe_;

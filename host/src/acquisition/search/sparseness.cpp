@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/sparseness.hpp"
 
-#include "acquisition/search/completion.hpp"
+#include "acquisition/search/brute_force_rest.hpp"
 
 #include <algorithm>
 
@@ -30,13 +30,14 @@ bool Sparseness::unstructured() const {
 }
 
 /// Brute force fits into the user's budget and into memory.
-bool Sparseness::can_complete() const {
-  return Completion::bytes(facts_.tree.grid().size(), facts_.channels) <= facts_.options.memory_limit &&
+bool Sparseness::brute_force_fits() const {
+  return BruteForceRest::bytes(facts_.tree.grid().size(), facts_.channels) <= facts_.options.memory_limit &&
          budget_.of_user().left >= budget_.brute_force_left();
 }
 
 bool Sparseness::can_take_over() const {
-  return algorithm_info(facts_.options.algorithm).yields_to_brute_force && !undetermined_ && can_complete();
+  return algorithm_info(facts_.options.algorithm).yields_to_brute_force && !undetermined_ &&
+         brute_force_fits();
 }
 
 bool Sparseness::worth_searching(int level, std::int64_t photographs, std::int64_t later) {
@@ -65,7 +66,7 @@ bool Sparseness::doubt(std::string reason, std::int64_t forecast) {
                                .patterns = photographer_.taken(),
                                .forecast = forecast,
                                .brute_force = facts_.tree.grid().size(),
-                               .completed = can_complete(),
+                               .completed = brute_force_fits(),
                                .levels = evidence_};
   return undetermined_->completed;
 }

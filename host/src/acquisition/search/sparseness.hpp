@@ -23,14 +23,14 @@ class Sparseness {
   /// Adds what the tests of a level found.
   void add(const LevelEvidence& level) { evidence_.push_back(level); }
 
-  /// False, and completing(), if brute force should measure the rest. photographs: of the next round of
-  /// `level`. later: of the levels after it, at least.
+  /// False, and brute_force_takes_over(), if brute force should measure the rest. photographs: of the next
+  /// round of `level`. later: of the levels after it, at least.
   bool worth_searching(int level, std::int64_t photographs, std::int64_t later);
   /// The checks find leaves wrong that cannot be reopened within the budget.
   void doubt_leaves();
 
   /// Brute force measures the rest.
-  bool completing() const { return undetermined_ && undetermined_->completed; }
+  bool brute_force_takes_over() const { return undetermined_ && undetermined_->completed; }
   /// Brute force can take over at any moment, so that no round is cut short to what is left of it.
   bool can_take_over() const;
 
@@ -40,7 +40,7 @@ class Sparseness {
  private:
   std::int64_t dense_levels(int level) const;
   bool unstructured() const;
-  bool can_complete() const;
+  bool brute_force_fits() const;
   bool doubt(std::string reason, std::int64_t forecast);
 
   const SceneFacts& facts_;

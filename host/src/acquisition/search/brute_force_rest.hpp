@@ -19,14 +19,14 @@ namespace symrig::acquisition {
 /// T_LU lies from what the search knew (or from 0, where that is nearer), and how far T_LL's diagonal lies
 /// from its mean. error: patterns of rank r leave (m − r)(m − r + 1) / 2 numbers of T_UU to the prior
 /// (docs/decisions/not-data-sparse.md).
-class Completion {
+class BruteForceRest {
  public:
   /// Memory for a grid of so many pixels.
   static std::int64_t bytes(std::int64_t pixels, int channels);
 
   /// Takes the photographs of single pixels. known: what the search knew.  fails: as Photographer::take.
-  static Result<Completion> take(const SceneFacts& facts, Photographer& photographer,
-                                 const TransportTensor& known);
+  static Result<BruteForceRest> take(const SceneFacts& facts, Photographer& photographer,
+                                     const TransportTensor& known);
 
   /// The photographs of single pixels against each other: T_ij − T_ji.
   Scatter mirrored() const;
@@ -44,7 +44,7 @@ class Completion {
   struct Prior;
   struct Others;
 
-  Completion() = default;
+  BruteForceRest() = default;
   std::size_t at(std::size_t row, std::size_t col) const { return row * pixels_ + col; }
   void keep(std::size_t col, const TreePhotograph& photograph);
   void keep_known(const TransportTensor& known);

@@ -53,15 +53,15 @@ struct Merged {
 
 /// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child, so that a
 /// rectangle of them is a small matrix: T_ab = Q_a K_ab Q_b', |T_ab| = |K_ab|.
-class Siblings {
+class NeighbouringLeaves {
  public:
   struct Parents {
     const Block& row;
     const Block& col;
     std::span<const Block> children;  ///< all blocks of their level
   };
-  Siblings(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
-           std::span<const Piece> pieces);
+  NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
+                     std::span<const Piece> pieces);
 
   /// One leaf of the lowest rank that keeps what a rectangle holds within the mean square `allowed`, in units
   /// of F² (see merge_leaves); none if it would save no bytes. It replaces its pieces.

@@ -15,10 +15,10 @@ namespace symrig::acquisition {
 ///                 much; where nothing is foreseen, anything from sigma to the flood-lit radiance
 /// Both are cut into parts by radiance, and each part must be known to
 ///   noise = sigma² + (relative · RMS of the part's light)²
-class Forecast final : public Forecaster {
+class ExposureForecast final : public Forecaster {
  public:
   /// flood: the flood-lit photograph. sigma: what a pixel is known to well enough, whatever it shows.
-  Forecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma);
+  ExposureForecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma);
 
   std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
                                   std::span<const Preview> previews) const override;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/completion.hpp"
+#include "acquisition/search/brute_force_rest.hpp"
 
-#include "acquisition/baseline/responses.hpp"
+#include "acquisition/baseline/sparse_column.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Eigen::Index;
 
-constexpr float kNobodyTells = std::numeric_limits<float>::quiet_NaN();
+constexpr float kUnmeasured = std::numeric_limits<float>::quiet_NaN();
 constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
 
 std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
@@ -49,7 +49,7 @@ Matrix patterns_of(const std::vector<TreePhotograph>& photographs, std::size_t p
 }
 
 /// As many pixels as patterns, those that the patterns tell apart best: the pivots of their QR.
-std::vector<std::int32_t> told_apart(const Matrix& patterns) {
+std::vector<std::int32_t> separable_pixels(const Matrix& patterns) {
   const Eigen::ColPivHouseholderQR<Matrix> qr(patterns);
   std::vector<std::int32_t> pixels;
   for (Index k = 0; k < patterns.rows(); ++k)
@@ -123,31 +123,31 @@ Reading both(const Reading& a, const Reading& b) {
 }  // namespace
 
 /// What is expected of T_UU before the photographs of patterns are looked at: mean squares.
-struct Completion::Prior {
+struct BruteForceRest::Prior {
   bool known = false;                     ///< around what the search knew; otherwise around 0
   double around = 0;                      ///< beside the diagonal
   double direct = 0, direct_scatter = 0;  ///< the diagonal: its mean, and around that
 };
 
 /// Photographs of patterns.
-struct Completion::Others {
+struct BruteForceRest::Others {
   std::vector<TreePhotograph> photographs;
   Matrix patterns;
 };
 
-std::int64_t Completion::bytes(std::int64_t pixels, int channels) {
+std::int64_t BruteForceRest::bytes(std::int64_t pixels, int channels) {
   // Each channel twice (as measured and as solved), and the finished columns.
   constexpr auto kEach = static_cast<std::int64_t>(4 * sizeof(float) + sizeof(float) + sizeof(std::int32_t));
   return pixels * pixels * kEach * channels;
 }
 
-Result<Completion> Completion::take(const SceneFacts& facts, Photographer& photographer,
-                                    const TransportTensor& known) {
-  Completion all;
+Result<BruteForceRest> BruteForceRest::take(const SceneFacts& facts, Photographer& photographer,
+                                            const TransportTensor& known) {
+  BruteForceRest all;
   all.pixels_ = facts.tree.order().size();
   const std::int64_t begin = photographer.taken();
   SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(photographer, {{0, begin}}));
-  all.rest_ = told_apart(patterns_of(taken, all.pixels_));
+  all.rest_ = separable_pixels(patterns_of(taken, all.pixels_));
   std::vector<LitBlocks> single;
   for (std::int32_t t = 0; t < static_cast<std::int32_t>(all.pixels_); ++t) {
     if (std::binary_search(all.rest_.begin(), all.rest_.end(), t)) continue;
@@ -156,7 +156,7 @@ Result<Completion> Completion::take(const SceneFacts& facts, Photographer& photo
   }
   const std::size_t entries = all.pixels_ * all.pixels_;
   all.channels_.assign(static_cast<std::size_t>(facts.channels),
-                       {std::vector<float>(entries), std::vector<float>(entries, kNobodyTells)});
+                       {std::vector<float>(entries), std::vector<float>(entries, kUnmeasured)});
   all.keep_known(known);
   photographer.expect_later(kNoneToCome);
   SYMRIG_CHECK(photographer.take(
@@ -168,7 +168,7 @@ Result<Completion> Completion::take(const SceneFacts& facts, Photographer& photo
 }
 
 /// The photograph of one lit pixel is a column of T.
-void Completion::keep(std::size_t col, const TreePhotograph& photograph) {
+void BruteForceRest::keep(std::size_t col, const TreePhotograph& photograph) {
   for (std::size_t channel = 0; channel < channels_.size(); ++channel)
     for (std::size_t row = 0; row < pixels_; ++row) {
       const std::size_t t = channel * pixels_ + row;
@@ -179,7 +179,7 @@ void Completion::keep(std::size_t col, const TreePhotograph& photograph) {
 }
 
 /// The columns that nobody lights, and their mirror images.
-void Completion::keep_known(const TransportTensor& known) {
+void BruteForceRest::keep_known(const TransportTensor& known) {
   std::vector<float> lit(pixels_), seen(pixels_);
   for (const std::int32_t u : rest_) {
     const auto col = static_cast<std::size_t>(u);
@@ -194,7 +194,7 @@ void Completion::keep_known(const TransportTensor& known) {
   }
 }
 
-Scatter Completion::mirrored() const {
+Scatter BruteForceRest::mirrored() const {
   Scatter scatter;
   for (const Channel& channel : channels_)
     for (std::size_t i = 0; i < pixels_; ++i)
@@ -210,7 +210,7 @@ Scatter Completion::mirrored() const {
 }
 
 /// Each entry and its mirror image become what is told of both.
-void Completion::mirror(Channel& channel) const {
+void BruteForceRest::mirror(Channel& channel) const {
   const auto reading = [&channel](std::size_t at) {
     const float variance = channel.variance[at];
     const bool told = !std::isnan(variance);
@@ -226,7 +226,7 @@ void Completion::mirror(Channel& channel) const {
 }
 
 /// channel: as measured, not mirrored: what the search knew of T_LU stands in the columns of U.
-Completion::Prior Completion::prior_of(const Channel& channel) const {
+BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   double known = 0, nothing = 0, entries = 0;
   double direct = 0, direct_squares = 0, direct_entries = 0;
   for (const std::int32_t lit : alone_) {
@@ -255,7 +255,7 @@ Completion::Prior Completion::prior_of(const Channel& channel) const {
 }
 
 /// T_UU of a channel, from photographs of patterns. number: of the channel.
-void Completion::fill(Channel& channel, std::size_t number, const Others& others) const {
+void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others) const {
   const Prior prior = prior_of(channels_[number]);
   const Index rest = std::ssize(rest_);
   const Index photographs = others.patterns.rows();
@@ -306,7 +306,7 @@ void Completion::fill(Channel& channel, std::size_t number, const Others& others
 }
 
 /// Columns of what stands out of its noise.
-TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
+TransportTensor BruteForceRest::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
   TensorBuilder builder(tree, tree, static_cast<int>(channels.size()));
   std::vector<std::int32_t> rows;
   std::vector<float> values;
@@ -330,8 +330,8 @@ TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Chan
   return std::move(builder).finish();
 }
 
-Result<TransportTensor> Completion::tensor(const BlockTree& tree, const Photographer& photographer,
-                                           const std::vector<LogRange>& others) const {
+Result<TransportTensor> BruteForceRest::tensor(const BlockTree& tree, const Photographer& photographer,
+                                               const std::vector<LogRange>& others) const {
   Others shown;
   SYMRIG_TRY(shown.photographs, photographs_of(photographer, others));
   shown.patterns = patterns_of(shown.photographs, pixels_);
