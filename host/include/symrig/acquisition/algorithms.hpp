@@ -33,36 +33,37 @@ struct RankRule {
       1;  ///< g: no leaf if one child pair carries more than this share of the energy; 1 = off
 };
 
-/// How photographs are saved and checked. Nodes that are expected to pass the rank test are accepted without
-/// one; idle colours test as many of them as fit, which tells how far the expectation can be trusted.
+/// How the search saves photographs, and how it checks itself. Nodes that are expected to pass the rank test
+/// are accepted without a test. Idle colours test as many of them as fit: these tests show how good the
+/// expectation is.
 struct Economy {
-  /// ρ: the share of a child pair's misfit under its parent's estimate that is expected to be left under its
-  /// own, before the scene has shown its own share. 0: every unknown node is tested [Garg06 §5.2].
+  /// ρ: how much of a parent's misfit in a child pair is expected in the child itself. The search starts with
+  /// this value and learns the scene's own. 0: every unknown node is tested [Garg06 §5.2].
   double decay = 0;
-  /// κ, κ_max: a child of a node at level l is not accepted untested if its parent's misfit in it is above
-  /// min(κ 2^l, κ_max) τ_A F. So no untested leaf misses by more than that, unless refinement makes the
-  /// misfit grow.
+  /// κ, κ_max: the largest misfit that a parent at level l may have in a child that is accepted untested:
+  /// min(κ 2^l, κ_max) τ_A F. So no untested leaf misses by more, unless refinement makes the misfit grow.
   double risk = 2.5;
   double largest_risk = 12;
   /// A child pair that carries more than this share of its parent's energy on both sides is always tested.
   double dominance = 0.45;
   /// Expected misfit over signal for the children of a diagonal node, whose signal is all there is to go by.
   double diagonal_spread = 3;
-  /// A block is not lit while it is looked at, even where its transport to itself is known: the shot noise
-  /// and the remaining error of its direct light would drown what comes from elsewhere.
+  /// A block is not lit while it is looked at, even where its transport to itself is known. The shot noise
+  /// and the remaining error of its direct light would hide what comes from elsewhere.
   bool look_in_the_dark = false;
-  /// Leaf images that are mostly noise are shrunk towards what can be seen of them (acquisition/search/shrink.hpp).
+  /// Leaf images that are mostly noise are shrunk towards what can be seen of them
+  /// (acquisition/search/shrink.hpp).
   bool shrink_noise = false;
-  /// Holds out six photographs with patterns that have nothing to do with blocks. They tell the errors, end
-  /// the search of a scene that is all direct light, and find leaves that are wrong although their own
+  /// Holds out six photographs whose patterns are independent of blocks. They estimate the errors. They end
+  /// the search of a scene that is all direct light. They find leaves that are wrong although their own
   /// photographs fit.
   bool checks = false;
   /// Photographs spent on the noise of the direct light in the end, as a share of those taken by then.
   double direct_share = 0;
   /// Gauss-Newton steps that refit everything stored to all photographs in the end.
   int polish = 0;
-  /// The largest rank of a leaf. Leaves are found one by one and have rank 1; in the end neighbours are
-  /// merged into leaves of higher rank where that saves memory and adds at most 2 % to what a leaf may miss.
+  /// The largest rank of a leaf. Leaves are found one by one and have rank 1. In the end neighbours are
+  /// merged into leaves of higher rank, where that saves memory and adds at most 2 % to what a leaf may miss.
   int rank = 1;
 };
 

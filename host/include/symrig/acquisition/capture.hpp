@@ -30,8 +30,8 @@ struct ExposureGoal {
   double longest_seconds = 10;  ///< of all exposures of one photograph
 };
 
-/// How to capture. Whatever is left out is the algorithm's own: capture(probe, {}) is `symrig capture`
-/// without options. settings_of() says what is refused.
+/// How to capture. The algorithm's own default replaces what is left out: capture(probe, {}) is
+/// `symrig capture` without options. settings_of() refuses what makes no sense.
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
   /// Detail to stop at, as a share of F: τ_A and τ_E of the rule; the threshold of dual. Above 0, below 1.
@@ -53,7 +53,7 @@ struct CaptureOptions {
   double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
   /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1.
   double target_error = 0;
-  /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
+  /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
   Progress progress = {};  ///< may be empty
 };
@@ -121,7 +121,7 @@ struct CaptureResult {
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
   /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
   std::string stopped_by = "done";
-  /// From held_out; none: nothing was held out. NaN where an error cannot be told: estimate_not_given.
+  /// From held_out; none: nothing was held out. NaN where an error cannot be estimated: estimate_not_given.
   std::optional<TransportErrors> estimated = {};
   TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
   std::vector<ErrorNotGiven> estimate_not_given = {};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Dual photography's adaptive scan. Blocks whose light does not overlap in the camera are lit together and
-// refined. A pixel's light below the threshold is not refined any further: it stays constant over the block,
-// "a low-frequency approximation for indirect bounce light transport" as [Garg06 §6.1] puts it.
+// refined. A pixel's light below the threshold is not refined any further: it stays constant over the block.
+// [Garg06 §6.1] calls this "a low-frequency approximation for indirect bounce light transport".
 #include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/sparse_column.hpp"
 #include "acquisition/search/photographer.hpp"
@@ -27,7 +27,7 @@ void subtract_known(TreePhotograph& photograph, const TransportTensor& known, in
                      channel, false);
 }
 
-/// A lit block that still has camera pixels to be told apart inside it.
+/// A lit block whose light on some camera pixels is not yet divided among its pixels.
 struct Active {
   std::int32_t block;
   PixelSet footprint;  ///< camera pixels with light above the threshold

@@ -30,8 +30,9 @@ struct SparseColumn {
 /// Light within this many standard deviations of zero counts as noise.
 constexpr float kGateSigmas = 3;
 
-/// The pixels of `seen` whose light stands out of its noise in at least one channel, on either side of zero:
-/// differences of photographs have light of both signs. A pixel without noise counts unless it is zero.
+/// The pixels of `seen` whose light stands out of its noise in at least one channel. The sign does not
+/// matter: differences of photographs have light of both signs. A pixel without noise counts unless it is
+/// zero.
 SparseColumn significant_column(const TreePhotograph& photograph, const PixelSet& seen, int channels);
 
 }  // namespace symrig::acquisition

@@ -12,9 +12,9 @@
 
 namespace symrig::acquisition {
 
-/// Six photographs that no part of the tensor is made from. Their patterns have nothing to do with blocks: a
-/// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture of all
-/// scales cut at its median.
+/// Six photographs that no part of the tensor is made from. Their patterns are independent of blocks: a
+/// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture. The picture
+/// has all scales and is cut at its median.
 class Checks {
  public:
   static constexpr std::int64_t kCount = 6;  ///< photographs
@@ -40,17 +40,16 @@ class Checks {
   /// Pattern and residual of the two halves, to see what more would leave of them.
   std::vector<TreePhotograph> halves() const;
 
-  /// The errors of TransportErrors as far as photographs can tell: squares of the residual less their noise,
-  /// over squares of the photograph less its noise; never below what the noise of the check itself can
-  /// resolve.
+  /// Estimates of TransportErrors: squares of the residual less their noise, over squares of the photograph
+  /// less its noise. Never below what the noise of the check itself can resolve.
   static TransportErrors errors(const std::vector<Residual>& residuals);
 
-  /// Mean square of what the known transport misses where the random half is dark, beyond noise, by channel:
-  /// the error that half the light leaves in a sample. Those whose pixels are lit independently of each
-  /// other.
+  /// The checks whose pixels are lit independently of each other.
   static std::span<const Residual> random(const std::vector<Residual>& residuals) {
     return std::span(residuals).first(4);
   }
+  /// Mean square of what the known transport misses where a random half is dark, beyond noise, by channel. It
+  /// is the error that half the light leaves in a sample.
   static std::vector<double> misfit_of_half(const std::vector<Residual>& residuals);
   /// Log numbers [first, last) of the check photographs.
   std::int64_t first() const { return first_; }

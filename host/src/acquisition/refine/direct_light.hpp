@@ -14,13 +14,13 @@ namespace symrig::acquisition {
 /// lit:
 ///   d_i += Σ_k w_ik p_ik e_ik / Σ_k w_ik p_ik²,   e = what the known transport leaves,  w = 1 / (Var +
 ///   misfit²)
-/// the least-squares step in each d_i alone. One photograph of a level holds a pixel's direct light once; all
-/// levels together hold it many times, so its shot noise falls as 1/√(times lit).
+/// This is the least-squares step in each d_i alone. One photograph of a level holds a pixel's direct light
+/// once. All levels together hold it many times, so its shot noise falls as 1/√(times lit).
 class DirectLight {
  public:
-  /// What known transport may miss in a sample, mean squares per channel: in every sample, and in one of a
-  /// photograph with half the pixels lit. The latter grows with the square of the lit share, so that a
-  /// flood-lit photograph, which holds all that was left out, does not move it into the direct light.
+  /// What known transport may miss in a sample, as mean squares per channel: in every sample, and in a sample
+  /// of a photograph with half the pixels lit. The second grows with the square of the lit share. A flood-lit
+  /// photograph holds all light that was left out; so that light does not move into the direct light.
   struct Model {
     std::vector<double> least, half;
   };

@@ -7,9 +7,10 @@
 
 namespace symrig::acquisition {
 
-/// Leaves of neighbouring blocks become one leaf of rank k ≤ Economy::rank where that takes fewer bytes, from
-/// the finest level up, so that a merged leaf can be merged again. T on a rectangle of child pairs of one
-/// pair of blocks is cut to its k largest singular values, the smallest k that loses no more than
+/// Leaves of neighbouring blocks become one leaf of rank k ≤ Economy::rank where that takes fewer bytes. The
+/// merge goes from the finest level up, so that a merged leaf can be merged again. T on a rectangle of child
+/// pairs of one pair of blocks is cut to its k largest singular values. k is the smallest that loses no more
+/// than
 ///   E = Σ_ab |ΔT_ab 1_b|² + |ΔT_ab' 1_a|² ≤ n ε²   in the photographs of the children, n samples,
 ///   L = |ΔT|²                           ≤ N ε²   in that of a random pattern of ±1, N: mean of rows and
 /// columns,   ε² = (θ τ_A)² + V / n.

@@ -123,8 +123,8 @@ NeighbouringLeaves::Matrix NeighbouringLeaves::Core::lost(int rank) const {
   return on_rows ? Matrix(k - w * (w.transpose() * k)) : Matrix(k - (k * w) * w.transpose());
 }
 
-/// The noise that a merge takes out of the images of its pieces: they see as many lit children as the
-/// rectangle has on the other side, of which rank k keeps k directions.
+/// The noise that a merge takes out of the images of its pieces. They see as many lit children as the
+/// rectangle has on the other side. Of these, rank k keeps k directions.
 double NeighbouringLeaves::lost_noise(const Piece& piece, const Rectangle& r, double samples) const {
   const auto lost = [&](int children) {
     return std::max(0.0, 1 - piece.rank / static_cast<double>(children));

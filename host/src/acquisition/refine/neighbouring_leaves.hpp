@@ -51,8 +51,8 @@ struct Merged {
   std::vector<float> factors;          ///< rank after rank as KnownTransport::add_leaf takes them
 };
 
-/// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child, so that a
-/// rectangle of them is a small matrix: T_ab = Q_a K_ab Q_b', |T_ab| = |K_ab|.
+/// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child. So a rectangle
+/// of them is a small matrix: T_ab = Q_a K_ab Q_b', |T_ab| = |K_ab|.
 class NeighbouringLeaves {
  public:
   struct Parents {
@@ -63,8 +63,8 @@ class NeighbouringLeaves {
   NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
                      std::span<const Piece> pieces);
 
-  /// One leaf of the lowest rank that keeps what a rectangle holds within the mean square `allowed`, in units
-  /// of F² (see merge_leaves); none if it would save no bytes. It replaces its pieces.
+  /// One leaf for those of a rectangle; it replaces its pieces. Its rank is the lowest that stays within the
+  /// mean square `allowed`, in units of F² (see merge_leaves). None if it would save no bytes.
   std::optional<Merged> merge(const Rectangle& rectangle, double allowed);
 
  private:

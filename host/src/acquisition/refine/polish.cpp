@@ -15,8 +15,8 @@ namespace {
 /// Levenberg's share of the diagonal: numbers that the photographs hardly determine stay where they are.
 constexpr float kDamping = 0.1F;
 
-/// How far a factor may move in one step, as a share of its length: δa δb', which the linear model leaves
-/// out, is then at most kReach / 2 of what it predicts for the leaf.
+/// How far a factor may move in one step, as a share of its length. The linear model leaves out δa δb'. So
+/// that is at most kReach / 2 of what the model predicts for the leaf.
 constexpr double kReach = 0.5;
 
 /// Photographs that are kept between conjugate-gradient steps: as much as 300 of a 310 x 350 grid.

@@ -24,7 +24,7 @@ inline bool polished(const KnownLeaf& leaf) {
   return !leaf.removed && !leaf.diagonal();
 }
 
-/// Up to sixteen photographs, interleaved so that a factor that is read serves all of them; where there are
+/// Up to sixteen photographs, interleaved so that a factor that is read serves all of them. Where there are
 /// fewer, the others are dark and weigh nothing. variance of the photographs given is their weight.
 struct PolishBatch {
   std::vector<float> pattern;  ///< [pixel][kBatch]

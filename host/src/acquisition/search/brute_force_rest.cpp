@@ -48,7 +48,7 @@ Matrix patterns_of(const std::vector<TreePhotograph>& photographs, std::size_t p
   return patterns;
 }
 
-/// As many pixels as patterns, those that the patterns tell apart best: the pivots of their QR.
+/// As many pixels as patterns: those that the patterns separate best, the pivots of their QR.
 std::vector<std::int32_t> separable_pixels(const Matrix& patterns) {
   const Eigen::ColPivHouseholderQR<Matrix> qr(patterns);
   std::vector<std::int32_t> pixels;
@@ -108,12 +108,12 @@ class Symmetric {
 /// An entry of T as one photograph shows it, or two.
 struct Reading {
   double value = 0, variance = 0;
-  bool told = false;
+  bool measured = false;
 };
 
 /// Two readings of one entry: their mean weighted by inverse variance.
 Reading both(const Reading& a, const Reading& b) {
-  if (!a.told || !b.told) return a.told ? a : b;
+  if (!a.measured || !b.measured) return a.measured ? a : b;
   const double sum = a.variance + b.variance;
   const double weight = sum > 0 ? b.variance / sum : 0.5;
   return {weight * a.value + (1 - weight) * b.value,
@@ -178,7 +178,7 @@ void BruteForceRest::keep(std::size_t col, const TreePhotograph& photograph) {
     }
 }
 
-/// The columns that nobody lights, and their mirror images.
+/// The columns of pixels that are not lit alone, and their mirror images.
 void BruteForceRest::keep_known(const TransportTensor& known) {
   std::vector<float> lit(pixels_), seen(pixels_);
   for (const std::int32_t u : rest_) {
@@ -209,17 +209,18 @@ Scatter BruteForceRest::mirrored() const {
   return scatter;
 }
 
-/// Each entry and its mirror image become what is told of both.
+/// Each entry and its mirror image become what the photographs of both say together.
 void BruteForceRest::mirror(Channel& channel) const {
   const auto reading = [&channel](std::size_t at) {
     const float variance = channel.variance[at];
-    const bool told = !std::isnan(variance);
-    return Reading{static_cast<double>(channel.value[at]), told ? static_cast<double>(variance) : 0, told};
+    const bool measured = !std::isnan(variance);
+    return Reading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
+                   measured};
   };
   for (std::size_t i = 0; i < pixels_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
       const Reading entry = both(reading(at(i, j)), reading(at(j, i)));
-      if (!entry.told) continue;
+      if (!entry.measured) continue;
       channel.value[at(i, j)] = channel.value[at(j, i)] = static_cast<float>(entry.value);
       channel.variance[at(i, j)] = channel.variance[at(j, i)] = static_cast<float>(entry.variance);
     }

@@ -12,13 +12,14 @@
 
 namespace symrig::acquisition {
 
-/// Brute force for what a search has left, in no more photographs than brute force by itself takes. m
-/// photographs have been taken of N pixels: N − m pixels (L) are lit alone, m (U) are not. T_LL, T_LU and
-/// T_UL follow, because T is symmetric. T_UU follows from the m photographs Y of patterns P: P_U T_UU = Y_U −
-/// P_L T_LU, by least squares over symmetric T_UU, with the noise of both sides and with a prior: how far
-/// T_LU lies from what the search knew (or from 0, where that is nearer), and how far T_LL's diagonal lies
-/// from its mean. error: patterns of rank r leave (m − r)(m − r + 1) / 2 numbers of T_UU to the prior
-/// (docs/decisions/not-data-sparse.md).
+/// Brute force for what a search has left, in no more photographs than brute force by itself takes.
+/// m photographs have been taken of N pixels: N − m pixels (L) are lit alone, m (U) are not. T_LL, T_LU and
+/// T_UL follow, because T is symmetric. T_UU follows from the m photographs Y of patterns P:
+///   P_U T_UU = Y_U − P_L T_LU,  by least squares over symmetric T_UU, with the noise of both sides and a
+///   prior
+/// The prior is how far T_LU lies from what the search found, or from 0 where that is nearer. For the
+/// diagonal it is how far T_LL's diagonal lies from its mean. error: patterns of rank r leave (m − r)(m − r +
+/// 1) / 2 numbers of T_UU to the prior (docs/decisions/not-data-sparse.md).
 class BruteForceRest {
  public:
   /// Memory for a grid of so many pixels.
@@ -39,7 +40,7 @@ class BruteForceRest {
   /// One channel of T, in tree order.
   struct Channel {
     std::vector<float> value;     ///< [row · pixels + col]
-    std::vector<float> variance;  ///< NaN: no photograph tells; then value is what the search knew
+    std::vector<float> variance;  ///< NaN: not photographed; then value is what the search found
   };
   struct Prior;
   struct Others;

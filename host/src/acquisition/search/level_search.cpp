@@ -115,16 +115,15 @@ UnitsToCome LevelSearch::later() const {
                          .children = children});
 }
 
-/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
+/// Reports to progress how many photographs later levels may take. budget: of photographs, after this round.
 void LevelSearch::forecast_progress(std::int64_t budget) {
   UnitsToCome later = this->later();
   if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
   photographer_.expect_later(later);
 }
 
-/// A block with itself is accepted only where a budget ends. Then it is taken for direct light, since a
-/// rank-1 leaf would spread what comes straight back over the whole block; one that was a leaf before becomes
-/// that leaf again.
+/// A block with itself is accepted only where a budget ends. Then it is taken for direct light: a rank-1 leaf
+/// would spread direct light over the whole block. One that was a leaf before becomes that leaf again.
 void LevelSearch::accept(NodeIndex n) {
   if (node(n).diagonal() && !node(n).distrusted)
     add_direct(facts_, found_.known, unknown_, node(n));
@@ -136,9 +135,9 @@ bool LevelSearch::expected_to_pass(const Node& of) const {
   return facts_.options.economy.decay > 0 && found_.decay.squared() * of.undecayed <= facts_.tolerance();
 }
 
-/// Colours the blocks of the level so that no two in one colour share a block whose transport with both is
-/// unknown, and lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit
-/// into a colour move to the tested, those nearest to failing first.
+/// Colours the blocks of the level: no two blocks of one colour share a block whose transport with both is
+/// unknown. Lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit into
+/// a colour move to the tested, those nearest to failing first.
 LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
                                          std::vector<NodeIndex>& predicted) const {
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
@@ -156,8 +155,8 @@ LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
   return {std::move(doubtful), shots_of(colouring.classes(), unknown_), 0};
 }
 
-/// Tests as many of the doubtful nodes as the budget has patterns for, those that are expected to miss most
-/// first; the others are accepted as they are.
+/// Tests as many of the doubtful nodes as the budget has patterns for, those with the largest expected misfit
+/// first. The others are accepted as they are.
 LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                                                 std::vector<NodeIndex>& predicted) {
   const std::vector<NodeIndex> passing = predicted;
@@ -222,8 +221,8 @@ Result<void> LevelSearch::photograph(Round& round) {
       [&](std::int64_t first, std::span<TreePhotograph> photographs) {
         subtract_and_record(r, first, photographs);
       },
-      // Before any level has looked nobody knows how dark the dark is: a guess that is too bright would get
-      // photographs that show noise there, and blocks would be taken for empty.
+      // Before the first level, no photograph has shown how dark the dark pixels are. A guess that is too
+      // bright would get photographs that show noise there, and blocks would be taken for empty.
       !found_.beside
           ? Photographer::MakePreviews()
           : [&](std::size_t first,

@@ -23,10 +23,10 @@ struct Shot {
   int slot;
 };
 
-/// Finds out about the unknown nodes of one level, in rounds. Nodes that are expected to pass the rank test
-/// are accepted at once and subtracted like any other leaf; the others are tested, and as many of the
-/// accepted as idle colours have room for. If those show that the scene is less smooth than expected, the
-/// accepted that the lesson makes doubtful are taken back and tested in another round.
+/// Searches the unknown nodes of one level, in rounds. Nodes that are expected to pass the rank test are
+/// accepted at once and subtracted like any other leaf. The others are tested, and as many of the accepted as
+/// idle colours have room for. Their tests may show that the scene is less smooth than expected. Then the
+/// accepted nodes that became doubtful are taken back and tested in another round.
 class LevelSearch {
  public:
   /// unknown: the nodes of the level.

@@ -47,7 +47,7 @@ std::size_t Photographer::batch_size() const {
   return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
 }
 
-/// Nothing where nobody asks.
+/// Empty without a forecaster.
 std::vector<Expectation> Photographer::expect(std::span<const LitBlocks> patterns, std::size_t first,
                                               const MakePreviews& preview) const {
   if (forecaster_ == nullptr || !probe_.plans_exposures(patterns.size())) return {};

@@ -32,7 +32,7 @@ struct Preview {
   std::vector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
 };
 
-/// Tells what photographs will show before they are taken (Probe::measure_expected).
+/// Forecasts what photographs will show (Probe::measure_expected).
 class Forecaster {
  public:
   Forecaster() = default;
@@ -45,9 +45,9 @@ class Forecaster {
                                           std::span<const Preview> previews) const = 0;
 };
 
-/// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
-/// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
-/// tells progress.
+/// Shows patterns made of blocks, and gives the photographs in tree order. It asks for them in batches:
+/// neither rig nor host waits for the other at each pattern, and memory stays bounded. It counts photographs
+/// and reports progress.
 class Photographer {
  public:
   /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
@@ -86,7 +86,8 @@ class Photographer {
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
 
-  /// Takes photographs that nobody needs twice: use() is called once a pattern, from several threads at once.
+  /// Takes photographs that are needed only once: use() is called once a pattern, from several threads at
+  /// once.
   using UseOne = std::function<void(std::size_t index, TreePhotograph& photograph)>;
   Result<void> take_each(std::string_view stage, std::span<const LitBlocks> patterns, const UseOne& use);
 

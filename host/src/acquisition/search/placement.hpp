@@ -12,7 +12,7 @@
 
 namespace symrig::acquisition {
 
-/// A node of a level that was tested, and what its photographs said.
+/// A node of a level that was tested, and the result.
 struct Tested {
   std::int32_t node = 0;
   bool leaf = false;  ///< by all tests
@@ -21,8 +21,9 @@ struct Tested {
       undecayed{};  ///< of child pair (a, b) at 4a + b, unless it is a leaf (Node::undecayed)
 };
 
-/// The images of a new node, c seen on its row block and r on its column block (empty on the diagonal),
-/// channel after channel, with their noise a channel, and what a test is expected to find (Node::undecayed).
+/// The images of a new node, channel after channel. c is seen on its row block, r on its column block; r is
+/// empty on the diagonal. With the noise of each channel, and with what a test is expected to find
+/// (Node::undecayed).
 struct Estimate {
   std::span<const float> c, r;
   std::span<const PairNoise> c_noise, r_noise;
@@ -45,7 +46,8 @@ void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std:
 void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
             std::span<const Tested> tested, NodeLevel& next);
 
-/// The transport of a leaf becomes unknown again: a node of its level that is split whatever its test says.
+/// The transport of a leaf becomes unknown again: a node of its level, which is split whatever its test
+/// finds.
 void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level);
 
 }  // namespace symrig::acquisition

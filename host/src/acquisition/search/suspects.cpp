@@ -19,9 +19,9 @@ constexpr double kFewestSamples = 16;
 constexpr double kWrongShare = 0.5;  // of the entries' own size (RMS) that they must be wrong by
 constexpr double kPart = 0.1;        // of the excess that a leaf's own light must amount to
 
-/// Variance per pixel that the known transport's own noise puts into the check photographs, Σ over checks,
-/// units of F²: a leaf's image c has the noise of the photograph it came from, and shines in with the share
-/// of its lit side that is lit.
+/// Variance per pixel that the noise of known transport adds to the check photographs: Σ over checks, units
+/// of F². A leaf's image c has the noise of the photograph that it came from. It shines in with the share of
+/// its lit side that is lit.
 std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& known,
                                 std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
   std::vector<double> step(tree.order().size() + 1);  // differences between neighbouring pixels
@@ -51,9 +51,9 @@ std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& kno
   return step;
 }
 
-/// Running sums over dark pixels, units of F², of the energy that a pattern p of single pixels leaves at
-/// pixel i if entries are wrong by half of what they are, each on its own: ¼ Σ_j T_ij² p_j less their common
-/// part (random_share).
+/// Running sums over dark pixels, units of F², of the energy that wrong entries would leave there in a
+/// pattern p of single pixels. Each entry is wrong by half its size, independently: ¼ Σ_j T_ij² p_j, less the
+/// common part (random_share).
 std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport& known,
                                    std::span<const float> pattern, double random_share) {
   std::vector<double> energy(pattern.size() + 1);
@@ -97,8 +97,9 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
   return energy;
 }
 
-/// Unexplained energy of every pixel's neighbourhood in one check, per sample: of the smallest block around
-/// it with enough dark samples; 0 where noise, tolerances and a share of the transport itself explain it.
+/// Unexplained energy of every pixel's neighbourhood in one check, per sample. The neighbourhood is the
+/// smallest block with enough dark samples. 0 where noise, tolerances and a share of the transport itself
+/// explain it.
 std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& known,
                                 std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
   const std::vector<double> noise = model_noise(facts.tree, known, residuals, excess);
