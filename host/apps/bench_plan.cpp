@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace symrig::apps {
 namespace {
@@ -34,9 +35,13 @@ std::vector<std::string> sizes_of(const BenchChoice& choice) {
   return {choice.quick ? "32x32" : "64x64"};
 }
 
+/// The reference comes first.
 std::vector<std::string> algorithms_of(const BenchChoice& choice) {
   if (!choice.algorithms.empty()) return each_once(choice.algorithms);
-  return {"paper", "symrig", "dual", "brute"};
+  std::vector<std::string> names;
+  for (const AlgorithmInfo& one : algorithms())
+    names.insert(one.reference ? names.begin() : names.end(), std::string(one.name));
+  return names;
 }
 
 /// Reads names and numbers the way that every command does, by one rig each.
@@ -97,15 +102,17 @@ Result<Tolerances> read_tolerances(const BenchChoice& choice) {
   return all;
 }
 
-/// Factors on the algorithm's own tolerance. Dual photography pays many patterns for a tight one.
+/// Factors on the algorithm's own tolerance.
 std::vector<double> default_factors(Algorithm algorithm, bool quick) {
-  if (algorithm == Algorithm::dual) return quick ? std::vector{4.0, 1.0} : std::vector{8.0, 4.0, 2.0, 1.0};
-  return quick ? std::vector{4.0, 1.0, 0.25} : std::vector{8.0, 4.0, 2.0, 1.0, 0.5, 0.25};
+  std::vector<double> factors =
+      quick ? std::vector{4.0, 1.0, 0.25} : std::vector{8.0, 4.0, 2.0, 1.0, 0.5, 0.25};
+  std::erase_if(factors, [&](double factor) { return factor < algorithm_info(algorithm).finest_factor; });
+  return factors;
 }
 
 BenchSweep sweep_of(Algorithm algorithm, const Tolerances& given, bool quick) {
   BenchSweep sweep{.algorithm = algorithm, .preset = default_tolerance(algorithm).value_or(0)};
-  if (algorithm == Algorithm::brute) return sweep;
+  if (!algorithm_info(algorithm).tolerance) return sweep;
   for (const std::string& key : {std::string(name(algorithm)), std::string()})
     if (const auto found = given.find(key); found != given.end() && sweep.tolerances.empty())
       sweep.tolerances = found->second;
@@ -121,7 +128,7 @@ Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& give
     const auto uses = [&](const BenchSweep& sweep) {
       const bool own = !algorithm.empty() && name(sweep.algorithm) == algorithm;
       const bool shared = algorithm.empty() && !given.contains(std::string(name(sweep.algorithm)));
-      return sweep.algorithm != Algorithm::brute && (own || shared);
+      return algorithm_info(sweep.algorithm).tolerance && (own || shared);
     };
     if (std::any_of(plan.sweeps.begin(), plan.sweeps.end(), uses)) continue;
     return Error{ErrorCode::bad_argument,
@@ -137,7 +144,8 @@ Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& give
 Result<void> check_quick_used(const BenchChoice& choice, const Tolerances& given) {
   const auto names = algorithms_of(choice);
   const bool swept = std::all_of(names.begin(), names.end(), [&given](const std::string& name) {
-    return name == "brute" || given.contains(name) || given.contains("");
+    const auto algorithm = parse_algorithm(name);
+    return (algorithm && !algorithm_info(*algorithm).tolerance) || given.contains(name) || given.contains("");
   });
   if (!choice.quick || !choice.seeds || choice.sizes.empty() || !swept) return {};
   return Error{
@@ -155,7 +163,8 @@ void add_bench_choice(CLI::App& command, BenchChoice& choice) {
   };
   list("--scenes", choice.scenes, "Scenes, with commas between them (default: all)", "NAME,...");
   list("--size", choice.sizes, "Rows x columns; can be given more than once (default: 64x64)", "RxC");
-  list("--algorithms", choice.algorithms, "Default: paper,symrig,dual,brute", "NAME,...");
+  const std::string default_list = fmt::format("Default: {}", fmt::join(algorithms_of({}), ","));
+  list("--algorithms", choice.algorithms, default_list.c_str(), "NAME,...");
   command
       .add_option("--tolerances", choice.tolerances,
                   "Shares of the flood-lit RMS, for every algorithm or for the one named; can be given more "

@@ -60,12 +60,8 @@ struct Bench {
   std::size_t failures = 0;
 };
 
-bool hierarchical(Algorithm algorithm) {
-  return algorithm == Algorithm::symrig || algorithm == Algorithm::paper;
-}
-
 void keep_largest(const BenchCase& what, TransportTensor tensor, Bench& bench) {
-  if (!hierarchical(what.algorithm) || tensor.bytes() <= bench.largest.bytes()) return;
+  if (!algorithm_info(what.algorithm).hierarchical || tensor.bytes() <= bench.largest.bytes()) return;
   bench.largest = std::move(tensor);
   bench.run.relight_of = bench_rig(bench.run.plan, what) + ", " + std::string(name(what.algorithm));
 }

@@ -20,6 +20,8 @@
 #include <chrono>
 #include <memory>
 #include <optional>
+#include <sstream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -30,7 +32,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 struct CaptureArguments {
-  std::string rig, output, json, algorithm = "symrig";
+  std::string rig, output, json, algorithm = std::string(algorithm_names().front());
   std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
@@ -43,16 +45,28 @@ constexpr const char* kCaptureExample =
     "Example:\n"
     "  symrig capture --rig 'sim:gummy?size=100x77&noise=off' -o gummy.h5 --json gummy.json\n"
     "\n"
-    "Algorithms: symrig (hierarchical; accepts untested what is expected to pass, checked by held-out "
-    "photographs),\n"
-    "paper (Garg et al. 2006 as published), dual (dual photography, Sen et al. 2005: a baseline), brute (one "
-    "pattern a\n"
-    "pixel: a baseline).\n"
-    "\n"
+    "{}\n"
     "While it runs, scene.h5.log keeps the photographs. After a kill, a crash or Ctrl-C the same command "
     "with "
     "--resume goes\n"
     "on from them. A capture that a budget ends is complete: it holds what the photographs tell.\n";
+
+/// Every algorithm with its description, in lines.
+std::string described_algorithms() {
+  constexpr std::size_t kWidth = 115;
+  std::string text, line = "Algorithms:";
+  for (const AlgorithmInfo& one : algorithms()) {
+    const bool last = one.name == algorithm_names().back();
+    std::istringstream words(fmt::format("{} ({}){}", one.name, one.description, last ? "." : ","));
+    for (std::string word; words >> word;) {
+      if (line.size() + 1 + word.size() > kWidth)
+        text += std::exchange(line, word) + "\n";
+      else
+        line += " " + word;
+    }
+  }
+  return text + line + "\n";
+}
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -121,7 +135,8 @@ std::string told_of_brute_force(Algorithm algorithm, const CaptureResult& result
     return fmt::format(
         "warning: {} photographs more than brute force takes; --algorithm symrig never takes more\n",
         grouped(static_cast<double>(result.patterns - brute)));
-  if (algorithm == Algorithm::symrig && !result.undetermined && !result.tensor.columns().empty())
+  if (algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
+      !result.tensor.columns().empty())
     return "fewer than 64 pixels: measured by brute force, which takes no more photographs than a search\n";
   return "";
 }
@@ -303,7 +318,8 @@ Job add_capture(CLI::App& app) {
       ->add_option("--polish", arguments->polish,
                    "Refit everything to all photographs in the end, so many steps; 0: not")
       ->type_name("N");
-  command->footer(std::string(kCaptureExample) + "\n" + rig_help() + "\n" + kExitCodes);
+  command->footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
+                  kExitCodes);
   for (const char* option :
        {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
     takes_number<double>(command->get_option(option));

@@ -14,7 +14,6 @@
 namespace symrig {
 namespace {
 
-constexpr double kDualThreshold = 3e-4;
 constexpr int kMostPolish = 20;
 
 Error refused(std::string what, std::string next) {
@@ -99,25 +98,26 @@ Result<void> check_times_and_steps(const CaptureSettings& settings) {
 /// Whoever gives an option expects something of it.
 Result<void> check_effects(const CaptureOptions& options, const CaptureSettings& settings) {
   const bool dual = options.algorithm == Algorithm::dual;
-  const bool brute = options.algorithm == Algorithm::brute;
-  const std::string with = fmt::format("with algorithm {}", name(options.algorithm));
+  const AlgorithmInfo& algorithm = algorithm_info(options.algorithm);
+  const bool to_its_end = !algorithm.hierarchical;
+  const std::string with = fmt::format("with algorithm {}", algorithm.name);
   struct Idle {
     const char* option;
     bool idle;
     std::string why;
   };
   const std::array<Idle, 10> options_given{{
-      {"tolerance", options.tolerance && brute, with + ", which measures each pixel"},
+      {"tolerance", options.tolerance && !algorithm.tolerance, with + ", which measures each pixel"},
       {"tolerance", options.tolerance && dual && options.dual_threshold, "beside dual_threshold"},
       {"dual_threshold", options.dual_threshold && !dual, with},
       {"dual_subtracts", options.dual_subtracts && !dual, with},
-      {"max_patterns", options.max_patterns > 0 && (dual || brute), with + ", which runs to its end"},
-      {"max_seconds", options.max_seconds > 0 && (dual || brute), with + ", which runs to its end"},
+      {"max_patterns", options.max_patterns > 0 && to_its_end, with + ", which runs to its end"},
+      {"max_seconds", options.max_seconds > 0 && to_its_end, with + ", which runs to its end"},
       {"target_error", options.target_error > 0 && !settings.economy.checks,
        with + ", which holds no photographs out"},
-      {"polish", options.polish && (dual || brute), with},
-      {"photograph_seconds", options.photograph_seconds && (dual || brute), with},
-      {"split", options.split && options.algorithm != Algorithm::symrig, with},
+      {"polish", options.polish && to_its_end, with},
+      {"photograph_seconds", options.photograph_seconds && to_its_end, with},
+      {"split", options.split && !algorithm.splits_views, with},
   }};
   for (const Idle& one : options_given)
     if (one.idle) return refused(fmt::format("{} has no effect {}", one.option, one.why), "leave it out");
@@ -126,47 +126,23 @@ Result<void> check_effects(const CaptureOptions& options, const CaptureSettings&
 
 }  // namespace
 
-RankRule default_rule(Algorithm algorithm) {
-  RankRule rule;
-  if (algorithm != Algorithm::symrig) return rule;
-  rule.noise_sigmas = 3;
-  rule.concentration = 0.8;
-  return rule;
-}
-
-Economy default_economy(Algorithm algorithm) {
-  Economy economy;
-  if (algorithm != Algorithm::symrig) return economy;
-  economy.decay = 0.05;
-  economy.look_in_the_dark = true;
-  economy.shrink_noise = true;
-  economy.checks = true;
-  economy.direct_share = 0.05;
-  economy.rank = 3;
-  return economy;
-}
-
-std::optional<double> default_tolerance(Algorithm algorithm) {
-  if (algorithm == Algorithm::brute) return std::nullopt;
-  return algorithm == Algorithm::dual ? kDualThreshold : default_rule(algorithm).flood_fraction;
-}
-
 Result<CaptureSettings> settings_of(const CaptureOptions& options) {
-  CaptureSettings settings{
-      .algorithm = options.algorithm,
-      .rule = options.rule.value_or(default_rule(options.algorithm)),
-      .economy = options.economy.value_or(default_economy(options.algorithm)),
-      .exposure = options.exposure,
-      .split = options.split,
-      .dual_threshold = options.dual_threshold.value_or(
-          options.algorithm == Algorithm::dual ? options.tolerance.value_or(kDualThreshold) : kDualThreshold),
-      .dual_subtracts = options.dual_subtracts,
-      .memory_limit = options.memory_limit,
-      .max_patterns = options.max_patterns,
-      .max_seconds = options.max_seconds,
-      .target_error = options.target_error,
-      .log = options.log,
-      .progress = options.progress};
+  const bool dual = options.algorithm == Algorithm::dual;
+  const double threshold = *default_tolerance(Algorithm::dual);
+  CaptureSettings settings{.algorithm = options.algorithm,
+                           .rule = options.rule.value_or(default_rule(options.algorithm)),
+                           .economy = options.economy.value_or(default_economy(options.algorithm)),
+                           .exposure = options.exposure,
+                           .split = options.split,
+                           .dual_threshold = options.dual_threshold.value_or(
+                               dual ? options.tolerance.value_or(threshold) : threshold),
+                           .dual_subtracts = options.dual_subtracts,
+                           .memory_limit = options.memory_limit,
+                           .max_patterns = options.max_patterns,
+                           .max_seconds = options.max_seconds,
+                           .target_error = options.target_error,
+                           .log = options.log,
+                           .progress = options.progress};
   if (options.tolerance) settings.rule.flood_fraction = settings.rule.empty_fraction = *options.tolerance;
   settings.exposure.longest_seconds = options.photograph_seconds.value_or(settings.exposure.longest_seconds);
   settings.economy.polish = options.polish.value_or(settings.economy.polish);

@@ -11,7 +11,7 @@ namespace {
 /// Loose before tight, each once, the preset of the reference among them.
 std::vector<double> tolerances_of(const BenchSweep& sweep) {
   std::vector<double> all = sweep.tolerances;
-  if (sweep.algorithm == Algorithm::paper && sweep.preset > 0) all.push_back(sweep.preset);
+  if (algorithm_info(sweep.algorithm).reference && sweep.preset > 0) all.push_back(sweep.preset);
   std::sort(all.begin(), all.end(), std::greater<>());
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
@@ -20,7 +20,7 @@ std::vector<double> tolerances_of(const BenchSweep& sweep) {
 void add_sweep(const BenchSweep& sweep, const BenchPlan& plan, BenchCase what,
                std::vector<BenchCase>& cases) {
   what.algorithm = sweep.algorithm;
-  if (sweep.algorithm == Algorithm::brute) {
+  if (!algorithm_info(sweep.algorithm).tolerance) {
     what.preset = true;
     if (what.grid.size() <= plan.brute_pixels) cases.push_back(what);
     return;

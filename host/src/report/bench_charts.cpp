@@ -9,6 +9,8 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -21,11 +23,19 @@ struct Look {
   Marker marker;
 };
 
-/// In the order of the legend; drawn the other way round, so that what the page is about lies on top.
-constexpr std::array<Look, 4> kLooks{{{Algorithm::symrig, "--accent", Marker::circle},
-                                      {Algorithm::paper, "--rank1", Marker::square},
-                                      {Algorithm::dual, "--scalar", Marker::triangle},
-                                      {Algorithm::brute, "--empty", Marker::diamond}}};
+/// Of each algorithm, in the order of the legend. Drawn in reverse order, so that the default lies on top.
+std::vector<Look> looks() {
+  constexpr std::array<std::pair<const char*, Marker>, 4> kMarks{{{"--accent", Marker::circle},
+                                                                  {"--rank1", Marker::square},
+                                                                  {"--scalar", Marker::triangle},
+                                                                  {"--empty", Marker::diamond}}};
+  std::vector<Look> all;
+  for (const AlgorithmInfo& one : algorithms()) {
+    const auto& [colour, marker] = kMarks[all.size() % kMarks.size()];
+    all.push_back({one.algorithm, colour, marker});
+  }
+  return all;
+}
 
 CurveDot dot_of(const BenchCapture& c, const CostAxis& cost, const ErrorAxis& error) {
   const double e = c.error.*error.of;
@@ -35,7 +45,7 @@ CurveDot dot_of(const BenchCapture& c, const CostAxis& cost, const ErrorAxis& er
           fmt::format("{}{}, seed {}: {} patterns, {}, {} {}", name(c.what.algorithm), tolerance, c.what.seed,
                       grouped(static_cast<double>(c.patterns)), duration(c.capture_seconds()), error.label,
                       short_number(e)),
-          c.what.preset && c.what.algorithm != Algorithm::brute};
+          c.what.preset && algorithm_info(c.what.algorithm).tolerance};
 }
 
 /// Sums of logarithms of one tolerance over the seeds.
@@ -83,12 +93,12 @@ double reference_error(const std::vector<const BenchCapture*>& captures, const E
 std::string scene_chart(const BenchRun& run, const std::string& scene, Grid size, const CostAxis& cost,
                         const ErrorAxis& error) {
   CurveChart chart{.title = scene, .cost_label = cost.label, .error_label = error.label, .series = {}};
-  for (const Look& look : kLooks) {
+  for (const Look& look : looks()) {
     std::vector<const BenchCapture*> captures;
     for (const BenchCapture& c : run.captures)
       if (c.done() && c.what.scene == scene && c.what.grid == size && c.what.algorithm == look.algorithm)
         captures.push_back(&c);
-    if (look.algorithm == Algorithm::paper) chart.target = reference_error(captures, error);
+    if (algorithm_info(look.algorithm).reference) chart.target = reference_error(captures, error);
     chart.series.push_back(series_of(look, captures, cost, error));
   }
   std::reverse(chart.series.begin(), chart.series.end());
@@ -107,7 +117,7 @@ std::string bench_charts(const BenchRun& run, Grid size, const CostAxis& cost, c
 
 std::string bench_legend(const BenchPlan& plan) {
   std::string html = "<div class=\"legend\">";
-  for (const Look& look : kLooks) {
+  for (const Look& look : looks()) {
     const bool runs = std::any_of(plan.sweeps.begin(), plan.sweeps.end(), [&look](const BenchSweep& sweep) {
       return sweep.algorithm == look.algorithm;
     });

@@ -3,11 +3,15 @@
 
 #include "dense_scene.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -29,9 +33,13 @@ CaptureOptions options_for(Algorithm algorithm) {
 constexpr std::int64_t kChecks = 6;  // photographs that symrig holds out
 
 class EveryAlgorithm : public testing::TestWithParam<Algorithm> {};
-INSTANTIATE_TEST_SUITE_P(Algorithms, EveryAlgorithm,
-                         testing::Values(Algorithm::symrig, Algorithm::paper, Algorithm::dual,
-                                         Algorithm::brute),
+std::vector<Algorithm> all_algorithms() {
+  std::vector<Algorithm> all;
+  for (const AlgorithmInfo& one : algorithms()) all.push_back(one.algorithm);
+  return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Algorithms, EveryAlgorithm, testing::ValuesIn(all_algorithms()),
                          [](const auto& algorithm) { return std::string(name(algorithm.param)); });
 
 TEST_P(EveryAlgorithm, recovers_facing_planes_of_any_size) {
@@ -235,7 +243,9 @@ TEST(Capture, a_memory_limit_is_kept) {
 }
 
 TEST(Capture, algorithm_names_round_trip) {
-  for (const char* text : {"symrig", "paper", "dual", "brute"}) EXPECT_EQ(name(*parse_algorithm(text)), text);
+  const std::vector<std::string_view> names{"symrig", "paper", "dual", "brute"};  // the default first
+  EXPECT_TRUE(std::ranges::equal(algorithm_names(), names));
+  for (const std::string_view text : names) EXPECT_EQ(name(*parse_algorithm(text)), text);
   EXPECT_EQ(parse_algorithm("Paper").error().code, ErrorCode::unknown_name);
 }
 

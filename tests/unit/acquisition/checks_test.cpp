@@ -52,9 +52,9 @@ Shown check(const DenseTransport& scene, double sigma, const Error& error) {
   probe.watch = [&](const Pattern& p) { shown.patterns.push_back(p); };
   Workbench bench(probe);
   store(bench, scene, error);
-  auto checks = Checks::take(bench.context);
+  auto checks = Checks::take(bench.tree, bench.photographer);
   EXPECT_TRUE(checks.ok());
-  shown.residuals = checks->residuals(bench.context);
+  shown.residuals = checks->residuals(bench.known);
   return shown;
 }
 
@@ -182,8 +182,8 @@ TEST(Checks, flood_and_bar_estimates_are_those_of_the_evaluation) {
     DenseProbe probe(scene, sigma);
     Workbench bench(probe);
     store(bench, scene, error);
-    auto checks = Checks::take(bench.context);
-    const TransportErrors estimated = Checks::errors(checks->residuals(bench.context));
+    auto checks = Checks::take(bench.tree, bench.photographer);
+    const TransportErrors estimated = Checks::errors(checks->residuals(bench.known));
     const auto truth = evaluate(bench.known.tensor(), scene.truth());
     const auto expect = [&](double estimate, double actual, const Image<float>& lit, double v) {
       const double signal = squares(scene.apply(lit));
@@ -206,8 +206,8 @@ TEST(Checks, held_out_photographs_are_those_that_were_shown) {
   std::vector<Pattern> shown;
   probe.watch = [&](const Pattern& p) { shown.push_back(p); };
   Workbench bench(probe);
-  const auto checks = Checks::take(bench.context);
-  const auto held = checks->held_out(bench.context);
+  const auto checks = Checks::take(bench.tree, bench.photographer);
+  const auto held = checks->held_out(bench.tree);
   ASSERT_EQ(held.size(), shown.size());
   for (std::size_t k = 0; k < shown.size(); ++k) {
     EXPECT_EQ(held[k].pattern, shown[k]);

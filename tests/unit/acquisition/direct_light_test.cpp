@@ -63,7 +63,7 @@ class Direct {
   tests::Gaussian gaussian_{77};
 
  public:
-  Known known;
+  KnownTransport known;
 };
 
 float everything(std::size_t /*pixel*/) {

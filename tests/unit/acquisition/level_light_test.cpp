@@ -58,7 +58,7 @@ class Both {
   }
 
   BlockTree tree;
-  Known known;
+  KnownTransport known;
 
  private:
   void add(std::size_t channel, std::size_t row, std::size_t col, double value, bool mirrored) {
@@ -175,17 +175,17 @@ TEST(LevelLight, moves_the_direct_light_as_whole_photographs_do) {
   for (std::int32_t t = 0; t < std::int32_t{kPixels}; ++t) both.scalar(t, t, random);
 
   const auto refined = [&](const auto& add) {
-    Known known = both.known;
+    KnownTransport known = both.known;
     DirectLight direct(known, kPixels,
                        {std::vector<double>(kChannels, 0.1), std::vector<double>(kChannels, 0.2)});
     add(direct, known);
     direct.apply(known);
     return std::vector<float>(known.scalar_values().begin(), known.scalar_values().end());
   };
-  const auto by_level = refined([&](DirectLight& direct, const Known& known) {
+  const auto by_level = refined([&](DirectLight& direct, const KnownTransport& known) {
     direct.add(light, LaterLight(known, both.tree, kChannels), known);
   });
-  const auto by_photographs = refined([&](DirectLight& direct, const Known& known) {
+  const auto by_photographs = refined([&](DirectLight& direct, const KnownTransport& known) {
     auto left = whole;
     known.subtract_from(left);
     direct.add(left);

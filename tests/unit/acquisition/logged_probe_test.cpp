@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "broken_off.hpp"
 #include "dense_scene.hpp"
-#include "symrig/acquisition/capture.hpp"
-#include "symrig/acquisition/photograph_log.hpp"
-#include "symrig/sim/virtual_rig.hpp"
-
-#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -13,69 +9,10 @@ namespace {
 
 using tests::DenseProbe;
 using tests::DenseTransport;
+using tests::expect_same;
 using tests::facing_planes;
-
-/// Passes photographs on until it has given `limit`, then fails as a rig whose board was unplugged.
-class FailingProbe final : public Probe {
- public:
-  FailingProbe(Probe& inner, std::size_t limit) : inner_(inner), left_(limit) {}
-
-  Grid grid() const override { return inner_.grid(); }
-  int channels() const override { return inner_.channels(); }
-  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
-    return measure_expected(patterns, {});
-  }
-  bool plans_exposures(std::size_t photographs) const override { return inner_.plans_exposures(photographs); }
-  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
-                                                 std::span<const Expectation> expected) override {
-    asked.push_back(patterns.size());
-    if (patterns.size() > left_) return Error{ErrorCode::device_lost, "the board is gone", "plug it in"};
-    left_ -= patterns.size();
-    return inner_.measure_expected(patterns, expected);
-  }
-  ProbeCost cost() const override { return inner_.cost(); }
-  Result<void> continue_after(const ProbeCost& spent) override {
-    continued.push_back(spent);
-    return inner_.continue_after(spent);
-  }
-  std::string describe() const override { return inner_.describe(); }
-
-  std::vector<std::size_t> asked;
-  std::vector<ProbeCost> continued;
-
- private:
-  Probe& inner_;
-  std::size_t left_;
-};
-
-constexpr std::size_t kNever = 1 << 30;
-
-CaptureOptions default_options() {
-  CaptureOptions options;
-  options.economy = Economy{};  // every node is tested: more photographs
-  return options;
-}
-
-/// The same bits, seen through random lights: factors that differ anywhere would show.
-void expect_same(const TransportTensor& a, const TransportTensor& b) {
-  EXPECT_EQ(a.bytes(), b.bytes());
-  for (unsigned seed = 0; seed < 8; ++seed) {
-    Pattern light(a.projector_grid());
-    Random random(seed);
-    for (float& v : light.values()) v = static_cast<float>(random.uniform());
-    EXPECT_EQ(*a.apply(light), *b.apply(light)) << seed;
-  }
-}
-
-/// refreshes: how many a session's waits for the projector may differ by. Where exposures are planned, a run
-/// begins at the refresh that the one before it left.
-void expect_same(const ProbeCost& a, const ProbeCost& b, double refreshes = 0) {
-  EXPECT_EQ(a.photographs, b.photographs);
-  EXPECT_EQ(a.frames, b.frames);
-  // A projector's refresh is not a whole number of ticks: where a session begins may move a wait by a tick, 8
-  // ns.
-  EXPECT_NEAR(a.rig_seconds, b.rig_seconds, 8e-9 + 1e-12 * a.rig_seconds + refreshes / 60);
-}
+using tests::FailingProbe;
+using tests::kNever;
 
 std::vector<Pattern> some_patterns(Grid grid, std::size_t count) {
   std::vector<Pattern> patterns;
@@ -158,53 +95,8 @@ TEST(LoggedProbe, tells_the_rig_once_what_was_spent_and_counts_on) {
   EXPECT_EQ(log->size(), 5);
 }
 
-/// A rig that fails after some photographs, behind a log.
-struct Session {
-  Session(const char* uri, std::size_t together, std::size_t limit = kNever)
-      : rig(*sim::open_virtual_rig(uri)),
-        log(make_memory_log(rig->grid(), rig->channels())),
-        failing(std::make_unique<FailingProbe>(*rig, limit)),
-        probe(std::make_unique<LoggedProbe>(*failing, *log, together)) {}
-
-  std::unique_ptr<sim::VirtualRig> rig;
-  std::unique_ptr<PhotographLog> log;
-  std::unique_ptr<FailingProbe> failing;
-  std::unique_ptr<LoggedProbe> probe;
-};
-
-class BrokenOff : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Rigs, BrokenOff,
-                         testing::Values("sim:vgroove-textured?size=13x17&noise=off",
-                                         "sim:vgroove-textured?size=13x17&drift=0.5&dead=0.02",
-                                         "sim:gummy?size=12x9&channels=3&exposures=3&flare=0.01",
-                                         "sim:gummy?size=12x9&exposures=auto&drift=0.5"),
-                         [](const auto& rig) { return "rig" + std::to_string(rig.index); });
-
-// Noise and drift are those of the n-th photograph, whichever session takes it.
-TEST_P(BrokenOff, anywhere_and_continued_a_capture_is_the_same) {
-  const CaptureOptions options = default_options();
-  for (const std::size_t together : {1U, 4U}) {
-    const Session whole(GetParam(), together);
-    const auto reference = capture(*whole.probe, options);
-    ASSERT_TRUE(reference.ok()) << reference.error().line();
-    const auto total = static_cast<std::size_t>(reference->patterns);
-    ASSERT_GT(total, 20U);
-    for (const std::size_t limit : {std::size_t{0}, std::size_t{1}, total / 3, total - 1}) {
-      const Session first(GetParam(), together, limit);
-      ASSERT_EQ(capture(*first.probe, options).error().code, ErrorCode::device_lost);
-      ASSERT_LE(first.log->size(), static_cast<std::int64_t>(limit));
-      ASSERT_GT(first.log->size() + static_cast<std::int64_t>(together), static_cast<std::int64_t>(limit));
-      const auto rig = sim::open_virtual_rig(GetParam());
-      LoggedProbe continued(**rig, *first.log, together);
-      const auto result = capture(continued, options);
-      ASSERT_TRUE(result.ok()) << result.error().line();
-      EXPECT_EQ(result->patterns_per_level, reference->patterns_per_level);
-      EXPECT_EQ(first.log->size(), reference->patterns);
-      expect_same(result->tensor, reference->tensor);
-      const bool planned = std::string_view(GetParam()).find("auto") != std::string_view::npos;
-      expect_same(continued.cost(), whole.probe->cost(), planned ? 1 : 0);
-    }
-  }
+TEST(LoggedProbe, a_capture_that_is_broken_off_and_continued_is_the_same) {
+  tests::expect_continued_is_the_same("sim:vgroove-textured?size=13x17&noise=off");
 }
 
 }  // namespace

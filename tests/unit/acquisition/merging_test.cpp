@@ -34,13 +34,8 @@ class Merging : public testing::Test {
         bench_(probe_),
         channels_(channels),
         known_(bench_.tree, channels),
-        context_{bench_.options,
-                 bench_.tree,
-                 channels,
-                 bench_.photographer,
-                 known_,
-                 std::vector<double>(static_cast<std::size_t>(channels), 1.0),
-                 {0}} {
+        facts_{bench_.options, bench_.tree, channels,
+               std::vector<double>(static_cast<std::size_t>(channels), 1.0)} {
     bench_.options = *settings_of({});
   }
 
@@ -97,8 +92,8 @@ class Merging : public testing::Test {
   DenseProbe probe_;
   Workbench bench_;
   int channels_;
-  Known known_;
-  Context context_;
+  KnownTransport known_;
+  SceneFacts facts_;
 };
 
 // Factors are sums of at most 16 products in float or double: 64 ε bounds what is rounded of |T| = 1 or less.
@@ -111,7 +106,7 @@ TEST_P(ExactRank, becomes_one_leaf_and_keeps_the_transport) {
   // A 4 × 4 table with singular values of about 3 and 1: rows repeat but for `rank` of them.
   add_children([&](int, int a, int b) { return a < rank && a == b ? 3.0 : 1.0; }, smooth, smooth);
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   // The table has the rows (3 1 1 1), (1 3 1 1), …, and (1 1 1 1) where they end.
   EXPECT_EQ(ranks(), std::vector<int>{rank + 1});
   EXPECT_LE(distance(columns(), before), kRounding);
@@ -126,7 +121,7 @@ TEST_F(Merging, leaves_what_has_full_rank_alone) {
       const Factor noise = [&](int, std::int32_t) { return random.uniform(); };
       add(kParent + a * kChild, b * kChild, kChild, 2, noise, noise);
     }
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   EXPECT_EQ(ranks(), std::vector<int>(16, 1));
 }
 
@@ -140,7 +135,7 @@ TEST_F(Merging, merges_the_part_of_a_block_that_can_be) {
           a < 2 ? Factor(smooth) : noise);
     }
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   std::vector<int> expected(9, 1);
   EXPECT_EQ(ranks(), expected);
   EXPECT_LE(distance(columns(), before), kRounding);
@@ -169,7 +164,7 @@ TEST_F(Merging, does_not_lose_what_cancels_in_the_photographs_of_the_children) {
               i, j, 4, 3, [&](int, std::int32_t) { return 0.1 * (1 + sign(i) * sign(j)); }, one);
     }
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   EXPECT_EQ(ranks(), std::vector<int>{2});
   EXPECT_LE(distance(columns(), before), kRounding);
 }
@@ -180,9 +175,9 @@ TEST_F(Merging, spends_a_rank_on_what_misses_the_photographs_of_the_children_by_
   const Factor flat = [](int, std::int32_t) { return 0.16; };
   for (const double share : {0.15, 0.25}) {
     known_.rewind({});
-    const double delta = share * context_.options.rule.flood_fraction / (kChild * 0.16 * 0.16);
+    const double delta = share * facts_.options.rule.flood_fraction / (kChild * 0.16 * 0.16);
     add_children([&](int, int a, int b) { return 1 + ((a + b) % 2 == 0 ? delta : -delta); }, flat, flat);
-    merge_leaves(context_);
+    merge_leaves(facts_, known_);
     EXPECT_EQ(ranks(), std::vector<int>{share < 0.2 ? 1 : 2});
   }
 }
@@ -200,7 +195,7 @@ TEST_F(Merging, spends_no_rank_on_noise_and_takes_some_of_it_out) {
     for (float& x : known_.change_factors()) x += static_cast<float>(kSigma / kSum * gaussian());
     for (std::int32_t leaf = 0; told && leaf < 16; ++leaf) known_.set_noise(leaf, kVariance, kVariance);
     const double noise = distance(columns(), exact);
-    merge_leaves(context_);
+    merge_leaves(facts_, known_);
     if (told) {
       // Of four children's noise one direction in four is kept on either side.
       EXPECT_EQ(ranks(), std::vector<int>{1});
@@ -216,7 +211,7 @@ TEST_F(Merging, stays_clear_of_the_diagonal) {
   for (int a = 0; a < 4; ++a)
     for (int b = 0; b < a; ++b) add(a * kChild, b * kChild, kChild, 2, smooth, smooth);
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   // Four of the six are a square, (1, 0) and (3, 2) are left.
   EXPECT_EQ(ranks(), (std::vector<int>{1, 1, 1}));
   const TransportTensor tensor = known_.tensor();
@@ -227,7 +222,7 @@ TEST_F(Merging, stays_clear_of_the_diagonal) {
 TEST_F(Merging, is_off_at_rank_one) {
   bench_.options.economy.rank = 1;
   add_children([](int, int, int) { return 1.0; }, smooth, smooth);
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   EXPECT_EQ(ranks(), std::vector<int>(16, 1));
 }
 
@@ -235,7 +230,7 @@ TEST_F(Merging, does_not_touch_leaves_that_were_taken_back) {
   add_children([](int, int, int) { return 1.0; }, smooth, smooth);
   known_.remove_leaf(5);
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   EXPECT_LE(distance(columns(), before), kRounding);
 }
 
@@ -251,9 +246,9 @@ TEST_F(MergingColours, share_the_rank_of_the_one_that_needs_most) {
         return channel == 2 ? 0.0 : channel == 1 && a == 1 && b == 2 ? 3.0 : 1.0;
       },
       smooth, smooth);
-  context_.flood_squared[2] = 0;
+  facts_.flood_squared[2] = 0;
   const auto before = columns();
-  merge_leaves(context_);
+  merge_leaves(facts_, known_);
   EXPECT_EQ(ranks(), std::vector<int>{2});
   EXPECT_LE(distance(columns(), before), kRounding);
 }
@@ -264,7 +259,7 @@ TEST_F(Merging, gives_the_same_bits_for_any_number_of_threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     known_.rewind({});
     add_children([](int, int a, int b) { return a == b ? 2.0 : 1.0; }, smooth, smooth);
-    merge_leaves(context_);
+    merge_leaves(facts_, known_);
     factors.emplace_back(known_.factors().begin(), known_.factors().end());
   }
   EXPECT_EQ(factors[0], factors[1]);

@@ -21,8 +21,8 @@ std::vector<float> signs(Random& random, std::size_t n) {
 }
 
 /// Two leaves, one of them taken back, an entry off the diagonal and one on it.
-Known small_transport(const BlockTree& tree, Random& random) {
-  Known known(tree, kChannels);
+KnownTransport small_transport(const BlockTree& tree, Random& random) {
+  KnownTransport known(tree, kChannels);
   known.add_leaf(8, 12, 0, 4, 1, signs(random, std::size_t{kChannels} * 8));
   known.remove_leaf(known.add_leaf(12, 16, 0, 4, 1, signs(random, std::size_t{kChannels} * 8)));
   known.add_leaf(4, 8, 0, 4, 1, signs(random, std::size_t{kChannels} * 8));
@@ -57,7 +57,7 @@ double inner(std::span<const float> a, std::span<const float> b) {
 TEST(PolishJacobian, gather_is_the_transpose_of_image) {
   const BlockTree tree(Grid{4, 4});
   Random random(7);
-  const Known known = small_transport(tree, random);
+  const KnownTransport known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
   PolishNumbers direction = signs(random, known.factors().size() + 2 * std::size_t{kChannels});
@@ -80,7 +80,7 @@ TEST(PolishJacobian, gather_is_the_transpose_of_image) {
 TEST(PolishJacobian, diagonal_of_an_entry_is_its_own_curvature) {
   const BlockTree tree(Grid{4, 4});
   Random random(8);
-  const Known known = small_transport(tree, random);
+  const KnownTransport known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
   const std::size_t count = known.factors().size() + 2 * std::size_t{kChannels};
@@ -99,7 +99,7 @@ TEST(PolishJacobian, diagonal_of_an_entry_is_its_own_curvature) {
 TEST(PolishJacobian, a_removed_leaf_does_not_count) {
   const BlockTree tree(Grid{4, 4});
   Random random(9);
-  const Known known = small_transport(tree, random);
+  const KnownTransport known = small_transport(tree, random);
   const PolishJacobian jacobian(known, kChannels);
   const std::vector<PolishBatch> seen = batches(random);
   PolishNumbers direction(known.factors().size() + 2 * std::size_t{kChannels});

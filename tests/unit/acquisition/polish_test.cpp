@@ -116,7 +116,7 @@ class PolishTest : public testing::Test {
   }
 
   Polish polish(double misfit = 1e-6) {
-    return {bench_.context, {{0, bench_.photographer.taken()}}, {misfit}};
+    return {bench_.facts, bench_.photographer, bench_.known, {{0, bench_.photographer.taken()}}, {misfit}};
   }
 
   std::vector<float> numbers() const {
@@ -233,15 +233,8 @@ TEST_F(PolishTest, a_log_that_fails_leaves_the_numbers_as_they_were) {
   perturb(0.05);
   const std::vector<float> before = numbers();
   Photographer photographer(bench_.logged, &failing_, bench_.tree, {});
-  Context context{bench_.options,
-                  bench_.tree,
-                  1,
-                  photographer,
-                  bench_.known,
-                  bench_.context.flood_squared,
-                  bench_.context.patterns_per_level};
   constexpr std::int64_t kTaken = kPixels + 12;
-  Polish fit(context, {{0, kTaken}}, {1e-6});
+  Polish fit(bench_.facts, photographer, bench_.known, {{0, kTaken}}, {1e-6});
   // The first pass needs every photograph; later ones may have kept them.
   int failed = 0;
   for (std::int64_t reads = 0; reads < kTaken; reads += 2) {

@@ -2,9 +2,9 @@
 // What the parts of a hierarchical capture need to be tested one by one.
 #pragma once
 
-#include "acquisition/search/context.hpp"
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
+#include "acquisition/search/scene_facts.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/base/random.hpp"
@@ -27,7 +27,7 @@ class Gaussian {
   Random random_;
 };
 
-/// A context around a probe and its log, with F = 1 in every channel and nothing known.
+/// What a search needs around a probe and its log: F = 1 in every channel, and nothing is known.
 struct Workbench {
   explicit Workbench(Probe& probe)
       : tree(probe.grid()),
@@ -35,17 +35,16 @@ struct Workbench {
         logged(probe, *log, 32),
         photographer(logged, log.get(), tree, {}),
         known(tree, probe.channels()),
-        context{options,      tree,  probe.channels(),
-                photographer, known, std::vector<double>(static_cast<std::size_t>(probe.channels()), 1.0),
-                {0}} {}
+        facts{options, tree, probe.channels(),
+              std::vector<double>(static_cast<std::size_t>(probe.channels()), 1.0)} {}
 
   CaptureSettings options;
   BlockTree tree;
   std::unique_ptr<PhotographLog> log;
   LoggedProbe logged;
   acquisition::Photographer photographer;
-  acquisition::Known known;
-  acquisition::Context context;
+  acquisition::KnownTransport known;
+  acquisition::SceneFacts facts;
 };
 
 /// Runs the default capture.

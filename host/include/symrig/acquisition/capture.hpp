@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/acquisition/algorithms.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/acquisition/noise_check.hpp"
@@ -14,68 +15,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace symrig {
-
-/// How T is acquired.
-enum class Algorithm : std::uint8_t {
-  symrig,  ///< the paper's with noise-aware tests and the concentration guard (default)
-  paper,   ///< [Garg06 §5.2] as published
-  dual,    ///< [Sen05] as the paper's §6.1 describes it
-  brute,   ///< one pattern a pixel
-};
-std::string_view name(Algorithm algorithm);
-/// fails: unknown_name (with all that are known, and the nearest).
-Result<Algorithm> parse_algorithm(std::string_view text);
-/// All algorithms, the default first.
-std::span<const std::string_view> algorithm_names();
-
-/// When a node is a leaf. F = RMS of the flood-lit photograph; n = samples compared.
-struct RankRule {
-  double signal_fraction = 0.02;  ///< τ_R: squared misfit allowed as a share (squared) of the squared signal
-  double flood_fraction = 3e-4;   ///< τ_A: RMS misfit allowed as a share of F (absolute tolerance)
-  double empty_fraction = 3e-4;   ///< τ_E: a node whose RMS is below this share of F is *empty*
-  double noise_sigmas = 0;  ///< k: misfit allowed on top, expected noise V (1 + k √(2/n)); 0 = no noise term
-  double concentration =
-      1;  ///< g: no leaf if one child pair carries more than this share of the energy; 1 = off
-};
-
-/// How photographs are saved and checked. Nodes that are expected to pass the rank test are accepted without
-/// one; idle colours test as many of them as fit, which tells how far the expectation can be trusted.
-struct Economy {
-  /// ρ: the share of a child pair's misfit under its parent's estimate that is expected to be left under its
-  /// own, before the scene has shown its own share. 0: every unknown node is tested [Garg06 §5.2].
-  double decay = 0;
-  /// κ, κ_max: a child of a node at level l is not accepted untested if its parent's misfit in it is above
-  /// min(κ 2^l, κ_max) τ_A F. So no untested leaf misses by more than that, unless refinement makes the
-  /// misfit grow.
-  double risk = 2.5;
-  double largest_risk = 12;
-  /// A child pair that carries more than this share of its parent's energy on both sides is always tested.
-  double dominance = 0.45;
-  /// Expected misfit over signal for the children of a diagonal node, whose signal is all there is to go by.
-  double diagonal_spread = 3;
-  /// A block is not lit while it is looked at, even where its transport to itself is known: the shot noise
-  /// and the remaining error of its direct light would drown what comes from elsewhere.
-  bool look_in_the_dark = false;
-  /// Leaf images that are mostly noise are shrunk towards what can be seen of them (acquisition/shrink.hpp).
-  bool shrink_noise = false;
-  /// Holds out six photographs with patterns that have nothing to do with blocks. They tell the errors, end
-  /// the search of a scene that is all direct light, and find leaves that are wrong although their own
-  /// photographs fit.
-  bool checks = false;
-  /// Photographs spent on the noise of the direct light in the end, as a share of those taken by then.
-  double direct_share = 0;
-  /// Gauss-Newton steps that refit everything stored to all photographs in the end.
-  int polish = 0;
-  /// The largest rank of a leaf. Leaves are found one by one and have rank 1; in the end neighbours are
-  /// merged into leaves of higher rank where that saves memory and adds at most 2 % to what a leaf may miss.
-  int rank = 1;
-};
 
 /// How well photographs must be known where the rig chooses its exposures (Probe::measure_expected).
 struct ExposureGoal {
@@ -87,8 +30,8 @@ struct ExposureGoal {
   double longest_seconds = 10;  ///< of all exposures of one photograph
 };
 
-/// How to capture. Whatever is left out is the algorithm's own: capture(probe, {}) is `symrig capture`
-/// without options. settings_of() says what is refused.
+/// How to capture. The algorithm's own default replaces what is left out: capture(probe, {}) is
+/// `symrig capture` without options. settings_of() refuses what makes no sense.
 struct CaptureOptions {
   Algorithm algorithm = Algorithm::symrig;
   /// Detail to stop at, as a share of F: τ_A and τ_E of the rule; the threshold of dual. Above 0, below 1.
@@ -110,14 +53,10 @@ struct CaptureOptions {
   double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
   /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1.
   double target_error = 0;
-  /// What the probe logs to (LoggedProbe), to be read again; nullptr: nobody logs.
+  /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
   Progress progress = {};  ///< may be empty
 };
-
-/// The rule and the economy each algorithm runs with by default.
-RankRule default_rule(Algorithm algorithm);
-Economy default_economy(Algorithm algorithm);
 
 /// What a capture runs with: its options, and the defaults for whatever they leave out.
 struct CaptureSettings {
@@ -144,9 +83,6 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options);
 /// Options that would change nothing on this rig. capture() asks unless options.log is set: a rig that
 /// answers from a log plans no exposures.  fails: bad_argument, as settings_of.
 Result<void> check_rig(const CaptureOptions& options, const Probe& rig);
-
-/// The tolerance that an algorithm runs with unless told otherwise; nothing for brute force.
-std::optional<double> default_tolerance(Algorithm algorithm);
 
 /// How a search stood when a level was done.
 struct CaptureStep {
@@ -185,7 +121,7 @@ struct CaptureResult {
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
   /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
   std::string stopped_by = "done";
-  /// From held_out; none: nothing was held out. NaN where an error cannot be told: estimate_not_given.
+  /// From held_out; none: nothing was held out. NaN where an error cannot be estimated: estimate_not_given.
   std::optional<TransportErrors> estimated = {};
   TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
   std::vector<ErrorNotGiven> estimate_not_given = {};

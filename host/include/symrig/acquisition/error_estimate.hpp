@@ -11,7 +11,7 @@ namespace symrig {
 /// The true error lies within value ± half_width in this share of cases.
 constexpr double kErrorConfidence = 0.95;
 
-/// An error that is not told, and why.
+/// An error that is not estimated, and why.
 struct ErrorNotGiven {
   std::string key;     ///< "indirect", "relight.bar"
   std::string reason;  ///< one sentence without a full stop

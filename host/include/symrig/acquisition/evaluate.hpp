@@ -37,11 +37,11 @@ struct EvaluateOptions {
 Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
                                  const EvaluateOptions& options = {});
 
-/// The same on a rig whose truth nobody knows, by photographs that the tensor has never seen: those of signed
-/// patterns are differences of two, grey patterns are cut at their median, because a projector's grey levels
-/// are not measured. Only pixels that are valid in a photograph count, and what the photographs' own noise
-/// adds is taken off: Σ (estimate − photograph)² − Σ Var, over Σ photograph² − Σ Var. An error below that
-/// noise comes out as 0 or little more. 4 · probes + 4 photographs. fails: size_mismatch, whatever the probe
+/// The same on a rig whose truth is unknown, by photographs that the tensor was not made from. A signed
+/// pattern is the difference of two photographs. Grey patterns are cut at their median, because a projector's
+/// grey levels are not measured. Only pixels that are valid in a photograph count. The photographs' own noise
+/// is subtracted: Σ (estimate − photograph)² − Σ Var, over Σ photograph² − Σ Var. An error below that noise
+/// is reported as 0 or little more. 4 · probes + 4 photographs. fails: size_mismatch, whatever the probe
 /// fails with, interrupted (by progress).
 Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe,
                                  const EvaluateOptions& options = {}, const Progress& progress = {});

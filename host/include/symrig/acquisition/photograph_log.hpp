@@ -96,9 +96,9 @@ Result<std::unique_ptr<PhotographLog>> create_photograph_log(const std::filesyst
 Result<std::unique_ptr<PhotographLog>> open_photograph_log(const std::filesystem::path& path,
                                                            const LogIdentity& identity);
 
-/// A probe that answers from a log as long as the log holds the patterns that are asked for, and from another
-/// probe after that, logging each photograph as it arrives. A capture is a deterministic function of its
-/// photographs, so a capture that was killed is continued by running it again on this.
+/// A probe that answers from a log as long as the log holds the patterns that are asked for. After that it
+/// asks another probe, and logs each photograph as it arrives. A capture is a deterministic function of its
+/// photographs. So a capture that was killed is continued by running it again on this.
 class LoggedProbe final : public Probe {
  public:
   /// Both must outlive this. together: how many photographs the inner probe is asked for at once; a killed

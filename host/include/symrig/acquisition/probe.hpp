@@ -34,18 +34,18 @@ class Probe {
 
   /// The pixel-aligned grid of patterns and photographs.
   virtual Grid grid() const = 0;
-  /// The coaxial views that tile the grid: one unless the rig says otherwise.
+  /// The coaxial views that tile the grid; one by default.
   virtual ViewLayout views() const { return {}; }
   /// Channels of each photograph (patterns always have one: white light).
   virtual int channels() const = 0;
 
   /// Shows each pattern and returns what the camera saw, as radiance per unit of projector light.
   /// patterns: one channel, values in [0,1] on grid(). Result: one Radiance a pattern, on the same grid,
-  /// channels() channels. The noise of each photograph has the variance that it states, and is independent of
-  /// that of other photographs and of other pixels: black frames or lamp readings that several photographs
-  /// share must be far more precise than these. Errors, rank tests and weights rely on it; noise that all
-  /// photographs share is taken for light. A capture tells gross cases (noise_check.hpp). fails:
-  /// size_mismatch, bad_value, device errors. On failure no photograph is returned.
+  /// channels() channels. The noise of each photograph has the variance that it states. It is independent of
+  /// that of other photographs and of other pixels. So black frames or lamp readings that several photographs
+  /// share must be far more precise. Errors, rank tests and weights rely on it; noise that all photographs
+  /// share is taken for light. A capture reports gross cases (noise_check.hpp).
+  /// fails: size_mismatch, bad_value, device errors. On failure no photograph is returned.
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
 
   /// True if the probe would choose its exposures for the next photographs by what is expected of them.
@@ -64,9 +64,10 @@ class Probe {
 
   virtual ProbeCost cost() const = 0;
 
-  /// Told once, before the first measure(), that this capture was begun in another session and had spent this
-  /// much. A real rig has nothing to do; a simulated one goes on from there with its noise and its drift, so
-  /// that the n-th photograph is the same whether or not the capture was broken off. cost() does not change.
+  /// Called once, before the first measure(), if this capture was begun in another session that has spent
+  /// this much. A real rig has nothing to do. A simulated one goes on from there with its noise and its
+  /// drift. So the n-th photograph is the same whether or not the capture was broken off. cost() does not
+  /// change.
   virtual Result<void> continue_after(const ProbeCost& /*spent*/) { return {}; }
 
   /// One line for reports: "sim:vgroove-textured?size=64x64".

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/baseline/responses.hpp"
-#include "acquisition/search/hierarchy.hpp"
+#include "acquisition/algorithms.hpp"
+#include "acquisition/baseline/sparse_column.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <chrono>
@@ -26,11 +26,11 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
   std::vector<LitBlocks> patterns;
   patterns.reserve(static_cast<std::size_t>(pixels));
   for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});
-  std::vector<Responses> columns(patterns.size());
-  const Seen everything = Seen::all(tree.grid());
+  std::vector<SparseColumn> columns(patterns.size());
+  const PixelSet everything = PixelSet::all(tree.grid());
   SYMRIG_CHECK(
       photographer.take_each("brute force", patterns, [&](std::size_t k, TreePhotograph& photograph) {
-        columns[k] = significant_responses(photograph, everything, probe.channels());
+        columns[k] = significant_column(photograph, everything, probe.channels());
       }));
   TensorBuilder builder(tree, tree, probe.channels());
   for (std::size_t k = 0; k < columns.size(); ++k) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Dual photography's adaptive scan: blocks whose responses do not overlap in the camera are lit together and
-// refined; a response that falls below the threshold is not refined any further and stays a constant over its
-// block, "a low-frequency approximation for indirect bounce light transport" as [Garg06 §6.1] puts it.
-#include "acquisition/baseline/responses.hpp"
-#include "acquisition/search/hierarchy.hpp"
+// Dual photography's adaptive scan. Blocks whose light does not overlap in the camera are lit together and
+// refined. A pixel's light below the threshold is not refined any further: it stays constant over the block.
+// [Garg06 §6.1] calls this "a low-frequency approximation for indirect bounce light transport".
+#include "acquisition/algorithms.hpp"
+#include "acquisition/baseline/sparse_column.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <algorithm>
@@ -14,24 +14,6 @@
 #include <string>
 
 namespace symrig::acquisition {
-
-Responses significant_responses(const TreePhotograph& photograph, const Seen& seen, int channels) {
-  const std::size_t pixels = photograph.pattern.size();
-  const std::size_t samples = pixels * static_cast<std::size_t>(channels);
-  Responses out;
-  for (const std::int32_t p : seen.pixels) {
-    bool significant = false;
-    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
-      significant =
-          significant || (photograph.valid[at] != 0 &&
-                          std::abs(photograph.mean[at]) > kGateSigmas * std::sqrt(photograph.variance[at]));
-    if (!significant) continue;
-    out.pixels.push_back(p);
-    for (auto at = static_cast<std::size_t>(p); at < samples; at += pixels)
-      out.values.push_back(photograph.mean[at]);
-  }
-  return out;
-}
 
 namespace {
 
@@ -45,10 +27,10 @@ void subtract_known(TreePhotograph& photograph, const TransportTensor& known, in
                      channel, false);
 }
 
-/// A lit block that still has camera pixels to be told apart inside it.
+/// A lit block whose light on some camera pixels is not yet divided among its pixels.
 struct Active {
   std::int32_t block;
-  Seen footprint;  ///< camera pixels with a response above the threshold
+  PixelSet footprint;  ///< camera pixels with light above the threshold
 };
 
 class Dual {
@@ -73,11 +55,11 @@ class Dual {
 
  private:
   Result<std::vector<Active>> photograph_flood() {
-    Responses flood;
+    SparseColumn flood;
     const std::vector<LitBlocks> pattern{{{0, static_cast<std::int32_t>(tree_.grid().size())}}};
     SYMRIG_CHECK(photographer_.take_each("flood-lit", pattern, [&](std::size_t, TreePhotograph& p) {
       set_thresholds(p);
-      flood = significant_responses(p, Seen::all(tree_.grid()), channels_);
+      flood = significant_column(p, PixelSet::all(tree_.grid()), channels_);
     }));
     patterns_per_level_.push_back(1);
     std::vector<Active> active;
@@ -97,22 +79,22 @@ class Dual {
   }
 
   /// Stores what is not to be refined, and keeps the block active for the rest.
-  void keep(int level, std::int32_t index, const Responses& responses, std::vector<Active>& active) {
+  void keep(int level, std::int32_t index, const SparseColumn& column, std::vector<Active>& active) {
     const Block& block = tree_.level(level)[static_cast<std::size_t>(index)];
     const auto channels = static_cast<std::size_t>(channels_);
     Active refined{index, {}};
     std::vector<std::int32_t> rows;
     std::vector<float> values;
-    for (std::size_t k = 0; k < responses.pixels.size(); ++k) {
-      const auto value = std::span(responses.values).subspan(k * channels, channels);
+    for (std::size_t k = 0; k < column.pixels.size(); ++k) {
+      const auto value = std::span(column.values).subspan(k * channels, channels);
       bool large = false;
       for (std::size_t channel = 0; channel < channels; ++channel)
         large = large || std::abs(value[channel]) > threshold_[channel];
       if (large && !block.single_pixel()) {
-        refined.footprint.pixels.push_back(responses.pixels[k]);
+        refined.footprint.pixels.push_back(column.pixels[k]);
         continue;
       }
-      rows.push_back(responses.pixels[k]);
+      rows.push_back(column.pixels[k]);
       for (const float v : value) values.push_back(v / static_cast<float>(block.size()));
     }
     if (!rows.empty()) builder_.add_column(block.begin, block.end, rows, values);
@@ -170,7 +152,7 @@ class Dual {
         targets.push_back(std::move(of));
       }
     }
-    std::vector<std::array<Responses, 4>> answers(active.size());
+    std::vector<std::array<SparseColumn, 4>> answers(active.size());
     patterns_per_level_.push_back(std::ssize(patterns));
     SYMRIG_CHECK(photographer_.take_each(
         "level " + std::to_string(level), patterns, [&](std::size_t k, TreePhotograph& photograph) {
@@ -179,7 +161,7 @@ class Dual {
           if (options_.dual_subtracts) subtract_known(photograph, builder_.current(), channels_);
           for (const Target& t : targets[k])
             answers[t.active][static_cast<std::size_t>(t.slot)] =
-                significant_responses(photograph, active[t.active].footprint, channels_);
+                significant_column(photograph, active[t.active].footprint, channels_);
         }));
     std::vector<Active> next;
     for (std::size_t k = 0; k < active.size(); ++k) {

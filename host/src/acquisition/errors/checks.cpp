@@ -76,22 +76,19 @@ struct Squares {
 
 }  // namespace
 
-Result<Checks> Checks::take(Context& context) {
+Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
   Checks checks;
-  checks.first_ = context.photographer.taken();
+  checks.first_ = photographer.taken();
   std::vector<LitBlocks> patterns;
-  for (const auto& lit : lit_pixels(context.tree.grid())) patterns.push_back(ranges_of(context.tree, lit));
-  SYMRIG_CHECK(
-      context.photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
-        for (const TreePhotograph& photograph : taken)
-          checks.residuals_.push_back({photograph, photograph.mean});
-      }));
-  context.patterns_per_level.back() += std::ssize(patterns);
+  for (const auto& lit : lit_pixels(tree.grid())) patterns.push_back(ranges_of(tree, lit));
+  SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
+    for (const TreePhotograph& photograph : taken) checks.residuals_.push_back({photograph, photograph.mean});
+  }));
   return checks;
 }
 
-const std::vector<Checks::Residual>& Checks::residuals(const Context& context) {
-  if (rewritten_ != context.known.rewritten()) {
+const std::vector<Checks::Residual>& Checks::residuals(const KnownTransport& known) {
+  if (rewritten_ != known.rewritten()) {
     for (Residual& one : residuals_) one.residual = one.photograph.mean;
     mark_ = {};
   }
@@ -100,13 +97,13 @@ const std::vector<Checks::Residual>& Checks::residuals(const Context& context) {
     left[k].pattern = std::move(residuals_[k].photograph.pattern);
     left[k].mean = std::move(residuals_[k].residual);
   }
-  context.known.subtract_from(left, mark_);
+  known.subtract_from(left, mark_);
   for (std::size_t k = 0; k < left.size(); ++k) {
     residuals_[k].photograph.pattern = std::move(left[k].pattern);
     residuals_[k].residual = std::move(left[k].mean);
   }
-  mark_ = context.known.mark();
-  rewritten_ = context.known.rewritten();
+  mark_ = known.mark();
+  rewritten_ = known.rewritten();
   return residuals_;
 }
 
@@ -172,19 +169,20 @@ std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residual
   return mean;
 }
 
-std::vector<HeldOut> Checks::held_out(const Context& context) const {
+std::vector<HeldOut> Checks::held_out(const BlockTree& tree) const {
   std::vector<HeldOut> photographs;
-  const auto raster = [&](std::span<const float> tree, int channels) {
-    const auto pixels = context.tree.order().size();
-    Image<float> image(context.tree.grid(), channels);
+  const auto raster = [&](std::span<const float> values) {
+    const std::size_t pixels = tree.order().size();
+    const auto channels = static_cast<int>(values.size() / pixels);
+    Image<float> image(tree.grid(), channels);
     for (int channel = 0; channel < channels; ++channel)
-      context.tree.to_raster(tree.subspan(static_cast<std::size_t>(channel) * pixels, pixels),
-                             image.plane(channel));
+      tree.to_raster(values.subspan(static_cast<std::size_t>(channel) * pixels, pixels),
+                     image.plane(channel));
     return image;
   };
   for (std::size_t k = 0; k < residuals_.size(); ++k)
-    photographs.push_back({kNames[k], raster(residuals_[k].photograph.pattern, 1),
-                           raster(residuals_[k].photograph.mean, context.channels)});
+    photographs.push_back(
+        {kNames[k], raster(residuals_[k].photograph.pattern), raster(residuals_[k].photograph.mean)});
   return photographs;
 }
 

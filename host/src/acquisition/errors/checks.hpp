@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/rank_test.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/tensor/file.hpp"
@@ -11,9 +12,9 @@
 
 namespace symrig::acquisition {
 
-/// Six photographs that no part of the tensor is made from. Their patterns have nothing to do with blocks: a
-/// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture of all
-/// scales cut at its median.
+/// Six photographs that no part of the tensor is made from. Their patterns are independent of blocks: a
+/// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture. The picture
+/// has all scales and is cut at its median.
 class Checks {
  public:
   static constexpr std::int64_t kCount = 6;  ///< photographs
@@ -21,7 +22,7 @@ class Checks {
   enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural };
 
   /// Takes them.  fails: as Probe::measure.
-  static Result<Checks> take(Context& context);
+  static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
 
   /// What the known transport leaves of each check photograph.
   struct Residual {
@@ -30,38 +31,38 @@ class Checks {
   };
   /// Of the transport known now: subtracts what has been added since the last time, or all of it if some was
   /// changed. Valid until the next call.
-  const std::vector<Residual>& residuals(const Context& context);
+  const std::vector<Residual>& residuals(const KnownTransport& known);
   /// The photographs; what is left of them is of the last residuals().
   const std::vector<Residual>& photographs() const { return residuals_; }
-  /// Subtract everything anew next time: needed after Known::rewind() to before the last residuals().
+  /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
+  /// residuals().
   void forget() { rewritten_ = -1; }
   /// Pattern and residual of the two halves, to see what more would leave of them.
   std::vector<TreePhotograph> halves() const;
 
-  /// The errors of TransportErrors as far as photographs can tell: squares of the residual less their noise,
-  /// over squares of the photograph less its noise; never below what the noise of the check itself can
-  /// resolve.
+  /// Estimates of TransportErrors: squares of the residual less their noise, over squares of the photograph
+  /// less its noise. Never below what the noise of the check itself can resolve.
   static TransportErrors errors(const std::vector<Residual>& residuals);
 
-  /// Mean square of what the known transport misses where the random half is dark, beyond noise, by channel:
-  /// the error that half the light leaves in a sample. Those whose pixels are lit independently of each
-  /// other.
+  /// The checks whose pixels are lit independently of each other.
   static std::span<const Residual> random(const std::vector<Residual>& residuals) {
     return std::span(residuals).first(4);
   }
+  /// Mean square of what the known transport misses where a random half is dark, beyond noise, by channel. It
+  /// is the error that half the light leaves in a sample.
   static std::vector<double> misfit_of_half(const std::vector<Residual>& residuals);
   /// Log numbers [first, last) of the check photographs.
   std::int64_t first() const { return first_; }
   std::int64_t last() const;
 
   /// The photographs as they are kept in scene.h5.
-  std::vector<HeldOut> held_out(const Context& context) const;
+  std::vector<HeldOut> held_out(const BlockTree& tree) const;
 
  private:
   std::int64_t first_ = 0;  // log number
   std::vector<Residual> residuals_;
-  Known::Mark mark_;             // what residuals_ has been rid of
-  std::int64_t rewritten_ = -1;  // Known::rewritten() then
+  KnownTransport::Mark mark_;    // what residuals_ has been rid of
+  std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then
 };
 
 }  // namespace symrig::acquisition

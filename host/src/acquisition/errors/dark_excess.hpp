@@ -10,8 +10,8 @@
 
 namespace symrig::acquisition {
 
-/// What the check photographs say of ranges of pixels, seen only where they are dark: there no direct light
-/// and little noise is in the way.
+/// Sums of the check photographs over ranges of pixels, where they are dark. There no direct light and little
+/// noise is in the way.
 class DarkExcess {
  public:
   DarkExcess(std::span<const Checks::Residual> residuals, std::span<const double> flood_squared);

@@ -5,8 +5,9 @@
 
 namespace symrig::acquisition {
 
-/// Light that goes from a pixel to its neighbours on one side and not back: a camera that is shifted against
-/// the projector, or a one-sided flare. No symmetric tensor can hold it, and none of an aligned rig should.
+/// Light that goes from a pixel to its neighbours on one side and not back. Its cause is a camera that is
+/// shifted against the projector, or a one-sided flare. No symmetric tensor can hold it, and no tensor of an
+/// aligned rig should.
 struct OneSided {
   double energy = 0;  ///< Σ of the squares of such entries of T, at the least, beyond what chance does
   double sigmas = 0;  ///< significance

@@ -10,7 +10,7 @@
 
 namespace symrig::acquisition {
 
-DirectLight::DirectLight(const Known& known, std::size_t pixels, Model model)
+DirectLight::DirectLight(const KnownTransport& known, std::size_t pixels, Model model)
     : entry_(pixels, -1),
       model_(std::move(model)),
       weighted_residual_(model_.least.size() * pixels),
@@ -48,7 +48,7 @@ void DirectLight::add(std::span<const TreePhotograph> residuals) {
   });
 }
 
-void DirectLight::add(const LevelLight& level, const LaterLight& later, const Known& known) {
+void DirectLight::add(const LevelLight& level, const LaterLight& later, const KnownTransport& known) {
   const std::size_t pixels = entry_.size();
   const std::size_t channels = model_.least.size();
   const int child_level = std::min(level.level + 1, later.levels() - 1);
@@ -68,7 +68,7 @@ void DirectLight::add(const LevelLight& level, const LaterLight& later, const Kn
   });
 }
 
-void DirectLight::apply(Known& known) const {
+void DirectLight::apply(KnownTransport& known) const {
   const std::size_t pixels = entry_.size();
   const std::size_t channels = model_.least.size();
   const std::span<float> values = known.change_scalar_values();

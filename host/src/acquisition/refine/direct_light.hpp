@@ -2,7 +2,7 @@
 #pragma once
 
 #include "acquisition/refine/level_light.hpp"
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <span>
@@ -14,24 +14,24 @@ namespace symrig::acquisition {
 /// lit:
 ///   d_i += Σ_k w_ik p_ik e_ik / Σ_k w_ik p_ik²,   e = what the known transport leaves,  w = 1 / (Var +
 ///   misfit²)
-/// the least-squares step in each d_i alone. One photograph of a level holds a pixel's direct light once; all
-/// levels together hold it many times, so its shot noise falls as 1/√(times lit).
+/// This is the least-squares step in each d_i alone. One photograph of a level holds a pixel's direct light
+/// once. All levels together hold it many times, so its shot noise falls as 1/√(times lit).
 class DirectLight {
  public:
-  /// What known transport may miss in a sample, mean squares per channel: in every sample, and in one of a
-  /// photograph with half the pixels lit. The latter grows with the square of the lit share, so that a
-  /// flood-lit photograph, which holds all that was left out, does not move it into the direct light.
+  /// What known transport may miss in a sample, as mean squares per channel: in every sample, and in a sample
+  /// of a photograph with half the pixels lit. The second grows with the square of the lit share. A flood-lit
+  /// photograph holds all light that was left out; so that light does not move into the direct light.
   struct Model {
     std::vector<double> least, half;
   };
-  DirectLight(const Known& known, std::size_t pixels, Model model);
+  DirectLight(const KnownTransport& known, std::size_t pixels, Model model);
 
   /// Adds photographs from which the known transport has been subtracted.
   void add(std::span<const TreePhotograph> residuals);
   /// Adds the samples of a level; later: of the transport that is known now.
-  void add(const LevelLight& level, const LaterLight& later, const Known& known);
+  void add(const LevelLight& level, const LaterLight& later, const KnownTransport& known);
   /// Moves the diagonal entries of `known`.
-  void apply(Known& known) const;
+  void apply(KnownTransport& known) const;
 
  private:
   double variance(std::size_t at, double measured, double share) const;

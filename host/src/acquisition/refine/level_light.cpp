@@ -47,7 +47,7 @@ void LevelLight::keep(const TreePhotograph& photograph, const LitBlocks& lit, fl
 }
 
 /// First by the smallest block that holds both ends of the transport, then summed from small blocks to large.
-LaterLight::LaterLight(const Known& known, const BlockTree& tree, int channels) {
+LaterLight::LaterLight(const KnownTransport& known, const BlockTree& tree, int channels) {
   const std::size_t pixels = tree.order().size();
   within_.assign(static_cast<std::size_t>(tree.levels()),
                  std::vector<float>(pixels * static_cast<std::size_t>(channels)));

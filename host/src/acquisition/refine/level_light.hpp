@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/photographer.hpp"
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace symrig::acquisition {
 
-/// What the photographs of one level say of the pixels that they light: a level lights a pixel at most once,
-/// so one sample a pixel holds it all, and nobody needs to read the photographs again for it.
+/// The light of one level's photographs on the pixels that they light. A level lights a pixel at most once.
+/// So one sample a pixel holds it all, and the photographs need not be read again for it.
 ///
-/// Which light is in such a sample? Two blocks whose transport is unknown are never lit together, so what the
-/// level leaves unknown reaches a lit pixel only from its own lit block, the child of a block of the level.
-/// Transport that is found later belongs into the sample if and only if it lies within that child:
+/// Which light is in such a sample? Two blocks whose transport is unknown are never lit together. So the
+/// light that the level leaves unknown reaches a lit pixel only from its own lit block, a child of a block of
+/// the level. Transport that is found later belongs into the sample if and only if it lies within that child:
 /// LaterLight.
 struct LevelLight {
   LevelLight(int of_level, LogRange taken, std::size_t pixels, std::size_t channels)
@@ -36,11 +36,11 @@ struct LevelLight {
   void keep(const TreePhotograph& photograph, const LitBlocks& lit, float share);
 };
 
-/// Light that each pixel receives from the block around it when all of that is lit, by the transport that is
-/// known now, its own direct light left out: [level of the block][channel][pixel].
+/// Light that each pixel receives from the block around it when all of that block is lit. It counts the
+/// transport that is known now, without the pixel's own direct light: [level of the block][channel][pixel].
 class LaterLight {
  public:
-  LaterLight(const Known& known, const BlockTree& tree, int channels);
+  LaterLight(const KnownTransport& known, const BlockTree& tree, int channels);
 
   /// From the block of `level` around pixel t (index channel × pixels + t).
   float within(int level, std::size_t at) const { return within_[static_cast<std::size_t>(level)][at]; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/refine/merging.hpp"
 
-#include "acquisition/refine/siblings.hpp"
+#include "acquisition/refine/neighbouring_leaves.hpp"
 
 #include <algorithm>
 #include <span>
@@ -45,9 +45,9 @@ struct Family {
 };
 
 /// All leaves but those of a block with itself, by level.
-std::vector<std::vector<Piece>> pieces(const Context& context) {
-  std::vector<std::vector<Piece>> at_level(static_cast<std::size_t>(context.tree.levels()));
-  const auto leaves = context.known.leaves();
+std::vector<std::vector<Piece>> pieces(const SceneFacts& facts, const KnownTransport& known) {
+  std::vector<std::vector<Piece>> at_level(static_cast<std::size_t>(facts.tree.levels()));
+  const auto leaves = known.leaves();
   for (std::int32_t n = 0; n < std::ssize(leaves); ++n) {
     const KnownLeaf& leaf = leaves[static_cast<std::size_t>(n)];
     if (leaf.removed || leaf.diagonal()) continue;
@@ -91,21 +91,22 @@ std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tre
 }
 
 /// Merges the largest rectangles that can be.
-void merge(Family& family, const Context& context, std::span<const Block> children) {
+void merge(Family& family, const SceneFacts& facts, const KnownTransport& known,
+           std::span<const Block> children) {
   static const std::vector<Rectangle> all = rectangles();
   if (family.pieces.size() < 2) return;
-  Siblings siblings(context, {*family.row, *family.col, children}, family.pieces);
+  NeighbouringLeaves neighbours(facts, known, {*family.row, *family.col, children}, family.pieces);
   for (const Rectangle& rectangle : all) {
     const Rectangle r = rectangle.within(family.row->children, family.col->children);
     // Below a block with itself only what lies off the diagonal is a rectangle.
     if (r.pairs() < 1 || (family.diagonal() && r.row_first < r.col_last)) continue;
-    if (auto merged = siblings.merge(r, kShare * kShare * context.tolerance()))
+    if (auto merged = neighbours.merge(r, kShare * kShare * facts.tolerance()))
       family.merged.push_back(std::move(*merged));
   }
 }
 
 /// A leaf of rank k is k leaves of rank 1 on one range.
-Piece store(Known& known, const Merged& merged, int level) {
+Piece store(KnownTransport& known, const Merged& merged, int level) {
   for (const std::int32_t leaf : merged.replaces) known.remove_leaf(leaf);
   Piece piece = merged.piece;
   const std::size_t size = merged.factors.size() / static_cast<std::size_t>(piece.rank);
@@ -123,17 +124,17 @@ Piece store(Known& known, const Merged& merged, int level) {
 
 }  // namespace
 
-void merge_leaves(Context& context) {
-  if (context.options.economy.rank < 2) return;
-  std::vector<std::vector<Piece>> at_level = pieces(context);
-  for (int level = context.tree.levels() - 1; level > 0; --level) {
-    auto grouped = families(at_level[static_cast<std::size_t>(level)], context.tree, level);
+void merge_leaves(const SceneFacts& facts, KnownTransport& known) {
+  if (facts.options.economy.rank < 2) return;
+  std::vector<std::vector<Piece>> at_level = pieces(facts, known);
+  for (int level = facts.tree.levels() - 1; level > 0; --level) {
+    auto grouped = families(at_level[static_cast<std::size_t>(level)], facts.tree, level);
     tbb::parallel_for(std::size_t{0}, grouped.size(),
-                      [&](std::size_t k) { merge(grouped[k], context, context.tree.level(level)); });
+                      [&](std::size_t k) { merge(grouped[k], facts, known, facts.tree.level(level)); });
     for (const Family& family : grouped) {
       for (const Merged& merged : family.merged) {
         const bool whole = family.fills(merged.piece);
-        const Piece piece = store(context.known, merged, whole ? level - 1 : level);
+        const Piece piece = store(known, merged, whole ? level - 1 : level);
         if (whole) at_level[static_cast<std::size_t>(level) - 1].push_back(piece);
       }
     }

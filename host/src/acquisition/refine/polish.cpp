@@ -15,8 +15,8 @@ namespace {
 /// Levenberg's share of the diagonal: numbers that the photographs hardly determine stay where they are.
 constexpr float kDamping = 0.1F;
 
-/// How far a factor may move in one step, as a share of its length: δa δb', which the linear model leaves
-/// out, is then at most kReach / 2 of what it predicts for the leaf.
+/// How far a factor may move in one step, as a share of its length. The linear model leaves out δa δb'. So
+/// that is at most kReach / 2 of what the model predicts for the leaf.
 constexpr double kReach = 0.5;
 
 /// Photographs that are kept between conjugate-gradient steps: as much as 300 of a 310 x 350 grid.
@@ -91,11 +91,14 @@ double misfit_of(std::span<const TreePhotograph> residuals) {
 
 }  // namespace
 
-Polish::Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit)
-    : context_(context),
+Polish::Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+               std::vector<LogRange> photographs, std::vector<double> misfit)
+    : facts_(facts),
+      photographer_(photographer),
+      known_(known),
       ranges_(std::move(photographs)),
       misfit_(std::move(misfit)),
-      jacobian_(context.known, context.channels) {}
+      jacobian_(known, facts.channels) {}
 
 /// variance becomes the weight; 0 where nothing was seen.
 void Polish::weigh(TreePhotograph& photograph) const {
@@ -111,21 +114,21 @@ void Polish::weigh(TreePhotograph& photograph) const {
 Result<double> Polish::visit_residuals(const UseResiduals& use) const {
   double total = 0;
   for (const LogRange& range : ranges_)
-    SYMRIG_CHECK(context_.photographer.read(
-        range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
-          context_.known.subtract_from(photographs);
-          tbb::parallel_for(std::size_t{0}, photographs.size(),
-                            [&](std::size_t k) { weigh(photographs[k]); });
-          total += misfit_of(photographs);
-          use(photographs);
-        }));
+    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
+                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
+                                      known_.subtract_from(photographs);
+                                      tbb::parallel_for(std::size_t{0}, photographs.size(),
+                                                        [&](std::size_t k) { weigh(photographs[k]); });
+                                      total += misfit_of(photographs);
+                                      use(photographs);
+                                    }));
   return total;
 }
 
 bool Polish::keeps() const {
   std::int64_t photographs = 0;
   for (const LogRange& range : ranges_) photographs += range.last - range.first;
-  const std::int64_t values = (1 + context_.channels) * context_.tree.grid().size();
+  const std::int64_t values = (1 + facts_.channels) * facts_.tree.grid().size();
   return photographs * values * static_cast<std::int64_t>(sizeof(float)) <= kKeptBytes;
 }
 
@@ -139,14 +142,15 @@ Result<Polish::Numbers> Polish::curved(const Numbers& direction) const {
     add(std::span(kept_).subspan(first, std::min(kGroup, kept_.size() - first)));
   if (!kept_.empty()) return sum;
   for (const LogRange& range : ranges_)
-    SYMRIG_CHECK(context_.photographer.read(
-        range.first, range.last - range.first, [&](std::int64_t, std::span<TreePhotograph> photographs) {
-          tbb::parallel_for(std::size_t{0}, photographs.size(),
-                            [&](std::size_t k) { weigh(photographs[k]); });
-          std::vector<PolishBatch> batches;
-          for (const auto& batch : batches_of(photographs)) batches.emplace_back(batch);
-          add(batches);
-        }));
+    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
+                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
+                                      tbb::parallel_for(std::size_t{0}, photographs.size(),
+                                                        [&](std::size_t k) { weigh(photographs[k]); });
+                                      std::vector<PolishBatch> batches;
+                                      for (const auto& batch : batches_of(photographs))
+                                        batches.emplace_back(batch);
+                                      add(batches);
+                                    }));
   return sum;
 }
 
@@ -176,10 +180,10 @@ Result<Polish::Numbers> Polish::solve(Numbers residual, const Numbers& diagonal,
 
 /// Brings each leaf's move within reach; both its factors move by the same share of what was solved for.
 void Polish::shorten(Numbers& move) const {
-  const float* const value = context_.known.factors().data();
-  for (const KnownLeaf& leaf : context_.known.leaves()) {
+  const float* const value = known_.factors().data();
+  for (const KnownLeaf& leaf : known_.leaves()) {
     if (!polished(leaf)) continue;
-    for (std::size_t channel = 0; channel < static_cast<std::size_t>(context_.channels); ++channel) {
+    for (std::size_t channel = 0; channel < static_cast<std::size_t>(facts_.channels); ++channel) {
       const LeafNumbers at = numbers_of(leaf, channel);
       const auto share = static_cast<float>(std::min(within_reach(value + at.a, &move[at.a], at.rows),
                                                      within_reach(value + at.b, &move[at.b], at.cols)));
@@ -189,19 +193,17 @@ void Polish::shorten(Numbers& move) const {
 }
 
 Polish::Numbers Polish::numbers() const {
-  Known& known = context_.known;
-  Numbers all(known.factors().begin(), known.factors().end());
-  all.insert(all.end(), known.scalar_values().begin(), known.scalar_values().end());
+  Numbers all(known_.factors().begin(), known_.factors().end());
+  all.insert(all.end(), known_.scalar_values().begin(), known_.scalar_values().end());
   return all;
 }
 
 /// Halves the move until φ falls; if it does not, nothing moves.
 Result<Polish::Outcome> Polish::move_along(const Numbers& move, double before) {
-  Known& known = context_.known;
   const Numbers start = numbers();
   const auto set = [&](float share) {
-    const std::span<float> factors = known.change_factors();
-    const std::span<float> scalars = known.change_scalar_values();
+    const std::span<float> factors = known_.change_factors();
+    const std::span<float> scalars = known_.change_scalar_values();
     for (std::size_t n = 0; n < start.size(); ++n)
       (n < factors.size() ? factors[n] : scalars[n - factors.size()]) = start[n] + share * move[n];
   };

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "acquisition/refine/polish_jacobian.hpp"
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/photographer.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -13,22 +15,22 @@ namespace symrig::acquisition {
 
 /// Fits every number of the known transport (leaf factors and scalars) to all photographs at once:
 ///   minimise φ = Σ_k Σ_i w_ik (y_ik − (T p_k)_i)²,  w = 1 / (Var + misfit²)
-/// Gauss-Newton: the product a b' is linear in δa and in δb; the normal equations are solved by conjugate
-/// gradients with a diagonal preconditioner, never formed. Without weights the direct light's noise would
-/// drown the indirect light.
+/// Gauss-Newton: the product a b' is linear in δa and in δb. Conjugate gradients with a diagonal
+/// preconditioner solve the normal equations, which are never formed. Without weights the direct light's
+/// noise would hide the indirect light.
 ///
-/// The linear model leaves out δa δb'. A leaf that holds little but noise hardly changes φ to first order
-/// even where both factors grow a hundredfold, and then δa δb' outweighs all other errors: so no factor moves
-/// by more than half its own length in a step, and a step that would raise φ is halved: φ falls
-/// monotonically.
+/// The linear model leaves out δa δb'. A leaf that holds little but noise hardly changes φ to first order,
+/// even where both factors grow a hundredfold. Then δa δb' outweighs all other errors. So no factor moves by
+/// more than half its own length in a step, and a step that would raise φ is halved: φ falls monotonically.
 ///
 /// Memory: eight numbers for each one stored, 64 photographs, and 8 bytes a sample of all photographs where
-/// these fit (kKeptBytes); where not, they are read again and again. Time: a step goes through the
-/// photographs steps + 2 times. Bit-equal for any number of threads.
+/// these fit (kKeptBytes). Where they do not fit, they are read again and again. Time: a step goes through
+/// the photographs steps + 2 times. Bit-equal for any number of threads.
 class Polish {
  public:
   /// misfit: mean square a sample may miss, a channel.
-  Polish(Context& context, std::vector<LogRange> photographs, std::vector<double> misfit);
+  Polish(const SceneFacts& facts, const Photographer& photographer, KnownTransport& known,
+         std::vector<LogRange> photographs, std::vector<double> misfit);
 
   /// One Gauss-Newton step of at most `steps` conjugate-gradient steps. Returns φ before and after.
   /// fails: as PhotographLog; interrupted. The known transport is changed only when the step is complete.
@@ -51,7 +53,9 @@ class Polish {
   Result<Outcome> move_along(const Numbers& move, double before);
   Numbers numbers() const;
 
-  Context& context_;
+  const SceneFacts& facts_;
+  const Photographer& photographer_;
+  KnownTransport& known_;
   std::vector<LogRange> ranges_;
   std::vector<double> misfit_;
   PolishJacobian jacobian_;

@@ -110,7 +110,7 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs) {
   return interleave(photographs, &TreePhotograph::mean);
 }
 
-PolishJacobian::PolishJacobian(const Known& known, int channels)
+PolishJacobian::PolishJacobian(const KnownTransport& known, int channels)
     : known_(known), channels_(static_cast<std::size_t>(channels)) {}
 
 /// use_leaf(leaf, its numbers, channel) for every polished leaf, use_scalar(number, scalar, channel) for

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 #include "tensor/kernels.hpp"
 
 #include <cstddef>
@@ -24,7 +24,7 @@ inline bool polished(const KnownLeaf& leaf) {
   return !leaf.removed && !leaf.diagonal();
 }
 
-/// Up to sixteen photographs, interleaved so that a factor that is read serves all of them; where there are
+/// Up to sixteen photographs, interleaved so that a factor that is read serves all of them. Where there are
 /// fewer, the others are dark and weigh nothing. variance of the photographs given is their weight.
 struct PolishBatch {
   std::vector<float> pattern;  ///< [pixel][kBatch]
@@ -44,7 +44,7 @@ PolishSamples means_of(std::span<const TreePhotograph> photographs);
 /// bit-equal for any number of threads; error: rounding as TransportTensor::apply.
 class PolishJacobian {
  public:
-  PolishJacobian(const Known& known, int channels);
+  PolishJacobian(const KnownTransport& known, int channels);
 
   /// A direction, laid out for image(): a δa δb b of each leaf and channel, as A B' = a δb' + δa b', then the
   /// scalars.
@@ -64,7 +64,7 @@ class PolishJacobian {
   template <class UseLeaf, class UseScalar>
   void for_each_number(const UseLeaf& use_leaf, const UseScalar& use_scalar) const;
 
-  const Known& known_;
+  const KnownTransport& known_;
   std::size_t channels_;
 };
 

@@ -9,15 +9,15 @@
 
 namespace symrig::acquisition {
 
-/// A colouring of the square of a conflict graph that can be made to do more: unknown pairs are added where
-/// the colours that exist have room for them.
+/// A colouring of the square of a conflict graph. It adds unknown pairs where the existing colours have room
+/// for them.
 class Colouring {
  public:
   explicit Colouring(const ConflictGraph& graph);
 
-  /// Makes the pair (a, b) measurable as well, if that takes no further colour: blocks without a colour get
-  /// one, and one of the two may move to another. A block that had no partner becomes its own as well: it is
-  /// not lit while it is looked at. False: it does not fit, nothing has changed.
+  /// Makes the pair (a, b) measurable as well, if that takes no further colour. Blocks without a colour get
+  /// one, and one of the two may move to another. A block that had no partner becomes its own partner too: it
+  /// is not lit while it is looked at. False: the pair does not fit, and nothing has changed.
   bool add(std::int32_t a, std::int32_t b);
 
   /// Blocks that each pattern lights.

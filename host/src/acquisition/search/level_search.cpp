@@ -4,7 +4,6 @@
 #include "acquisition/search/colouring.hpp"
 #include "acquisition/search/conflict_graph.hpp"
 #include "acquisition/search/search_forecast.hpp"
-#include "acquisition/search/short_range.hpp"
 
 #include <algorithm>
 #include <string>
@@ -55,14 +54,14 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
     for (const NodeIndex n : predicted) accept(n);
     predicted.clear();
     budget -= std::ssize(rounds_.back().shots);
-    foretell(budget);
+    forecast_progress(budget);
     SYMRIG_CHECK(photograph(rounds_.back()));
-    SYMRIG_CHECK(develop_again());
+    SYMRIG_CHECK(subtract_again());
     tested = judge();
     learn(std::span(tested).last(rounds_.back().tested.size()));
     const auto light = unknown_.diagonal_light(rounds_.back().tested);
     if (light.lit > 0 && rounds_.size() == 1)
-      context_.beside = static_cast<float>(std::clamp(light.beside / light.lit, 0.0, 1.0));
+      found_.beside = static_cast<float>(std::clamp(light.beside / light.lit, 0.0, 1.0));
     doubtful = cut_short_ ? std::vector<NodeIndex>{} : take_back();
   }
   for (const NodeIndex n : predicted) accept(n);
@@ -73,7 +72,7 @@ Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
 std::vector<Tested> LevelSearch::give_up() {
   given_up_ = true;
   rounds_.pop_back();
-  for (const Accepted& at : accepted_) context_.known.remove_leaf(at.leaf);
+  for (const Accepted& at : accepted_) found_.known.remove_leaf(at.leaf);
   accepted_.clear();
   return {};
 }
@@ -101,7 +100,7 @@ LevelEvidence LevelSearch::evidence(std::span<const Tested> tested) const {
 
 /// Photographs of later levels, once the round planned last is taken.
 UnitsToCome LevelSearch::later() const {
-  const BlockTree& tree = context_.tree;
+  const BlockTree& tree = facts_.tree;
   std::vector<double> children;
   for (int l = 0; l + 1 < tree.levels(); ++l)
     children.push_back(static_cast<double>(tree.level(l + 1).size()) /
@@ -109,43 +108,42 @@ UnitsToCome LevelSearch::later() const {
   const auto level = static_cast<std::size_t>(unknown_.level());
   const std::int64_t round = std::ssize(rounds_.back().shots);
   return forecast_later({.level = unknown_.level(),
-                         .planned = context_.patterns_per_level[level + 1] + round,
-                         .before = context_.patterns_per_level[level],
-                         .taken = context_.photographer.taken() + round,
-                         .direct_share = context_.options.economy.direct_share,
+                         .planned = found_.patterns_per_level[level + 1] + round,
+                         .before = found_.patterns_per_level[level],
+                         .taken = photographer_.taken() + round,
+                         .direct_share = facts_.options.economy.direct_share,
                          .children = children});
 }
 
-/// Tells progress how many photographs later levels may take. budget: of photographs, after this round.
-void LevelSearch::foretell(std::int64_t budget) {
+/// Reports to progress how many photographs later levels may take. budget: of photographs, after this round.
+void LevelSearch::forecast_progress(std::int64_t budget) {
   UnitsToCome later = this->later();
   if (later.known()) later = {std::min(later.least, budget), std::min(later.most, budget)};
-  context_.photographer.expect_later(later);
+  photographer_.expect_later(later);
 }
 
-/// A block with itself is accepted only where a budget ends. Then it is taken for direct light, since a
-/// rank-1 leaf would spread what comes straight back over the whole block; one that was a leaf before becomes
-/// that leaf again.
+/// A block with itself is accepted only where a budget ends. Then it is taken for direct light: a rank-1 leaf
+/// would spread direct light over the whole block. One that was a leaf before becomes that leaf again.
 void LevelSearch::accept(NodeIndex n) {
   if (node(n).diagonal() && !node(n).distrusted)
-    add_direct(context_, unknown_, node(n));
+    add_direct(facts_, found_.known, unknown_, node(n));
   else
-    accepted_.push_back({n, add_leaf(context_, unknown_, node(n))});
+    accepted_.push_back({n, add_leaf(facts_, found_.known, unknown_, node(n))});
 }
 
 bool LevelSearch::expected_to_pass(const Node& of) const {
-  return context_.options.economy.decay > 0 && decay_.squared() * of.undecayed <= context_.tolerance();
+  return facts_.options.economy.decay > 0 && found_.decay.squared() * of.undecayed <= facts_.tolerance();
 }
 
-/// Colours the blocks of the level so that no two in one colour share a block whose transport with both is
-/// unknown, and lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit
-/// into a colour move to the tested, those nearest to failing first.
+/// Colours the blocks of the level: no two blocks of one colour share a block whose transport with both is
+/// unknown. Lights the children of each colour one after another [Garg06 §5.2]. Predicted nodes that fit into
+/// a colour move to the tested, those nearest to failing first.
 LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
                                          std::vector<NodeIndex>& predicted) const {
   std::vector<std::pair<std::int32_t, std::int32_t>> edges;
   edges.reserve(doubtful.size());
   for (const NodeIndex n : doubtful) edges.emplace_back(node(n).row, node(n).col);
-  if (context_.options.economy.look_in_the_dark) add_loops(edges);
+  if (facts_.options.economy.look_in_the_dark) add_loops(edges);
   Colouring colouring{ConflictGraph(unknown_.block_count(), edges)};
   std::stable_sort(predicted.begin(), predicted.end(),
                    [&](NodeIndex x, NodeIndex y) { return node(x).undecayed > node(y).undecayed; });
@@ -157,8 +155,8 @@ LevelSearch::Round LevelSearch::schedule(std::vector<NodeIndex> doubtful,
   return {std::move(doubtful), shots_of(colouring.classes(), unknown_), 0};
 }
 
-/// Tests as many of the doubtful nodes as the budget has patterns for, those that are expected to miss most
-/// first; the others are accepted as they are.
+/// Tests as many of the doubtful nodes as the budget has patterns for, those with the largest expected misfit
+/// first. The others are accepted as they are.
 LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                                                 std::vector<NodeIndex>& predicted) {
   const std::vector<NodeIndex> passing = predicted;
@@ -203,7 +201,7 @@ LitBlocks LevelSearch::lit_ranges(const Shot& shot) const {
 
 Result<void> LevelSearch::photograph(Round& round) {
   const std::int64_t bytes = unknown_.room(round.tested);
-  if (bytes > context_.options.memory_limit)
+  if (bytes > facts_.options.memory_limit)
     return Error{ErrorCode::limit,
                  "level " + std::to_string(unknown_.level()) + " would need " + std::to_string(bytes >> 20) +
                      " MiB for " + std::to_string(round.tested.size()) + " unknown nodes",
@@ -211,29 +209,31 @@ Result<void> LevelSearch::photograph(Round& round) {
   unknown_.make_room(round.tested);
   std::vector<LitBlocks> patterns;
   for (const Shot& shot : round.shots) patterns.push_back(lit_ranges(shot));
-  round.first = context_.photographer.taken();
-  context_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
+  round.first = photographer_.taken();
+  found_.patterns_per_level[static_cast<std::size_t>(unknown_.level()) + 1] += std::ssize(patterns);
   const std::size_t r = rounds_.size() - 1;
-  if (r == 0 && context_.options.economy.direct_share > 0)
-    context_.level_light.emplace_back(
-        unknown_.level(), LogRange{round.first, round.first + std::ssize(round.shots)},
-        context_.tree.order().size(), static_cast<std::size_t>(context_.channels));
-  return context_.photographer.take(
+  if (r == 0 && facts_.options.economy.direct_share > 0)
+    found_.level_light.emplace_back(unknown_.level(),
+                                    LogRange{round.first, round.first + std::ssize(round.shots)},
+                                    facts_.tree.order().size(), static_cast<std::size_t>(facts_.channels));
+  return photographer_.take(
       "level " + std::to_string(unknown_.level()), patterns,
-      [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); },
-      // Before any level has looked nobody knows how dark the dark is: a guess that is too bright would get
-      // photographs that show noise there, and blocks would be taken for empty.
-      !context_.beside
-          ? Photographer::Foresee()
+      [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+        subtract_and_record(r, first, photographs);
+      },
+      // Before the first level, no photograph has shown how dark the dark pixels are. A guess that is too
+      // bright would get photographs that show noise there, and blocks would be taken for empty.
+      !found_.beside
+          ? Photographer::MakePreviews()
           : [&](std::size_t first,
-                std::size_t count) { return foresee(r, std::span(round.shots).subspan(first, count)); });
+                std::size_t count) { return preview(r, std::span(round.shots).subspan(first, count)); });
 }
 
 /// What photographs of round r will show: known transport and what other rounds measured, and the estimates
 /// of the nodes that are tested.
-std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> shots) const {
-  const std::size_t pixels = context_.tree.order().size();
-  const std::size_t size = pixels * static_cast<std::size_t>(context_.channels);
+std::vector<Preview> LevelSearch::preview(std::size_t r, std::span<const Shot> shots) const {
+  const std::size_t pixels = facts_.tree.order().size();
+  const std::size_t size = pixels * static_cast<std::size_t>(facts_.channels);
   std::vector<TreePhotograph> known(shots.size());
   for (std::size_t k = 0; k < shots.size(); ++k) {
     known[k].pattern.assign(pixels, 0);
@@ -241,7 +241,7 @@ std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> s
     for (const LitRange& lit : lit_ranges(shots[k]))
       std::fill(known[k].pattern.begin() + lit.begin, known[k].pattern.begin() + lit.end, 1.0F);
   }
-  context_.known.subtract_from(known);
+  found_.known.subtract_from(known);
   for (std::size_t other = 0; other < rounds_.size(); ++other)
     if (other != r) subtract_measured(rounds_[other].tested, shots, known);
   const auto lit = lit_blocks(shots, unknown_.block_count());
@@ -251,7 +251,7 @@ std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> s
     previews[k] = {std::move(known[k].mean), std::vector<float>(size)};
     for (const NodeIndex n : rounds_[r].tested)
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
-        unknown_.add_estimate(node(n), side, shots[k].slot, *context_.beside, previews[k].unknown);
+        unknown_.add_estimate(node(n), side, shots[k].slot, *found_.beside, previews[k].unknown);
       });
   });
   return previews;
@@ -259,25 +259,27 @@ std::vector<Preview> LevelSearch::foresee(std::size_t r, std::span<const Shot> s
 
 /// Takes what is known out of photographs of round r and keeps what is left as evidence. Where a node of one
 /// round shines into a photograph of another, what its own round measured is taken out too.
-void LevelSearch::develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs) {
+void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
+                                      std::span<TreePhotograph> photographs) {
   const Round& round = rounds_[r];
-  context_.known.subtract_from(photographs);
+  found_.known.subtract_from(photographs);
   const auto shots =
       std::span(round.shots).subspan(static_cast<std::size_t>(first - round.first), photographs.size());
   for (std::size_t other = 0; other < rounds_.size(); ++other)
     if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
   record(round.tested, shots, photographs);
   // Blocks with themselves are tested in the first round: its photographs hold their direct light.
-  if (r == 0 && context_.options.economy.direct_share > 0)
-    keep_direct(shots, photographs, context_.level_light.back());
+  if (r == 0 && facts_.options.economy.direct_share > 0)
+    keep_direct(shots, photographs, found_.level_light.back());
 }
 
 /// The rounds before the last one, now that more is known of what shone into them.
-Result<void> LevelSearch::develop_again() {
+Result<void> LevelSearch::subtract_again() {
   for (std::size_t r = rounds_.size() - 1; r-- > 0;)
-    SYMRIG_CHECK(context_.photographer.read(
-        rounds_[r].first, std::ssize(rounds_[r].shots),
-        [&](std::int64_t first, std::span<TreePhotograph> photographs) { develop(r, first, photographs); }));
+    SYMRIG_CHECK(photographer_.read(rounds_[r].first, std::ssize(rounds_[r].shots),
+                                    [&](std::int64_t first, std::span<TreePhotograph> photographs) {
+                                      subtract_and_record(r, first, photographs);
+                                    }));
   return {};
 }
 
@@ -296,7 +298,7 @@ void LevelSearch::keep_direct(std::span<const Shot> shots, std::span<const TreeP
       if (unknown[static_cast<std::size_t>(shots[k].blocks[b])] != 0) kept.push_back(lit[b]);
     }
     light.keep(photographs[k], kept,
-               static_cast<float>(area) / static_cast<float>(context_.tree.order().size()));
+               static_cast<float>(area) / static_cast<float>(facts_.tree.order().size()));
   }
 }
 
@@ -332,9 +334,9 @@ std::vector<Tested> LevelSearch::judge() const {
 }
 
 void LevelSearch::judge(Tested& tested) const {
-  const RankRule& rule = context_.options.rule;
+  const RankRule& rule = facts_.options.rule;
   const Node& of = node(tested.node);
-  const RankEvidence evidence = unknown_.evidence(of, context_.flood_squared);
+  const RankEvidence evidence = unknown_.evidence(of, facts_.flood_squared);
   tested.total = evidence.total();
   tested.leaf = !of.split && is_leaf(evidence, rule);
   if (tested.leaf) return;
@@ -343,7 +345,7 @@ void LevelSearch::judge(Tested& tested) const {
       const int pair = 4 * a + b;
       tested.undecayed[static_cast<std::size_t>(pair)] =
           of.distrusted ? std::numeric_limits<double>::infinity()
-                        : undecayed_misfit(evidence, a, b, unknown_.level(), rule, context_.options.economy);
+                        : undecayed_misfit(evidence, a, b, unknown_.level(), rule, facts_.options.economy);
     }
 }
 
@@ -353,12 +355,11 @@ void LevelSearch::learn(std::span<const Tested> tested) {
   double nodes = 0;
   for (const Tested& t : tested) {
     if (!expected_to_pass(node(t.node)) || t.total.samples <= 0) continue;
-    const double allowed =
-        noise_allowance(t.total.noise, t.total.samples, context_.options.rule.noise_sigmas);
-    found += std::max(0.0, t.total.misfit - allowed) / t.total.samples / context_.tolerance();
+    const double allowed = noise_allowance(t.total.noise, t.total.samples, facts_.options.rule.noise_sigmas);
+    found += std::max(0.0, t.total.misfit - allowed) / t.total.samples / facts_.tolerance();
     ++nodes;
   }
-  decay_.learn(found, nodes);
+  found_.decay.learn(found, nodes);
 }
 
 /// Accepted nodes that are not expected to pass any more.
@@ -367,7 +368,7 @@ std::vector<NodeIndex> LevelSearch::take_back() {
   std::erase_if(accepted_, [&](const Accepted& at) {
     if (expected_to_pass(node(at.node))) return false;
     doubtful.push_back(at.node);
-    context_.known.remove_leaf(at.leaf);
+    found_.known.remove_leaf(at.leaf);
     return true;
   });
   return doubtful;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/findings.hpp"
+#include "acquisition/search/photographer.hpp"
 #include "acquisition/search/placement.hpp"
-#include "acquisition/search/prediction.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -23,15 +23,15 @@ struct Shot {
   int slot;
 };
 
-/// Finds out about the unknown nodes of one level, in rounds. Nodes that are expected to pass the rank test
-/// are accepted at once and subtracted like any other leaf; the others are tested, and as many of the
-/// accepted as idle colours have room for. If those show that the scene is less smooth than expected, the
-/// accepted that the lesson makes doubtful are taken back and tested in another round.
+/// Searches the unknown nodes of one level, in rounds. Nodes that are expected to pass the rank test are
+/// accepted at once and subtracted like any other leaf. The others are tested, and as many of the accepted as
+/// idle colours have room for. Their tests may show that the scene is less smooth than expected. Then the
+/// accepted nodes that became doubtful are taken back and tested in another round.
 class LevelSearch {
  public:
-  /// decay carries what one level learned to the next.
-  LevelSearch(Context& context, Decay& decay, NodeLevel& unknown)
-      : context_(context), decay_(decay), unknown_(unknown) {}
+  /// unknown: the nodes of the level.
+  LevelSearch(const SceneFacts& facts, Photographer& photographer, Findings& found, NodeLevel& unknown)
+      : facts_(facts), photographer_(photographer), found_(found), unknown_(unknown) {}
 
   /// Takes at most `budget` patterns; nodes that they do not reach are accepted untested, those that promise
   /// most first left out. Result: the tested nodes.  fails: as Probe::measure; limit (memory).
@@ -67,15 +67,15 @@ class LevelSearch {
   std::vector<Tested> give_up();
   Round schedule(std::vector<NodeIndex> doubtful, std::vector<NodeIndex>& predicted) const;
   UnitsToCome later() const;
-  void foretell(std::int64_t budget);
+  void forecast_progress(std::int64_t budget);
   Round schedule_within(std::int64_t budget, std::vector<NodeIndex> doubtful,
                         std::vector<NodeIndex>& predicted);
   void add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const;
   LitBlocks lit_ranges(const Shot& shot) const;
   Result<void> photograph(Round& round);
-  std::vector<Preview> foresee(std::size_t r, std::span<const Shot> shots) const;
-  void develop(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
-  Result<void> develop_again();
+  std::vector<Preview> preview(std::size_t r, std::span<const Shot> shots) const;
+  void subtract_and_record(std::size_t r, std::int64_t first, std::span<TreePhotograph> photographs);
+  Result<void> subtract_again();
   void keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
                    LevelLight& light) const;
   void subtract_measured(std::span<const NodeIndex> tested, std::span<const Shot> shots,
@@ -87,8 +87,9 @@ class LevelSearch {
   void learn(std::span<const Tested> tested);
   std::vector<NodeIndex> take_back();
 
-  Context& context_;
-  Decay& decay_;
+  const SceneFacts& facts_;
+  Photographer& photographer_;
+  Findings& found_;
   NodeLevel& unknown_;
   std::vector<Round> rounds_;
   std::vector<Accepted> accepted_;

@@ -103,7 +103,7 @@ class NodeLevel {
   /// on the diagonal).
   std::span<const float> y(const Node& node, int slot, int channel) const;
   std::span<const float> z(const Node& node, int slot, int channel) const;
-  /// Noise of y (lit child b of J) in child a of I, and of z (lit child a of I) in child b of J.
+  /// Noise of y (lit child b of J) in child a of I; of z (lit child a of I) in child b of J.
   const PairNoise& y_noise(const Node& node, int b, int a, int channel) const;
   const PairNoise& z_noise(const Node& node, int a, int b, int channel) const;
 

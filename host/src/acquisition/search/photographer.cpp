@@ -47,20 +47,20 @@ std::size_t Photographer::batch_size() const {
   return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
 }
 
-/// Nothing where nobody asks.
+/// Empty without a forecaster.
 std::vector<Expectation> Photographer::expect(std::span<const LitBlocks> patterns, std::size_t first,
-                                              const Foresee& foresee) const {
+                                              const MakePreviews& preview) const {
   if (forecaster_ == nullptr || !probe_.plans_exposures(patterns.size())) return {};
-  return forecaster_->expect(patterns, foresee ? foresee(first, patterns.size()) : std::vector<Preview>{});
+  return forecaster_->expect(patterns, preview ? preview(first, patterns.size()) : std::vector<Preview>{});
 }
 
 /// Patterns [first, first + count).
 Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> patterns, std::size_t first,
-                                                    std::size_t count, const Foresee& foresee) {
+                                                    std::size_t count, const MakePreviews& preview) {
   std::vector<Pattern> pictures(count);
   tbb::parallel_for(std::size_t{0}, count,
                     [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
-  const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, foresee);
+  const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, preview);
   const auto start = std::chrono::steady_clock::now();
   SYMRIG_TRY(std::vector<Radiance> answers,
              expected.empty() ? probe_.measure(pictures) : probe_.measure_expected(pictures, expected));
@@ -81,14 +81,14 @@ Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> p
 }
 
 Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
-                                        const Answer& use, const Foresee& foresee) {
+                                        const Answer& use, const MakePreviews& preview) {
   const std::int64_t expected = taken_ + std::ssize(patterns);
   for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
     if (progress_ && !progress_({stage, taken_, expected, later_}))
       return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
                    "run it again"};
     const std::size_t count = std::min(batch_size(), patterns.size() - first);
-    SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, foresee));
+    SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, preview));
     SYMRIG_CHECK(use(first, answers));
   }
   if (progress_) progress_({stage, taken_, expected, later_});
@@ -101,12 +101,12 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
 }
 
 Result<void> Photographer::take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
-                                const Foresee& foresee) {
+                                const MakePreviews& preview) {
   const std::int64_t number = taken_;
   std::size_t used = 0;
   std::size_t filled = 0;  // of the pool; patterns [used, used + filled)
   const std::span<TreePhotograph> pool = this->pool(patterns.size());
-  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
+  const auto in_tree_order = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     for (std::size_t next = 0; next < answers.size();) {
       const std::size_t count = std::min(answers.size() - next, pool.size() - filled);
       std::atomic<bool> finite = true;
@@ -125,12 +125,12 @@ Result<void> Photographer::take(std::string_view stage, std::span<const LitBlock
     }
     return {};
   };
-  return take_batches(stage, patterns, develop, foresee);
+  return take_batches(stage, patterns, in_tree_order, preview);
 }
 
 Result<void> Photographer::take_each(std::string_view stage, std::span<const LitBlocks> patterns,
                                      const UseOne& use) {
-  const auto develop = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
+  const auto in_tree_order = [&](std::size_t first, std::vector<Radiance>& answers) -> Result<void> {
     std::atomic<bool> finite = true;
     tbb::parallel_for(std::size_t{0}, answers.size(), [&](std::size_t k) {
       TreePhotograph photograph;
@@ -140,7 +140,7 @@ Result<void> Photographer::take_each(std::string_view stage, std::span<const Lit
     });
     return finite ? Result<void>() : not_finite();
   };
-  return take_batches(stage, patterns, develop);
+  return take_batches(stage, patterns, in_tree_order);
 }
 
 std::span<TreePhotograph> Photographer::pool(std::size_t wanted) const {

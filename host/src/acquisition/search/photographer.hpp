@@ -32,7 +32,7 @@ struct Preview {
   std::vector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
 };
 
-/// Tells what photographs will show before they are taken (Probe::measure_expected).
+/// Forecasts what photographs will show (Probe::measure_expected).
 class Forecaster {
  public:
   Forecaster() = default;
@@ -45,9 +45,9 @@ class Forecaster {
                                           std::span<const Preview> previews) const = 0;
 };
 
-/// Shows patterns made of blocks and hands photographs on in tree order. Asks for them in batches, so that
-/// neither a rig nor a host waits for the other pattern by pattern and memory stays bounded; counts them;
-/// tells progress.
+/// Shows patterns made of blocks, and gives the photographs in tree order. It asks for them in batches:
+/// neither rig nor host waits for the other at each pattern, and memory stays bounded. It counts photographs
+/// and reports progress.
 class Photographer {
  public:
   /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
@@ -77,16 +77,17 @@ class Photographer {
   /// Photographs from number `first` on, which may be changed but not kept. Calls do not nest.
   using Use = std::function<void(std::int64_t first, std::span<TreePhotograph> photographs)>;
   /// What is foreseen of patterns [first, first + count).
-  using Foresee = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
-  /// Takes photographs and hands them on as they come, some at a time. foresee is asked where it matters.
+  using MakePreviews = std::function<std::vector<Preview>(std::size_t first, std::size_t count)>;
+  /// Takes photographs and hands them on as they come, some at a time. preview is asked where it matters.
   /// fails: also bad_value (a photograph is not finite where it is said to be valid).
   Result<void> take(std::string_view stage, std::span<const LitBlocks> patterns, const Use& use,
-                    const Foresee& foresee = {});
+                    const MakePreviews& preview = {});
 
   /// Reads photographs [first, first + count) again, some at a time.  fails: as PhotographLog, bad_value.
   Result<void> read(std::int64_t first, std::int64_t count, const Use& use) const;
 
-  /// Takes photographs that nobody needs twice: use() is called once a pattern, from several threads at once.
+  /// Takes photographs that are needed only once: use() is called once a pattern, from several threads at
+  /// once.
   using UseOne = std::function<void(std::size_t index, TreePhotograph& photograph)>;
   Result<void> take_each(std::string_view stage, std::span<const LitBlocks> patterns, const UseOne& use);
 
@@ -98,11 +99,11 @@ class Photographer {
   using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;
   std::size_t batch_size() const;
   Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
-                            const Foresee& foresee = {});
+                            const MakePreviews& preview = {});
   Result<std::vector<Radiance>> measure(std::span<const LitBlocks> patterns, std::size_t first,
-                                        std::size_t count, const Foresee& foresee);
+                                        std::size_t count, const MakePreviews& preview);
   std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::size_t first,
-                                  const Foresee& foresee) const;
+                                  const MakePreviews& preview) const;
   std::span<TreePhotograph> pool(std::size_t wanted) const;
 
   Probe& probe_;

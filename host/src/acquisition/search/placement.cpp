@@ -15,7 +15,8 @@ namespace {
 
 /// One entry of T, measured from both sides: their mean weighted by inverse variance; a side without a valid
 /// sample does not count.
-void add_pixel(Context& context, std::int32_t row, std::int32_t col, const Estimate& estimate) {
+void add_pixel(const SceneFacts& facts, KnownTransport& known, std::int32_t row, std::int32_t col,
+               const Estimate& estimate) {
   std::vector<float> value(estimate.c_noise.size());
   const auto r = row == col ? estimate.c : estimate.r;
   double noise = 0;
@@ -29,21 +30,21 @@ void add_pixel(Context& context, std::int32_t row, std::int32_t col, const Estim
     value[channel] = weight * estimate.c[channel] + (1 - weight) * r[channel];
     const double variance =
         weight * weight * c_noise.variance + (1 - weight) * (1 - weight) * r_noise.variance;
-    if (context.flood_squared[channel] > 0) noise += variance / context.flood_squared[channel];
+    if (facts.flood_squared[channel] > 0) noise += variance / facts.flood_squared[channel];
   }
-  context.known.add_scalar(row, col, value, static_cast<float>(noise));
+  known.add_scalar(row, col, value, static_cast<float>(noise));
 }
 
-Energy energy_of(const Context& context, const Estimate& estimate, std::size_t rows, std::size_t cols) {
+Energy energy_of(const SceneFacts& facts, const Estimate& estimate, std::size_t rows, std::size_t cols) {
   Energy energy;
   for (std::size_t channel = 0; channel < estimate.c_noise.size(); ++channel) {
-    if (context.flood_squared[channel] <= 0) continue;
+    if (facts.flood_squared[channel] <= 0) continue;
     const auto add = [&](std::span<const float> image, std::size_t size, const PairNoise& noise) {
       double signal = 0;
       for (const float v : image.subspan(channel * size, size))
         signal += static_cast<double>(v) * static_cast<double>(v);
-      energy.signal += signal / context.flood_squared[channel];
-      energy.noise += static_cast<double>(noise.variance) / context.flood_squared[channel];
+      energy.signal += signal / facts.flood_squared[channel];
+      energy.noise += static_cast<double>(noise.variance) / facts.flood_squared[channel];
       energy.samples += noise.valid;
     };
     add(estimate.c, rows, estimate.c_noise[channel]);
@@ -67,8 +68,8 @@ struct ChildImages {
 
 /// Child pair (a, b): c = the photograph of lit child b seen on child a, r = that of lit child a seen on
 /// child b.
-void add_child(Context& context, const NodeLevel& parent, const Node& node, int a, int b, double undecayed,
-               NodeLevel& next, ChildImages& images) {
+void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& parent, const Node& node,
+               int a, int b, double undecayed, NodeLevel& next, ChildImages& images) {
   const Block& i = parent.block(node.row);
   const Block& j = parent.block(node.col);
   const Block& child_i = parent.child(i, a);
@@ -76,7 +77,7 @@ void add_child(Context& context, const NodeLevel& parent, const Node& node, int 
   const bool diagonal = node.diagonal() && a == b;
   images.clear();
   auto& [c, r, c_noise, r_noise] = images;
-  for (int channel = 0; channel < context.channels; ++channel) {
+  for (int channel = 0; channel < facts.channels; ++channel) {
     const auto on_i = parent.y(node, b, channel)
                           .subspan(static_cast<std::size_t>(child_i.begin - i.begin),
                                    static_cast<std::size_t>(child_i.size()));
@@ -88,19 +89,20 @@ void add_child(Context& context, const NodeLevel& parent, const Node& node, int 
     c_noise.push_back(parent.y_noise(node, b, a, channel));
     r_noise.push_back(parent.z_noise(node, a, b, channel));
   }
-  place(context, next, i.first_child + a, j.first_child + b,
+  place(facts, known, next, i.first_child + a, j.first_child + b,
         {c, r, c_noise, r_noise, undecayed, node.distrusted});
 }
 
 }  // namespace
 
-std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node) {
+std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+                      const Node& node) {
   const Block& i = level.block(node.row);
   const Block& j = level.block(node.col);
-  std::vector<float> factors(static_cast<std::size_t>(context.channels) *
+  std::vector<float> factors(static_cast<std::size_t>(facts.channels) *
                              static_cast<std::size_t>(i.size() + j.size()));
   auto rest = std::span(factors);
-  for (int channel = 0; channel < context.channels; ++channel) {
+  for (int channel = 0; channel < facts.channels; ++channel) {
     const EstimateSums& sums = level.sums(node, channel);
     const auto scale = sums.s > 0 ? static_cast<float>(1 / std::sqrt(sums.s)) : 0.0F;
     const auto take = [&](std::span<const float> image, const Block& block, float noise) {
@@ -108,74 +110,87 @@ std::int32_t add_leaf(Context& context, const NodeLevel& level, const Node& node
       rest = rest.subspan(image.size());
       std::copy(image.begin(), image.end(), to.begin());
       const double variance = static_cast<double>(noise) / block.size();
-      if (context.options.economy.shrink_noise && variance > 0 && is_noisy(to, variance))
-        shrink_noise(context.tree, level.level(), block, variance, to);
+      if (facts.options.economy.shrink_noise && variance > 0 && is_noisy(to, variance))
+        shrink_noise(facts.tree, level.level(), block, variance, to);
       for (float& v : to) v *= scale;
     };
     take(level.c(node, channel), i, sums.c_noise);
     take(level.r(node, channel), j, sums.r_noise);
   }
-  const std::int32_t leaf = context.known.add_leaf(i.begin, i.end, j.begin, j.end, level.level(), factors);
+  const std::int32_t leaf = known.add_leaf(i.begin, i.end, j.begin, j.end, level.level(), factors);
   double row_noise = 0;
   double col_noise = 0;
-  for (int channel = 0; channel < context.channels; ++channel) {
-    const double f = context.flood_squared[static_cast<std::size_t>(channel)];
+  for (int channel = 0; channel < facts.channels; ++channel) {
+    const double f = facts.flood_squared[static_cast<std::size_t>(channel)];
     if (f <= 0) continue;
     row_noise += static_cast<double>(level.sums(node, channel).c_noise) / i.size() / f;
     col_noise += static_cast<double>(level.sums(node, channel).r_noise) / j.size() / f;
   }
-  context.known.set_noise(leaf, static_cast<float>(row_noise), static_cast<float>(col_noise));
+  known.set_noise(leaf, static_cast<float>(row_noise), static_cast<float>(col_noise));
   return leaf;
 }
 
-void place(Context& context, NodeLevel& into, std::int32_t row, std::int32_t col, const Estimate& estimate) {
+void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
+  std::vector<float> value(static_cast<std::size_t>(facts.channels));
+  const Block& block = level.block(node.row);
+  for (std::int32_t t = block.begin; t < block.end; ++t) {
+    for (int channel = 0; channel < facts.channels; ++channel)
+      value[static_cast<std::size_t>(channel)] =
+          level.c(node, channel)[static_cast<std::size_t>(t - block.begin)];
+    known.add_scalar(t, t, value);
+  }
+}
+
+void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std::int32_t row,
+           std::int32_t col, const Estimate& estimate) {
   const Block& i = into.block(row);
   const Block& j = into.block(col);
   const Energy energy =
-      energy_of(context, estimate, static_cast<std::size_t>(i.size()), static_cast<std::size_t>(j.size()));
-  if (is_empty(energy, context.options.rule)) {
-    context.known.add_empty(into.level(), row, col);
+      energy_of(facts, estimate, static_cast<std::size_t>(i.size()), static_cast<std::size_t>(j.size()));
+  if (is_empty(energy, facts.options.rule)) {
+    known.add_empty(into.level(), row, col);
   } else if (i.single_pixel() && j.single_pixel()) {
-    add_pixel(context, i.begin, j.begin, estimate);
+    add_pixel(facts, known, i.begin, j.begin, estimate);
   } else {
     into.add(row, col, estimate.c, estimate.r, estimate.c_noise, estimate.r_noise, estimate.undecayed);
     if (estimate.distrusted) into.distrust_last();
   }
 }
 
-void settle(Context& context, const NodeLevel& level, std::span<const Tested> tested, NodeLevel& next) {
+void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level,
+            std::span<const Tested> tested, NodeLevel& next) {
   ChildImages images;
   for (const Tested& t : tested) {
     const Node& node = level.nodes()[static_cast<std::size_t>(t.node)];
     if (t.leaf) {
-      add_leaf(context, level, node);
+      add_leaf(facts, known, level, node);
       continue;
     }
     for (int a = 0; a < level.block(node.row).children; ++a)
       for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b) {
         const int pair = 4 * a + b;
-        add_child(context, level, node, a, b, t.undecayed[static_cast<std::size_t>(pair)], next, images);
+        add_child(facts, known, level, node, a, b, t.undecayed[static_cast<std::size_t>(pair)], next, images);
       }
   }
 }
 
-void reopen(Context& context, std::int32_t leaf, NodeLevel& level) {
-  const KnownLeaf& of = context.known.leaves()[static_cast<std::size_t>(leaf)];
+void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
+  const KnownLeaf& of = known.leaves()[static_cast<std::size_t>(leaf)];
   std::vector<float> c, r;
-  for (int channel = 0; channel < context.channels; ++channel) {
-    const auto [a, b] = context.known.sides(of, channel);
+  for (int channel = 0; channel < facts.channels; ++channel) {
+    const auto [a, b] = known.sides(of, channel);
     const double light_b = std::accumulate(b.begin(), b.end(), 0.0);
     const double light_a = std::accumulate(a.begin(), a.end(), 0.0);
     for (const float v : a) c.push_back(static_cast<float>(light_b * static_cast<double>(v)));
     if (!of.diagonal())
       for (const float v : b) r.push_back(static_cast<float>(light_a * static_cast<double>(v)));
   }
-  const auto channels = static_cast<std::size_t>(context.channels);
+  const auto channels = static_cast<std::size_t>(facts.channels);
   const std::vector<PairNoise> c_noise(channels, {0, of.rows()});
   const std::vector<PairNoise> r_noise(channels, {0, of.cols()});
-  const std::int32_t row = context.tree.block_at(of.level, of.row_begin);
-  const std::int32_t col = context.tree.block_at(of.level, of.col_begin);
-  context.known.remove_leaf(leaf);
+  const std::int32_t row = facts.tree.block_at(of.level, of.row_begin);
+  const std::int32_t col = facts.tree.block_at(of.level, of.col_begin);
+  known.remove_leaf(leaf);
   level.add(row, col, c, r, c_noise, r_noise, std::numeric_limits<double>::infinity());
   level.split_last();
 }

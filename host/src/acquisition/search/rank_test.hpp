@@ -8,8 +8,8 @@
 
 namespace symrig::acquisition {
 
-/// Photographs compared with an estimate: sums over samples and channels, each channel divided by the square
-/// of its F, the RMS of the flood-lit photograph, so that a colour cast does not move a threshold.
+/// Photographs compared with an estimate: sums over samples and channels. Each channel is divided by the
+/// square of its F, the RMS of the flood-lit photograph. So a colour cast does not move a threshold.
 struct Comparison {
   double misfit = 0;  ///< E = Σ (measured − estimate)²
   double signal = 0;  ///< S = Σ measured²
@@ -34,7 +34,7 @@ struct Comparison {
 /// [a][b]: child a of the row block and child b of the column block.
 using PairTable = std::array<std::array<Comparison, 4>, 4>;
 
-/// What a node's child photographs say about its rank-1 estimate c r'/s.
+/// A node's child photographs compared with its rank-1 estimate c r'/s.
 struct RankEvidence {
   PairTable on_row{};  ///< child b of the column block lit, seen on child a of the row block
   PairTable
@@ -61,8 +61,8 @@ double noise_allowance(double noise, double samples, double sigmas);
 /// noise term.
 bool fits_rank1(const Comparison& evidence, const RankRule& rule);
 
-/// One child pair carries more than g of the energy on both sides. Then the other children are dark, the
-/// estimate equals the one bright photograph by construction, and the misfit is near zero whatever the rank:
+/// One child pair carries more than g of the energy on both sides. Then the other children are dark, and the
+/// estimate equals the one bright photograph by construction. The misfit is near zero whatever the rank, so
 /// such a node must not be a leaf. Departs from [Garg06 §5.2], whose test accepts it
 /// (docs/decisions/rank-test.md).
 bool concentrated(const RankEvidence& evidence, const RankRule& rule);

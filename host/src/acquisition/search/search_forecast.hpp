@@ -18,11 +18,11 @@ struct LevelPlan {
   std::span<const double> children;  ///< of a block of each level that can be searched: 4, fewer near pixels
 };
 
-/// Photographs after this level. How many a level needs is not known before the one above it is judged, but
-/// neighbours are alike. Captures of all simulated scenes from 24x40 to 128x128, with tolerances from 1e-5 to
-/// 3e-3, took 0.7 to 2.2 times the photographs of the level before, 0.9 to 1.7 in the mean of what followed.
-/// Unknown where blocks share no photographs, for then nothing bounds the next level, and in level 0, after
-/// which scenes of direct light end.
+/// Photographs after this level. The tests of the level above decide how many a level needs, but successive
+/// levels are alike. Captures of all simulated scenes from 24x40 to 128x128, tolerances from 1e-5 to 3e-3:
+/// a level took 0.7 to 2.2 times the photographs of the level before, and all later levels 0.9 to 1.7 times
+/// in the mean. The result is unknown where blocks share no photographs, because then nothing bounds the next
+/// level. It is unknown in level 0 too, after which scenes of direct light end.
 UnitsToCome forecast_later(const LevelPlan& plan);
 
 }  // namespace symrig::acquisition

@@ -2,6 +2,7 @@
 #include "acquisition/search/short_range.hpp"
 
 #include "acquisition/errors/dark_excess.hpp"
+#include "acquisition/search/placement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -28,38 +29,38 @@ void for_blocks(const BlockTree& tree, const Use& use) {
 /// The part of an image that lies more than `radius` pixels from a block.
 class Beyond {
  public:
-  explicit Beyond(const Context& context) : context_(context) {}
+  explicit Beyond(const SceneFacts& facts) : facts_(facts) {}
 
   Energy of(std::span<const float> image, const Block& seen, const Block& lit, int radius,
             std::size_t channel, const PairNoise& noise) const {
     Energy energy;
-    const Grid grid = context_.tree.grid();
+    const Grid grid = facts_.tree.grid();
     for (std::int32_t t = seen.begin; t < seen.end; ++t) {
-      const std::int32_t raster = context_.tree.order()[static_cast<std::size_t>(t)];
+      const std::int32_t raster = facts_.tree.order()[static_cast<std::size_t>(t)];
       const int far = std::max(distance(raster / grid.cols, lit.row, lit.rows),
                                distance(raster % grid.cols, lit.col, lit.cols));
       if (far <= radius) continue;
       const double v = image[static_cast<std::size_t>(t - seen.begin)];
-      energy.signal += v * v / context_.flood_squared[channel];
+      energy.signal += v * v / facts_.flood_squared[channel];
       ++energy.samples;
     }
     if (noise.valid > 0)
-      energy.noise = static_cast<double>(noise.variance) / noise.valid * energy.samples /
-                     context_.flood_squared[channel];
+      energy.noise =
+          static_cast<double>(noise.variance) / noise.valid * energy.samples / facts_.flood_squared[channel];
     return energy;
   }
 
  private:
-  const Context& context_;
+  const SceneFacts& facts_;
 };
 
 /// True if a node has no light beyond the radius that a test would see.
-bool within(const Context& context, const NodeLevel& level, const Node& node, int radius) {
+bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, int radius) {
   if (node.diagonal()) return true;
-  const Beyond beyond(context);
+  const Beyond beyond(facts);
   Energy total;
-  for (int channel = 0; channel < context.channels; ++channel) {
-    if (context.flood_squared[static_cast<std::size_t>(channel)] <= 0) continue;
+  for (int channel = 0; channel < facts.channels; ++channel) {
+    if (facts.flood_squared[static_cast<std::size_t>(channel)] <= 0) continue;
     const auto at = static_cast<std::size_t>(channel);
     const Block& i = level.block(node.row);
     const Block& j = level.block(node.col);
@@ -71,16 +72,16 @@ bool within(const Context& context, const NodeLevel& level, const Node& node, in
       total.samples += e.samples;
     }
   }
-  return is_empty(total, context.options.rule);
+  return is_empty(total, facts.options.rule);
 }
 
 /// The least radius that covers all unknown light, or more than kLargestRadius.
-int radius_of(const Context& context, const std::vector<NodeLevel>& open) {
+int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
   int radius = 0;
   for (const NodeLevel& level : open)
     for (const Node& node : level.nodes()) {
       if (!node.diagonal()) radius = std::max(radius, 1);
-      while (radius <= kLargestRadius && !within(context, level, node, radius)) ++radius;
+      while (radius <= kLargestRadius && !within(facts, level, node, radius)) ++radius;
       if (radius > kLargestRadius) return radius;
     }
   return radius;
@@ -88,11 +89,11 @@ int radius_of(const Context& context, const std::vector<NodeLevel>& open) {
 
 /// Dark pixels of the check photographs are as dark as empty blocks. noise: variance in units of the
 /// photographs' own.
-bool dark(const Context& context, const std::vector<Checks::Residual>& residuals, double noise) {
-  const DarkExcess excess(residuals, context.flood_squared);
-  const RankRule& rule = context.options.rule;
+bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
+  const DarkExcess excess(residuals, facts.flood_squared);
+  const RankRule& rule = facts.options.rule;
   bool all = true;
-  for_blocks(context.tree, [&](std::int32_t begin, std::int32_t end) {
+  for_blocks(facts.tree, [&](std::int32_t begin, std::int32_t end) {
     const Comparison seen = excess.of(begin, end);
     all = all && seen.misfit <= seen.samples * rule.empty_fraction * rule.empty_fraction +
                                     noise_allowance(noise * seen.noise, seen.samples, kCheckSigmas);
@@ -100,14 +101,25 @@ bool dark(const Context& context, const std::vector<Checks::Residual>& residuals
   return all;
 }
 
+/// What the levels that are left cost at least: each lights the children of one colour one by one.
+std::int64_t cost_of_levels(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
+  const auto first =
+      std::find_if(open.begin(), open.end(), [](const NodeLevel& l) { return !l.nodes().empty(); });
+  const bool pairs =
+      std::any_of(first->nodes().begin(), first->nodes().end(), [](const Node& n) { return !n.diagonal(); });
+  return std::int64_t{facts.tree.levels() - 1 - first->level()} * (pairs ? 4 * 4 : 4);
+}
+
+}  // namespace
+
 /// Entry T_ij for every pixel i and every lit pixel j of its comb, from the photographs of all combs.
-Result<void> add_band(Context& context, int radius) {
-  const Grid grid = context.tree.grid();
+Result<void> ShortRange::add_band(int radius) {
+  const Grid grid = facts_.tree.grid();
   const int step = 2 * radius + 1;
   const auto pixels = static_cast<std::size_t>(grid.size());
   std::vector<std::int32_t> tree_of(pixels);
   for (std::size_t t = 0; t < pixels; ++t)
-    tree_of[static_cast<std::size_t>(context.tree.order()[t])] = static_cast<std::int32_t>(t);
+    tree_of[static_cast<std::size_t>(facts_.tree.order()[t])] = static_cast<std::int32_t>(t);
   const auto tree_at = [&](int row, int col) {
     const int raster = row * grid.cols + col;
     return tree_of[static_cast<std::size_t>(raster)];
@@ -127,20 +139,18 @@ Result<void> add_band(Context& context, int radius) {
         }
       combs.push_back(std::move(comb));
     }
-  const std::int64_t first = context.photographer.taken();
-  context.photographer.expect_later({});  // the search goes on if the combs find light that goes further
-  SYMRIG_CHECK(context.photographer.take("short-range light", combs));
-  context.patterns_per_level.back() += std::ssize(combs);
+  const std::int64_t first = photographer_.taken();
+  photographer_.expect_later({});  // the search goes on if the combs find light that goes further
+  SYMRIG_CHECK(photographer_.take("short-range light", combs));
   // seen[offset of the comb][channel][pixel]
   std::vector<std::vector<float>> seen;
-  SYMRIG_CHECK(context.photographer.read(first, std::ssize(combs),
-                                         [&](std::int64_t, std::span<TreePhotograph> photographs) {
-                                           context.known.subtract_from(photographs);
-                                           for (TreePhotograph& p : photographs)
-                                             seen.push_back(std::move(p.mean));
-                                         }));
-  context.known.begin_band(radius);
-  std::vector<float> value(static_cast<std::size_t>(context.channels));
+  SYMRIG_CHECK(
+      photographer_.read(first, std::ssize(combs), [&](std::int64_t, std::span<TreePhotograph> photographs) {
+        found_.known.subtract_from(photographs);
+        for (TreePhotograph& p : photographs) seen.push_back(std::move(p.mean));
+      }));
+  found_.known.begin_band(radius);
+  std::vector<float> value(static_cast<std::size_t>(facts_.channels));
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
       for (int dy = 0; dy <= radius && row + dy < grid.rows; ++dy)
@@ -153,57 +163,34 @@ Result<void> add_band(Context& context, int radius) {
           for (std::size_t channel = 0; channel < value.size(); ++channel)
             value[channel] =
                 (seen[comb_of_j][channel * pixels + i] + seen[comb_of_i][channel * pixels + j]) / 2;
-          context.known.add_scalar(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j), value);
+          found_.known.add_scalar(static_cast<std::int32_t>(i), static_cast<std::int32_t>(j), value);
         }
   return {};
 }
 
-/// What the levels that are left cost at least: each lights the children of one colour one by one.
-std::int64_t cost_of_levels(const Context& context, const std::vector<NodeLevel>& open) {
-  const auto first =
-      std::find_if(open.begin(), open.end(), [](const NodeLevel& l) { return !l.nodes().empty(); });
-  const bool pairs =
-      std::any_of(first->nodes().begin(), first->nodes().end(), [](const Node& n) { return !n.diagonal(); });
-  return std::int64_t{context.tree.levels() - 1 - first->level()} * (pairs ? 4 * 4 : 4);
-}
-
-}  // namespace
-
-void add_direct(Context& context, const NodeLevel& level, const Node& node) {
-  std::vector<float> value(static_cast<std::size_t>(context.channels));
-  const Block& block = level.block(node.row);
-  for (std::int32_t t = block.begin; t < block.end; ++t) {
-    for (int channel = 0; channel < context.channels; ++channel)
-      value[static_cast<std::size_t>(channel)] =
-          level.c(node, channel)[static_cast<std::size_t>(t - block.begin)];
-    context.known.add_scalar(t, t, value);
-  }
-}
-
-Result<bool> settle_short_range(Context& context, Checks& checks, std::vector<NodeLevel>& open,
-                                std::int64_t budget, std::set<int>& refused) {
-  const int radius = radius_of(context, open);
+Result<bool> ShortRange::settle(Checks& checks, std::int64_t budget) {
+  const int radius = radius_of(facts_, found_.open);
   const std::int64_t combs = radius == 0 ? 0 : (2 * radius + 1) * (2 * radius + 1);
-  if (radius > kLargestRadius || combs > budget || combs > cost_of_levels(context, open) ||
-      refused.contains(radius))
+  if (radius > kLargestRadius || combs > budget || combs > cost_of_levels(facts_, found_.open) ||
+      refused_.contains(radius))
     return false;
-  const Known::Mark mark = context.known.mark();
+  const KnownTransport::Mark mark = found_.known.mark();
   if (radius == 0) {
-    for (const NodeLevel& level : open)
-      for (const Node& node : level.nodes()) add_direct(context, level, node);
+    for (const NodeLevel& level : found_.open)
+      for (const Node& node : level.nodes()) add_direct(facts_, found_.known, level, node);
   } else {
-    SYMRIG_CHECK(add_band(context, radius));
+    SYMRIG_CHECK(add_band(radius));
   }
-  const auto& residuals = checks.residuals(context);
+  const auto& residuals = checks.residuals(found_.known);
   // Half of a pixel's (2p + 1)² - 1 neighbours are lit, each known to half the variance of a dark sample.
   const double model_noise = (static_cast<double>((2 * radius + 1) * (2 * radius + 1)) - 1) / 4;
-  if (!dark(context, residuals, 1 + model_noise)) {
-    refused.insert(radius);
-    context.known.rewind(mark);
+  if (!dark(facts_, residuals, 1 + model_noise)) {
+    refused_.insert(radius);
+    found_.known.rewind(mark);
     checks.forget();
     return false;
   }
-  for (NodeLevel& level : open) level = NodeLevel(context.tree, level.level(), context.channels);
+  found_.close_all(facts_);
   return true;
 }
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "acquisition/errors/checks.hpp"
-#include "acquisition/search/context.hpp"
-#include "acquisition/search/node.hpp"
+#include "acquisition/search/findings.hpp"
+#include "acquisition/search/photographer.hpp"
 
 #include <cstdint>
 #include <set>
@@ -12,17 +12,28 @@
 
 namespace symrig::acquisition {
 
-/// Stores a diagonal node as direct light alone: T_ii = c_i.
-void add_direct(Context& context, const NodeLevel& level, const Node& node);
+/// Settles all unknown light if it goes no farther than a few pixels. Radius 0 is direct light. A larger one
+/// is defocus, or the spread of optics.
+class ShortRange {
+ public:
+  ShortRange(const SceneFacts& facts, Photographer& photographer, Findings& found)
+      : facts_(facts), photographer_(photographer), found_(found) {}
 
-/// If the light that is still unknown goes no farther than a few pixels (0: direct light; more: defocus, the
-/// spread of optics), settles all of it and empties `open`: radius p is the least that no unknown pair of
-/// blocks has light beyond; p = 0 needs no photograph, p ≥ 1 needs the (2p + 1)² combs of every (2p + 1)-th
-/// pixel in both directions, in which no camera pixel sees two lit ones. Kept only if the check photographs
-/// are dark where they should be; not tried if the combs cost more than `budget` or than the levels that are
-/// left. Result: settled. refused: radii that the check photographs have refused before; they are not tried
-/// again.
-Result<bool> settle_short_range(Context& context, Checks& checks, std::vector<NodeLevel>& open,
-                                std::int64_t budget, std::set<int>& refused);
+  /// True if it has settled all unknown light; then no node is open. The radius p is the least that no
+  /// unknown pair of blocks has light beyond. p = 0 needs no photograph. p ≥ 1 needs (2p + 1)² combs: every
+  /// (2p + 1)-th pixel in both directions, so that no camera pixel sees two lit ones.
+  /// The result is kept only if the check photographs are dark where they should be; a radius that they
+  /// refuse is not tried again. Combs that cost more than `budget` or than the levels left are not taken.
+  /// fails: as Photographer::take.
+  Result<bool> settle(Checks& checks, std::int64_t budget);
+
+ private:
+  Result<void> add_band(int radius);
+
+  const SceneFacts& facts_;
+  Photographer& photographer_;
+  Findings& found_;
+  std::set<int> refused_;  ///< radii
+};
 
 }  // namespace symrig::acquisition

@@ -7,14 +7,15 @@
 
 namespace symrig::acquisition {
 
-/// Takes noise out of an image of one block as far as it says nothing. The image is split by scale: means of
-/// blocks, level by level, less the mean of the block around (a Haar transform on the tree). The p numbers d
-/// of one scale are shrunk by what noise of variance v a pixel explains of them:
+/// Takes noise out of an image of one block, as far as the image cannot be distinguished from noise. The
+/// image is split by scale: means of blocks, level by level, less the mean of the block around (a Haar
+/// transform on the tree). Noise of variance v a pixel explains a part of the p numbers d of one scale. They
+/// are shrunk by it:
 ///   d ← d · max(0, 1 − (p − 2) v / Σ n d²),   n: pixels of the block that d is of
-/// [Stein's estimator, James & Stein 1961, positive part], whose expected square error is never above that of
-/// d itself, whatever the image. Pure noise becomes its mean: the sum of the image, and with it the light
-/// that a leaf carries, stays. image: pixels of `block` (of that level of the tree), tree order, in and out.
-/// v: variance of a pixel.
+/// This is Stein's estimator [James & Stein 1961], positive part. Its expected square error is never above
+/// that of d itself, whatever the image. Pure noise becomes its mean: the sum of the image stays, and with it
+/// the light that a leaf carries. image: pixels of `block` (of that level of the tree), tree order, in and
+/// out. v: variance of a pixel.
 void shrink_noise(const BlockTree& tree, int level, const Block& block, double variance,
                   std::span<float> image);
 

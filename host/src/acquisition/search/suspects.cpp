@@ -19,12 +19,12 @@ constexpr double kFewestSamples = 16;
 constexpr double kWrongShare = 0.5;  // of the entries' own size (RMS) that they must be wrong by
 constexpr double kPart = 0.1;        // of the excess that a leaf's own light must amount to
 
-/// Variance per pixel that the known transport's own noise puts into the check photographs, Σ over checks,
-/// units of F²: a leaf's image c has the noise of the photograph it came from, and shines in with the share
-/// of its lit side that is lit.
-std::vector<double> model_noise(const Context& context, std::span<const Checks::Residual> residuals,
-                                const DarkExcess& excess) {
-  std::vector<double> step(context.tree.order().size() + 1);  // differences between neighbouring pixels
+/// Variance per pixel that the noise of known transport adds to the check photographs: Σ over checks, units
+/// of F². A leaf's image c has the noise of the photograph that it came from. It shines in with the share of
+/// its lit side that is lit.
+std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& known,
+                                std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
+  std::vector<double> step(tree.order().size() + 1);  // differences between neighbouring pixels
   const auto add = [&](std::int32_t begin, std::int32_t end, std::int32_t lit_begin, std::int32_t lit_end,
                        double noise) {
     double shares = 0;
@@ -35,30 +35,30 @@ std::vector<double> model_noise(const Context& context, std::span<const Checks::
     step[static_cast<std::size_t>(begin)] += noise * shares;
     step[static_cast<std::size_t>(end)] -= noise * shares;
   };
-  for (const KnownLeaf& leaf : context.known.leaves()) {
+  for (const KnownLeaf& leaf : known.leaves()) {
     if (leaf.removed) continue;
     add(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.row_noise);
     if (!leaf.diagonal()) add(leaf.col_begin, leaf.col_end, leaf.row_begin, leaf.row_end, leaf.col_noise);
   }
-  const auto scalars = context.known.scalars();
+  const auto scalars = known.scalars();
   for (std::size_t k = 0; k < scalars.size(); ++k) {
     const ScalarLeaf& s = scalars[k];
     if (s.row == s.col) continue;  // dark pixels do not see their own
-    add(s.row, s.row + 1, s.col, s.col + 1, context.known.scalar_noise()[k]);
-    add(s.col, s.col + 1, s.row, s.row + 1, context.known.scalar_noise()[k]);
+    add(s.row, s.row + 1, s.col, s.col + 1, known.scalar_noise()[k]);
+    add(s.col, s.col + 1, s.row, s.row + 1, known.scalar_noise()[k]);
   }
   std::partial_sum(step.begin(), step.end(), step.begin());
   return step;
 }
 
-/// Running sums over dark pixels, units of F², of the energy that a pattern p of single pixels leaves at
-/// pixel i if entries are wrong by half of what they are, each on its own: ¼ Σ_j T_ij² p_j less their common
-/// part (random_share).
-std::vector<double> allowed_before(const Context& context, std::span<const float> pattern,
-                                   double random_share) {
+/// Running sums over dark pixels, units of F², of the energy that wrong entries would leave there in a
+/// pattern p of single pixels. Each entry is wrong by half its size, independently: ¼ Σ_j T_ij² p_j, less the
+/// common part (random_share).
+std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport& known,
+                                   std::span<const float> pattern, double random_share) {
   std::vector<double> energy(pattern.size() + 1);
   const double single = kWrongShare * kWrongShare * random_share;
-  const auto channels = static_cast<std::size_t>(context.channels);
+  const auto channels = static_cast<std::size_t>(facts.channels);
   const auto add = [&](std::span<const float> seen, std::int32_t begin, std::span<const float> lit,
                        std::int32_t lit_begin, double f) {
     double squares = 0;
@@ -73,17 +73,17 @@ std::vector<double> allowed_before(const Context& context, std::span<const float
           wrong * static_cast<double>(seen[i]) * static_cast<double>(seen[i]);
   };
   for (std::size_t channel = 0; channel < channels; ++channel) {
-    const double f = context.flood_squared[channel];
+    const double f = facts.flood_squared[channel];
     if (f <= 0) continue;
-    for (const KnownLeaf& leaf : context.known.leaves()) {
+    for (const KnownLeaf& leaf : known.leaves()) {
       if (leaf.removed) continue;
-      const LeafSides sides = context.known.sides(leaf, static_cast<int>(channel));
+      const LeafSides sides = known.sides(leaf, static_cast<int>(channel));
       add(sides.a, leaf.row_begin, sides.b, leaf.col_begin, f);
       if (!leaf.diagonal()) add(sides.b, leaf.col_begin, sides.a, leaf.row_begin, f);
     }
-    const auto scalars = context.known.scalars();
+    const auto scalars = known.scalars();
     for (std::size_t k = 0; k < scalars.size(); ++k) {
-      const double value = context.known.scalar_values()[k * channels + channel];
+      const double value = known.scalar_values()[k * channels + channel];
       const auto row = static_cast<std::size_t>(scalars[k].row);
       const auto col = static_cast<std::size_t>(scalars[k].col);
       if (row == col) continue;  // dark pixels do not see their own
@@ -97,21 +97,22 @@ std::vector<double> allowed_before(const Context& context, std::span<const float
   return energy;
 }
 
-/// Unexplained energy of every pixel's neighbourhood in one check, per sample: of the smallest block around
-/// it with enough dark samples; 0 where noise, tolerances and a share of the transport itself explain it.
-std::vector<double> unexplained(const Context& context, std::span<const Checks::Residual> residuals,
-                                const DarkExcess& excess) {
-  const std::vector<double> noise = model_noise(context, residuals, excess);
+/// Unexplained energy of every pixel's neighbourhood in one check, per sample. The neighbourhood is the
+/// smallest block with enough dark samples. 0 where noise, tolerances and a share of the transport itself
+/// explain it.
+std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& known,
+                                std::span<const Checks::Residual> residuals, const DarkExcess& excess) {
+  const std::vector<double> noise = model_noise(facts.tree, known, residuals, excess);
   std::vector<double> noise_before(noise.size());
   std::partial_sum(noise.begin(), noise.end() - 1, noise_before.begin() + 1);
   // Signs of errors are as good as random between pixels that are lit independently, but for their common
   // part.
-  const auto pixels = static_cast<std::int32_t>(context.tree.order().size());
+  const auto pixels = static_cast<std::int32_t>(facts.tree.order().size());
   const std::vector<double> allowed =
-      allowed_before(context, residuals[0].photograph.pattern, 1 - excess.lit(0, 0, pixels) / pixels);
-  std::vector<double> energy(context.tree.order().size());
-  for (int l = 0; l < context.tree.levels(); ++l) {
-    for (const Block& block : context.tree.level(l)) {
+      allowed_before(facts, known, residuals[0].photograph.pattern, 1 - excess.lit(0, 0, pixels) / pixels);
+  std::vector<double> energy(facts.tree.order().size());
+  for (int l = 0; l < facts.tree.levels(); ++l) {
+    for (const Block& block : facts.tree.level(l)) {
       const Comparison seen = excess.of(block.begin, block.end);
       if (seen.samples < kFewestSamples) continue;
       const auto sum = [&](const std::vector<double>& before) {
@@ -121,7 +122,7 @@ std::vector<double> unexplained(const Context& context, std::span<const Checks::
       const double left =
           (seen.misfit - noise_allowance(seen.noise + noise_of_model, seen.samples, kSigmas)) / seen.samples;
       const bool wrong =
-          left > std::max(kTolerances * kTolerances * context.tolerance(), sum(allowed) / seen.samples);
+          left > std::max(kTolerances * kTolerances * facts.tolerance(), sum(allowed) / seen.samples);
       std::fill(energy.begin() + block.begin, energy.begin() + block.end, wrong ? left : 0);
     }
   }
@@ -130,7 +131,7 @@ std::vector<double> unexplained(const Context& context, std::span<const Checks::
 
 /// Mean square of the light that a leaf sends from its lit side into dark pixels of the seen side, units of
 /// F².
-double own_light(const Context& context, std::span<const Checks::Residual> residuals,
+double own_light(const SceneFacts& facts, std::span<const Checks::Residual> residuals,
                  std::span<const float> seen, std::int32_t seen_begin, std::span<const float> lit,
                  std::int32_t lit_begin, std::size_t channel) {
   double energy = 0;
@@ -148,18 +149,19 @@ double own_light(const Context& context, std::span<const Checks::Residual> resid
       ++samples;
     }
   }
-  return samples > 0 ? energy / samples / context.flood_squared[channel] : 0;
+  return samples > 0 ? energy / samples / facts.flood_squared[channel] : 0;
 }
 
 }  // namespace
 
-std::vector<std::int32_t> suspects(const Context& context, const std::vector<Checks::Residual>& all) {
+std::vector<std::int32_t> suspects(const SceneFacts& facts, const KnownTransport& known,
+                                   const std::vector<Checks::Residual>& all) {
   const auto residuals = Checks::random(all);
-  std::vector<double> energy(context.tree.order().size());
+  std::vector<double> energy(facts.tree.order().size());
   std::vector<std::vector<double>> found_by(residuals.size());
   tbb::parallel_for(std::size_t{0}, residuals.size(), [&](std::size_t k) {
     const auto one = residuals.subspan(k, 1);
-    found_by[k] = unexplained(context, one, DarkExcess(one, context.flood_squared));
+    found_by[k] = unexplained(facts, known, one, DarkExcess(one, facts.flood_squared));
   });
   for (const std::vector<double>& of_check : found_by)
     for (std::size_t t = 0; t < energy.size(); ++t) energy[t] = std::max(energy[t], of_check[t]);
@@ -168,7 +170,7 @@ std::vector<std::int32_t> suspects(const Context& context, const std::vector<Che
     return *std::max_element(energy.begin() + begin, energy.begin() + end);
   };
   std::vector<std::int32_t> found;
-  const auto leaves = context.known.leaves();
+  const auto leaves = known.leaves();
   for (std::size_t n = 0; n < leaves.size(); ++n) {
     const KnownLeaf& leaf = leaves[n];
     if (leaf.removed) continue;
@@ -176,12 +178,12 @@ std::vector<std::int32_t> suspects(const Context& context, const std::vector<Che
     const double col = largest(leaf.col_begin, leaf.col_end);
     if (row <= 0 && col <= 0) continue;
     bool part = false;
-    for (std::size_t channel = 0; channel < context.flood_squared.size() && !part; ++channel) {
-      if (context.flood_squared[channel] <= 0) continue;
-      const LeafSides sides = context.known.sides(leaf, static_cast<int>(channel));
-      part = (row > 0 && own_light(context, residuals, sides.a, leaf.row_begin, sides.b, leaf.col_begin,
+    for (std::size_t channel = 0; channel < facts.flood_squared.size() && !part; ++channel) {
+      if (facts.flood_squared[channel] <= 0) continue;
+      const LeafSides sides = known.sides(leaf, static_cast<int>(channel));
+      part = (row > 0 && own_light(facts, residuals, sides.a, leaf.row_begin, sides.b, leaf.col_begin,
                                    channel) > kPart * row) ||
-             (col > 0 && own_light(context, residuals, sides.b, leaf.col_begin, sides.a, leaf.row_begin,
+             (col > 0 && own_light(facts, residuals, sides.b, leaf.col_begin, sides.a, leaf.row_begin,
                                    channel) > kPart * col);
     }
     if (part) found.push_back(static_cast<std::int32_t>(n));

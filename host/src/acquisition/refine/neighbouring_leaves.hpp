@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "acquisition/search/context.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/scene_facts.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -47,22 +48,23 @@ struct Rectangle {
 struct Merged {
   Piece piece;                         ///< without a number
   std::vector<std::int32_t> replaces;  ///< leaves of rank 1
-  std::vector<float> factors;          ///< rank after rank as Known::add_leaf takes them
+  std::vector<float> factors;          ///< rank after rank as KnownTransport::add_leaf takes them
 };
 
-/// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child, so that a
-/// rectangle of them is a small matrix: T_ab = Q_a K_ab Q_b', |T_ab| = |K_ab|.
-class Siblings {
+/// The leaves among the child pairs of one pair of blocks, in orthonormal bases of each child. So a rectangle
+/// of them is a small matrix: T_ab = Q_a K_ab Q_b', |T_ab| = |K_ab|.
+class NeighbouringLeaves {
  public:
   struct Parents {
     const Block& row;
     const Block& col;
     std::span<const Block> children;  ///< all blocks of their level
   };
-  Siblings(const Context& context, const Parents& parents, std::span<const Piece> pieces);
+  NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known, const Parents& parents,
+                     std::span<const Piece> pieces);
 
-  /// One leaf of the lowest rank that keeps what a rectangle holds within the mean square `allowed`, in units
-  /// of F² (see merge_leaves); none if it would save no bytes. It replaces its pieces.
+  /// One leaf for those of a rectangle; it replaces its pieces. Its rank is the lowest that stays within the
+  /// mean square `allowed`, in units of F² (see merge_leaves). None if it would save no bytes.
   std::optional<Merged> merge(const Rectangle& rectangle, double allowed);
 
  private:
@@ -91,8 +93,8 @@ class Siblings {
     return of * BlockTree::kMaxChildren + static_cast<std::size_t>(k);
   }
   const Basis& basis(int channel, Side side, int k) const { return bases_[base(channel, side, k)]; }
-  Matrix gather(const Known& known, int channel, Side side, int k);
-  void make_basis(const Known& known, int channel, Side side, int k);
+  Matrix gather(const KnownTransport& known, int channel, Side side, int k);
+  void make_basis(const KnownTransport& known, int channel, Side side, int k);
   std::vector<Eigen::Index> begins(int channel, Side side, int first, int last) const;
   Matrix sums(int channel, Side side, int first, int last) const;
   Core core(const Rectangle& r, int channel) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/forecast.hpp"
+#include "acquisition/search/exposure_forecast.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,8 @@ void add_dark(float known, float unknown, LightHistogram& dark) {
 
 }  // namespace
 
-Forecast::Forecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma)
+ExposureForecast::ExposureForecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood,
+                                   double sigma)
     : tree_(tree), goal_(goal), sigma_(sigma) {
   to_tree(tree, flood, flood_);
   const double brightest = *std::max_element(flood_.mean.begin(), flood_.mean.end());
@@ -40,8 +41,8 @@ Forecast::Forecast(const BlockTree& tree, const ExposureGoal& goal, const Radian
   }
 }
 
-std::vector<Expectation> Forecast::expect(std::span<const LitBlocks> patterns,
-                                          std::span<const Preview> previews) const {
+std::vector<Expectation> ExposureForecast::expect(std::span<const LitBlocks> patterns,
+                                                  std::span<const Preview> previews) const {
   std::vector<Expectation> expected(patterns.size());
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t k) {
     expected[k] = expect_one(patterns[k], previews.empty() ? nullptr : &previews[k]);
@@ -51,8 +52,8 @@ std::vector<Expectation> Forecast::expect(std::span<const LitBlocks> patterns,
 
 /// Parts of so many octaves, counted from the brightest down. Each must be known in relation to itself: the
 /// dim pixels of a part hardly count beside its bright ones.
-void Forecast::add_parts(const LightHistogram& histogram, double relative, double octaves,
-                         Expectation& expected) const {
+void ExposureForecast::add_parts(const LightHistogram& histogram, double relative, double octaves,
+                                 Expectation& expected) const {
   const std::vector<ExpectedLight> lights = histogram.lights();
   const double floor = sigma_ * sigma_;
   ExpectedPart part;
@@ -77,7 +78,7 @@ void Forecast::add_parts(const LightHistogram& histogram, double relative, doubl
   finish();
 }
 
-Expectation Forecast::expect_one(const LitBlocks& pattern, const Preview* preview) const {
+Expectation ExposureForecast::expect_one(const LitBlocks& pattern, const Preview* preview) const {
   const std::size_t pixels = tree_.order().size();
   std::vector<char> lit(pixels);
   for (const LitRange& r : pattern) std::fill(lit.begin() + r.begin, lit.begin() + r.end, 1);

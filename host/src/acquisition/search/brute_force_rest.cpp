@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/completion.hpp"
+#include "acquisition/search/brute_force_rest.hpp"
 
-#include "acquisition/baseline/responses.hpp"
+#include "acquisition/baseline/sparse_column.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Eigen::Index;
 
-constexpr float kNobodyTells = std::numeric_limits<float>::quiet_NaN();
+constexpr float kUnmeasured = std::numeric_limits<float>::quiet_NaN();
 constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
 
 std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
@@ -28,14 +28,14 @@ double squared(double x) {
   return x * x;
 }
 
-Result<std::vector<TreePhotograph>> photographs_of(const Context& context,
+Result<std::vector<TreePhotograph>> photographs_of(const Photographer& photographer,
                                                    const std::vector<LogRange>& ranges) {
   std::vector<TreePhotograph> all;
   for (const LogRange& range : ranges)
-    SYMRIG_CHECK(context.photographer.read(range.first, range.last - range.first,
-                                           [&](std::int64_t, std::span<TreePhotograph> some) {
-                                             all.insert(all.end(), some.begin(), some.end());
-                                           }));
+    SYMRIG_CHECK(photographer.read(range.first, range.last - range.first,
+                                   [&](std::int64_t, std::span<TreePhotograph> some) {
+                                     all.insert(all.end(), some.begin(), some.end());
+                                   }));
   return all;
 }
 
@@ -48,8 +48,8 @@ Matrix patterns_of(const std::vector<TreePhotograph>& photographs, std::size_t p
   return patterns;
 }
 
-/// As many pixels as patterns, those that the patterns tell apart best: the pivots of their QR.
-std::vector<std::int32_t> told_apart(const Matrix& patterns) {
+/// As many pixels as patterns: those that the patterns separate best, the pivots of their QR.
+std::vector<std::int32_t> separable_pixels(const Matrix& patterns) {
   const Eigen::ColPivHouseholderQR<Matrix> qr(patterns);
   std::vector<std::int32_t> pixels;
   for (Index k = 0; k < patterns.rows(); ++k)
@@ -108,12 +108,12 @@ class Symmetric {
 /// An entry of T as one photograph shows it, or two.
 struct Reading {
   double value = 0, variance = 0;
-  bool told = false;
+  bool measured = false;
 };
 
 /// Two readings of one entry: their mean weighted by inverse variance.
 Reading both(const Reading& a, const Reading& b) {
-  if (!a.told || !b.told) return a.told ? a : b;
+  if (!a.measured || !b.measured) return a.measured ? a : b;
   const double sum = a.variance + b.variance;
   const double weight = sum > 0 ? b.variance / sum : 0.5;
   return {weight * a.value + (1 - weight) * b.value,
@@ -123,30 +123,31 @@ Reading both(const Reading& a, const Reading& b) {
 }  // namespace
 
 /// What is expected of T_UU before the photographs of patterns are looked at: mean squares.
-struct Completion::Prior {
+struct BruteForceRest::Prior {
   bool known = false;                     ///< around what the search knew; otherwise around 0
   double around = 0;                      ///< beside the diagonal
   double direct = 0, direct_scatter = 0;  ///< the diagonal: its mean, and around that
 };
 
 /// Photographs of patterns.
-struct Completion::Others {
+struct BruteForceRest::Others {
   std::vector<TreePhotograph> photographs;
   Matrix patterns;
 };
 
-std::int64_t Completion::bytes(std::int64_t pixels, int channels) {
+std::int64_t BruteForceRest::bytes(std::int64_t pixels, int channels) {
   // Each channel twice (as measured and as solved), and the finished columns.
   constexpr auto kEach = static_cast<std::int64_t>(4 * sizeof(float) + sizeof(float) + sizeof(std::int32_t));
   return pixels * pixels * kEach * channels;
 }
 
-Result<Completion> Completion::take(const Context& context, const TransportTensor& known) {
-  Completion all;
-  all.pixels_ = context.tree.order().size();
-  const std::int64_t begin = context.photographer.taken();
-  SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(context, {{0, begin}}));
-  all.rest_ = told_apart(patterns_of(taken, all.pixels_));
+Result<BruteForceRest> BruteForceRest::take(const SceneFacts& facts, Photographer& photographer,
+                                            const TransportTensor& known) {
+  BruteForceRest all;
+  all.pixels_ = facts.tree.order().size();
+  const std::int64_t begin = photographer.taken();
+  SYMRIG_TRY(const std::vector<TreePhotograph> taken, photographs_of(photographer, {{0, begin}}));
+  all.rest_ = separable_pixels(patterns_of(taken, all.pixels_));
   std::vector<LitBlocks> single;
   for (std::int32_t t = 0; t < static_cast<std::int32_t>(all.pixels_); ++t) {
     if (std::binary_search(all.rest_.begin(), all.rest_.end(), t)) continue;
@@ -154,11 +155,11 @@ Result<Completion> Completion::take(const Context& context, const TransportTenso
     single.push_back({{t, t + 1}});
   }
   const std::size_t entries = all.pixels_ * all.pixels_;
-  all.channels_.assign(static_cast<std::size_t>(context.channels),
-                       {std::vector<float>(entries), std::vector<float>(entries, kNobodyTells)});
+  all.channels_.assign(static_cast<std::size_t>(facts.channels),
+                       {std::vector<float>(entries), std::vector<float>(entries, kUnmeasured)});
   all.keep_known(known);
-  context.photographer.expect_later(kNoneToCome);
-  SYMRIG_CHECK(context.photographer.take(
+  photographer.expect_later(kNoneToCome);
+  SYMRIG_CHECK(photographer.take(
       "brute force", single, [&](std::int64_t first, std::span<TreePhotograph> photographs) {
         for (std::size_t k = 0; k < photographs.size(); ++k)
           all.keep(pixel(all.alone_, first - begin + static_cast<Index>(k)), photographs[k]);
@@ -167,7 +168,7 @@ Result<Completion> Completion::take(const Context& context, const TransportTenso
 }
 
 /// The photograph of one lit pixel is a column of T.
-void Completion::keep(std::size_t col, const TreePhotograph& photograph) {
+void BruteForceRest::keep(std::size_t col, const TreePhotograph& photograph) {
   for (std::size_t channel = 0; channel < channels_.size(); ++channel)
     for (std::size_t row = 0; row < pixels_; ++row) {
       const std::size_t t = channel * pixels_ + row;
@@ -177,8 +178,8 @@ void Completion::keep(std::size_t col, const TreePhotograph& photograph) {
     }
 }
 
-/// The columns that nobody lights, and their mirror images.
-void Completion::keep_known(const TransportTensor& known) {
+/// The columns of pixels that are not lit alone, and their mirror images.
+void BruteForceRest::keep_known(const TransportTensor& known) {
   std::vector<float> lit(pixels_), seen(pixels_);
   for (const std::int32_t u : rest_) {
     const auto col = static_cast<std::size_t>(u);
@@ -193,7 +194,7 @@ void Completion::keep_known(const TransportTensor& known) {
   }
 }
 
-Scatter Completion::mirrored() const {
+Scatter BruteForceRest::mirrored() const {
   Scatter scatter;
   for (const Channel& channel : channels_)
     for (std::size_t i = 0; i < pixels_; ++i)
@@ -208,24 +209,25 @@ Scatter Completion::mirrored() const {
   return scatter;
 }
 
-/// Each entry and its mirror image become what is told of both.
-void Completion::mirror(Channel& channel) const {
+/// Each entry and its mirror image become what the photographs of both say together.
+void BruteForceRest::mirror(Channel& channel) const {
   const auto reading = [&channel](std::size_t at) {
     const float variance = channel.variance[at];
-    const bool told = !std::isnan(variance);
-    return Reading{static_cast<double>(channel.value[at]), told ? static_cast<double>(variance) : 0, told};
+    const bool measured = !std::isnan(variance);
+    return Reading{static_cast<double>(channel.value[at]), measured ? static_cast<double>(variance) : 0,
+                   measured};
   };
   for (std::size_t i = 0; i < pixels_; ++i)
     for (std::size_t j = 0; j <= i; ++j) {
       const Reading entry = both(reading(at(i, j)), reading(at(j, i)));
-      if (!entry.told) continue;
+      if (!entry.measured) continue;
       channel.value[at(i, j)] = channel.value[at(j, i)] = static_cast<float>(entry.value);
       channel.variance[at(i, j)] = channel.variance[at(j, i)] = static_cast<float>(entry.variance);
     }
 }
 
 /// channel: as measured, not mirrored: what the search knew of T_LU stands in the columns of U.
-Completion::Prior Completion::prior_of(const Channel& channel) const {
+BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   double known = 0, nothing = 0, entries = 0;
   double direct = 0, direct_squares = 0, direct_entries = 0;
   for (const std::int32_t lit : alone_) {
@@ -254,7 +256,7 @@ Completion::Prior Completion::prior_of(const Channel& channel) const {
 }
 
 /// T_UU of a channel, from photographs of patterns. number: of the channel.
-void Completion::fill(Channel& channel, std::size_t number, const Others& others) const {
+void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& others) const {
   const Prior prior = prior_of(channels_[number]);
   const Index rest = std::ssize(rest_);
   const Index photographs = others.patterns.rows();
@@ -305,7 +307,7 @@ void Completion::fill(Channel& channel, std::size_t number, const Others& others
 }
 
 /// Columns of what stands out of its noise.
-TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
+TransportTensor BruteForceRest::packed(const BlockTree& tree, const std::vector<Channel>& channels) const {
   TensorBuilder builder(tree, tree, static_cast<int>(channels.size()));
   std::vector<std::int32_t> rows;
   std::vector<float> values;
@@ -329,17 +331,17 @@ TransportTensor Completion::packed(const BlockTree& tree, const std::vector<Chan
   return std::move(builder).finish();
 }
 
-Result<TransportTensor> Completion::tensor(const Context& context,
-                                           const std::vector<LogRange>& others) const {
+Result<TransportTensor> BruteForceRest::tensor(const BlockTree& tree, const Photographer& photographer,
+                                               const std::vector<LogRange>& others) const {
   Others shown;
-  SYMRIG_TRY(shown.photographs, photographs_of(context, others));
+  SYMRIG_TRY(shown.photographs, photographs_of(photographer, others));
   shown.patterns = patterns_of(shown.photographs, pixels_);
   std::vector<Channel> channels = channels_;
   for (std::size_t number = 0; number < channels.size(); ++number) {
     mirror(channels[number]);
     fill(channels[number], number, shown);
   }
-  return packed(context.tree, channels);
+  return packed(tree, channels);
 }
 
 }  // namespace symrig::acquisition

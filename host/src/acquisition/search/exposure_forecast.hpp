@@ -10,15 +10,15 @@
 namespace symrig::acquisition {
 
 /// What photographs are expected to show, and how well they must be known.
-///   lit pixels    what is foreseen, at most the flood-lit radiance (T ≥ 0: no pattern gives a pixel more)
-///   dark pixels   known light, and from a quarter of what is foreseen of unknown transport to four times as
-///                 much; where nothing is foreseen, anything from sigma to the flood-lit radiance
+///   lit pixels    the previewed light, at most the flood-lit radiance (T ≥ 0: no pattern gives a pixel more)
+///   dark pixels   known light, and a quarter to four times the previewed light of unknown transport;
+///                 without a preview, anything from sigma to the flood-lit radiance
 /// Both are cut into parts by radiance, and each part must be known to
 ///   noise = sigma² + (relative · RMS of the part's light)²
-class Forecast final : public Forecaster {
+class ExposureForecast final : public Forecaster {
  public:
   /// flood: the flood-lit photograph. sigma: what a pixel is known to well enough, whatever it shows.
-  Forecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma);
+  ExposureForecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma);
 
   std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
                                   std::span<const Preview> previews) const override;

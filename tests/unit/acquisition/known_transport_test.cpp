@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 
 #include "symrig/base/random.hpp"
 
@@ -99,7 +99,7 @@ class Both {
   }
 
   BlockTree tree{kGrid};
-  Known known;
+  KnownTransport known;
   Oracle oracle;
 
  private:
@@ -131,7 +131,7 @@ std::vector<TreePhotograph> photographs(std::size_t count, std::uint64_t seed) {
   return all;
 }
 
-std::vector<std::vector<float>> left_by(const Known& known, std::vector<TreePhotograph> all) {
+std::vector<std::vector<float>> left_by(const KnownTransport& known, std::vector<TreePhotograph> all) {
   known.subtract_from(all);
   std::vector<std::vector<float>> means;
   means.reserve(all.size());
@@ -139,7 +139,7 @@ std::vector<std::vector<float>> left_by(const Known& known, std::vector<TreePhot
   return means;
 }
 
-TEST(Known, subtracts_what_a_dense_matrix_says) {
+TEST(KnownTransport, subtracts_what_a_dense_matrix_says) {
   Random random(3);
   Both both;
   both.fill(random);
@@ -165,7 +165,7 @@ TEST(Known, subtracts_what_a_dense_matrix_says) {
   }
 }
 
-TEST(Known, patterns_that_are_lit_or_dark_are_no_special_case) {
+TEST(KnownTransport, patterns_that_are_lit_or_dark_are_no_special_case) {
   Random random(7);
   Both both;
   both.fill(random);
@@ -191,7 +191,7 @@ TEST(Known, patterns_that_are_lit_or_dark_are_no_special_case) {
       }
 }
 
-TEST(Known, subtracts_the_same_bits_with_any_number_of_threads) {
+TEST(KnownTransport, subtracts_the_same_bits_with_any_number_of_threads) {
   Random random(4);
   Both both;
   both.fill(random);
@@ -204,7 +204,7 @@ TEST(Known, subtracts_the_same_bits_with_any_number_of_threads) {
   for (const auto& answer : answers) EXPECT_EQ(answer, answers[0]);
 }
 
-TEST(Known, only_the_mean_of_a_photograph_changes) {
+TEST(KnownTransport, only_the_mean_of_a_photograph_changes) {
   Random random(5);
   Both both;
   both.fill(random);
@@ -218,14 +218,14 @@ TEST(Known, only_the_mean_of_a_photograph_changes) {
   }
 }
 
-TEST(Known, subtracting_what_came_since_a_mark_completes_what_went_before) {
+TEST(KnownTransport, subtracting_what_came_since_a_mark_completes_what_went_before) {
   Random random(8);
   Both both;
   both.fill(random);
   const auto before = photographs(20, 3);
   auto in_steps = before;
   both.known.subtract_from(in_steps);
-  const Known::Mark mark = both.known.mark();
+  const KnownTransport::Mark mark = both.known.mark();
   const std::int64_t rewritten = both.known.rewritten();
   both.fill(random);
   EXPECT_EQ(both.known.rewritten(), rewritten) << "adding changes nothing that was there";
@@ -246,14 +246,14 @@ TEST(Known, subtracting_what_came_since_a_mark_completes_what_went_before) {
   EXPECT_GT(both.known.rewritten(), rewritten);
 }
 
-TEST(Known, rewind_forgets_what_came_after_the_mark) {
+TEST(KnownTransport, rewind_forgets_what_came_after_the_mark) {
   Random random(6);
   Both both;
   both.fill(random);
   const auto p = photographs(5, 1);
   const auto left = left_by(both.known, p);
   const auto empties = both.known.tensor().empties(1).size();
-  const Known::Mark mark = both.known.mark();
+  const KnownTransport::Mark mark = both.known.mark();
   const auto blocks = both.tree.level(1);
   both.leaf(1, blocks[2], blocks[0], random);
   both.scalar(3, 3, random);
@@ -272,7 +272,7 @@ TEST(Known, rewind_forgets_what_came_after_the_mark) {
   EXPECT_EQ(left_by(both.known, p), first);
 }
 
-TEST(Known, a_removed_leaf_neither_shines_nor_is_stored) {
+TEST(KnownTransport, a_removed_leaf_neither_shines_nor_is_stored) {
   Random with(7), without(7);
   Both both, never;
   const auto blocks = both.tree.level(1);

@@ -35,9 +35,9 @@ struct LeafSides {
 };
 
 /// The transport known so far, in single precision and open to change, unlike the TransportTensor it ends as.
-class Known {
+class KnownTransport {
  public:
-  Known(const BlockTree& tree, int channels) : tree_(tree), channels_(channels) {}
+  KnownTransport(const BlockTree& tree, int channels) : tree_(tree), channels_(channels) {}
 
   /// factors: for each channel a then b. Returns the leaf's number.
   std::int32_t add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/refine/siblings.hpp"
+#include "acquisition/refine/neighbouring_leaves.hpp"
 
 #include "acquisition/search/rank_test.hpp"
 
@@ -10,27 +10,29 @@
 
 namespace symrig::acquisition {
 
-Siblings::Siblings(const Context& context, const Parents& parents, std::span<const Piece> pieces)
+NeighbouringLeaves::NeighbouringLeaves(const SceneFacts& facts, const KnownTransport& known,
+                                       const Parents& parents, std::span<const Piece> pieces)
     : parents_(parents),
-      flood_squared_(context.flood_squared),
-      channels_(context.channels),
-      most_(context.options.economy.rank),
-      sigmas_(context.options.rule.noise_sigmas),
+      flood_squared_(facts.flood_squared),
+      channels_(facts.channels),
+      most_(facts.options.economy.rank),
+      sigmas_(facts.options.rule.noise_sigmas),
       pieces_(pieces.begin(), pieces.end()),
       bases_(static_cast<std::size_t>(channels_) * 2 * BlockTree::kMaxChildren) {
   for (int channel = 0; channel < channels_; ++channel) {
-    for (int k = 0; k < parents.row.children; ++k) make_basis(context.known, channel, kRow, k);
-    for (int k = 0; k < parents.col.children; ++k) make_basis(context.known, channel, kCol, k);
+    for (int k = 0; k < parents.row.children; ++k) make_basis(known, channel, kRow, k);
+    for (int k = 0; k < parents.col.children; ++k) make_basis(known, channel, kCol, k);
   }
 }
 
-const Block& Siblings::child(Side side, int k) const {
+const Block& NeighbouringLeaves::child(Side side, int k) const {
   const Block& parent = side == kRow ? parents_.row : parents_.col;
   return parents_.children[static_cast<std::size_t>(parent.first_child) + static_cast<std::size_t>(k)];
 }
 
 /// The factors of all pieces on one child, side by side.
-Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, int k) {
+NeighbouringLeaves::Matrix NeighbouringLeaves::gather(const KnownTransport& known, int channel, Side side,
+                                                      int k) {
   std::vector<Piece*> there;
   int columns = 0;
   for (Piece& piece : pieces_) {
@@ -56,7 +58,7 @@ Siblings::Matrix Siblings::gather(const Known& known, int channel, Side side, in
   return factors;
 }
 
-void Siblings::make_basis(const Known& known, int channel, Side side, int k) {
+void NeighbouringLeaves::make_basis(const KnownTransport& known, int channel, Side side, int k) {
   Matrix factors = gather(known, channel, side, k);
   Basis& basis = bases_[base(channel, side, k)];
   if (factors.cols() >= factors.rows()) {
@@ -71,14 +73,14 @@ void Siblings::make_basis(const Known& known, int channel, Side side, int k) {
 }
 
 /// Where the coordinates of each child begin in those of a rectangle; the last: how many there are.
-std::vector<Eigen::Index> Siblings::begins(int channel, Side side, int first, int last) const {
+std::vector<Eigen::Index> NeighbouringLeaves::begins(int channel, Side side, int first, int last) const {
   std::vector<Eigen::Index> begins{0};
   for (int k = first; k < last; ++k) begins.push_back(begins.back() + basis(channel, side, k).q.cols());
   return begins;
 }
 
 /// Q' 1 of each child, one column each.
-Siblings::Matrix Siblings::sums(int channel, Side side, int first, int last) const {
+NeighbouringLeaves::Matrix NeighbouringLeaves::sums(int channel, Side side, int first, int last) const {
   const std::vector<Eigen::Index> at = begins(channel, side, first, last);
   Matrix sums = Matrix::Zero(at.back(), last - first);
   for (int k = first; k < last; ++k) {
@@ -88,7 +90,7 @@ Siblings::Matrix Siblings::sums(int channel, Side side, int first, int last) con
   return sums;
 }
 
-Siblings::Core Siblings::core(const Rectangle& r, int channel) const {
+NeighbouringLeaves::Core NeighbouringLeaves::core(const Rectangle& r, int channel) const {
   const std::vector<Eigen::Index> row_at = begins(channel, kRow, r.row_first, r.row_last);
   const std::vector<Eigen::Index> col_at = begins(channel, kCol, r.col_first, r.col_last);
   Core core{Matrix::Zero(row_at.back(), col_at.back()),
@@ -109,21 +111,21 @@ Siblings::Core Siblings::core(const Rectangle& r, int channel) const {
   return core;
 }
 
-void Siblings::Core::decompose(int most) {
+void NeighbouringLeaves::Core::decompose(int most) {
   const Matrix gram = on_rows ? Matrix(k * k.transpose()) : Matrix(k.transpose() * k);
   const Eigen::SelfAdjointEigenSolver<Matrix> solved(gram);
   lead = solved.eigenvectors().rightCols(std::min<Eigen::Index>(most, gram.cols())).rowwise().reverse();
 }
 
 /// What is missing from the best approximation of a rank: K − W W' K.
-Siblings::Matrix Siblings::Core::lost(int rank) const {
+NeighbouringLeaves::Matrix NeighbouringLeaves::Core::lost(int rank) const {
   const auto w = lead.leftCols(std::min<Eigen::Index>(rank, lead.cols()));
   return on_rows ? Matrix(k - w * (w.transpose() * k)) : Matrix(k - (k * w) * w.transpose());
 }
 
-/// The noise that a merge takes out of the images of its pieces: they see as many lit children as the
-/// rectangle has on the other side, of which rank k keeps k directions.
-double Siblings::lost_noise(const Piece& piece, const Rectangle& r, double samples) const {
+/// The noise that a merge takes out of the images of its pieces. They see as many lit children as the
+/// rectangle has on the other side. Of these, rank k keeps k directions.
+double NeighbouringLeaves::lost_noise(const Piece& piece, const Rectangle& r, double samples) const {
   const auto lost = [&](int children) {
     return std::max(0.0, 1 - piece.rank / static_cast<double>(children));
   };
@@ -132,8 +134,8 @@ double Siblings::lost_noise(const Piece& piece, const Rectangle& r, double sampl
 }
 
 /// The two bounds of merge_leaves for a rank.
-bool Siblings::good(std::span<const Core> cores, const Piece& piece, const Rectangle& r,
-                    double allowed) const {
+bool NeighbouringLeaves::good(std::span<const Core> cores, const Piece& piece, const Rectangle& r,
+                              double allowed) const {
   double images = 0;
   double all = 0;
   for (int channel = 0; channel < channels_; ++channel) {
@@ -152,15 +154,15 @@ bool Siblings::good(std::span<const Core> cores, const Piece& piece, const Recta
 
 /// What a leaf takes in a finished tensor: its range, and for each rank two columns of halves, their places
 /// and their weights.
-std::int64_t Siblings::bytes(const Piece& piece) const {
+std::int64_t NeighbouringLeaves::bytes(const Piece& piece) const {
   const std::int64_t a_rank =
       2 * sizeof(std::uint32_t) +
       channels_ * (std::int64_t{sizeof(float)} + 2 * (std::int64_t{piece.rows()} + piece.cols()));
   return std::int64_t{sizeof(Leaf)} + piece.rank * a_rank;
 }
 
-void Siblings::append_pixels(const Rectangle& r, int channel, Side side, const Eigen::VectorXd& x,
-                             std::vector<float>& out) const {
+void NeighbouringLeaves::append_pixels(const Rectangle& r, int channel, Side side, const Eigen::VectorXd& x,
+                                       std::vector<float>& out) const {
   Eigen::Index at = 0;
   const int last = side == kRow ? r.row_last : r.col_last;
   for (int k = side == kRow ? r.row_first : r.col_first; k < last; ++k) {
@@ -172,7 +174,7 @@ void Siblings::append_pixels(const Rectangle& r, int channel, Side side, const E
 }
 
 /// The leaf of rank 1 that would replace what a rectangle holds, without factors.
-Merged Siblings::outline(const Rectangle& r) const {
+Merged NeighbouringLeaves::outline(const Rectangle& r) const {
   Merged merged;
   merged.piece = {child(kRow, r.row_first).begin, child(kRow, r.row_last - 1).end,
                   child(kCol, r.col_first).begin, child(kCol, r.col_last - 1).end};
@@ -185,8 +187,8 @@ Merged Siblings::outline(const Rectangle& r) const {
 }
 
 /// T ≈ Σ w (w'T), w the leading singular vectors of the smaller side.
-void Siblings::append_rank(const Rectangle& r, std::span<const Core> cores, int rank,
-                           std::vector<float>& out) const {
+void NeighbouringLeaves::append_rank(const Rectangle& r, std::span<const Core> cores, int rank,
+                                     std::vector<float>& out) const {
   for (int channel = 0; channel < channels_; ++channel) {
     const Core& core = cores[static_cast<std::size_t>(channel)];
     Eigen::VectorXd w = Eigen::VectorXd::Zero(core.lead.rows());
@@ -201,7 +203,7 @@ void Siblings::append_rank(const Rectangle& r, std::span<const Core> cores, int 
   }
 }
 
-std::optional<Merged> Siblings::merge(const Rectangle& r, double allowed) {
+std::optional<Merged> NeighbouringLeaves::merge(const Rectangle& r, double allowed) {
   std::int64_t before = 0;
   for (const Piece& p : pieces_)
     if (r.holds(p)) before += bytes(p);

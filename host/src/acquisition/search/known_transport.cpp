@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/search/known.hpp"
+#include "acquisition/search/known_transport.hpp"
 
 #include "tensor/kernels.hpp"
 #include "tensor/lanes.hpp"
@@ -16,15 +16,15 @@ namespace symrig::acquisition {
 
 using tensor::kBatch;
 
-std::int32_t Known::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
-                             std::int32_t col_end, int level, std::span<const float> factors) {
+std::int32_t KnownTransport::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
+                                      std::int32_t col_end, int level, std::span<const float> factors) {
   leaves_.push_back({row_begin, row_end, col_begin, col_end, level, 0, 0, false,
                      static_cast<std::int64_t>(factors_.size())});
   factors_.insert(factors_.end(), factors.begin(), factors.end());
   return static_cast<std::int32_t>(leaves_.size()) - 1;
 }
 
-LeafSides Known::sides(const KnownLeaf& leaf, int channel) const {
+LeafSides KnownTransport::sides(const KnownLeaf& leaf, int channel) const {
   const auto rows = static_cast<std::size_t>(leaf.rows());
   const auto cols = static_cast<std::size_t>(leaf.cols());
   const auto both = std::span(factors_).subspan(
@@ -33,22 +33,23 @@ LeafSides Known::sides(const KnownLeaf& leaf, int channel) const {
   return {both.first(rows), both.subspan(rows)};
 }
 
-void Known::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
+void KnownTransport::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
   empties_.push_back({level, row_block, col_block});
 }
 
-void Known::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise) {
+void KnownTransport::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values,
+                                float noise) {
   scalars_.push_back({row, col});
   scalar_noise_.push_back(noise);
   scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
 }
 
-void Known::begin_band(int radius) {
+void KnownTransport::begin_band(int radius) {
   band_radius_ = radius;
   band_begin_ = scalars_.size();
 }
 
-void Known::rewind(const Mark& mark) {
+void KnownTransport::rewind(const Mark& mark) {
   if (mark.scalars <= band_begin_) band_radius_ = 0;
   leaves_.resize(mark.leaves);
   factors_.resize(mark.factors);
@@ -58,7 +59,7 @@ void Known::rewind(const Mark& mark) {
   scalar_values_.resize(mark.scalars * static_cast<std::size_t>(channels_));
 }
 
-void Known::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
+void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
   const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
   const auto channels = static_cast<std::size_t>(channels_);
   tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
@@ -140,8 +141,8 @@ void subtract_lanes(const float* y, std::size_t pixels, std::size_t channel,
 }  // namespace
 
 template <class P>
-void Known::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel, const Mark& since,
-                      float* y) const {
+void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::size_t channel,
+                               const Mark& since, float* y) const {
   for (const KnownLeaf& leaf : std::span(leaves_).subspan(since.leaves)) {
     if (leaf.removed) continue;
     const bool row_lit = !leaf.diagonal() && lit.any(leaf.row_begin, leaf.row_end);
@@ -164,7 +165,8 @@ void Known::add_light(const P* p, const tensor::LitRanges& lit, std::size_t chan
   }
 }
 
-void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel, const Mark& since) const {
+void KnownTransport::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel,
+                                    const Mark& since) const {
   const std::size_t pixels = tree_.order().size();
   const tensor::Scratch y(pixels * kBatch);
   std::fill_n(y.data(), y.size(), 0.0F);
@@ -179,7 +181,7 @@ void Known::subtract_batch(std::span<TreePhotograph> batch, std::size_t channel,
   subtract_lanes(y.data(), pixels, channel, batch);
 }
 
-void Known::add_band_to(TensorBuilder& builder) const {
+void KnownTransport::add_band_to(TensorBuilder& builder) const {
   const Grid grid = tree_.grid();
   const std::size_t pixels = tree_.order().size();
   const auto offsets = band_offsets(band_radius_);
@@ -210,7 +212,7 @@ void Known::add_band_to(TensorBuilder& builder) const {
   builder.add_band(band_radius_, band);
 }
 
-void Known::add_leaves_to(TensorBuilder& builder) const {
+void KnownTransport::add_leaves_to(TensorBuilder& builder) const {
   std::vector<float> factors;
   for (std::size_t first = 0, next = 0; first < leaves_.size(); first = next) {
     const KnownLeaf& leaf = leaves_[first];
@@ -233,7 +235,7 @@ void Known::add_leaves_to(TensorBuilder& builder) const {
   }
 }
 
-TransportTensor Known::tensor() const {
+TransportTensor KnownTransport::tensor() const {
   TensorBuilder builder(tree_, channels_);
   add_leaves_to(builder);
   for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/algorithms.hpp"
+
+#include "symrig/base/nearest_name.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+namespace symrig {
+namespace {
+
+constexpr double kTolerance = 3e-4;
+
+constexpr std::array kAlgorithms{
+    AlgorithmInfo{.algorithm = Algorithm::symrig,
+                  .name = "symrig",
+                  .description =
+                      "hierarchical; accepts untested what is expected to pass, checked by held-out "
+                      "photographs",
+                  .rule = {.noise_sigmas = 3, .concentration = 0.8},
+                  .economy = {.decay = 0.05,
+                              .look_in_the_dark = true,
+                              .shrink_noise = true,
+                              .checks = true,
+                              .direct_share = 0.05,
+                              .rank = 3},
+                  .tolerance = kTolerance,
+                  .hierarchical = true,
+                  .yields_to_brute_force = true,
+                  .splits_views = true,
+                  .run = acquisition::capture_hierarchy},
+    AlgorithmInfo{.algorithm = Algorithm::paper,
+                  .name = "paper",
+                  .description = "Garg et al. 2006 as published",
+                  .tolerance = kTolerance,
+                  .hierarchical = true,
+                  .reference = true,
+                  .run = acquisition::capture_hierarchy},
+    // A tight tolerance costs dual photography many patterns.
+    AlgorithmInfo{.algorithm = Algorithm::dual,
+                  .name = "dual",
+                  .description = "dual photography, Sen et al. 2005: a baseline",
+                  .tolerance = kTolerance,
+                  .finest_factor = 1,
+                  .run = acquisition::capture_dual},
+    AlgorithmInfo{.algorithm = Algorithm::brute,
+                  .name = "brute",
+                  .description = "one pattern a pixel: a baseline",
+                  .run = acquisition::capture_brute},
+};
+
+/// A tolerance is that of the rule where there is a rule.
+static_assert(std::all_of(kAlgorithms.begin(), kAlgorithms.end(), [](const AlgorithmInfo& one) {
+  return !one.hierarchical || one.tolerance == one.rule.flood_fraction;
+}));
+
+}  // namespace
+
+std::span<const AlgorithmInfo> algorithms() {
+  return kAlgorithms;
+}
+
+const AlgorithmInfo& algorithm_info(Algorithm algorithm) {
+  return *std::find_if(kAlgorithms.begin(), kAlgorithms.end(),
+                       [algorithm](const AlgorithmInfo& one) { return one.algorithm == algorithm; });
+}
+
+std::string_view name(Algorithm algorithm) {
+  return algorithm_info(algorithm).name;
+}
+
+std::span<const std::string_view> algorithm_names() {
+  static const auto names = [] {
+    std::array<std::string_view, kAlgorithms.size()> list;
+    std::transform(kAlgorithms.begin(), kAlgorithms.end(), list.begin(),
+                   [](const AlgorithmInfo& one) { return one.name; });
+    return list;
+  }();
+  return names;
+}
+
+Result<Algorithm> parse_algorithm(std::string_view text) {
+  for (const AlgorithmInfo& one : kAlgorithms)
+    if (one.name == text) return one.algorithm;
+  return Error{ErrorCode::unknown_name, "no algorithm '" + std::string(text) + "'",
+               nearest_hint(text, algorithm_names())};
+}
+
+RankRule default_rule(Algorithm algorithm) {
+  return algorithm_info(algorithm).rule;
+}
+
+Economy default_economy(Algorithm algorithm) {
+  return algorithm_info(algorithm).economy;
+}
+
+std::optional<double> default_tolerance(Algorithm algorithm) {
+  return algorithm_info(algorithm).tolerance;
+}
+
+}  // namespace symrig

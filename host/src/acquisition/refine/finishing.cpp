@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/refine/finishing.hpp"
+
+#include "acquisition/errors/error_estimate.hpp"
+#include "acquisition/errors/noise_check.hpp"
+#include "acquisition/refine/direct_light.hpp"
+#include "acquisition/refine/polish.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <span>
+#include <utility>
+
+namespace symrig::acquisition {
+namespace {
+
+/// The photographs of level 0, which light the children of the whole grid one after another. None if combs
+/// for short-range light came first.
+Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photographer& photographer,
+                                             std::int64_t first) {
+  std::vector<TreePhotograph> parts;
+  std::vector<float> lit(tree.order().size());
+  SYMRIG_CHECK(photographer.read(
+      first, tree.level(0)[0].children, [&](std::int64_t, std::span<TreePhotograph> photographs) {
+        for (const TreePhotograph& p : photographs)
+          std::transform(lit.begin(), lit.end(), p.pattern.begin(), lit.begin(), std::plus<>());
+        parts.insert(parts.end(), photographs.begin(), photographs.end());
+      }));
+  if (std::any_of(lit.begin(), lit.end(), [](float light) { return light != 1; })) parts.clear();
+  return parts;
+}
+
+/// Compares photographs of the same light that a capture has taken: the first flood-lit one, some of those at
+/// the end, and the held-out halves. first_again: log number of the flood-lit ones at the end, 0: none.
+/// rest: of a capture that brute force ended, or nullptr.
+Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& photographer,
+                                    const Checks& checks, std::int64_t first_again,
+                                    const BruteForceRest* rest) {
+  constexpr std::int64_t kMost = 8;
+  std::vector<TreePhotograph> floods;
+  const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
+    floods.insert(floods.end(), p.begin(), p.end());
+  };
+  SYMRIG_CHECK(photographer.read(0, 1, keep));
+  const std::int64_t again = first_again > 0 ? photographer.taken() - first_again : 0;
+  SYMRIG_CHECK(photographer.read(first_again, std::min(again, kMost), keep));
+  NoiseEvidence besides;
+  std::vector<TreePhotograph> parts;
+  if (rest != nullptr) {
+    besides.mirrored = rest->mirrored();
+    SYMRIG_TRY(parts, quarters(tree, photographer, checks.last()));
+    besides.parts = parts;
+  }
+  const auto& held_out = checks.photographs();
+  return check_noise(tree, floods, &held_out[Checks::kHalf].photograph,
+                     &held_out[Checks::kOtherHalf].photograph, besides);
+}
+
+}  // namespace
+
+Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
+  constexpr std::int64_t kFewest = 4;
+  const auto share = static_cast<std::int64_t>(facts_.options.economy.direct_share *
+                                               static_cast<double>(photographer_.taken()));
+  const std::int64_t count = std::min(how.noisy ? std::max(kFewest, share) : 0, how.budget);
+  const auto pixels = static_cast<std::int32_t>(facts_.tree.grid().size());
+  photographer_.expect_later(kNoneToCome);
+  first_again_ = photographer_.taken();
+  found_.patterns_per_level.push_back(count);
+  return photographer_.take("direct light",
+                            std::vector<LitBlocks>(static_cast<std::size_t>(count), LitBlocks{{0, pixels}}));
+}
+
+/// What known transport may miss in a sample, mean square, by channel.
+std::vector<double> Finishing::least_misfit() const {
+  std::vector<double> misfit;
+  for (const double f : facts_.flood_squared) misfit.push_back(facts_.tolerance() * f);
+  return misfit;
+}
+
+Result<void> Finishing::refit_direct_light(const DirectLightRefit& how) {
+  if (facts_.options.economy.direct_share <= 0 || found_.known.scalars().empty()) return {};
+  SYMRIG_CHECK(photograph_again(how));
+  DirectLight::Model model{least_misfit(), std::vector<double>(facts_.flood_squared.size())};
+  if (checks_ != nullptr) model.half = Checks::misfit_of_half(checks_->residuals(found_.known));
+  DirectLight direct(found_.known, facts_.tree.order().size(), std::move(model));
+  if (!how.reopened) {
+    const LaterLight later(found_.known, facts_.tree, facts_.channels);
+    for (const LevelLight& level : found_.level_light) direct.add(level, later, found_.known);
+  }
+  for (const LogRange& range : whole_photographs(how.reopened))
+    SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
+                                    [&](std::int64_t, std::span<TreePhotograph> photographs) {
+                                      found_.known.subtract_from(photographs);
+                                      direct.add(photographs);
+                                    }));
+  direct.apply(found_.known);
+  return {};
+}
+
+/// Photographs that the direct light is refitted to as a whole: all but the checks, and but those whose light
+/// on lit pixels LevelLight holds. A reopened leaf changes what was subtracted there, so that they count as a
+/// whole again.
+std::vector<LogRange> Finishing::whole_photographs(bool reopened) const {
+  std::vector<LogRange> left_out;
+  if (checks_ != nullptr) left_out.push_back({checks_->first(), checks_->last()});
+  if (!reopened)
+    for (const LevelLight& level : found_.level_light) left_out.push_back(level.photographs);
+  std::vector<LogRange> whole;
+  std::int64_t next = 0;
+  for (const LogRange& out : left_out) {
+    if (out.first > next) whole.push_back({next, out.first});
+    next = out.last;
+  }
+  if (photographer_.taken() > next) whole.push_back({next, photographer_.taken()});
+  return whole;
+}
+
+Result<void> Finishing::polish() {
+  constexpr int kConjugateSteps = 8;
+  if (facts_.options.economy.polish <= 0) return {};
+  std::vector<LogRange> ranges{{0, photographer_.taken()}};
+  if (checks_ != nullptr) ranges = {{0, checks_->first()}, {checks_->last(), photographer_.taken()}};
+  Polish polish(facts_, photographer_, found_.known, std::move(ranges), least_misfit());
+  for (int k = 0; k < facts_.options.economy.polish; ++k) {
+    SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
+    if (outcome.after >= outcome.before) break;
+  }
+  return {};
+}
+
+Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,
+                                 CaptureResult& result) const {
+  SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, first_again_, rest));
+  ErrorEstimate estimate =
+      estimate_errors(tensor, checks_->photographs(), doubted_variance(result.noise_check));
+  result.estimated = estimate.value;
+  result.estimated_half_width = estimate.half_width;
+  result.estimate_not_given = std::move(estimate.not_given);
+  return {};
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/search/assumptions.hpp"
+
+#include "acquisition/search/placement.hpp"
+
+namespace symrig::acquisition {
+namespace {
+
+void assume_pairs(const SceneFacts& facts, Findings& found) {
+  for (const NodeLevel& level : found.open)
+    for (const Node& node : level.nodes())
+      if (!node.diagonal()) add_leaf(facts, found.known, level, node);
+}
+
+void assume_diagonal(const SceneFacts& facts, Findings& found, bool direct) {
+  for (const NodeLevel& level : found.open)
+    for (const Node& node : level.nodes()) {
+      if (!node.diagonal()) continue;
+      if (direct)
+        add_direct(facts, found.known, level, node);
+      else
+        add_leaf(facts, found.known, level, node);
+    }
+}
+
+}  // namespace
+
+Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& checks) {
+  KnownTransport& known = found.known;
+  checks.residuals(known);
+  const KnownTransport::Mark searched = known.mark();
+  assume_pairs(facts, found);
+  std::vector<TreePhotograph> without_pairs = checks.halves();
+  known.subtract_from(without_pairs, searched);
+  const KnownTransport::Mark pairs = known.mark();
+  Assumption best;
+  for (const bool direct : {true, false}) {
+    assume_diagonal(facts, found, direct);
+    std::vector<TreePhotograph> left = without_pairs;
+    known.subtract_from(left, pairs);
+    known.rewind(pairs);
+    const ErrorBar error = frobenius_error(facts.tree, checks.photographs(), left);
+    if (direct || error.value < best.error.value) best = {direct, error};
+  }
+  known.rewind(searched);
+  return best;
+}
+
+void accept_open(const SceneFacts& facts, Findings& found, Checks* checks) {
+  const bool direct = checks == nullptr || better_assumption(facts, found, *checks).direct;
+  assume_pairs(facts, found);
+  assume_diagonal(facts, found, direct);
+  found.close_all(facts);
+}
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/refine/level_light.hpp"
+#include "acquisition/search/known_transport.hpp"
+#include "acquisition/search/node.hpp"
+#include "acquisition/search/prediction.hpp"
+#include "acquisition/search/scene_facts.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// What a search has found so far.
+struct Findings {
+  explicit Findings(const SceneFacts& facts)
+      : known(facts.tree, facts.channels), decay(facts.options.economy.decay) {
+    for (int level = 0; level < facts.tree.levels(); ++level)
+      open.emplace_back(facts.tree, level, facts.channels);
+  }
+
+  KnownTransport known;
+  std::vector<NodeLevel> open;            ///< unknown nodes, by level
+  Decay decay;                            ///< what one level learned for the next
+  std::vector<LevelLight> level_light{};  ///< of the first photographs of each level that was searched
+  /// Light beside a lit block as a share of the light on it, while one pixel in four is lit. Measured by the
+  /// last level; the next level expects it of blocks with themselves. None: no level was searched yet.
+  std::optional<float> beside{};
+  std::vector<std::int64_t> patterns_per_level{};  ///< [0] is the flood-lit one and the checks
+
+  bool any_open() const {
+    return std::any_of(open.begin(), open.end(),
+                       [](const NodeLevel& level) { return !level.nodes().empty(); });
+  }
+  /// No node is unknown any more.
+  void close_all(const SceneFacts& facts) {
+    for (NodeLevel& level : open) level = NodeLevel(facts.tree, level.level(), facts.channels);
+  }
+};
+
+}  // namespace symrig::acquisition

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// A capture of a simulated rig, and its errors against the truth.
+#pragma once
+
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/sim/scene.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+#include "workbench.hpp"
+
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace symrig::tests {
+
+struct Judged {
+  CaptureResult result;
+  TransportErrors truth;
+};
+
+inline Judged judge(const std::string& uri, std::int64_t most = 0) {
+  const auto rig = sim::open_virtual_rig(uri);
+  EXPECT_TRUE(rig.ok()) << uri;
+  CaptureOptions options = default_options();
+  options.max_patterns = most;
+  auto result = capture(**rig, options);
+  EXPECT_TRUE(result.ok()) << uri;
+  const sim::Scene& scene = (*rig)->truth();
+  const auto truth =
+      evaluate(result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return scene.apply(p); });
+  return {*std::move(result), *truth};
+}
+
+}  // namespace symrig::tests

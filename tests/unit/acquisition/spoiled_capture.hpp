@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Captures whose photographs are spoiled before the search sees them.
+#pragma once
+
+#include "dense_scene.hpp"
+#include "symrig/acquisition/noise_check.hpp"
+#include "workbench.hpp"
+
+#include <functional>
+#include <string>
+
+namespace symrig::tests {
+
+constexpr Grid kSpoiledGrid{24, 32};
+constexpr double kSpoiledSigma = 2e-3;
+
+inline NoiseCheck check_of(const std::function<void(Radiance&, int photograph)>& spoil,
+                           double sigma = kSpoiledSigma) {
+  const DenseTransport scene = facing_planes(kSpoiledGrid);
+  DenseProbe probe(scene, sigma);
+  int taken = 0;
+  probe.spoil = [&](Radiance& answer) { spoil(answer, taken++); };
+  const auto result = capture(probe, default_options());
+  EXPECT_TRUE(result.ok());
+  return result->noise_check;
+}
+
+inline bool tells(const NoiseCheck& check, const std::string& word) {
+  for (const std::string& finding : check.findings)
+    if (finding.find(word) != std::string::npos) return true;
+  return false;
+}
+
+}  // namespace symrig::tests
