@@ -95,7 +95,7 @@ Result<void> check_times_and_steps(const CaptureSettings& settings) {
   return {};
 }
 
-/// Whoever gives an option expects something of it.
+/// Refuses an option that would change nothing.
 Result<void> check_effects(const CaptureOptions& options, const CaptureSettings& settings) {
   const bool dual = options.algorithm == Algorithm::dual;
   const AlgorithmInfo& algorithm = algorithm_info(options.algorithm);

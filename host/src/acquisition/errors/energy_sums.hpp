@@ -25,9 +25,10 @@ class EnergySums {
   double resolution() const { return resolution_; }
   std::size_t samples() const { return samples_; }
 
-  /// Variance of error − ratio · signal over random patterns, noise included: the largest that the scatter
-  /// between the blocks of one level tells, all levels with at least 16 blocks (delete-one jackknife). Light
-  /// that is wrong over a whole block moves all of its pixels together, so no one size of block will do.
+  /// Variance of error − ratio · signal over random patterns, noise included. Each level with at least 16
+  /// blocks gives an estimate, from the scatter between its blocks (delete-one jackknife). The result is the
+  /// largest. Light that is wrong over a whole block moves all of its pixels together, so no one size of
+  /// block will do.
   double scatter(const BlockTree& tree, double ratio) const;
 
  private:
@@ -36,9 +37,10 @@ class EnergySums {
   std::size_t samples_ = 0;
 };
 
-/// Where the mean of squares lies, of which one sample is `energy` with variance `variance`: energy · d /
-/// χ²_d at ± 2 standard deviations, d = 2 energy² / variance degrees of freedom [Wilson, Hilferty 1931];
-/// never more than ten standard deviations up. Below one standard deviation: from 0 to four more.
+/// Where a mean of squares lies, of which one sample is `energy` with variance `variance`. The interval is
+/// energy · d / χ²_d at ± 2 standard deviations, d = 2 energy² / variance degrees of freedom [Wilson,
+/// Hilferty 1931]. It goes at most ten standard deviations up. Below one standard deviation: from 0 to four
+/// more.
 struct EnergyInterval {
   double low = 0, high = 0;
 };

@@ -126,8 +126,8 @@ double lit_share(const Residuals& all, std::span<const std::size_t> of) {
   return lit / static_cast<double>(pixels);
 }
 
-/// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark: what the sparse pair would show of the
-/// tensor's own light if it were shown many times.
+/// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark. The sparse pair would show this much of
+/// the tensor's own light if it were shown many times.
 double mean_sparse_energy(const TransportTensor& tensor, double lit) {
   constexpr int kProbes = 48;
   constexpr std::uint64_t kSeed = 0x5EA4C;
@@ -204,8 +204,8 @@ class Indirect {
 
  private:
   /// Few pixels are lit, and smooth light makes ‖T z‖² of one z scatter far more than ‖E z‖². So the signal
-  /// is that of the tensor over many z, scaled by what the tensor gets of this z; where the tensor holds
-  /// little of the light, error and signal scatter together and their plain ratio is better.
+  /// is that of the tensor over many z, scaled by what the tensor gets of this z. Where the tensor holds
+  /// little of the light, error and signal scatter together, and their plain ratio is better.
   double signal() const {
     const double share = std::clamp(pair_.error / pair_.signal, 0.0, 1.0);
     if (pair_.model <= 0) return pair_.signal;
@@ -232,8 +232,8 @@ class Indirect {
     return readings;
   }
 
-  /// A dark pixel of a half sees ½ (Σ_j E_ij + Σ_j ± E_ij): twice the squares of both halves are Σ E² where
-  /// errors are independent of each other, and up to twice as much where they add up.
+  /// A dark pixel of a half sees ½ (Σ_j E_ij + Σ_j ± E_ij). Where errors are independent of each other, twice
+  /// the squares of both halves are Σ E². Where they add up, it is up to twice as much.
   Reading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
     constexpr std::size_t kFirst[] = {Checks::kHalf}, kSecond[] = {Checks::kOtherHalf};
@@ -266,9 +266,9 @@ double contrast(Grid grid) {
   return sum > 0 ? std::sqrt(std::max(0.0, squares / n * n * n / (sum * sum) - 1)) : 0;
 }
 
-/// The check shows a picture cut at its median, whose edges are harder than those of a smooth picture. That
-/// one is even light and `contrast` of detail, and smooth light hides some of the detail's error: down to
-/// nothing but the error of even light.
+/// The check shows a picture cut at its median. Its edges are harder than those of a smooth picture, which is
+/// even light and `contrast` of detail. Smooth light hides some of the detail's error. What remains is at
+/// least the error of even light.
 Bar of_pictures(Bar cut, double flood, Grid grid) {
   if (!(cut.value > 0)) return cut;
   const double detail = std::max(0.0, 2 * cut.value * cut.value - flood * flood);

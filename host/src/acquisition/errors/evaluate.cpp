@@ -27,8 +27,8 @@ struct Squares {
     return *this;
   }
 
-  /// ‖error‖/‖truth‖. Where the truth is exactly dark (a plane has no indirect light) any error is told as a
-  /// share of the whole photograph instead: still 0 only for a tensor that is dark there too.
+  /// ‖error‖/‖truth‖. Where the truth is exactly dark (a plane has no indirect light), the error is a share
+  /// of the whole photograph instead. It is still 0 only for a tensor that is dark there too.
   double relative() const {
     if (truth > 0) return std::sqrt(std::max(0.0, error) / truth);
     return error > 0 && everything > 0 ? std::sqrt(error / everything) : 0;

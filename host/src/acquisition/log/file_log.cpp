@@ -32,8 +32,8 @@ struct RecordFront {
 };
 static_assert(sizeof(RecordFront) == 16);
 
-/// Says when the disk is to be waited for: every five seconds, or less often where that would take more than
-/// a twentieth of the time.
+/// When to wait for the disk: every five seconds, or less often where that would take more than a twentieth
+/// of the time.
 class SyncTimer {
  public:
   bool due() const { return Clock::now() >= next_; }

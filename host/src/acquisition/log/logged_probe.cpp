@@ -62,8 +62,8 @@ Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern) {
   return std::optional(std::move(photograph));
 }
 
-/// From the beginning of the run that the next photograph would be in: then runs, noise and costs are those
-/// of a capture that was never broken off. photographs: of this call, a call begins a run.
+/// Goes back to the beginning of the run that the next photograph would be in. Then runs, noise and costs are
+/// those of a capture that was never broken off. photographs: of this call; a call begins a run.
 Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs) {
   const std::size_t back = photographs.size() % together_;
   const std::int64_t first = replayed_ - static_cast<std::int64_t>(back);

@@ -18,7 +18,7 @@ constexpr double kDarkOctaves = 4;
 constexpr double kAstray =
     0.2;  // share of pixels that get four times the light that is foreseen, or a quarter
 
-/// An estimate tells the sum of the light, not where it goes.
+/// An estimate gives the sum of the light, not where it goes.
 void add_dark(float known, float unknown, LightHistogram& dark) {
   dark.add(known + unknown, 1 - 2 * kAstray);
   dark.add(known + 4 * unknown, kAstray);

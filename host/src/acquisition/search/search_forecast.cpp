@@ -11,12 +11,12 @@ constexpr double kLeastGrowth = 0.95, kMostGrowth = 1.7;  // from one level to t
 constexpr double kLeastMost = 1.35;                       // even where the last step was small
 /// Level 1 has 16 photographs at most and nearly always that many: they say little of level 2.
 constexpr double kLeastSecond = 1.8, kMostSecond = 4;
-constexpr int kTelling = 3;     // the first level whose growth says something of the next
-constexpr double kFull = 4;     // children of a block far from single pixels
-constexpr double kAlone = 0.7;  // share of four photographs a block beyond which nothing is shared
+constexpr int kFirstGrowth = 3;  // the first level whose growth predicts the next
+constexpr double kFull = 4;      // children of a block far from single pixels
+constexpr double kAlone = 0.7;   // share of four photographs a block beyond which nothing is shared
 
 double most_growth(const LevelPlan& plan) {
-  if (plan.level < kTelling || plan.before < 1) return kMostGrowth;
+  if (plan.level < kFirstGrowth || plan.before < 1) return kMostGrowth;
   const double last = static_cast<double>(plan.planned) / static_cast<double>(plan.before);
   return std::clamp(1.1 * last, kLeastMost, kMostGrowth);
 }
@@ -34,7 +34,7 @@ double all_later(const LevelPlan& plan, double second, double growth) {
 }
 
 bool shares_nothing(const LevelPlan& plan) {
-  return plan.level >= kTelling &&
+  return plan.level >= kFirstGrowth &&
          static_cast<double>(plan.planned) >= kAlone * std::pow(4.0, plan.level + 1);
 }
 

@@ -46,7 +46,7 @@ struct Place {
   int row, col;
 };
 
-/// Normalised correlation of the windows around two pixels, over what both have: 1 for windows that are equal
+/// Normalised correlation of the windows around two pixels, over what both have. 1 for windows that are equal
 /// up to brightness and contrast, 0 where there is too little to compare.
 float correlation(const Pair& pair, Place a, Place b) {
   const Grid ga = pair.from.grid(), gb = pair.to.grid();

@@ -5,8 +5,8 @@
 
 namespace symrig::acquisition {
 
-/// Where each pixel of one picture is found in another: row shift (channel 0), column shift (channel 1), and
-/// the correlation there, 0 where none was found.
+/// Where each pixel of one picture is found in another: row shift (channel 0) and column shift (channel 1).
+/// With the correlation there, 0 where none was found.
 struct Shifts {
   Image<float> by;
   Image<float> correlation;
