@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
-# Shared by tools/setup, tools/demo and tools/test: where things are, and how to speak to the person who waits.
+# Functions for tools/setup, tools/demo and tools/test: paths, and messages for the user.
 # Source it: `. "$(dirname "$0")/lib.sh"`.
 
 set -euo pipefail
@@ -11,17 +11,19 @@ LOGS=$ROOT/out/logs
 JOBS=${SYMRIG_JOBS:-$(nproc)}
 mkdir -p "$LOGS"
 
-# say "text": a step that begins.  note "text": a detail of it.
+# say "text": prints the beginning of a step.
+# note "text": prints a detail of it.
 say() { printf '\n==> %s\n' "$*"; }
 note() { printf '    %s\n' "$*"; }
 
-# die "what went wrong; what to do": one line, and out.
+# die "what went wrong; what to do": prints one line and exits with 1.
 die() {
   printf '%s: %s\n' "${0##*/}" "$*" >&2
   exit 1
 }
 
-# logged NAME COMMAND...: runs it with its output in out/logs/NAME.log; shows the end of that only if it fails.
+# logged NAME COMMAND...: runs it with its output in out/logs/NAME.log. Shows the end of the log only if the
+# command fails.
 logged() {
   local name=$1 log=$LOGS/$1.log
   shift
@@ -32,7 +34,7 @@ logged() {
   return 1
 }
 
-# build DIR TARGET...: Ninja with its progress line on a terminal, silent but for errors in a pipe.
+# build DIR TARGET...: runs Ninja, with its progress line on a terminal; in a pipe it prints only errors.
 build() {
   local dir=$1 quiet=()
   shift

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which files the checks look at: all that git tracks or would track. Without git (a source archive): all but builds."""
+"""The files that the checks read: all that git tracks or would track. Without git (a source archive): all but build folders."""
 
 import pathlib
 import subprocess

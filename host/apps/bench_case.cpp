@@ -12,7 +12,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The truth that belongs to an open rig, which it keeps alive.
+/// The true scene of an open rig. It keeps the rig alive.
 std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig>& rig) {
   return {rig, &rig->truth()};
 }

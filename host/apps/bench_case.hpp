@@ -13,8 +13,9 @@ struct BenchedTensor {
   TransportTensor tensor;
 };
 
-/// Opens a fresh rig for the case, captures, and judges the result against the exact transport. The same case
-/// gives the same patterns and errors every time.  fails: as open_rig, capture and evaluate; interrupted.
+/// Opens a fresh rig for the case, captures, and compares the result with the exact transport. The same case
+/// gives the same patterns and errors every time.
+/// fails: as open_rig, capture and evaluate; interrupted.
 Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, const Progress& progress);
 
 }  // namespace symrig::apps

@@ -44,7 +44,7 @@ std::vector<std::string> algorithms_of(const BenchChoice& choice) {
   return names;
 }
 
-/// Reads names and numbers the way that every command does, by one rig each.
+/// Parses one rig name per scene and size, so that names and numbers are checked as in every other command.
 Result<void> read_rigs(const BenchChoice& choice, BenchPlan& plan) {
   plan.scenes = scenes_of(choice);
   for (const std::string& size : sizes_of(choice))
@@ -76,12 +76,12 @@ Result<double> read_tolerance(std::string_view text) {
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || stop != text.data() + text.size())
     return Error{ErrorCode::bad_argument, fmt::format("--tolerances: '{}' is not a number", text),
-                 "give numbers with commas between them, such as 1e-3,3e-4"};
+                 "give numbers separated by commas, such as 1e-3,3e-4"};
   SYMRIG_CHECK(check_tolerance("--tolerances", value));
   return value;
 }
 
-/// "1e-3,3e-4" is for every algorithm, "paper:3e-4" for one.
+/// Tolerances by algorithm. The key "" holds those for every algorithm ("1e-3"); "paper:3e-4" is for one.
 using Tolerances = std::map<std::string, std::vector<double>>;
 
 Result<Tolerances> read_tolerances(const BenchChoice& choice) {
@@ -102,7 +102,7 @@ Result<Tolerances> read_tolerances(const BenchChoice& choice) {
   return all;
 }
 
-/// Factors on the algorithm's own tolerance.
+/// Factors on the algorithm's default tolerance. Dual photography needs many patterns at a tight tolerance.
 std::vector<double> default_factors(Algorithm algorithm, bool quick) {
   std::vector<double> factors =
       quick ? std::vector{4.0, 1.0, 0.25} : std::vector{8.0, 4.0, 2.0, 1.0, 0.5, 0.25};
@@ -122,7 +122,7 @@ BenchSweep sweep_of(Algorithm algorithm, const Tolerances& given, bool quick) {
   return sweep;
 }
 
-/// Tolerances that no capture would run with.
+/// Refuses tolerances that no capture would use.
 Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& given) {
   for (const auto& [algorithm, values] : given) {
     const auto uses = [&](const BenchSweep& sweep) {
@@ -131,16 +131,17 @@ Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& give
       return algorithm_info(sweep.algorithm).tolerance && (own || shared);
     };
     if (std::any_of(plan.sweeps.begin(), plan.sweeps.end(), uses)) continue;
-    return Error{ErrorCode::bad_argument,
-                 algorithm.empty()
-                     ? std::string("--tolerances without a name have no effect: no algorithm uses them")
-                     : fmt::format("--tolerances {}: have no effect: no such capture runs", algorithm),
-                 "leave them out, or name their algorithm in --algorithms"};
+    return Error{
+        ErrorCode::bad_argument,
+        algorithm.empty()
+            ? std::string("--tolerances without an algorithm's name have no effect: no algorithm uses them")
+            : fmt::format("--tolerances {}: have no effect: no such capture runs", algorithm),
+        "remove them, or add their algorithm to --algorithms"};
   }
   return {};
 }
 
-/// --quick makes defaults smaller.
+/// Refuses --quick if every default that it makes smaller is given.
 Result<void> check_quick_used(const BenchChoice& choice, const Tolerances& given) {
   const auto names = algorithms_of(choice);
   const bool swept = std::all_of(names.begin(), names.end(), [&given](const std::string& name) {
@@ -148,10 +149,10 @@ Result<void> check_quick_used(const BenchChoice& choice, const Tolerances& given
     return (algorithm && !algorithm_info(*algorithm).tolerance) || given.contains(name) || given.contains("");
   });
   if (!choice.quick || !choice.seeds || choice.sizes.empty() || !swept) return {};
-  return Error{
-      ErrorCode::bad_argument,
-      "--quick has no effect beside --size, --seeds and --tolerances: it makes their defaults smaller",
-      "leave it out"};
+  return Error{ErrorCode::bad_argument,
+               "--quick has no effect with --size, --seeds and --tolerances: it only makes their defaults "
+               "smaller",
+               "remove it"};
 }
 
 }  // namespace
@@ -161,20 +162,26 @@ void add_bench_choice(CLI::App& command, BenchChoice& choice) {
                                const char* type) {
     command.add_option(option, into, help)->delimiter(',')->allow_extra_args(false)->type_name(type);
   };
-  list("--scenes", choice.scenes, "Scenes, with commas between them (default: all)", "NAME,...");
-  list("--size", choice.sizes, "Rows x columns; can be given more than once (default: 64x64)", "RxC");
-  const std::string default_list = fmt::format("Default: {}", fmt::join(algorithms_of({}), ","));
-  list("--algorithms", choice.algorithms, default_list.c_str(), "NAME,...");
+  list("--scenes", choice.scenes, "Scenes, separated by commas (default: all)", "NAME,...");
+  list("--size", choice.sizes, "Grid, rows x columns; can be repeated (default: 64x64)", "RxC");
+  const std::string algorithms_help =
+      fmt::format("Algorithms, separated by commas (default: {})", fmt::join(algorithms_of({}), ","));
+  list("--algorithms", choice.algorithms, algorithms_help.c_str(), "NAME,...");
   command
-      .add_option("--tolerances", choice.tolerances,
-                  "Shares of the flood-lit RMS, for every algorithm or for the one named; can be given more "
-                  "than once (default: the algorithm's own times 8 to 1/4)")
+      .add_option(
+          "--tolerances", choice.tolerances,
+          "Shares of the flood-lit RMS, for all or one algorithm; can be repeated (default: its own x 8 "
+          "to 1/4)")
       ->allow_extra_args(false)
       ->type_name("[NAME:]X,...");
-  command.add_option("--seeds", choice.seeds, "Seeds 1 to N of textures and noise (default: 3)")
+  command.add_option("--seeds", choice.seeds, "Run seeds 1 to N of textures and noise (default: 3)")
       ->type_name("N");
-  command.add_option("--noise", choice.noise, "camera or off")->type_name("NAME")->capture_default_str();
-  command.add_option("--channels", choice.channels, "1 or 3")->type_name("N")->capture_default_str();
+  command.add_option("--noise", choice.noise, "Camera noise: camera or off")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command.add_option("--channels", choice.channels, "Colour channels: 1 or 3")
+      ->type_name("N")
+      ->capture_default_str();
   takes_number<int>(command.get_option("--seeds"));
   takes_number<int>(command.get_option("--channels"));
   command.add_flag("--quick", choice.quick, "Smaller defaults: 32x32, one seed, three tolerances");

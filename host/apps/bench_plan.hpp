@@ -12,7 +12,8 @@
 
 namespace symrig::apps {
 
-/// The options of `symrig bench` that say what is run. Empty: the default, which --quick makes smaller.
+/// The options of `symrig bench` that choose the captures. Empty values mean the defaults, which --quick
+/// makes smaller.
 struct BenchChoice {
   std::vector<std::string> scenes, sizes, algorithms, tolerances;
   std::optional<int> seeds;

@@ -29,7 +29,7 @@ std::string_view name(ControlKind kind) {
   return "other";
 }
 
-/// "usb-0000:00:14.0-2, serial 4103" or what there is of it.
+/// "usb-0000:00:14.0-2, serial 4103"; without the serial number if the camera reports none.
 std::string place(const FoundCamera& camera) {
   return camera.serial.empty() ? camera.bus : fmt::format("{}, serial {}", camera.bus, camera.serial);
 }
@@ -55,13 +55,13 @@ std::string sizes_text(const FormatOffer& offer) {
 
 std::string format_row(const FormatOffer& offer) {
   if (offer.format == nullptr)
-    return fmt::format("  {:<10} not read here: {}\n", offer.name(), offer.description);
+    return fmt::format("  {:<10} not supported: {}\n", offer.name(), offer.description);
   return fmt::format("  {:<10} {:>4}  {:<7} {:<6}  {}\n", offer.name(), offer.format->bits,
                      symrig::name(offer.format->mosaic), offer.format->linear ? "yes" : "no",
                      sizes_text(offer));
 }
 
-/// Names of the formats that are not read here.
+/// Names of the formats that symrig cannot read.
 std::string unread(const CameraInfo& camera) {
   std::string names;
   for (const FormatOffer& offer : camera.formats)
@@ -74,8 +74,8 @@ std::string value_text(const ControlInfo& control) {
 }
 
 std::string control_row(const ControlInfo& control, std::size_t widest) {
-  const char* state = control.read_only  ? "; can only be read"
-                      : control.inactive ? "; ruled by another control"
+  const char* state = control.read_only  ? "; read-only"
+                      : control.inactive ? "; inactive: another control sets it"
                                          : "";
   return fmt::format("  {:<{}}  {:>8}  {}{}\n", control.name, widest, value_text(control), control.range(),
                      state);
@@ -117,7 +117,8 @@ Json control_json(const ControlInfo& control) {
   return json;
 }
 
-/// In three lines: what it is, formats that are read, controls. One that may not be opened in one.
+/// Three lines: the camera, its supported formats, its controls. One line with the error if it cannot be
+/// opened.
 std::string camera_summary(const CameraInfo& camera) {
   const FoundCamera& found = camera.found;
   if (found.error) return fmt::format("{}: {}\n", found.path, found.error->line());
@@ -132,7 +133,7 @@ std::string camera_summary(const CameraInfo& camera) {
     controls += (controls.empty() ? " " : ", ") + control.name;
   return fmt::format("{}  {} ({}, {})\n  formats {}{}\n  controls {}\n", found.path, found.name, found.driver,
                      place(found), formats.empty() ? " -" : formats,
-                     others == 0 ? "" : fmt::format(", and {} not read here", others),
+                     others == 0 ? "" : fmt::format(", and {} not supported", others),
                      controls.empty() ? " -" : controls);
 }
 
@@ -170,10 +171,10 @@ std::string camera_text(const CameraInfo& camera) {
   text += fmt::format("  {:<10} {:>4}  {:<7} {:<6}  {}\n", "format", "bits", "colours", "linear",
                       "sizes, rows x columns");
   for (const FormatOffer& offer : camera.formats) text += format_row(offer);
-  if (const std::string others = unread(camera); !others.empty()) text += "  not read here:" + others + "\n";
+  if (const std::string others = unread(camera); !others.empty()) text += "  not supported:" + others + "\n";
   std::size_t widest = 7;
   for (const ControlInfo& control : camera.controls) widest = std::max(widest, control.name.size());
-  text += fmt::format("  {:<{}}  {:>8}  {}\n", "control", widest, "value", "takes");
+  text += fmt::format("  {:<{}}  {:>8}  {}\n", "control", widest, "value", "range");
   for (const ControlInfo& control : camera.controls) text += control_row(control, widest);
   return text;
 }

@@ -10,13 +10,15 @@
 
 namespace symrig::apps {
 
-/// What each camera says of itself; of one that cannot be asked, why.
+/// Information on each connected camera; for a camera that cannot be opened, the error.
 std::vector<CameraInfo> look_at_cameras();
-/// For each a few lines after an empty one: what it is, formats that are read, names of controls.
+/// For each camera an empty line, then a few lines: the camera, its supported formats, the names of its
+/// controls.
 std::string cameras_summary(const std::vector<CameraInfo>& cameras);
 nlohmann::ordered_json cameras_json(const std::vector<CameraInfo>& cameras);
 
-/// All of one: a table of formats with sizes and rates, a table of controls with values and ranges.
+/// Everything about one camera: a table of formats with sizes and rates, a table of controls with values and
+/// ranges.
 std::string camera_text(const CameraInfo& camera);
 /// The keys of docs/command-line.md. Sizes are [rows, columns].
 nlohmann::ordered_json camera_json(const CameraInfo& camera);

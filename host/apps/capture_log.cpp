@@ -19,7 +19,7 @@ std::string log_path(const std::string& output) {
   return output + ".log";
 }
 
-/// Device and inode; zeros where nothing is.
+/// Device and inode; zeros if there is no file.
 std::pair<std::uint64_t, std::uint64_t> file_at(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return {0, 0};
@@ -29,12 +29,11 @@ std::pair<std::uint64_t, std::uint64_t> file_at(const std::string& path) {
 }  // namespace
 
 void add_log_options(CLI::App& command, LogOptions& options) {
-  auto* off = command.add_flag("--no-log", options.off, "Keep no photographs; a capture broken off is lost");
+  auto* off = command.add_flag("--no-log", options.off, "Keep no log; an interrupted capture is lost");
   command
-      .add_flag("--resume", options.resume,
-                "Go on from the log of a capture that was broken off, if there is one")
+      .add_flag("--resume", options.resume, "Continue an interrupted capture from its log, if there is one")
       ->excludes(off);
-  command.add_flag("--keep-log", options.keep, "Leave scene.h5.log there when scene.h5 is done")
+  command.add_flag("--keep-log", options.keep, "Do not delete scene.h5.log when scene.h5 is complete")
       ->excludes(off);
 }
 
@@ -48,8 +47,8 @@ Result<void> CaptureLog::check(const std::string& output, const LogOptions& opti
   const std::string path = log_path(output);
   if (options.off || options.resume || !fs::exists(path, ignored)) return {};
   return Error{ErrorCode::bad_argument,
-               fmt::format("{} holds the photographs of a capture that was broken off or still runs", path),
-               "go on from it with --resume, or delete it to begin anew"};
+               fmt::format("{} holds the photographs of a capture that was interrupted or still runs", path),
+               "continue with --resume, or delete the log to start again"};
 }
 
 bool CaptureLog::goes_on(const std::string& output, const LogOptions& options) {
@@ -85,14 +84,14 @@ Error CaptureLog::broken_off(Error error) {
     if (created_ && still_there()) fs::remove(path_, ignored);
     return error;
   }
-  // The log itself is refused: it stays as it was, and no --resume goes on from it.
+  // The error is about the log itself. The log stays as it was, and --resume would not help.
   if (error.code == ErrorCode::bad_format && log_->size() == found_) return error;
   if (!error.hint.empty() && error.code != ErrorCode::interrupted) error.what += "; " + error.hint;
   if (!still_there()) {
-    error.hint = fmt::format("{} is gone: somebody has deleted or moved it, so nothing is kept", path_);
+    error.hint = fmt::format("{} was deleted or moved during the capture, so no photographs are kept", path_);
     return error;
   }
-  error.hint = fmt::format("{} keeps {} photographs: --resume goes on from there", path_,
+  error.hint = fmt::format("{} keeps {} photographs: continue with --resume", path_,
                            grouped(static_cast<double>(log_->size())));
   return error;
 }
@@ -103,7 +102,7 @@ Result<void> CaptureLog::finished() {
   fs::remove(path_, failed);
   if (!failed) return {};
   return Error{ErrorCode::io, fmt::format("{} cannot be deleted ({})", path_, failed.message()),
-               "the capture is done: delete it by hand"};
+               "the capture is complete: delete the log by hand"};
 }
 
 }  // namespace symrig::apps

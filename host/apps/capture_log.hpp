@@ -13,7 +13,7 @@
 
 namespace symrig::apps {
 
-/// `--resume`, `--keep-log`, `--no-log` of commands that measure.
+/// The options `--resume`, `--keep-log` and `--no-log`.
 struct LogOptions {
   bool resume = false;
   bool keep = false;
@@ -21,16 +21,18 @@ struct LogOptions {
 };
 void add_log_options(CLI::App& command, LogOptions& options);
 
-/// The photographs of a running capture in `<output>.log`, until the output itself is safe on the disk.
+/// Keeps the photographs of a running capture in `<output>.log` until the output itself is safely on the
+/// disk.
 class CaptureLog {
  public:
-  /// The log among the files of a capture.
+  /// Adds the log to the files of a capture.
   static JobFiles declare(const std::string& output, const LogOptions& options, JobFiles files);
-  /// Before long work.  fails: bad_argument (a log is there and nobody said --resume).
+  /// To be called before long work.
+  /// fails: bad_argument (a log exists, and --resume is not given).
   static Result<void> check(const std::string& output, const LogOptions& options);
-  /// Whether a log is there that --resume goes on from.
+  /// Whether --resume is given and a log exists.
   static bool goes_on(const std::string& output, const LogOptions& options);
-  /// Begins a log, or continues the one that is there. With --no-log: keeps nothing.
+  /// Creates a log, or opens the existing one for --resume. With --no-log it keeps nothing.
   /// fails: as create_photograph_log and open_photograph_log.
   static Result<CaptureLog> open(const std::string& output, const LogOptions& options,
                                  const LogIdentity& identity);
@@ -38,9 +40,10 @@ class CaptureLog {
   /// nullptr with --no-log.
   PhotographLog* log() const { return log_.get(); }
 
-  /// After a failed capture: deletes a new log without photographs, or says in the error how to go on.
+  /// After a failed capture: deletes a new log without photographs, or adds to the error how to continue.
   Error broken_off(Error error);
-  /// After the output was written: deletes the log unless it is to be kept.  fails: io.
+  /// After the output is written: deletes the log unless --keep-log is given.
+  /// fails: io.
   Result<void> finished();
 
  private:
@@ -49,7 +52,7 @@ class CaptureLog {
 
   std::string path_;
   std::pair<std::uint64_t, std::uint64_t> file_;  ///< device and inode of the log
-  std::int64_t found_ = 0;                        ///< photographs when it was opened
+  std::int64_t found_ = 0;                        ///< photographs in the log when it was opened
   bool keep_ = false;
   bool created_ = false;
   std::unique_ptr<PhotographLog> log_;

@@ -9,7 +9,7 @@
 namespace symrig::apps {
 namespace {
 
-/// Names of the library's options, and of the command's.
+/// Names of the library's options, and of the command's options.
 constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
     {"tolerance", "--tolerance"},
     {"dual_threshold", "--dual-threshold"},

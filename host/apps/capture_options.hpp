@@ -6,12 +6,12 @@
 
 namespace symrig::apps {
 
-/// What settings_of() and check_rig() refuse, in the words of the command line: what they name max_patterns
-/// is
-/// --max-patterns there.
+/// An error of settings_of() or check_rig() with the option names of the command line: max_patterns becomes
+/// --max-patterns.
 Error in_command_words(Error error);
 
-/// The same for one list of tolerances.  fails: bad_argument (naming the option) unless 0 < value < 1.
+/// Checks one tolerance of a list.
+/// fails: bad_argument (names the option) unless 0 < value < 1.
 Result<void> check_tolerance(const char* option, double value);
 
 }  // namespace symrig::apps

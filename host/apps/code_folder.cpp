@@ -17,7 +17,7 @@ std::optional<int> whole_number(std::string_view text) {
   return value;
 }
 
-/// Digits without a leading zero. A number that is none of int's is one too.
+/// Digits without a leading zero. The number may be too large for an int.
 bool is_count(std::string_view text) {
   return !text.empty() && text.front() != '0' &&
          text.find_first_not_of("0123456789") == std::string_view::npos;
@@ -31,7 +31,7 @@ Result<std::optional<Grid>> parse_projector(const std::string& text) {
   const std::string_view after = cross == std::string_view::npos ? std::string_view() : all.substr(cross + 1);
   const Grid grid{whole_number(before).value_or(0), whole_number(after).value_or(0)};
   if (grid.valid()) return std::optional<Grid>(grid);
-  const char* why = is_count(before) && is_count(after) ? ": that is too large" : "";
+  const char* why = is_count(before) && is_count(after) ? ": it is too large" : "";
   return Error{ErrorCode::bad_argument, fmt::format("--projector cannot be '{}'{}", text, why),
                "give ROWSxCOLUMNS, such as 768x1024"};
 }
@@ -43,9 +43,10 @@ CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments) {
       .add_option("--projector", arguments.projector,
                   "Size of the projector (default: from the number of photographs)")
       ->type_name("ROWSxCOLUMNS");
-  command.add_flag("--unchecked", arguments.unchecked,
-                   "Decode a sequence that contradicts itself, too: what comes of it may be wrong");
-  return command.add_option("--from", arguments.folder, "Folder of Gray-code photographs, see below")
+  command.add_flag(
+      "--unchecked", arguments.unchecked,
+      "Decode a sequence even if its photographs contradict each other; the result may be wrong");
+  return command.add_option("--from", arguments.folder, "Folder of Gray-code photographs (see below)")
       ->type_name("DIR");
 }
 

@@ -16,21 +16,23 @@ struct CodeFolder {
   bool unchecked = false;
 };
 
-/// Adds the options; --from is left to the command to require.
+/// Adds the options. The command decides whether --from is required.
 CLI::Option* add_code_folder(CLI::App& command, CodeFolder& arguments);
 
 /// Reads the photographs of a Gray-code sequence.  fails: bad_argument (--projector), as
 /// read_gray_code_folder.
 Result<CodePhotographs> read_code_folder(const CodeFolder& arguments, const Progress& progress);
 
-/// Last part of the folder's name: how a scene made from it is called.
+/// The last part of the folder's path. A scene made from the folder gets this name.
 std::string folder_name(const std::string& folder);
 
-/// Help text on what the folder must hold.
+/// Help text: what the folder must contain.
 inline constexpr const char* kCodeFolderHelp =
-    "DIR holds the photographs of one Gray-code sequence (PNG, EXR or PFM), in the order of their names: "
-    "column bits, most\n"
-    "significant first, each followed by its complement; row bits likewise; white; black. OpenCV's generator "
-    "makes it so.\n";
+    "DIR contains the photographs of one Gray-code sequence (PNG, EXR or PFM), in the order of "
+    "their names:\n"
+    "  1. column bits, most significant first, each followed by its complement\n"
+    "  2. row bits in the same way\n"
+    "  3. white, then black\n"
+    "OpenCV's Gray-code generator writes this order.\n";
 
 }  // namespace symrig::apps

@@ -10,11 +10,11 @@
 
 namespace symrig::apps {
 
-/// What a command does once its options are parsed. An Error becomes one line on stderr and the exit code of
-/// its code.
+/// What a command does after its options are parsed. An Error becomes one line on standard error; its code
+/// gives the exit code.
 using Job = std::function<Result<void>()>;
 
-/// Each declares one subcommand with its options and its help, and returns its job.
+/// Each function declares one subcommand with its options and its help, and returns its job.
 Job add_bench(CLI::App& app);
 Job add_calibrate(CLI::App& app);
 Job add_capture(CLI::App& app);
@@ -35,9 +35,9 @@ Job add_run(CLI::App& app);
 Job add_selftest(CLI::App& app);
 Job add_trace(CLI::App& app);
 
-/// The `--json FILE` that most commands have. "-" is standard output.
+/// The option `--json FILE`. "-" is standard output.
 inline void add_json(CLI::App& command, std::string& file) {
-  command.add_option("--json", file, "Write the numbers as JSON too; - is standard output")
+  command.add_option("--json", file, "Also write the numbers as JSON; - is standard output")
       ->type_name("FILE");
 }
 

@@ -11,11 +11,12 @@ namespace symrig::apps {
 
 using text::byte_size, text::duration, text::grouped, text::percent;
 
-/// Writes text for people to standard output; what a terminal would obey is shown instead (printable()).
+/// Writes text for people to standard output. Control characters are shown, not sent to the terminal
+/// (printable()).
 /// fails: io (a closed pipe, a full disk).
 Result<void> print(std::string_view text);
 
-/// One line on stderr: "symrig capture: what; next step", printable.
+/// Writes one printable line to standard error: "symrig capture: what; next step".
 void print_error(std::string_view command, std::string_view line);
 
 }  // namespace symrig::apps

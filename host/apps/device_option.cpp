@@ -8,7 +8,7 @@
 namespace symrig::apps {
 
 void add_device(CLI::App& command, std::string& device) {
-  command.add_option("--device", device, "The board: a serial number or how it begins, or a URI (see below)")
+  command.add_option("--device", device, "The board: a serial number or its beginning, or a URI (see below)")
       ->type_name("URI|SERIAL");
 }
 
@@ -16,7 +16,7 @@ Result<DeviceUri> choose_board(const std::string& device) {
   auto uri = symrig::choose_board(device);
   if (uri || uri.error().code != ErrorCode::device_lost) return uri;
   Error error = uri.error();
-  error.hint += "; sim: is a simulated board";
+  error.hint += "; sim: is the simulated board";
   return error;
 }
 

@@ -9,7 +9,7 @@ Result<void> check_effects(const CLI::App& command, std::span<const Idle> option
   for (const Idle& one : options)
     if (one.idle && command.count(one.option) > 0)
       return Error{ErrorCode::bad_argument, fmt::format("{} has no effect {}", one.option, one.why),
-                   "leave it out"};
+                   "remove it"};
   return {};
 }
 

@@ -10,15 +10,15 @@
 
 namespace symrig::apps {
 
-/// An option that changes nothing beside others.
+/// An option that has no effect together with other options.
 struct Idle {
   const char* option;  ///< "--tolerance"
-  bool idle;           ///< it would change nothing
+  bool idle;           ///< true: the option has no effect
   std::string why;     ///< "with --algorithm brute: each pixel is measured"
 };
 
-/// Whoever gives an option expects something of it.  fails: bad_argument (the first that was given and is
-/// idle).
+/// Refuses an option without effect, because the user expects one.
+/// fails: bad_argument (names the first given option that is idle).
 Result<void> check_effects(const CLI::App& command, std::span<const Idle> options);
 
 }  // namespace symrig::apps

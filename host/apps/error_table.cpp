@@ -21,12 +21,12 @@ struct Row {
 
 constexpr std::array<Row, 7> kRows{{
     {"frobenius", "frobenius", &TransportErrors::frobenius, "all of T"},
-    {"indirect", "indirect", &TransportErrors::indirect, "without the direct light"},
+    {"indirect", "indirect", &TransportErrors::indirect, "light between lit pixels and other pixels"},
     {"flood", "flood", &TransportErrors::flood, "all projector pixels on"},
     {"relight bar", "relight.bar", &TransportErrors::relight_bar, "a vertical bar"},
     {"relight random", "relight.random", &TransportErrors::relight_random, "a random pattern"},
     {"relight natural", "relight.natural", &TransportErrors::relight_natural, "a smooth picture"},
-    {"bar_indirect", "bar_indirect", &TransportErrors::bar_indirect, "the bar, seen only outside it"},
+    {"bar_indirect", "bar_indirect", &TransportErrors::bar_indirect, "the bar's light outside the bar"},
 }};
 
 std::string reason_of(const ErrorEstimate& errors, const char* key) {

@@ -7,8 +7,8 @@
 
 namespace symrig::apps {
 
-/// The errors of a tensor for a person, a line each: value, ± half of its interval where it has one, what it
-/// means; or why it is not given.
+/// The errors of a tensor as text, one line for each: the value, ± half of its interval if known, and the
+/// meaning. Or the reason why it is not given.
 std::string error_table(const ErrorEstimate& errors);
 
 }  // namespace symrig::apps

@@ -27,7 +27,7 @@ Result<void> check_picture_suffix(const std::string& path) {
   constexpr std::array<std::string_view, 3> kSuffixes{".exr", ".png", ".pfm"};
   if (std::find(kSuffixes.begin(), kSuffixes.end(), suffix(path)) == kSuffixes.end())
     return Error{ErrorCode::bad_argument, fmt::format("{} does not end in .exr, .png or .pfm", path),
-                 "the suffix says which kind of picture to write"};
+                 "give one of these suffixes: it chooses the picture format"};
   return {};
 }
 

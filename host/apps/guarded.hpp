@@ -12,7 +12,7 @@ namespace symrig::apps {
 
 inline constexpr const char* kMoreMemory = "use a smaller grid or a machine with more memory";
 
-/// Turns exceptions of a long job into errors, so that the command can still say what is kept.
+/// Turns exceptions of a long job into errors, so that the command can still report what is kept.
 template <class Work>
 auto guarded(Work&& work) -> decltype(work()) {
   try {

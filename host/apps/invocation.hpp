@@ -8,13 +8,14 @@
 
 namespace symrig::apps {
 
-/// Words as one line that a shell takes apart into the same words. Control characters become '?'.
+/// Quotes words as one line that a shell splits into the same words. Control characters become '?'.
 std::string shell_line(std::span<const char* const> words);
 
-/// Called once, by main. The first word becomes "symrig", wherever the command lies.
+/// Stores the command line. main calls this once. The first word becomes "symrig", whatever the path of the
+/// command.
 void remember_command_line(int argc, const char* const* argv);
 
-/// This moment, this version, the command line that was remembered.
+/// The present time, this version, and the stored command line.
 Made made_now();
 
 }  // namespace symrig::apps

@@ -7,7 +7,7 @@
 
 namespace symrig::apps {
 
-/// JSON as text. Names may hold bytes that are no UTF-8, which JSON cannot: each becomes U+FFFD.
+/// JSON as text. Names may contain bytes that are not UTF-8, which JSON does not allow: each becomes U+FFFD.
 inline std::string json_text(const nlohmann::ordered_json& json, int indent) {
   return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -22,9 +22,10 @@ namespace symrig::apps {
 namespace {
 
 constexpr int kWhite = 255;
-constexpr int kStep = 8;  // straight lines between miss a gamma of 2.2 by (8/255)² / 8 · 2.64 = 0.03 %
+constexpr int kStep = 8;  // linear interpolation errs by (8/255)² / 8 · 2.64 = 0.03 % at a gamma of 2.2
 
-/// Up and down again: what the lamp drifts in a line, and its estimate leaves, cancels.
+/// The levels upwards, then downwards: this cancels a linear drift of the lamp that the drift estimate
+/// leaves.
 std::vector<int> levels_to_show() {
   std::vector<int> levels;
   for (int level = 0; level < kWhite; level += kStep) levels.push_back(level);
@@ -34,7 +35,7 @@ std::vector<int> levels_to_show() {
   return levels;
 }
 
-/// The mean over the pixels that are usable in every field.
+/// For each photograph: the mean over the pixels that are usable in every photograph.
 std::vector<FieldLight> field_lights(const std::vector<int>& levels, const std::vector<Radiance>& fields) {
   const std::size_t values = fields.front().mean.values().size();
   std::vector<char> usable(values, 1);
@@ -73,7 +74,7 @@ Result<std::vector<FieldLight>> photograph_levels(Probe& rig, std::size_t togeth
   return field_lights(levels, fields);
 }
 
-/// The level of half the light, and the power that passes through it.
+/// The level that gives half of white's light, and the gamma through that point.
 struct HalfLight {
   int level = 0;
   double gamma = 1;
@@ -94,12 +95,12 @@ std::string to_json(const std::string& rig, const std::vector<FieldLight>& field
   return json_text(json, 1);
 }
 
-std::string told(const std::string& rig, const std::vector<FieldLight>& fields,
-                 const ProjectorResponse& response, const HalfLight& half) {
+std::string result_text(const std::string& rig, const std::vector<FieldLight>& fields,
+                        const ProjectorResponse& response, const HalfLight& half) {
   return fmt::format(
-      "{}: {} photographs of even fields\n"
-      "  half of white's light is level {}: a gamma of {:.3f} there\n"
-      "  the largest step between two levels is {}, so that a pattern is right to {} of white\n",
+      "{}: {} photographs of uniform fields\n"
+      "  half of white's light is at level {}: a gamma of {:.3f} there\n"
+      "  the largest step between two levels is {}: the error of a pattern is at most {} of white\n",
       rig, fields.size(), half.level, half.gamma, percent(2 * response.resolution()),
       percent(response.resolution()));
 }
@@ -109,8 +110,8 @@ Result<void> check_uncorrected(const std::string& rig) {
   SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
   if (file.projector.levels.empty()) return {};
   return Error{ErrorCode::bad_argument,
-               fmt::format("{}: its levels are corrected by {} already", rig, file.projector.levels),
-               "take projector.levels out of the rig file, measure, and put it back"};
+               fmt::format("{}: the rig file already corrects its levels by {}", rig, file.projector.levels),
+               "remove projector.levels from the rig file, measure, and put it back"};
 }
 
 }  // namespace
@@ -128,8 +129,9 @@ Result<void> calibrate_levels(const LevelCalibration& asked) {
   SYMRIG_TRY(const HalfLight half, half_light(response));
   SYMRIG_CHECK(save_projector_response(asked.output, response));
   SYMRIG_CHECK(write_text(asked.json, to_json(opened.probe->describe(), fields, response, half)));
-  return is_standard_output(asked.json) ? Result<void>()
-                                        : print(told(opened.probe->describe(), fields, response, half));
+  return is_standard_output(asked.json)
+             ? Result<void>()
+             : print(result_text(opened.probe->describe(), fields, response, half));
 }
 
 }  // namespace symrig::apps

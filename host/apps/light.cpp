@@ -29,11 +29,12 @@ constexpr std::array<BuiltIn, 4> kBuiltIn{{
     {"natural", "a smooth textured picture", [](Grid grid) { return natural_pattern(grid, 1); }},
 }};
 
-/// No file, and no built-in light of that name.
+/// The light is neither a file nor a built-in light.
 Error no_light(const std::string& light) {
   std::vector<std::string_view> names;
   for (const BuiltIn& one : kBuiltIn) names.push_back(one.name);
-  return {ErrorCode::not_found, fmt::format("there is no file {}, and no built-in light is called so", light),
+  return {ErrorCode::not_found,
+          fmt::format("there is no file {}, and no built-in light has that name", light),
           fmt::format("{}built-in lights: {}", suggestion(light, names), listed(names))};
 }
 
@@ -55,10 +56,10 @@ Result<Image<float>> read_light(const std::string& light, Grid grid, const std::
 
 std::string light_help() {
   std::string text =
-      "IMAGE is an EXR, PNG or PFM file of that grid; its values are linear light (PNG: code / largest "
-      "code), and any\n"
-      "finite value is allowed. Colour becomes its luminance: projectors show white light. Or a built-in "
-      "light:\n";
+      "IMAGE is an EXR, PNG or PFM file of that grid. Its values are linear light (PNG: code / "
+      "largest code);\n"
+      "any finite value is allowed. Colour becomes luminance, because projectors show white light.\n"
+      "Or IMAGE is a built-in light:\n";
   for (const BuiltIn& one : kBuiltIn) text += fmt::format("  {:<9}  {}\n", one.name, one.meaning);
   return text;
 }

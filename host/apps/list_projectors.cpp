@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Modes that a pattern can be shown in, each once; the preferred one has a star.
+/// The modes that can show a pattern, each once. A star marks the preferred mode.
 std::string modes_text(const Display& display) {
   std::vector<std::string> names;
   for (const DisplayMode& mode : display.modes) {
@@ -27,7 +27,7 @@ std::string modes_text(const Display& display) {
 std::string row(const Display& display, std::size_t width) {
   if (!display.error.empty()) return fmt::format("{}: {}\n", display.connector, display.error);
   const std::string model = display.model.empty() ? "-" : display.model;
-  const std::string what = display.connected ? modes_text(display) : "nothing plugged in";
+  const std::string what = display.connected ? modes_text(display) : "nothing connected";
   return fmt::format("{:<{}}  {:<8}  {:<13}  {}\n", display.connector, width, display.driver, model, what);
 }
 

@@ -10,10 +10,10 @@
 
 namespace symrig::apps {
 
-/// The table of `symrig list` for people: one line a connector, its modes below. Empty if there is none.
+/// The table of `symrig list`: one line for each connector, with its modes. Empty if there is no connector.
 std::string projectors_table(const std::vector<Display>& displays);
 
-/// The same for scripts: an array, one object a connector.
+/// The same as JSON: an array with one object for each connector.
 nlohmann::ordered_json projectors_json(const std::vector<Display>& displays);
 
 }  // namespace symrig::apps

@@ -54,12 +54,12 @@ constexpr std::array<Command, 19> kCommands{{{"capture", add_capture},
 
 constexpr const char* kExample =
     "Example:\n"
-    "  symrig capture --rig 'sim:vgroove-textured?size=64x64' -o scene.h5   measure how the scene transports "
-    "light\n"
-    "  symrig relight scene.h5 --light letters -o relit.png                 see it under light it was never "
-    "shown\n"
-    "  symrig report scene.h5 -o report.html                                one page with pictures and "
-    "numbers\n"
+    "  symrig capture --rig 'sim:vgroove-textured?size=64x64' -o scene.h5   measure how the scene "
+    "transports light\n"
+    "  symrig relight scene.h5 --light letters -o relit.png                 compute the picture "
+    "under new light\n"
+    "  symrig report scene.h5 -o report.html                                one page with pictures "
+    "and numbers\n"
     "\n"
     "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.\n"
     "Each command has its own help: symrig capture --help";
@@ -70,7 +70,7 @@ std::vector<std::string_view> command_names() {
   return names;
 }
 
-/// The word that should be a command but is none.
+/// The first word, if it is neither a command nor an option.
 std::optional<std::string> unknown_command(int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return std::nullopt;
   for (const Command& command : kCommands)
@@ -78,8 +78,8 @@ std::optional<std::string> unknown_command(int argc, char** argv) {
   return argv[1];
 }
 
-/// Photographs come and go by the batch. Handing their memory back to the system each time and having it
-/// paged in again takes longer than merging them (docs/benchmarks.md).
+/// Photographs are allocated and freed in batches. Returning their memory to the system each time takes
+/// longer than merging them (docs/benchmarks.md).
 void keep_freed_memory() {
   mallopt(M_MMAP_THRESHOLD, 1 << 30);
   mallopt(M_TRIM_THRESHOLD, 2'000'000'000);
@@ -97,14 +97,14 @@ int finish(std::string_view command, const Result<void>& result) {
   return exit_code(result.error().code);
 }
 
-/// Help or version. Where it cannot be written, the exit code says so.
+/// Prints help or version. If that fails, the exit code reports it.
 int print_help(CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream text;
   app.exit(error, text, text);
   return finish("", print(text.str()));
 }
 
-/// Help and version end well; anything else the parser objects to is a usage error of one line.
+/// Help and version end with code 0. Every other parser error is a usage error of one line.
 int parse_failure(CLI::App& app, const CLI::ParseError& error, std::span<const std::string> words) {
   if (error.get_exit_code() == 0) return print_help(app, error);
   const auto named =
@@ -139,8 +139,8 @@ int run(int argc, char** argv) {
   for (const CLI::App* command : app.get_subcommands())
     if (const auto empty = empty_value(*command)) return usage_error(command->get_name(), *empty);
   catch_interrupts();
-  static_cast<void>(
-      std::signal(SIGXFSZ, SIG_IGN));  // a file beyond its limit is an error that write() tells, not a death
+  static_cast<void>(std::signal(
+      SIGXFSZ, SIG_IGN));  // a file over its size limit then makes write() fail instead of ending the process
   for (std::size_t k = 0; k < kCommands.size(); ++k)
     if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
   return kUsage;

@@ -22,8 +22,8 @@ extern "C" void on_signal(int) {
   stop_asked = true;
 }
 
-/// A terminal that closes sends the signal twice (the kernel and the shell), so the second one is no wish to
-/// end at once. Under nohup it stays ignored.
+/// A terminal that closes sends SIGHUP twice (the kernel and the shell), so the second signal must not end
+/// the process at once. Under nohup the signal stays ignored.
 void catch_hang_up() {
   struct sigaction action {};
   sigaction(SIGHUP, nullptr, &action);
@@ -38,7 +38,7 @@ void catch_hang_up() {
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second one finds the default: the process ends
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // a second signal ends the process
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   catch_hang_up();
@@ -77,8 +77,8 @@ bool Meter::report(const ProgressEvent& event) {
   return !interrupted();
 }
 
-/// "symrig capture: level 5, 120 of 318 photographs, 12 s, about 20 s to go", or less of it on a terminal
-/// that is too narrow. The last column stays free: some terminals wrap when it is written.
+/// "symrig capture: level 5, 120 of 318 photographs, 12 s, about 20 s to go", or a shorter form on a narrow
+/// terminal. The last column stays free, because some terminals wrap when it is written.
 std::string Meter::line(const ProgressEvent& event, double seconds) const {
   std::string count = fmt::format("{}", event.done);
   if (event.expected > 0) count += fmt::format(" of {}", event.expected);

@@ -9,22 +9,22 @@
 
 namespace symrig::apps {
 
-/// From now on Ctrl-C (or SIGTERM, SIGHUP) asks the running job to stop at its next photograph; a second
+/// From now on Ctrl-C (or SIGTERM, SIGHUP) asks the running job to stop at its next photograph. A second
 /// Ctrl-C or SIGTERM ends the process at once.
 void catch_interrupts();
 bool interrupted();
 
-/// One line of progress on a terminal's stderr, rewritten in place and never wider than the terminal; silent
-/// in a pipe. Also the way by which Ctrl-C reaches the library.
+/// Shows one line of progress on standard error and rewrites it in place. The line is never wider than the
+/// terminal. In a pipe it shows nothing. It also passes Ctrl-C to the library.
 class Meter {
  public:
-  /// unit: what is counted, "photographs".
+  /// unit: what is counted, such as "photographs".
   Meter(std::string command, std::string unit);
   Meter(const Meter&) = delete;
   Meter& operator=(const Meter&) = delete;
   ~Meter();
 
-  /// Callable as long as the meter lives.
+  /// The callback for the library. It must not be used after the meter is destroyed.
   Progress progress();
 
  private:

@@ -11,7 +11,7 @@
 namespace symrig::apps {
 namespace {
 
-/// A plus sign is a number's, as everywhere but in from_chars.
+/// Removes a leading plus sign, which from_chars does not accept.
 std::string_view unsigned_text(std::string_view text) {
   const bool plus = text.size() > 1 && text[0] == '+' && text[1] != '-';
   return plus ? text.substr(1) : text;
@@ -30,10 +30,10 @@ std::string whole_number_fault(const std::string& text, long long least, long lo
   const auto [stop, error] = parse(digits, value);
   const bool whole = stop == digits.data() + digits.size() && error != std::errc::invalid_argument;
   if (!whole) return fmt::format("'{}' is not a whole number", text);
-  // Whoever converts it later may take 010 for eight.
+  // The conversion later may read 010 as eight.
   const std::string_view figures = digits.substr(digits[0] == '-' ? 1 : 0);
   if (figures.size() > 1 && figures[0] == '0')
-    return fmt::format("'{}' begins with a zero; leave it out", text);
+    return fmt::format("'{}' begins with a zero; remove the zero", text);
   if (error == std::errc{} && value >= least && value <= most) return {};
   return fmt::format("'{}' is too {}; give {} to {}", text, text[0] == '-' ? "small" : "large", least, most);
 }
@@ -44,8 +44,7 @@ std::string real_number_fault(const std::string& text) {
   const auto [stop, error] = parse(digits, value);
   if (stop != digits.data() + digits.size() || error == std::errc::invalid_argument)
     return fmt::format("'{}' is not a number", text);
-  if (error == std::errc::result_out_of_range)
-    return fmt::format("'{}' is beyond all numbers of 64 bits", text);
+  if (error == std::errc::result_out_of_range) return fmt::format("'{}' does not fit a 64-bit number", text);
   return std::isfinite(value) ? std::string() : fmt::format("'{}' is not a finite number", text);
 }
 

@@ -9,14 +9,14 @@
 
 namespace symrig::apps {
 
-/// Why a text is no whole number from least to most, or nothing. The parser by itself takes 010 for eight and
-/// what 64 bits do not hold for the largest number that they do.
+/// Why a text is not a whole number from least to most; empty if it is one. The parser alone reads 010 as
+/// eight, and clamps a number that does not fit 64 bits.
 std::string whole_number_fault(const std::string& text, long long least, long long most);
-/// Why a text is no finite decimal number, or nothing.
+/// Why a text is not a finite decimal number; empty if it is one.
 std::string real_number_fault(const std::string& text);
 
-/// Lets an option take numbers only, before they are converted. What they may be is checked where they are
-/// used.
+/// Makes an option accept numbers only, before they are converted. The code that uses a number checks its
+/// range.
 template <class T>
 CLI::Option* takes_number(CLI::Option* option) {
   if constexpr (std::is_floating_point_v<T>) {

@@ -10,23 +10,24 @@
 
 namespace symrig::apps {
 
-/// What `--board` means: the board at a URI, or the JSON description of one in a file.
+/// The board that `--board` names: a board at a URI, or the JSON description of a board in a file.
 /// fails: bad_argument, not_found, bad_format, device_lost.
 Result<BoardInfo> board_info_of(const std::string& board);
 
-/// What commands on a program read: the file and the files that it names; `--board`, unless it is a URI.
+/// The files that a command on a program reads: the program, the files that it names, and `--board` unless it
+/// is a URI.
 JobFiles program_files(const std::string& file, const std::string& board);
 
-/// A program as it was given: a file in TOML, compiled for `board`, or a compiled one.
+/// A program from a file: TOML compiled for `board`, or a compiled program.
 struct ProgramInput {
   CompiledProgram program;
-  std::vector<FileFinding> findings;  ///< of a TOML file; none is an error
+  std::vector<FileFinding> findings;  ///< of a TOML file; none has the severity error
 };
 
-/// The first error of a compilation as an Error with the rest counted.
+/// The first error of a compilation. The hint counts the other errors.
 Error first_error(const std::string& file, const Compilation& compilation);
 
-/// "scan.toml:12: warning: ...": one line each.
+/// One line for each finding, such as "scan.toml:12: warning: ...".
 std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings, Severity least);
 
 /// Does the file hold a compiled program (scan.symprog)? fails: not_found, io.

@@ -13,8 +13,8 @@ namespace symrig::apps {
 namespace {
 
 Error not_simulated(const std::string& rig) {
-  return {ErrorCode::unknown_name, fmt::format("'{}' is no simulated rig", rig),
-          "only a simulated rig knows the truth, for example sim:vgroove-textured"};
+  return {ErrorCode::unknown_name, fmt::format("'{}' is not a simulated rig", rig),
+          "give a simulated rig, such as sim:vgroove-textured: only these know the exact transport"};
 }
 
 std::string scene_key_help() {
@@ -32,14 +32,14 @@ std::string meant_scene(const std::string& rig) {
   return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
 }
 
-/// A rig is named by its file, or simulated.
+/// A rig is a rig file or a simulated rig.
 Result<void> check_file(const std::string& rig) {
   std::error_code failed;
   const bool there = std::filesystem::exists(rig, failed);
-  if (there || failed == std::errc::permission_denied) return {};  // reading it says what is wrong
+  if (there || failed == std::errc::permission_denied) return {};  // reading it gives the exact error
   if (rig.ends_with(".toml"))
     return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
-  return Error{ErrorCode::unknown_name, fmt::format("no rig is called '{}'", rig),
+  return Error{ErrorCode::unknown_name, fmt::format("there is no rig '{}'", rig),
                meant_scene(rig) +
                    "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
 }
@@ -74,21 +74,21 @@ Result<OpenedRig> open_rig(const std::string& rig) {
   return OpenedRig{std::move(real), inside, "camera"};
 }
 
-std::string told(const RigTrouble& trouble) {
+std::string trouble_text(const RigTrouble& trouble) {
   std::string text;
   if (trouble.retaken > 0)
-    text += fmt::format("{} photographs were taken again; frames: {}\n", trouble.retaken,
-                        trouble.frames.trouble().empty() ? "all sound" : trouble.frames.trouble());
+    text += fmt::format("{} photographs were retaken; frames: {}\n", trouble.retaken,
+                        trouble.frames.trouble().empty() ? "all correct" : trouble.frames.trouble());
   const auto reopened = [&text](const char* device, std::int64_t times) {
-    if (times > 0) text += fmt::format("the {} was lost and came back {} times\n", device, times);
+    if (times > 0) text += fmt::format("the {} was lost and reconnected {} times\n", device, times);
   };
   reopened("board", trouble.boards_reopened);
   reopened("camera", trouble.cameras_reopened);
   reopened("projector", trouble.projectors_reopened);
   if (!trouble.exposures.empty())
     text += fmt::format(
-        "warning: exposures and pixels disagree: {}; check exposure_offset, the strobe line "
-        "and the camera's linearity\n",
+        "warning: exposure times and pixel values do not match: {}; check exposure_offset, the strobe "
+        "line and the camera's linearity\n",
         trouble.exposures);
   return text;
 }
@@ -104,7 +104,8 @@ TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progres
   return [scene = std::move(scene), progress = std::move(progress),
           done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Image<float>> {
     if (progress && !progress({"comparing with the true transport", done++, 0}))
-      return Error{ErrorCode::interrupted, "stopped before the comparison was done", "nothing was written"};
+      return Error{ErrorCode::interrupted, "stopped before the comparison was complete",
+                   "nothing was written"};
     if (pattern.grid() != scene->grid())
       return Error{ErrorCode::size_mismatch,
                    fmt::format("the rig's grid is {}, the scene file's {}", to_string(scene->grid()),
@@ -119,10 +120,9 @@ std::string known_scenes() {
 }
 
 std::string rig_help() {
-  return "RIG is a rig file (docs/rig-file.md), or sim:NAME or sim:NAME?key=value&key=value (quote it in a "
-         "shell). The "
-         "latter runs the real "
-         "firmware on a board in virtual time.\n"
+  return "RIG is a rig file (docs/rig-file.md), or a simulated rig: sim:NAME or "
+         "sim:NAME?key=value&key=value\n"
+         "(quote it in a shell). A simulated rig runs the real firmware on a board in virtual time.\n"
          "  scenes: " +
          known_scenes() + "\n" + scene_key_help();
 }

@@ -15,38 +15,38 @@ namespace symrig::apps {
 /// True for "sim:…".
 bool is_simulated(const std::string& rig);
 
-/// A rig that `--rig` has opened.
+/// An open rig.
 struct OpenedRig {
   std::unique_ptr<Probe> probe;
-  const Rig* rig = nullptr;  ///< inside the probe: for its trouble
+  const Rig* rig = nullptr;  ///< inside the probe; reports its trouble()
   std::string noise;         ///< "off" or "camera"
 };
 
-/// What opening `--rig RIG` reads: the rig file and the files that it names.
+/// The files that opening `--rig RIG` reads: the rig file and the files that it names.
 JobFiles rig_files(const std::string& rig);
 
 /// Opens `--rig RIG`: sim:NAME?key=value&… or a rig file (docs/rig-file.md).
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors.
 Result<OpenedRig> open_rig(const std::string& rig);
 
-/// The same for simulated rigs only, which know their truth.
+/// As open_rig, for simulated rigs only. These know the exact transport.
 Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig);
 
-/// The scene of a `sim:` rig alone, for ground truth: no board, camera or noise.  fails: as
-/// open_simulated_rig.
+/// The scene of a `sim:` rig, without board, camera or noise, as the truth.
+/// fails: as open_simulated_rig.
 Result<std::shared_ptr<const sim::Scene>> open_truth(const std::string& rig);
 
-/// The scene as the function that evaluate() and reports take; keeps the scene alive. Each use is one step of
+/// The scene as a function for evaluate() and for reports. It keeps the scene alive. Each call is one step of
 /// `progress`, which may be empty.
 TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progress = {});
 
-/// "plane, vgroove-white, …", for help texts.
+/// The names of all scenes, for help texts: "plane, vgroove-white, …".
 std::string known_scenes();
 
-/// What went wrong during a capture and was put right, a line each; empty: nothing.
-std::string told(const RigTrouble& trouble);
+/// What went wrong during a capture and was repaired, one line for each; empty: nothing.
+std::string trouble_text(const RigTrouble& trouble);
 
-/// Help text on sim: rigs and their keys.
+/// Help text: rigs, scenes and keys.
 std::string rig_help();
 
 }  // namespace symrig::apps

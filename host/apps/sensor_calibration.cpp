@@ -63,38 +63,39 @@ std::string to_json(const SensorCalibration& asked, const SensorPhotographs& pho
   return json_text(json, 1);
 }
 
-std::string told_sensor(const Sensor& sensor, const SensorPhotographs& photographs) {
+std::string sensor_text(const Sensor& sensor, const SensorPhotographs& photographs) {
   const NoiseModel& noise = sensor.noise;
   std::string text = fmt::format(
       "  gain        {:.4g} DN/e- ± {}\n"
       "  read noise  {:.3g} e- ± {}\n"
-      "  pedestal    {:.2f} DN, light piles up at {} DN, full well {:.0f} e-\n"
+      "  pedestal    {:.2f} DN, clipping at {} DN, full well {:.0f} e-\n"
       "  pixels      sensitivities differ by {} rms, dark levels by {:.2g} DN rms; {} defects\n",
       noise.gain(), percent(sensor.gain_sigma), noise.read_noise(), percent(sensor.read_noise_sigma),
       noise.pedestal(), noise.clipping_code(), noise.full_well(), percent(sensor.prnu), sensor.dsnu,
       defects_of(sensor));
   if (sensor.gain_sigma <= kGainWanted && sensor.read_noise_sigma <= kReadNoiseWanted) return text;
   const FramesNeeded needed = frames_needed(photographs.grid.size(), kGainWanted, kReadNoiseWanted);
-  return text + fmt::format("  for 3 % and 5 % (five sigmas): {} dark frames and {} pairs a level\n",
-                            needed.dark, needed.flat_pairs);
+  return text +
+         fmt::format("  for 3 % and 5 % (five sigmas), take {} dark frames and {} pairs at each level\n",
+                     needed.dark, needed.flat_pairs);
 }
 
-std::string told(const SensorCalibration& asked, const SensorPhotographs& photographs,
-                 const SensorFindings& found) {
+std::string result_text(const SensorCalibration& asked, const SensorPhotographs& photographs,
+                        const SensorFindings& found) {
   std::string text =
       fmt::format("{}: {}, {} dark frames, {} flat levels, {} exposures of a scene\n",
                   folder_name(asked.folder), to_string(photographs.grid), photographs.dark.size(),
                   photographs.flat.size(), photographs.bracket.size());
-  if (found.sensor) text += told_sensor(*found.sensor, photographs);
+  if (found.sensor) text += sensor_text(*found.sensor, photographs);
   if (found.linearity)
-    text += fmt::format("  linearity   {}: off by {} ± {} of full scale at most, at {:.0f} DN\n",
+    text += fmt::format("  linearity   {}: largest deviation {} ± {} of full scale, at {:.0f} DN\n",
                         found.linearity->linear() ? "linear" : "NOT linear", percent(found.linearity->worst),
                         percent(found.linearity->worst_sigma), found.linearity->at_code);
   if (found.response)
-    text +=
-        fmt::format("  response    from {} samples, {} of {} codes put in order; two methods differ by {}\n",
-                    found.response->samples, found.response->repaired, found.response->light.size(),
-                    percent(found.response_doubt));
+    text += fmt::format(
+        "  response    from {} samples, {} of {} codes made monotonic; two methods differ by {}\n",
+        found.response->samples, found.response->repaired, found.response->light.size(),
+        percent(found.response_doubt));
   return text;
 }
 
@@ -107,7 +108,8 @@ Result<void> write_files(const SensorCalibration& asked, const SensorFindings& f
     return not_there(asked.output, "the folder has no dark and flat frames",
                      "name them in [sensor], or ask for --response alone");
   if (!asked.response.empty() && !found.response)
-    return found.linearity ? not_there(asked.response, "the camera is linear", "it needs no response")
+    return found.linearity ? not_there(asked.response, "the camera is linear",
+                                       "remove --response: a linear camera needs none")
                            : not_there(asked.response, "the folder has no exposures of a still scene",
                                        "name them in [[sensor.bracket]]");
   if (!asked.output.empty()) SYMRIG_CHECK(save_sensor(asked.output, *found.sensor));
@@ -129,7 +131,7 @@ Result<void> calibrate_sensor(const SensorCalibration& asked) {
   SYMRIG_TRY(const SensorFindings found, examine_sensor(photographs));
   SYMRIG_CHECK(write_files(asked, found));
   SYMRIG_CHECK(write_text(asked.json, to_json(asked, photographs, found)));
-  return is_standard_output(asked.json) ? Result<void>() : print(told(asked, photographs, found));
+  return is_standard_output(asked.json) ? Result<void>() : print(result_text(asked, photographs, found));
 }
 
 }  // namespace symrig::apps

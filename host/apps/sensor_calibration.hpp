@@ -7,16 +7,16 @@
 
 namespace symrig::apps {
 
-/// `symrig calibrate --sensor DIR`: what a camera's sensor is, from frames of it alone.
+/// `symrig calibrate --sensor DIR`: measures a camera's sensor from dark and flat frames.
 struct SensorCalibration {
   std::string folder;
-  std::string output;    ///< sensor.toml; empty: only told
-  std::string response;  ///< response.toml; empty: only told
+  std::string output;    ///< sensor.toml; empty: only printed
+  std::string response;  ///< response.toml; empty: only printed
   std::string json;
 };
 
-/// fails: as read_sensor_folder and examine_sensor; bad_value (a file was asked for that these frames do not
-/// give).
+/// fails: as read_sensor_folder and examine_sensor; bad_value (these frames do not give a file that was asked
+/// for).
 Result<void> calibrate_sensor(const SensorCalibration& asked);
 
 }  // namespace symrig::apps

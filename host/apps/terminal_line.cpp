@@ -8,7 +8,8 @@
 namespace symrig::apps {
 namespace {
 
-/// A letter of UTF-8 and what it takes on the screen. From Hangul on letters may be two columns wide.
+/// One character of UTF-8 and the columns that it takes on the screen. Characters from Hangul on may be two
+/// columns wide.
 struct Letter {
   std::size_t bytes = 1, columns = 1;
 };

@@ -11,7 +11,8 @@
 namespace symrig::apps {
 namespace {
 
-/// "--rig" of "--rig=x", "-o" of "-oscene.h5"; empty: no option. A number below 0 is a value.
+/// The option's name: "--rig" of "--rig=x", "-o" of "-oscene.h5"; empty if the word is not an option. A
+/// number below 0 is a value.
 std::string option_in(const std::string& word) {
   if (word.size() < 2 || word[0] != '-' || word == "--") return {};
   if (word[1] == '-') return word.substr(0, word.find('='));
@@ -19,7 +20,7 @@ std::string option_in(const std::string& word) {
   return number ? std::string() : word.substr(0, 2);
 }
 
-/// Words after it that are its values, however they look.
+/// The number of following words that are values of the option, whatever they look like.
 std::size_t values_after(const CLI::Option& option, const std::string& word, const std::string& name) {
   const bool joined = word.size() > name.size();
   const int least = std::max(0, option.get_items_expected_min());
@@ -66,7 +67,7 @@ std::optional<std::string> empty_value(const CLI::App& command) {
     if (option->count() == 0) continue;
     const auto& values = option->results();
     if (std::any_of(values.begin(), values.end(), [](const std::string& value) { return value.empty(); }))
-      return fmt::format("{} is empty; give a value, or leave it out", option->get_name());
+      return fmt::format("{} is empty; give a value, or remove the option", option->get_name());
   }
   return std::nullopt;
 }

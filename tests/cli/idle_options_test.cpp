@@ -61,7 +61,7 @@ TEST_F(IdleOptions, relight) {
   expect_refusal({"relight", "scene.h5", "--light", "white", "-o", "a.exr", "--views", "2x2"}, kUsage,
                  {"--views has no effect"});
   expect_refusal({"dual", "scene.h5", "--light", "white", "-o", "a.pfm", "--exposure", "2"}, kUsage,
-                 {"--exposure is for .png"});
+                 {"--exposure applies to .png only"});
 }
 
 TEST_F(IdleOptions, flash_and_calibrate) {

@@ -20,7 +20,7 @@ TEST_F(Misspelling, commands_and_options) {
 
 // What follows an option is its value, however it looks.
 TEST_F(Misspelling, a_value_is_no_option) {
-  expect_refusal({"capture", "--rig", "--rgi", "-o", "a.h5"}, kUsage, {"no rig is called '--rgi'"});
+  expect_refusal({"capture", "--rig", "--rgi", "-o", "a.h5"}, kUsage, {"there is no rig '--rgi'"});
   expect_refusal({"relight", "a.h5", "--light", "-1", "--ouptut", "b.png"}, kUsage, {"'--ouptut'"});
 }
 

@@ -256,7 +256,7 @@ def writes_through(bench):
     os.close(write)
     with open(read, "rb") as end:
         assert done.returncode == 0 and end.read() == plain, done
-    bench.refuses(["inspect", "in.h5", "--json", "/dev/fd/77"], {2}, "no such descriptor")
+    bench.refuses(["inspect", "in.h5", "--json", "/dev/fd/77"], {2}, "this descriptor is not open for writing")
     bench.refuses(["run", "p.toml", "--device", "sim:", "-o", "-", "--vcd", "/dev/stdout"], {2}, "two outputs on standard output")
     for words in (["capture", "--rig", SMALL, "-o"], ["compile", "p.toml", "-o"], ["relight", "in.h5", "--light", "white", "-o"]):
         for name in ("-", "/dev/stdout"):

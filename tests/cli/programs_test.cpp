@@ -39,7 +39,7 @@ TEST_F(Programs, lint_of_a_good_program_ends_well) {
   const Outcome lint = symrig({"lint", "scan.toml"});
   EXPECT_EQ(lint.code, 0);
   EXPECT_EQ(lint.err, "");
-  EXPECT_NE(lint.out.find("scan.toml: good for board 'sim'"), std::string::npos) << lint.out;
+  EXPECT_NE(lint.out.find("scan.toml: no errors for board 'sim'"), std::string::npos) << lint.out;
   EXPECT_EQ(files(), std::set<std::string>{"scan.toml"});
 }
 
@@ -115,7 +115,8 @@ TEST_F(Programs, trace_draws_plans_without_a_board) {
   EXPECT_EQ(plan.code, 0);
   EXPECT_EQ(plan.out.rfind("$version symrig $end\n", 0), 0U);
   EXPECT_EQ(plan.out.find("actual"), std::string::npos);
-  expect_refusal({"trace", "scan.toml", "--actual", "--vcd", "x.vcd"}, kUsage, {"no receipt", "symrig run"});
+  expect_refusal({"trace", "scan.toml", "--actual", "--vcd", "x.vcd"}, kUsage,
+                 {"not a receipt", "symrig run"});
   write("other.json", "{\"format\": \"other\"}");
   expect_refusal({"trace", "other.json", "--vcd", "x.vcd"}, kBadInput, {"other.json", "not the receipt"});
 }

@@ -79,7 +79,7 @@ TEST_F(Relight, a_mosaic_becomes_colour_with_every_sample_kept) {
 
 TEST_F(Relight, a_mosaic_that_is_none_is_refused) {
   expect_refusal({"relight", "scene.h5", "--light", "white", "--mosaic", "RGGB", "-o", "out.exr"}, kUsage,
-                 {"--mosaic", "colour channels already"});
+                 {"--mosaic", "already has colour channels"});
   expect_refusal({"relight", "scene.h5", "--light", "white", "--mosaic", "RGBG", "-o", "out.exr"}, kUsage,
                  {"RGBG"});
 }

@@ -28,7 +28,7 @@ TEST_F(Report, of_a_simulated_scene_shows_all_that_was_promised) {
   const std::string page = read_text(path("report.html"));
   expect_self_contained(page);
   for (const char* words :
-       {"flood-lit", "A vertical bar", "Letters", "Ground truth", "A slice of T", "The level at which",
+       {"flood-lit", "A vertical bar", "Letters", "Ground truth", "A slice of T", "The level of the leaf",
         "Stopped at each level", "brute force", "frobenius", "indirect", "flood", "relight, natural",
         "simulated capture time", "rank-1", "subdivided"})
     EXPECT_GT(count(page, words), 0U) << words;

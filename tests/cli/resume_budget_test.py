@@ -46,7 +46,7 @@ class Folder:
         told = (rig, name, more, outcome.returncode, outcome.stderr)
         assert outcome.returncode in codes, told
         assert outcome.stderr.count("\n") == 1 and all(word in outcome.stderr for word in words), told
-        assert not ("delete" in outcome.stderr and "goes on from there" in outcome.stderr), told  # one cause, one next step
+        assert not ("delete" in outcome.stderr and "continue with --resume" in outcome.stderr), told  # one cause, one next step
         assert self.log(name).read_bytes() == before, ("the log has changed", *told)
 
 

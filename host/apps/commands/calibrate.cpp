@@ -27,7 +27,7 @@ struct CalibrateArguments {
   std::string rig, levels, sensor, response, output, uncertainty, report, json;
 };
 
-/// What a calibration found, from photographs or from a rig.
+/// The result of a calibration, from photographs or from a rig.
 struct Calibration {
   CalibrationSummary summary;
   PixelMap map;
@@ -42,7 +42,8 @@ Result<Calibration> from_folder(const CodeFolder& from) {
   return Calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
 }
 
-/// Shows the sequence through the rig, one photograph a pattern. white: the flood-lit one with its variance.
+/// Shows the sequence with the rig and takes one photograph for each pattern. white: the flood-lit photograph
+/// with its variance.
 Result<CodePhotographs> photograph_code(Probe& rig, Radiance& white) {
   CodePhotographs photographs{GrayCode(rig.grid()), {}, {}};
   const std::vector<Pattern> patterns = gray_code_patterns(rig.grid());
@@ -91,10 +92,9 @@ Result<Calibration> from_rig(const std::string& name) {
 std::string calibration_text(const Calibration& c) {
   std::string text = fmt::format(
       "{}: {} photographs, camera {}, projector {}\n"
-      "decoded {} of the camera's pixels, {} of the lit ones; {} of them lie over 1.5 pixels off their "
-      "neighbours, the "
-      "others {:.3f} rms\n"
-      "mean white {:.4g}, mean black {:.4g}, noise {:.3g} rms a pixel (units of the photographs)\n",
+      "decoded {} of the camera's pixels, {} of the lit ones; {} of these are outliers (over 1.5 "
+      "pixels from their neighbours' map), rms of the others {:.3f} pixels\n"
+      "mean white {:.4g}, mean black {:.4g}, noise {:.3g} rms a pixel (in units of the photographs)\n",
       c.summary.source, c.summary.photographs, to_string(c.map.camera), to_string(c.map.projector),
       percent(c.map.decoded_share()), percent(c.summary.quality.valid_share),
       percent(c.summary.quality.outlier_share), c.summary.quality.rms, c.summary.mean_white,
@@ -103,17 +103,18 @@ std::string calibration_text(const Calibration& c) {
   const RigSummary& rig = *c.summary.rig;
   return text +
          fmt::format(
-             "projector - camera position: rows {:+.3f}, columns {:+.3f} pixels (rms about it {:.3f})\n"
-             "noise of the flood-lit photograph by the rig's own account {:.3g}; {} of its values are not "
+             "projector - camera position: rows {:+.3f}, columns {:+.3f} pixels (rms deviation from this "
+             "mean {:.3f})\n"
+             "noise of the flood-lit photograph as the rig predicts it: {:.3g}; {} of its values are not "
              "usable\n",
              rig.offset_row, rig.offset_col, rig.offset_rms, rig.predicted_noise, percent(rig.invalid_share));
 }
 
-/// Each way to calibrate has its own files.
+/// Refuses options that have no effect with the chosen kind of calibration.
 Result<void> check_calibrate_effects(const CLI::App& command, const CalibrateArguments& arguments) {
   const bool sensor = !arguments.sensor.empty(), folder = !arguments.from.folder.empty();
   const std::array<Idle, 3> options{{
-      {"--projector", !folder, "without --from: a rig knows its projector"},
+      {"--projector", !folder, "without --from: a rig knows its projector's size"},
       {"--uncertainty", sensor, "with --sensor, which measures no map"},
       {"--report", sensor, "with --sensor, which measures no map"},
   }};
@@ -123,29 +124,30 @@ Result<void> check_calibrate_effects(const CLI::App& command, const CalibrateArg
 Result<void> check_arguments(const CalibrateArguments& arguments) {
   const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
   if (given != 1)
-    return Error{ErrorCode::bad_argument, "give one of --from, --rig and --sensor",
+    return Error{ErrorCode::bad_argument, "give exactly one of --from, --rig and --sensor",
                  "see symrig calibrate --help"};
   if (arguments.sensor.empty() && !arguments.response.empty())
-    return Error{ErrorCode::bad_argument, "--response goes with --sensor", "see symrig calibrate --help"};
+    return Error{ErrorCode::bad_argument, "--response needs --sensor", "see symrig calibrate --help"};
   if (arguments.from.folder.empty() && arguments.from.unchecked)
-    return Error{ErrorCode::bad_argument, "--unchecked goes with --from", "see symrig calibrate --help"};
+    return Error{ErrorCode::bad_argument, "--unchecked needs --from", "see symrig calibrate --help"};
   if (arguments.rig.empty() && !arguments.levels.empty())
-    return Error{ErrorCode::bad_argument, "--levels goes with --rig", "see symrig calibrate --help"};
+    return Error{ErrorCode::bad_argument, "--levels needs --rig", "see symrig calibrate --help"};
   if (!arguments.levels.empty() && !(arguments.output + arguments.uncertainty + arguments.report).empty())
     return Error{ErrorCode::bad_argument, "--levels measures no map",
-                 "leave -o, --uncertainty and --report out"};
+                 "remove -o, --uncertainty and --report"};
   if (!arguments.sensor.empty()) return {};
   for (const std::string& picture : {arguments.output, arguments.uncertainty}) {
     if (picture.empty()) continue;
     if (is_png(picture))
-      return Error{ErrorCode::bad_argument, fmt::format("{}: a map holds positions, and PNG cannot", picture),
-                   "write a .exr or .pfm"};
+      return Error{ErrorCode::bad_argument,
+                   fmt::format("{}: PNG cannot store the positions of a map", picture),
+                   "give a name that ends in .exr or .pfm"};
     SYMRIG_CHECK(check_picture_suffix(picture));
   }
   return {};
 }
 
-/// Where the map goes: as asked for, else where the rig file says.
+/// The file for the map: as given, else the one that the rig file names.
 Result<std::string> map_output(const CalibrateArguments& arguments) {
   if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
     return arguments.output;
@@ -153,7 +155,7 @@ Result<std::string> map_output(const CalibrateArguments& arguments) {
   return file.map;
 }
 
-/// The map that the rig file names is measured anew.
+/// The files of the calibration. It may replace the map that the rig file names.
 JobFiles files_of(const CalibrateArguments& arguments, const std::string& map) {
   JobFiles files = rig_files(arguments.rig);
   files.reads_folder("a photograph", arguments.from.folder)
@@ -188,45 +190,46 @@ Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
 }  // namespace
 
 Job add_calibrate(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("calibrate", "Which projector pixel each camera pixel sees, black level and noise");
+  CLI::App* command = app.add_subcommand(
+      "calibrate", "Measure which projector pixel each camera pixel sees, the black level and the noise");
   const auto arguments = std::make_shared<CalibrateArguments>();
   add_code_folder(*command, arguments->from);
-  command->add_option("--rig", arguments->rig, "Measure this rig instead: show it a Gray-code sequence")
+  command
+      ->add_option("--rig", arguments->rig, "Instead of a folder: measure this rig with a Gray-code sequence")
       ->type_name("RIG");
   command
       ->add_option("--levels", arguments->levels,
-                   "With --rig: measure the light of its projector's levels instead, file to write")
+                   "With --rig: measure the light of the projector's levels instead, and write this file")
       ->type_name("levels.toml");
   command
-      ->add_option(
-          "--sensor", arguments->sensor,
-          "Measure a camera's sensor instead: folder of dark and flat frames, named in its capture.toml")
+      ->add_option("--sensor", arguments->sensor,
+                   "Measure a camera's sensor instead: folder of dark and flat frames with capture.toml")
       ->type_name("DIR");
   command
       ->add_option("--response", arguments->response,
-                   "With --sensor: response curve to write, of a camera that is not linear")
+                   "With --sensor, for a camera that is not linear: response curve to write")
       ->type_name("response.toml");
   command
       ->add_option("-o,--output", arguments->output,
-                   "Map to write, .exr or .pfm: projector column, projector row, decoded; with --sensor the "
-                   "sensor.toml")
+                   "Map to write (.exr or .pfm); with --sensor: sensor.toml to write")
       ->type_name("map.exr");
   command
       ->add_option(
           "--uncertainty", arguments->uncertainty,
-          "Picture to write, .exr or .pfm: sigma of column and row, distance from the neighbours' map")
+          "Picture to write (.exr or .pfm): sigma of column and row, distance from the neighbours' map")
       ->type_name("sigma.exr");
-  command->add_option("--report", arguments->report, "Page to write: the map, and how well it is known")
+  command->add_option("--report", arguments->report, "HTML page to write: the map and its quality")
       ->type_name("map.html");
   add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
-                              "  symrig calibrate --from photographs -o map.exr --json -\n"
-                              "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
-                              "  symrig calibrate --rig rig.toml --levels levels.toml\n"
-                              "  symrig calibrate --sensor frames -o sensor.toml\n"
-                              "\n") +
-                  kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
+  command->footer(
+      std::string("Example:\n"
+                  "  symrig calibrate --from photographs -o map.exr --json -\n"
+                  "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
+                  "  symrig calibrate --rig rig.toml --levels levels.toml\n"
+                  "  symrig calibrate --sensor frames -o sensor.toml\n"
+                  "\n"
+                  "The channels of a map are projector column, projector row, and decoded (1 or 0).\n\n") +
+      kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
   return [command, arguments] { return run(*command, *arguments); };
 }
 

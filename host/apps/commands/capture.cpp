@@ -46,26 +46,26 @@ constexpr const char* kCaptureExample =
     "  symrig capture --rig 'sim:gummy?size=100x77&noise=off' -o gummy.h5 --json gummy.json\n"
     "\n"
     "{}\n"
-    "While it runs, scene.h5.log keeps the photographs. After a kill, a crash or Ctrl-C the same command "
-    "with "
-    "--resume goes\n"
-    "on from them. A capture that a budget ends is complete: it holds what the photographs tell.\n";
+    "During the capture, scene.h5.log keeps the photographs. After a kill, a crash or Ctrl-C, run the same "
+    "command\n"
+    "with --resume to continue from them. A capture that ends at a budget is complete: its tensor contains "
+    "what\n"
+    "the photographs show.\n";
 
-/// Every algorithm with its description, in lines.
+/// A line for each algorithm with its description; long ones go on below.
 std::string described_algorithms() {
-  constexpr std::size_t kWidth = 115;
-  std::string text, line = "Algorithms:";
+  constexpr std::size_t kWidth = 108;
+  std::string text = "Algorithms:\n";
   for (const AlgorithmInfo& one : algorithms()) {
-    const bool last = one.name == algorithm_names().back();
-    std::istringstream words(fmt::format("{} ({}){}", one.name, one.description, last ? "." : ","));
+    std::string line = fmt::format("  {:<7}", one.name);
+    std::istringstream words{std::string(one.description)};
     for (std::string word; words >> word;) {
-      if (line.size() + 1 + word.size() > kWidth)
-        text += std::exchange(line, word) + "\n";
-      else
-        line += " " + word;
+      if (line.size() + 1 + word.size() > kWidth) text += std::exchange(line, std::string(9, ' ')) + "\n";
+      line += " " + word;
     }
+    text += line + "\n";
   }
-  return text + line + "\n";
+  return text;
 }
 
 double since(Clock::time_point start) {
@@ -78,10 +78,10 @@ std::int64_t peak_memory() {
   return std::int64_t{usage.ru_maxrss} * 1024;
 }
 
-/// To the library 0 is no budget. Whoever gives one wants one.
+/// Refuses a budget of 0, because 0 means no budget in the library.
 Result<void> check_budgets_given(const CaptureArguments& arguments) {
   const auto none = [](const char* option, const char* next) {
-    return Error{ErrorCode::bad_argument, fmt::format("{} 0 leaves nothing to measure with", option), next};
+    return Error{ErrorCode::bad_argument, fmt::format("{} 0 allows no measurement", option), next};
   };
   if (arguments.max_patterns == 0) return none("--max-patterns", "give 1 or more");
   if (arguments.max_seconds == 0.0) return none("--max-seconds", "give seconds, such as 3600");
@@ -108,57 +108,57 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
                         .target_error = arguments.target_error.value_or(0)};
 }
 
-/// Evidence of a search that gave up, and what was done about it.
-std::string told_of_search(const Undetermined& found) {
+/// Why a search gave up, and what the capture did instead.
+std::string search_text(const Undetermined& found) {
   std::string text = fmt::format(
-      "the transport is not data-sparse: {} (the search would take at least {} photographs, "
-      "brute force {})\n",
+      "the transport is not data-sparse: {} (the search would need at least {} photographs, brute "
+      "force {})\n",
       found.reason, grouped(static_cast<double>(found.forecast)),
       grouped(static_cast<double>(found.brute_force)));
   for (const LevelEvidence& level : found.levels)
     if (level.tested > 0)
-      text +=
-          fmt::format("  level {}: {} of {} pairs of blocks are leaves, {} of their energy is unexplained\n",
-                      level.level, grouped(static_cast<double>(level.leaves)),
-                      grouped(static_cast<double>(level.tested)), percent(level.unexplained));
-  return text + (found.completed
-                     ? fmt::format("  brute force measured the rest after {} photographs\n",
-                                   grouped(static_cast<double>(found.patterns)))
-                     : "  a budget or the memory limit leaves no room for brute force: the search went on "
-                       "within them\n");
+      text += fmt::format("  level {}: {} of {} nodes are leaves; {} of their energy is unexplained\n",
+                          level.level, grouped(static_cast<double>(level.leaves)),
+                          grouped(static_cast<double>(level.tested)), percent(level.unexplained));
+  return text +
+         (found.completed
+              ? fmt::format("  brute force measured the rest after {} photographs\n",
+                            grouped(static_cast<double>(found.patterns)))
+              : "  a budget or the memory limit does not allow brute force: the search went on within it\n");
 }
 
-/// Photographs against brute force, where the search does not say it by itself.
-std::string told_of_brute_force(Algorithm algorithm, const CaptureResult& result) {
+/// Compares the photographs with brute force, unless search_text does.
+std::string brute_force_text(Algorithm algorithm, const CaptureResult& result) {
   const std::int64_t brute = result.tensor.projector_grid().size();
   if (result.patterns > brute)
     return fmt::format(
-        "warning: {} photographs more than brute force takes; --algorithm symrig never takes more\n",
+        "warning: {} photographs more than brute force needs; --algorithm symrig never takes more\n",
         grouped(static_cast<double>(result.patterns - brute)));
   if (algorithm_info(algorithm).yields_to_brute_force && !result.undetermined &&
       !result.tensor.columns().empty())
-    return "fewer than 64 pixels: measured by brute force, which takes no more photographs than a search\n";
+    return "fewer than 64 pixels: measured by brute force, which needs no more photographs than a search\n";
   return "";
 }
 
-/// What only some captures have to tell: a log, a budget, an estimate of the error.
-std::string told_besides(const CaptureSummary& summary, const CaptureResult& result) {
+/// Facts that only some captures have: a log, a budget, an estimated error.
+std::string other_facts_text(const CaptureSummary& summary, const CaptureResult& result) {
   std::string text;
   if (summary.replayed > 0)
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
-  text += told(summary.trouble);
-  if (result.undetermined) text += told_of_search(*result.undetermined);
-  text += told_of_brute_force(summary.algorithm, result);
+  text += trouble_text(summary.trouble);
+  if (result.undetermined) text += search_text(*result.undetermined);
+  text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   for (const std::string& finding : result.noise_check.findings)
-    text += fmt::format("warning: {}; estimated errors and rank tests trust the stated noise\n", finding);
+    text += fmt::format("warning: {}; estimated errors and rank tests rely on the stated noise\n", finding);
   if (result.estimated)
-    text += fmt::format("relative errors, estimated from {} (±: {:.0f} % confidence)\n",
-                        result.held_out.empty()
-                            ? std::string("held-out photographs before they were used too: an upper bound")
-                            : fmt::format("{} held-out photographs", result.held_out.size()),
-                        100 * kErrorConfidence) +
+    text += fmt::format(
+                "relative errors, estimated from {} (±: {:.0f} % confidence)\n",
+                result.held_out.empty()
+                    ? std::string("held-out photographs, before the search also used them: an upper bound")
+                    : fmt::format("{} held-out photographs", result.held_out.size()),
+                100 * kErrorConfidence) +
             error_table({*result.estimated, result.estimated_half_width, result.estimate_not_given});
   if (result.error_per_level.empty()) return text;
   text += "error after each level:";
@@ -168,16 +168,19 @@ std::string told_besides(const CaptureSummary& summary, const CaptureResult& res
   return text + "\n";
 }
 
-std::string told(const CaptureSummary& summary, const CaptureResult& result, const std::string& output) {
+std::string result_text(const CaptureSummary& summary, const CaptureResult& result,
+                        const std::string& output) {
   const auto patterns = static_cast<double>(result.patterns);
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
-      "{}: {} patterns ({} frames) instead of {}, tensor {}\n"
-      "capture time on the rig's clock {}, computed in {} ({} measuring, {} processing), peak memory {}\n{}",
+      "{}: {} patterns ({} frames), brute force {}; tensor {}\n"
+      "capture time on the rig's clock {}; computing time {} ({} measuring, {} processing); peak "
+      "memory {}\n"
+      "{}",
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
-      byte_size(static_cast<double>(summary.peak_memory_bytes)), told_besides(summary, result));
+      byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
 }
 
 struct Measured {
@@ -220,11 +223,11 @@ Result<void> check_axis(Probe& rig) {
   Result<void> checked = require_coaxial(rig);
   if (checked || checked.error().code != ErrorCode::bad_value) return checked;
   Error error = checked.error();
-  error.hint += ", or leave out --check-axis to capture all the same";
+  error.hint += ", or capture without --check-axis";
   return error;
 }
 
-/// Until everything is on the disk. Returns what is to be told.
+/// Captures and saves everything to the disk. Returns the text to print.
 Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options,
                                      OpenedRig& opened, CaptureLog& log, Clock::time_point start) {
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
@@ -233,7 +236,7 @@ Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureO
   meter.reset();
   measured.summary.total_seconds = since(start);
   const std::string json = capture_json(measured.summary, measured.result);
-  std::string text = told(measured.summary, measured.result, arguments.output);
+  std::string text = result_text(measured.summary, measured.result, arguments.output);
   SYMRIG_CHECK(save(arguments, std::move(measured), json));
   return text;
 }
@@ -269,54 +272,54 @@ Result<void> run(const CaptureArguments& arguments) {
 
 Job add_capture(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("capture", "Measure how a scene transports light, adaptively, and save the tensor");
+      app.add_subcommand("capture", "Measure how a scene transports light, and save the tensor");
   const auto arguments = std::make_shared<CaptureArguments>();
-  command->add_option("--rig", arguments->rig, "The rig to measure with, see below")
+  command->add_option("--rig", arguments->rig, "The rig to measure with (see below)")
       ->required()
       ->type_name("RIG");
   command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
       ->required()
       ->type_name("scene.h5");
   add_json(*command, arguments->json);
-  command->add_flag("--dual-subtract", arguments->dual_subtract,
-                    "For dual: subtract what is stored already (stronger than the published method)");
+  command->add_flag(
+      "--dual-subtract", arguments->dual_subtract,
+      "For dual: subtract the transport that is already stored (better than the published method)");
   command->add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
       ->type_name("NAME")
       ->capture_default_str();
   command
       ->add_option("--tolerance", arguments->tolerance,
-                   "Detail to stop at, as a share of the flood-lit RMS; smaller takes more patterns")
+                   "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
       ->type_name("X");
   command
       ->add_option("--dual-threshold", arguments->dual_threshold,
-                   "For dual: responses below this share of the flood-lit RMS are not refined")
+                   "For dual: do not refine responses below this share of the flood-lit RMS")
       ->type_name("X");
   command->add_option("--max-patterns", arguments->max_patterns, "Stop after this many photographs")
       ->type_name("N");
-  command->add_option("--max-seconds", arguments->max_seconds, "Stop after this long on the rig's clock")
+  command
+      ->add_option("--max-seconds", arguments->max_seconds, "Stop after this many seconds on the rig's clock")
       ->type_name("S");
   command
-      ->add_option(
-          "--target-error", arguments->target_error,
-          "Stop when the error estimated from held-out photographs and its uncertainty are below this share")
+      ->add_option("--target-error", arguments->target_error,
+                   "Stop when the estimated error plus its uncertainty is below this share")
       ->type_name("E");
   command
       ->add_option("--photograph-seconds", arguments->photograph_seconds,
-                   "Where exposures are planned: the longest that those of one photograph may take together, "
-                   "10 unless given")
+                   "If exposures are planned: longest total exposure of one photograph (default: 10)")
       ->type_name("S");
   add_log_options(*command, arguments->log);
   command
-      ->add_option("--split", arguments->split,
-                   "Several views: flat, views-first, views-last, all-at-once or compensated; "
-                   "without it, chosen from the flood-lit photograph")
+      ->add_option(
+          "--split", arguments->split,
+          "Order of several views: flat, views-first, views-last, all-at-once, compensated (default: by "
+          "the flood-lit photograph)")
       ->type_name("ORDER");
   command->add_flag("--check-axis", arguments->check_axis,
-                    "First measure, with 8 photographs, whether camera and projector share their pixels; "
-                    "stop if they do not");
+                    "First check with 8 photographs that camera and projector pixels coincide");
   command
       ->add_option("--polish", arguments->polish,
-                   "Refit everything to all photographs in the end, so many steps; 0: not")
+                   "Steps of a final refit of all transport to all photographs; 0: none")
       ->type_name("N");
   command->footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
                   kExitCodes);

@@ -66,13 +66,16 @@ Result<void> run(const CompileArguments& arguments) {
 }  // namespace
 
 Job add_compile(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("compile", "A program file as the records that a board runs");
+  CLI::App* command =
+      app.add_subcommand("compile", "Compile a program file into the records that a board runs");
   const auto arguments = std::make_shared<CompileArguments>();
   command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
-  command->add_option("-o,--output", arguments->output, "Where to write the compiled program")
+  command->add_option("-o,--output", arguments->output, "Compiled program to write")
       ->required()
       ->type_name("scan.symprog");
-  command->add_option("--board", arguments->board, "The board it is for: a URI, or a file that describes it")
+  command
+      ->add_option("--board", arguments->board,
+                   "The board that will run it: a URI, or a file that describes the board")
       ->type_name("URI|FILE")
       ->capture_default_str();
   add_json(*command, arguments->json);

@@ -24,19 +24,20 @@ struct ConformanceArguments {
 constexpr const char* kConformanceExample =
     "Example:\n"
     "  symrig conformance sim:                                    the simulated board\n"
-    "  symrig conformance usb: --jumper projector_trigger:vsync   a board with one wire from an output to an "
-    "input\n"
+    "  symrig conformance usb: --jumper projector_trigger:vsync   a board with a wire from an "
+    "output to an input\n"
     "  symrig conformance usb: --filter '^limits'                 some of the checks\n"
     "\n"
-    "Outputs move: nothing that lights, heats or shoots may be wired to them. The board ends safe and "
-    "without a\n"
-    "configuration; what it keeps over power-off is not touched. docs/conformance.md lists the checks.";
+    "The checks switch outputs: first disconnect everything that lights, heats or shoots. "
+    "Afterwards the board is\n"
+    "safe and has no configuration; its stored configuration and its label do not change.\n"
+    "docs/conformance.md lists the checks.";
 
 Result<Jumper> parse_jumper(const std::string& text) {
   const std::size_t colon = text.find(':');
   if (colon == 0 || colon == std::string::npos || colon + 1 == text.size())
     return Error{ErrorCode::bad_argument, fmt::format("--jumper '{}' is not OUTPUT:INPUT", text),
-                 "for example projector_trigger:vsync"};
+                 "give for example projector_trigger:vsync"};
   return Jumper{text.substr(0, colon), text.substr(colon + 1)};
 }
 
@@ -60,9 +61,9 @@ std::string json_of(const ConformanceReport& report) {
   return json_text(json, 2);
 }
 
-Result<void> sum_up(const ConformanceReport& report, bool talks) {
+Result<void> sum_up(const ConformanceReport& report, bool prints) {
   const std::size_t failed = report.count(CheckOutcome::failed);
-  if (talks)
+  if (prints)
     SYMRIG_CHECK(
         print(fmt::format("board '{}' {} ({}): {} passed, {} failed, {} skipped\n", report.board,
                           report.unique_id, report.firmware_version, report.count(CheckOutcome::passed),
@@ -72,7 +73,7 @@ Result<void> sum_up(const ConformanceReport& report, bool talks) {
     return Error{ErrorCode::bad_argument, "all checks were skipped", "give --jumper, or another --filter"};
   return Error{ErrorCode::protocol,
                fmt::format("the board fails {} of {} checks", failed, report.results.size()),
-               "update its firmware; docs/conformance.md says what each check asks for"};
+               "update its firmware; docs/conformance.md describes each check"};
 }
 
 Result<void> run(const ConformanceArguments& arguments) {
@@ -82,10 +83,10 @@ Result<void> run(const ConformanceArguments& arguments) {
   if (!arguments.jumper.empty()) {
     SYMRIG_TRY(options.jumper, parse_jumper(arguments.jumper));
   }
-  const bool talks = !is_standard_output(arguments.json);
+  const bool prints = !is_standard_output(arguments.json);
   Result<void> printed;
   options.on_result = [&](const CheckResult& result) {
-    if (talks && printed) printed = print(line_of(result));
+    if (prints && printed) printed = print(line_of(result));
   };
   options.stop = [] { return interrupted(); };
   SYMRIG_TRY(const auto uri, choose_board(arguments.uri));
@@ -93,19 +94,22 @@ Result<void> run(const ConformanceArguments& arguments) {
   SYMRIG_TRY(const ConformanceReport report, check_conformance(std::move(link), options));
   if (!printed) return printed;
   SYMRIG_CHECK(write_text(arguments.json, json_of(report)));
-  return sum_up(report, talks);
+  return sum_up(report, prints);
 }
 
 }  // namespace
 
 Job add_conformance(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "conformance", "Whether a board does all that the protocol asks for: a list of named checks");
+  CLI::App* command =
+      app.add_subcommand("conformance", "Check whether a board meets the protocol: a list of named checks");
   const auto arguments = std::make_shared<ConformanceArguments>();
   command->add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
-  command->add_option("--filter", arguments->filter, "Only checks whose name this regular expression finds")
+  command
+      ->add_option("--filter", arguments->filter,
+                   "Run only the checks whose name matches this regular expression")
       ->type_name("REGEX");
-  command->add_option("--jumper", arguments->jumper, "A wire from an output to an input that is time-stamped")
+  command
+      ->add_option("--jumper", arguments->jumper, "Use this wire from an output to an input with time stamps")
       ->type_name("OUTPUT:INPUT");
   add_json(*command, arguments->json);
   command->footer(std::string(kConformanceExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);

@@ -33,7 +33,7 @@ Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
           "give the rig that the scene was captured from"};
 }
 
-/// Errors, and the rig as it calls itself.
+/// Errors, and the rig's own description.
 struct Judged {
   ErrorEstimate errors;
   std::string rig;
@@ -49,7 +49,7 @@ Result<Judged> against_truth(const TransportTensor& tensor, const std::string& r
   return Judged{std::move(errors), rig};
 }
 
-/// A real rig: photographs that the tensor has never seen.
+/// Compares with new photographs of a real rig.
 Result<Judged> against_rig(const TransportTensor& tensor, const std::string& rig) {
   SYMRIG_TRY(const OpenedRig opened, open_rig(rig));
   Probe& probe = *opened.probe;
@@ -70,18 +70,19 @@ Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) 
   return errors;
 }
 
-std::string told(const HeldOutError& e) {
-  return fmt::format("held-out photograph '{}': rms {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n",
-                     e.name, e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()),
-                     e.mean_white);
+std::string result_text(const HeldOutError& e) {
+  return fmt::format(
+      "held-out photograph '{}': rms error {:.4g} over {} lit pixels, {} of mean white ({:.4g})\n", e.name,
+      e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
 }
 
-/// One line, before anybody reads the numbers.
+/// Prints a warning line before the numbers.
 void warn(const std::string& file, const std::vector<std::string>& differs) {
   if (differs.empty()) return;
-  print_error("evaluate", fmt::format("warning: {} was captured from another scene: {}; the errors tell how "
-                                      "different the two are",
-                                      file, fmt::join(differs, ", ")));
+  print_error(
+      "evaluate",
+      fmt::format("warning: {} was captured from another scene: {}; the errors include this difference", file,
+                  fmt::join(differs, ", ")));
 }
 
 Result<void> run(const EvaluateArguments& arguments) {
@@ -92,8 +93,8 @@ Result<void> run(const EvaluateArguments& arguments) {
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   if (arguments.rig.empty() && scene.held_out.empty())
     return Error{ErrorCode::bad_argument,
-                 fmt::format("{} holds no held-out photographs to compare with", arguments.scene),
-                 "give the rig it was captured from: --rig rig.toml or --rig sim:NAME"};
+                 fmt::format("{} contains no held-out photographs to compare with", arguments.scene),
+                 "give the rig that it was captured from: --rig rig.toml or --rig sim:NAME"};
   std::optional<Judged> errors;
   std::vector<std::string> differs;
   if (!arguments.rig.empty()) {
@@ -111,10 +112,10 @@ Result<void> run(const EvaluateArguments& arguments) {
   if (is_standard_output(arguments.json)) return {};
   std::string text =
       errors ? fmt::format("relative errors against {}\n",
-                           is_simulated(arguments.rig) ? "the true transport" : "photographs taken now") +
+                           is_simulated(arguments.rig) ? "the true transport" : "new photographs") +
                    error_table(errors->errors)
              : std::string();
-  for (const HeldOutError& one : held_out) text += told(one);
+  for (const HeldOutError& one : held_out) text += result_text(one);
   return print(text);
 }
 
@@ -122,28 +123,31 @@ Result<void> run(const EvaluateArguments& arguments) {
 
 Job add_evaluate(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "evaluate", "Errors of a tensor against the true transport, or against held-out photographs");
+      "evaluate",
+      "Compute the errors of a tensor against the true transport, or against held-out photographs");
   const auto arguments = std::make_shared<EvaluateArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
   command
       ->add_option("--rig", arguments->rig,
-                   "Simulated rig whose scene is the truth, or the rig file of a rig that takes new "
-                   "photographs to compare "
-                   "with (default: held-out photographs only)")
+                   "Rig to compare with, simulated or real (default: held-out photographs only)")
       ->type_name("RIG");
   add_json(*command, arguments->json);
   command->footer(
-      std::string("Example:\n"
-                  "  symrig evaluate scene.h5 --rig 'sim:vgroove-textured?size=64x64' --json errors.json\n"
-                  "\n"
-                  "Each error is |estimate - truth| / |truth|, told several ways because each hides "
-                  "something. Truth is the\n"
-                  "exact transport of the ideal coaxial rig: blurred by psf, but without noise, "
-                  "misalignment, flare or dead\n"
-                  "pixels. Photographs that `symrig fit --hold-out` kept back are compared whether or not a "
-                  "rig is given.\n\n") +
+      std::string(
+          "Example:\n"
+          "  symrig evaluate scene.h5 --rig 'sim:vgroove-textured?size=64x64' --json errors.json\n"
+          "\n"
+          "A simulated rig compares with the truth of its scene; a real rig takes new photographs to "
+          "compare with.\n"
+          "Each error is |estimate - truth| / |truth|. There are several, because each of them hides some "
+          "faults.\n"
+          "The truth is the exact transport of the ideal coaxial rig: blurred by psf, but without noise, "
+          "misalignment,\n"
+          "flare or dead pixels.\n"
+          "Photographs that `symrig fit --hold-out` kept are compared with and without --rig.\n"
+          "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -24,10 +24,9 @@ struct FitArguments {
   std::optional<int> hold_out;
 };
 
-/// The pair kept back by default: of the column pairs with stripes of at least 16 pixels and a sixteenth of
-/// the projector's width, the finest; none if there is no such pair. Fine enough that predicting it says
-/// something; wide enough that the positions which its bit would have told are found again from their
-/// neighbours.
+/// The default held-out pair: the finest column pair with stripes of at least 16 pixels and a sixteenth of
+/// the projector's width. None if there is no such pair. Finer stripes would make the prediction a stronger
+/// test. But the positions that its bit encodes must still be found from neighbours.
 std::optional<int> default_pair(const GrayCode& code) {
   std::optional<int> chosen;
   for (int k = 0; k < code.pairs(); ++k) {
@@ -40,14 +39,14 @@ std::optional<int> default_pair(const GrayCode& code) {
   return chosen;
 }
 
-/// --hold-out counts from 1; 0 keeps nothing back.
+/// --hold-out counts from 1; 0 means no held-out pair.
 Result<std::optional<int>> held_out_pair(const FitArguments& arguments, const GrayCode& code) {
   if (!arguments.hold_out) return default_pair(code);
   const int n = *arguments.hold_out;
   if (n == 0) return std::optional<int>();
   if (n >= 1 && n <= code.pairs()) return std::optional<int>(n - 1);
-  return Error{ErrorCode::bad_argument, fmt::format("--hold-out {} is no pair of this sequence", n),
-               fmt::format("give 1 to {}, or 0 to keep nothing back", code.pairs())};
+  return Error{ErrorCode::bad_argument, fmt::format("--hold-out {}: this sequence has no such pair", n),
+               fmt::format("give 1 to {}, or 0 for no held-out pair", code.pairs())};
 }
 
 Result<std::vector<HeldOutError>> errors_of(const FirstBounceFit& fit) {
@@ -59,13 +58,13 @@ Result<std::vector<HeldOutError>> errors_of(const FirstBounceFit& fit) {
   return errors;
 }
 
-std::string told(const FitArguments& arguments, const FirstBounceFit& fit,
-                 const std::vector<HeldOutError>& errors) {
+std::string result_text(const FitArguments& arguments, const FirstBounceFit& fit,
+                        const std::vector<HeldOutError>& errors) {
   const FitStatistics& s = fit.statistics;
   std::string text = fmt::format(
       "{}: camera {}, projector {}, tensor {}\n"
-      "lit {} of the camera's pixels, decoded {}; direct light {} of what they see; residual {} of mean "
-      "white\n",
+      "lit {} of the camera's pixels, decoded {}; direct light is {} of the light there; residual "
+      "{} of mean white\n",
       arguments.output, to_string(fit.tensor.camera_grid()), to_string(fit.tensor.projector_grid()),
       byte_size(static_cast<double>(fit.tensor.bytes())), percent(s.lit_share), percent(s.decoded_share),
       percent(s.direct_share), percent(s.residual));
@@ -95,7 +94,7 @@ Result<void> run(const FitArguments& arguments) {
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string json =
       fit_json(folder_name(arguments.from.folder), photographs, fit, errors, seconds, made_now());
-  const std::string text = told(arguments, fit, errors);
+  const std::string text = result_text(arguments, fit, errors);
   SYMRIG_CHECK(save_scene(arguments.output, {std::move(fit.tensor), json, std::move(fit.held_out)}));
   SYMRIG_CHECK(write_text(arguments.json, json));
   return is_standard_output(arguments.json) ? Result<void>() : print(text);
@@ -105,7 +104,7 @@ Result<void> run(const FitArguments& arguments) {
 
 Job add_fit(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "fit", "A tensor of direct light and a global rest, from Gray-code photographs already taken");
+      "fit", "Fit a tensor of direct and global light to Gray-code photographs already taken");
   const auto arguments = std::make_shared<FitArguments>();
   add_code_folder(*command, arguments->from)->required();
   command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
@@ -113,7 +112,7 @@ Job add_fit(CLI::App& app) {
       ->type_name("scene.h5");
   command
       ->add_option("--hold-out", arguments->hold_out,
-                   "Keep pair N out of the fit, to tell how well it is predicted; 0: none; see below")
+                   "Do not use pair N in the fit, and measure how well it is predicted; 0: none (see below)")
       ->type_name("N");
   add_json(*command, arguments->json);
   command->footer(
@@ -122,11 +121,14 @@ Job add_fit(CLI::App& app) {
                   "\n") +
       kCodeFolderHelp +
       "\n"
-      "--hold-out counts pairs (a pattern and its complement) from 1. Default: the finest column stripes of\n"
+      "--hold-out counts pairs (a pattern and its complement) from 1. Default: the finest column "
+      "stripes of\n"
       "at least 16 pixels and a sixteenth of the projector's width.\n"
       "\n"
-      "The result holds direct light through the pixel map, light scattered nearby, and light by way of the\n"
-      "whole scene. relight, dual, inspect, evaluate and report take it like any other tensor.\n\n" +
+      "The tensor contains direct light through the pixel map, light scattered nearby, and global "
+      "light of the\n"
+      "whole scene. relight, dual, inspect, evaluate and report work on it as on any other tensor.\n"
+      "\n" +
       kExitCodes);
   takes_number<int>(command->get_option("--hold-out"));
   return [arguments] { return run(*arguments); };

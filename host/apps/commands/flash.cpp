@@ -35,7 +35,7 @@ struct FlashArguments {
   bool again = false;
 };
 
-/// The board before its new firmware.
+/// The board before the new firmware.
 struct Known {
   DeviceUri uri;
   BoardInfo info;
@@ -43,13 +43,14 @@ struct Known {
 
 std::string describe(const FlashArguments& arguments, const FirmwareFile& file) {
   return fmt::format(
-      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\nSHA-256 {}, as its manifest says\n",
+      "{}: firmware {} for board '{}', sources {:016x}, {} of flash\n"
+      "SHA-256 {}, equal to its manifest\n",
       arguments.file, file.manifest.version, file.manifest.board, file.manifest.firmware_hash,
       byte_size(static_cast<double>(file.image.bytes.size())), file.sha256);
 }
 
-/// Asks again and again until there is an answer, or the patience is over. fails: the last reason,
-/// interrupted.
+/// Repeats `ask` until it succeeds or the time is over.
+/// fails: the last error of `ask`, interrupted.
 template <class T>
 Result<T> wait_for(const char* what, double seconds, const std::function<Result<T>()>& ask) {
   const auto begin = std::chrono::steady_clock::now();
@@ -62,12 +63,12 @@ Result<T> wait_for(const char* what, double seconds, const std::function<Result<
     progress({what, static_cast<std::int64_t>(waited), static_cast<std::int64_t>(std::ceil(seconds))});
     if (interrupted())
       return Error{ErrorCode::interrupted, "stopped while waiting for the board",
-                   "run it again: a board in its boot loader waits for ever"};
+                   "run it again: a board in its boot loader waits without a time limit"};
     std::this_thread::sleep_for(100ms);
   }
 }
 
-/// Drives that were there before the board went to its boot loader are other boards'.
+/// The boot loader's drive of this board. Drives that were mounted before belong to other boards.
 Result<fs::path> new_drive(const std::vector<fs::path>& before) {
   std::vector<fs::path> drives = boot_drives();
   std::erase_if(drives, [&](const fs::path& one) {
@@ -90,7 +91,7 @@ Result<fs::path> find_drive(const FlashArguments& arguments, const std::vector<f
   });
 }
 
-/// The board that is to be flashed; nullopt if there is none but a boot loader's drive.
+/// The board to flash; nullopt if there is no board but a boot loader's drive.
 Result<std::optional<Known>> find_board(const FlashArguments& arguments) {
   const auto uri = choose_board(arguments.device);
   if (!uri) {
@@ -102,12 +103,12 @@ Result<std::optional<Known>> find_board(const FlashArguments& arguments) {
   return std::optional(Known{*uri, board.info()});
 }
 
-/// Until the board has left: it takes a moment after its answer.
+/// Waits until the board no longer answers: it restarts some time after its reply.
 Result<bool> left(const FlashArguments& arguments, const DeviceUri& uri) {
   constexpr BoardOptions kOneAnswer{.reply_timeout = 50ms, .attempts = 2};
-  return wait_for<bool>("waiting for it to leave", std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
+  return wait_for<bool>("waiting for its restart", std::max(arguments.wait, 1.0), [&]() -> Result<bool> {
     if (!open_board(uri, kOneAnswer)) return true;
-    return Error{ErrorCode::device_refused, "the board has not gone to its boot loader",
+    return Error{ErrorCode::device_refused, "the board did not enter its boot loader",
                  "hold its BOOTSEL button while you plug it in, and run this again"};
   });
 }
@@ -124,7 +125,7 @@ Result<bool> enter_boot_loader(const FlashArguments& arguments, const FirmwareFi
   return left(arguments, known.uri);
 }
 
-/// The board is back: does it run what was put on it?
+/// Checks that the board runs the new firmware.
 Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
   if (now.firmware_hash == file.manifest.firmware_hash && now.firmware_version == file.manifest.version)
     return {};
@@ -137,12 +138,12 @@ Result<void> compare(const FirmwareFile& file, const BoardInfo& now) {
 
 Result<void> check_return(const FlashArguments& arguments, const FirmwareFile& file,
                           const std::optional<Known>& known) {
-  if (arguments.wait == 0) return print("copied; not waited for the board, so nothing is checked\n");
+  if (arguments.wait == 0) return print("copied; --wait 0: the firmware on the board is not checked\n");
   SYMRIG_TRY(const auto board, wait_for<Board>("waiting for its return", arguments.wait, [&] {
                return known ? open_board(known->uri) : open_board(arguments.device);
              }));
   SYMRIG_CHECK(compare(file, board.info()));
-  return print(fmt::format("{} {} runs firmware {} ({:016x}), as the file\n", board.info().board,
+  return print(fmt::format("{} {} runs firmware {} ({:016x}), the same as the file\n", board.info().board,
                            board.info().unique_id, board.info().firmware_version,
                            board.info().firmware_hash));
 }
@@ -154,7 +155,7 @@ Result<void> flash(const FlashArguments& arguments, const FirmwareFile& file) {
     before = boot_drives();
     SYMRIG_TRY(const bool leaving, enter_boot_loader(arguments, file, *known));
     if (!leaving)
-      return print(fmt::format("{} {} runs this firmware already; --again puts it there nevertheless\n",
+      return print(fmt::format("{} {} already runs this firmware; --again writes it again\n",
                                known->info.board, known->info.unique_id));
   }
   SYMRIG_TRY(const fs::path drive, find_drive(arguments, before));
@@ -162,7 +163,7 @@ Result<void> flash(const FlashArguments& arguments, const FirmwareFile& file) {
   return check_return(arguments, file, known);
 }
 
-/// The copy must not land on the file that it is made of.
+/// Checks that the copy does not replace the file that it is copied from.
 Result<void> check_drive(const FlashArguments& arguments) {
   const fs::path copy = fs::path(arguments.drive) / "symrig.uf2";
   std::error_code none;
@@ -170,9 +171,9 @@ Result<void> check_drive(const FlashArguments& arguments) {
   return JobFiles().reads("FILE", arguments.file).writes("--drive", copy, FileFormat::program).check();
 }
 
-/// --verify looks at the files only.
+/// Refuses options of the board with --verify, which reads only the files.
 Result<void> check_flash_effects(const CLI::App& command, const FlashArguments& arguments) {
-  const std::string why = "with --verify, which looks at the files only";
+  const std::string why = "with --verify, which reads only the files";
   const std::array<Idle, 4> options{{{"--device", arguments.verify, why},
                                      {"--drive", arguments.verify, why},
                                      {"--wait", arguments.verify, why},
@@ -183,7 +184,7 @@ Result<void> check_flash_effects(const CLI::App& command, const FlashArguments& 
 Result<void> run(const CLI::App& command, const FlashArguments& arguments) {
   if (!(arguments.wait >= 0 && arguments.wait <= 3600))
     return Error{ErrorCode::bad_argument, fmt::format("--wait {} is not between 0 and 3600", arguments.wait),
-                 "30 s are enough for most systems to mount a drive"};
+                 "give seconds: 30 are enough for most systems to mount a drive"};
   SYMRIG_CHECK(check_flash_effects(command, arguments));
   SYMRIG_TRY(const FirmwareFile file, read_firmware(arguments.file));
   if (arguments.verify) return print(describe(arguments, file));
@@ -194,32 +195,33 @@ Result<void> run(const CLI::App& command, const FlashArguments& arguments) {
 }  // namespace
 
 Job add_flash(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("flash", "Puts firmware on a board, and checks that it runs there");
+  CLI::App* command = app.add_subcommand("flash", "Write firmware to a board, and check that it runs");
   const auto arguments = std::make_shared<FlashArguments>();
-  command->add_option("file", arguments->file, "Firmware, with its manifest FILE.json beside it")
+  command->add_option("file", arguments->file, "Firmware file; its manifest FILE.json is in the same folder")
       ->required()
       ->type_name("FILE.uf2");
   add_device(*command, arguments->device);
   command
       ->add_option("--drive", arguments->drive,
-                   "Where the boot loader's drive RPI-RP2 is mounted, or will be")
+                   "Folder where the boot loader's drive RPI-RP2 is or will be mounted")
       ->type_name("PATH");
   command
       ->add_option("--wait", arguments->wait,
-                   "Seconds to wait for the drive, and for the board's return; 0: do not")
+                   "Seconds to wait for the drive, and again for the board; 0: do not wait")
       ->capture_default_str()
       ->type_name("S");
-  command->add_flag("--verify", arguments->verify, "Only check the files; no board is needed");
-  command->add_flag("--again", arguments->again, "Also if the board runs this firmware already");
+  command->add_flag("--verify", arguments->verify, "Only check the files; needs no board");
+  command->add_flag("--again", arguments->again, "Write the firmware even if the board already runs it");
   command->footer(
-      std::string("Example:\n"
-                  "  symrig flash symrig-pico.uf2\n"
-                  "\n"
-                  "Checks the file, sends the board to its boot loader, copies the file to the drive that "
-                  "appears, waits\n"
-                  "for the board and compares version and hash. A board without firmware of ours: hold its "
-                  "BOOTSEL button\n"
-                  "while you plug it in.\n") +
+      std::string(
+          "Example:\n"
+          "  symrig flash symrig-pico.uf2\n"
+          "\n"
+          "Checks the file, restarts the board in its boot loader, and copies the file to the drive that "
+          "appears. Then it\n"
+          "waits for the board and compares version and hash. If the board does not run symrig's firmware "
+          "yet, hold its\n"
+          "BOOTSEL button while you plug it in.\n") +
       kDeviceHelp + "\n" + kExitCodes);
   takes_number<double>(command->get_option("--wait"));
   return [command, arguments] { return run(*command, *arguments); };

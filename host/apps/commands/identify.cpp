@@ -21,22 +21,22 @@ Result<void> run(const IdentifyArguments& arguments) {
   if (!(arguments.seconds >= 0 && arguments.seconds <= 60))
     return Error{ErrorCode::bad_argument,
                  fmt::format("--seconds {} is not between 0 and 60", arguments.seconds),
-                 "0 ends a blinking that was begun before"};
+                 "give 0 to 60; 0 stops the blinking"};
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_CHECK(board.identify(Nanoseconds{std::llround(1e9 * arguments.seconds)}));
   return print(fmt::format("{} {} {}\n", board.info().board, board.info().unique_id,
                            arguments.seconds > 0
                                ? fmt::format("blinks for {} s", std::ceil(arguments.seconds))
-                               : "blinks no longer"));
+                               : "stopped blinking"));
 }
 
 }  // namespace
 
 Job add_identify(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("identify", "Lets a board blink, so that you see which one it is");
+  CLI::App* command = app.add_subcommand("identify", "Make a board blink, so that you can find it");
   const auto arguments = std::make_shared<IdentifyArguments>();
   add_device(*command, arguments->device);
-  command->add_option("--seconds", arguments->seconds, "How long, 0 to 60, rounded up; 0 ends it")
+  command->add_option("--seconds", arguments->seconds, "Seconds to blink, 0 to 60, rounded up; 0 stops it")
       ->capture_default_str()
       ->type_name("S");
   command->footer(std::string("Example:\n"

@@ -5,7 +5,7 @@
 #include "device_option.hpp"
 #include "files.hpp"
 #include "json_text.hpp"
-#include "spans.hpp"
+#include "tick_duration.hpp"
 
 #include <algorithm>
 #include <array>
@@ -39,7 +39,8 @@ std::string line_table(const BoardInfo& info, const BoardStatus& status) {
                                  "kind", "level", "stamps", "waits");
   for (std::size_t k = 0; k < info.lines.size(); ++k) {
     const LineInfo& line = info.lines[k];
-    const std::string stamps = line.stamp_ticks == 0 ? "-" : span_text(info.rate, {line.stamp_ticks});
+    const std::string stamps =
+        line.stamp_ticks == 0 ? "-" : tick_duration_text(info.rate, {line.stamp_ticks});
     const char* kind = line.output ? "output" : line.trips ? "input, trips" : "input";
     text += fmt::format("  {:>2} {:<{}}  {:<7} {:<12} {:<5} {:<9} {}\n", k, line.name, widest,
                         line.pin.empty() ? "-" : line.pin, kind, status.levels >> k & 1U, stamps,
@@ -72,17 +73,17 @@ std::string state_text(const BoardInfo& info, const BoardStatus& status) {
   return fmt::format(
              "  state          {}, clock at {} ticks ({})\n"
              "  holds          configuration {}, program {}, stored configuration {}\n"
-             "  last start     by {}; {} damaged frames since\n",
-             name(status.state), status.now.count, span_text(info.rate, status.now),
+             "  last start     by {}; {} damaged frames since then\n",
+             name(status.state), status.now.count, tick_duration_text(info.rate, status.now),
              hash_or_none(status.config_hash), hash_or_none(status.program_hash),
              hash_or_none(status.stored_config), name(status.reset_cause), status.bad_frames) +
          fault_text(info, "fault", status.fault) + fault_text(info, "fault before", status.reset_fault);
 }
 
 std::string class_text(const BoardInfo& info) {
-  if (!info.best_effort()) return "exact: hardware makes the edges";
-  return fmt::format("best-effort: software makes the edges, up to {} late (measured on this machine)",
-                     span_text(info.rate, info.lateness));
+  if (!info.best_effort()) return "exact: hardware times the edges";
+  return fmt::format("best-effort: software times the edges, up to {} late (measured on this machine)",
+                     tick_duration_text(info.rate, info.lateness));
 }
 
 std::string ability_text(const BoardInfo& info) {
@@ -93,9 +94,9 @@ std::string ability_text(const BoardInfo& info) {
       "  programs       {} records, loops {} deep; {} queued words, {} to refill one\n"
       "  link           frames of {} bytes, {} in flight\n",
       class_text(info), 1e9 / static_cast<double>(info.rate.hz), info.rate.hz,
-      span_text(info.rate, info.min_dwell), span_text(info.rate, info.max_dwell),
-      span_text(info.rate, info.wait_latency), info.program_bytes / 8, info.loop_depth, info.queue_segments,
-      span_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
+      tick_duration_text(info.rate, info.min_dwell), tick_duration_text(info.rate, info.max_dwell),
+      tick_duration_text(info.rate, info.wait_latency), info.program_bytes / 8, info.loop_depth,
+      info.queue_segments, tick_duration_text(info.rate, {info.refill_ticks}), info.mtu, info.window);
 }
 
 Json fault_json(const std::optional<FaultInfo>& fault) {
@@ -183,13 +184,13 @@ Result<void> run(const InfoArguments& arguments) {
 
 Job add_info(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "info", "All that a board says of itself: firmware, state, lines, limits; or all that a camera does");
+      "info", "Show what a board reports (firmware, state, lines, limits), or what a camera reports");
   const auto arguments = std::make_shared<InfoArguments>();
   add_device(*command, arguments->device);
   command
       ->add_option(
           "--camera", arguments->camera,
-          "A camera instead: /dev/videoN, or its serial number, bus or name as `symrig list` has them")
+          "Show a camera instead: /dev/videoN, or its serial number, bus or name as in `symrig list`")
       ->type_name("CAMERA")
       ->excludes("--device");
   add_json(*command, arguments->json);
@@ -197,7 +198,7 @@ Job add_info(CLI::App& app) {
                               "  symrig info --device sim:\n"
                               "  symrig info --camera /dev/video0\n"
                               "\n") +
-                  kDeviceHelp + "Looking changes nothing on the board.\n\n" + kExitCodes);
+                  kDeviceHelp + "This command changes nothing on the board.\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

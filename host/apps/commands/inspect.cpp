@@ -28,7 +28,7 @@ std::string size_lines(const std::string& file, const StoredScene& scene) {
       "{} low-rank leaves and {} single entries in {}; T as a full matrix: {} ({:.3g} times as much)\n",
       file, to_string(tensor.projector_grid()), to_string(tensor.camera_grid()), tensor.channels(),
       tensor.channels() == 1 ? "" : "s", tensor.symmetric() ? "symmetric (one half stored)" : "not symmetric",
-      captured_scene(scene).empty() ? "(not told)" : captured_scene(scene),
+      captured_scene(scene).empty() ? "(not stated)" : captured_scene(scene),
       grouped(static_cast<double>(tensor.leaves().size())),
       grouped(static_cast<double>(tensor.scalar_count() + std::ssize(tensor.column_rows()))),
       byte_size(bytes), byte_size(dense), bytes > 0 ? dense / bytes : 0.0);
@@ -68,19 +68,22 @@ Result<void> run(const InspectArguments& arguments) {
 }  // namespace
 
 Job add_inspect(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("inspect", "What a tensor file holds: levels, leaves, ranks, bytes");
+  CLI::App* command =
+      app.add_subcommand("inspect", "Show what a tensor file contains: levels, leaves, ranks, bytes");
   const auto arguments = std::make_shared<InspectArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
   add_json(*command, arguments->json);
   command->footer(
-      std::string("Example:\n"
-                  "  symrig inspect scene.h5 --json -\n"
-                  "\n"
-                  "Level 0 is the whole picture; each level cuts blocks in four. In a symmetric tensor each "
-                  "pair of blocks\n"
-                  "is stored and counted once. The file itself is HDF5, see docs/file-format.md.\n\n") +
+      std::string(
+          "Example:\n"
+          "  symrig inspect scene.h5 --json -\n"
+          "\n"
+          "Level 0 is the whole picture; each level divides a block into four. A symmetric tensor stores "
+          "and counts each\n"
+          "pair of blocks once. The file format is HDF5, see docs/file-format.md.\n"
+          "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

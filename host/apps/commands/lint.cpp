@@ -42,7 +42,7 @@ Result<void> run(const LintArguments& arguments) {
   if (!is_standard_output(arguments.json)) {
     std::string text = findings_text(arguments.file, compilation.findings, Severity::note);
     if (compilation.ok())
-      text += fmt::format("{}: good for board '{}'; ", arguments.file, board.board) +
+      text += fmt::format("{}: no errors for board '{}'; ", arguments.file, board.board) +
               program_summary(*compilation.program);
     SYMRIG_CHECK(print(text));
   }
@@ -52,17 +52,19 @@ Result<void> run(const LintArguments& arguments) {
       all.begin(), all.end(), [](const FileFinding& finding) { return finding.severity == Severity::error; });
   return Error{ErrorCode::bad_value,
                fmt::format("{}: {} error{}", arguments.file, errors, errors == 1 ? "" : "s"),
-               "each is listed with its shortest legal alternative"};
+               "each error is listed with the nearest legal alternative"};
 }
 
 }  // namespace
 
 Job add_lint(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("lint", "What is wrong with a program, by rule, with the shortest legal fix");
+  CLI::App* command = app.add_subcommand(
+      "lint", "Check a program: each finding names its rule and the nearest legal alternative");
   const auto arguments = std::make_shared<LintArguments>();
   command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
-  command->add_option("--board", arguments->board, "The board it is for: a URI, or a file that describes it")
+  command
+      ->add_option("--board", arguments->board,
+                   "The board that will run it: a URI, or a file that describes the board")
       ->type_name("URI|FILE")
       ->capture_default_str();
   add_json(*command, arguments->json);
@@ -73,7 +75,8 @@ Job add_lint(CLI::App& app) {
           "\n"
           "Each finding is FILE:LINE: severity: rule: what; alternative. docs/lint-rules.md explains the "
           "rules.\n"
-          "Errors end with exit code 4; warnings and notes do not.\n\n") +
+          "Errors give exit code 4; warnings and notes do not.\n"
+          "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -25,7 +25,7 @@ struct ListArguments {
   std::string json;
 };
 
-/// A board and what it answered, or why it did not.
+/// A board with its answers, or with the error.
 struct Row {
   FoundBoard found;
   std::optional<BoardInfo> info;
@@ -33,7 +33,7 @@ struct Row {
   std::string error;
 };
 
-// A board that is there answers within milliseconds: do not wait long for one that does not.
+// A connected board answers within milliseconds, so do not wait long.
 constexpr BoardOptions kBrief{.reply_timeout = std::chrono::milliseconds(100), .attempts = 3};
 
 Row ask(const FoundBoard& found) {
@@ -51,7 +51,7 @@ Row ask(const FoundBoard& found) {
   return row;
 }
 
-/// All that was found, what the user named, and the simulated board.
+/// The boards that were found, those that the user named, and the simulated board.
 Result<std::vector<FoundBoard>> boards_to_ask(const std::vector<std::string>& named) {
   SYMRIG_TRY(auto boards, find_boards());
   for (const std::string& text : named) {
@@ -128,23 +128,24 @@ Result<void> run(const ListArguments& arguments) {
 }  // namespace
 
 Job add_list(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("list", "The boards, projectors and cameras that are connected");
+  CLI::App* command = app.add_subcommand("list", "List the connected boards, projectors and cameras");
   const auto arguments = std::make_shared<ListArguments>();
-  command
-      ->add_option("--device", arguments->devices, "A board behind a socket to ask as well; may be repeated")
+  command->add_option("--device", arguments->devices, "Also ask this board behind a socket; can be repeated")
       ->type_name("URI")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   add_json(*command, arguments->json);
   command->footer(
-      std::string("Example:\n"
-                  "  symrig list\n"
-                  "\n"
-                  "Looks on USB and on USB serial ports and asks each board who it is; a board that "
-                  "another program\n"
-                  "has open is shown, but not asked. The simulated board sim: is always there.\n"
-                  "Projectors are the connectors of graphics cards, with the modes of what is plugged in.\n"
-                  "Cameras are those of V4L2; symrig info --camera NODE tells all of one.\n\n") +
+      std::string(
+          "Example:\n"
+          "  symrig list\n"
+          "\n"
+          "Searches USB and USB serial ports, and asks each board for its identity. It lists a board that "
+          "another program\n"
+          "uses, but does not ask it. The simulated board sim: is always listed.\n"
+          "Projectors are the connectors of graphics cards, with the modes of the connected displays.\n"
+          "Cameras are V4L2 devices; symrig info --camera NODE shows everything about one.\n"
+          "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// relight and dual: the tensor applied, and its transpose.
+// relight applies the tensor; dual applies its transpose.
 #include "command.hpp"
 #include "console.hpp"
 #include "effects.hpp"
@@ -30,7 +30,7 @@ struct RelightArguments {
   std::optional<double> exposure;
 };
 
-/// Two whole numbers around a letter: "3x2", "0,1".
+/// Two whole numbers with a separator: "3x2", "0,1".
 std::optional<std::pair<int, int>> two_numbers(const std::string& text, char between) {
   const std::size_t at = text.find(between);
   if (at == std::string::npos) return std::nullopt;
@@ -50,15 +50,15 @@ Result<std::optional<View>> view_of(const char* option, const std::string& text)
   if (const auto numbers = two_numbers(text, ','))
     return std::optional(View{numbers->first, numbers->second});
   return Error{ErrorCode::bad_argument, fmt::format("{} '{}' is not ROW,COLUMN", option, text),
-               "the top left view is 0,0"};
+               "give for example 0,0, the top left view"};
 }
 
-/// The views that the scene file knows of, unless --views says otherwise.
+/// The views of --views, else those of the scene file.
 Result<ViewLayout> layout_of(const std::string& text, const TransportTensor& tensor) {
   if (text.empty()) return tensor.camera_tree().views();
   if (const auto numbers = two_numbers(text, 'x')) return ViewLayout{numbers->first, numbers->second};
   return Error{ErrorCode::bad_argument, fmt::format("--views '{}' is not ROWSxCOLUMNS", text),
-               "three rows of two views are 3x2"};
+               "give for example 3x2: three rows of two views"};
 }
 
 Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTensor& tensor) {
@@ -66,12 +66,12 @@ Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTens
   SYMRIG_TRY(const std::optional<View> from, view_of("--from-view", arguments.from_view));
   SYMRIG_TRY(const std::optional<View> to, view_of("--to-view", arguments.to_view));
   if ((from || to) && views.single())
-    return Error{ErrorCode::bad_argument, "the scene file knows of one view only",
-                 "say with --views how many rows x columns of views tile its pictures, such as 3x3"};
+    return Error{ErrorCode::bad_argument, "the scene file has only one view",
+                 "give --views ROWSxCOLUMNS: the views that tile its pictures, such as 3x3"};
   return ViewRelight{views, from, to};
 }
 
-/// The photograph under a light, of all views or between two of them.
+/// The photograph under a light: of all views, or from one view to another.
 Result<Image<float>> relit(const RelightArguments& arguments, const TransportTensor& tensor) {
   SYMRIG_TRY(const ViewRelight what, asked(arguments, tensor));
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
@@ -85,15 +85,15 @@ Radiance exact(Image<float> mean) {
   return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
 }
 
-/// A mosaic in colour: each pixel's light in the colours that the flood-lit scene has there.
+/// Converts a mosaic to colour: each pixel's light gets the colours that the flood-lit scene has there.
 Result<Image<float>> coloured(const RelightArguments& arguments, const TransportTensor& tensor,
                               Image<float> mosaic) {
   SYMRIG_TRY(const BayerPattern pattern, parse_bayer(arguments.mosaic));
   if (tensor.channels() != 1)
-    return Error{ErrorCode::bad_argument, "--mosaic: the scene has colour channels already",
-                 "leave it out; it is for scenes that a colour camera's raw mosaic was measured of"};
+    return Error{ErrorCode::bad_argument, "--mosaic: the scene already has colour channels",
+                 "remove it: it is for scenes measured as a colour camera's raw mosaic"};
   if (!arguments.from_view.empty() || !arguments.to_view.empty())
-    return Error{ErrorCode::bad_argument, "--mosaic does not go with --from-view or --to-view",
+    return Error{ErrorCode::bad_argument, "--mosaic cannot be used with --from-view or --to-view",
                  "relight all views at once"};
   SYMRIG_TRY(Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.F)));
   SYMRIG_TRY(Radiance colour, colour_by_flood(exact(std::move(mosaic)), exact(std::move(flood)), pattern));
@@ -110,15 +110,15 @@ Result<void> check_exposure(const RelightArguments& arguments) {
   if (!arguments.exposure) return {};
   if (!is_png(arguments.output))
     return Error{ErrorCode::bad_argument,
-                 "--exposure is for .png pictures; .exr and .pfm hold radiance as it is",
-                 "leave it out or write a .png"};
+                 "--exposure applies to .png only; .exr and .pfm store radiance unchanged",
+                 "remove it, or write a .png"};
   if (std::isfinite(*arguments.exposure) && *arguments.exposure > 0) return {};
   return Error{ErrorCode::bad_argument,
                fmt::format("--exposure {} is not a positive number", *arguments.exposure),
-               "give the factor that brings white to 1"};
+               "give the factor that maps white to 1"};
 }
 
-/// Brings all but the brightest half percent of the values below white.
+/// The factor that maps all values but the brightest half percent below white.
 double automatic_exposure(const Image<float>& picture) {
   std::vector<float> values(picture.values().begin(), picture.values().end());
   const auto rank = static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
@@ -127,7 +127,7 @@ double automatic_exposure(const Image<float>& picture) {
   return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
-std::string told(const RelightArguments& arguments, const Image<float>& picture, double exposure) {
+std::string result_text(const RelightArguments& arguments, const Image<float>& picture, double exposure) {
   const auto [least, most] = std::minmax_element(picture.values().begin(), picture.values().end());
   std::string text = fmt::format("{}: {}, {} channel{}, radiance {:.4g} to {:.4g}", arguments.output,
                                  to_string(picture.grid()), picture.channels(),
@@ -136,7 +136,7 @@ std::string told(const RelightArguments& arguments, const Image<float>& picture,
   return text + "\n";
 }
 
-/// Views are needed to relight one, or to write one.
+/// Refuses --views if no single view is relit or written.
 Result<void> check_views(const CLI::App& command, const RelightArguments& arguments) {
   const bool one = !arguments.from_view.empty() || !arguments.to_view.empty();
   const std::array<Idle, 1> options{{{"--views", !one, "without --from-view or --to-view"}}};
@@ -160,20 +160,19 @@ Result<void> run(const CLI::App& command, const RelightArguments& arguments, boo
   }
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
   SYMRIG_CHECK(write_picture(arguments.output, picture, exposure));
-  return print(told(arguments, picture, exposure));
+  return print(result_text(arguments, picture, exposure));
 }
 
 void add_views(CLI::App& command, RelightArguments& arguments) {
   command
-      .add_option(
-          "--from-view", arguments.from_view,
-          "Only this view's projector shines, with a light of the view's size (the top left view is 0,0)")
+      .add_option("--from-view", arguments.from_view,
+                  "Light the scene from this view only, with a light of its size (the top left view is 0,0)")
       ->type_name("ROW,COLUMN");
-  command.add_option("--to-view", arguments.to_view, "Write the picture of this view alone")
+  command.add_option("--to-view", arguments.to_view, "Write the picture of this view only")
       ->type_name("ROW,COLUMN");
   command
       .add_option("--views", arguments.views,
-                  "Views that tile the pictures (default: what the scene file says)")
+                  "Rows and columns of views that tile the pictures (default: from the scene file)")
       ->type_name("ROWSxCOLUMNS");
 }
 
@@ -183,23 +182,23 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  command->add_option("--light", arguments->light, "Picture of the light, or a built-in one, see below")
+  command->add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")
       ->required()
       ->type_name("IMAGE");
   command
       ->add_option("-o,--output", arguments->output,
-                   "Picture to write: .exr, .pfm (radiance) or .png (to look at)")
+                   "Picture to write: .exr or .pfm (radiance), or .png (for viewing)")
       ->required()
       ->type_name("out.exr");
   command
       ->add_option("--exposure", arguments->exposure,
-                   "For .png: factor that brings white to 1 (default: 99.5 % of the values end below white)")
+                   "For .png: factor that maps white to 1 (default: 99.5 % of the values are below white)")
       ->type_name("X");
   if (!dual) {
     add_views(*command, *arguments);
     command
         ->add_option("--mosaic", arguments->mosaic,
-                     "The scene was measured as a raw mosaic of these colours: write colour")
+                     "The scene was measured as a raw mosaic with these colours: write a colour picture")
         ->type_name("RGGB|GRBG|GBRG|BGGR");
   }
   command->footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
@@ -210,26 +209,26 @@ Job add(CLI::App& app, bool dual, const char* name, const char* about, const cha
 }  // namespace
 
 Job add_relight(CLI::App& app) {
-  return add(
-      app, false, "relight", "The photograph of the scene under any light: T times the light",
-      "Example:\n"
-      "  symrig relight scene.h5 --light letters -o relit.png\n"
-      "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
-      "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o view.png\n"
-      "\n"
-      "The light has the projector's grid. The result has the camera's, in radiance per unit of "
-      "projector light.\n");
+  return add(app, false, "relight", "Compute the photograph of the scene under any light: T times the light",
+             "Example:\n"
+             "  symrig relight scene.h5 --light letters -o relit.png\n"
+             "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
+             "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o "
+             "view.png\n"
+             "\n"
+             "The light has the projector's grid. The result has the camera's grid, in radiance per unit of "
+             "projector light.\n");
 }
 
 Job add_dual(CLI::App& app) {
-  return add(
-      app, true, "dual", "The projector's view: the transpose of T times light shone from the camera",
-      "Example:\n"
-      "  symrig dual scene.h5 --light white -o projector-view.png\n"
-      "\n"
-      "By Helmholtz reciprocity light may be sent backwards: --light is shone from the camera's pixels (the "
-      "camera's\n"
-      "grid), and the result is what the projector would see (the projector's grid) [Sen et al. 2005].\n");
+  return add(app, true, "dual",
+             "Compute the projector's view: the transpose of T times light from the camera",
+             "Example:\n"
+             "  symrig dual scene.h5 --light white -o projector-view.png\n"
+             "\n"
+             "Helmholtz reciprocity allows light to be sent backwards. --light shines from the camera's "
+             "pixels (the camera's\n"
+             "grid). The result is what the projector would see (the projector's grid) [Sen et al. 2005].\n");
 }
 
 }  // namespace symrig::apps

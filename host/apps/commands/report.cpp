@@ -21,8 +21,8 @@ struct ReportArguments {
   std::string scene, output;
 };
 
-/// Ground truth, where the file says that it came from a simulated rig. A truth that cannot be had is no
-/// failure: the page says why it compares nothing.
+/// Adds the truth if the file states a simulated rig. If the truth cannot be opened, the page states why it
+/// compares nothing.
 void add_truth(const StoredScene& scene, ReportOptions& options) {
   const std::string rig = captured_scene(scene);
   if (!is_simulated(rig)) return;
@@ -37,8 +37,7 @@ void add_truth(const StoredScene& scene, ReportOptions& options) {
   if (fits)
     options.truth = truth_of(*truth);
   else
-    options.no_truth =
-        fmt::format("The file says it came from {}, but its grid or its channels are others.", rig);
+    options.no_truth = fmt::format("The file states the rig {}, but its grid or its channels differ.", rig);
 }
 
 Result<void> run(const ReportArguments& arguments) {
@@ -62,23 +61,26 @@ Result<void> run(const ReportArguments& arguments) {
 }  // namespace
 
 Job add_report(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("report", "One self-contained page with pictures and numbers");
+  CLI::App* command = app.add_subcommand("report", "Write one self-contained page with pictures and numbers");
   const auto arguments = std::make_shared<ReportArguments>();
   command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  command->add_option("-o,--output", arguments->output, "Page to write")
+  command->add_option("-o,--output", arguments->output, "HTML page to write")
       ->required()
       ->type_name("report.html");
-  command->footer(std::string("Example:\n"
-                              "  symrig report scene.h5 -o report.html\n"
-                              "\n"
-                              "Pictures under new light beside ground truth (where the scene is simulated) "
-                              "or held-out photographs\n"
-                              "(where it was fitted), a slice of T, leaves level by level, errors, and what "
-                              "it took. One HTML file that\n"
-                              "loads nothing from elsewhere and runs no script.\n\n") +
-                  kExitCodes);
+  command->footer(
+      std::string(
+          "Example:\n"
+          "  symrig report scene.h5 -o report.html\n"
+          "\n"
+          "The page shows pictures under new light, a slice of T, the leaves of each level, errors, and "
+          "the cost. Beside\n"
+          "the pictures it shows the truth (of a simulated scene) or held-out photographs (of a fitted "
+          "scene). It is one\n"
+          "HTML file that loads nothing else and runs no script.\n"
+          "\n") +
+      kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

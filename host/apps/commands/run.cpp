@@ -24,7 +24,7 @@ struct RunArguments {
   bool clear_fault = false;
 };
 
-/// What is known before there is a board: the program, and what its file says of the rig.
+/// What is known before the board is open: the program, and what its file states about the rig.
 struct Plan {
   std::optional<ProgramFile> file;
   std::optional<CompiledProgram> compiled;
@@ -44,7 +44,7 @@ Result<Plan> load(const std::string& path) {
   return plan;
 }
 
-/// "sim:" is a simulated rig wired as the program says.
+/// Opens the board. "sim:" is a simulated rig with the wiring of the program.
 Result<std::unique_ptr<Link>> open(const std::string& device, const Plan& plan) {
   if (device == "sim:") return make_sim_rig(plan.wiring());
   SYMRIG_TRY(const auto uri, choose_board(device));
@@ -71,10 +71,9 @@ std::string summary(const RunRecord& record) {
   std::string text = fmt::format("{} on board '{}' in {}: {} words", name(record.receipt.end),
                                  record.program.board.board, duration(seconds(record.receipt.duration())),
                                  grouped(static_cast<double>(record.receipt.steps)));
-  text +=
-      fmt::format("; {} edges captured as planned, largest difference {:.6g} ns, {} missing, {} unplanned\n",
-                  grouped(static_cast<double>(all.pairs.size())), static_cast<double>(all.largest) * tick,
-                  all.missing.size(), all.unplanned.size());
+  text += fmt::format("; {} planned edges captured, largest difference {:.6g} ns, {} missing, {} unplanned\n",
+                      grouped(static_cast<double>(all.pairs.size())), static_cast<double>(all.largest) * tick,
+                      all.missing.size(), all.unplanned.size());
   if (record.ledger) text += record.ledger->summary() + "\n";
   return text;
 }
@@ -113,27 +112,29 @@ Result<void> run(const RunArguments& arguments) {
 }  // namespace
 
 Job add_run(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("run", "Runs a program on a board and writes the receipt");
+  CLI::App* command = app.add_subcommand("run", "Run a program on a board and write the receipt");
   const auto arguments = std::make_shared<RunArguments>();
   command->add_option("file", arguments->file, "Program file (TOML), or a compiled one")
       ->required()
       ->type_name("scan.toml|scan.symprog");
   add_device(*command, arguments->device);
-  command->add_option("-o,--output", arguments->output, "Where to write the receipt; - is standard output")
+  command->add_option("-o,--output", arguments->output, "Receipt to write; - is standard output")
       ->type_name("receipt.json");
   command
       ->add_option("--vcd", arguments->vcd,
-                   "Where to write planned and captured edges, for a waveform viewer")
+                   "VCD file to write, with planned and captured edges, for a waveform viewer")
       ->type_name("FILE");
-  command->add_flag("--clear-fault", arguments->clear_fault, "Leave a fault that an earlier run has latched");
+  command->add_flag("--clear-fault", arguments->clear_fault,
+                    "First clear a fault that an earlier run has latched");
   command->footer(
       std::string(
           "Example:\n"
           "  symrig run scan.toml --device sim: -o receipt.json --vcd run.vcd\n"
           "\n"
-          "Ctrl-C or SIGTERM aborts the run: the outputs go to their safe levels at once, the receipt is "
-          "written, the exit\n"
-          "code is 5. If the command dies, the board's keep-alive does the same.\n\n") +
+          "Ctrl-C or SIGTERM aborts the run: the outputs go to their safe levels at once, the command "
+          "writes the receipt,\n"
+          "and the exit code is 5. If the command dies, the board's keep-alive makes the outputs safe.\n"
+          "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };
 }

@@ -91,14 +91,14 @@ Json to_json(const BoardInfo& info, const SelfTest& test) {
   return json;
 }
 
-/// A board that fails its test is a device's fault: exit code 3.
+/// A failed check is a device error: exit code 3.
 Result<void> verdict(const SelfTest& test) {
   if (test.passed()) return {};
   const auto failed = std::find_if(test.checks.begin(), test.checks.end(),
                                    [](const SelfCheck& check) { return !check.passed; });
   return Error{ErrorCode::device_refused,
                fmt::format("the board failed the check '{}': {}", failed->name, failed->text),
-               "docs/howto-boards.md says what each check looks at"};
+               "docs/howto-boards.md describes each check"};
 }
 
 Result<void> run(const SelftestArguments& arguments) {
@@ -118,13 +118,13 @@ Result<void> run(const SelftestArguments& arguments) {
 
 Job add_selftest(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("selftest", "What a board can check by itself, and with one jumper wire");
+      app.add_subcommand("selftest", "Check a board: what it can test alone, and with one jumper wire");
   const auto arguments = std::make_shared<SelftestArguments>();
   add_device(*command, arguments->device);
   command
-      ->add_option("--jumper", arguments->jumper, "A wire from an output to an input: pulses go through it")
+      ->add_option("--jumper", arguments->jumper, "Send pulses through this wire from an output to an input")
       ->type_name("OUT:IN");
-  command->add_option("--pings", arguments->pings, "Questions for the clock, 0.1 s apart")
+  command->add_option("--pings", arguments->pings, "Number of clock measurements, 0.1 s apart")
       ->capture_default_str()
       ->type_name("N");
   add_json(*command, arguments->json);
@@ -132,9 +132,9 @@ Job add_selftest(CLI::App& app) {
       std::string("Example:\n"
                   "  symrig selftest --device 'sim:?jumper=lamp_enable:vsync' --jumper lamp_enable:vsync\n"
                   "\n"
-                  "Takes the board's configuration and program away. Without --jumper no output moves; with "
-                  "it, that one does:\n"
-                  "see that nothing but the wire hangs on it.\n") +
+                  "Removes the board's configuration and program. Without --jumper no output changes. With "
+                  "--jumper this output\n"
+                  "changes: first make sure that only the wire is connected to it.\n") +
       kDeviceHelp + "\n" + kExitCodes);
   takes_number<int>(command->get_option("--pings"));
   return [arguments] { return run(*arguments); };

@@ -25,15 +25,15 @@ struct TraceArguments {
   std::size_t max_edges = 100'000;
 };
 
-/// What there is to draw.
+/// What to draw.
 struct Drawing {
   std::vector<Waveform> waveforms;
   std::string summary;
   std::string differences;  ///< as CSV
 };
 
-/// Waits of a plan end at the projector's refreshes, if it has any: the same from run to run, unlike a real
-/// one's.
+/// Waits of a plan end at the projector's next refresh, if its period is known. So the plan is the same in
+/// each run, unlike a real run.
 TimelineOptions plan_options(const CompiledProgram& program, Nanoseconds refresh, std::size_t max_edges) {
   TimelineOptions options;
   options.max_edges = max_edges;
@@ -53,11 +53,11 @@ Result<Drawing> draw_plan(const CompiledProgram& program, Nanoseconds refresh, s
   drawing.waveforms.push_back(waveform(plan, program.board, "plan"));
   drawing.summary = fmt::format("{} planned edges in {}{}\n", grouped(static_cast<double>(plan.edges.size())),
                                 duration(seconds(plan.rate.nanoseconds(plan.end))),
-                                plan.cut_off ? " (the first; --max-edges draws more)" : "");
+                                plan.cut_off ? " (only the first; --max-edges draws more)" : "");
   return drawing;
 }
 
-/// Edges may come before the start of a run: negative.
+/// Time since the start of the run; negative for edges before the start.
 std::int64_t nanoseconds_since_start(const StoredRun& run, Ticks tick) {
   const Ticks start = run.plan.start;
   return tick < start ? -run.board.rate.nanoseconds(start - tick).count()
@@ -82,7 +82,8 @@ Result<Drawing> draw_receipt(const TraceArguments& arguments, const StoredRun& r
   const bool both = arguments.plan == arguments.actual;
   const auto known = [&run](int line) { return static_cast<std::size_t>(line) < run.board.lines.size(); };
   for (const auto& edge : run.plan.edges)
-    if (!known(edge.line)) return Error{ErrorCode::bad_format, "an edge of a line that the board has not"};
+    if (!known(edge.line))
+      return Error{ErrorCode::bad_format, "an edge of a line that the board does not have"};
   Waveform plan = waveform(run.plan, run.board, "plan");
   Waveform actual = plan;
   actual.name = "actual";
@@ -109,20 +110,21 @@ Result<CompiledProgram> compile_file(const TraceArguments& arguments, Nanosecond
   return *std::move(compilation.program);
 }
 
-/// What a file holds decides which options mean something.
+/// The kind of the file decides which options have an effect.
 enum class Kind { receipt, compiled, program };
 
-/// --board is for files that are compiled here, --max-edges for plans that are worked out here.
+/// Refuses options without effect: --board applies to files that this command compiles, --max-edges to plans
+/// that it computes.
 Result<void> check_trace_effects(const CLI::App& command, Kind kind) {
   const bool nothing_drawn = command.count("--vcd") + command.count("--wavedrom") == 0;
   const std::string unseen = "without --vcd or --wavedrom";
   const std::array<Idle, 6> options{{
-      {"--plan", command.count("--actual") > 0, "beside --actual: both are drawn anyway"},
+      {"--plan", command.count("--actual") > 0, "with --actual: both are drawn by default"},
       {"--plan", nothing_drawn, unseen},
       {"--actual", nothing_drawn, unseen},
-      {"--board", kind == Kind::receipt, "on a receipt, which names its board"},
-      {"--board", kind == Kind::compiled, "on a compiled program, which is for one board"},
-      {"--max-edges", kind == Kind::receipt, "on a receipt: its edges are drawn as they stand there"},
+      {"--board", kind == Kind::receipt, "with a receipt, which names its board"},
+      {"--board", kind == Kind::compiled, "with a compiled program, which is for one board"},
+      {"--max-edges", kind == Kind::receipt, "with a receipt: the edges that it contains are drawn"},
   }};
   return check_effects(command, options);
 }
@@ -138,8 +140,8 @@ Result<Drawing> draw(const CLI::App& command, const TraceArguments& arguments) {
     return draw_receipt(arguments, *run);
   }
   if (arguments.actual || !arguments.differences.empty())
-    return Error{ErrorCode::bad_argument, arguments.file + " is no receipt: it holds no captured edges",
-                 "run it first: symrig run FILE -o receipt.json"};
+    return Error{ErrorCode::bad_argument, arguments.file + " is not a receipt: it contains no captured edges",
+                 "run the program first: symrig run FILE -o receipt.json"};
   Nanoseconds refresh{0};
   SYMRIG_TRY(const bool compiled, is_compiled(arguments.file));
   SYMRIG_CHECK(check_trace_effects(command, compiled ? Kind::compiled : Kind::program));
@@ -166,26 +168,26 @@ Result<void> run(const CLI::App& command, const TraceArguments& arguments) {
 }  // namespace
 
 Job add_trace(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("trace", "Draws what a program plans, or what a run planned and did");
+  CLI::App* command = app.add_subcommand(
+      "trace", "Draw the planned edges of a program, or the planned and captured edges of a run");
   const auto arguments = std::make_shared<TraceArguments>();
   command->add_option("file", arguments->file, "Program file, compiled program, or receipt of a run")
       ->required()
       ->type_name("FILE|receipt.json");
-  command->add_flag("--plan", arguments->plan, "Only what was planned");
-  command->add_flag("--actual", arguments->actual, "Only what was captured (of a receipt)");
-  command->add_option("--vcd", arguments->vcd, "Where to write a VCD file, for GTKWave or PulseView")
+  command->add_flag("--plan", arguments->plan, "Draw only the planned edges");
+  command->add_flag("--actual", arguments->actual, "Draw only the captured edges (of a receipt)");
+  command->add_option("--vcd", arguments->vcd, "VCD file to write, for GTKWave or PulseView")
       ->type_name("OUT");
-  command->add_option("--wavedrom", arguments->wavedrom, "Where to write WaveJSON, for WaveDrom")
+  command->add_option("--wavedrom", arguments->wavedrom, "WaveJSON file to write, for WaveDrom")
       ->type_name("OUT");
   command
       ->add_option("--differences", arguments->differences,
-                   "Where to write planned and actual time of each edge as CSV (of a receipt)")
+                   "CSV file to write, with planned and actual time of each edge (of a receipt)")
       ->type_name("OUT");
-  command->add_option("--board", arguments->board, "The board that a program file is for")
+  command->add_option("--board", arguments->board, "The board that will run a program file")
       ->type_name("URI|FILE")
       ->capture_default_str();
-  command->add_option("--max-edges", arguments->max_edges, "Draw a plan's first edges only")
+  command->add_option("--max-edges", arguments->max_edges, "Draw only the first N edges of a plan")
       ->type_name("N")
       ->capture_default_str();
   takes_number<int>(command->get_option("--max-edges"))->check(CLI::Range(1, 10'000'000), "");
@@ -193,9 +195,10 @@ Job add_trace(CLI::App& app) {
       std::string("Example:\n"
                   "  symrig trace receipt.json --vcd run.vcd --wavedrom run.json\n"
                   "\n"
-                  "The plan is worked out on the host from the records alone. Where it waits for the "
-                  "projector, it takes the\n"
-                  "profile's refresh; a receipt has the edges that came.\n\n") +
+                  "The host computes the plan from the records alone. For waits on the projector it uses the "
+                  "refresh of the\n"
+                  "profile; a receipt contains the captured edges.\n"
+                  "\n") +
       kExitCodes);
   return [command, arguments] { return run(*command, *arguments); };
 }

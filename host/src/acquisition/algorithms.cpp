@@ -16,8 +16,8 @@ constexpr std::array kAlgorithms{
     AlgorithmInfo{.algorithm = Algorithm::symrig,
                   .name = "symrig",
                   .description =
-                      "hierarchical; accepts untested what is expected to pass, checked by held-out "
-                      "photographs",
+                      "hierarchical; accepts nodes without a test where it predicts leaves, and checks them "
+                      "with held-out photographs",
                   .rule = {.noise_sigmas = 3, .concentration = 0.8},
                   .economy = {.decay = 0.05,
                               .look_in_the_dark = true,
@@ -32,7 +32,7 @@ constexpr std::array kAlgorithms{
                   .run = acquisition::capture_hierarchy},
     AlgorithmInfo{.algorithm = Algorithm::paper,
                   .name = "paper",
-                  .description = "Garg et al. 2006 as published",
+                  .description = "as published by Garg et al. 2006",
                   .tolerance = kTolerance,
                   .hierarchical = true,
                   .reference = true,
@@ -46,7 +46,7 @@ constexpr std::array kAlgorithms{
                   .run = acquisition::capture_dual},
     AlgorithmInfo{.algorithm = Algorithm::brute,
                   .name = "brute",
-                  .description = "one pattern a pixel: a baseline",
+                  .description = "one pattern for each pixel: a baseline",
                   .run = acquisition::capture_brute},
 };
 

@@ -24,7 +24,8 @@ Error io_error(const fs::path& path, std::string_view what, int error) {
           "check the folder, its permissions and the free space"};
 }
 
-/// Owns a file descriptor and the temporary file behind it: both go unless commit() succeeded.
+/// Owns a temporary file and its descriptor. The destructor closes both, and deletes the file unless commit()
+/// succeeded.
 class TemporaryFile {
  public:
   explicit TemporaryFile(fs::path path)
@@ -49,7 +50,7 @@ class TemporaryFile {
     return true;
   }
 
-  /// asked: how the user named the target.
+  /// asked: the target as the user named it, for messages.
   Result<void> commit(const fs::path& asked, const fs::path& target) {
     if (::fsync(fd_) != 0) return io_error(asked, "cannot be written", errno);
     SYMRIG_CHECK(replace_file(path_, target));
@@ -63,7 +64,7 @@ class TemporaryFile {
   bool committed_ = false;
 };
 
-/// Makes the rename itself durable; a file system that cannot is not an error.
+/// Makes the rename durable. It is no error if the file system cannot do that.
 void sync_folder(const fs::path& target) {
   const int fd = ::open(base::folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (fd < 0) return;
@@ -74,17 +75,18 @@ void sync_folder(const fs::path& target) {
 Error read_error(const fs::path& path, int error) {
   const bool denied = error == EACCES || error == EPERM;
   return {ErrorCode::io, path.string() + ": cannot be read (" + std::generic_category().message(error) + ")",
-          denied ? "ask for the permission to read it" : "check the path and the disk"};
+          denied ? "get permission to read it" : "check the path and the disk"};
 }
 
-/// Opening a pipe waits for its other end, opening a serial port may reset what hangs on it.
+/// Neither a regular file nor a folder. Such a path is not opened: opening a pipe waits for its other end,
+/// and opening a serial port may reset the device behind it.
 bool is_special(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-/// A file that is read; what is neither a file nor a folder is not opened.
+/// Opens a file for reading, unless it is special.
 class OpenFile {
  public:
   explicit OpenFile(const fs::path& path)
@@ -104,7 +106,7 @@ class OpenFile {
   int fd_;
 };
 
-/// Bytes of a file that was just opened; errno still tells why it could not be.
+/// Size in bytes of a file that was just opened. errno must still be that of open().
 Result<std::uint64_t> size_of(const fs::path& path, const OpenFile& file) {
   if (file.special())
     return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
@@ -120,7 +122,7 @@ Result<std::uint64_t> size_of(const fs::path& path, const OpenFile& file) {
   return static_cast<std::uint64_t>(status.st_size);
 }
 
-/// Reads until the end of the file or until `bytes` is full; the number read, or −1.
+/// Reads until the end of the file or until `bytes` is full. Returns the number of bytes, or −1.
 std::ptrdiff_t read_all(int fd, std::span<std::byte> bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {

@@ -17,7 +17,7 @@ bool is_digit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// The digits of a decimal number, taken off the front of a text.
+/// Removes the digits at the beginning of a text and returns them.
 std::string_view take_digits(std::string_view& text) {
   std::size_t count = 0;
   while (count < text.size() && is_digit(text[count])) ++count;
@@ -35,8 +35,8 @@ std::optional<std::int64_t> whole(std::string_view digits, std::int64_t unit) {
   return value;
 }
 
-/// 0.d1d2d3... of a unit, halves up: the digits beyond the unit's own nanoseconds decide by the first of
-/// them.
+/// The nanoseconds of the fraction 0.d1d2d3... of a unit. The first digit below one nanosecond decides the
+/// rounding; halves round up.
 std::int64_t fraction(std::string_view digits, std::int64_t unit) {
   std::int64_t value = 0;
   for (const char c : digits) {

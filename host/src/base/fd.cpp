@@ -21,14 +21,14 @@ constexpr std::size_t kPiece = 4096;
 
 Error lost(const std::string& name, std::string_view why) {
   return {ErrorCode::device_lost, fmt::format("{}: {}", name, why),
-          "check the board's cable and supply, then connect again"};
+          "check the board's cable and power supply, then connect again"};
 }
 
 bool again(int error) {
   return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
 }
 
-/// write() that raises no SIGPIPE on a socket whose other end is gone.
+/// write() without SIGPIPE on a socket that the other end has closed.
 ssize_t put(int fd, std::span<const std::uint8_t> bytes) {
   const ssize_t sent = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   return sent < 0 && errno == ENOTSOCK ? ::write(fd, bytes.data(), bytes.size()) : sent;
@@ -56,7 +56,7 @@ Nanoseconds steady_now() {
   return std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch());
 }
 
-/// Has one of `events` (or the end of the stream) come within `timeout`?
+/// Waits for one of `events` or the end of the stream. Returns whether it came within `timeout`.
 Result<bool> ByteStream::wait(short events, Nanoseconds timeout) const {
   const Nanoseconds deadline = steady_now() + timeout;
   while (true) {
@@ -77,7 +77,7 @@ Result<void> ByteStream::send(std::span<const std::uint8_t> bytes, Nanoseconds p
     }
     if (sent < 0 && !again(errno)) return lost(name_, std::strerror(errno));
     SYMRIG_TRY(const bool ready, wait(POLLOUT, patience));
-    if (!ready) return lost(name_, fmt::format("takes no bytes for {:.3g} s", seconds(patience)));
+    if (!ready) return lost(name_, fmt::format("accepted no bytes for {:.3g} s", seconds(patience)));
   }
   return {};
 }

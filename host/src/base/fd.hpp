@@ -27,19 +27,20 @@ class Fd {
   int fd_ = -1;
 };
 
-/// Time on the host's steady clock (CLOCK_MONOTONIC), the clock of every link to a real board.
+/// Time of the host's steady clock (CLOCK_MONOTONIC), which every link to a real board uses.
 Nanoseconds steady_now();
 
-/// A two-way pipe of bytes behind a non-blocking descriptor. name: for messages, as the user gave it.
+/// A two-way byte stream on a non-blocking descriptor. name: as the user gave it, for messages.
 class ByteStream {
  public:
   ByteStream(Fd fd, std::string name) : fd_(std::move(fd)), name_(std::move(name)) {}
 
-  /// Sends all bytes, in as many pieces as the system takes. fails: device_lost (closed, or nothing taken for
-  /// `patience`).
+  /// Sends all bytes, in as many pieces as the system requires.
+  /// fails: device_lost (closed, or no byte accepted for `patience`).
   Result<void> send(std::span<const std::uint8_t> bytes, Nanoseconds patience) const;
-  /// What is there within `timeout`, at most 4096 bytes; empty if nothing came. A signal does not cut the
-  /// wait short. fails: device_lost (closed).
+  /// Returns the bytes that arrive within `timeout`, at most 4096; empty if none came. A signal does not
+  /// shorten the wait.
+  /// fails: device_lost (closed).
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) const;
 
   const std::string& name() const { return name_; }

@@ -28,7 +28,7 @@ std::optional<int> number(std::string_view text) {
 }  // namespace
 
 fs::path link_target(const fs::path& path) {
-  constexpr int kMostLinks = 40;  // as the system follows
+  constexpr int kMostLinks = 40;  // the same limit as the system's
   fs::path target = path;
   std::error_code error;
   for (int links = 0; links < kMostLinks && fs::is_symlink(target, error); ++links) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which file a path leads to.
+// The file that a path leads to.
 #pragma once
 
 #include <filesystem>
@@ -10,21 +10,22 @@
 
 namespace symrig::base {
 
-/// The file at the end of symbolic links, also where it does not exist yet.
+/// The file at the end of symbolic links, even if it does not exist yet.
 std::filesystem::path link_target(const std::filesystem::path& path);
 
-/// The folder that a file lies in.
+/// The folder that contains a file.
 std::filesystem::path folder_of(const std::filesystem::path& path);
 
-/// The descriptor that a path such as /dev/stdout or /dev/fd/3 stands for; "-" is standard output.
+/// The descriptor that a path such as /dev/stdout or /dev/fd/3 means; "-" is standard output.
 std::optional<int> descriptor_of(const std::filesystem::path& path);
 
-/// A file by device and inode; one that does not exist yet by its folder's and its name.
+/// The identity of a file: device and inode. A file that does not exist yet has those of its folder, and its
+/// name.
 struct FilePlace {
   dev_t device = 0;
   ino_t inode = 0;
   mode_t mode = 0;   ///< 0: there is no such file
-  std::string name;  ///< of a file that does not exist
+  std::string name;  ///< set only if the file does not exist
 
   bool exists() const { return mode != 0; }
   bool regular() const;

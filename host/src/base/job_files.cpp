@@ -25,7 +25,7 @@ using base::descriptor_of, base::FilePlace, base::folder_of, base::place_of;
 struct FormatNames {
   FileFormat format;
   const char* text;    ///< "an HDF5 scene"
-  const char* suffix;  ///< the one to suggest
+  const char* suffix;  ///< the suffix to suggest
   bool binary;
 };
 
@@ -50,7 +50,7 @@ struct Suffix {
   FileFormat format;
 };
 
-/// Suffixes that say what a file is. Others say nothing, and any output may have them.
+/// Suffixes with a known format. Any output may have another suffix.
 constexpr std::array<Suffix, 21> kSuffixes{{
     {".h5", FileFormat::scene},        {".hdf5", FileFormat::scene},   {".exr", FileFormat::picture},
     {".pfm", FileFormat::picture},     {".png", FileFormat::picture},  {".jpg", FileFormat::picture},
@@ -64,7 +64,7 @@ constexpr std::array<Suffix, 21> kSuffixes{{
 bool fits(FileFormat suffix, FileFormat output) {
   if (suffix == output) return true;
   if (suffix == FileFormat::picture && output == FileFormat::map) return true;
-  return suffix == FileFormat::log && !names_of(output).binary;  // notes.log may hold any text
+  return suffix == FileFormat::log && !names_of(output).binary;  // a .log file may contain any text
 }
 
 Result<void> check_suffix(const std::string& option, const fs::path& path, FileFormat format) {
@@ -94,11 +94,11 @@ Result<void> check_descriptor(const std::string& option, const fs::path& path, i
                  "give the name of a file"};
   const int flags = ::fcntl(descriptor, F_GETFL);
   if (descriptor <= STDERR_FILENO || (flags >= 0 && (flags & O_ACCMODE) != O_RDONLY)) return {};
-  return not_written(path, "no such descriptor is open for writing", "give the name of a file",
+  return not_written(path, "this descriptor is not open for writing", "give the name of a file",
                      ErrorCode::bad_argument);
 }
 
-/// A new file in a folder that takes new files, or a regular file there.
+/// Checks that the target is a new file in a writable folder, or a regular file there.
 Result<void> check_target(const fs::path& path) {
   const auto place = place_of(path);
   if (path.filename().empty() || (place && place->exists() && !place->regular()))
@@ -108,11 +108,11 @@ Result<void> check_target(const fs::path& path) {
   const fs::path folder = folder_of(base::link_target(path));
   std::error_code error;
   if (!fs::is_directory(folder, error))
-    return not_written(path, "there is no folder " + folder.string(), "make it, or give another place",
+    return not_written(path, "there is no folder " + folder.string(), "make the folder, or give another one",
                        ErrorCode::not_found);
   if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return not_written(path, fmt::format("{} ({})", folder.string(), std::generic_category().message(errno)),
-                     "give a folder that you may write to");
+                     "give a folder that you can write to");
 }
 
 bool same_file(const fs::path& a, const fs::path& b) {
@@ -158,7 +158,7 @@ Result<void> JobFiles::check_inputs(const Output& output) const {
   for (const Input& input : inputs_)
     if (same_file(input.path, output.path))
       return Error{ErrorCode::bad_argument,
-                   fmt::format("{} {} is the same file as {} {}, which is read", output.option,
+                   fmt::format("{} {} is the same file as {} {}, which is an input", output.option,
                                output.path.string(), input.what, input.path.string()),
                    "give the output another name"};
   return {};
@@ -171,11 +171,11 @@ Result<void> JobFiles::check_others(std::size_t k) const {
       return Error{ErrorCode::bad_argument,
                    fmt::format("{} {} is the same file as {} {}", one.option, one.path.string(),
                                outputs_[i].option, outputs_[i].path.string()),
-                   "give each output a name of its own"};
+                   "give each output its own name"};
   return {};
 }
 
-/// What is printed goes to a file, too, where a shell was told so: `symrig inspect a.h5 >> a.h5`.
+/// Checks the file that a shell redirected standard output to, as in `symrig inspect a.h5 >> a.h5`.
 Result<void> JobFiles::check_redirection() const {
   const auto printed = place_of(STDOUT_FILENO);
   if (!printed || !printed->regular()) return {};
@@ -183,7 +183,7 @@ Result<void> JobFiles::check_redirection() const {
     if (is_standard_output(path) || printed != place_of(path)) return {};
     return Error{ErrorCode::bad_argument,
                  fmt::format("standard output goes to {}, which this command uses", path.string()),
-                 "redirect it to another file"};
+                 "redirect standard output to another file"};
   };
   for (const Input& input : inputs_) SYMRIG_CHECK(clash(input.path));
   for (const Output& output : outputs_) SYMRIG_CHECK(clash(output.path));

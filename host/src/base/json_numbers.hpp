@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers of a JSON file that somebody else may have written: a whole number within its range, or an error.
+// Reads numbers of a JSON file from any source: a whole number within its range, or an error.
 #pragma once
 
 #include <concepts>
@@ -14,13 +14,14 @@
 
 namespace symrig::base {
 
-/// What a JSON file says cannot be. Caught where the file is read, like the JSON library's own exceptions.
+/// A JSON file has an impossible value. It is caught where the file is read, like the JSON library's own
+/// exceptions.
 class BadJson : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// 146 years: two such spans may be added.
+/// 146 years: half of the range of 64 bits.
 constexpr std::int64_t kLongestNanoseconds = std::int64_t{1} << 62U;
 
 template <std::integral T>
@@ -29,7 +30,7 @@ struct Bounds {
   T most = std::numeric_limits<T>::max();
 };
 
-/// name: for the message. Throws BadJson: no whole number, or out of bounds.
+/// name: for the message. Throws BadJson if the value is not a whole number or out of bounds.
 template <std::integral T>
 T whole_number(const nlohmann::ordered_json& value, std::string_view name, Bounds<T> bounds = {}) {
   const auto fits = [&bounds](auto number) {
@@ -43,7 +44,7 @@ T whole_number(const nlohmann::ordered_json& value, std::string_view name, Bound
   throw BadJson(fmt::format("'{}' is not a whole number from {} to {}", name, bounds.least, bounds.most));
 }
 
-/// The value of a key that must be there.
+/// The value of a required key.
 template <std::integral T>
 T whole_number_at(const nlohmann::ordered_json& object, const char* key, Bounds<T> bounds = {}) {
   return whole_number<T>(object.at(key), key, bounds);

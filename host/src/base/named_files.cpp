@@ -26,7 +26,8 @@ bool is_picture(const fs::path& path) {
   return std::find(kSuffixes.begin(), kSuffixes.end(), suffix) != kSuffixes.end();
 }
 
-/// The end of the string that begins with the quote at `begin`, on the same line; npos: it has none.
+/// Position of the quote that ends the string which begins at `begin`, on the same line; npos if there is
+/// none.
 std::size_t closing_quote(std::string_view text, std::size_t begin) {
   for (std::size_t k = begin + 1; k < text.size() && text[k] != '\n'; ++k) {
     if (text[k] == text[begin]) return k;
@@ -35,7 +36,7 @@ std::size_t closing_quote(std::string_view text, std::size_t begin) {
   return std::string_view::npos;
 }
 
-/// What stands in quotes, comments left out.
+/// All strings in quotes, without those in comments.
 std::set<std::string> quoted(std::string_view text) {
   std::set<std::string> strings;
   for (std::size_t k = 0; k < text.size(); ++k) {

@@ -18,14 +18,14 @@ std::string lower(std::string_view text) {
   return result;
 }
 
-/// Whether one holds the other, which has three letters at least.
+/// Whether one contains the other. The shorter one must have at least three letters.
 bool part_of_other(std::string_view a, std::string_view b) {
   const std::string_view part = a.size() < b.size() ? a : b;
   const std::string_view whole = a.size() < b.size() ? b : a;
   return part.size() >= 3 && whole.find(part) != std::string_view::npos;
 }
 
-/// Half the letters of a short word, a third of those of a long one.
+/// Largest number of edits: half the letters of a short word, a third of a long one.
 std::size_t most_edits(std::string_view given, std::string_view known) {
   const std::size_t letters = std::max(given.size(), known.size());
   return letters <= 4 ? letters / 2 : letters / 3;
@@ -51,7 +51,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::optional<std::string_view> nearest_name(std::string_view given,
                                              std::span<const std::string_view> known) {
-  constexpr std::size_t kLongest = 256;  // of a name: nobody misspells one that is longer
+  constexpr std::size_t kLongest = 256;  // letters; longer names are no typing errors
   if (given.empty() || given.size() > kLongest) return std::nullopt;
   const std::string word = lower(given);
   std::optional<std::string_view> nearest;

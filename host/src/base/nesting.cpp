@@ -8,12 +8,12 @@
 namespace symrig {
 namespace {
 
-/// One pass over a TOML text: what lies in strings and comments does not nest.
+/// One pass over a TOML text. Strings and comments do not count.
 class TomlScan {
  public:
   explicit TomlScan(std::string_view text) : text_(text) {}
 
-  /// The line at which it is too deep; 0 if it never is.
+  /// The first line that is too deep; 0 if there is none.
   int first_too_deep() {
     while (at_ < text_.size()) {
       take();
@@ -32,7 +32,7 @@ class TomlScan {
     if (c == '[' || c == '{') ++depth_;
     if ((c == ']' || c == '}') && depth_ > 0) --depth_;
     if (c == '\n') ++line_;
-    // A key's parts are counted from whatever stands before it.
+    // A key's parts are counted from the last of these characters.
     if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) parts_ = 0;
   }
 
@@ -53,7 +53,7 @@ class TomlScan {
     }
   }
 
-  /// A string over several lines; up to two quotes may stand right before the three that end it.
+  /// Skips a string over several lines. Up to two quotes may stand directly before the three that end it.
   void skip_lines(char quote, std::string_view end) {
     for (at_ += 3; at_ < text_.size(); ++at_) {
       if (text_[at_] == '\n') ++line_;
@@ -90,7 +90,7 @@ Result<void> check_json_nesting(std::string_view text) {
     if (c == '[' || c == '{') ++depth;
     if ((c == ']' || c == '}') && depth > 0) --depth;
     if (depth > kDeepestNesting)
-      return Error{ErrorCode::bad_format, too_deep(), "no file that symrig wrote does"};
+      return Error{ErrorCode::bad_format, too_deep(), "use a file that symrig wrote"};
   }
   return {};
 }
@@ -99,7 +99,7 @@ Result<void> check_toml_nesting(std::string_view text, const std::string& file) 
   const int line = TomlScan(text).first_too_deep();
   if (line == 0) return {};
   return Error{ErrorCode::bad_format, fmt::format("{}:{}: {}", file, line, too_deep()),
-               "write it with fewer dots, brackets or braces inside each other"};
+               "use fewer nested dots, brackets or braces"};
 }
 
 }  // namespace symrig

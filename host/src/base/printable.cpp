@@ -9,7 +9,7 @@
 namespace symrig {
 namespace {
 
-/// A character of UTF-8 at the beginning of a text: how many bytes; 0: it is none.
+/// The first UTF-8 character of a text. bytes is 0 if it is not valid.
 struct Character {
   std::size_t bytes = 0;
   std::uint32_t code = 0;
@@ -22,7 +22,7 @@ std::size_t length_of(unsigned char first) {
   return first >= 0xF0 && first < 0xF5 ? 4 : 0;
 }
 
-/// RFC 3629: the shortest form, no surrogates, nothing beyond U+10FFFF.
+/// RFC 3629 allows only the shortest form, no surrogates, and nothing above U+10FFFF.
 Character first_of(std::string_view text) {
   constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
   const auto first = static_cast<unsigned char>(text.front());
@@ -38,7 +38,7 @@ Character first_of(std::string_view text) {
   return legal ? Character{bytes, code} : Character{};
 }
 
-/// What a terminal or a viewer obeys instead of showing it.
+/// A character that a terminal or a viewer executes instead of showing it.
 bool obeyed(std::uint32_t code) {
   if (code == '\n' || code == '\t') return false;
   const bool control = code < 0x20 || (code >= 0x7F && code < 0xA0);

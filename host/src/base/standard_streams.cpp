@@ -13,7 +13,8 @@ namespace symrig {
 void reserve_standard_streams() {
   for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (::fcntl(descriptor, F_GETFD) >= 0 || errno != EBADF) continue;
-    // The lowest free number is this one. It is opened the wrong way round: using it fails.
+    // open() returns the lowest free number, which is this one. The wrong access mode makes every use of it
+    // fail.
     const int got = ::open("/dev/null", descriptor == STDIN_FILENO ? O_WRONLY : O_RDONLY);
     if (got >= 0 && got != descriptor) ::close(got);
   }

@@ -69,7 +69,7 @@ bool TableReader::read(std::string_view key, std::vector<std::string>& value) {
   value.clear();
   for (const TomlNode& item : node->children) {
     if (item.kind != Kind::text) {
-      fail(key, fmt::format("one of the list is {}", item.kind_text()), "give texts in quotes");
+      fail(key, fmt::format("an item of the list is {}", item.kind_text()), "give texts in quotes");
       return false;
     }
     value.push_back(item.text);

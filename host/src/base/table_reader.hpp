@@ -15,32 +15,31 @@
 
 namespace symrig::base {
 
-/// The file that is being read, and the first thing found wrong with it.
+/// The file that is being read, and its first error.
 struct ReadContext {
   std::string file;
   Result<void> state = {};
-  const TomlNode* lacking = nullptr;  ///< the table, if the fault is that a key of it is missing
+  const TomlNode* lacking = nullptr;  ///< the table with a missing key, if that is the error
 
-  /// Keeps the first fault: "scan.toml:12: what; hint".
+  /// Keeps the first error: "scan.toml:12: what; hint".
   void fail(int line, std::string_view what, std::string hint, ErrorCode code = ErrorCode::bad_format);
 };
 
-/// Takes the keys of one table one by one. What it does not like goes to the context; values stay as they
-/// were.
+/// Reads the keys of one table one by one. An error goes to the context, and the value stays unchanged.
 class TableReader {
  public:
-  /// path: "rig.camera", for messages; empty at the top.
+  /// path: such as "rig.camera", for messages; empty at the top level.
   TableReader(const TomlNode& table, std::string path, ReadContext& context);
 
   int line() const { return table_->line; }
   bool ok() const { return context_->state.ok(); }
-  /// The value of a key, if it is there; the key counts as known from now on.
+  /// The value of a key, if present. The key counts as known from now on.
   const TomlNode* find(std::string_view key);
   bool has(std::string_view key) const { return table_->find(key) != nullptr; }
-  /// Line of a key, or that of the table.
+  /// The line of a key, or of the table if the key is absent.
   int line_of(std::string_view key) const;
 
-  // Each: true if the key is there and its value was taken.
+  // Each returns true if the key is present and its value is valid.
   bool read(std::string_view key, std::string& value);
   bool read(std::string_view key, bool& value);
   bool read(std::string_view key, Nanoseconds& value);
@@ -52,8 +51,8 @@ class TableReader {
   template <class T>
   bool read_choice(std::string_view key, T& value, std::span<const std::pair<std::string_view, T>> choices);
 
-  /// After all keys: an unknown one is an error that names the nearest and all that are known. It goes before
-  /// a missing one of this table, which is often the same one, misspelt.
+  /// To be called after all keys. An unknown key is an error that names the nearest known key and all known
+  /// keys. It replaces an error about a missing key of this table, which is often the same key, misspelt.
   void finish();
   void require(std::string_view key, std::string_view form);
   void fail(std::string_view key, std::string_view what, std::string hint);
@@ -70,7 +69,7 @@ class TableReader {
   std::vector<std::string> known_;
 };
 
-/// A duration as it stands in a file. false: it is none, and the context says so.
+/// Reads a duration of a file. Returns false, with the error in the context, if it is not a duration.
 bool read_duration(const TomlNode& node, std::string_view path, ReadContext& context, Nanoseconds& value);
 
 template <class T>

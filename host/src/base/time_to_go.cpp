@@ -7,24 +7,27 @@
 namespace symrig {
 namespace {
 
-constexpr double kShortest = 0.3;   // s: before that start-up is most of what has been seen
-constexpr double kWindow = 0.5;     // of the time: photographs that a log answers are soon forgotten
-constexpr double kRoom = 3;         // between the bounds: the mean is off by less than two, with a margin
-constexpr double kFinishing = 0.3;  // of the time so far: what the work after the last unit takes at most
-constexpr double kSlower = 1.5;     // units to come take so much longer at most, as what is known grows
+constexpr double kShortest = 0.3;  // s; before this, the start-up dominates the measurement
+constexpr double kWindow =
+    0.5;  // of the elapsed time; so photographs that came from a log soon stop counting
+constexpr double kRoom =
+    3;  // largest ratio of the bounds: the mean is then wrong by less than a factor of two
+constexpr double kFinishing = 0.3;  // of the elapsed time; upper bound for the work after the last unit
+constexpr double kSlower =
+    1.5;  // later units take at most this much longer, because the known transport grows
 
 }  // namespace
 
 void TimeToGo::tell(const ProgressEvent& event, double seconds) {
-  if (!moments_.empty() && event.done < moments_.back().done) moments_.clear();  // another job's count
+  if (!moments_.empty() && event.done < moments_.back().done) moments_.clear();  // the count of another job
   moments_.push_back({seconds, event.done});
-  // The first one that is kept begins the window.
+  // The first moment that stays begins the window.
   while (moments_.size() > 2 && moments_[1].seconds <= seconds * (1 - kWindow)) moments_.pop_front();
   left_ = std::max<std::int64_t>(0, event.expected - event.done);
   later_ = event.expected > 0 ? event.later : UnitsToCome{};
 }
 
-/// Seconds a unit.
+/// Seconds for each unit.
 std::optional<double> TimeToGo::pace() const {
   if (moments_.size() < 2 || moments_.back().seconds < kShortest) return std::nullopt;
   const auto done = static_cast<double>(moments_.back().done - moments_.front().done);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only place that knows the TOML library.
+// The only file that uses the TOML library.
 #include "base/toml_tree.hpp"
 
 #include "symrig/base/nesting.hpp"
@@ -31,7 +31,7 @@ TomlNode copy_table(const toml::table& table, TomlNode out) {
   for (const auto& [name, value] : table) {
     out.children.push_back(copy(value, name.str()));
     TomlNode& child = out.children.back();
-    // A table made by a dotted or nested header is where its key stands.
+    // A table from a dotted or nested header has no line: use that of its key.
     if (child.line == 0) child.line = static_cast<int>(name.source().begin.line);
   }
   std::stable_sort(out.children.begin(), out.children.end(),

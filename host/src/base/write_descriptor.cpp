@@ -15,7 +15,8 @@ std::string name_of(int descriptor) {
   return descriptor == STDOUT_FILENO ? "standard output" : "descriptor " + std::to_string(descriptor);
 }
 
-/// Whether to try again after the last error. Another program may have made a shared terminal non-blocking.
+/// Whether to try again after the last error. If another program made a shared terminal non-blocking, this
+/// waits until it is writable.
 bool passes(int descriptor) {
   if (errno == EINTR) return true;
   if (errno != EAGAIN) return false;

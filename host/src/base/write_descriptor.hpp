@@ -7,7 +7,8 @@
 
 namespace symrig::base {
 
-/// Writes all of it.  fails: io.
+/// Writes the whole text.
+/// fails: io.
 Result<void> write_descriptor(int descriptor, std::string_view text);
 
 }  // namespace symrig::base

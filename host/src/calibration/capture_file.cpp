@@ -31,7 +31,7 @@ void read_format(TableReader& table, RawLayout& raw) {
     return table.fail("format", "\"" + name + "\" is not known",
                       R"(V4L2's name or FourCC: "Y10", "SRGGB12P")");
   if (!raw.format->linear)
-    table.fail("format", "\"" + name + "\" is a picture for people: its codes are no measure of light",
+    table.fail("format", "\"" + name + "\" is a processed picture: its codes are not proportional to light",
                "record a raw format: Y10, Y12, SRGGB10, ...");
 }
 
@@ -53,8 +53,9 @@ void read_raw(TableReader& top, CaptureFile& file) {
   const std::size_t least = row_bytes(*raw.format, raw.size.cols);
   if (raw.stride == 0) raw.stride = least;
   if (raw.stride < least)
-    table.fail("stride", fmt::format("{} bytes do not hold a row of {} samples", raw.stride, raw.size.cols),
-               fmt::format("{} needs {} at least", raw.format->name, least));
+    table.fail("stride",
+               fmt::format("{} bytes are too few for a row of {} samples", raw.stride, raw.size.cols),
+               fmt::format("{} needs at least {}", raw.format->name, least));
   file.raw = raw;
 }
 
@@ -86,14 +87,14 @@ void read_photographs(TableReader& top, Nanoseconds usual, CaptureFile& file) {
   const TomlNode* const list = top.find("photograph");
   if (list == nullptr || !top.ok()) return;
   if (list->kind != TomlNode::Kind::array)
-    return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each");
+    return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each one");
   if (!file.projector)
-    return top.fail("photograph", "patterns are named, but not for which projector",
+    return top.fail("photograph", "patterns are named, but the projector's size is missing",
                     "add projector = \"768x1024\" (rows x columns) at the top");
   const GrayCode code(*file.projector);
   for (const TomlNode& node : list->children) {
     if (node.kind != TomlNode::Kind::table)
-      return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each");
+      return top.fail("photograph", "is not a list of tables", "write [[photograph]] before each one");
     read_photograph(node, code, usual, top.context(), file);
   }
 }

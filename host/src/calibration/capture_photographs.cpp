@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bits that stand in a sample's word, and those below it.
+/// The depth of a sample: its significant bits and the unused bits below them.
 camera::SampleDepth depth_of(const RawLayout& raw) {
   const PixelFormat& format = *raw.format;
   const int bits = raw.bits > 0 ? raw.bits : format.bits;
@@ -50,12 +50,12 @@ bool is_raw(const fs::path& file) {
   return file.extension() == ".raw" || file.extension() == ".RAW";
 }
 
-/// Measured radiance knows no largest code.
+/// Whether values are codes. EXR and PFM contain radiance, which has no largest code.
 bool has_codes(const fs::path& file) {
   return file.extension() != ".exr" && file.extension() != ".pfm";
 }
 
-/// The light of each code in place of the code.
+/// Replaces each code by its light.
 Image<float> linear(Image<float> image, const ResponseCurve& response) {
   const double largest = static_cast<double>(response.light.size()) - 1;
   for (float& value : image.values()) value = static_cast<float>(response(largest * value));
@@ -68,18 +68,18 @@ Result<Image<float>> read_codes(const fs::path& file, const CaptureFile& capture
     return image.channels() == 1 ? std::move(image) : to_gray(image);
   }
   if (!capture.raw)
-    return Error{ErrorCode::bad_argument, file.string() + ": a raw file, and nothing says what is in it",
+    return Error{ErrorCode::bad_argument, file.string() + ": a raw file without a description of its format",
                  "add [raw] with format and size to capture.toml"};
   return read_raw(file, *capture.raw);
 }
 
-/// Exposures of one pattern, added up.
+/// The sum of the exposures of one pattern.
 class Merged {
  public:
   explicit Merged(Grid grid) : light_(grid, 1), seconds_(grid, 1) {}
 
   Grid grid() const { return light_.grid(); }
-  /// has_codes: 1 is the largest code, so that it stands for saturation.
+  /// has_codes: 1 is the largest code, so it means saturation.
   void add(const Image<float>& image, bool has_codes, double pedestal, double seconds) {
     for (std::size_t i = 0; i < image.values().size(); ++i) {
       const float value = image.values()[i];
@@ -88,7 +88,7 @@ class Merged {
       seconds_.values()[i] += seconds;
     }
   }
-  /// As an exposure of `seconds` would have seen it.
+  /// The picture that one exposure of `seconds` would give.
   Image<float> at(double seconds) const {
     Image<float> image(light_.grid());
     for (std::size_t i = 0; i < image.values().size(); ++i)
@@ -102,16 +102,16 @@ class Merged {
   Image<double> light_, seconds_;
 };
 
-/// The shortest exposure in seconds; 1 where none is told.
+/// The shortest exposure in seconds; 1 if none is given.
 Result<double> unit_of(const CaptureFile& capture) {
-  const auto told = [](const CapturedPhotograph& p) { return p.exposure.count() > 0; };
-  if (std::ranges::none_of(capture.photographs, told)) return 1.0;
-  const auto untold = std::ranges::find_if_not(capture.photographs, told);
-  if (untold != capture.photographs.end())
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("{}:{}: {} has no exposure, others have", capture.path, untold->line, untold->file),
-        "give exposure = \"20 ms\" at the top, or for every photograph"};
+  const auto has_exposure = [](const CapturedPhotograph& p) { return p.exposure.count() > 0; };
+  if (std::ranges::none_of(capture.photographs, has_exposure)) return 1.0;
+  const auto missing = std::ranges::find_if_not(capture.photographs, has_exposure);
+  if (missing != capture.photographs.end())
+    return Error{ErrorCode::bad_value,
+                 fmt::format("{}:{}: {} has no exposure time, but other photographs have one", capture.path,
+                             missing->line, missing->file),
+                 "give exposure = \"20 ms\" at the top, or for every photograph"};
   const auto shortest = std::ranges::min(capture.photographs, {}, &CapturedPhotograph::exposure).exposure;
   return std::chrono::duration<double>(shortest).count();
 }
@@ -120,7 +120,7 @@ double seconds_of(const CapturedPhotograph& photograph, double unit) {
   return photograph.exposure.count() > 0 ? std::chrono::duration<double>(photograph.exposure).count() : unit;
 }
 
-/// "columns 3 complement" of an index.
+/// The name of a pattern by its index, such as "columns 3 complement".
 std::string pattern_name(const GrayCode& code, int index) {
   if (index >= code.white()) return index == code.white() ? "white" : "black";
   const StripePair pair = code.pair(index / 2);
@@ -153,7 +153,7 @@ Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& 
         return Error{ErrorCode::size_mismatch,
                      fmt::format("{} is {}; {} is {}", p.file, to_string(image.grid()), name,
                                  to_string(merged->grid())),
-                     "all photographs of a sequence come from one camera at one size"};
+                     "use photographs of one camera at one size"};
       merged->add(image, has_codes(p.file), capture.pedestal, seconds_of(p, unit));
       if (options.progress &&
           !options.progress({"reading", ++done, static_cast<std::int64_t>(capture.photographs.size())}))
@@ -162,7 +162,7 @@ Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& 
     if (!merged)
       return Error{ErrorCode::bad_value,
                    fmt::format("{}: no photograph of \"{}\"", capture.path, pattern_name(code, index)),
-                   "a sequence needs every pattern, its complement, white and black"};
+                   "photograph it: a sequence needs every pattern, its complement, white and black"};
     photographs.images.push_back(merged->at(unit));
     photographs.names.push_back(std::move(name));
   }

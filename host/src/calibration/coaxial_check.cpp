@@ -28,27 +28,27 @@ using calibration::Flare;
 using calibration::Imbalance;
 using calibration::Light;
 
-constexpr int kNear = 3;     // pixels: distances that a shift of up to largest_shift reaches
-constexpr int kBlurred = 2;  // pixels around a second picture that see some of it
-/// Photographs are floats: their sums are known to this share of the light even without noise.
+constexpr int kNear = 3;     // pixels; the distances that a shift of up to largest_shift reaches
+constexpr int kBlurred = 2;  // pixels around a second picture that receive some of its light
+/// Photographs are floats, so even without noise their sums are only known to this share of the light.
 constexpr double kRounding = 1e-6;
-/// How far the true flare may lie from its fitted profile, at near distances and in all.
+/// Uncertainty of the fitted flare profile, as a share of the flare at near distances and in all.
 constexpr double kProfileError = 0.25;
-/// The texture of the stripes leaves this much of the scale of a shift open, and this share of the smooth
-/// light within three pixels may be none.
+/// kScaleError: relative uncertainty of a shift's scale from the texture of the stripes. kSmoothError: this
+/// share of the smooth light within three pixels may be direct light.
 constexpr double kScaleError = 0.1, kSmoothError = 0.5;
-/// A shift of a pixel passes for a flare of at most this share: it moves the indirect light too. A curved
-/// mirror showed half as much, matt scenes a tenth.
+/// A shift of one pixel looks like a flare of at most this share, because it also moves indirect light. A
+/// curved mirror showed half as much, matt scenes a tenth.
 constexpr double kFlareOfShift = 1;
-/// More of the light no flare carries away.
+/// No flare is a larger share of the light.
 constexpr double kLargestFlare = 0.2;
 
 bool lit(const Light& light) {
   return light.value > 5 * std::sqrt(light.variance);
 }
 
-/// r(d) of every pair of stripes: light that went d pixels up the axis less light that went d pixels down it,
-/// over the direct light. Empty if that is not above the noise.
+/// r(d) of every pair of stripes, over the direct light: light that went d pixels up the axis, minus light
+/// that went d pixels down it. Empty if the direct light is not above the noise.
 std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> photographs) {
   std::vector<Imbalance> found;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
@@ -58,7 +58,8 @@ std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> ph
       const Light a = direct_light(photographs[i], comb, comb.offsets[i]);
       const Light b = direct_light(photographs[j], comb, comb.offsets[j]);
       if (!lit(a) || !lit(b)) return {};
-      // Of the stripes whose light it is: their texture then is no error.
+      // Divide by the direct light of the stripes that the difference comes from: then their texture adds no
+      // error.
       const double difference = up.value - down.value, direct = difference > 0 ? a.value : b.value;
       const double noise = std::sqrt(up.variance + down.variance) / direct;
       found.push_back({comb.offsets[j] - comb.offsets[i], difference / direct, std::hypot(noise, kRounding)});
@@ -67,7 +68,7 @@ std::vector<Imbalance> imbalances(const Comb& comb, std::span<const Radiance> ph
   return found;
 }
 
-/// Relative error of a shift: by how much the direct light may be wrong that it is scaled by.
+/// Relative error of a shift: the relative error of the direct light that scales it.
 double scale_error(const Comb& comb, std::span<const Radiance> photographs) {
   double most = 0;
   for (std::size_t i = 0; i < photographs.size(); ++i)
@@ -75,8 +76,8 @@ double scale_error(const Comb& comb, std::span<const Radiance> photographs) {
   return std::hypot(kScaleError, kSmoothError * most);
 }
 
-/// −Σ_{d ≤ 3} d (r(d) − flare(d)). What a shift does to indirect light looks like a flare that is smaller
-/// than itself: such a flare is not taken off, it makes the shift less certain.
+/// −Σ_{d ≤ 3} d (r(d) − flare(d)). A shift of indirect light looks like a flare that is smaller than the
+/// shift. Such a flare is not subtracted; it makes the shift less certain.
 Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, const Comb& comb,
                       double scale_error) {
   Estimate shift;
@@ -98,7 +99,7 @@ Estimate first_moment(std::span<const Imbalance> found, const Flare& flare, cons
   return shift;
 }
 
-/// Whether two stripes this far apart exchange light of a second picture.
+/// Whether two stripes at this distance exchange light of a second picture.
 bool sees(const DoubleImage& second, int distance, const Comb& comb) {
   if (second.shift == 0) return false;
   const int off = std::abs(std::abs(second.shift) - distance) % comb.period;
@@ -106,8 +107,8 @@ bool sees(const DoubleImage& second, int distance, const Comb& comb) {
   return std::min({off, comb.period - off, other, comb.period - other}) <= kBlurred;
 }
 
-/// The flare is judged by the far stripes, which no shift reaches; where none is found to be shifted, by all;
-/// never by those that a second picture reaches.
+/// The flare is measured on the far stripes, which a shift does not reach. Without a shift it is measured on
+/// all stripes. Stripes that a second picture reaches are never used.
 AxisCheck judge_axis(std::span<const Imbalance> found, const Comb& comb, const DoubleImage& second,
                      double sigmas, double scale_error) {
   std::vector<Imbalance> far, usable;
@@ -146,12 +147,12 @@ Result<std::vector<Radiance>> show(Probe& probe, const Comb& comb, std::span<con
     return Error{ErrorCode::frame_missing, fmt::format("the rig answered {} patterns with {} photographs",
                                                        patterns.size(), photographs.size())};
   if (!std::ranges::all_of(photographs, finite))
-    return Error{ErrorCode::bad_value, "a photograph holds NaN or infinity in a pixel marked valid",
+    return Error{ErrorCode::bad_value, "a photograph contains NaN or infinity in a valid pixel",
                  "check the camera and the merge"};
   return photographs;
 }
 
-/// Looks for a second picture, and at it if there may be one.
+/// Looks for a second picture, and measures it if one is suspected.
 Result<DoubleImage> find_double_image(Probe& probe, const Comb& comb, std::span<const Radiance> photographs,
                                       CoaxialCheck& check) {
   const auto distance =
@@ -168,8 +169,8 @@ bool doubles(const DoubleImage& second, const CoaxialOptions& options) {
          second.share > std::max(options.sigmas * second.sigma, options.smallest_second);
 }
 
-/// What is said of an axis whose stripes are not seen within three pixels of where they were shown, but
-/// elsewhere; nothing if they are, or are not seen at all.
+/// The result for an axis whose stripes appear more than three pixels from where they were shown. Nothing if
+/// they appear in place, or not at all.
 std::optional<AxisCheck> shifted_beyond(const Comb& comb, std::span<const Radiance> photographs) {
   const auto distance =
       calibration::light_elsewhere(comb, photographs, static_cast<int>(CoaxialCheck::largest_shift));
@@ -212,13 +213,14 @@ bool flares(const AxisCheck& axis, const CoaxialOptions& options) {
          std::abs(axis.flare.value) > options.smallest_flare + passes;
 }
 
-/// A shift moves indirect light too, and what is sharp in it stands out.
+/// Whether an axis has a second picture. A shift also moves indirect light, and sharp parts of it look like a
+/// second picture.
 bool doubled_along(const AxisCheck& axis, const CoaxialOptions& options) {
   const double passes = shifted(axis, options) ? kFlareOfShift * std::abs(axis.shift.value) : 0;
   return axis.measured && axis.second_shift != 0 && axis.second.value > passes;
 }
 
-/// "+0.098 +- 0.010", with the digits that its sigma leaves; never "-0.000".
+/// "+0.098 +- 0.010": as many digits as sigma allows; never "-0.000".
 std::string text_of(const Estimate& estimate) {
   const int digits =
       estimate.sigma > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(estimate.sigma))), 0, 6) : 6;
@@ -246,21 +248,21 @@ std::string name_misalignment(const CoaxialCheck& check) {
   const std::string text =
       "misaligned: the camera looks " + name_shift(check) + " of where the projector shines; ";
   if (!check.rows.beyond && !check.cols.beyond) return text + "align the rig or calibrate it";
-  return text + fmt::format(
-                    "that is beyond the {:g} pixels that this check measures: align the rig, then "
-                    "check again",
-                    CoaxialCheck::largest_shift);
+  return text +
+         fmt::format(
+             "this is beyond the {:g} pixels that this check measures: align the rig, then check again",
+             CoaxialCheck::largest_shift);
 }
 
-/// "1.0 +- 0.3 % upwards over about 7 pixels": what leaves its place along one axis, and whereto.
+/// The flare along one axis: "1.0 +- 0.3 % upwards over about 7 pixels".
 std::string name_flare(const AxisCheck& axis, const char* back, const char* ahead) {
   return fmt::format("{:.2g} +- {:.1g} % {} over about {:.0f} pixels", 100 * std::abs(axis.flare.value),
                      100 * axis.flare.sigma, axis.flare.value < 0 ? back : ahead, axis.flare_length);
 }
 
-/// "2.0 +- 0.1 % falls a second time 9 pixels to the right"
+/// "2.0 +- 0.1 % of the light appears a second time, 9 pixels to the right"
 std::string name_second(const AxisCheck& axis, const char* back, const char* ahead) {
-  return fmt::format("{:.2g} +- {:.1g} % of the light falls a second time, {} pixels {}",
+  return fmt::format("{:.2g} +- {:.1g} % of the light appears a second time, {} pixels {}",
                      100 * axis.second.value, 100 * axis.second.sigma, std::abs(axis.second_shift),
                      axis.second_shift < 0 ? back : ahead);
 }
@@ -294,7 +296,7 @@ bool CoaxialCheck::doubled() const {
 }
 
 std::string CoaxialCheck::to_string() const {
-  if (!measured()) return "coaxial check: too few pixels or too little light to tell";
+  if (!measured()) return "coaxial check: not possible, too few pixels or too little light";
   const std::string shift = "the camera looks " + name_shift(*this) + " of where the projector shines";
   std::vector<std::string> found;
   if (misaligned()) found.push_back(name_misalignment(*this));
@@ -302,7 +304,7 @@ std::string CoaxialCheck::to_string() const {
     found.push_back("double image: " + name_seconds(*this) +
                     "; look for a second reflecting surface (beam splitter, filter, window)");
   if (flaring())
-    found.push_back("asymmetry: of the light, more goes than comes back, by " + name_flares(*this) +
+    found.push_back("asymmetry: more light goes than comes back, by " + name_flares(*this) +
                     "; it fits a one-sided flare (clean the lenses, shade them from stray light), unequal "
                     "focus of camera and projector, brightness that falls off towards the border of one of "
                     "them, and pictures resampled from another grid");
@@ -320,7 +322,7 @@ Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) 
 Result<void> require_coaxial(Probe& probe, const CoaxialOptions& options) {
   SYMRIG_TRY(const CoaxialCheck check, check_coaxial(probe, options));
   if (!check.misaligned() && !check.flaring() && !check.doubled()) return {};
-  return Error{ErrorCode::bad_value, check.to_string(), "mend it"};
+  return Error{ErrorCode::bad_value, check.to_string(), "repair the rig"};
 }
 
 }  // namespace symrig

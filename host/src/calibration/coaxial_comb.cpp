@@ -7,7 +7,7 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kReach = 3;  // pixels that direct light may be off its place
+constexpr int kReach = 3;  // pixels; largest displacement of direct light
 
 /// Raster index of a position along the axis and one across it.
 std::size_t pixel(const Comb& comb, int along, int across) {
@@ -36,9 +36,9 @@ Pattern Comb::pattern(int offset) const {
 }
 
 std::optional<Comb> make_comb(Axis axis, Grid grid) {
-  constexpr int kShortest = 16;  // a stripe seven pixels ahead of one is nine behind the next
+  constexpr int kShortest = 16;  // so a stripe seven pixels ahead of one is nine behind the next
   constexpr int kMargin = kReach + 1;
-  constexpr int kEnough = 4;  // groups: what the border takes from one of them is little
+  constexpr int kEnough = 4;  // groups; with so many, the loss at the border is small
   Comb comb{axis, grid, 0, 1, {0, 1, 3}};
   const int length = comb.length();
   if (length <= kReach) return std::nullopt;
@@ -47,7 +47,7 @@ std::optional<Comb> make_comb(Axis axis, Grid grid) {
   if (far + 2 * kReach < length) comb.offsets.push_back(far);
   comb.groups = 1 + std::max(0, (length - 1 - comb.offsets.back()) / comb.period);
   if (comb.groups >= kEnough) return comb;
-  // Light that a shift moves by up to three pixels stays on the picture, where there is room.
+  // Keep a margin, where there is room: a shift of up to three pixels then moves no light off the picture.
   const int first = std::min(kMargin, (length - 1 - comb.offsets.back()) / 2);
   for (int& offset : comb.offsets) offset += first;
   comb.groups = 1 + std::max(0, (length - 1 - comb.offsets.back() - first) / comb.period);
@@ -77,8 +77,8 @@ Light light_at(const Radiance& photograph, const Comb& comb, int offset) {
 
 namespace {
 
-/// Mean light of a pixel between `near` and `near` + 1 pixels from the stripes, on the darker side: on the
-/// other lies what a shift has moved.
+/// Mean light of the pixels between `near` and `near` + 1 pixels from the stripes, on the darker side. The
+/// other side contains light that a shift has moved.
 Light beside(const Radiance& photograph, const Comb& comb, int offset, int near) {
   Light darker;
   for (const int side : {-1, 1}) {

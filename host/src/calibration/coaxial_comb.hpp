@@ -25,35 +25,36 @@ struct Comb {
   Pattern pattern(int offset) const;
 };
 
-/// Stripes at 0, 1, 3 and three eighths of the period from the first one, which lies up to four pixels from
-/// the border, as the last one does. The period is a quarter of the axis, 16 pixels at least. No two pairs of
-/// stripes are equally far apart. Where there is no room on the axis the last one is left out. Nothing if the
-/// axis has fewer than four pixels.
+/// Stripes at 0, 1, 3 and three eighths of the period from the first one. The first and the last one lie up
+/// to four pixels from the border. The period is a quarter of the axis, at least 16 pixels. No two pairs of
+/// stripes have the same distance. If the axis is too short, the last stripe is omitted. Nothing if the axis
+/// has fewer than four pixels.
 std::optional<Comb> make_comb(Axis axis, Grid grid);
 
 /// Light of all channels and its variance.
 struct Light {
   double value = 0;
   double variance = 0;
-  double pixels = 0;  ///< on the grid, dead ones included
+  double pixels = 0;  ///< on the grid, including invalid ones
 };
 
-/// What a photograph shows at this offset from the start of every group, where that is on the grid. Invalid
-/// pixels count as the mean of the others (left out, they would break the balance of T), and each adds the
-/// scatter of the others to the variance.
+/// The light of a photograph at this offset from the start of every group, as far as it lies on the grid.
+/// Invalid pixels count as the mean of the others, because omitting them would break the symmetry of T. Each
+/// of them adds the scatter of the others to the variance.
 Light light_at(const Radiance& photograph, const Comb& comb, int offset);
 
-/// The direct light of a comb: what lies within three pixels of its stripes, less what light spreads smoothly
-/// there. That is told by what lies 3.5 pixels away, on the darker side: of light spread as k(d), a shift by
-/// m moves Σ_{|d| ≤ 3} d (k(d + m) − k(d)) ≈ −m Σ_{|d| ≤ 3} (k(d) − k(3.5)).
+/// The direct light of a comb: the light within three pixels of its stripes, minus the smooth light there.
+/// The smooth light is that at 3.5 pixels, on the darker side. For light spread as k(d), a shift by m moves
+/// Σ_{|d| ≤ 3} d (k(d + m) − k(d)) ≈ −m Σ_{|d| ≤ 3} (k(d) − k(3.5)).
 Light direct_light(const Radiance& photograph, const Comb& comb, int offset);
 
-/// How much of the light within three pixels of the stripes direct_light takes off.
+/// The share of the light within three pixels of the stripes that direct_light subtracts.
 double smooth_share(const Radiance& photograph, const Comb& comb, int offset);
 
-/// How far from the stripes most light lies, on the mean of all photographs, if that is further than `near`
-/// and a pixel there has twice the light of any nearer one: several views of one scene show a stripe in
-/// several places, as brightly. With several groups it is known within half a period either way.
+/// The distance of most light from the stripes, on the mean of all photographs. Nothing unless it is further
+/// than `near` and a pixel there has twice the light of any nearer pixel. The reason: several views of one
+/// scene show a stripe in several places with equal brightness. With several groups the distance is known
+/// within half a period either way.
 std::optional<int> light_elsewhere(const Comb& comb, std::span<const Radiance> photographs, int near);
 
 }  // namespace symrig::calibration

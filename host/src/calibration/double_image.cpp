@@ -7,24 +7,25 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kReach = 3;  // pixels that direct light may be off its place
-constexpr int kApart = 2;  // pixels: a second picture, blurred over its neighbours, is gone this far away
+constexpr int kReach = 3;  // pixels; largest displacement of direct light
+constexpr int kApart = 2;  // pixels; a blurred second picture does not reach this far
 
-/// Light at this offset from the start of every group, above the mean of what is kApart before and behind.
+/// Light at this offset from the start of every group, minus the mean of the light kApart before and behind
+/// it.
 double standing_out(const Radiance& photograph, const Comb& comb, int offset) {
   const auto at = [&](int place) { return light_at(photograph, comb, place).value; };
   return at(offset) - (at(offset - kApart) + at(offset + kApart)) / 2;
 }
 
-/// (light that goes from stripes at `from` to `to`) − (what comes back), over the direct light.
+/// (Light from stripes at `from` to `to`) − (light in the other direction), over the direct light.
 Imbalance exchange(const Comb& comb, const Radiance& a, int from, const Radiance& b, int to) {
   const Light there = light_at(a, comb, to), back = light_at(b, comb, from);
   const double direct = (direct_light(a, comb, from).value + direct_light(b, comb, to).value) / 2;
   return {to - from, (there.value - back.value) / direct, std::sqrt(there.variance + back.variance) / direct};
 }
 
-/// Whether the second picture lies `distance` ahead, or period − distance back: both put light at the same
-/// places but for one, behind the last stripe.
+/// Whether the second picture lies `distance` ahead, or period − distance back. Both put light at the same
+/// places, except one behind the last stripe.
 bool lies_ahead(const Comb& comb, const Radiance& photograph, int distance) {
   const int behind = (comb.groups - 1) * comb.period, place = comb.offsets.front() + distance;
   if (behind + place + kApart >= comb.length()) return 2 * distance <= comb.period;
@@ -60,7 +61,7 @@ std::optional<int> suspect_double_image(const Comb& comb, std::span<const Radian
 DoubleImage prove_double_image(const Comb& comb, std::span<const Radiance> photographs, const Radiance& there,
                                int distance) {
   const int second = comb.offsets.front() + distance;
-  // Of the stripes of the sequence one is three pixels nearer to the second picture than the first ones.
+  // One stripe of the comb is three pixels nearer to the second picture than the first one.
   std::optional<Imbalance> far, near;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     if (comb.offsets[i] == comb.offsets.front())
@@ -70,7 +71,7 @@ DoubleImage prove_double_image(const Comb& comb, std::span<const Radiance> photo
   }
   if (!far || !near) return {};
   const bool ahead = lies_ahead(comb, photographs.front(), distance);
-  // The second picture is as blurred as the first: this share of it lies where it was looked for.
+  // The second picture has the blur of the first: this share of its light lies at the measured place.
   const double sharp = light_at(photographs.front(), comb, comb.offsets.front()).value /
                        direct_light(photographs.front(), comb, comb.offsets.front()).value;
   return {ahead ? distance : distance - comb.period, (far->value - near->value) / sharp,

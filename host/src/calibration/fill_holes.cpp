@@ -37,7 +37,7 @@ std::optional<float> foretold(const RawMap& map, std::size_t axis, int row, int 
   return static_cast<float>(plane.value);
 }
 
-/// One pass over all holes; new positions are seen by the next pass only.
+/// One pass over all holes. New positions are used from the next pass on.
 void fill_once(RawMap& map, const Image<std::uint8_t>& wanted, const Neighbourhood& hood) {
   RawMap filled = map;
   tbb::parallel_for(0, map.grid().rows, [&](int row) {

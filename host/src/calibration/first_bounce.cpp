@@ -26,7 +26,8 @@ std::vector<std::uint8_t> lit_pixels(const PixelMap& map, const DecodeOptions& o
   return lit;
 }
 
-/// The map with positions carried into the holes: the fit tells how much direct light there is.
+/// The map with positions in the holes, extended from the decoded pixels. The fit finds how much direct light
+/// they have.
 PixelMap without_holes(const PixelMap& map, const DecodeOptions& options) {
   Image<std::uint8_t> lit(map.camera);
   std::ranges::copy(lit_pixels(map, options), lit.values().begin());
@@ -50,7 +51,7 @@ Result<void> check(const FitOptions& options) {
 }
 
 /// The sizes of the surroundings that near light may come from [projector pixels]: translucent matter,
-/// lenses, and the scene nearby; or the one asked for.
+/// lenses, and the scene nearby. Or the given size.
 std::array<int, kNearSizes> near_reaches(const FitOptions& options) {
   std::array<int, kNearSizes> sizes{4, 16, 64};
   if (options.surroundings > 0) sizes.fill(options.surroundings);

@@ -10,7 +10,7 @@
 
 namespace symrig::calibration {
 
-/// Normal equations of a plane, gathered point by point.
+/// Normal equations of a plane, summed point by point.
 class PlaneSums {
  public:
   void add(double dcol, double drow, double value) {
@@ -20,7 +20,7 @@ class PlaneSums {
     ++count_;
   }
   int count() const { return count_; }
-  /// No plane (support 0) where the points lie on a line.
+  /// No plane (support 0) if the points lie on a line.
   Plane solve() const {
     const Eigen::LDLT<Eigen::Matrix3d> factor(a_);
     if (factor.vectorD().minCoeff() < 1e-6 * factor.vectorD().maxCoeff()) return {};

@@ -8,9 +8,9 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr double kStep = 1.1;  // from one trial length to the next
+constexpr double kStep = 1.1;  // ratio of one trial length to the one before
 
-/// The best share at one length, and what of χ² it explains.
+/// The best share at one length, and how much it lowers χ².
 struct ShareFit {
   double share = 0, sigma = 0, length = 1, gain = 0;
 };
@@ -27,7 +27,7 @@ ShareFit fit_share(std::span<const Imbalance> found, const Comb& comb, double le
   return {rf / ff, 1 / std::sqrt(ff), length, rf * rf / ff};
 }
 
-/// A flare that is gone (5 %) before it reaches the far stripes is none to them.
+/// The shortest length that the far stripes can see: a shorter flare falls below 5 % before it reaches them.
 double shortest_length(const Comb& comb) {
   return std::max(1, comb.offsets.back()) / 3.0;
 }

@@ -7,7 +7,8 @@
 
 namespace symrig::calibration {
 
-/// r(d): light that two stripes d pixels apart exchange unequally, over their direct light.
+/// r(d): the difference of the light that two stripes d pixels apart send each other, over their direct
+/// light.
 struct Imbalance {
   int distance = 0;
   double value = 0;
@@ -17,13 +18,13 @@ struct Imbalance {
 /// A one-sided exponential flare.
 struct Flare {
   double share = 0;         ///< of all light; negative: towards smaller positions
-  double sigma = 0;         ///< its noise and the range of lengths that fit as well
+  double sigma = 0;         ///< from noise and from the range of lengths that fit equally well
   double length = 1;        ///< [pixels]
   double significance = 0;  ///< √(χ² without flare − χ² with it)
 };
 
-/// r(d) of a flare of share 1: (1 − k) k^d, k = exp(−1 / length), over all pairs of groups, the farther ones
-/// of which see it the other way round.
+/// r(d) of a flare of share 1: (1 − k) k^d, k = exp(−1 / length), over all pairs of groups. The farther pairs
+/// see it with the opposite sign.
 double flare_imbalance(const Comb& comb, int distance, double length);
 
 /// Least squares over share and length.

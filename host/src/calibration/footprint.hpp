@@ -28,8 +28,8 @@ struct Taps {
 /// The widest blur that Taps can hold at three sigmas.
 inline constexpr double kLargestSigma = 4;
 
-/// A Gaussian of `sigma` around `position`, integrated over each pixel j, which covers [j − ½, j + ½); cut at
-/// three sigmas and at the border of the `size` pixels, then made to sum to 1.
+/// A Gaussian of `sigma` around `position`, integrated over each pixel j, which covers [j − ½, j + ½). It is
+/// cut at three sigmas and at the border of the `size` pixels, then scaled to the sum 1.
 inline Taps gaussian_taps(double position, double sigma, int size) {
   const double reach = 3 * sigma + 0.5;
   Taps taps;

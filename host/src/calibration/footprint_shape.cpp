@@ -39,8 +39,8 @@ double ShapeFit::information() const {
   return pixels_ > 0 ? trace / static_cast<double>(kSize) / pixels_ : 0;
 }
 
-/// Cyclic coordinate descent on the non-negative quadratic programme. `left`: b − A x. It ends after some
-/// sweeps: shares that the bits hardly tell apart have then not left the prior, which is as well.
+/// Cyclic coordinate descent on the non-negative quadratic programme. `left`: b − A x. It stops after a fixed
+/// number of sweeps: shares that the bits hardly distinguish then stay near the prior, which is acceptable.
 Shape ShapeFit::solve(const Shape& usual, double pull) const {
   if (pixels_ == 0) return usual;
   Matrix a = a_;
@@ -54,7 +54,7 @@ Shape ShapeFit::solve(const Shape& usual, double pull) const {
   for (std::size_t i = 0; i < kSize; ++i)
     for (std::size_t j = 0; j < kSize; ++j) left[j] -= x[i] * a[i][j];
   constexpr int kSweeps = 50;
-  constexpr double kSettled = 1e-10;  // far below what a float of the result can hold
+  constexpr double kSettled = 1e-10;  // far below the precision of a float
   double change = 1;
   for (int sweep = 0; sweep < kSweeps && change > kSettled; ++sweep) {
     change = 0;

@@ -7,18 +7,18 @@
 
 namespace symrig::calibration {
 
-/// Least squares of a footprint's shape, gathered pixel by pixel: D_k / contrast ≈ Σ_s shape_s m_k(x; s).
+/// Least squares of a footprint's shape, summed pixel by pixel: D_k / contrast ≈ Σ_s shape_s m_k(x; s).
 class ShapeFit {
  public:
-  /// One pixel at a known position; contrast: white − black, units of the photographs.
+  /// Adds one pixel at a known position. contrast: white − black, units of the photographs.
   void add(const StripeLight& light, std::optional<int> left_out, double position, const Differences& seen,
            float contrast);
   ShapeFit& operator+=(const ShapeFit& other);
-  /// Shape ≥ 0 with the prior that each share lies around that of `usual`, give or take 1 / √pull. `usual` if
-  /// nothing was added.
+  /// The shape ≥ 0, with the prior that each share is that of `usual` ± 1 / √pull. `usual` if nothing was
+  /// added.
   Shape solve(const Shape& usual, double pull) const;
   double pixels() const { return pixels_; }
-  /// What one pixel tells of one share, on average.
+  /// The mean information of one pixel about one share.
   double information() const;
 
  private:

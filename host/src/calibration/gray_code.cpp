@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Bits that tell `positions` positions apart.
+/// The number of bits that distinguish `positions` positions.
 int bits_for(int positions) {
   return std::bit_width(static_cast<unsigned>(std::max(positions, 1) - 1));
 }
@@ -27,7 +27,7 @@ bool picture_suffix(const fs::path& path, bool raw) {
   return suffix == ".png" || suffix == ".exr" || suffix == ".pfm" || (raw && suffix == ".raw");
 }
 
-/// The number that starts at `at`, which is moved behind it; leading zeros do not count.
+/// The number that starts at `at`, without leading zeros. Moves `at` behind it.
 std::string_view digits(const std::string& text, std::size_t& at) {
   const auto is_digit = [&](std::size_t i) {
     return i < text.size() && std::isdigit(static_cast<unsigned char>(text[i]));
@@ -54,23 +54,23 @@ bool natural_less(const std::string& a, const std::string& b) {
   return a.size() - i < b.size() - j || (a.size() - i == b.size() - j && a < b);
 }
 
-/// raw: .raw files are pictures, too.
+/// raw: whether .raw files count as pictures.
 Result<std::vector<fs::path>> list_pictures(const fs::path& folder, bool raw) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     if (error == std::errc::permission_denied)
       return Error{ErrorCode::io, folder.string() + ": cannot be read (Permission denied)",
-                   "ask for the permission to read it"};
+                   "get permission to read it"};
     return Error{ErrorCode::not_found, folder.string() + ": no such folder",
-                 "give the folder that holds the photographs"};
+                 "give the folder of the photographs"};
   }
   std::vector<fs::path> pictures;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (it->is_regular_file(error) && picture_suffix(it->path(), raw)) pictures.push_back(it->path());
   if (error) return Error{ErrorCode::io, folder.string() + ": cannot be listed (" + error.message() + ")"};
   if (pictures.empty())
-    return Error{ErrorCode::not_found, folder.string() + ": holds no .png, .exr or .pfm file",
-                 "give the folder that holds the photographs"};
+    return Error{ErrorCode::not_found, folder.string() + ": contains no .png, .exr or .pfm file",
+                 "give the folder of the photographs"};
   std::ranges::sort(pictures, natural_less, [](const fs::path& p) { return p.filename().string(); });
   return pictures;
 }
@@ -85,7 +85,8 @@ long number_in(const fs::path& picture) {
   return last - first > 8 ? -1 : std::stol(name.substr(first, last - first + 1));
 }
 
-/// "between 02.png and 04.png there is a gap", where the numbers of the files say so.
+/// The first gap in the files' numbers, for messages; empty if there is none: " (between 02.png and 04.png
+/// there is a gap)".
 std::string gap_in(const std::vector<fs::path>& pictures) {
   std::string gap;
   std::size_t steps = 0;
@@ -96,7 +97,7 @@ std::string gap_in(const std::vector<fs::path>& pictures) {
       gap = fmt::format(" (between {} and {} there is a gap)", pictures[i - 1].filename().string(),
                         pictures[i].filename().string());
   }
-  // Numbers that mostly go by tens, or are no counts at all, have no gaps.
+  // Numbers in steps of ten, or numbers that do not count, have no gaps.
   return 2 * steps >= pictures.size() ? gap : std::string();
 }
 
@@ -105,13 +106,14 @@ Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pi
   const int count = static_cast<int>(pictures.size());
   const std::string gap = gap_in(pictures);
   if (!projector) {
-    // With a pair missing the number would stand for another projector.
+    // If a pair is missing, the number of photographs fits another projector.
     if (const auto code = GrayCode::of_length(count); code && gap.empty()) return *code;
     return Error{
         ErrorCode::size_mismatch,
         fmt::format("{}: has {} photographs{}; a Gray-code sequence has 2 (column bits + row bits) + 2",
                     folder.string(), count, gap),
-        "42 for a projector of 768x1024; give the projector's size if the photographs are all there"};
+        "add the missing photographs (a projector of 768x1024 has 42), or give the projector's size if "
+        "all are there"};
   }
   if (!projector->valid())
     return Error{ErrorCode::bad_argument, "projector size " + to_string(*projector) + " is not a grid"};
@@ -200,8 +202,8 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
 
 namespace {
 
-/// Names the most usual missing photograph: one too few, and the last is as bright as the pair before it adds
-/// up to, as white is.
+/// Finds the photograph that is missing most often, the black one. Then there is one too few. And the last
+/// one is as bright as the sum of the pair before it, as white is.
 Result<void> check_black_is_there(const fs::path& folder, const std::vector<fs::path>& pictures,
                                   const CaptureFile& capture, const std::optional<Grid>& projector) {
   const auto count = static_cast<int>(pictures.size());
@@ -221,7 +223,7 @@ Result<void> check_black_is_there(const fs::path& folder, const std::vector<fs::
       "photograph the projector showing black; its name must come last"};
 }
 
-/// Every so many-th pixel of each picture.
+/// A regular sample of the pixels of each picture.
 Result<std::vector<std::vector<float>>> thumbnails(const std::vector<fs::path>& pictures,
                                                    const CaptureFile& capture) {
   constexpr std::size_t kPixels = 4096;
@@ -236,8 +238,8 @@ Result<std::vector<std::vector<float>>> thumbnails(const std::vector<fs::path>& 
   return all;
 }
 
-/// How unlike the sums of neighbours are, if photograph `gap` of the sequence is missing: rms over pairs and
-/// pixels, over the mean. In a whole sequence pattern + complement = white + black.
+/// The difference between the sums of neighbours if photograph `gap` of the sequence is missing: rms over
+/// pairs and pixels, over the mean. In a complete sequence pattern + complement = white + black.
 double unlike_sums(const std::vector<std::vector<float>>& pictures, std::size_t gap) {
   const std::size_t pixels = pictures.front().size(), lone = gap / 2 * 2;
   double squares = 0, light = 0;
@@ -255,7 +257,7 @@ double unlike_sums(const std::vector<std::vector<float>>& pictures, std::size_t 
   return light > 0 ? std::sqrt(squares * static_cast<double>(pixels)) / light : 1;
 }
 
-/// Names the photograph whose partner is missing, where the file names do not tell: all other neighbours add
+/// Finds the photograph whose partner is missing, if the file names do not show it: all other neighbours add
 /// up to one picture.
 Result<void> check_none_is_missing(const fs::path& folder, const std::vector<fs::path>& pictures,
                                    const CaptureFile& capture, const std::optional<Grid>& projector) {
@@ -283,9 +285,11 @@ Result<void> check_none_is_missing(const fs::path& folder, const std::vector<fs:
       lone == 0 && numbered ? fmt::format("the first one, before {}, is missing", name(0))
       : lone < count        ? fmt::format("the partner of {} is missing, before or after it", name(lone))
                             : fmt::format("the last one, after {}, is missing", name(count - 1));
-  return Error{ErrorCode::size_mismatch,
-               fmt::format("{}: has {} photographs, and by their light {}", folder.string(), count, what),
-               "photograph it, or give it its number; a sequence has 2 (column bits + row bits) + 2"};
+  return Error{
+      ErrorCode::size_mismatch,
+      fmt::format("{}: has {} photographs; their light shows that {}", folder.string(), count, what),
+      "photograph it, or number the files by their order; a sequence has 2 (column bits + row bits) + "
+      "2"};
 }
 
 /// All pictures of the folder, in natural order.

@@ -11,10 +11,10 @@
 namespace symrig::calibration {
 namespace {
 
-/// Direct light this many times above its own noise is kept; what a shadow sees is near and far light.
+/// Direct light above this many sigmas of its noise is kept. A shadow sees only near and far light.
 constexpr double kDirectSigmas = 3;
-/// A size of near light is kept if it lowers χ² by more than this: beyond it, it foretells other photographs
-/// better than without [Akaike74].
+/// A size of near light is kept if it lowers χ² by more than this. Then it predicts other photographs better
+/// than without it [Akaike74].
 constexpr double kNearGain = 2;
 
 float shown(const GrayCode& code, int index, int position) {
@@ -68,7 +68,7 @@ PixelLight LightModel::fit(const PixelMap& map, std::size_t pixel, double sigma)
       light.near[z] = static_cast<double>((columns ? near[z].col : near[z].row).sum(o.blocks[z]));
     fit.add(light, static_cast<double>(o.pixels[pixel]));
   }
-  // Where an edge lies is not known better than decoding knows it, and that must not pass for near light.
+  // An edge is not known better than decoding knows it. That error must not count as near light.
   const double model = model_error_ * static_cast<double>(map.contrast.values()[pixel]) / std::numbers::sqrt2;
   return fit.solve(lit, kDirectSigmas * map.noise, std::sqrt(kNearGain) * std::hypot(map.noise, model));
 }
@@ -90,7 +90,7 @@ double LightModel::squared_residual(const PixelMap& map, double sigma) const {
   return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
-/// Golden sections: the residual falls towards the best blur from both sides.
+/// Golden-section search: the residual decreases towards the best blur from both sides.
 Blur LightModel::best_blur(const PixelMap& map) const {
   constexpr double kGolden = 0.6180339887498949;
   constexpr double kNarrowest = 0.1, kPrecision = 0.05;  // projector pixels

@@ -20,13 +20,14 @@ struct Footprint {
 
 Footprint footprint(const PixelMap& map, std::size_t pixel, double sigma);
 
-/// A blur, and the squared residual that it leaves in a sample of the pixels.
+/// A blur, and its squared residual in a sample of the pixels.
 struct Blur {
   double sigma = 0;
   double squared_residual = 0;
 };
 
-/// The photographs that a fit may see, and what their patterns put on a pixel's footprint and surroundings.
+/// The photographs that a fit may use, and the light of their patterns on a pixel's footprint and
+/// surroundings.
 class LightModel {
  public:
   /// Leaves out DecodeOptions::held_out_pair. All arguments must outlive the model.
@@ -46,9 +47,9 @@ class LightModel {
   struct Observation {
     const float* pixels = nullptr;
     StripeAxis axis = StripeAxis::columns;
-    std::vector<float> stripes;                         ///< the pattern along its axis,
-    std::array<std::vector<float>, kNearSizes> blocks;  ///< its means over the blocks of each surroundings,
-    double mean = 0;                                    ///< and over the projector
+    std::vector<float> stripes;                         ///< the pattern along its axis
+    std::array<std::vector<float>, kNearSizes> blocks;  ///< its means over the blocks of each surroundings
+    double mean = 0;                                    ///< its mean over the projector
   };
 
   Observation observe(const CodePhotographs& photographs, int index) const;

@@ -33,8 +33,8 @@ struct SparseColumns {
   }
 };
 
-/// Sorts entries by column in two passes. visit(take) calls take(column, row, value) for every entry, twice
-/// the same.
+/// Sorts entries by column in two passes. visit(take) calls take(column, row, value) for every entry; it must
+/// do the same both times.
 template <class Visit>
 SparseColumns gather(std::size_t columns, Visit visit) {
   SparseColumns sparse;
@@ -52,7 +52,8 @@ SparseColumns gather(std::size_t columns, Visit visit) {
   return sparse;
 }
 
-/// take(row tap, column tap, weight) for each weight of a separable footprint from `least` of the largest on.
+/// Calls take(row tap, column tap, weight) for each weight of a separable footprint that is at least `least`
+/// of the largest.
 template <class Take>
 void for_each_weight(const Footprint& f, float least, Take take) {
   for (int r = 0; r < f.row.count; ++r)

@@ -8,9 +8,9 @@
 
 namespace symrig::calibration {
 
-/// T of fitted pixels: direct light as one sparse column a projector pixel, near light as one a block of each
-/// of the surroundings, far light as one rank-1 leaf over everything. Footprint weights below `cutoff` of the
-/// largest are dropped and the rest made to sum to 1.
+/// T of fitted pixels. Direct light is one sparse column for each projector pixel. Near light is one column
+/// for each block of each of the surroundings. Far light is one rank-1 leaf over everything. Footprint
+/// weights below `cutoff` of the largest are dropped; the others are scaled to the sum 1.
 TransportTensor light_tensor(const PixelMap& map, std::span<const PixelLight> light,
                              std::span<const Surroundings> surroundings, BlockTree projector, double sigma,
                              double cutoff);

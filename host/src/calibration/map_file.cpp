@@ -21,7 +21,7 @@ Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, con
   if (picture.channels() != 3)
     return Error{ErrorCode::bad_format,
                  fmt::format("{}: has {} channels; a map has 3", name, picture.channels()),
-                 "give a map that symrig calibrate -o wrote"};
+                 "give a map of symrig calibrate -o"};
   PixelMap map;
   map.camera = picture.grid();
   map.projector = projector;
@@ -31,11 +31,10 @@ Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, con
     for (int c = 0; c < map.camera.cols; ++c) {
       const float col = picture.at(r, c, 0), row = picture.at(r, c, 1), decoded = picture.at(r, c, 2);
       if (decoded != 0 && decoded != 1)
-        return Error{
-            ErrorCode::bad_format,
-            fmt::format("{}: pixel ({}, {}) has {:g} in the channel that tells decoded ones (0 or 1)", name,
-                        r, c, decoded),
-            "give a map that symrig calibrate -o wrote"};
+        return Error{ErrorCode::bad_format,
+                     fmt::format("{}: pixel ({}, {}) has {:g} in the third channel, which must be 0 or 1",
+                                 name, r, c, decoded),
+                     "give a map of symrig calibrate -o"};
       if (decoded == 0) continue;
       if (!(col >= 0 && col <= static_cast<float>(projector.cols - 1) && row >= 0 &&
             row <= static_cast<float>(projector.rows - 1)))

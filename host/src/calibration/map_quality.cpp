@@ -21,7 +21,7 @@ struct Neighbour {
 };
 
 double length(double x, double y) {
-  return std::sqrt(x * x + y * y);  // positions are of one size: no care for overflow
+  return std::sqrt(x * x + y * y);  // positions have similar size, so overflow is impossible
 }
 
 /// Position at the centre, and the slopes, of both axes.
@@ -57,9 +57,9 @@ void measure(std::vector<Neighbour>& all, const Affine& f) {
                         f(0, 1) + f(1, 1) * q.dcol + f(2, 1) * q.drow - q.y);
 }
 
-/// Robust fit to the neighbours; nullopt where they lie on a line. Where two surfaces meet, plain least
-/// squares lies between them: then the fit is also begun on each half of the window, and the one with the
-/// least median distance is taken.
+/// Robust fit to the neighbours; nullopt if they lie on a line. Where two surfaces meet, plain least squares
+/// gives a map between them. Then the fit also starts from each half of the window, and the one with the
+/// least median distance is used.
 class RobustFit {
  public:
   explicit RobustFit(double outlier) : outlier_(outlier) {}
@@ -78,7 +78,7 @@ class RobustFit {
   static constexpr int kPasses = 6, kAbsolutePasses = 3;
   struct Candidate {
     Affine fit;
-    double apart = 0;   ///< neighbours further from it than half an outlier
+    double apart = 0;   ///< neighbours further away than half an outlier
     double median = 0;  ///< distance of the median neighbour
   };
 
@@ -110,7 +110,8 @@ class RobustFit {
       for (std::size_t i = 0; i < all.size(); ++i) weight_[i] = 1 / std::max(all[i].distance, 0.02);
       return;
     }
-    // Median distance of a two-dimensional normal: 1.1774 sigmas. The floor stands for exact maps.
+    // The median distance of a two-dimensional normal distribution is 1.1774 sigmas. The lower limit is for
+    // exact maps.
     const double limit = 4.685 * std::max(median_distance(all, scratch_) / 1.1774, 0.02);
     for (std::size_t i = 0; i < all.size(); ++i) {
       const double u = all[i].distance / limit;
@@ -137,7 +138,7 @@ bool lit(const PixelMap& map, std::size_t i, const MapQualityOptions& options) {
   return static_cast<double>(map.contrast.values()[i]) > options.lit_contrast;
 }
 
-/// What is counted of the judged pixels.
+/// Counts over the judged pixels.
 struct Count {
   double judged = 0, alone = 0, outliers = 0, axis_outliers = 0, squares = 0;
 

@@ -7,9 +7,9 @@
 
 namespace symrig::calibration {
 
-/// min xᵀ A x − 2 bᵀ x over x ≥ 0, a few unknowns at most, millions of times: plain arrays of a size that the
-/// compiler knows. A is symmetric and positive definite, if need be by the ridge that is added to its
-/// diagonal. Active sets [Lawson74 ch. 23].
+/// min xᵀ A x − 2 bᵀ x over x ≥ 0, for a few unknowns, solved millions of times. So it uses plain arrays of a
+/// size that the compiler knows. A is symmetric and positive definite; a ridge added to its diagonal can
+/// ensure that. Active sets [Lawson74 ch. 23].
 template <std::size_t N>
 class NonNegative {
  public:
@@ -19,19 +19,18 @@ class NonNegative {
 
   static constexpr Set kAll = (1U << N) - 1;
 
-  /// A place on the way: unknowns that are not active are 0, the others positive (those of `free` may have
-  /// any sign).
+  /// A point of the search: inactive unknowns are 0, the others positive (those of `free` may have any sign).
   struct Point {
     Vector x{};
     Set active = 0;
   };
 
-  /// free: unknowns without a sign. All arguments but the last two must outlive this.
+  /// free: unknowns that may be negative. All arguments but the last two must outlive this object.
   NonNegative(const Matrix& a, const Vector& b, double ridge = 0, Set free = 0)
       : a_(a), b_(b), ridge_(ridge), free_(free) {}
 
-  /// The minimum with unknowns that are not `allowed` at 0. from: any point; a near one is the shorter way to
-  /// the only minimum.
+  /// The minimum with all unknowns at 0 that are not `allowed`. from: any starting point; a near one needs
+  /// fewer steps to the only minimum.
   Point minimum(Set allowed, Point from) const {
     from.active &= allowed;
     for (std::size_t i = 0; i < N; ++i)
@@ -47,13 +46,13 @@ class NonNegative {
     return from;
   }
 
-  /// x of the unknowns in `set` with (A + ridge) x = right, the others 0: Cholesky's factors, row by row.
+  /// Solves (A + ridge) x = right for the unknowns in `set`, the others 0, by Cholesky factors, row by row.
   Vector solved(Set set, const Vector& right) const {
     std::array<std::size_t, N> at{};
     std::size_t n = 0;
     for (std::size_t i = 0; i < N; ++i)
       if (has(set, i)) at[n++] = i;
-    Matrix factor;  // its diagonal holds inverses
+    Matrix factor;  // its diagonal stores inverses
     Vector y{};
     for (std::size_t i = 0; i < n; ++i) {
       double sum = right[at[i]];
@@ -77,7 +76,7 @@ class NonNegative {
  private:
   static bool has(Set set, std::size_t unknown) { return (set >> unknown & 1U) != 0; }
 
-  /// Of `set` the unknown in which the minimum lies farthest ahead; N: in none.
+  /// The unknown of `set` with the steepest descent; N: none descends.
   std::size_t asking_most(Set set, const Vector& x) const {
     std::size_t next = N;
     double most = 0;
@@ -90,7 +89,8 @@ class NonNegative {
     return next;
   }
 
-  /// To the minimum over the active unknowns; those that would turn negative on the way leave, one by one.
+  /// Moves to the minimum over the active unknowns. Unknowns that would become negative on the way become
+  /// inactive, one by one.
   void walk(Point& point) const {
     while (true) {
       const Vector wanted = solved(point.active, b_);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kBins = 8;
 
-/// Median; reorders its argument. 0 of nothing.
+/// Median; reorders its argument. 0 if it is empty.
 double median(std::vector<double>& values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -18,8 +18,8 @@ double median(std::vector<double>& values) {
   return *middle;
 }
 
-/// Mean square of the values within three robust sigmas of 0; the median alone would be quantised as coarsely
-/// as 8-bit codes are.
+/// Mean square of the values within three robust sigmas of 0. The median alone would be quantised as coarsely
+/// as 8-bit codes.
 double robust_square(const std::vector<double>& values) {
   std::vector<double> sizes;
   sizes.reserve(values.size());
@@ -91,7 +91,7 @@ class PairSums {
   std::vector<double> middles_;
 };
 
-/// Relative least squares: every bin knows its variance to the same share of it.
+/// Relative least squares: every bin knows its variance to the same relative error.
 NoiseLine line_through(const std::vector<Point>& points) {
   double n = 0, x = 0, xx = 0, y = 0, xy = 0;
   for (const Point& p : points) {
@@ -126,8 +126,8 @@ NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional
 
 namespace {
 
-/// Mean square of the values that are not far from 0; 8-bit photographs may repeat themselves in half of
-/// their pixels, then one code is not far.
+/// Mean square of the values that are not far from 0. In 8-bit photographs half of the pixels may repeat
+/// exactly; then a difference of one code is not far.
 double repeat_square(std::vector<double>& values) {
   const double robust = robust_square(values);
   if (robust > 0) return robust;

@@ -7,7 +7,7 @@
 
 namespace symrig::calibration {
 
-/// Variance of one photograph's pixel against what it shows: constant + slope · level, units of the
+/// Variance of a pixel of one photograph as a function of its value: constant + slope · level, units of the
 /// photographs.
 struct NoiseLine {
   double constant = 0, slope = 0;
@@ -16,12 +16,13 @@ struct NoiseLine {
   double variance(double level) const { return constant + slope * level; }
 };
 
-/// From the photographs alone: pattern + complement − white − black is zero but for noise (that of four
-/// photographs, whose levels add up to 2 (white + black)) and what changes slowly, which each pair's median
-/// takes away. Robust variances of bins of equal level, then a line through them with both terms ≥ 0.
+/// Estimates the noise from the photographs alone. pattern + complement − white − black is zero except for
+/// noise and slow changes. Its noise is that of four photographs, whose levels add up to 2 (white + black).
+/// The median of each pair removes the slow changes. The line is fitted to robust variances of bins of equal
+/// level, with both terms ≥ 0.
 NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional<int>& held_out);
 
-/// The same from pairs alone, of what one adds up to against the next: for a sequence of which white and
+/// The same from pairs alone: the sum of one pair against the sum of the next. For a sequence whose white and
 /// black are not trusted yet. rms is not set.
 NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::optional<int>& held_out);
 

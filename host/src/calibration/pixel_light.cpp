@@ -12,8 +12,8 @@ constexpr unsigned kBlack = 1, kDirect = 2, kFar = 1U << (2 + kNearSizes);
 
 }  // namespace
 
-/// Without photographs that tell two kinds of light apart the matrix is singular; this much of its trace
-/// keeps it solvable.
+/// If no photograph distinguishes two kinds of light, the matrix is singular. This share of its trace keeps
+/// it solvable.
 double PixelLightFit::ridge() const {
   constexpr double kRidge = 1e-6;
   double trace = 0;
@@ -32,8 +32,8 @@ double PixelLightFit::squared_residual(const Solver::Vector& x) const {
   return std::max(sum, 0.0);
 }
 
-/// Near light of the sizes that are not negligible. As near light cannot be negative, noise alone would take
-/// some from the direct light in every pixel: the weakest size goes, one after another, as long as the
+/// Near light of the sizes that are not negligible. Near light cannot be negative, so noise alone would take
+/// some of the direct light in every pixel. So the weakest size is removed, one after another, as long as the
 /// residual rises by less than `least`² without it.
 PixelLightFit::Point PixelLightFit::without_noise(const Solver& solver, double least,
                                                   Solver::Set& allowed) const {

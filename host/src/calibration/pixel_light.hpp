@@ -8,11 +8,11 @@
 
 namespace symrig::calibration {
 
-/// Surroundings of how many sizes near light may come from.
+/// The number of sizes of surroundings that near light may come from.
 inline constexpr std::size_t kNearSizes = 3;
 
-/// What one camera pixel sees: y(p) = black + direct · d(p) + Σ_z near_z · n_z(p) + far · f(p), with direct,
-/// near, far ≥ 0.
+/// The light model of one camera pixel: y(p) = black + direct · d(p) + Σ_z near_z · n_z(p) + far · f(p), with
+/// direct, near, far ≥ 0.
 struct PixelLight {
   double black = 0, direct = 0;
   std::array<double, kNearSizes> near{};
@@ -27,10 +27,10 @@ struct PatternLight {
   double far = 0;                         ///< mean over the projector
 };
 
-/// Linear least squares of PixelLight, gathered photograph by photograph.
+/// Linear least squares of PixelLight, summed photograph by photograph.
 class PixelLightFit {
  public:
-  /// y: what the camera saw.
+  /// y: the value of the camera pixel.
   void add(const PatternLight& p, double y) {
     const Solver::Vector x{1, p.direct, p.near[0], p.near[1], p.near[2], p.far};
     for (std::size_t i = 0; i < kUnknowns; ++i) {
@@ -40,9 +40,9 @@ class PixelLightFit {
     yy_ += y * y;
   }
 
-  /// Least squares under direct, near, far ≥ 0. Direct light below `least` of its standard errors at unit
-  /// noise is taken for none; so is near light of a size that lowers the squared residual by less than
-  /// `least_near`². With `lit` false neither direct nor near light is looked for.
+  /// Least squares with direct, near, far ≥ 0. Direct light below `least` of its standard errors at unit
+  /// noise is set to 0. So is near light of a size that lowers the squared residual by less than
+  /// `least_near`². If `lit` is false, direct and near light are 0.
   PixelLight solve(bool lit, double least, double least_near) const;
 
  private:

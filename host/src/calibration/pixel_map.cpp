@@ -50,12 +50,12 @@ Result<Light> find_light(const CodePhotographs& photographs, const DecodeOptions
       ErrorCode::bad_value,
       fmt::format("no pixel is brighter in white than in black by {:.3g} (the noise is {:.3g})",
                   options.policy.contrast_sigmas * std::numbers::sqrt2 * light.noise.rms, light.noise.rms),
-      "expose longer, or darken the room"};
+      "use a longer exposure, or darken the room"};
 }
 
-/// Whether the finest stripes show at all: mean square of their differences over the 5 × 5 pixels around,
-/// against noise alone. Without direct light (a shadow that other surfaces light up) they do not, however
-/// well a position could be spelt from the coarse ones.
+/// Whether the finest stripes are visible: the mean square of their differences over the 5 × 5 pixels around,
+/// against noise alone. Without direct light (a shadow that other surfaces light) they are not, even if the
+/// coarse stripes seem to give a position.
 Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const StripeDecoder& rows,
                                       const Image<std::uint8_t>& lit, double sigmas) {
   const Grid grid = lit.grid();
@@ -86,7 +86,8 @@ bool trusted(const AxisSightings& axis, std::size_t i, const DecodePolicy& polic
          axis.misfit.values()[i] <= policy.largest_misfit * policy.largest_misfit;
 }
 
-/// Whether positions of an axis mostly fall where they should rise: columns to the right, rows downwards.
+/// Whether positions of an axis mostly decrease where they should increase: columns to the right, rows
+/// downwards.
 bool runs_backwards(const RawMap& raw, StripeAxis axis) {
   constexpr int kApart = 8, kStride = 5;
   const auto& position = raw.position[calibration::axis_index(axis)];
@@ -102,7 +103,7 @@ bool runs_backwards(const RawMap& raw, StripeAxis axis) {
   return falling > rising;
 }
 
-/// "00.png and 01.png (columns, 512 px)": the pair that mirrors a whole axis if it is swapped.
+/// The pair that mirrors a whole axis if it is swapped: "00.png and 01.png (columns, 512 px)".
 std::string coarsest_pair(const CodePhotographs& photographs, StripeAxis axis) {
   const int pair = axis == StripeAxis::columns ? 0 : photographs.code.column_bits();
   const std::size_t at = 2 * static_cast<std::size_t>(pair);
@@ -110,8 +111,8 @@ std::string coarsest_pair(const CodePhotographs& photographs, StripeAxis axis) {
                      photographs.code.pair(pair).name);
 }
 
-/// With both axes backwards the camera stands on its head, and orientation is kept: then, as with a camera on
-/// its side, either pair may be the one.
+/// The error for a map that runs backwards. If both axes run backwards, the camera is upside down and
+/// orientation is kept. Then, as with a camera on its side, either pair may be swapped.
 Error backwards(const CodePhotographs& photographs, const RawMap& raw, double share) {
   const bool columns = runs_backwards(raw, StripeAxis::columns), rows = runs_backwards(raw, StripeAxis::rows);
   const std::string column_pair = coarsest_pair(photographs, StripeAxis::columns),
@@ -128,15 +129,14 @@ Error backwards(const CodePhotographs& photographs, const RawMap& raw, double sh
 
 Result<void> check_orientation(const CodePhotographs& photographs, const RawMap& raw, double orientation) {
   if (count(raw.mask) == 0)
-    return Error{ErrorCode::bad_value,
-                 "no pixel could be decoded: the stripes are not where the sequence says",
-                 "the order is: column pairs (most significant bit first), row pairs, white, black"};
+    return Error{ErrorCode::bad_value, "no pixel could be decoded: the stripes do not match the sequence",
+                 "check the order: column pairs (most significant bit first), row pairs, white, black"};
   const double share = calibration::oriented_share(raw, orientation);
   if (share > 0.5) return {};
   return backwards(photographs, raw, 1 - share);
 }
 
-/// Positions beyond the projector leave the mask.
+/// Removes positions outside the projector from the mask.
 void keep_inside(RawMap& raw, Grid projector) {
   for (int row = 0; row < raw.grid().rows; ++row)
     for (int col = 0; col < raw.grid().cols; ++col)

@@ -9,8 +9,8 @@
 namespace symrig::calibration {
 namespace {
 
-/// Median of the decoded positions of one axis in the 5 × 5 pixels around (row, col): what a pixel that was
-/// not decoded starts from.
+/// Median of the decoded positions of one axis in the 5 × 5 pixels around (row, col): the starting value of a
+/// pixel that was not decoded.
 std::optional<double> median_around(const Image<float>& position, const Image<std::uint8_t>& mask, int row,
                                     int col) {
   std::array<float, 25> values{};
@@ -33,7 +33,7 @@ std::optional<float> refined(const RawMap& map, std::size_t axis, int row, int c
                                             : median_around(position, map.mask, row, col);
   if (!centre) return std::nullopt;
   const Plane plane = fit_plane(position, map.mask, row, col, *centre, hood, [](int, int) { return true; });
-  // A pixel more than a step away from the plane of its neighbours was decoded wrongly.
+  // A pixel further than one step from the plane of its neighbours was decoded wrongly.
   if (plane.support == 0 || std::abs(plane.value - *centre) > hood.largest_step(1)) return std::nullopt;
   return static_cast<float>(plane.value);
 }

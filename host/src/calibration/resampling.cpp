@@ -20,14 +20,14 @@ struct Shares {
   std::vector<double> share;
 };
 
-/// Whether the box lies on the projector from end to end. A position of 32 bits may be off by this much.
+/// Whether the box lies completely on the projector, with a tolerance for rounding of 32-bit positions.
 bool lies_inside(double centre, double width, int size) {
   const double rounding = 4 * static_cast<double>(std::numeric_limits<float>::epsilon()) * (size + width);
   return centre - width / 2 >= -0.5 - rounding && centre + width / 2 <= size - 0.5 + rounding;
 }
 
-/// The box [centre − width / 2, centre + width / 2) cut by pixels j = [j − ½, j + ½); what lies beyond the
-/// border is handed to the pixels inside.
+/// Divides the box [centre − width / 2, centre + width / 2) into pixels j = [j − ½, j + ½). The part outside
+/// the border goes to the pixels inside.
 void cut(double centre, double width, int size, Shares& out) {
   const double low = centre - width / 2, high = centre + width / 2;
   out.first = std::clamp(static_cast<int>(std::floor(low + 0.5)), 0, size - 1);
@@ -38,7 +38,7 @@ void cut(double centre, double width, int size, Shares& out) {
     out.share.push_back(std::max(std::min(high, j + 0.5) - std::max(low, j - 0.5), 0.0));
     sum += out.share.back();
   }
-  if (!(sum > 0)) {  // the whole box lies beyond the border, or has no width
+  if (!(sum > 0)) {  // the whole box lies outside the border, or its width is 0
     out.share.assign(1, 1);
     out.first = std::clamp(static_cast<int>(std::floor(centre + 0.5)), 0, size - 1);
     return;
@@ -46,11 +46,11 @@ void cut(double centre, double width, int size, Shares& out) {
   for (double& s : out.share) s /= sum;
 }
 
-/// Pixels wholly on the projector tell a mean where they are this share of what a projector pixel gets: a
-/// sliver of one tells of its neighbours.
+/// Camera pixels completely on the projector give the mean of a projector pixel if their share of its light
+/// is at least this. A smaller part of one shows mostly the neighbours.
 constexpr float kLeastInside = 1e-3F;
 
-/// How far the map runs from one camera pixel to the next.
+/// The step of the map from one camera pixel to the next.
 class Spread {
  public:
   explicit Spread(const PixelMap& map)
@@ -62,7 +62,7 @@ class Spread {
   }
 
  private:
-  /// Towards one neighbour, or halfway between both; other surfaces do not count.
+  /// The step to one neighbour, or the mean of both; other surfaces do not count.
   double step(const Image<float>& position, int row, int col, int down, int right) const {
     const double largest = calibration::Neighbourhood{.scale = usual_}.largest_step(1);
     double sum = 0;
@@ -92,10 +92,11 @@ Result<void> check(const PixelMap& map) {
     for (int col = 0; col < map.camera.cols; ++col)
       if (map.mask.at(row, col) && !(inside(map.col.at(row, col), map.projector.cols) &&
                                      inside(map.row.at(row, col), map.projector.rows)))
-        return Error{ErrorCode::bad_value,
-                     fmt::format("camera pixel ({}, {}) looks at ({:g}, {:g}), off a projector of {}", row,
-                                 col, map.row.at(row, col), map.col.at(row, col), to_string(map.projector)),
-                     "decode the photographs again, or check the map's file"};
+        return Error{
+            ErrorCode::bad_value,
+            fmt::format("camera pixel ({}, {}) looks at ({:g}, {:g}), outside a projector of {}", row, col,
+                        map.row.at(row, col), map.col.at(row, col), to_string(map.projector)),
+            "decode the photographs again, or check the map's file"};
   return {};
 }
 

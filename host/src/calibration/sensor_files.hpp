@@ -6,7 +6,7 @@
 
 namespace symrig {
 
-/// `[sensor]` of a capture file. What is wrong goes to the reader's context.
+/// Reads `[sensor]` of a capture file. Errors go to the reader's context.
 void read_sensor_files(base::TableReader& top, CaptureFile& file);
 
 }  // namespace symrig

@@ -36,7 +36,8 @@ class FrameReader {
   }
 
  private:
-  /// Raw files have the depth of their layout; pictures that of [sensor], in files of 8 or 16 bits.
+  /// Sets the bits of a code. Raw files have those of their layout; pictures those of [sensor], in files of 8
+  /// or 16 bits.
   Result<void> tell_bits() {
     all_.bits = capture_.sensor->bits;
     if (capture_.raw) {
@@ -45,10 +46,10 @@ class FrameReader {
       if (all_.bits != raw)
         return Error{ErrorCode::bad_value,
                      fmt::format("{}: sensor.bits is {}, [raw] has {}", capture_.path, all_.bits, raw),
-                     "leave sensor.bits out"};
+                     "remove sensor.bits"};
     }
     if (all_.bits > 0) return {};
-    return Error{ErrorCode::bad_value, capture_.path + ": nothing says how many bits a code has",
+    return Error{ErrorCode::bad_value, capture_.path + ": the number of bits of a code is not given",
                  "give [sensor] bits, or [raw]"};
   }
 
@@ -70,7 +71,7 @@ class FrameReader {
       return Error{
           ErrorCode::size_mismatch,
           fmt::format("{} is {}; {} is {}", file, to_string(image.grid()), first_, to_string(all_.grid)),
-          "all frames come from one camera at one size"};
+          "use frames of one camera at one size"};
     const bool raw = fs::path(file).extension() == ".raw" || fs::path(file).extension() == ".RAW";
     const int stored = raw ? all_.bits : all_.bits <= 8 ? 8 : 16;
     const auto largest = static_cast<float>((1U << static_cast<unsigned>(stored)) - 1);
@@ -82,7 +83,7 @@ class FrameReader {
     if (most < 1U << static_cast<unsigned>(all_.bits)) return codes;
     return Error{ErrorCode::bad_value,
                  fmt::format("{}: code {} does not fit in {} bits", file, most, all_.bits),
-                 "give the bits of [sensor]; codes stand in the low ones of a 16-bit picture"};
+                 "correct the bits of [sensor]; codes use the low bits of a 16-bit picture"};
   }
 
   const fs::path& folder_;
@@ -108,7 +109,7 @@ std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
   return frames;
 }
 
-/// Codes below are dark, codes above clipped.
+/// The range of usable codes: codes below it are dark, codes above it are clipped.
 ResponseOptions options_for(const SensorPhotographs& photographs, const std::optional<Sensor>& sensor) {
   constexpr double kSigmas = 5;
   ResponseOptions options;
@@ -135,7 +136,7 @@ Result<void> recover(std::span<const Frame> frames, const ResponseOptions& optio
 
 Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
   SYMRIG_TRY(CaptureFile capture, read_capture_file(folder / "capture.toml"));
-  capture.response.reset();  // codes are asked for, not light
+  capture.response.reset();  // this needs codes, not light
   if (!capture.sensor)
     return Error{ErrorCode::bad_value, capture.path + ": it has no table [sensor]",
                  "name the dark and flat frames there (docs/sensor.md)"};

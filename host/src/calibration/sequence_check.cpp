@@ -32,7 +32,7 @@ Sample sample_of(Grid grid) {
 
 Result<void> check_white(const SequenceLight& light) {
   constexpr double kMostSaturated = 0.02;
-  // Integer files hold 1 at their largest code; measured radiance does not meet it by chance.
+  // Integer files have 1 at their largest code. Radiance has this exact value only by chance.
   double saturated = 0;
   for (const std::size_t i : light.sample)
     saturated += light.of(light.photographs.code.white(), i) == 1.0F ? 1 : 0;
@@ -48,7 +48,7 @@ Result<void> check_white(const SequenceLight& light) {
 struct Match {
   double gain = 1, dcol = 0, drow = 0;
   double shift_sigma = 0;  ///< of the larger of both
-  double misfit = 0;       ///< rms of what is left, share of the mean
+  double misfit = 0;       ///< rms of the residual, share of the mean
 };
 
 double sum_at(const Image<float>& a, const Image<float>& b, int row, int col) {
@@ -88,7 +88,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-constexpr double kShift = 0.25, kShiftSigmas = 10;  // camera pixels; what counts as moved
+constexpr double kShift = 0.25, kShiftSigmas = 10;  // camera pixels; a larger shift counts as a movement
 constexpr double kMisfit = 0.1;  // interreflection and the projector's edges cost a few percent
 
 bool foreign(const Match& found, double usual_misfit) {
@@ -100,7 +100,7 @@ bool moved(const Match& found) {
   return shift > kShift && shift > kShiftSigmas * found.shift_sigma;
 }
 
-/// White and black come last: what was taken before a movement lies off them.
+/// White and black come last, so photographs before a movement do not match them.
 Result<void> check_movement(const CodePhotographs& photographs, const std::vector<Match>& found) {
   const auto first = std::ranges::find_if(found, moved);
   if (first == found.end()) return {};
@@ -116,7 +116,7 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
       "photograph the sequence again, with everything fixed"};
 }
 
-/// Movements of fractions of a pixel, which leave sums much alike.
+/// Finds movements of a fraction of a pixel, which hardly change the sums.
 Result<void> check_shifts(const SequenceLight& light) {
   const CodePhotographs& photographs = light.photographs;
   const Sample sample = sample_of(photographs.camera());
@@ -128,7 +128,7 @@ Result<void> check_shifts(const SequenceLight& light) {
   }
   const double usual = misfits.empty() ? 0 : median(misfits);
   for (Match& one : found)
-    if (foreign(one, usual)) one = {};  // its shift means nothing
+    if (foreign(one, usual)) one = {};  // its shift has no meaning
   return check_movement(photographs, found);
 }
 
@@ -140,7 +140,7 @@ Result<void> check_order(const SequenceLight& light) {
   constexpr std::ptrdiff_t kMost = 4;
   const auto end = found.explanations.begin() + std::min(std::ssize(found.explanations), kMost);
   return Error{ErrorCode::bad_value,
-               fmt::format("the stripes contradict the order of the photographs; what fits: {}",
+               fmt::format("the stripes contradict the order of the photographs; possible causes: {}",
                            fmt::join(found.explanations.begin(), end, "; or ")),
                "put the photographs in order, or photograph the sequence again"};
 }
@@ -165,7 +165,7 @@ Result<void> check_reach(const SequenceLight& light) {
                    std::max(projector.cols, reach.columns.farthest + 1)};
   return Error{
       ErrorCode::bad_value,
-      fmt::format("the stripes reach to {}: the projector that showed them is larger than {}{}",
+      fmt::format("the stripes reach {}: the projector that showed them is larger than {}{}",
                   fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
       fmt::format("give its size, at least {} in rows x columns (--projector, or projector in capture.toml)",
                   to_string(least))};
@@ -175,10 +175,10 @@ Result<void> check_reach(const SequenceLight& light) {
 
 Result<void> check_sequence(const CodePhotographs& photographs, const std::optional<int>& held_out) {
   const SequenceLight light = find_sequence_light(photographs, held_out);
-  if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding says so
+  if (light.sample.empty() || light.pairs.size() < 2) return {};  // decoding reports it
   SYMRIG_CHECK(check_white(light));
   const SumsVerdict sums = check_sums(light);
-  // A small movement spoils sums, too: its own message says more.
+  // A small movement also changes sums, but its own message says more.
   if (sums.change || sums.result.ok()) SYMRIG_CHECK(check_shifts(light));
   SYMRIG_CHECK(sums.result);
   SYMRIG_CHECK(check_order(light));

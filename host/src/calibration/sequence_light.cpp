@@ -9,7 +9,7 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr std::size_t kSample = 20'000;  // lit pixels that are looked at
+constexpr std::size_t kSample = 20'000;  // lit pixels that are used
 
 /// Σ (p − n)² of one row of pixels.
 void add_energy(SequenceLight& light, std::size_t begin, std::size_t end) {

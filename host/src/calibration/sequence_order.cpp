@@ -10,19 +10,19 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr float kStrong = 0.3F;  // of a pixel's amplitude: what is a sign
-constexpr double kSigmas = 3;    // and of the noise of a difference
-constexpr int kWidest = 8;       // pixels over which an edge may be blurred
+constexpr float kStrong = 0.3F;  // of a pixel's amplitude; a larger difference has a clear sign
+constexpr double kSigmas = 3;    // and more than this many sigmas of a difference
+constexpr int kWidest = 8;       // pixels; largest blur of an edge
 constexpr double kMostEdges = 25, kLeastEdges = 6;
-constexpr double kLines = 64;  // across the lit part, either way
+constexpr double kLines = 64;  // lines of pixels across the lit part, along each axis
 
-/// What pair t shows at the edges of pair s.
+/// The signs of pair t at the edges of pair s.
 struct Votes {
   double lit = 0, dark = 0, weak = 0;
   double all() const { return lit + dark + weak; }
 };
 
-/// Votes of all pairs at the edges of all others.
+/// The votes of each pair at the edges of each other pair.
 class EdgeVotes {
  public:
   explicit EdgeVotes(const SequenceLight& light) : light_(light), count_(light.photographs.code.pairs()) {
@@ -49,7 +49,7 @@ class EdgeVotes {
     return std::max(kStrong * light_.amplitude.values()[pixel],
                     static_cast<float>(kSigmas * std::sqrt(2.0) * light_.sigma(pixel)));
   }
-  /// Stripes that are too fine for the camera have no sign anywhere.
+  /// Finds the pairs that the camera resolves. Stripes that are too fine have no clear sign anywhere.
   void find_resolved() {
     resolved_.assign(static_cast<std::size_t>(count_), false);
     for (const int pair : light_.pairs) {
@@ -77,7 +77,7 @@ class EdgeVotes {
       }
     }
   }
-  /// The edge lies between two pixels: what each other pair shows there.
+  /// Counts the sign of each other pair at an edge between two pixels.
   void vote(int pair, std::size_t begin, std::size_t stride, int from, int to) {
     const auto pixel = [&](int k) { return begin + static_cast<std::size_t>(k) * stride; };
     int k = from;
@@ -101,7 +101,7 @@ class EdgeVotes {
   std::vector<bool> resolved_;
 };
 
-/// What a pair's photographs are, by an explanation.
+/// The pattern that an explanation assigns to a pair.
 struct Role {
   int axis = 0, bit = 0;
   bool inverted = false, known = true;
@@ -109,8 +109,8 @@ struct Role {
 struct Explanation {
   std::vector<Role> roles;
   std::string text, advice;
-  bool vague = false;  ///< says only that a pair is wrong
-  int pair = -1;       ///< which is meant
+  bool vague = false;  ///< reports only that a pair is wrong
+  int pair = -1;       ///< the pair at fault
   double likelihood = 0;
 };
 
@@ -148,7 +148,7 @@ class Explanations {
     if (all_.front().likelihood >= best - kMargin) return found;
     found.right = false;
     for (const Explanation& e : all_)
-      if (e.likelihood >= best - kAlike && !(e.vague && told_better(e, best - kAlike))) {
+      if (e.likelihood >= best - kAlike && !(e.vague && has_definite_alternative(e, best - kAlike))) {
         found.explanations.push_back(e.text);
         found.advice = e.advice;
       }
@@ -156,7 +156,7 @@ class Explanations {
   }
 
  private:
-  bool told_better(const Explanation& vague, double least) const {
+  bool has_definite_alternative(const Explanation& vague, double least) const {
     return std::ranges::any_of(all_, [&](const Explanation& e) {
       return !e.vague && e.pair == vague.pair && e.pair >= 0 && e.likelihood >= least;
     });
@@ -204,8 +204,8 @@ class Explanations {
         if (b <= a) continue;
         auto roles = usual();
         std::swap(roles[static_cast<std::size_t>(a)], roles[static_cast<std::size_t>(b)]);
-        add(roles, fmt::format("{} stand where {} belong, and the other way round", full(a), full(b)),
-            "exchange the two pairs", a);
+        add(roles, fmt::format("{} and {} have changed places", full(a), full(b)), "exchange the two pairs",
+            a);
       }
   }
   void whole_sequence() {
@@ -219,7 +219,7 @@ class Explanations {
             "give the size of the projector that showed it, in rows x columns", -1);
     auto roles = usual();
     for (Role& role : roles) role.inverted = true;
-    add(roles, "every complement comes before its pattern", "exchange the two of each pair", -1);
+    add(roles, "every complement comes before its pattern", "exchange the two files of each pair", -1);
     roles = usual();
     for (Role& role : roles)
       role.bit = (role.axis == 0 ? code().column_bits() : code().row_bits()) - 1 - role.bit;
@@ -231,9 +231,9 @@ class Explanations {
   std::vector<Explanation> all_;
 };
 
-/// Positions along one axis; −1 where a bit has no clear sign.
+/// The position along one axis that the bits give; −1 if a bit has no clear sign.
 int spelt(const SequenceLight& light, StripeAxis axis, std::size_t pixel) {
-  constexpr int kFine = 2;  // bits whose stripes may be blurred: they move a position by a few pixels
+  constexpr int kFine = 2;  // bits whose stripes may be blurred; they change a position by a few pixels
   const GrayCode& code = light.photographs.code;
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits(), bits = code.bits(axis);
   const float level = std::max(kStrong * light.amplitude.values()[pixel],
@@ -248,8 +248,8 @@ int spelt(const SequenceLight& light, StripeAxis axis, std::size_t pixel) {
   return value;
 }
 
-/// Where clear positions reach beyond `size`, and their neighbours too: nowhere if that is fewer than 1 in
-/// 200.
+/// How far clear positions lie beyond `size` whose neighbours lie there too: the 90 % quantile. None if fewer
+/// than 1 in 200 do.
 Reach::Axis reach_beyond(const SequenceLight& light, StripeAxis axis, int size) {
   constexpr int kApart = 4;  // projector pixels between neighbours of one surface
   constexpr double kLeast = 0.005, kMostMirrored = 0.02;

@@ -8,26 +8,27 @@
 
 namespace symrig::calibration {
 
-/// What is said of the order in which the pairs stand.
+/// The result for the order of the pairs.
 struct OrderFinding {
   bool right = true;
-  std::vector<std::string> explanations;  ///< those that fit best, if it is not right
+  std::vector<std::string> explanations;  ///< the best ones, if the order is not right
   std::string advice;
 };
 
-/// Which order the stripes themselves tell. Where Gray bit k changes, bit k + 1 of the same axis is lit and
-/// all finer ones are dark: at the edges of each pair the others are looked at. Each explanation (the order
-/// is right; a pair is inverted, exchanged with another, a copy of another, or of something else; the axes
-/// divide the pairs otherwise; the least significant come first) foretells those signs. Its likelihood is
-/// taken, with every tenth sign wrong (depth edges, noise) and no more than 25 edges of a pair counted, as
-/// neighbours tell the same. The order is wrong if another one is e¹⁰ times as likely.
+/// Finds the order of the photographs from the stripes. Where Gray bit k changes, bit k + 1 of the same axis
+/// is lit and all finer bits are dark. So it reads the signs of all other pairs at the edges of each pair.
+/// Each explanation predicts those signs: the order is right; a pair is inverted, exchanged with another, a
+/// copy of another, or of another picture; the axes divide the pairs in another way; the least significant
+/// bit comes first. The likelihood of an explanation assumes that every tenth sign is wrong (depth edges,
+/// noise). It counts at most 25 edges of a pair, because neighbouring edges are not independent. The order is
+/// wrong if another explanation is e¹⁰ times as likely.
 OrderFinding judge_order(const SequenceLight& light);
 
-/// How far positions reach beyond the projector.
+/// The positions outside the projector.
 struct Reach {
   struct Axis {
-    int farthest = 0;      ///< 0: none reaches beyond
-    bool swapped = false;  ///< with the coarsest pair swapped they would not
+    int farthest = 0;      ///< 0: none is outside
+    bool swapped = false;  ///< if the coarsest pair is swapped, none is outside
   };
   Axis columns, rows;
 };

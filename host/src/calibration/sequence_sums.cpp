@@ -12,7 +12,7 @@ namespace symrig::calibration {
 namespace {
 
 constexpr double kMisfit =
-    0.1;  // of the contrast: interreflection and the projector's edges cost a few percent
+    0.1;  // of the contrast; interreflection and the projector's edges cost a few percent
 constexpr double kMostWrong = 0.1;  // share of the lit pixels
 
 Error wrong(std::string what, std::string next) {
@@ -37,7 +37,7 @@ class Sums {
       if (const auto exchanged = judge_exchange(off_[0], off_[1])) return {*exchanged};
     }
     if (const auto change = judge_change()) return {*change, true};
-    return {wrong(fmt::format("{} do not add up to what the other pairs add up to", list(off_)),
+    return {wrong(fmt::format("the sums of {} differ from those of the other pairs", list(off_)),
                   "photograph the sequence again, or put the photographs in order")};
   }
 
@@ -69,8 +69,8 @@ class Sums {
       sums_.push_back(std::move(sums));
     }
   }
-  /// rms difference of two pictures beyond `noises` photographs' noise, over twice the amplitude: that is
-  /// white less black.
+  /// rms difference of two pictures above the noise of `noises` photographs, over twice the amplitude, which
+  /// is white minus black.
   double distance(const std::vector<float>& a, const std::vector<float>& b, double noises) const {
     double squares = 0;
     for (std::size_t i = 0; i < a.size(); ++i) squares += std::pow(static_cast<double>(a[i] - b[i]), 2);
@@ -87,7 +87,7 @@ class Sums {
     std::ranges::nth_element(all, quarter);
     limit_ = std::max(kMisfit, 3 * *quarter);
   }
-  /// The largest set of sums that are like one of them.
+  /// Chooses the largest set of sums that agree with one of them.
   void choose_consensus() {
     std::size_t best = 0, most = 0;
     for (std::size_t a = 0; a < size(); ++a) {
@@ -111,7 +111,7 @@ class Sums {
     }
   }
 
-  /// What the dark and the light half of the patterns show on average.
+  /// Computes the mean of the darker and of the brighter photograph of each pair.
   void find_halves() {
     for (const std::size_t i : light_.sample) {
       double low = 0, high = 0, n = 0;
@@ -124,8 +124,8 @@ class Sums {
       low_.push_back(low / std::max(n, 1.0)), high_.push_back(high / std::max(n, 1.0));
     }
   }
-  /// Share of the lit pixels in which a photograph is brighter than the dark half of the patterns allows, or
-  /// darker than the light half: black and white are beyond both.
+  /// Share of the lit pixels in which a photograph is brighter than the darker halves of the patterns, or
+  /// darker than the brighter halves. Black is darker and white is brighter than both.
   double beyond(int photograph, bool above_dark) const {
     double count = 0;
     for (std::size_t k = 0; k < light_.sample.size(); ++k) {
@@ -143,17 +143,18 @@ class Sums {
   int black() const { return light_.photographs.code.black(); }
   Error black_is_lit() const {
     return wrong(
-        fmt::format("{} (black) is lit: over {:.0f} % of the projector's light it is brighter than patterns "
-                    "that leave it dark",
-                    name(black()), 100 * beyond(black(), true)),
-        "the last photograph must be taken with the projector showing black");
+        fmt::format(
+            "{} (black) is lit: in {:.0f} % of the lit pixels it is brighter than patterns that leave them "
+            "dark",
+            name(black()), 100 * beyond(black(), true)),
+        "take the last photograph while the projector shows black");
   }
   Error white_is_dark() const {
     return wrong(
-        fmt::format("{} (white) is dark: over {:.0f} % of the projector's light it is darker than patterns "
-                    "that light it",
-                    name(white()), 100 * beyond(white(), false)),
-        "the last photograph but one must be taken with the projector showing white");
+        fmt::format(
+            "{} (white) is dark: in {:.0f} % of the lit pixels it is darker than patterns that light them",
+            name(white()), 100 * beyond(white(), false)),
+        "take the last photograph but one while the projector shows white");
   }
   Result<void> check_bounds() const {
     const bool is_white = bright(white()), is_black = dark(black());
@@ -164,7 +165,7 @@ class Sums {
         fmt::format("{} and {}, the last two, are not white and black", name(white()), name(black())),
         candidates());
   }
-  /// Who looks like white and black.
+  /// The photographs that look like white and black.
   std::string candidates() const {
     if (bright(black()) && dark(white())) return "exchange the two files: white comes before black";
     std::optional<int> light, shade;
@@ -174,18 +175,19 @@ class Sums {
     }
     if (light && shade)
       return fmt::format(
-          "{} looks like white and {} like black: the order is column pairs, row pairs, white, black",
+          "{} looks like white and {} like black: check the order: column pairs, row pairs, white, black",
           name(*light), name(*shade));
-    return "the order is: column pairs, row pairs, white, black";
+    return "check the order: column pairs, row pairs, white, black";
   }
 
   Result<void> judge_one(int pair) const {
     if (is_ends(pair)) {
       SYMRIG_CHECK(check_bounds());
-      return wrong(fmt::format("{} (white) and {} (black) add up to {:.2f} times what each pair adds up to",
-                               name(white()), name(black()), gain(pair)),
-                   "one of them has another exposure or lamp, or shows another pattern: photograph the "
-                   "sequence again");
+      return wrong(
+          fmt::format("{} (white) and {} (black) add up to {:.2f} times the sum of each pair", name(white()),
+                      name(black()), gain(pair)),
+          "photograph the sequence again: one of them has another exposure or lamp, or shows another "
+          "pattern");
     }
     for (const int member : {2 * pair, 2 * pair + 1}) {
       if (dark(member))
@@ -204,10 +206,11 @@ class Sums {
     if (left < limit_ / 2)
       return wrong(
           fmt::format("{} add up to {:.2f} times white + black", full(pair), factor),
-          "exposure or lamp has changed for one or both of them: photograph the sequence with both fixed");
+          "photograph the sequence again with both fixed: exposure or lamp has changed for one or both of "
+          "them");
     return wrong(fmt::format("{} do not add up to white + black ({:.0f} % off)", full(pair),
                              100 * distance(sum_of(pair), usual_, 2)),
-                 "one of them shows another pattern or exposure, or is out of order");
+                 "check both: one of them shows another pattern or exposure, or is out of order");
   }
   std::string seems(int member, int pair, const std::string& what) const {
     return fmt::format("{} {}; {} do not add up to white + black", name(member), what, full(pair));
@@ -228,7 +231,7 @@ class Sums {
     for (const std::size_t i : light_.sample) values.push_back(light_.of(photograph, i));
     return values;
   }
-  /// The photograph of a good pair that shows the same.
+  /// A photograph of a correct pair that shows the same picture.
   std::optional<int> same_as(int photograph) const {
     const auto mine = picture(photograph);
     for (const int pair : good_)
@@ -237,7 +240,7 @@ class Sums {
     return std::nullopt;
   }
 
-  /// Two sums are off by as much, the opposite way: two of their photographs have changed places.
+  /// Two sums differ by the same amount with opposite signs: two of their photographs have changed places.
   std::optional<Error> judge_exchange(int a, int b) const {
     std::vector<std::string> fits;
     for (const int x : {2 * a, 2 * a + 1})
@@ -253,11 +256,12 @@ class Sums {
       }
     if (fits.empty()) return std::nullopt;
     return wrong(fmt::format("two photographs have changed places: {}", fmt::join(fits, ", or ")),
-                 fits.size() == 1 ? "exchange the two files"
-                                  : "exchange the two files of one of these, or photograph again");
+                 fits.size() == 1
+                     ? "exchange the two files"
+                     : "exchange the two files of one of these, or photograph the sequence again");
   }
 
-  /// Everything up to a photograph, or from it on, is another picture.
+  /// All photographs up to one, or from one on, show another picture.
   std::optional<Error> judge_change() const {
     const int first = off_.front(), last = off_.back();
     if (static_cast<std::size_t>(last - first) + 1 >
@@ -266,7 +270,7 @@ class Sums {
       return std::nullopt;
     const bool begins = first == members_.front(), ends = is_ends(last);
     if (begins == ends) return std::nullopt;
-    // A change within a pair makes a sum that is like neither side: it lies between.
+    // A change within a pair gives a sum that matches neither side: it lies between them.
     const int before = begins ? 2 * std::max(last - 1, 0) + 1 : 2 * first - 1;
     const int after = begins ? 2 * (last + 1) : std::min(2 * first + 2, black());
     std::vector<float> scaled = usual_;
@@ -278,11 +282,12 @@ class Sums {
       return wrong(fmt::format("exposure or lamp has changed {}: photographs {} are {:.2f} times as bright",
                                place, begins ? "before" : "after", factor),
                    "photograph the sequence with both fixed");
-    return wrong(fmt::format("the photographs show another picture {} {}: camera, projector or scene has "
-                             "moved, or they are of "
-                             "another sequence",
-                             begins ? "before than after a change" : "after than before a change", place),
-                 "photograph the sequence again, with everything fixed");
+    return wrong(
+        fmt::format(
+            "the photographs show another picture {} {}: camera, projector or scene has moved, or they "
+            "belong to another sequence",
+            begins ? "before than after a change" : "after than before a change", place),
+        "photograph the sequence again, with everything fixed");
   }
 
   const SequenceLight& light_;
@@ -291,7 +296,7 @@ class Sums {
   std::vector<double> apart_;
   std::vector<int> good_, off_;
   std::vector<double> low_, high_;
-  std::vector<float> usual_;  ///< the sum that most agree on
+  std::vector<float> usual_;  ///< the sum that most pairs agree on
   double noise_ = 0, limit_ = kMisfit;
 };
 

@@ -8,13 +8,13 @@ namespace symrig::calibration {
 
 struct SumsVerdict {
   Result<void> result;
-  bool change = false;  ///< what is wrong may come of a change at some photograph: a movement, too
+  bool change = false;  ///< the cause may be a change at some photograph, which includes a movement
 };
 
-/// A pattern and its complement add up to white + black, so that all sums are one picture. Looks which sums
-/// are, and what explains the others: a photograph that is not of its pair, two that are exchanged, a lamp, a
-/// camera or a scene that changed from some photograph on, a white or a black that is none. fails: bad_value;
-/// the message names the photographs that the sums single out, or all that they leave.
+/// A pattern and its complement add up to white + black, so all sums are one picture. This finds the sums
+/// that differ, and their cause: a photograph of another pair; two exchanged photographs; a lamp, a camera or
+/// a scene that changed from some photograph on; a wrong white or black.
+/// fails: bad_value; the message names the photographs at fault, or all possible ones.
 SumsVerdict check_sums(const SequenceLight& light);
 
 }  // namespace symrig::calibration

@@ -8,8 +8,8 @@
 
 namespace symrig::calibration {
 
-/// The upper median of up to N numbers: the largest that no more than half of the others are smaller than.
-/// N² comparisons without a branch, which for a few dozen is several times faster than to partition them.
+/// The upper median of up to N numbers. It makes N² comparisons without a branch. For a few dozen numbers
+/// this is several times faster than partitioning them.
 template <std::size_t N>
 class SmallMedian {
  public:
@@ -17,7 +17,7 @@ class SmallMedian {
 
   void add(float value) { values_[count_++] = value; }
   std::size_t count() const { return count_; }
-  /// Element count / 2 in ascending order. count() must not be 0.
+  /// Element count() / 2 in ascending order. count() must not be 0.
   float value() const {
     std::array<int, N> smaller{};
     for (std::size_t j = 0; j < count_; ++j)

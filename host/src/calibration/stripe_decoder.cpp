@@ -12,10 +12,10 @@
 namespace symrig::calibration {
 namespace {
 
-/// What a footprint looks like before anything is known: sharp, with a third of its light spread wide.
+/// The first guess of a footprint: sharp, with a third of its light spread wide.
 constexpr Shape kGuess{0, 0.5F, 0.15F, 0, 0.1F, 0.1F, 0.1F};
-/// A pixel that its tile's shape explains worse than this (χ² / degrees of freedom; 1 in 50 by chance, at ten
-/// bits) gets a shape of its own, in this many rounds.
+/// If a tile's shape explains a pixel worse than this, the pixel gets its own shape, in this many rounds. The
+/// value is χ² / degrees of freedom; 1 in 50 exceeds it by chance, at ten bits.
 constexpr double kOwnMisfit = 2.3;
 constexpr int kOwnRounds = 3;
 
@@ -80,7 +80,7 @@ ShapeFit StripeDecoder::fit_tile(ShapedLight& light, int tile_row, int tile_col)
   ShapeFit fit;
   for_tile(tile_row, tile_col, 2, [&](std::size_t pixel) {
     const Differences seen = differences(pixel);
-    // With a bit left out both of its values fit alike, and give the same shape.
+    // Both values of a left-out bit fit equally well, and give the same shape.
     if (const auto found = find_position(light, seen); found && found->chi2 < found->rival)
       fit.add(light_, left_out_, static_cast<double>(found->position), seen, contrast(pixel));
   });
@@ -120,7 +120,8 @@ StripeDecoder::Tiles StripeDecoder::fit_tiles() const {
   return tiles;
 }
 
-/// All pixels are told with the left-out bit 0: where it is 1, by the mirror image inside the block.
+/// Positions are found with the left-out bit 0. If the bit is 1, the position is the mirror image inside the
+/// block.
 float StripeDecoder::reflected(float position) const {
   const auto block = static_cast<float>(1 << (light_.bits() - *left_out_));
   const float begin = block * std::floor((position + 0.5F) / block);
@@ -129,8 +130,7 @@ float StripeDecoder::reflected(float position) const {
 
 std::optional<Sighting> StripeDecoder::sight(std::size_t pixel, const Differences& seen, const Shape& shape,
                                              ShapedLight& light, ShapedLight& own) const {
-  // Both values of a left-out bit are positions to look at; the photographs tell them apart only near the
-  // border of the block.
+  // Try both values of a left-out bit. The photographs distinguish them only near the border of the block.
   bool value = false;
   auto found = find_position(light, seen, value);
   if (left_out_)
@@ -160,7 +160,7 @@ void StripeDecoder::decode_tile(const Shape& shape, ShapedLight& light, ShapedLi
     if (!found) return;
     out.position.values()[pixel] = found->position;
     const float misfit = found->chi2 / freedom();
-    // What does not fit is less certain than its noise says [Birge32].
+    // A position that does not fit well is less certain than its noise says [Birge32].
     out.sigma.values()[pixel] = found->sigma * std::sqrt(std::max(misfit, 1.0F));
     out.misfit.values()[pixel] = misfit;
     out.clear.values()[pixel] = found->rival - found->chi2 > options_.policy.evidence ? 1 : 0;

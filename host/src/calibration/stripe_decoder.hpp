@@ -17,8 +17,8 @@ struct AxisSightings {
   Image<std::uint8_t> clear;  ///< no rival position explains the photographs nearly as well
 };
 
-/// Decodes one axis of all pixels, each from its own photographs alone. What pixels share is how wide the
-/// footprint is: its shape is fitted to the squares of kTile × kTile camera pixels around.
+/// Decodes one axis of all pixels, each from its own photographs alone. Pixels share only the footprint's
+/// shape: it is fitted to squares of kTile × kTile camera pixels.
 class StripeDecoder {
  public:
   static constexpr int kTile = 16;
@@ -30,8 +30,8 @@ class StripeDecoder {
   const Shape& usual_shape() const { return usual_; }
 
   Differences differences(std::size_t pixel) const;
-  /// Squares of the differences of the two finest bits against the noise, added up: 2 on average where only
-  /// noise is.
+  /// Sum of the squared differences of the two finest bits, relative to the noise: 2 on average for noise
+  /// alone.
   float fine_energy(std::size_t pixel) const;
 
  private:
@@ -49,7 +49,7 @@ class StripeDecoder {
   Shape fit_usual_shape(const Shape& guess) const;
   ShapeFit fit_tile(ShapedLight& light, int tile_row, int tile_col) const;
   Tiles fit_tiles() const;
-  /// light: the tile's shape, set; own: room for the pixel's own.
+  /// light: set to the tile's shape. own: storage for the pixel's own shape.
   std::optional<Sighting> sight(std::size_t pixel, const Differences& seen, const Shape& shape,
                                 ShapedLight& light, ShapedLight& own) const;
   void decode_tile(const Shape& shape, ShapedLight& light, ShapedLight& own, int tile_row, int tile_col,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled for every instruction set that Highway knows and chosen at run time: where most of the time of
-// decoding goes.
+// Compiled for every instruction set that Highway supports, and chosen at run time: most of the decoding time
+// is spent here.
 #include "calibration/stripe_kernels.hpp"
 
 #include <limits>

@@ -8,9 +8,9 @@
 
 namespace symrig::calibration {
 
-/// What a footprint sees of all bits while it moves over one projector pixel.
+/// The contrast of all bits in a footprint while it moves over one projector pixel.
 struct ShapedPixel {
-  std::array<Steps, kMaxBits> contrast;  ///< of each bit; 0 of the one that is left out
+  std::array<Steps, kMaxBits> contrast;  ///< of each bit; 0 for the left-out one
   Steps square;                          ///< Σ_k contrast_k², never 0
 };
 
@@ -18,7 +18,7 @@ struct ShapedPixel {
 void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
                  ShapedPixel& to);
 
-/// What the best a ≥ 0 explains of Σ_k D_k² if D_k = a contrast_k(x): (Σ D m)² / Σ m², or nothing.
+/// The part of Σ_k D_k² that the best a ≥ 0 explains if D_k = a contrast_k(x): (Σ D m)² / Σ m², or 0.
 void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to);
 
 }  // namespace symrig::calibration

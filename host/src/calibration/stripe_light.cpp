@@ -15,7 +15,7 @@ struct Edge {
   double position, step;
 };
 
-/// Edges of a pattern less its complement, dark (0) beyond both borders.
+/// Edges of a pattern minus its complement, with 0 outside both borders.
 std::vector<Edge> edges_of(std::span<const float> stripes) {
   std::vector<Edge> edges;
   double before = 0;
@@ -27,8 +27,8 @@ std::vector<Edge> edges_of(std::span<const float> stripes) {
   return edges;
 }
 
-/// A Gaussian over a stair: Σ steps · Φ((x − edge) / σ), asked from left to right. Edges further than five
-/// sigmas left of x count whole.
+/// A Gaussian convolved with a step function: Σ steps · Φ((x − edge) / σ), evaluated from left to right.
+/// Edges further than five sigmas left of x count fully.
 class BlurredStair {
  public:
   BlurredStair(const std::vector<Edge>& edges, double sigma) : edges_(edges), sigma_(sigma) {}
@@ -46,8 +46,8 @@ class BlurredStair {
  private:
   const std::vector<Edge>& edges_;
   double sigma_;
-  std::size_t passed_ = 0;  ///< edges left of all that is asked for
-  double level_ = 0;        ///< what they add up to
+  std::size_t passed_ = 0;  ///< edges more than five sigmas left of x
+  double level_ = 0;        ///< the sum of their steps
 };
 
 }  // namespace

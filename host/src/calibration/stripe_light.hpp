@@ -9,27 +9,27 @@
 
 namespace symrig::calibration {
 
-/// Bits of one axis that tables and decoders are laid out for: projectors up to 65536 pixels wide.
+/// Largest number of bits of one axis: for projectors up to 65536 pixels wide.
 inline constexpr int kMaxBits = 16;
 
-/// A footprint is a mixture of Gaussians of these sigmas [projector pixels], four a decade: they
-/// describe the optics (projector, camera, camera pixel); the two widest, light that scatters in surfaces and
-/// lenses.
+/// A footprint is a mixture of Gaussians of these sigmas [projector pixels], four in each decade. They
+/// describe the optics (projector, camera, camera pixel). The two widest describe light that scatters in
+/// surfaces and lenses.
 inline constexpr std::array<double, 7> kScales{0.25, 0.44, 0.79, 1.41, 2.5, 8, 32};
 /// Share of each Gaussian in the light that a footprint collects; Σ ≤ 1, the rest is not local.
 using Shape = std::array<float, kScales.size()>;
 
-/// One value a bit.
+/// One value for each bit.
 using Bits = std::array<float, kMaxBits>;
 
-/// Positions are looked at in steps of 1 / kSteps pixel.
+/// Positions are tried in steps of 1 / kSteps pixel.
 inline constexpr int kSteps = 8;
-/// One value a step within a pixel: [x, x + 1).
+/// One value for each step within a pixel: [x, x + 1).
 using Steps = std::array<float, kSteps>;
 
-/// What footprints see of the stripe patterns of one axis, for every position in steps of 1 / kSteps pixel:
-/// contrast_k(x; s) = light of pattern k less light of its complement, −1..1, in a Gaussian of sigma s around
-/// x, integrated over the projector's pixels. The dark beyond the border is part of it.
+/// The contrast of the stripe patterns of one axis in footprints, for every position in steps of 1 / kSteps
+/// pixel. contrast_k(x; s) = light of pattern k minus light of its complement, −1..1, in a Gaussian of sigma
+/// s around x, integrated over the projector's pixels. It includes the dark outside the border.
 class StripeLight {
  public:
   StripeLight(const GrayCode& code, StripeAxis axis);

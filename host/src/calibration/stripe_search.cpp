@@ -8,8 +8,8 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kDoubtful = 3;  // bits that are tried both ways
-constexpr float kApart = 2;   // pixels: positions further than this are rivals
+constexpr int kDoubtful = 3;  // bits of which both values are tried
+constexpr float kApart = 2;   // pixels; positions further away than this are rivals
 
 float dot(const Bits& a, const Bits& b) {
   float sum = 0;
@@ -33,7 +33,7 @@ std::array<int, kDoubtful> doubtful_bits(const Differences& seen, int bits, std:
   return least;
 }
 
-/// The position that Gray bits spell.
+/// The position of a Gray code.
 int spelt(unsigned gray, int bits) {
   unsigned value = gray;
   for (int shift = 1; shift < bits; shift *= 2) value ^= value >> shift;
@@ -44,7 +44,7 @@ unsigned mask_of(int bit, int bits) {
   return bit < 0 ? 0U : 1U << (bits - 1 - bit);
 }
 
-/// All positions worth a look, in order, without repetition.
+/// All candidate positions, in order, without repetition.
 std::vector<int>& candidates(const Differences& seen, int bits, int size, std::optional<int> left_out,
                              bool bit_value) {
   thread_local std::vector<int> found;
@@ -55,7 +55,7 @@ std::vector<int>& candidates(const Differences& seen, int bits, int size, std::o
     if (set) gray |= mask_of(bit, bits);
   }
   const auto doubtful = doubtful_bits(seen, bits, left_out);
-  // What bits spell is linear in them, modulo 2.
+  // The position is linear in the bits, modulo 2.
   const int as_seen = spelt(gray, bits);
   std::array<int, kDoubtful> turned{};
   for (std::size_t k = 0; k < kDoubtful; ++k) turned[k] = spelt(mask_of(doubtful[k], bits), bits);
@@ -76,7 +76,7 @@ struct Valley {
   float explained = -1;  ///< of Σ D²
 };
 
-/// χ² of one pixel's differences at any position, by what it explains of them.
+/// χ² of one pixel's differences at any position, from the part of them that the position explains.
 class Explained {
  public:
   Explained(ShapedLight& light, const Differences& seen)
@@ -117,13 +117,13 @@ class Explained {
     pixel.best = {number * kSteps + static_cast<int>(best - first), *best};
     return pixel;
   }
-  /// The last position of all is the first step of the last pixel.
+  /// The last position is the first step of the last pixel.
   Valley first_of(int number) { return {number * kSteps, at(number).explained.front()}; }
 
   ShapedLight& light_;
   const Differences& seen_;
   float square_;
-  // Candidates come in order and often lie next to each other: their pixels are asked for again at once.
+  // Candidates come in order and are often neighbours, so the same pixels are needed again soon.
   std::array<Pixel, 4> remembered_;
 };
 

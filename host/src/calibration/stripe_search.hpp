@@ -8,20 +8,20 @@
 
 namespace symrig::calibration {
 
-/// Where a pixel looks along one axis, by maximum likelihood.
+/// The position that a pixel sees along one axis, by maximum likelihood.
 struct Sighting {
   float position = 0;  ///< [projector pixels]
-  float sigma = 0;     ///< its standard deviation [projector pixels]; infinity where nothing tells
+  float sigma = 0;     ///< its standard deviation [projector pixels]; infinity without information
   float chi2 = 0;      ///< of the fit, bits − 2 degrees of freedom
-  float rival = 0;     ///< χ² of the best position that is more than two pixels away; infinity without one
+  float rival = 0;     ///< χ² of the best position more than two pixels away; infinity if there is none
 };
 
-/// What a footprint of one shape sees of the stripes, remembered.
+/// The contrast of the stripes in a footprint of one shape, cached.
 class ShapedLight {
  public:
   ShapedLight(const StripeLight& light, std::optional<int> left_out);
 
-  /// Forgets what was remembered.
+  /// Sets the shape and clears the cache.
   void set_shape(const Shape& shape);
   const ShapedPixel& pixel(int pixel) {
     const auto i = static_cast<std::size_t>(pixel);
@@ -44,17 +44,17 @@ class ShapedLight {
   std::uint32_t now_ = 0;
 };
 
-/// What one pixel saw of one axis: pattern less complement, bit by bit, and the variance of each.
+/// The measurement of one pixel for one axis: pattern minus complement, bit by bit, and the variance of each.
 struct Differences {
   Bits value{};
   float variance = 1;
 };
 
-/// The position that explains the differences best: min over x and a ≥ 0 of Σ_k (D_k − a m_k(x))² / V, m the
-/// shaped contrast. Tried are the positions that the signs of D spell, and those with any of the three
-/// smallest |D_k| the other way round; each is searched ± 1 pixel in steps of an eighth, then a parabola.
-/// sigma: Fisher information of x with a unknown. bit_value: which value of a left-out bit is looked at.
-/// nullopt: no position on the projector is spelt.
+/// The position that explains the differences best: min over x and a ≥ 0 of Σ_k (D_k − a m_k(x))² / V, with m
+/// the shaped contrast. The candidates are the positions that the signs of D give, and those with any of the
+/// three smallest |D_k| reversed. Each is searched ± 1 pixel in steps of an eighth, then with a parabola.
+/// sigma: Fisher information of x with a unknown. bit_value: the value of a left-out bit. nullopt: no
+/// candidate lies on the projector.
 std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, bool bit_value = false);
 
 }  // namespace symrig::calibration

@@ -9,9 +9,9 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kReach = 3;  // 7 × 7 pixels are asked
-constexpr int kApart = 3;  // camera pixels between the two whose positions make a slope
-/// A plane has three unknowns an axis: twice as many neighbours must agree with it.
+constexpr int kReach = 3;  // 7 × 7 pixels are used
+constexpr int kApart = 3;  // camera pixels between the two positions of a slope
+/// A plane has three unknowns for each axis; twice as many neighbours must agree with it.
 constexpr int kLeast = 6;
 
 /// The decoded pixels around one, as a window of offsets −kReach..kReach.
@@ -34,7 +34,7 @@ class Window {
   bool decoded(int dr, int dc) const { return decoded_[index(dr, dc)]; }
   float at(std::size_t axis, int dr, int dc) const { return position_[axis][index(dr, dc)]; }
 
-  /// Median change of one axis a camera pixel, downwards or to the right; 0 if no two pixels tell.
+  /// Median change of one axis for each camera pixel, downwards or to the right; 0 if no two pixels give it.
   double slope(std::size_t axis, bool down) const {
     SmallMedian<std::size_t{kSide} * (kSide - kApart)> changes;
     const int dr = down ? kApart : 0, dc = down ? 0 : kApart;

@@ -8,8 +8,8 @@
 namespace symrig::calibration {
 namespace {
 
-/// Largest level at which blocks are at least `size` pixels wide; every level above the single pixels is a
-/// product of row and column bands, because blocks of one band split alike.
+/// Largest level at which blocks are at least `size` pixels wide. Every level above the single pixels is a
+/// product of row and column bands, because all blocks of one band split equally.
 int level_of(const BlockTree& tree, int size) {
   int level = 0;
   while (level + 1 < tree.levels() && tree.grid().cols >> (level + 1) >= size &&
@@ -18,7 +18,7 @@ int level_of(const BlockTree& tree, int size) {
   return level;
 }
 
-/// Middle of each block, starts of which are given with the end.
+/// Middle of each block. starts: the first pixel of each block, and the end.
 std::vector<double> centres_of(const std::vector<int>& starts) {
   std::vector<double> centres;
   for (std::size_t i = 0; i + 1 < starts.size(); ++i)

@@ -11,7 +11,7 @@ namespace symrig::calibration {
 /// The projector divided into the blocks of one level of its tree: rows × columns of them.
 class Surroundings {
  public:
-  /// The level whose blocks are nearest to `size` pixels wide.
+  /// Uses the level whose block width is nearest to `size` pixels.
   Surroundings(const BlockTree& tree, int size);
 
   int rows() const { return static_cast<int>(row_starts_.size()) - 1; }
@@ -22,11 +22,11 @@ class Surroundings {
   /// Tree range of block (row, col).
   const Block& block(int row, int col) const { return *blocks_[index(row, col)]; }
 
-  /// Means of a pattern that changes along one axis, one a block of that axis.
+  /// Means of a pattern that changes along one axis, one for each block of that axis.
   std::vector<float> column_means(std::span<const float> values) const { return means(values, col_starts_); }
   std::vector<float> row_means(std::span<const float> values) const { return means(values, row_starts_); }
 
-  /// How the surroundings of a position are made of blocks: linear between the centres of the two nearest.
+  /// The weights of blocks in the surroundings of a position: linear between the two nearest centres.
   Taps column_taps(double position) const { return linear_taps(position, col_centres_); }
   Taps row_taps(double position) const { return linear_taps(position, row_centres_); }
 

@@ -41,7 +41,7 @@ LocalMap local_map(const RawMap& map, int row, int col, const Neighbourhood& hoo
   return local;
 }
 
-/// One of the two candidates at a pixel, with the way the map runs there.
+/// One of the two candidates at a pixel, with the direction of the map there.
 struct Choice {
   bool settled = false;
   float position = 0;
@@ -61,7 +61,7 @@ class Folded {
   int block_number(int row, int col) const {
     return static_cast<int>(std::floor((candidate(row, col) + 0.5F) / static_cast<float>(block_)));
   }
-  /// The middle of its block: what is known of a position without the bit.
+  /// The middle of the block: the known part of a position without the bit.
   float middle(int row, int col) const {
     return static_cast<float>(block_number(row, col) * block_) + static_cast<float>(block_ - 1) / 2;
   }
@@ -71,8 +71,8 @@ class Folded {
   int block_;
 };
 
-/// Away from the folds: the candidate whose map keeps the orientation. Where the neighbourhood bends (a fold)
-/// or is too small the determinant is far below the usual one, and the pixel waits for its neighbours.
+/// Away from the folds, chooses the candidate whose map keeps the orientation. At a fold, or in a small
+/// neighbourhood, the determinant is far below the usual one, and the pixel waits for its neighbours.
 std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folded, StripeAxis axis,
                                           const Neighbourhood& hood, double orientation) {
   const Grid grid = map.grid();
@@ -101,8 +101,8 @@ std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folde
   return choices;
 }
 
-/// In blocks too narrow to see which way the map runs: the candidate nearer to a plane through the middles of
-/// the blocks around, over about four blocks.
+/// For blocks that are too narrow to show the direction of the map. Chooses the candidate nearer to a plane
+/// through the middles of the blocks around, over about four blocks.
 std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, int block, double scale) {
   const Grid grid = map.grid();
   constexpr int kReach = 6;
@@ -129,7 +129,7 @@ std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, in
   return choices;
 }
 
-/// What settled neighbours foretell for a pixel; NaN if there are too few.
+/// The prediction of settled neighbours for a pixel; NaN if there are too few.
 double foretold(const std::vector<Choice>& choices, Grid grid, int row, int col, int reach, int spacing) {
   thread_local std::vector<double> votes;
   votes.clear();
@@ -170,7 +170,7 @@ double typical_scale(const RawMap& map) {
 void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
   const Grid grid = map.grid();
   const double scale = typical_scale(map);
-  // The window in which the way of the map is seen must fit into half a block.
+  // The window that shows the direction of the map must fit into half a block.
   const int spacing = std::clamp(static_cast<int>(std::lround(block / scale / 12)), 1, 3);
   const Neighbourhood hood{.spacing = spacing, .scale = scale};
   const Folded folded(map, axis, block);
@@ -191,7 +191,7 @@ void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
       const bool keep =
           std::abs(static_cast<double>(a) - expected) <= std::abs(static_cast<double>(b) - expected);
       unfolded.at(row, col) = keep ? a : b;
-      // Neither of them: another surface begins here, or the surface bends light as ribbed tape does.
+      // Neither candidate: another surface begins here, or the surface bends light as ribbed tape does.
       if (std::abs(static_cast<double>(unfolded.at(row, col)) - expected) > kOff) continue;
       settled.at(row, col) = 1;
     }
@@ -204,16 +204,16 @@ double oriented_share(const RawMap& map, double orientation) {
   constexpr int kStride = 7;
   const Grid grid = map.grid();
   const Neighbourhood hood{.scale = typical_scale(map)};
-  std::int64_t told = 0, kept = 0;
+  std::int64_t known = 0, kept = 0;
   for (int row = 0; row < grid.rows; row += kStride) {
     for (int col = 0; col < grid.cols; col += kStride) {
       if (!map.mask.at(row, col)) continue;
       const double det = local_map(map, row, col, hood, [](int, int) { return true; }).determinant();
-      told += det != 0 ? 1 : 0;
+      known += det != 0 ? 1 : 0;
       kept += det * orientation > 0 ? 1 : 0;
     }
   }
-  return told == 0 ? 0 : static_cast<double>(kept) / static_cast<double>(told);
+  return known == 0 ? 0 : static_cast<double>(kept) / static_cast<double>(known);
 }
 
 }  // namespace symrig::calibration

@@ -96,7 +96,7 @@ int symrig_board_abort(symrig_board* board, symrig_error* error) {
     if (board == nullptr) return missing("board", error);
     board->stop = true;
     const std::unique_lock lock(board->mutex, std::try_to_lock);
-    if (!lock.owns_lock()) return 0;  // the run in the other thread sees `stop`, and aborts
+    if (!lock.owns_lock()) return 0;  // the run in the other thread sees `stop` and aborts
     board->stop = false;
     const auto done = board->board.abort();
     return done ? 0 : report(done.error(), error);
@@ -119,7 +119,7 @@ int symrig_board_run(symrig_board* board, const symrig_program* program, symrig_
     if (board == nullptr) return missing("board", error);
     if (program == nullptr) return missing("program", error);
     const std::scoped_lock lock(board->mutex);
-    board->stop = false;  // of earlier calls
+    board->stop = false;  // set by an earlier call
     const auto record = run(*board, *program, on_progress, user);
     board->stop = false;
     if (!record) return report(record.error(), error);

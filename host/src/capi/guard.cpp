@@ -9,7 +9,7 @@
 namespace symrig::capi {
 namespace {
 
-/// Cuts a text to its room, between two characters of UTF-8.
+/// Copies a text, cut between two UTF-8 characters if it is too long.
 template <std::size_t N>
 void copy(const std::string& text, char (&out)[N]) {
   std::size_t size = std::min(text.size(), N - 1);

@@ -10,13 +10,14 @@
 
 namespace symrig::capi {
 
-/// Fills *error, if there is one, and returns the code.
+/// Fills *error if it is not null, and returns the code.
 int report(const Error& failure, symrig_error* error);
 
-/// A text for the caller to free. fails: limit (no memory).
+/// Gives out a text that the caller must free.
+/// fails: limit (no memory).
 int give_text(std::string_view text, char** out, symrig_error* error);
 
-/// Runs what a function of the C interface does; nothing is thrown across it.
+/// Runs the body of a function of the C interface. No exception leaves it.
 template <class Call>
 int guarded(symrig_error* error, Call call) {
   try {
@@ -31,7 +32,7 @@ int guarded(symrig_error* error, Call call) {
   }
 }
 
-/// A pointer that must not be null: bad_argument.
+/// The error for a null pointer that must not be null: bad_argument.
 inline int missing(std::string_view what, symrig_error* error) {
   return report({ErrorCode::bad_argument, std::string(what) + " is null", "give a pointer"}, error);
 }

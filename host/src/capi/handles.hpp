@@ -11,7 +11,7 @@
 #include <mutex>
 #include <optional>
 
-// What the opaque handles of symrig.h are. One of the two of a program is there.
+// The opaque handles of symrig.h. A program has exactly one of the two values.
 struct symrig_program {
   std::optional<symrig::ProgramFile> file;
   std::optional<symrig::CompiledProgram> compiled;
@@ -23,9 +23,9 @@ struct symrig_program {
 struct symrig_board {
   explicit symrig_board(symrig::Board connected) : board(std::move(connected)) {}
 
-  std::mutex mutex;  ///< held by whoever speaks to the board
+  std::mutex mutex;  ///< held by the thread that talks to the board
   symrig::Board board;
-  std::atomic<bool> stop{false};  ///< asks the run that holds the mutex to end
+  std::atomic<bool> stop{false};  ///< tells the run that holds the mutex to end
 };
 
 struct symrig_tensor {

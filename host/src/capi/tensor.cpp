@@ -19,7 +19,7 @@ using namespace symrig::capi;
 Error wrong_count(const char* what, std::size_t given, std::size_t needed) {
   return {ErrorCode::size_mismatch,
           std::string(what) + " has " + std::to_string(given) + " values, not " + std::to_string(needed),
-          "symrig_tensor_shape() tells the sizes"};
+          "use the sizes of symrig_tensor_shape()"};
 }
 
 std::size_t photograph_size(const TransportTensor& tensor) {
@@ -63,7 +63,7 @@ int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, siz
     if (photograph_count != photograph_size(held))
       return report(wrong_count("photograph", photograph_count, photograph_size(held)), error);
     if (!std::all_of(pattern, pattern + pattern_count, [](float value) { return std::isfinite(value); }))
-      return report({ErrorCode::bad_value, "pattern holds a NaN or an infinity", "give light from 0 to 1"},
+      return report({ErrorCode::bad_value, "pattern contains a NaN or an infinity", "give light from 0 to 1"},
                     error);
     Image<float> light(held.projector_grid());
     std::copy_n(pattern, pattern_count, light.values().begin());

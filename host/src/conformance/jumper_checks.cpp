@@ -24,7 +24,8 @@ Bytes pulses(const BoardUnderTest& board, std::uint32_t output) {
 
 /// Edges by hardware come back late by the same few ticks: the resolution of the time-stamps, and 1 us at
 /// most for pads and synchronisers.
-Verdict constant_delay(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
+Verdict constant_delay(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays,
+                       std::uint64_t grain) {
   for (std::size_t k = 0; k < delays.size(); ++k) {
     SYMRIG_MUST(within(fmt::format("ticks from edge {} to its time-stamp", k), 0, board.ticks(1us) + grain,
                        delays[k]));
@@ -36,7 +37,8 @@ Verdict constant_delay(const BoardUnderTest& board, const std::vector<std::uint6
 
 /// Edges by software: each may be late as the board says, or it is of a word that the board counts as late.
 /// One that comes after the end of its word would be an underrun.
-Verdict delay_as_told(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays, std::uint64_t grain) {
+Verdict delay_as_told(const BoardUnderTest& board, const std::vector<std::uint64_t>& delays,
+                      std::uint64_t grain) {
   const std::uint64_t least = delays.empty() ? 0 : *std::min_element(delays.begin(), delays.end());
   const std::uint64_t in_time =
       board.can.lateness + std::min(board.ticks(1us) + grain, least + 2 * (grain - 1));

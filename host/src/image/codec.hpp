@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-/// One pair of functions a format, all in memory. Decoders check the header's size before they allocate, and
-/// leave the test for NaN to read_image. Encoders get 1 or 3 channels of finite values.
+/// One pair of functions for each format, all in memory. Decoders check the header's size before they
+/// allocate; read_image tests for NaN. Encoders get 1 or 3 channels of finite values.
 namespace symrig::codec {
 
 using Bytes = std::span<const std::byte>;
@@ -31,12 +31,12 @@ Buffer encode_pfm(const Image<float>& image);
 /// Rows of interleaved 8- or 16-bit codes (16 bits in the machine's byte order) → PNG. Empty if libpng fails.
 template <class Code>
 Buffer encode_png_codes(const Image<Code>& image);
-/// One bit a pixel: 0, or white for any other code. One channel. Empty if libpng fails.
+/// One bit for each pixel: code 0 is black, any other code white. One channel. Empty if libpng fails.
 Buffer encode_png_bits(const Image<std::uint8_t>& image);
 
-/// bad_format, naming the file.
+/// The error bad_format with the file's name.
 Error damaged(const std::string& name, const std::string& what);
-/// Refuses a header that promises more than kMaxPicturePixels, or nothing.
+/// Refuses a header with more than kMaxPicturePixels, or with no pixels.
 Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::string& name);
 
 }  // namespace symrig::codec

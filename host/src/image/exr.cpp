@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenEXR throws; every call to it stands inside a try block here, and nothing escapes.
+// OpenEXR throws exceptions. Each call stands inside a try block here, so none leaves this file.
 #include "image/codec.hpp"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ class MemoryOutput : public Imf::OStream {
   std::size_t at_ = 0;
 };
 
-/// Size of the data window, read from the header alone: Imf::InputFile allocates tables by it at once.
+/// Size of the data window, read from the header alone. Imf::InputFile allocates tables of this size at once.
 Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
   MemoryInput input(bytes, name);
   int magic = 0;
@@ -76,7 +76,7 @@ Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
   const auto& window = header.dataWindow();
   SYMRIG_TRY(const Grid grid, checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
                                            std::int64_t{window.max.x} - window.min.x + 1, name));
-  // The tightest of its codings (DWAB) packs some 30,000 pixels of one value into a byte.
+  // The strongest compression (DWAB) stores about 30,000 pixels of one value in a byte.
   constexpr std::size_t kPixelsInByte = std::size_t{1} << 17, kSlack = std::size_t{1} << 20;
   if (static_cast<std::size_t>(grid.size()) > kPixelsInByte * bytes.size() + kSlack)
     return damaged(name, "claims more pixels than its bytes can hold");

@@ -40,7 +40,7 @@ Result<void> check_finite(const Image<float>& image, const std::string& name) {
                fmt::format("{}: pixel (row {}, column {}) of channel {} is {}", name,
                            pixel / image.grid().cols, pixel % image.grid().cols, index / image.grid().size(),
                            std::isnan(*bad) ? "NaN" : "infinite"),
-               "replace such pixels before they are used as light"};
+               "replace such pixels before you use the picture as light"};
 }
 
 Result<void> check_writable(const Image<float>& image, const std::string& name) {

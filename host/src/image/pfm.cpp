@@ -13,7 +13,7 @@
 namespace symrig::codec {
 namespace {
 
-/// The next word of a text header; a single white-space byte after it is consumed too.
+/// The next word of a text header. It also consumes the single white-space byte after the word.
 std::string_view next_word(std::string_view& text) {
   constexpr std::string_view kSpace = " \t\r\n";
   const std::size_t begin = std::min(text.find_first_not_of(kSpace), text.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libpng reports errors by longjmp. Each phase below is one function whose locals need no destructor, with
-// the setjmp at its head; whatever owns memory lives in the caller, so no jump passes a destructor.
+// libpng reports errors by longjmp. Each phase below is one function with setjmp at its beginning and no
+// local that needs a destructor. The caller owns all memory, so no jump skips a destructor.
 #include "image/codec.hpp"
 #include "symrig/image/file.hpp"
 
@@ -14,7 +14,7 @@
 namespace symrig::codec {
 namespace {
 
-/// libpng's message, kept across the jump.
+/// libpng's message; it survives the jump.
 struct Failure {
   std::array<char, 128> text{};
 };
@@ -52,7 +52,7 @@ class Reader {
 
   bool read_header() {
     if (!info_ || setjmp(png_jmpbuf(png_))) return false;  // NOLINT(cert-err52-cpp): libpng has nothing else
-    png_set_user_limits(png_, 0x7FFFFFFFU, 0x7FFFFFFFU);   // checked_grid has the last word
+    png_set_user_limits(png_, 0x7FFFFFFFU, 0x7FFFFFFFU);   // checked_grid applies the real limit
     png_set_chunk_malloc_max(png_, png_alloc_size_t{16} << 20);
     png_read_info(png_, info_);
     return true;
@@ -70,7 +70,7 @@ class Reader {
     return true;
   }
 
-  /// rows: one pointer a row, row_bytes() behind each.
+  /// rows: one pointer to row_bytes() bytes for each row.
   bool read_rows(png_bytepp rows) {
     if (setjmp(png_jmpbuf(png_))) return false;  // NOLINT(cert-err52-cpp)
     png_read_image(png_, rows);
@@ -146,7 +146,7 @@ class Writer {
   png_infop info_;
 };
 
-/// One pointer to the head of each row.
+/// A pointer to the first value of each row.
 template <class Byte>
 std::vector<png_bytep> row_pointers(std::vector<Byte>& data, std::size_t row_length, int rows) {
   std::vector<png_bytep> pointers;
@@ -166,7 +166,7 @@ std::vector<Code> interleave(const Image<Code>& image) {
   return codes;
 }
 
-/// Eight pixels a byte, the leftmost in the highest bit.
+/// Eight pixels in each byte, the leftmost in the highest bit.
 std::vector<std::uint8_t> pack_bits(const Image<std::uint8_t>& image, std::size_t row_bytes) {
   std::vector<std::uint8_t> bytes(row_bytes * static_cast<std::size_t>(image.grid().rows));
   for (int row = 0; row < image.grid().rows; ++row)
@@ -188,7 +188,7 @@ Result<Image<float>> decode_png(Bytes bytes, const std::string& name) {
   Reader reader(source);
   if (!reader.read_header()) return damaged(name, reader.failure());
   SYMRIG_TRY(const Grid grid, checked_grid(reader.rows(), reader.cols(), name));
-  // DEFLATE makes at most 1,032 bytes of one.
+  // DEFLATE expands one byte to at most 1,032 bytes.
   if (reader.row_bytes() * static_cast<std::size_t>(grid.rows) / 1032 > bytes.size())
     return damaged(name, "claims more pixels than its bytes can hold");
   if (!reader.choose_layout()) return damaged(name, reader.failure());

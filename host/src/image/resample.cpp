@@ -8,7 +8,7 @@
 namespace symrig {
 namespace {
 
-/// Which old pixels lie under one new pixel, along one axis.
+/// The old pixels under one new pixel, along one axis.
 struct Overlap {
   int first = 0;
   std::vector<double> share;  ///< of the new pixel, sums to 1

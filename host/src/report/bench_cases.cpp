@@ -8,7 +8,7 @@
 namespace symrig {
 namespace {
 
-/// Loose before tight, each once, the preset of the reference among them.
+/// All tolerances from large to small, each once, with the default tolerance of the reference.
 std::vector<double> tolerances_of(const BenchSweep& sweep) {
   std::vector<double> all = sweep.tolerances;
   if (algorithm_info(sweep.algorithm).reference && sweep.preset > 0) all.push_back(sweep.preset);
@@ -51,7 +51,7 @@ std::string bench_rig(const BenchPlan& plan, const BenchCase& what) {
   uri.seed = what.seed;
   uri.channels = plan.channels;
   uri.camera_noise = plan.camera_noise;
-  if (!plan.camera_noise) uri.black = 0;  // as a rig without noise has it
+  if (!plan.camera_noise) uri.black = 0;  // as in a rig without noise
   return uri.to_string();
 }
 

@@ -23,7 +23,7 @@ struct Look {
   Marker marker;
 };
 
-/// Of each algorithm, in the order of the legend. Drawn in reverse order, so that the default lies on top.
+/// Of each algorithm, in the order of the legend. Drawn in reverse order, so that symrig lies on top.
 std::vector<Look> looks() {
   constexpr std::array<std::pair<const char*, Marker>, 4> kMarks{{{"--accent", Marker::circle},
                                                                   {"--rank1", Marker::square},
@@ -54,7 +54,8 @@ struct LogSum {
   int count = 0;
 };
 
-/// Geometric means over the seeds, loose tolerances first. Captures without error have no logarithm.
+/// Geometric means over the seeds, large tolerances first. Captures with error 0 have no logarithm and are
+/// ignored.
 std::vector<CostError> mean_line(const std::vector<const BenchCapture*>& captures, const CostAxis& cost,
                                  const ErrorAxis& error) {
   std::map<double, LogSum, std::greater<>> sums;
@@ -111,7 +112,7 @@ std::string bench_charts(const BenchRun& run, Grid size, const CostAxis& cost, c
   std::vector<std::string> charts;
   for (const std::string& scene : run.plan.scenes)
     charts.push_back("<figure>" + scene_chart(run, scene, size, cost, error) + "</figure>\n");
-  constexpr int kLeast = 310;  // CSS pixels: three in a row on a desk, one on a phone
+  constexpr int kLeast = 310;  // CSS pixels: three in a row on a desktop screen, one on a phone
   return row_of(charts, kLeast);
 }
 

@@ -7,7 +7,7 @@
 
 namespace symrig::report {
 
-/// What a capture costs.
+/// The cost of a capture.
 struct CostAxis {
   const char* label;
   double (*of)(const BenchCapture& capture);
@@ -21,11 +21,11 @@ struct ErrorAxis {
   double TransportErrors::*of;
 };
 
-/// One chart a scene, side by side: every capture a marker, one line an algorithm (geometric mean over the
-/// seeds).
+/// One chart for each scene, side by side. Each capture is a marker; each algorithm has a line (geometric
+/// mean over the seeds).
 std::string bench_charts(const BenchRun& run, Grid size, const CostAxis& cost, const ErrorAxis& error);
 
-/// Which marker is which algorithm, for those of the plan.
+/// The legend: the marker of each algorithm of the plan.
 std::string bench_legend(const BenchPlan& plan);
 
 }  // namespace symrig::report

@@ -14,7 +14,7 @@ constexpr std::string_view kNames =
     "process_seconds,merge_seconds,simulate_seconds,wall_seconds,tensor_bytes,frobenius,indirect,flood,"
     "relight_bar,relight_random,relight_natural,bar_indirect,failure\n";
 
-/// Shortest text that reads back as the same number; empty for NaN and infinity.
+/// The shortest text that is read back as the same number; empty for NaN and infinity.
 std::string number(double value) {
   return std::isfinite(value) ? fmt::format("{}", value) : std::string();
 }

@@ -17,10 +17,9 @@ using report::escape, report::mean_text, report::paragraph, report::short_number
 constexpr std::array<report::ErrorAxis, 3> kErrors{{{"indirect", &TransportErrors::indirect},
                                                     {"bar_indirect", &TransportErrors::bar_indirect},
                                                     {"frobenius", &TransportErrors::frobenius}}};
-constexpr std::array<const char*, 3> kMeanings{
-    "light between lit cells and other cells: no direct light in it",
-    "a vertical bar, an eighth of the width, seen only outside it",
-    "all of T; the bright direct light dominates it"};
+constexpr std::array<const char*, 3> kMeanings{"light between lit pixels and other pixels: no direct light",
+                                               "light outside a vertical bar with an eighth of the width",
+                                               "all of T; the bright direct light dominates it"};
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
@@ -32,18 +31,17 @@ std::string lead(const BenchRun& run) {
   std::vector<std::string> sizes;
   for (const Grid size : run.plan.sizes) sizes.push_back(to_string(size));
   std::string text = fmt::format(
-      "{} simulated scene{} at {}, {} seed{}, {} channel{}, camera noise {}: {} captures, each judged "
-      "against "
-      "the exact transport.",
+      "{} simulated scene{} at {}, {} seed{}, {} channel{}, camera noise {}: {} captures, each "
+      "compared with the exact transport.",
       run.plan.scenes.size(), run.plan.scenes.size() == 1 ? "" : "s", joined(sizes), run.plan.seeds.size(),
       run.plan.seeds.size() == 1 ? "" : "s", run.plan.channels, run.plan.channels == 1 ? "" : "s",
       run.plan.camera_noise ? "on" : "off", run.captures.size());
   std::string html = fmt::format("<p class=\"lead\">{}</p>\n", escape(text));
   if (!run.complete())
-    html +=
-        paragraph(fmt::format("<b>Incomplete: {} of {} captures were run before the bench was stopped. What "
-                              "follows is what they say.</b>",
-                              run.captures.size(), run.planned));
+    html += paragraph(fmt::format(
+        "<b>Incomplete: the bench was stopped after {} of {} captures. The results below are from "
+        "these.</b>",
+        run.captures.size(), run.planned));
   return html;
 }
 
@@ -63,7 +61,7 @@ std::string tiles(const BenchRun& run, const std::vector<BenchSummary>& summarie
   }
   if (run.relight)
     html += tile(report::percent(run.relight->share_of_triad(run.relight->one)),
-                 "of memory speed: relighting the largest tensor, cold, one thread");
+                 "of memory speed: relighting the largest tensor, not in any cache, one thread");
   return html.empty() ? html : "<div class=\"tiles\">" + html + "</div>\n";
 }
 
@@ -86,18 +84,18 @@ std::vector<std::string> scene_row(const BenchSummary& s, const std::string& sce
 
 std::string summary_table(const BenchRun& run, const BenchSummary& s) {
   if (s.pairs.empty())
-    return paragraph("symrig and paper were not both run here, so there is nothing to compare.");
+    return paragraph("This run does not contain both symrig and paper, so there is no comparison.");
   std::vector<std::vector<std::string>> rows;
   for (const std::string& scene : run.plan.scenes)
     if (!pairs_of(s, scene).empty()) rows.push_back(scene_row(s, scene));
   rows.push_back({"geometric mean", "", mean_text(s.patterns_at_indirect),
                   mean_text(s.patterns_at_bar_indirect), mean_text(s.patterns_at_both),
                   mean_text(s.indirect_at_patterns), mean_text(s.frobenius_at_patterns), "", ""});
-  return report::number_table(
-             {"symrig / paper", "paper's patterns", "patterns at its indirect",
-              "patterns at its bar_indirect", "patterns at both", "indirect at its patterns",
-              "frobenius at its patterns", "flood / frobenius of symrig", "the same, worst of the sweep"},
-             rows) +
+  return report::number_table({"symrig / paper", "paper's patterns", "patterns at its indirect",
+                               "patterns at its bar_indirect", "patterns at both", "indirect at its patterns",
+                               "frobenius at its patterns", "flood / frobenius of symrig",
+                               "the same, worst of all tolerances"},
+                              rows) +
          fmt::format("<p class=\"note\">{}</p>\n", report::kRatioNote);
 }
 
@@ -112,14 +110,14 @@ std::string charts_over(const BenchRun& run, Grid size, const report::CostAxis& 
 std::string size_sections(const BenchRun& run, const BenchSummary& s) {
   const std::string size = to_string(s.grid);
   const std::string legend = report::bench_legend(run.plan);
-  return report::section("summary-" + size, size + ": what it comes to", summary_table(run, s)) +
+  return report::section("summary-" + size, size + ": summary", summary_table(run, s)) +
          report::section("patterns-" + size, size + ": error against patterns",
                          legend + charts_over(run, s.grid, report::kPatternAxis)) +
          report::section(
              "seconds-" + size, size + ": error against seconds",
-             paragraph("Seconds on the rig's clock plus what this computer computed for it (merging, "
-                       "subtracting, testing, scheduling), without the time that pretending to be a "
-                       "scene takes.") +
+             paragraph("Seconds on the rig's clock plus the processing time of this computer (merging, "
+                       "subtracting, "
+                       "testing, scheduling). The time for simulating the scene is not included.") +
                  legend + charts_over(run, s.grid, report::kSecondAxis));
 }
 

@@ -15,10 +15,10 @@ using namespace report;
 
 constexpr int kSide = 640;           // pixels of the longer side of a picture
 constexpr int kNarrowest = 420;      // two pictures fill a row
-constexpr std::uint8_t kNone = 150;  // grey: the scale of colours has its own black and white, but no grey
+constexpr std::uint8_t kNone = 150;  // grey, because the colour scale contains black and white, but no grey
 
-/// Every `stride`th pixel of a picture on the camera's grid; what is not decoded becomes grey. Positions are
-/// not averaged: the mean of two surfaces is a place on neither.
+/// Every `stride`th pixel of a picture on the camera's grid; pixels that are not decoded become grey.
+/// Positions are not averaged: the mean of positions on two surfaces lies on neither.
 class Thumbnails {
  public:
   explicit Thumbnails(const PixelMap& map)
@@ -28,7 +28,7 @@ class Thumbnails {
 
   int stride() const { return stride_; }
 
-  /// value(row, col) of camera pixels, NaN where there is none.
+  /// value(row, col) of camera pixels, NaN if there is none.
   template <class Value>
   Picture coloured(double top, Value value) const {
     Image<float> values(grid_);
@@ -45,7 +45,7 @@ class Thumbnails {
         if (!known.values()[i]) picture.plane(channel)[i] = kNone;
     return picture;
   }
-  /// One number of the decoded pixels.
+  /// One value of the decoded pixels.
   template <class Value>
   Picture decoded(double top, Value value) const {
     return coloured(top, [&](int r, int c) { return map_.mask.at(r, c) ? value(r, c) : std::nanf(""); });
@@ -78,7 +78,7 @@ std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
     return off.distance(static_cast<std::size_t>(r) * camera_cols + static_cast<std::size_t>(c));
   };
   return section(
-      "doubts", "How well it is known",
+      "doubts", "Uncertainty of the map",
       row_of(
           {figure(
                small.decoded(kSigma, sigma), "uncertainty",
@@ -86,8 +86,9 @@ std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
                "not decoded.",
                colour_scale("0", fmt::format("{} or more", kSigma))),
            figure(small.decoded(kOff, distance), "distance from the neighbours",
-                  "Distance from an affine map of the 15 × 15 pixels around, in projector pixels. Lines: "
-                  "edges of surfaces. Specks: glints, or wrong positions.",
+                  "Distance from an affine map of the 15 × 15 pixels around, in projector pixels. Lines are "
+                  "edges "
+                  "of surfaces. Single bright pixels are glints or wrong positions.",
                   colour_scale("0", fmt::format("{} or more", kOff)))},
           kNarrowest));
 }
@@ -98,8 +99,8 @@ std::string facts(const CalibrationSummary& s, const PixelMap& map) {
       {"Camera, projector", to_string(map.camera) + ", " + to_string(map.projector)},
       {"Decoded, of all camera pixels", percent(map.decoded_share())},
       {"Decoded, of the lit ones", percent(s.quality.valid_share)},
-      {"Of those over 1.5 projector pixels off their neighbours", percent(s.quality.outlier_share)},
-      {"Rms of the rest, along an axis", fmt::format("{:.3f} projector pixels", s.quality.rms)},
+      {"Of these, over 1.5 projector pixels from their neighbours' map", percent(s.quality.outlier_share)},
+      {"Rms of the others, along an axis", fmt::format("{:.3f} projector pixels", s.quality.rms)},
       {"Noise of a photograph's pixel", short_number(map.noise) + " (1: largest code)"}};
   if (s.rig)
     rows.emplace_back("Projector − camera position", fmt::format("rows {:+.3f}, columns {:+.3f} pixels",
@@ -116,13 +117,13 @@ std::string calibration_page(const CalibrationSummary& summary, const PixelMap& 
                      section("facts", "Pixel map", facts(summary, map)) + positions_section(map, small) +
                      doubts_section(map, small);
   html += section(
-      "light", "What was lit",
-      row_of({figure(
-                 lit, "white less black",
-                 "White less black photograph: where the projector's light arrives at all. What is dark here "
-                 "cannot be decoded; what is bright and grey above sees light of other surfaces.",
-                 "")},
-             kNarrowest));
+      "light", "Projector light",
+      row_of(
+          {figure(lit, "white minus black",
+                  "White minus black photograph: the projector's light. Dark pixels here cannot be decoded. "
+                  "Pixels that are bright here and grey above see only light from other surfaces.",
+                  "")},
+          kNarrowest));
   return page(summary.source + ": pixel map", html);
 }
 

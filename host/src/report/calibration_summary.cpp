@@ -36,7 +36,7 @@ Json range_json(const Image<float>& position, const Image<std::uint8_t>& mask) {
   return Json::array({least, most});
 }
 
-/// Position on the projector minus position on the camera, pixel by decoded pixel.
+/// Calls use() with projector position minus camera position of each decoded pixel.
 template <class Use>
 void for_each_offset(const PixelMap& map, Use use) {
   for (int row = 0; row < map.camera.rows; ++row)

@@ -10,8 +10,8 @@
 
 namespace symrig::report {
 
-/// What a stored capture_json says, read leniently: the text comes from a file, and older or newer commands
-/// may have left keys out. A key of the wrong type counts as absent.
+/// The values of a stored capture_json, read leniently, because older or newer commands may omit keys. A key
+/// of the wrong type counts as absent.
 class CaptureFacts {
  public:
   explicit CaptureFacts(std::string_view json);
@@ -21,7 +21,7 @@ class CaptureFacts {
   std::optional<std::string> text(const char* path) const;
   std::vector<double> numbers(const char* path) const;
   const nlohmann::json& json() const { return json_; }
-  /// nullptr if there is nothing.
+  /// nullptr if there is no value.
   const nlohmann::json* find(const char* path) const;
 
  private:

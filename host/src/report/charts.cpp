@@ -85,11 +85,11 @@ std::string node_bars(const std::vector<NodeCounts>& levels) {
 
 namespace {
 
-// Of the horizontal bars: labels stand left of kBarsLeft, numbers right of each bar.
+// Layout of the horizontal bars: labels are left of kBarsLeft, numbers right of each bar.
 constexpr double kBarsLeft = 104, kBarsWidth = 440, kBarsText = 118, kBarsRow = 28;
 constexpr double kBarsRoom = kBarsWidth - kBarsLeft - kBarsText;
 
-/// Powers of ten from 1 to the first that no bar exceeds.
+/// The exponent of the first power of ten that no bar exceeds, at least 1.
 int decades_over(const std::vector<Bar>& bars) {
   int decades = 1;
   for (const Bar& bar : bars)

@@ -10,7 +10,7 @@
 /// Inline SVG with colours from the page's style.
 namespace symrig::report {
 
-/// One bar a level, cut into the shares of its nodes [Garg06 Fig. 9], with a legend above.
+/// One bar for each level, divided into the shares of its nodes [Garg06 Fig. 9], with a legend above.
 std::string node_bars(const std::vector<NodeCounts>& levels);
 
 struct Bar {
@@ -20,7 +20,7 @@ struct Bar {
   bool accent = false;
 };
 
-/// Horizontal bars over a logarithmic axis that begins at 1. quantity: what the axis counts.
+/// Horizontal bars on a logarithmic axis that begins at 1. quantity: the label of the axis.
 std::string log_bars(const std::vector<Bar>& bars, const std::string& quantity);
 
 }  // namespace symrig::report

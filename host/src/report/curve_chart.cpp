@@ -23,7 +23,7 @@ struct LogAxis {
   }
 };
 
-/// Some air around the values, and never less than a factor of 2 from end to end.
+/// An axis with some space around the values, over at least a factor of 2.
 LogAxis axis_over(const std::vector<double>& values, double from, double to) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   const double air = std::max(1.15, std::pow(*most / *least, 0.06));
@@ -31,13 +31,13 @@ LogAxis axis_over(const std::vector<double>& values, double from, double to) {
   return {*least / air / widen, *most * air * widen, from, to};
 }
 
-/// The largest of 1, 2 and 5 times a power of ten that is not above `value`.
+/// The largest number ≤ `value` that is 1, 2 or 5 times a power of ten.
 double round_step(double value) {
   const double decade = std::pow(10.0, std::floor(std::log10(value)));
   return value >= 5 * decade ? 5 * decade : value >= 2 * decade ? 2 * decade : decade;
 }
 
-/// Equal steps: on an axis of less than a decade they give more ticks than leading digits do.
+/// Ticks in equal steps. On an axis of less than a decade they give more ticks than leading digits do.
 std::vector<double> even_ticks(const LogAxis& axis) {
   const double step = round_step((axis.high - axis.low) / 3);
   std::vector<double> values;
@@ -46,7 +46,7 @@ std::vector<double> even_ticks(const LogAxis& axis) {
   return values;
 }
 
-/// Round values on an axis: 1, 2, 5 of each decade, or the decades alone where they are many.
+/// Round values on an axis: 1, 2, 5 of each decade, or only the decades if there are many.
 std::vector<double> ticks(const LogAxis& axis) {
   const double decades = std::log10(axis.high / axis.low);
   if (decades < 0.9) return even_ticks(axis);
@@ -152,7 +152,7 @@ bool drawable(const CostError& p) {
   return p.cost > 1 / kBeyond && p.cost < kBeyond && p.error >= 0 && p.error < kBeyond;
 }
 
-/// Without what has no place on the axes.
+/// Removes points that the axes cannot show.
 CurveChart drawable(CurveChart chart) {
   for (CurveSeries& series : chart.series) {
     std::erase_if(series.dots, [](const CurveDot& one) { return !drawable(one.at); });

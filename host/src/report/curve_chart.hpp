@@ -10,7 +10,7 @@
 /// Error over cost as inline SVG, both axes logarithmic, with colours from the page's style.
 namespace symrig::report {
 
-/// Told apart without colour too.
+/// Markers differ in shape too, not only in colour.
 enum class Marker : std::uint8_t { circle, square, triangle, diamond };
 
 struct CurveDot {
@@ -32,17 +32,17 @@ struct CurveChart {
   std::string title, cost_label, error_label;
   std::vector<CurveSeries> series;  ///< later ones are drawn on top
   double target = 0;                ///< dashed line at this error; 0 = none
-  /// How costs and errors stand on the axes; nullptr: as plain numbers.
+  /// The text of costs and errors on the axes; nullptr: plain numbers.
   std::string (*cost_text)(double) = nullptr;
   std::string (*error_text)(double) = nullptr;
 };
 
-/// A capture without any error has no place on a logarithmic axis: it is drawn on the lower edge. Without any
-/// point at all, or without any error, the chart says so in words. A dot whose cost is not positive, or that
-/// is not finite, is left out, as is what lies beyond 1e±30.
+/// A chart as SVG. A logarithmic axis cannot show error 0, so such a capture is drawn on the lower edge.
+/// Without any point, or without any error, the chart contains a sentence. A dot with a cost that is not
+/// positive, with a value that is not finite, or beyond 1e±30 is ignored.
 std::string curve_chart(const CurveChart& chart);
 
-/// One marker, to stand in a line of text.
+/// One marker for a line of text.
 std::string marker_sample(const std::string& colour, Marker marker);
 
 }  // namespace symrig::report

@@ -18,7 +18,7 @@ double channel_mean(const Image<float>& image, std::size_t pixel) {
   return sum / image.channels();
 }
 
-/// Camera pixels that the projector reaches: flood-lit prediction above a tenth of its mean.
+/// Camera pixels that the projector lights: flood-lit prediction above a tenth of its mean.
 Lit lit_pixels(const Image<float>& flood) {
   const auto n = static_cast<std::size_t>(flood.grid().size());
   double mean = 0;

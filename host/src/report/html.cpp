@@ -73,7 +73,7 @@ std::string figure(const Picture& picture, std::string_view alt, std::string_vie
 }
 
 std::string row_of(const std::vector<std::string>& figures, int least) {
-  // On a phone, small pictures stay two in a row, so that a picture and its truth are seen together.
+  // On a phone, small pictures stay two in a row, so that a picture and its truth are visible together.
   const char* narrow = least < 300 ? "46%" : "100%";
   std::string html = fmt::format(
       "<div class=\"figures\" style=\"grid-template-columns:repeat(auto-fill,minmax(min({}px,{}),1fr))\">\n",
@@ -134,7 +134,7 @@ std::string number_table(const std::vector<std::string>& head,
 
 std::string number_table_html(std::string_view name, const std::vector<std::string>& head,
                               const std::vector<std::vector<std::string>>& rows_html, Last last) {
-  // What scrolls sideways can be reached and scrolled by keyboard.
+  // The keyboard can reach and scroll a wide table.
   std::string html =
       fmt::format("<div class=\"wide\" role=\"region\" tabindex=\"0\" aria-label=\"{}\"><table><thead><tr>",
                   escape(name));
@@ -156,7 +156,7 @@ std::string number_table_html(std::string_view name, const std::vector<std::stri
 
 namespace {
 
-/// A number and its percent sign stay on one line.
+/// Keeps a number and its percent sign on one line.
 std::string with_number_spaces(std::string_view html) {
   std::string out;
   out.reserve(html.size());
@@ -177,7 +177,7 @@ std::string navigation(const std::vector<std::pair<std::string, std::string>>& s
 }
 
 std::string page(std::string_view title, std::string_view body_html) {
-  // The policy says to the browser what the page promises: no script, and nothing is loaded from anywhere.
+  // The policy makes the browser enforce what the page promises: no script, and nothing is loaded.
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "

@@ -10,48 +10,48 @@
 #include <utility>
 #include <vector>
 
-/// Pieces of the page. Every argument that is text is escaped; arguments named html are put in as they are.
+/// Pieces of the page. Every text argument is escaped. Arguments named html are inserted unchanged.
 namespace symrig::report {
 
 using text::byte_size, text::duration, text::grouped, text::percent, text::short_number;
 
 std::string escape(std::string_view text);
-/// Escaped, with places where a line may break: after the punctuation of paths, addresses and commands.
+/// Escaped text with possible line breaks after the punctuation of paths, addresses and commands.
 std::string breakable(std::string_view text);
 
-/// A number with its unrounded value and where it comes from, so that scripts and tests can find both.
-/// from: "capture:", "inspect:" or "evaluate:" and a JSON pointer into what that command writes with --json.
+/// A number with its unrounded value and its source, so that scripts and tests can find both. from:
+/// "capture:", "inspect:" or "evaluate:" and a JSON pointer into that command's --json output.
 std::string number(double value, std::string_view from, std::string_view text);
 
-/// What stands around a picture.
+/// The texts and links around a picture.
 struct Framing {
   std::string alt, caption_html;
   std::string scale_html = {};
-  std::string file = {};  ///< what the saved files are called, without suffix; empty: no buttons
-  const Image<float>* values = nullptr;  ///< what an OpenEXR file of it holds; nullptr: none
+  std::string file = {};                 ///< name of the saved files, without suffix; empty: no buttons
+  const Image<float>* values = nullptr;  ///< values of its OpenEXR file; nullptr: no such file
 };
 
-/// A picture with its caption. Small pictures are enlarged with sharp pixels by the page's style.
+/// A picture with its caption. The page's style enlarges small pictures with sharp pixels.
 std::string figure(const Picture& picture, const Framing& framing);
 std::string figure(const Picture& picture, std::string_view alt, std::string_view caption_html,
                    std::string_view scale_html = {});
-/// Figures side by side; as many in a row as fit, each at least `least` CSS pixels wide.
+/// Figures side by side, as many in a row as fit; each at least `least` CSS pixels wide.
 std::string row_of(const std::vector<std::string>& figures, int least);
-/// The colours of false_colour with a label at the dark and at the bright end.
+/// The colours of false_colour, with a label at the dark and at the bright end.
 std::string colour_scale(std::string_view dark, std::string_view bright);
 /// Greys of levels 0..deepest with their numbers.
 std::string level_scale(int deepest);
 
 std::string section(std::string_view id, std::string_view heading, std::string_view body_html);
 std::string paragraph(std::string_view html);
-/// One number with what it means, for a row of them.
+/// One number with its meaning, for a row of tiles.
 std::string tile(std::string_view number_html, std::string_view meaning);
 std::string tiles(std::string_view tiles_html);
 /// Two columns: names and values (html).
 std::string facts_table(const std::vector<std::pair<std::string, std::string>>& rows);
-/// What the last column of a table holds.
+/// The content of the last column of a table.
 enum class Last : std::uint8_t { number, words };
-/// A table with a head; the first column is a row's name, the rest are numbers. name: for who hears the page.
+/// A table with a head. The first column is the row's name, the others are numbers. name: for screen readers.
 std::string number_table(const std::vector<std::string>& head,
                          const std::vector<std::vector<std::string>>& rows);
 std::string number_table_html(std::string_view name, const std::vector<std::string>& head,

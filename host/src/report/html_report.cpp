@@ -11,7 +11,8 @@
 namespace symrig {
 namespace {
 
-/// Tells how far the page is. fails: interrupted.
+/// Reports the progress of the page.
+/// fails: interrupted.
 class Steps {
  public:
   explicit Steps(const Progress& progress) : progress_(progress) {}
@@ -41,7 +42,7 @@ Result<std::vector<HeldOutError>> held_out_errors(const StoredScene& scene) {
   return errors;
 }
 
-/// The sections that have something to show, in the order of the page.
+/// The non-empty sections, in the order of the page.
 Result<std::vector<report::Section>> sections(const report::Context& context, Steps& steps) {
   std::vector<report::Section> all{{"errors", "Errors", report::errors_section(context)}};
   SYMRIG_CHECK(steps.begin("new light"));

@@ -10,21 +10,21 @@
 
 #include <nlohmann/json.hpp>
 
-/// What all `--json` files share. Keys stay in the order in which they are set.
+/// Parts of all `--json` files. Keys stay in the order in which they are set.
 namespace symrig::report {
 
 using Json = nlohmann::ordered_json;
 
-/// Indented, ends with a newline. NaN and infinity have no place in JSON: they become null.
+/// JSON as text: indented, ends with a newline. NaN and infinity become null, because JSON has none.
 std::string json_text(const Json& json);
 Json grid_json(Grid grid);
-/// {rank1, lowrank, empty, scalar}, one number a level each.
+/// {rank1, lowrank, empty, scalar}, each with one number for each level.
 Json leaves_json(const TransportTensor& tensor);
 
-/// Adds `date`, `version` and `command_line`; those that are known.
+/// Adds `date`, `version` and `command_line`, if known.
 void add_made(Json& json, const Made& made);
 
-/// One object a photograph: name, rms, mean_white, relative, lit_pixels.
+/// One object for each photograph: name, rms, mean_white, relative, lit_pixels.
 Json held_out_json(const std::vector<HeldOutError>& all);
 
 }  // namespace symrig::report

@@ -27,7 +27,7 @@ constexpr std::array<Glyph, 6> kGlyphs{{
     {'G', {" ####", "#    ", "#    ", "#  ##", "#   #", "#   #", " ####"}},
 }};
 
-/// The word cut into lines of `per_line` letters, on a grid of unit cells with a margin of one cell.
+/// The word divided into lines of `per_line` letters, on a grid of unit cells with a margin of one cell.
 struct Layout {
   int per_line = 6;
 
@@ -61,7 +61,7 @@ Layout largest(Grid grid) {
 }  // namespace
 
 Image<float> letters_pattern(Grid grid) {
-  constexpr int kSamples = 8;  // a side: coverage in steps of 1/64
+  constexpr int kSamples = 8;  // on each side of a pixel: coverage in steps of 1/64
   const Layout layout = largest(grid);
   const double cell = layout.cell(grid);
   const double top = 0.5 * (layout.rows() - cell * grid.rows);

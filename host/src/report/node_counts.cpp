@@ -7,10 +7,10 @@
 namespace symrig {
 namespace {
 
-/// A node named by the places where its two blocks begin in tree order.
+/// A node, identified by the beginnings of its two blocks in tree order.
 using Node = std::pair<std::int32_t, std::int32_t>;
 
-/// Where the block that holds `pixel` begins.
+/// The beginning of the block that contains `pixel`.
 std::int32_t block_begin(const BlockTree& tree, int level, std::int32_t pixel) {
   const auto blocks = tree.level(level);
   const auto after = std::upper_bound(blocks.begin(), blocks.end(), pixel,
@@ -18,7 +18,7 @@ std::int32_t block_begin(const BlockTree& tree, int level, std::int32_t pixel) {
   return std::prev(after)->begin;
 }
 
-/// Which of the two halves of a symmetric tensor a leaf is stored in does not matter: one order for both.
+/// A leaf may be stored in either half of a symmetric tensor. This gives both the same order.
 Node ordered(std::int32_t row, std::int32_t col) {
   return {std::max(row, col), std::min(row, col)};
 }
@@ -40,7 +40,7 @@ std::vector<std::vector<Node>> leaf_nodes(const TransportTensor& tensor) {
   return nodes;
 }
 
-/// The nodes of `level` that hold these deeper ones, each once.
+/// The nodes of `level` that contain these deeper ones, each once.
 std::vector<Node> parents_of(const std::vector<Node>& deeper, const BlockTree& tree, int level) {
   std::vector<Node> parents;
   parents.reserve(deeper.size());

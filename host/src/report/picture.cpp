@@ -12,9 +12,9 @@
 namespace symrig::report {
 namespace {
 
-// Every 17th of the 256 published sRGB colours of viridis: lightness rises evenly, for colour-blind eyes and
-// in grey print too. Straight lines between them stay within 7 codes of the others. Source: S. van der Walt,
-// N. J. Smith, "A better default colormap for matplotlib", SciPy 2015 (data in the public domain, CC0).
+// Every 17th of the 256 published sRGB colours of viridis. Its lightness increases evenly, for colour-blind
+// readers and for grey print. Linear interpolation errs by at most 7 codes. Source: S. van der Walt, N. J.
+// Smith, "A better default colormap for matplotlib", SciPy 2015 (data in the public domain, CC0).
 constexpr std::array<Rgb, 16> kViridis{{{68, 1, 84},
                                         {72, 26, 108},
                                         {71, 47, 125},

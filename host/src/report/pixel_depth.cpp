@@ -32,7 +32,7 @@ class Depth {
  public:
   explicit Depth(std::int64_t pixels) : entries_(pixels), levels_(pixels), terms_(pixels) {}
 
-  /// A leaf between two ranges; it stands for its mirror image too.
+  /// Adds a leaf between two ranges; it also counts for its mirror image.
   void add(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
            int level, double terms) {
     add_rows(row_begin, row_end, col_end - col_begin, level, terms);

@@ -5,15 +5,15 @@
 
 namespace symrig::report {
 
-/// How finely the transport of each pixel is cut, on the camera's grid.
+/// How finely the transport of each pixel is divided, on the camera's grid.
 struct PixelDepth {
-  /// Mean level of the leaves (empty ones too) in the pixel's row of T, over the entries that they hold.
+  /// Mean level of the leaves (including empty ones) in the pixel's row of T, over their entries.
   Image<float> level;
-  /// Numbers that make its row of T: products of two pictures, single entries, entries of bands.
+  /// Number of terms of the pixel's row of T: products of two pictures, single entries, entries of bands.
   Image<float> terms;
 };
 
-/// Of a symmetric tensor.
+/// needs: a symmetric tensor.
 PixelDepth pixel_depth(const TransportTensor& tensor);
 
 }  // namespace symrig::report

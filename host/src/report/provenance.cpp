@@ -15,12 +15,12 @@ bool simulated(const std::string& rig) {
   return rig.starts_with("sim:");
 }
 
-/// True if both scenes answer a random pattern alike but for rounding.
+/// True if both scenes answer a random pattern equally, except for rounding.
 bool same_light(const sim::SceneUri& a, const sim::SceneUri& b) {
   if (a.size != b.size || a.channels != b.channels) return false;
   const auto one = sim::make_scene(a);
   const auto two = sim::make_scene(b);
-  if (!one || !two) return true;  // nobody can tell
+  if (!one || !two) return true;  // not known
   constexpr unsigned kSeed = 3;
   constexpr double kRounding = 1e-5;
   const Image<float> pattern = random_pattern(a.size, kSeed);

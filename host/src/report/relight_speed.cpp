@@ -28,8 +28,8 @@ double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Of the first processor, "32768K". What sysconf tells is the sum over caches that one core cannot use. 0
-/// where the system does not say.
+/// The size for the first processor, "32768K" in the file. sysconf gives the sum over caches that one core
+/// cannot use. 0 if the system does not report it.
 std::int64_t last_level_cache() {
   std::ifstream file("/sys/devices/system/cpu/cpu0/cache/index3/size");
   std::int64_t number = 0;
@@ -48,10 +48,10 @@ Error no_memory(std::int64_t array_bytes) {
   return {ErrorCode::limit,
           "memory speed cannot be measured: three arrays of " + std::to_string(array_bytes >> 20) +
               " MiB are more than half of this machine's memory",
-          "leave it out"};
+          "do not measure it"};
 }
 
-/// a = b + s c over arrays that no cache holds.
+/// a = b + s c over arrays that fit into no cache.
 class Triad {
  public:
   static Result<Triad> with(std::int64_t array_bytes) {
@@ -63,7 +63,7 @@ class Triad {
     return triad;
   }
 
-  /// One sweep: bytes a second.
+  /// One pass; returns bytes per second.
   double rate() {
     const auto start = Clock::now();
     over_elements([this](std::size_t i) { a_[i] = b_[i] + 3.0F * c_[i]; });
@@ -83,7 +83,7 @@ class Triad {
     };
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, elements_), chunk, tbb::static_partitioner());
   }
-  /// The first touch decides where the pages lie: by the threads that will use them.
+  /// The first access decides the memory node of a page, so the threads that will use the pages fill them.
   void fill() {
     over_elements([this](std::size_t i) {
       a_[i] = 1;
@@ -104,7 +104,7 @@ class Rounds {
   Result<void> run(Triad& triad, const TransportTensor& tensor, const Image<float>& pattern) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads_));
-    best_rate_ = std::max(best_rate_, triad.rate());  // sweeps the caches: the tensor is cold after it
+    best_rate_ = std::max(best_rate_, triad.rate());  // this also clears the caches of the tensor
     const auto start = Clock::now();
     SYMRIG_TRY(const Image<float> photograph, tensor.apply(pattern));
     relight_.push_back(since(start));

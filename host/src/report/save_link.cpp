@@ -14,7 +14,7 @@ namespace symrig::report {
 namespace {
 
 std::string cell(const std::string& text) {
-  // A sign may begin a number; nothing else that begins like this is meant as a formula.
+  // A number may begin with a sign. Other text that begins like this could be read as a formula.
   const bool number = !text.empty() && text.find_first_not_of("+-.0123456789eE") == std::string::npos;
   const bool formula =
       !text.empty() && !number && std::string_view("=+-@\t\r").find(text.front()) != std::string_view::npos;

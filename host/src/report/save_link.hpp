@@ -9,22 +9,22 @@
 #include <string_view>
 #include <vector>
 
-/// Buttons that save something which the page holds. They are plain links with the bytes inside: no script.
+/// Buttons that save data of the page. They are plain links that contain the bytes: no script.
 namespace symrig::report {
 
-/// Letters, digits, '-', '_' and '.' of a text; runs of anything else become one '-'. "symrig" if nothing is
-/// left.
+/// A file name from a text: letters, digits, '-', '_' and '.' stay, other characters become one '-'. "symrig"
+/// if nothing is left.
 std::string file_stem(std::string_view text);
 
-/// label: on the button. what: for who hears the page.
+/// label: on the button. what: for screen readers.
 std::string save_link(std::string_view file, std::string_view label, std::string_view what,
                       std::string_view media_type, std::span<const std::uint8_t> bytes);
 
-/// An OpenEXR file of values; empty if they are more than kMostSavedValues, or not all finite.
+/// A link to an OpenEXR file of values; empty if they are more than kMostSavedValues, or not all finite.
 std::string exr_link(std::string_view file, std::string_view what, const Image<float>& values);
 inline constexpr std::size_t kMostSavedValues = 250'000;
 
-/// Comma-separated values [RFC 4180]: quoted where needed, CRLF. Text that a spreadsheet would take for a
+/// Comma-separated values [RFC 4180]: quoted where needed, CRLF. Text that a spreadsheet would read as a
 /// formula gets an apostrophe.
 class Csv {
  public:
@@ -36,7 +36,7 @@ class Csv {
  private:
   std::string text_;
 };
-/// Shortest text that reads back as the same number.
+/// The shortest text that is read back as the same number.
 std::string exact(double number);
 
 /// A row of buttons.

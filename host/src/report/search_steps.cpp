@@ -19,20 +19,20 @@ std::optional<Sourced> difference(const std::optional<Sourced>& after, const std
   return Sourced{after->value - before->value, after->from + " - " + before->from};
 }
 
-/// k: which of the errors per level.
+/// The uncertainty of the error after level k.
 std::optional<Sourced> uncertainty_of_level(const CaptureFacts& facts, std::size_t k) {
   return count_at(facts, fmt::format("/error_per_level_uncertainty/{}", k));
 }
 
-/// What every file tells of its levels.
+/// The stage before the levels, which every file has.
 Stage before_the_levels(const CaptureFacts& facts) {
   Stage stage{.name = "before the levels"};
   stage.patterns = stage.by_then = count_at(facts, "/patterns_per_level/0");
   return stage;
 }
 
-/// Files that tell each step of the search.
-std::vector<Stage> told_steps(const CaptureFacts& facts) {
+/// The stages of files that list each step of the search.
+std::vector<Stage> stages_of_steps(const CaptureFacts& facts) {
   std::vector<Stage> stages{before_the_levels(facts)};
   std::vector<int> seen;
   std::size_t errors = 0;
@@ -55,14 +55,13 @@ std::vector<Stage> told_steps(const CaptureFacts& facts) {
   return stages;
 }
 
-/// Older files: photographs of each level, and the error after each. The first entry of patterns_per_level is
-/// what was taken before the levels, so that errors stand one place further left.
-std::vector<Stage> told_levels(const CaptureFacts& facts) {
+/// The stages of older files: photographs of each level, and the error after each. The first entry of
+/// patterns_per_level is the number of photographs before the levels, so the errors are shifted by one.
+std::vector<Stage> stages_of_levels(const CaptureFacts& facts) {
   std::vector<Stage> stages{before_the_levels(facts)};
   const std::size_t levels = entries(facts, "/patterns_per_level");
   const std::size_t errors = entries(facts, "/error_per_level");
-  if (errors == 0 || errors >= levels)
-    return stages;  // leaves were split later: nothing says which level is which
+  if (errors == 0 || errors >= levels) return stages;  // leaves were split later, so the levels are not known
   double sum = stages[0].by_then ? stages[0].by_then->value : 0;
   for (std::size_t k = 0; k < errors; ++k) {
     Stage stage{.name = fmt::format("level {}", k), .level = static_cast<int>(k)};
@@ -76,8 +75,8 @@ std::vector<Stage> told_levels(const CaptureFacts& facts) {
   return stages;
 }
 
-/// dual, brute and files of other commands: photographs alone.
-std::vector<Stage> told_rounds(const CaptureFacts& facts) {
+/// The stages of dual, brute and other commands: photographs only.
+std::vector<Stage> stages_of_rounds(const CaptureFacts& facts) {
   std::vector<Stage> stages;
   double sum = 0;
   for (std::size_t k = 0; k < entries(facts, "/patterns_per_level"); ++k) {
@@ -101,7 +100,7 @@ Stage finished(const CaptureFacts& facts, const std::vector<Stage>& before) {
   return stage;
 }
 
-/// Where the file does not tell when a stage ended: at the pace of the whole capture.
+/// If the file has no end times of the stages, computes them in proportion to the photographs.
 void scale_seconds(std::vector<Stage>& stages) {
   const Stage last = stages.back();
   if (!last.rig_seconds || !last.by_then || !(last.by_then->value > 0)) return;
@@ -125,9 +124,9 @@ std::optional<Sourced> uncertainty_at(const CaptureFacts& facts, const std::stri
 }
 
 std::vector<Stage> stages_of(const CaptureFacts& facts) {
-  std::vector<Stage> stages = entries(facts, "/steps") > 0             ? told_steps(facts)
-                              : entries(facts, "/error_per_level") > 0 ? told_levels(facts)
-                                                                       : told_rounds(facts);
+  std::vector<Stage> stages = entries(facts, "/steps") > 0             ? stages_of_steps(facts)
+                              : entries(facts, "/error_per_level") > 0 ? stages_of_levels(facts)
+                                                                       : stages_of_rounds(facts);
   stages.push_back(finished(facts, stages));
   scale_seconds(stages);
   return stages;

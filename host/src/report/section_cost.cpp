@@ -11,7 +11,7 @@
 namespace symrig::report {
 namespace {
 
-/// "at the same pace" is a plain proportion: brute force would also need longer exposures.
+/// The time of brute force is in proportion to its patterns. Really it would also need longer exposures.
 std::string pattern_bars(const CaptureFacts& facts) {
   const auto patterns = count_at(facts, "/patterns");
   const auto brute = count_at(facts, "/patterns_brute_force");
@@ -21,10 +21,8 @@ std::string pattern_bars(const CaptureFacts& facts) {
     return grouped(count) + (rig ? fmt::format(" ({})", duration(rig->value * count / patterns->value)) : "");
   };
   return paragraph(
-             "Patterns needed, with the time on the rig's clock. Brute force shows one pixel at a time; its "
-             "time is "
-             "scaled from this capture at the same pace (single pixels would really need longer "
-             "exposures).") +
+             "Number of patterns, with the time on the rig's clock. Brute force shows one pixel at a time. "
+             "Its time is in proportion to its patterns (single pixels would need longer exposures).") +
          log_bars({{facts.text("/algorithm").value_or("this capture"), patterns->value,
                     with_time(patterns->value), true},
                    {"brute force", brute->value, with_time(brute->value), false}},
@@ -37,28 +35,29 @@ bool any(const std::vector<Stage>& stages, std::optional<Sourced> Stage::*what) 
 }
 
 std::string error_cell(const Stage& stage) {
-  const std::string uncertainty = told(stage.uncertainty, percent);
-  return told(stage.error, percent) + (uncertainty.empty() ? "" : " ± " + uncertainty);
+  const std::string uncertainty = sourced_text(stage.uncertainty, percent);
+  return sourced_text(stage.error, percent) + (uncertainty.empty() ? "" : " ± " + uncertainty);
 }
 
-std::string exact_or_empty(const std::optional<Sourced>& told_number) {
-  return told_number ? exact(told_number->value) : std::string();
+std::string exact_or_empty(const std::optional<Sourced>& sourced) {
+  return sourced ? exact(sourced->value) : std::string();
 }
 
-/// One row a stage: what it took, and how the tensor stood when it was done.
+/// One row for each stage: its cost, and the state of the tensor at its end.
 std::string stage_table(const Context& context) {
   const std::vector<Stage>& stages = context.stages;
   if (stages.size() < 2) return {};
   const bool seconds = any(stages, &Stage::rig_seconds), errors = any(stages, &Stage::error);
-  std::vector<std::string> head{"stage", "patterns", "by then"};
-  if (seconds) head.emplace_back("rig's clock by then");
-  if (errors) head.emplace_back("estimated error, had it ended here");
+  std::vector<std::string> head{"stage", "patterns", "total patterns"};
+  if (seconds) head.emplace_back("total time on the rig's clock");
+  if (errors) head.emplace_back("estimated error at the end of this stage");
   std::vector<std::vector<std::string>> rows;
   Csv csv({"stage", "patterns", "patterns_by_then", "rig_seconds_by_then", "estimated_error", "uncertainty"});
   for (const Stage& stage : stages) {
-    std::vector<std::string> row{escape(stage.name), told(stage.patterns, grouped),
-                                 told(stage.by_then, grouped)};
-    if (seconds) row.push_back((stage.seconds_scaled ? "≈ " : "") + told(stage.rig_seconds, duration));
+    std::vector<std::string> row{escape(stage.name), sourced_text(stage.patterns, grouped),
+                                 sourced_text(stage.by_then, grouped)};
+    if (seconds)
+      row.push_back((stage.seconds_scaled ? "≈ " : "") + sourced_text(stage.rig_seconds, duration));
     if (errors) row.push_back(error_cell(stage));
     rows.push_back(std::move(row));
     csv.add({stage.name, exact_or_empty(stage.patterns), exact_or_empty(stage.by_then),
@@ -68,15 +67,15 @@ std::string stage_table(const Context& context) {
   return "<h3>Stage by stage</h3>\n" +
          paragraph(
              "Before the levels: the flood-lit and the held-out photographs. After the last level: combs of "
-             "pixels "
-             "where light goes a few pixels, and flood-lit photographs for the direct light.") +
+             "pixels where light travels only a few pixels, and flood-lit photographs for the direct "
+             "light.") +
          number_table_html("Stages", head, rows) + save_row(csv.link(context.file("stages"), "stages"));
 }
 
 using Rows = std::vector<std::pair<std::string, std::string>>;
 
 void add_seconds(Rows& rows, const CaptureFacts& facts, const char* path, const char* meaning) {
-  if (const auto value = count_at(facts, path)) rows.emplace_back(meaning, told(value, duration));
+  if (const auto value = count_at(facts, path)) rows.emplace_back(meaning, sourced_text(value, duration));
 }
 
 std::string time_table(const CaptureFacts& facts) {
@@ -86,21 +85,21 @@ std::string time_table(const CaptureFacts& facts) {
     rows.emplace_back("Stopped early by the budget", escape(*end));
   add_seconds(rows, facts, "/rig_seconds",
               simulated ? "On the rig's clock (simulated capture time)" : "On the rig's clock");
-  add_seconds(rows, facts, "/seconds/total", "On this computer, all together");
+  add_seconds(rows, facts, "/seconds/total", "On this computer, in total");
   add_seconds(rows, facts, "/seconds/measure",
-              simulated ? "… waiting for photographs (pretending to be the scene, merging)"
+              simulated ? "… waiting for photographs (simulating the scene, merging)"
                         : "… waiting for photographs (merging included)");
   add_seconds(rows, facts, "/seconds/merge", "… merging exposures (part of the line above)");
   add_seconds(rows, facts, "/seconds/process", "… subtracting, testing, scheduling");
-  add_seconds(rows, facts, "/seconds/refine", "… refitting and merging leaves in the end");
+  add_seconds(rows, facts, "/seconds/refine", "… final refit and merging of leaves");
   const auto patterns = count_at(facts, "/patterns");
   const auto process = count_at(facts, "/seconds/process");
   const auto merge = count_at(facts, "/seconds/merge");
   if (patterns && process && patterns->value > 0)
-    rows.emplace_back("Processing a photograph (merging included)",
+    rows.emplace_back("Processing of each photograph (merging included)",
                       duration((process->value + (merge ? merge->value : 0)) / patterns->value));
   if (const auto peak = count_at(facts, "/peak_memory_bytes"))
-    rows.emplace_back("Peak memory", told(peak, byte_size));
+    rows.emplace_back("Peak memory", sourced_text(peak, byte_size));
   if (const auto noise = facts.text("/noise"); noise && simulated)
     rows.emplace_back("Camera noise in the simulation", escape(*noise));
   return rows.empty() ? std::string() : "<h3>Time and memory</h3>\n" + facts_table(rows);
@@ -110,7 +109,7 @@ std::string time_table(const CaptureFacts& facts) {
 
 std::string cost_section(const Context& context) {
   const std::string body = pattern_bars(context.facts) + stage_table(context) + time_table(context.facts);
-  return body.empty() ? body : section("cost", "What it took", body);
+  return body.empty() ? body : section("cost", "Cost", body);
 }
 
 }  // namespace symrig::report

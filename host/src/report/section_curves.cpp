@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the error fell: over patterns, and over seconds of the rig.
+// The estimated error over patterns, and over seconds of the rig.
 #include "report/curve_chart.hpp"
 #include "report/html.hpp"
 #include "report/save_link.hpp"
@@ -81,20 +81,22 @@ std::string notes(const Context& context) {
   const auto& stages = context.stages;
   if (std::any_of(stages.begin(), stages.end(), [](const Stage& s) { return s.error && s.level; }))
     text +=
-        "The error after a level is what a capture would have that stops there "
-        "(<code>--max-patterns</code>), before it "
-        "refits the direct light to all its photographs; that comes last, and lowers it further.";
+        "The error after a level is that of a capture that stops there (<code>--max-patterns</code>), "
+        "before it refits the direct light to all its photographs. This last step reduces the error "
+        "further.";
   if (std::any_of(stages.begin(), stages.end(), [](const Stage& s) { return s.error && s.seconds_scaled; }))
-    text += " The file does not tell when a level was done: seconds are in proportion to the photographs.";
+    text +=
+        "The file does not contain the end time of each level: seconds are in proportion to the "
+        "photographs.";
   if (std::any_of(stages.begin(), stages.end(), [](const Stage& s) { return s.uncertainty.has_value(); }))
-    text += " Bars: how sure the capture is of its estimate.";
+    text += " Bars: uncertainty of the estimate.";
   return text.empty() ? text : fmt::format("<p class=\"note\">{}</p>\n", text);
 }
 
 }  // namespace
 
 std::string error_curves(const Context& context) {
-  return "<h3>How the error fell</h3>\n" + legend(context) +
+  return "<h3>Error during the capture</h3>\n" + legend(context) +
          row_of({chart(context, "patterns", &Stage::by_then, grouped),
                  chart(context, "seconds of the rig", &Stage::rig_seconds, seconds_tick)},
                 480) +

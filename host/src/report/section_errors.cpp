@@ -20,23 +20,23 @@ struct Kind {
 
 constexpr std::array<Kind, 7> kKinds{
     {{"frobenius", "/frobenius", &TransportErrors::frobenius,
-      "T as a whole; the bright direct light dominates it"},
+      "all of T; the bright direct light dominates it"},
      {"indirect", "/indirect", &TransportErrors::indirect,
-      "transport between lit cells and other cells: no direct light in it"},
+      "light between lit pixels and other pixels: no direct light"},
      {"flood", "/flood", &TransportErrors::flood,
-      "under all-positive light: shows a bias that random tests average away"},
+      "under all-positive light: shows a bias that random patterns average away"},
      {"relight, bar", "/relight/bar", &TransportErrors::relight_bar,
       "a vertical bar, an eighth of the width"},
      {"relight, random", "/relight/random", &TransportErrors::relight_random,
       "a random black-and-white pattern"},
      {"relight, natural", "/relight/natural", &TransportErrors::relight_natural, "a smooth textured picture"},
-     {"bar, indirect", "/bar_indirect", &TransportErrors::bar_indirect, "the bar, seen only outside it"}}};
+     {"bar, indirect", "/bar_indirect", &TransportErrors::bar_indirect, "the bar's light outside the bar"}}};
 
 std::optional<Sourced> estimate_of(const Context& context, const Kind& kind) {
   return count_at(context.facts, std::string("/estimated_error") + kind.path);
 }
 
-/// How sure the estimate is, where the file tells.
+/// The uncertainty of the estimate, if it is in the file.
 std::optional<Sourced> uncertainty_of(const Context& context, const Kind& kind) {
   return uncertainty_at(context.facts, kind.path);
 }
@@ -51,9 +51,9 @@ std::string why_not_given(const Context& context, const Kind& kind) {
 
 std::string estimate_cell(const Context& context, const Kind& kind) {
   const auto uncertainty = uncertainty_of(context, kind);
-  const std::string estimate = told(estimate_of(context, kind), percent);
+  const std::string estimate = sourced_text(estimate_of(context, kind), percent);
   if (estimate.empty()) return escape(why_not_given(context, kind));
-  return uncertainty ? estimate + " ± " + told(uncertainty, percent) : estimate;
+  return uncertainty ? estimate + " ± " + sourced_text(uncertainty, percent) : estimate;
 }
 
 bool estimated(const Context& context) {
@@ -62,8 +62,8 @@ bool estimated(const Context& context) {
   return false;
 }
 
-std::string exact_or_empty(const std::optional<Sourced>& number_told) {
-  return number_told ? exact(number_told->value) : std::string();
+std::string exact_or_empty(const std::optional<Sourced>& number) {
+  return number ? exact(number->value) : std::string();
 }
 
 std::string table(const Context& context) {
@@ -71,7 +71,7 @@ std::string table(const Context& context) {
   std::vector<std::string> head{"error"};
   if (estimates) head.emplace_back("estimated by the capture");
   if (context.errors) head.emplace_back("against the truth");
-  head.emplace_back("of what");
+  head.emplace_back("meaning");
   std::vector<std::vector<std::string>> rows;
   Csv csv({"error", "estimated", "uncertainty", "against_truth"});
   for (const Kind& kind : kKinds) {
@@ -90,7 +90,9 @@ std::string table(const Context& context) {
 }
 
 std::string intro(const Context& context) {
-  std::string text = "Each is ‖estimate − truth‖ / ‖truth‖. Several, because each hides something.";
+  std::string text =
+      "Each error is ‖estimate − truth‖ / ‖truth‖. There are several, because each of them hides some "
+      "faults.";
   if (estimated(context))
     text +=
         " The capture estimates them from photographs that it held out: this is all that a real rig can "
@@ -107,15 +109,15 @@ std::string intro(const Context& context) {
 
 std::string errors_section(const Context& context) {
   if (context.errors || estimated(context))
-    return section("errors", "How far off it is", intro(context) + table(context) + error_curves(context));
+    return section("errors", "Errors of the tensor", intro(context) + table(context) + error_curves(context));
   std::string text =
       fmt::format("The true transport of this scene is not known. {}", escape(context.options.no_truth));
   if (context.scene.held_out.empty())
-    text += " The file holds no photograph to compare with, and no estimate of the error.";
+    text += " The file contains no photograph to compare with, and no estimate of the error.";
   else
-    text += " The held-out photographs below tell how well it predicts.";
-  return section("errors", "How far off it is",
-                 paragraph(text + " So there is no error to draw against patterns or seconds."));
+    text += " The held-out photographs below show its prediction error.";
+  return section("errors", "Errors of the tensor",
+                 paragraph(text + " So there is no curve of the error over patterns or seconds."));
 }
 
 }  // namespace symrig::report

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kMostShown = 4;
 
-/// Dots of single pixels say little to the eye.
+/// Whether a photograph shows a pattern of single pixels, which is hard to judge by eye.
 bool of_dots(const HeldOut& one) {
   return one.name.find("random") != std::string::npos || one.name.find("1/32") != std::string::npos ||
          one.name == "its complement";
@@ -29,7 +29,7 @@ std::vector<std::size_t> by_interest(const std::vector<HeldOut>& all) {
   return order;
 }
 
-/// All of them, those that are not shown too.
+/// A table of all held-out photographs, including those without pictures.
 std::string table(const Context& context) {
   std::vector<std::vector<std::string>> rows;
   Csv csv({"photograph", "relative", "rms", "mean_white", "lit_pixels"});
@@ -90,9 +90,8 @@ Result<std::string> held_out_section(const Context& context) {
   const std::vector<HeldOut>& all = context.scene.held_out;
   if (all.empty()) return std::string();
   std::string html = paragraph(fmt::format(
-      "Photographs that were kept out of the fit ({}{}): what the tensor predicts for their patterns, and "
-      "how far off it is. "
-      "Lit pixels: flood-lit prediction above a tenth of its mean.",
+      "Photographs that the fit did not use ({}{}), compared with the prediction of the tensor. Lit "
+      "pixels have a flood-lit prediction above a tenth of its mean.",
       all.size(), all.size() > kMostShown ? fmt::format(", {} shown", kMostShown) : ""));
   html += table(context);
   const std::vector<std::size_t> order = by_interest(all);

@@ -35,7 +35,7 @@ Result<Image<float>> symmetric_slice(const TransportTensor& tensor, int row) {
   return mean;
 }
 
-/// One column of the picture for each light: what one camera row sees of it.
+/// One column of the picture for each light: the light on one camera row.
 template <class LightAt>
 Result<Image<float>> seen_on_row(const TransportTensor& tensor, int camera_row, int lights,
                                  LightAt light_at) {
@@ -49,7 +49,8 @@ Result<Image<float>> seen_on_row(const TransportTensor& tensor, int camera_row, 
   return seen;
 }
 
-/// The same slice of a coaxial tensor that is not stored as symmetric: one pattern a pixel of the line.
+/// The same slice of a coaxial tensor that is not stored as symmetric: one pattern for each pixel of the
+/// line.
 Result<Image<float>> pixel_slice(const TransportTensor& tensor, int row) {
   return seen_on_row(tensor, row, tensor.projector_grid().cols, [&](int col) {
     Image<float> light(tensor.projector_grid());
@@ -58,8 +59,8 @@ Result<Image<float>> pixel_slice(const TransportTensor& tensor, int row) {
   });
 }
 
-/// Where camera and projector have different grids there is no common line: the projector lights stripes, and
-/// the camera row is averaged to as many pieces.
+/// If camera and projector have different grids, they have no common line. Then the projector lights stripes,
+/// and the camera row is averaged to as many pieces.
 Result<Image<float>> stripe_slice(const TransportTensor& tensor, int camera_row) {
   const Grid grid = tensor.projector_grid();
   const int stripes = std::min(grid.cols, 128);
@@ -81,9 +82,9 @@ Result<Image<float>> slice_of(const TransportTensor& tensor, int row) {
                                                          : stripe_slice(tensor, row);
 }
 
-/// What the bright end of the scale stands for: the diagonal is a thousand times brighter than the rest
-/// [Garg06 Fig. 2c], so the scale is chosen for the rest. Share of values below it, among positive ones off
-/// the diagonal.
+/// The value at the bright end of the scale. The diagonal is a thousand times brighter than the rest [Garg06
+/// Fig. 2c], so the scale is chosen for the rest: this share of the positive values off the diagonal is below
+/// it.
 float top_of_scale(const Image<float>& slice) {
   constexpr double kShare = 0.99;
   std::vector<float> values;
@@ -103,8 +104,8 @@ std::string slice_caption(const TransportTensor& tensor, int row) {
         "The diagonal is the direct light.",
         row, tensor.camera_grid().rows);
   return fmt::format(
-      "What row {} of {} of the camera sees (down: camera column) when the projector lights vertical stripes "
-      "from left to right (across: stripe).",
+      "The light on row {} of {} of the camera (down: camera column) when the projector lights "
+      "vertical stripes from left to right (across: stripe).",
       row, tensor.camera_grid().rows);
 }
 
@@ -113,7 +114,7 @@ std::string slice_figure(const Context& context, const Image<float>& slice, int 
   const float top = top_of_scale(slice);
   const float most = *std::max_element(slice.values().begin(), slice.values().end());
   const std::string scale = fmt::format(
-      " Logarithmic, {} decades; brightest: {} and above (the largest is {}); darkest: below {}, or "
+      " Logarithmic, {} decades; brightest: {} or more (the largest is {}); darkest: less than {}, or "
       "negative. Radiance per unit of projector light.",
       kDecades, short_number(top), short_number(most), short_number(top * std::pow(0.1, kDecades)));
   return figure(log_colour(shrunk(slice, kPictureSide), top, kDecades),
@@ -132,8 +133,8 @@ Result<std::string> level_figure(const Context& context, int row) {
       level_greys(levels, deepest),
       {.alt = "level map of the slice",
        .caption_html =
-           "The level at which each entry of that slice was found to be a leaf. White: a large block "
-           "was enough; dark: down to single pixels; dark red: nothing is stored.",
+           "The level of the leaf of each entry of that slice. White: a large block; dark: down to single "
+           "pixels; dark red: nothing is stored.",
        .scale_html = level_scale(deepest),
        .file = context.file("slice-levels"),
        .values = &levels});

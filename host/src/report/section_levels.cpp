@@ -13,7 +13,7 @@ namespace {
 
 struct Column {
   const char* name;
-  const char* path;  ///< in what inspect tells
+  const char* path;  ///< in the JSON of inspect
   std::int64_t (*count)(const NodeCounts&);
 };
 
@@ -43,12 +43,12 @@ std::string counts_table(const Context& context, const std::vector<NodeCounts>& 
          save_row(csv.link(context.file("levels"), "nodes by level"));
 }
 
-/// A tensor that was not grown level by level: dual photography's, brute force's, or fitted to photographs.
+/// A tensor without levels: from dual photography, brute force, or fitted to photographs.
 std::string stored_section(const TransportTensor& tensor) {
   const auto count = [](std::size_t n) { return grouped(static_cast<double>(n)); };
   return section(
       "levels", "What is stored",
-      paragraph("This tensor was not refined level by level from both sides, so it has no levels to show.") +
+      paragraph("This tensor was not measured level by level, so it has no levels to show.") +
           facts_table({{"Low-rank leaves", count(tensor.leaves().size())},
                        {"Single entries of T", count(static_cast<std::size_t>(tensor.scalar_count()))},
                        {"Measured columns of T", count(tensor.columns().size())},
@@ -62,13 +62,12 @@ Result<std::string> levels_section(const Context& context) {
   if (!tensor.symmetric()) return stored_section(tensor);
   const std::vector<NodeCounts> counts = node_counts(tensor);
   SYMRIG_TRY(const std::string maps, maps_over_the_picture(context));
-  SYMRIG_TRY(const std::string pictures, stopped_pictures(context));
+  SYMRIG_TRY(const std::string pictures, pictures_by_level(context));
   return section(
       "levels", "Level by level",
-      paragraph(
-          "Each level cuts blocks in four, and a pair of blocks (a node) in sixteen. Shares of the nodes "
-          "looked at on each level; T is symmetric, each pair is counted once. Empty: below what matters "
-          "or can be measured. Scalar: a single entry of T.") +
+      paragraph("Each level divides a block into four, and a pair of blocks (a node) into sixteen. The bars "
+                "show shares of the nodes on each level. T is symmetric; each pair counts once. Empty: below "
+                "noise and tolerance. Scalar: a single entry of T.") +
           node_bars(counts) + counts_table(context, counts) + maps + pictures + ranks_of_leaves(tensor));
 }
 

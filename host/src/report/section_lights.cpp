@@ -13,7 +13,7 @@
 namespace symrig::report {
 namespace {
 
-/// The tensor's answer to one light, and the truth's if it is known.
+/// The tensor's picture under one light, and the truth if it is known.
 struct Relit {
   Image<float> light;
   Image<float> predicted;
@@ -30,7 +30,7 @@ Result<Relit> relight(const Context& context, Image<float> light) {
   return relit;
 }
 
-/// file: empty if it is saved elsewhere on the page.
+/// file: empty if the page saves it elsewhere.
 std::string shown(const Image<float>& image, float white, const std::string& alt, const std::string& caption,
                   const std::string& file = {}) {
   return figure(photograph(shrunk(image, kSmallSide), white),
@@ -65,7 +65,7 @@ std::string relit_row(const Context& context, const Relit& relit, float white, c
   return row_of(figures, relit.truth ? 210 : 280);
 }
 
-/// Radiance that shows as white when only the pixels outside the light are exposed for.
+/// The radiance that is shown as white if only the pixels outside the light set the exposure.
 float white_outside(const Relit& relit) {
   Image<float> outside = relit.best();
   for (int c = 0; c < outside.channels(); ++c)
@@ -74,15 +74,16 @@ float white_outside(const Relit& relit) {
   return white_level(outside);
 }
 
-/// The bar again, exposed for what only indirect light reaches. Only on a coaxial rig is "outside" known.
+/// The bar again, exposed for the pixels that only indirect light reaches. "Outside" is known on a coaxial
+/// rig only.
 std::string indirect_row(const Context& context, const Relit& bar) {
   if (context.tensor().camera_grid() != context.tensor().projector_grid()) return {};
   const float white = white_outside(bar);
   const float direct = white_level(bar.best());
   if (!(white > 1e-4F * direct)) return {};
   std::string html = paragraph(fmt::format(
-      "The same bar, exposed {:.0f}× longer: outside the bar only light that bounced at least twice arrives "
-      "(the bar itself is overexposed).",
+      "The same bar, exposed {:.0f}× longer. Only light that bounced at least twice arrives outside "
+      "the bar. The bar itself is overexposed.",
       direct / white));
   std::vector<std::string> figures{shown(bar.predicted, white, "relit, exposed for indirect light",
                                          "Relit from the tensor.", context.file("bar-indirect"))};
@@ -106,7 +107,7 @@ Result<std::string> flood_row(const Context& context) {
       260);
 }
 
-/// Beside the truth.
+/// Pictures beside the truth.
 Result<std::string> compared(const Context& context) {
   const Grid projector = context.tensor().projector_grid();
   SYMRIG_TRY(std::string html, flood_row(context));
@@ -117,7 +118,7 @@ Result<std::string> compared(const Context& context) {
   return html + "<h3>Letters</h3>" + relit_row(context, letters, white_level(letters.best()), "letters");
 }
 
-/// Without a truth: lights that the top of the page does not show.
+/// Without a truth: lights that are not at the top of the page.
 Result<std::string> more_lights(const Context& context) {
   constexpr unsigned kSeed = 9;
   const Grid projector = context.tensor().projector_grid();
@@ -147,7 +148,7 @@ Result<std::string> lights_section(const Context& context) {
       context.has_truth()
           ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
             "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
-          : "What the scene looks like under lights that were never shown, computed from the tensor.";
+          : "The scene under new light, computed from the tensor.";
   return section("lights", "Under new light", paragraph(intro) + html);
 }
 

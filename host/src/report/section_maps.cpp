@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The hierarchy over the picture: how far the transport of each pixel was cut, and what it is made of.
+// The hierarchy over the picture: how finely the transport of each pixel is divided, and its number of terms.
 #include "report/charts.hpp"
 #include "report/html.hpp"
 #include "report/picture.hpp"
@@ -41,7 +41,7 @@ Picture over_the_scene(const Image<float>& values, Range range, const Picture& s
   return picture;
 }
 
-/// A difference smaller than rounding is none.
+/// Ignores a difference below rounding.
 Range visible(Range range) {
   return range.high - range.low > 1e-3F * std::max(1.0F, range.high) ? range : Range{range.low, range.low};
 }
@@ -65,18 +65,17 @@ Result<std::string> maps_over_the_picture(const Context& context) {
                    .values = &values});
   };
   return "<h3>Over the picture</h3>\n" +
-         row_of(
-             {shown(
-                  depth.level, "mean level over the picture", "mean-level",
-                  fmt::format(
-                      "How far the transport of each pixel was cut: the mean level of the leaves in its row "
-                      "of T (0: the whole picture, {}: single pixels). The scene shows through.",
-                      tensor.camera_tree().levels() - 1)),
-              shown(depth.terms, "terms over the picture", "terms",
-                    "What each pixel's row of T is made of: how many products of two pictures and single "
-                    "entries. The "
-                    "scene shows through.")},
-             300);
+         row_of({shown(depth.level, "mean level over the picture", "mean-level",
+                       fmt::format("How finely the transport of each pixel is divided: the mean level of the "
+                                   "leaves in its row of "
+                                   "T (0: the whole picture, {}: single pixels). The scene is visible "
+                                   "through the colours.",
+                                   tensor.camera_tree().levels() - 1)),
+                 shown(depth.terms, "terms over the picture", "terms",
+                       "The number of terms of each pixel's row of T: products of two pictures and single "
+                       "entries. The "
+                       "scene is visible through the colours.")},
+                300);
 }
 
 std::string ranks_of_leaves(const TransportTensor& tensor) {
@@ -94,7 +93,9 @@ std::string ranks_of_leaves(const TransportTensor& tensor) {
                       grouped(static_cast<double>(count[rank])), true});
   if (bars.empty()) return {};
   return "<h3>Ranks</h3>\n" +
-         paragraph("Low-rank leaves by their rank: how many products of two pictures a leaf is the sum of.") +
+         paragraph(
+             "Low-rank leaves by rank. The rank is the number of products of two pictures whose sum is the "
+             "leaf.") +
          log_bars(bars, "leaves");
 }
 

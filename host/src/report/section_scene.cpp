@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The top of the page: what it is, what it looks like, what it took.
+// The top of the page: title, pictures and key numbers.
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/save_link.hpp"
@@ -19,9 +19,9 @@ std::string patterns_tile(const CaptureFacts& facts) {
   const auto brute = count_at(facts, "/patterns_brute_force");
   std::string meaning = "patterns";
   if (brute && patterns->value > 0)
-    meaning += fmt::format("; one pixel at a time would take {}, {}× as many", grouped(brute->value),
+    meaning += fmt::format("; one pixel at a time would need {}, {}× as many", grouped(brute->value),
                            short_number(brute->value / patterns->value));
-  return tile(told(patterns, grouped), meaning);
+  return tile(sourced_text(patterns, grouped), meaning);
 }
 
 bool simulated(const CaptureFacts& facts) {
@@ -33,7 +33,7 @@ std::string time_tile(const CaptureFacts& facts) {
   if (!rig) return {};
   const auto frames = count_at(facts, "/frames");
   return tile(
-      told(rig, duration),
+      sourced_text(rig, duration),
       std::string(simulated(facts) ? "simulated capture time, on the rig's clock" : "on the rig's clock") +
           (frames ? fmt::format(" ({} frames)", grouped(frames->value)) : std::string()));
 }
@@ -44,11 +44,11 @@ std::string size_tile(const TransportTensor& tensor) {
               fmt::format("tensor in memory; T as a full matrix: {}", byte_size(tensor.dense_bytes())));
 }
 
-/// Photographs taken by somebody else, and the worst prediction of one that was kept back.
+/// Tiles of a fit: the number of photographs, and the worst prediction of a held-out one.
 std::string photographs_tiles(const Context& context) {
   std::string html;
   if (const auto count = count_at(context.facts, "/photographs"))
-    html += tile(told(count, grouped), "photographs");
+    html += tile(sourced_text(count, grouped), "photographs");
   const auto worst = std::max_element(
       context.held_out.begin(), context.held_out.end(),
       [](const HeldOutError& a, const HeldOutError& b) { return a.relative() < b.relative(); });
@@ -59,7 +59,7 @@ std::string photographs_tiles(const Context& context) {
                      "of mean white: rms error of the worst held-out photograph");
 }
 
-/// The error that is quoted first: against the truth where it is known, else as the capture estimated it.
+/// The main error: against the truth if that is known, else as the capture estimated it.
 std::string error_tiles(const Context& context) {
   if (context.errors)
     return tile(number(context.errors->frobenius, "evaluate:/error/frobenius",
@@ -69,9 +69,9 @@ std::string error_tiles(const Context& context) {
                        percent(context.errors->indirect)),
                 "error of the indirect light alone, against the truth");
   const auto estimate = count_at(context.facts, "/estimated_error/frobenius");
-  return estimate
-             ? tile(told(estimate, percent), "error of T (relative, Frobenius), as the capture estimated it")
-             : std::string();
+  return estimate ? tile(sourced_text(estimate, percent),
+                         "error of T (relative, Frobenius), as the capture estimated it")
+                  : std::string();
 }
 
 std::string stop_tile(const CaptureFacts& facts) {
@@ -94,11 +94,11 @@ Result<std::string> shown(const Context& context, const Image<float>& light, con
 
 }  // namespace
 
-std::string told(const std::optional<Sourced>& number_told, std::string (*text)(double)) {
-  if (!number_told) return {};
-  const std::string shown_text = text(number_told->value);
-  return number_told->from.empty() ? escape(shown_text)
-                                   : number(number_told->value, "capture:" + number_told->from, shown_text);
+std::string sourced_text(const std::optional<Sourced>& sourced, std::string (*text)(double)) {
+  if (!sourced) return {};
+  const std::string shown_text = text(sourced->value);
+  return sourced->from.empty() ? escape(shown_text)
+                               : number(sourced->value, "capture:" + sourced->from, shown_text);
 }
 
 std::string headline(const Context& context) {

@@ -12,7 +12,7 @@
 
 namespace symrig::report {
 
-/// What every section may look at.
+/// The data that every section may use.
 struct Context {
   const StoredScene& scene;
   const ReportOptions& options;
@@ -20,20 +20,20 @@ struct Context {
   std::optional<TransportErrors> errors;  ///< present when truth is known
   std::vector<HeldOutError> held_out;     ///< one for each held-out photograph
   std::vector<Stage> stages;              ///< of the capture
-  std::string stem;                       ///< how the files begin that the page saves
+  std::string stem;                       ///< the beginning of the names of saved files
 
   const TransportTensor& tensor() const { return scene.tensor; }
   bool has_truth() const { return static_cast<bool>(options.truth); }
-  /// Files have names of their own: "scene-flood-lit".
+  /// The name of a saved file: "scene-flood-lit".
   std::string file(std::string_view what) const { return stem + "-" + std::string(what); }
 };
 
-/// A section of the page; empty html if it has nothing to show for this scene.
+/// A section of the page; empty html if this scene has nothing to show there.
 struct Section {
   std::string id, name, html;
 };
 
-std::string headline(const Context& context);                // what it is
+std::string headline(const Context& context);                // title and grids
 Result<std::string> scene_pictures(const Context& context);  // flood-lit and relit, at the top
 std::string key_numbers(const Context& context);             // tiles
 Result<std::string> lights_section(const Context& context);  // flood-lit, bar, letters, beside truth
@@ -42,23 +42,24 @@ Result<std::string> levels_section(const Context& context);  // Fig. 9 and Fig. 
 std::string errors_section(const Context& context);  // the errors of TransportErrors, and how they fell
 Result<std::string> held_out_section(const Context& context);  // photographs beside predictions
 std::string cost_section(const Context& context);              // patterns, time, memory
-std::string made_section(const Context& context);              // by which command, version, when
+std::string made_section(const Context& context);              // command, version and date
 
-/// Parts of them.
-std::string error_curves(const Context& context);              // error over patterns and over seconds
-Result<std::string> stopped_pictures(const Context& context);  // as if stopped after each level
+/// Parts of sections.
+std::string error_curves(const Context& context);               // error over patterns and over seconds
+Result<std::string> pictures_by_level(const Context& context);  // as if stopped after each level
 Result<std::string> maps_over_the_picture(const Context& context);
 std::string ranks_of_leaves(const TransportTensor& tensor);
 
-/// A number that the file tells, with the mark of where.
-std::string told(const std::optional<Sourced>& number, std::string (*text)(double));
+/// A number of the file, with its source.
+std::string sourced_text(const std::optional<Sourced>& number, std::string (*text)(double));
 
 /// ‖estimate − truth‖ / ‖truth‖ over all values; 0 if truth is all zero.
 double relative_error(const Image<float>& estimate, const Image<float>& truth);
 
-/// Pictures of larger grids are averaged down to this many pixels on the longer side, to keep the page small.
+/// Pictures of larger grids are reduced by averaging to this many pixels on the longer side, to keep the page
+/// small.
 inline constexpr int kPictureSide = 640;
-/// The same for pictures that stand four in a row.
+/// The same for pictures with four in a row.
 inline constexpr int kSmallSide = 400;
 
 }  // namespace symrig::report

@@ -11,7 +11,7 @@ bool usable(const CostError& p) {
   return std::isfinite(p.cost) && p.cost > 0 && std::isfinite(p.error) && p.error >= 0;
 }
 
-/// log y at log x on the straight line through two points. x0 ≠ x1; all > 0.
+/// y at x by linear interpolation of log y over log x through two points. x0 ≠ x1; all > 0.
 double on_log_line(double x, double x0, double y0, double x1, double y1) {
   const double share = std::log(x / x0) / std::log(x1 / x0);
   return y0 * std::pow(y1 / y0, share);

@@ -85,7 +85,7 @@ Json steps_json(const std::vector<CaptureStep>& steps) {
   return list;
 }
 
-/// What the search found out about the transport.
+/// Results of the search about the transport.
 Json search_json(const CaptureResult& result) {
   if (!result.undetermined) return {{"undetermined", nullptr}};
   const Undetermined& found = *result.undetermined;
@@ -105,7 +105,7 @@ Json search_json(const CaptureResult& result) {
             {"levels", levels}}}};
 }
 
-/// What went wrong with frames and devices, and was put right.
+/// What went wrong with frames and devices, and was repaired.
 Json trouble_json(const RigTrouble& trouble) {
   Json frames{{"missing", trouble.frames.missing}};
   for (std::size_t k = 0; k < FrameCounts::kVerdicts; ++k)
@@ -182,8 +182,8 @@ std::string settings_text(const CaptureSettings& settings) {
   Json json{{"algorithm", name(settings.algorithm)},
             {"rule", rule_json(settings.rule)},
             {"economy", economy_json(settings.economy)}};
-  // Exposures do not steer the choice of patterns, but photographs of two kinds do not belong into one
-  // capture.
+  // Exposures do not change the choice of patterns, but photographs with two kinds of exposures must not be
+  // mixed in one capture.
   const ExposureGoal usual;
   if (settings.exposure.longest_seconds != usual.longest_seconds)
     json["photograph_seconds"] = settings.exposure.longest_seconds;

@@ -85,7 +85,7 @@ TEST(Discovery, of_several_none_is_guessed) {
   const auto ambiguous = choose_board(found, "e66");
   ASSERT_FALSE(ambiguous.ok());
   EXPECT_EQ(ambiguous.error().line(),
-            "'e66' fits 2 boards; name one of them: usb:E6603 (1-2), usb:E6614 (1-3)");
+            "'e66' matches 2 boards; name one of them: usb:E6603 (1-2), usb:E6614 (1-3)");
   const auto chosen = choose_board(found, "e661");
   ASSERT_OK(chosen);
   EXPECT_EQ(chosen->text(), "usb:E6614");

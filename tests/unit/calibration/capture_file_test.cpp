@@ -60,14 +60,14 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"format", "symrig = 1\n[raw]\nformat = \"Y99\"\nsize = \"40x24\"\n",
                 "capture.toml:3: raw.format"},
         Refused{"not_linear", "symrig = 1\n[raw]\nformat = \"YUYV\"\nsize = \"40x24\"\n",
-                "no measure of light"},
+                "not proportional to light"},
         Refused{"short_stride", "symrig = 1\n[raw]\nformat = \"Y16\"\nsize = \"40x24\"\nstride = 79\n",
-                "79 bytes do not hold a row of 40 samples"},
+                "79 bytes are too few for a row of 40 samples"},
         Refused{"pattern",
                 "symrig = 1\nprojector = \"24x40\"\n[[photograph]]\nfile = \"a.png\"\npattern = \"rows 5\"\n",
                 "capture.toml:5: photograph.pattern: \"rows 5\" is not in the sequence"},
         Refused{"no_projector", "symrig = 1\n[[photograph]]\nfile = \"a.png\"\npattern = \"rows 0\"\n",
-                "which projector"},
+                "the projector's size is missing"},
         Refused{"exposure", "symrig = 1\nexposure = \"20\"\n", "capture.toml:2: exposure"}),
     [](const auto& test) { return test.param.name; });
 

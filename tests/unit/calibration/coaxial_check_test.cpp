@@ -195,7 +195,7 @@ TEST(CoaxialCheck, says_when_it_cannot_tell) {
   EXPECT_FALSE(found.measured());
   EXPECT_FALSE(found.misaligned());
   EXPECT_EQ(found.photographs, 0);
-  EXPECT_EQ(found.to_string(), "coaxial check: too few pixels or too little light to tell");
+  EXPECT_EQ(found.to_string(), "coaxial check: not possible, too few pixels or too little light");
 }
 
 /// Answers every pattern with one value.

@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         Spoiled{"no_folder", ErrorCode::not_found, "no such folder",
                 [](const fs::path& f) { fs::remove_all(f); }},
-        Spoiled{"empty", ErrorCode::not_found, "holds no",
+        Spoiled{"empty", ErrorCode::not_found, "contains no",
                 [](const fs::path& f) { fs::remove_all(f), fs::create_directories(f); }},
         Spoiled{"one_missing", ErrorCode::size_mismatch,
                 "has 29 photographs (between 6.png and 8.png there is a gap)",

@@ -47,7 +47,7 @@ TEST(BenchPage, says_that_it_is_incomplete) {
   BenchRun run = test::small_run();
   EXPECT_EQ(count(bench_page(run), "Incomplete"), 0U);
   run.planned = 20;
-  EXPECT_EQ(count(bench_page(run), "Incomplete: 8 of 20 captures"), 1U);
+  EXPECT_EQ(count(bench_page(run), "Incomplete: the bench was stopped after 8 of 20 captures"), 1U);
 }
 
 TEST(BenchPage, a_reason_cannot_become_markup) {

@@ -57,8 +57,8 @@ TEST(HtmlReport, tells_the_captures_own_estimate_and_its_budget) {
   ASSERT_TRUE(page.ok());
   for (const char* words :
        {"estimated by the capture", ">12.5\xC2\xA0%</data></td>", ">3.1\xC2\xA0%</data></td>",
-        "Stopped early", "max_&lt;b&gt;", "estimated error, had it ended here", ">50.0\xC2\xA0%</data></td>",
-        ">25.0\xC2\xA0%</data></td>"})
+        "Stopped early", "max_&lt;b&gt;", "estimated error at the end of this stage",
+        ">50.0\xC2\xA0%</data></td>", ">25.0\xC2\xA0%</data></td>"})
     EXPECT_NE(page->find(words), std::string::npos) << words;
   EXPECT_EQ(html_report(identity({4, 4}), {.title = "none"})->find("estimated by"), std::string::npos);
 }

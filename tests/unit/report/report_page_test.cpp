@@ -112,7 +112,7 @@ TEST(ReportPage, plots_the_error_over_patterns_and_over_seconds) {
   const std::string page = *html_report(scene, {.title = "t"});
   EXPECT_NE(page.find("<title>level 2: 1.0\xC2\xA0% ± 2.0\xC2\xA0%</title>"), std::string::npos);
   scene.capture_json = "{}";
-  EXPECT_NE(html_report(scene, {.title = "t"})->find("no error to draw against patterns or seconds"),
+  EXPECT_NE(html_report(scene, {.title = "t"})->find("no curve of the error over patterns or seconds"),
             std::string::npos);
 }
 

@@ -11,7 +11,7 @@
 
 namespace symrig {
 
-/// What an output holds. An output whose suffix belongs to another format is refused.
+/// The content of an output. An output with the suffix of another format is refused.
 enum class FileFormat : std::uint8_t {
   scene,     ///< .h5: binary, never to a descriptor
   picture,   ///< .exr, .pfm, .png: binary
@@ -25,27 +25,30 @@ enum class FileFormat : std::uint8_t {
   waveform,  ///< .vcd
 };
 
-/// True for "-" and for the names that the system has for standard output, such as /dev/stdout.
+/// True for "-" and for the system's names of standard output, such as /dev/stdout.
 bool is_standard_output(const std::filesystem::path& path);
 
-/// The files that one job reads and writes, declared before any work. check() is the one rule for all jobs:
-/// no output is an input, no two outputs are one file, an output is a new or a regular file or an open
-/// descriptor, and its suffix fits. Files are compared by device and inode, so that links do not deceive.
+/// The files that one job reads and writes, declared before any work. check() applies the same rules to every
+/// job:
+/// - No output is an input, and no two outputs are the same file.
+/// - An output is a new file, a regular file, or an open descriptor.
+/// - The output's suffix fits its format.
+/// Files are compared by device and inode, so links are recognised.
 class JobFiles {
  public:
-  /// what: how a message names the file, such as "the scene". An empty path is no file.
+  /// what: the file's name in messages, such as "the scene". An empty path is ignored.
   JobFiles& reads(std::string_view what, const std::filesystem::path& path);
   /// The pictures and settings in a folder of photographs, and the files that the settings name.
   JobFiles& reads_folder(std::string_view what, const std::filesystem::path& folder);
   /// A TOML file and the files that it names: profiles, a sensor, levels.
   JobFiles& reads_settings(std::string_view what, const std::filesystem::path& path);
-  /// option: how a message names the output, such as "--json". Text may go to "-" and to open descriptors.
+  /// option: the output's name in messages, such as "--json". Text may go to "-" and to open descriptors.
   JobFiles& writes(std::string_view option, const std::filesystem::path& path, FileFormat format);
-  /// A file that some settings name, but that this output measures anew: it alone may replace it.
+  /// A file that an input names, but that this output measures again. Only this output may replace it.
   JobFiles& measures_anew(std::string_view option, const std::filesystem::path& path);
 
-  /// fails: bad_argument (an output is an input or another output, or has another format's suffix);
-  /// not_found (no such folder); io (a folder, device, pipe or socket; or a folder that takes no files).
+  /// fails: bad_argument (an output is an input or another output, or has another format's suffix); not_found
+  /// (no such folder); io (a folder, device, pipe or socket; or a folder without write permission).
   Result<void> check() const;
 
  private:
@@ -67,8 +70,8 @@ class JobFiles {
   std::vector<Input> anew_;  ///< `what` is the output's option
 };
 
-/// Writes text to "-", to a descriptor such as /dev/fd/3, or as write_file_atomically().  fails: io,
-/// not_found.
+/// Writes text to "-", to a descriptor such as /dev/fd/3, or with write_file_atomically().
+/// fails: io, not_found.
 Result<void> write_text_output(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace symrig

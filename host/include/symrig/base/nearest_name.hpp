@@ -9,23 +9,23 @@
 
 namespace symrig {
 
-/// Edits from a to b: insert, delete or replace one letter, or exchange two neighbours.
+/// Number of edits from a to b. An edit inserts, deletes or replaces one letter, or exchanges two neighbours.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The known name that somebody meant who wrote `given`: it differs by a third of its letters at most, or one
-/// is a part of the other. Capital letters count as small ones. Nothing where no name is as near as that: a
-/// guess that is far off misleads.
+/// The known name that is most like `given`. It differs in at most a third of the letters (half for up to
+/// four letters), or one contains the other. Upper and lower case count as equal. Nothing if no name is that
+/// near, because a wrong guess misleads.
 std::optional<std::string_view> nearest_name(std::string_view given, std::span<const std::string_view> known);
 
-/// "did you mean 'gain'? ", or nothing.
+/// "did you mean 'gain'? ", or empty.
 std::string suggestion(std::string_view given, std::span<const std::string_view> known);
 
-/// The next step after a name that is none: "did you mean 'gain'? known: gain, exposure"; "there are none"
-/// where nothing is known.
+/// The hint for an unknown name: "did you mean 'gain'? known: gain, exposure". If no name is known: "there
+/// are none".
 std::string nearest_hint(std::string_view given, std::span<const std::string_view> known);
 std::string nearest_hint(std::string_view given, std::span<const std::string> known);
 
-/// "gain, exposure".
+/// The names separated by commas: "gain, exposure".
 std::string listed(std::span<const std::string_view> names);
 
 }  // namespace symrig

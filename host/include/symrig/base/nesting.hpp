@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How deep a text nests, found before a parser looks at it. Parsers, and trees that free themselves, descend
-// one call a level: a file of 20,000 brackets would use up the stack.
+// Limits how deep a text nests, before a parser reads it. Parsers, and trees that free themselves, call
+// themselves once for each level: a file with 20,000 brackets would use up the stack.
 #pragma once
 
 #include "symrig/base/result.hpp"
@@ -11,7 +11,7 @@
 
 namespace symrig {
 
-/// No file of ours nests deeper than 8.
+/// Files of symrig nest at most 8 levels deep.
 constexpr std::size_t kDeepestNesting = 64;
 
 /// fails: bad_format (arrays and objects more than kDeepestNesting deep). A text that is not JSON may pass.

@@ -7,16 +7,16 @@
 
 namespace symrig {
 
-/// How many more units a job takes. What is not known yet lies between two bounds.
+/// Bounds on the number of units after the current stage.
 struct UnitsToCome {
   std::int64_t least = 0;
-  std::int64_t most = -1;  ///< below 0: nobody knows
+  std::int64_t most = -1;  ///< below 0: not known
 
   bool known() const { return most >= least; }
 };
 inline constexpr UnitsToCome kNoneToCome{0, 0};
 
-/// Where a long job stands. The library reports it; only apps/ print it.
+/// The state of a long job. The library reports it; only apps/ print it.
 struct ProgressEvent {
   std::string_view stage;     ///< "level 3", "decoding", ...
   std::int64_t done = 0;      ///< units finished (photographs in a capture)
@@ -24,7 +24,7 @@ struct ProgressEvent {
   UnitsToCome later = {};     ///< after this stage
 };
 
-/// Called from the thread that does the work. Returns false to stop the job: it ends with
+/// Called by the thread that does the work. Return false to stop the job; it then ends with
 /// ErrorCode::interrupted.
 using Progress = std::function<bool(const ProgressEvent&)>;
 

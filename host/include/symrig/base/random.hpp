@@ -5,8 +5,8 @@
 
 namespace symrig {
 
-/// A small generator whose numbers are the same on every machine: SplitMix64 (Steele, Lea, Flood, OOPSLA
-/// 2014).
+/// A small random generator, SplitMix64 (Steele, Lea, Flood, OOPSLA 2014). It gives the same numbers on every
+/// machine.
 class Random {
  public:
   explicit constexpr Random(std::uint64_t seed) : state_(seed) {}

@@ -10,21 +10,21 @@
 
 namespace symrig {
 
-/// Stable error codes: values are never reused and never change meaning. docs/errors.md lists them.
+/// Stable error codes. A value is never used again, and its meaning never changes. docs/errors.md lists them.
 enum class ErrorCode : std::uint16_t {
-  // The caller's fault: exit code 2.
+  // The caller's error: exit code 2.
   bad_argument = 100,  ///< an option or parameter is out of range or malformed
   unknown_name = 101,  ///< no scene, key, algorithm or line of that name
-  // The device's fault: exit code 3.
+  // A device error: exit code 3.
   device_lost = 200,     ///< the board, camera or projector does not answer
-  device_refused = 201,  ///< the board understood and refused (its code is in the message)
+  device_refused = 201,  ///< the board refused a request (its code is in the message)
   protocol = 202,        ///< bytes from the wire break the protocol
   timeout = 203,         ///< an answer or an edge did not come in time
-  frame_missing = 204,   ///< fewer frames than steps that ask for one
-  // The input's fault: exit code 4.
-  not_found = 300,      ///< a file or folder is not there
+  frame_missing = 204,   ///< fewer frames than exposures
+  // An input error: exit code 4.
+  not_found = 300,      ///< a file or folder does not exist
   io = 301,             ///< the operating system refused to read or write
-  bad_format = 302,     ///< a file is not what its name or place says
+  bad_format = 302,     ///< a file is damaged, or not of the expected kind
   size_mismatch = 303,  ///< two things that must share a grid do not
   bad_value = 304,      ///< NaN, infinity, or a value out of its domain in an input
   // A fault or limit: exit code 5.
@@ -33,16 +33,15 @@ enum class ErrorCode : std::uint16_t {
   interrupted = 402,  ///< stopped by the user or by a signal
 };
 
-/// The documented exit code of the `symrig` command for an error: 2 usage, 3 device, 4 bad input, 5 fault or
-/// limit.
+/// The exit code of the `symrig` command for an error: 2 usage, 3 device, 4 bad input, 5 fault or limit.
 constexpr int exit_code(ErrorCode code) {
   return 2 + (static_cast<int>(code) / 100 - 1);
 }
 
-/// Short stable name, e.g. "size_mismatch".
+/// The code's stable name, such as "size_mismatch".
 std::string_view name(ErrorCode code);
 
-/// What went wrong, in one line: `what` names the thing and the cause, `hint` the next step (may be empty).
+/// An error in one line. `what` names the thing and the cause, `hint` the next step (may be empty).
 struct Error {
   ErrorCode code;
   std::string what;
@@ -52,7 +51,7 @@ struct Error {
   std::string line() const { return hint.empty() ? what : what + "; " + hint; }
 };
 
-/// A value or an Error. Libraries return it; they never print, exit or throw for a user's or a rig's fault.
+/// A value or an Error. Libraries return it; they never print, exit or throw for an error of a user or a rig.
 template <class T>
 class [[nodiscard]] Result {
  public:

@@ -7,14 +7,15 @@
 
 namespace symrig {
 
-/// First thing in a program: descriptors 0 to 2 that are closed lead nowhere from now on. Otherwise the next
-/// file that the program opens would become its standard output. Reading and writing them fails, as before.
+/// A program calls this first. It opens /dev/null for each closed descriptor from 0 to 2, so that reading or
+/// writing it still fails. Otherwise the next file that the program opens would become its standard output.
 void reserve_standard_streams();
 
-/// Writes all of it to standard output.  fails: io (closed, a full disk).
+/// Writes the whole text to standard output.
+/// fails: io (closed, a full disk).
 Result<void> write_standard_output(std::string_view text);
 
-/// Writes to standard error. What cannot be written is lost: there is nowhere left to tell it.
+/// Writes to standard error. Ignores errors, because there is nowhere left to report them.
 void write_standard_error(std::string_view text);
 
 }  // namespace symrig

@@ -8,16 +8,16 @@
 
 namespace symrig {
 
-/// Tells from the events of a long job how long it still takes. A number that may be off by more than a
-/// factor of two is worse than none: it is told only where the bounds of what is known lie less than a factor
-/// of four apart, and then it is their geometric mean.
+/// Estimates the remaining time of a long job from its progress events. It gives no estimate that may be
+/// wrong by more than a factor of two. So it needs a lower and an upper bound less than a factor of four
+/// apart, and returns their geometric mean.
 class TimeToGo {
  public:
-  /// seconds: since the job began, never falling.
+  /// seconds: time since the job began; must not decrease.
   void tell(const ProgressEvent& event, double seconds);
 
-  /// Nothing where nobody knows: no pace yet, later stages not foreseen, or only the work after the last unit
-  /// is left.
+  /// The remaining seconds. Nothing if they are not known: no rate yet, later stages of unknown length, or
+  /// only the work after the last unit remains.
   std::optional<double> seconds() const;
 
  private:
@@ -27,7 +27,7 @@ class TimeToGo {
   };
   std::optional<double> pace() const;
 
-  std::deque<Moment> moments_;  ///< of the last half of the time
+  std::deque<Moment> moments_;  ///< of the last half of the elapsed time
   std::int64_t left_ = 0;       ///< units of this stage
   UnitsToCome later_;
 };

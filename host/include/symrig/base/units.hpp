@@ -6,7 +6,7 @@
 
 namespace symrig {
 
-/// A duration of the host's arithmetic. Board time is in ticks (device module), typed apart.
+/// A duration in the host's arithmetic. Board time is in ticks, which are another type (board module).
 using Nanoseconds = std::chrono::duration<std::int64_t, std::nano>;
 
 constexpr double seconds(Nanoseconds t) {

@@ -15,13 +15,12 @@
 
 namespace symrig {
 
-/// `[raw]` of a capture file: how files without a header of their own lie on the disk, as a V4L2 driver wrote
-/// them.
+/// `[raw]` of a capture file: the layout of files without a header, as a V4L2 driver wrote them.
 struct RawLayout {
   const PixelFormat* format = nullptr;
   Grid size;
-  std::size_t stride = 0;  ///< bytes from one row to the next; 0: as many as a row needs
-  int bits = 0;            ///< significant ones of a sample; 0: the format's
+  std::size_t stride = 0;  ///< bytes from one row to the next; 0: no padding
+  int bits = 0;            ///< significant bits of a sample; 0: those of the format
   bool high_justified = false;
 };
 
@@ -29,11 +28,11 @@ struct RawLayout {
 struct CapturedPhotograph {
   std::string file;         ///< relative to the capture file
   int pattern = 0;          ///< index into the Gray-code sequence (GrayCode)
-  Nanoseconds exposure{0};  ///< 0: not told
+  Nanoseconds exposure{0};  ///< 0: not given
   int line = 0;             ///< in the capture file
 };
 
-/// `[sensor]` of a capture file: frames that tell what the camera is (docs/sensor.md).
+/// `[sensor]` of a capture file: frames that measure the sensor (docs/sensor.md).
 struct SensorFiles {
   struct Level {
     std::vector<std::string> files;
@@ -43,9 +42,9 @@ struct SensorFiles {
     Nanoseconds exposure{0};
   };
 
-  int bits = 0;                   ///< of a code; 0: told by [raw]
+  int bits = 0;                   ///< bits of a code; 0: those of [raw]
   std::vector<std::string> dark;  ///< lens capped
-  std::vector<Level> flat;        ///< `[[sensor.flat]]`: frames of one smooth light each
+  std::vector<Level> flat;        ///< `[[sensor.flat]]`: each the frames of one uniform light
   std::vector<Still> bracket;     ///< `[[sensor.bracket]]`: exposures of one still scene
 };
 
@@ -53,32 +52,34 @@ struct SensorFiles {
 struct CaptureFile {
   std::string path;  ///< for messages
   std::optional<Grid> projector;
-  double pedestal = 0;  ///< value of a pixel without light, taken off before exposures are compared
+  double pedestal = 0;  ///< value of a pixel without light, subtracted before exposures are compared
   std::optional<RawLayout> raw;
-  std::optional<ResponseCurve> response;  ///< of a camera that is not linear: codes become light by it
+  std::optional<ResponseCurve> response;  ///< converts codes to light, for a camera that is not linear
   std::optional<SensorFiles> sensor;
   std::vector<CapturedPhotograph>
-      photographs;  ///< in the order they were taken; empty: all pictures of the folder
+      photographs;  ///< in the order of the exposures; empty: all pictures of the folder
 };
 
-/// "white", "black", "columns 3", "rows 0 complement" → its index in the sequence; nullopt: none.
+/// The index of a pattern in the sequence by its name: "white", "black", "columns 3", "rows 0 complement".
+/// nullopt: no such pattern.
 std::optional<int> code_pattern(const GrayCode& code, std::string_view name);
 
-/// fails: not_found, io; bad_format: "capture.toml:12: key: what; what is legal".
+/// fails: not_found, io; bad_format ("capture.toml:12: key: what; what is legal").
 Result<CaptureFile> read_capture_file(const std::filesystem::path& path);
 Result<CaptureFile> parse_capture_file(std::string_view text, const std::string& name);
 
-/// One picture of a capture folder: .raw by the layout, anything else by its content (read_image). value =
-/// code / largest code, or what the capture's response makes of the code (EXR and PFM hold light already). A
-/// mosaic stays one: each pixel is decoded by itself. fails: as read_image; bad_format
-/// (the file's size is not what the layout says), bad_argument (no layout).
+/// Reads one picture of a capture folder: .raw by the layout, any other file by its content (read_image).
+/// value = code / largest code, or the light that the capture's response gives for the code (EXR and PFM
+/// already contain light). A mosaic stays a mosaic: each pixel is decoded alone.
+/// fails: as read_image; bad_format (the file's size differs from the layout), bad_argument (no layout).
 Result<Image<float>> read_captured(const std::filesystem::path& file, const CaptureFile& capture);
 
-/// The photographs of a capture, in the order of the sequence. Photographs of one pattern with several
-/// exposures become one: Σ (y − pedestal) over those that are not saturated, over Σ exposure, which is the
-/// inverse-variance weight of shot noise; a pixel that all of them saturate gets 1. units: as the shortest
-/// exposure saw it. fails: bad_value (a pattern without a photograph, exposures told for some only),
-/// size_mismatch, as read_captured.
+/// The photographs of a capture, in the order of the sequence. Several exposures of one pattern become one
+/// photograph: Σ (y − pedestal) over the unsaturated ones, divided by Σ exposure. This is the
+/// inverse-variance weight of shot noise. A pixel that is saturated in all of them gets 1.
+/// units: those of the shortest exposure.
+/// fails: bad_value (a pattern without a photograph, exposures given for some only), size_mismatch, as
+/// read_captured.
 Result<CodePhotographs> read_capture(const std::filesystem::path& folder, const CaptureFile& capture,
                                      const ReadCodeOptions& options = {});
 

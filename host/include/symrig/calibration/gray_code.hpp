@@ -25,14 +25,14 @@ struct StripePair {
 };
 
 /// The Gray-code sequence of a projector, in the order of OpenCV's generator: the column bits, most
-/// significant first, each followed by its complement; the row bits likewise; white; black. Gray bit k of
-/// position x is bit k of x xor x / 2.
+/// significant first, each followed by its complement; the row bits in the same way; white; black. Gray bit k
+/// of position x is bit k of x xor x / 2.
 class GrayCode {
  public:
   explicit GrayCode(Grid projector);
 
-  /// The projector that a number of photographs stands for: 42 → 768x1024, 44 → 800x1280, 46 → 1080x1920; for
-  /// other numbers the smallest powers of two. nullopt if no sequence has this number.
+  /// The projector for a number of photographs: 42 → 768x1024, 44 → 800x1280, 46 → 1080x1920; for other
+  /// numbers the smallest powers of two. nullopt if no sequence has this number.
   static std::optional<GrayCode> of_length(int photographs);
 
   Grid projector() const { return projector_; }
@@ -44,11 +44,11 @@ class GrayCode {
   int black() const { return 2 * pairs() + 1; }
 
   StripePair pair(int index) const;
-  /// Bits of the axis on which this pair lies.
+  /// Number of bits of an axis.
   int bits(StripeAxis axis) const { return axis == StripeAxis::columns ? column_bits_ : row_bits_; }
-  /// Whether the pattern (not the complement) of a pair lights this position of its axis.
+  /// Whether the pattern of a pair (not its complement) lights this position of its axis.
   bool lit(int pair, int position) const;
-  /// What the projector shows for photograph `index`: 0 or 1.
+  /// The pattern of photograph `index`: values 0 or 1.
   Pattern pattern(int index) const;
 
  private:
@@ -56,8 +56,8 @@ class GrayCode {
   int column_bits_, row_bits_;
 };
 
-/// All patterns of the sequence, to be shown or written.  shapes: 2 (bits of columns + bits of rows) + 2
-/// patterns of `projector`.
+/// All patterns of the sequence.
+/// shapes: 2 (bits of columns + bits of rows) + 2 patterns of `projector`.
 std::vector<Pattern> gray_code_patterns(Grid projector);
 
 /// The photographs of one Gray-code sequence.
@@ -78,11 +78,11 @@ struct ReadCodeOptions {
   Progress progress = {};
 };
 
-/// Reads a folder of photographs: every .png, .exr and .pfm file in it, in natural order of their names (2
-/// before 10); or what its capture.toml says (capture_file.hpp). Colour is turned into luminance. fails:
-/// not_found (no folder, no pictures), size_mismatch (a number that is not 2 (column bits + row bits) + 2;
-/// photographs of several sizes), bad_value (white is not brighter than black), whatever read_image or
-/// read_capture_file fails with, interrupted.
+/// Reads a folder of photographs: every .png, .exr and .pfm file in it, in natural order of the names (2
+/// before 10); or the files of its capture.toml (capture_file.hpp). Colour becomes luminance.
+/// fails: not_found (no folder, no pictures), size_mismatch (a number that is not 2 (column bits + row bits)
+/// + 2; photographs of several sizes), bad_value (white is not brighter than black), as read_image and
+/// read_capture_file, interrupted.
 Result<CodePhotographs> read_gray_code_folder(const std::filesystem::path& folder,
                                               const ReadCodeOptions& options = {});
 

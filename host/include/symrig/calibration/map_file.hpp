@@ -7,16 +7,16 @@
 
 namespace symrig {
 
-/// The map as a picture for other programs: channels projector column, projector row, decoded (1 or 0), on
-/// the camera grid.
+/// The map as a picture for other programs. Its channels are projector column, projector row, decoded (1 or
+/// 0), on the camera grid.
 Image<float> map_picture(const PixelMap& map);
 
-/// The map of such a picture. Uncertainty, contrast and noise are not in it and stay empty.
-/// fails: bad_value (a decoded position is not on the projector: the first such pixel is named), bad_format
+/// Reads the map from such a picture. Uncertainty, contrast and noise are not in it and stay empty.
+/// fails: bad_value (a decoded position is not on the projector; names the first such pixel), bad_format
 /// (another number of channels, a third channel that is neither 0 nor 1).
 Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, const std::string& name);
 
-/// read_image and map_of_picture in one, of a file that `symrig calibrate -o` wrote.
+/// read_image, then map_of_picture, for a file of `symrig calibrate -o`.
 Result<PixelMap> read_pixel_map(const std::filesystem::path& path, Grid projector);
 
 }  // namespace symrig

@@ -6,27 +6,27 @@
 namespace symrig {
 
 struct MapQualityOptions {
-  /// Lit: white − black above this, units of the photographs. More than 10 codes of 8 bits, and half a code
-  /// for rounding.
+  /// A pixel is lit if white − black is above this, in units of the photographs. The value is more than 10
+  /// codes of 8 bits, plus half a code for rounding.
   double lit_contrast = 10.5 / 255;
   double outlier = 1.5;  ///< [projector pixels] from the local affine fit
-  int reach = 7;         ///< the fit looks at (2 reach + 1)² camera pixels,
-  int least = 20;        ///< and needs this many valid ones
+  int reach = 7;         ///< the fit uses (2 reach + 1)² camera pixels
+  int least = 20;        ///< and needs this many valid pixels
   int stride = 1;        ///< judges every stride-th row and column
 };
 
-/// How smooth a pixel map is, by a judge that shares nothing with the decoder. All shares but the first two
-/// are of the valid lit pixels that are judged.
+/// The smoothness of a pixel map, computed independently of the decoder. All shares but the first two are
+/// shares of the judged pixels, which are valid and lit.
 struct MapQuality {
   double lit_share = 0;           ///< lit / all camera pixels
   double valid_share = 0;         ///< lit pixels with a position / lit pixels
   double outlier_share = 0;       ///< further than `outlier` from the fit, or without a fit (alone_share)
-  double axis_outlier_share = 0;  ///< further than that along an axis; mean of both axes
-  double rms = 0;                 ///< residual per axis of the pixels that are no outliers [projector pixels]
-  double alone_share = 0;         ///< with fewer than `least` valid neighbours, or all of them on a line
+  double axis_outlier_share = 0;  ///< further than `outlier` along one axis; mean of both axes
+  double rms = 0;          ///< residual per axis of the pixels that are not outliers [projector pixels]
+  double alone_share = 0;  ///< with fewer than `least` valid neighbours, or all of them on a line
 };
 
-/// Distances along both axes of the projector; NaN where there is no position, or no fit.
+/// Distances along both axes of the projector; NaN where there is no position or no fit.
 struct MapResiduals {
   Image<float> col, row;
 
@@ -34,15 +34,15 @@ struct MapResiduals {
   float distance(std::size_t pixel) const;
 };
 
-/// How far each valid position lies from an affine map fitted to the valid positions around it [projector
-/// pixels]. The pixel itself is left out. The fit is iteratively re-weighted least squares (first absolute
-/// residuals, then Tukey's biweight at 4.685 robust sigmas); where two surfaces meet it is the one of the
-/// majority. A map that was smoothed over neighbours looks better here than it is: judge such a map by
-/// photographs that it has not seen, too.
+/// The distance of each valid position from an affine map that is fitted to the valid positions around it
+/// [projector pixels]. The fit does not use the pixel itself. It is iteratively re-weighted least squares
+/// (first absolute residuals, then Tukey's biweight at 4.685 robust sigmas). Where two surfaces meet, it
+/// follows the one with more pixels. A map that was smoothed over neighbours looks better here than it is:
+/// also test such a map on photographs that it has not used.
 MapResiduals map_residuals(const PixelMap& map, const MapQualityOptions& options = {});
 
 MapQuality judge_map(const PixelMap& map, const MapQualityOptions& options = {});
-/// The same of residuals that are known already.
+/// As above, with known residuals.
 MapQuality judge_map(const PixelMap& map, const MapResiduals& residuals,
                      const MapQualityOptions& options = {});
 

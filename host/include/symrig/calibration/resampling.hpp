@@ -8,34 +8,38 @@
 
 namespace symrig {
 
-/// Brings pictures from the camera's grid to the projector's and back, through a pixel map: a sparse matrix
-/// R, projector pixels × camera pixels. R_ji is the share of camera pixel i's light that came from projector
-/// pixel j: the box that the camera pixel covers on the projector (its sides: how far the map runs from one
-/// camera pixel to the next, along both axes of the projector), cut by projector pixel j. Each decoded camera
-/// pixel hands out all of its light, Σ_j R_ji = 1, at the projector's border too; the others hand out none.
-/// So Σ R x = Σ x over decoded pixels: light is neither made nor lost.
+/// Converts pictures from the camera's grid to the projector's and back, through a pixel map. It is a sparse
+/// matrix R, projector pixels × camera pixels. R_ji is the share of camera pixel i's light that came from
+/// projector pixel j. Camera pixel i covers a box on the projector; R_ji is the part of the box in projector
+/// pixel j. The sides of the box are the steps of the map from one camera pixel to the next, along both axes
+/// of the projector.
+/// Each decoded camera pixel distributes all of its light, Σ_j R_ji = 1, also at the projector's border; the
+/// others distribute none. So Σ R x = Σ x over decoded pixels: no light is added or lost.
 class Resampling {
  public:
-  /// cost: 4 to 9 weights a decoded pixel. fails: size_mismatch (images of the map differ in size), bad_value
-  /// (a position is not finite, or lies off the projector by more than a pixel).
+  /// cost: 4 to 9 weights for each decoded pixel.
+  /// fails: size_mismatch (images of the map differ in size), bad_value (a position is not finite, or is more
+  /// than a pixel outside the projector).
   static Result<Resampling> from_map(const PixelMap& map);
 
   Grid camera() const { return camera_; }
   Grid projector() const { return projector_; }
   std::size_t weights() const { return weight_.size(); }
 
-  /// R x: light on each projector pixel, any number of channels. error: sums are 64 bits wide, results
-  /// rounded to
-  /// 32. fails: size_mismatch.
+  /// R x: light on each projector pixel, any number of channels.
+  /// error: sums are 64 bits wide, results are rounded to 32.
+  /// fails: size_mismatch.
   Result<Image<float>> to_projector(const Image<float>& camera) const;
-  /// Rᵀ y: what each camera pixel sees of a picture on the projector, the mean over its box; 0 where not
-  /// decoded. fails: size_mismatch.
+  /// Rᵀ y: the mean of a projector picture over each camera pixel's box; 0 where not decoded.
+  /// fails: size_mismatch.
   Result<Image<float>> to_camera(const Image<float>& projector) const;
-  /// R 1: how many camera pixels each projector pixel gets its light from; 0 where none looks.
+  /// R 1: the number of camera pixels that each projector pixel gets its light from; 0 where no camera pixel
+  /// looks.
   const Image<float>& coverage() const { return coverage_; }
-  /// R x / R 1, for what is a mean and not a sum (radiance, reflectance); 0 where no camera pixel looks. A
-  /// camera pixel that the projector's border cuts sees dark beside it, and would darken the mean: it counts
-  /// only where no pixel that lies wholly on the projector tells. fails: size_mismatch.
+  /// R x / R 1, for quantities that are means and not sums (radiance, reflectance); 0 where no camera pixel
+  /// looks. A camera pixel on the projector's border also sees the dark beside it, and would darken the mean.
+  /// It counts only where no camera pixel lies completely on the projector.
+  /// fails: size_mismatch.
   Result<Image<float>> mean_on_projector(const Image<float>& camera) const;
 
  private:
@@ -46,7 +50,7 @@ class Resampling {
   std::vector<std::uint32_t> pixel_;  ///< projector pixel of each weight
   std::vector<float> weight_;
   Image<float> coverage_;
-  Image<float> inside_;           ///< camera grid: 1 where the box lies wholly on the projector
+  Image<float> inside_;           ///< camera grid: 1 where the box lies completely on the projector
   Image<float> inside_coverage_;  ///< R inside
 };
 

@@ -14,7 +14,7 @@
 
 namespace symrig {
 
-/// The frames that `[sensor]` of a capture.toml names, as codes: docs/sensor.md.
+/// The frames that `[sensor]` of a capture.toml names, as codes (docs/sensor.md).
 struct SensorPhotographs {
   using Codes = std::vector<std::uint16_t>;
   struct Still {
@@ -29,22 +29,22 @@ struct SensorPhotographs {
   std::vector<Still> bracket;            ///< of one still scene in steady light
 };
 
-/// fails: as read_capture_file and read_captured; bad_value (no [sensor], bits not told, a code beyond them),
-/// size_mismatch, interrupted.
+/// fails: as read_capture_file and read_captured; bad_value (no [sensor], unknown number of bits, a code that
+/// exceeds them), size_mismatch, interrupted.
 Result<SensorPhotographs> read_sensor_folder(const std::filesystem::path& folder,
                                              const Progress& progress = {});
 
-/// What they tell of the sensor.
+/// The results for the sensor.
 struct SensorFindings {
   std::optional<Sensor> sensor;           ///< from dark and flat frames
-  std::optional<Linearity> linearity;     ///< from the bracket, where the sensor is known
-  std::optional<ResponseCurve> response;  ///< [Debevec97], where the bracket does not prove the camera linear
-  /// Largest difference between it and [Robertson99], as a share of full light: what the method costs.
+  std::optional<Linearity> linearity;     ///< from the bracket, if the sensor is measured
+  std::optional<ResponseCurve> response;  ///< [Debevec97], unless the bracket proves the camera linear
+  /// Largest difference from [Robertson99], as a share of full light: the uncertainty of the method.
   double response_doubt = 0;
 };
 
-/// fails: bad_value (nothing to learn from: neither dark and flat frames nor a bracket), as measure_sensor,
-/// test_linearity, recover_debevec and recover_robertson.
+/// fails: bad_value (neither dark and flat frames nor a bracket), as measure_sensor, test_linearity,
+/// recover_debevec and recover_robertson.
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
 
 }  // namespace symrig

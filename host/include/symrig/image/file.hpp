@@ -13,26 +13,28 @@
 
 namespace symrig {
 
-/// The most pixels a picture may have to be read. Checked against its header before anything is allocated.
+/// The largest number of pixels of a picture that can be read. It is compared with the header before anything
+/// is allocated.
 inline constexpr std::int64_t kMaxPicturePixels = std::int64_t{1} << 27;
 
-/// Reads a picture; the format is chosen by the file's content, never by its name.
-///   OpenEXR  float, half or uint; R G B → 3 channels, any single channel → 1; A is dropped
-///   PNG      1 to 16 bits, grey, RGB, palette: value = code / largest code, *linear* (no tone curve undone);
-///            alpha is dropped and the colours stay as stored; grey → 1 channel, colour → 3
-///   PFM      PF → 3 channels, Pf → 1; values as stored (the size of the scale line is not applied)
+/// Reads a picture. The content of the file chooses the format, never its name.
+/// - OpenEXR: float, half or uint; R G B → 3 channels, any single channel → 1; A is ignored.
+/// - PNG: 1 to 16 bits, grey, RGB or palette; value = code / largest code, *linear* (no tone curve is
+/// undone); alpha is ignored, the colours stay as stored; grey → 1 channel, colour → 3.
+/// - PFM: PF → 3 channels, Pf → 1; values as stored (the scale line's magnitude is not applied).
 /// fails: not_found, io, bad_format (no known picture, truncated, damaged, too large), bad_value (NaN or
-/// infinity: the first such pixel is named).
+/// infinity; names the first such pixel).
 Result<Image<float>> read_image(const std::filesystem::path& path);
-/// The same from memory; `name` stands in messages.
+/// As read_image, from memory. name: for messages.
 Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::string& name);
 
-/// Writes a linear picture of 1 or 3 channels; the suffix chooses: .exr (32-bit float), .pfm, .png (16 bits,
-/// clipped to [0,1], linear). Written atomically.
+/// Writes a linear picture of 1 or 3 channels. The suffix chooses the format: .exr (32-bit float), .pfm, .png
+/// (16 bits, clipped to [0,1], linear). The file is written atomically.
 /// fails: bad_argument (another suffix, other channels, empty), bad_value (NaN or infinity), not_found, io.
 Result<void> write_image(const std::filesystem::path& path, const Image<float>& image);
 
-/// A picture for people: 8-bit PNG, sRGB tone curve of exposure · value, clipped. Written atomically.
+/// Writes a picture for viewing: 8-bit PNG, sRGB tone curve of exposure · value, clipped. The file is written
+/// atomically.
 /// fails: as write_image, and bad_argument unless exposure is positive and finite.
 Result<void> write_display_png(const std::filesystem::path& path, const Image<float>& image,
                                double exposure = 1);
@@ -40,8 +42,8 @@ Result<void> write_display_png(const std::filesystem::path& path, const Image<fl
 /// exposure · value through the sRGB curve (IEC 61966-2-1), clipped and rounded to 8 bits. NaN becomes 0.
 Image<std::uint8_t> to_display(const Image<float>& image, double exposure = 1);
 
-/// 8-bit PNG in memory, codes as they are (say to_display first), 1 or 3 channels.
-/// Empty if the image is empty or has other channels.
+/// 8-bit PNG in memory, 1 or 3 channels. The codes stay unchanged (call to_display first). Empty if the image
+/// is empty or has other channels.
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
 
 /// 1-bit PNG in memory: black where the code is 0, else white. Empty if the image is empty or has more than

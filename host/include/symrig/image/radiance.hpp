@@ -7,11 +7,11 @@
 
 namespace symrig {
 
-/// One photograph: radiance per unit of projector light, with what is known of its error.
-/// mean and variance have the same grid and channels; valid has them too (1 = the mean can be trusted, 0 = no
-/// usable sample). Where valid is 0, mean is 0 and variance is 0: consumers must test valid, never guess from
-/// the numbers. mean is signed: black subtraction may leave it below zero, and clipping it would bias every
-/// sum.
+/// One photograph: radiance per unit of projector light, with its uncertainty.
+/// mean, variance and valid have the same grid and channels. valid is 1 where the mean can be trusted, 0
+/// where no sample is usable. Where valid is 0, mean and variance are 0: test valid, never guess from the
+/// numbers. mean is signed, because black subtraction may give values below zero. Clipping them would bias
+/// every sum.
 struct Radiance {
   Image<float> mean;
   Image<float> variance;  ///< of mean, same units squared; 0 only where the measurement is noise-free

@@ -21,9 +21,9 @@ struct Tile {
   constexpr bool operator==(const Tile&) const = default;
 };
 
-/// rows × cols coaxial views that tile one grid, as a mirror array or several projector-camera pairs show
-/// them [Garg06 Fig. 5, 7]. Of n pixels along an axis with V views, view k has [⌊k n / V⌋, ⌊(k + 1) n / V⌋):
-/// tiles differ by at most one pixel where the grid does not divide.
+/// rows × cols coaxial views that tile one grid. They come from a mirror array or several projector-camera
+/// pairs [Garg06 Fig. 5, 7]. Of n pixels along an axis with V views, view k has [⌊k n / V⌋, ⌊(k + 1) n / V⌋).
+/// So tiles differ by at most one pixel if n is not divisible by V.
 struct ViewLayout {
   int rows = 1, cols = 1;
 

@@ -8,7 +8,7 @@
 
 namespace symrig {
 
-/// What became of the nodes of one level: leaves by kind, and nodes that were split into children.
+/// The nodes of one level: leaves by kind, and nodes that were split into children.
 struct NodeCounts {
   LeafCounts leaves;
   std::int64_t subdivided = 0;
@@ -18,9 +18,9 @@ struct NodeCounts {
   }
 };
 
-/// One entry a level of the deeper tree. Counts stored nodes: in a symmetric tensor each unordered pair of
-/// blocks once. A node is subdivided if a
-/// leaf of a deeper level lies in it; told for symmetric tensors only, others are not grown level by level.
+/// One entry for each level of the deeper tree. It counts stored nodes: in a symmetric tensor each unordered
+/// pair of blocks once. A node is subdivided if it contains a leaf of a deeper level. This is counted for
+/// symmetric tensors only, because others do not grow level by level.
 /// source: [Garg06 Fig. 9]
 std::vector<NodeCounts> node_counts(const TransportTensor& tensor);
 

@@ -6,10 +6,10 @@
 
 namespace symrig {
 
-/// What makes `rig` another scene than the one that a file says it was captured from (captured_scene(), rigs
-/// as Probe::describe() tells them): a fact each; none if light goes the same way in both, or if the file
-/// does not say. Of simulated rigs what does not change the true transport does not count: noise, exposures,
-/// misalignment, flare, and a seed that no texture comes from.
+/// The differences between the scene of `rig` and the scene that a file was captured from (captured_scene();
+/// rigs as in Probe::describe()). One text for each difference; none if the light transport is the same, or
+/// if the file does not state its scene. For simulated rigs only the true transport counts: noise, exposures,
+/// misalignment, flare, and a seed without texture make no difference.
 std::vector<std::string> differences_of_scene(const std::string& captured, const std::string& rig);
 
 }  // namespace symrig

@@ -14,55 +14,55 @@
 
 namespace symrig {
 
-/// What `symrig capture --json` tells beside the tensor itself. Times in seconds of host time unless said.
+/// The facts of `symrig capture --json` beside the tensor. Times are seconds on the host, unless stated.
 struct CaptureSummary {
-  std::string scene = {};  ///< what was in front of the camera: Probe::describe()
+  std::string scene = {};  ///< the rig and its scene: Probe::describe()
   Algorithm algorithm = Algorithm::symrig;
-  RankRule rule = {};         ///< as it was in force
+  RankRule rule = {};         ///< as used
   double dual_threshold = 0;  ///< of Algorithm::dual
   std::string noise = {};     ///< "off" or "camera"
   ProbeCost cost = {};
   double measure_seconds = 0;          ///< waiting for photographs (simulation and merging included)
   double total_seconds = 0;            ///< from the start of the command to the finished tensor
   std::int64_t peak_memory_bytes = 0;  ///< largest resident size of the process so far
-  std::int64_t replayed = 0;           ///< photographs that came from the log of a capture broken off
-  RigTrouble trouble = {};             ///< what went wrong with frames and devices, and was put right
+  std::int64_t replayed = 0;           ///< photographs from the log of an interrupted capture
+  RigTrouble trouble = {};             ///< what went wrong with frames and devices, and was repaired
   Made made = {};
 };
 
-/// The keys of `symrig capture --json` (docs/command-line.md): one JSON object, indented, ends with a
-/// newline.
+/// The JSON of `symrig capture --json` (docs/command-line.md): one object, indented, ends with a newline.
 std::string capture_json(const CaptureSummary& summary, const CaptureResult& result);
 
-/// What steers the choice of patterns, as "name value" lines with the names of capture_json: the options that
-/// a capture must share with a log to be continued from it (LogIdentity). Budgets are not among them: a
+/// The settings that determine the choice of patterns, as "name value" lines with the names of capture_json.
+/// A capture can continue from a log only with the same settings (LogIdentity). Budgets are not included: a
 /// continued capture may have others.
 std::string settings_text(const CaptureSettings& settings);
 
-/// What a log of this capture is of: for create_photograph_log and open_photograph_log.
+/// The identity of a log of this capture, for create_photograph_log and open_photograph_log.
 LogIdentity log_identity(const Probe& rig, const CaptureSettings& settings);
 
-/// How well a held-out photograph is predicted. Radiance in the units of the tensor.
+/// The prediction error of a held-out photograph. Radiance is in the units of the tensor.
 struct HeldOutError {
   std::string name;
   double rms = 0;               ///< of prediction − photograph over lit pixels, all channels
   double mean_white = 0;        ///< mean flood-lit prediction over lit pixels
   std::int64_t lit_pixels = 0;  ///< camera pixels with a flood-lit prediction above a tenth of its mean
-  /// The error as it is quoted: share of mean white (0 where nothing is lit).
+  /// The relative error: share of mean white (0 where nothing is lit).
   double relative() const { return mean_white > 0 ? rms / mean_white : 0; }
 };
 
-/// Predicts one held-out photograph and compares.  fails: size_mismatch.
+/// Predicts one held-out photograph and compares.
+/// fails: size_mismatch.
 Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out);
 
-/// The keys of `symrig evaluate --json`. errors may be null (no truth given), and so may how far off they
-/// are. differs: differences_of_scene().
+/// The JSON of `symrig evaluate --json`. errors (no truth given) and half_width may be null. differs:
+/// differences_of_scene().
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out,
                             const TransportErrors* half_width = nullptr,
                             const std::vector<std::string>& differs = {});
 
-/// The keys of `symrig inspect --json`.
+/// The JSON of `symrig inspect --json`.
 std::string inspection_json(const StoredScene& scene);
 
 /// The `scene` key of a stored capture_json, empty if there is none.

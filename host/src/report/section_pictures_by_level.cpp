@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture as it would stand had the capture ended earlier [Garg06 Fig. 11].
+// The relit picture if the capture had ended after each level [Garg06 Fig. 11].
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/save_link.hpp"
@@ -15,7 +15,7 @@
 namespace symrig::report {
 namespace {
 
-/// How badly a tensor predicts the photographs that were held out of it.
+/// Squared error of a tensor's predictions of its held-out photographs.
 Result<double> misfit(const TransportTensor& tensor, const std::vector<HeldOut>& held_out) {
   double squares = 0;
   for (const HeldOut& one : held_out) {
@@ -26,8 +26,8 @@ Result<double> misfit(const TransportTensor& tensor, const std::vector<HeldOut>&
   return squares;
 }
 
-/// As the capture itself does it: what the held-out photographs like better; direct light where there are
-/// none.
+/// The tensor of a capture that stops at this level. As in a capture, the held-out photographs choose between
+/// direct light and products inside blocks; direct light if there are none.
 Result<TransportTensor> stopped(const StoredScene& scene, int level) {
   TransportTensor direct = stopped_capture(scene.tensor, level, WithinBlocks::direct);
   if (scene.held_out.empty()) return direct;
@@ -37,7 +37,7 @@ Result<TransportTensor> stopped(const StoredScene& scene, int level) {
   return of_product < of_direct ? std::move(product) : std::move(direct);
 }
 
-/// The stage that measured the blocks of `level`: the one before the levels, or the search of the level
+/// The stage that measured the blocks of `level`: the stage before the levels, or the search of the level
 /// above.
 const Stage* stage_before(const Context& context, int level) {
   if (level == 0) return context.stages.size() > 1 ? &context.stages.front() : nullptr;
@@ -46,7 +46,7 @@ const Stage* stage_before(const Context& context, int level) {
   return found != context.stages.end() ? &*found : nullptr;
 }
 
-/// The last level whose blocks the capture measured, as far as the file tells.
+/// The last level whose blocks the capture measured, according to the file.
 int last_level(const Context& context) {
   const int deepest = context.tensor().camera_tree().levels() - 1;
   int last = -1;
@@ -59,12 +59,12 @@ std::string when(const Context& context, int level) {
   const Stage* stage = stage_before(context, level);
   std::string text = level == 0 ? "Before the levels" : fmt::format("After level {}", level - 1);
   if (stage == nullptr || !stage->by_then) return text;
-  return text + fmt::format(" ({} patterns)", told(stage->by_then, grouped));
+  return text + fmt::format(" ({} patterns)", sourced_text(stage->by_then, grouped));
 }
 
 }  // namespace
 
-Result<std::string> stopped_pictures(const Context& context) {
+Result<std::string> pictures_by_level(const Context& context) {
   const Image<float> letters = letters_pattern(context.tensor().projector_grid());
   SYMRIG_TRY(Image<float> reference, context.tensor().apply(letters));
   if (context.has_truth()) {
@@ -79,22 +79,19 @@ Result<std::string> stopped_pictures(const Context& context) {
     figures.push_back(figure(
         photograph(shrunk(relit, kSmallSide), white),
         {.alt = fmt::format("stopped with blocks of level {}", level),
-         .caption_html = fmt::format("{}: off by {}.", when(context, level),
+         .caption_html = fmt::format("{}: error {}.", when(context, level),
                                      number(off, fmt::format("letters:/stopped/{}", level), percent(off))),
          .file = context.file(fmt::format("stopped-{}", level))}));
   }
   const std::string_view reference_name = context.has_truth() ? "ground truth" : "the finished tensor";
   return "<h3>Stopped at each level</h3>\n" +
-         paragraph(fmt::format("Relit by the letters, as a capture would do that stops there "
-                               "(<code>--max-patterns</code>), made from the "
-                               "finished tensor. Two blocks that would have been cut further become the "
-                               "product of what they see of each "
-                               "other; a block with itself becomes direct light. So light that goes from the "
-                               "letters to other places in "
-                               "large blocks is spread over them. Off by: ‖relit − reference‖ / ‖reference‖ "
-                               "of this picture; the "
-                               "reference is {}.",
-                               reference_name)) +
+         paragraph(fmt::format(
+             "The letters, relit from a capture that stops there (<code>--max-patterns</code>), computed "
+             "from the finished tensor. A pair of different blocks that would be divided further becomes one "
+             "product of two pictures. A block with itself becomes direct light. So light that goes from the "
+             "letters to other places in large blocks is spread over these blocks. Error: ‖relit − "
+             "reference‖ / ‖reference‖ of this picture; the reference is {}.",
+             reference_name)) +
          row_of(figures, 180);
 }
 

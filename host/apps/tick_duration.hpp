@@ -7,7 +7,7 @@
 
 namespace symrig::apps {
 
-/// "8 ns", "34.36 s": a span of a board's ticks, four significant figures.
-std::string span_text(TickRate rate, Ticks ticks);
+/// A number of board ticks as a duration with four significant figures: "8 ns", "34.36 s".
+std::string tick_duration_text(TickRate rate, Ticks ticks);
 
 }  // namespace symrig::apps

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "spans.hpp"
+#include "tick_duration.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace symrig::apps {
 
-std::string span_text(TickRate rate, Ticks ticks) {
+std::string tick_duration_text(TickRate rate, Ticks ticks) {
   struct Unit {
     double seconds;
     const char* name;
