@@ -212,13 +212,13 @@ def a_log_that_goes_away(here):
     (here.folder / "out.h5.log").unlink()
     process.send_signal(signal.SIGINT)
     err = process.communicate(timeout=PATIENCE)[1]
-    assert process.returncode == 5 and b"is gone" in err and b"keeps" not in err and b"--resume" not in err, err
+    assert process.returncode == 5 and b"was deleted or moved" in err and b"keeps" not in err and b"--resume" not in err, err
     process = begun(here, ["capture", "--rig", SLOW, "-o", "out.h5"])
     (here.folder / "out.h5.log").rename(here.folder / "out.moved")
     (here.folder / "out.h5.log").write_text("of somebody else")
     process.send_signal(signal.SIGINT)
     err = process.communicate(timeout=PATIENCE)[1]
-    assert b"is gone" in err and (here.folder / "out.h5.log").read_text() == "of somebody else", err
+    assert b"was deleted or moved" in err and (here.folder / "out.h5.log").read_text() == "of somebody else", err
     here.tidy()
 
 
