@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "serial_transport.hpp"
 
+#include "symrig/base/serial_line.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -15,23 +17,6 @@
 namespace symrig::sbc {
 namespace {
 
-struct Rate {
-  std::uint32_t baud;
-  speed_t code;
-};
-constexpr std::array<Rate, 12> kRates{{{9'600, B9600},
-                                       {19'200, B19200},
-                                       {38'400, B38400},
-                                       {57'600, B57600},
-                                       {115'200, B115200},
-                                       {230'400, B230400},
-                                       {460'800, B460800},
-                                       {921'600, B921600},
-                                       {1'000'000, B1000000},
-                                       {2'000'000, B2000000},
-                                       {3'000'000, B3000000},
-                                       {4'000'000, B4000000}}};
-
 Error cannot_open(const std::string& path, int error) {
   const char* hint = "check the path in board.toml";
   if (error == EACCES) hint = "run as a member of the port's group (dialout)";
@@ -40,28 +25,13 @@ Error cannot_open(const std::string& path, int error) {
           fmt::format("{} cannot be opened ({})", path, std::strerror(error)), hint};
 }
 
-/// Raw: every byte passes as it is. false: no serial port.
-bool make_raw(const Fd& port, speed_t code) {
-  termios settings{};
-  if (::tcgetattr(port.get(), &settings) != 0) return false;
-  ::cfmakeraw(&settings);
-  settings.c_cflag |= CLOCAL | CREAD;
-  settings.c_cflag &= ~static_cast<tcflag_t>(CRTSCTS | CSTOPB);
-  ::cfsetspeed(&settings, code);
-  return ::tcsetattr(port.get(), TCSANOW, &settings) == 0 && ::tcflush(port.get(), TCIOFLUSH) == 0;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<SerialTransport>> SerialTransport::open(const std::string& path, std::uint32_t baud) {
-  const auto* rate =
-      std::find_if(kRates.begin(), kRates.end(), [baud](const Rate& one) { return one.baud == baud; });
-  if (rate == kRates.end())
-    return Error{ErrorCode::bad_argument, fmt::format("serial ports know no {} baud", baud),
-                 "115200 is usual"};
+  SYMRIG_TRY(const std::uint32_t speed, serial_speed(baud));
   Fd port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!port || ::flock(port.get(), LOCK_EX | LOCK_NB) != 0) return cannot_open(path, errno);
-  if (!make_raw(port, rate->code))
+  if (!make_raw_line(port.get(), speed) || ::tcflush(port.get(), TCIOFLUSH) != 0)
     return Error{ErrorCode::bad_argument, fmt::format("{} is not a serial port", path),
                  "give a device such as /dev/ttyS0"};
   return std::unique_ptr<SerialTransport>(new SerialTransport(std::move(port), "serial:" + path));
