@@ -66,7 +66,7 @@ Result<void> read_seeds(const BenchChoice& choice, BenchPlan& plan) {
   if (seeds < 1 || seeds > kMost)
     return Error{ErrorCode::bad_argument, fmt::format("--seeds cannot be {}", seeds),
                  fmt::format("give a whole number from 1 to {}", kMost)};
-  plan.seeds.resize(static_cast<std::size_t>(seeds));
+  plan.seeds.resize(seeds);
   std::iota(plan.seeds.begin(), plan.seeds.end(), 1);
   return {};
 }

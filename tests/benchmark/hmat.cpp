@@ -79,7 +79,7 @@ class Compression {
     std::function<void()> keep;
   };
 
-  int raster(int index) const { return tree_.order()[static_cast<std::size_t>(index)]; }
+  int raster(int index) const { return tree_.order()[index]; }
 
   Matrix block(const Block& i, const Block& j) const {
     Matrix t(i.size(), j.size());
@@ -93,8 +93,7 @@ class Compression {
   }
 
   Choice best(int level, int i, int j) {
-    const Block bi = tree_.level(level)[static_cast<std::size_t>(i)],
-                bj = tree_.level(level)[static_cast<std::size_t>(j)];
+    const Block bi = tree_.level(level)[i], bj = tree_.level(level)[j];
     const Matrix t = block(bi, bj);
     if (t.isZero(0)) return {1, [] {}};
     if (bi.size() == 1)

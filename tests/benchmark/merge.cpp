@@ -185,7 +185,7 @@ void measure(Grid grid, int channels, int frames, int rounds) {
 
 /// Frames added one by one (MergeStream), two threads: input pixels a second, beginning and end included.
 void measure_stream(Grid grid, int frames, int rounds) {
-  const auto values = static_cast<std::size_t>(grid.size());
+  const std::size_t values = grid.size();
   const auto bracket = ramp(values, frames);
   const auto all = bracket.frames();
   tbb::task_arena two(2);

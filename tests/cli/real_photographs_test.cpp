@@ -35,7 +35,7 @@ class RealFolder : public CommandTest {
   /// Photograph k becomes a link to the real one of another number.
   void link(int k, int source) const {
     std::filesystem::remove(at(k));
-    std::filesystem::create_symlink(sources_[static_cast<std::size_t>(source)], at(k));
+    std::filesystem::create_symlink(sources_[source], at(k));
   }
   /// Photograph k becomes a changed copy, of the same number.
   void alter(int k, const std::function<float(const Image<float>&, int row, int col)>& value) const {

@@ -139,7 +139,7 @@ TEST_F(Relight, a_light_of_another_size_is_refused_with_both_sizes) {
 
 TEST_F(Relight, nan_and_infinity_in_a_light_are_refused) {
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    std::vector<float> values(static_cast<std::size_t>(kGrid.size()), 1.0F);
+    std::vector<float> values(kGrid.size(), 1.0F);
     values[100] = bad;
     write_raw_pfm("bad.pfm", kGrid, values);
     for (const char* command : {"relight", "dual"})

@@ -108,7 +108,7 @@ CameraSettings settings_from(std::uint8_t choice) {
 
 /// Frames of the size that was promised, whatever the driver says.
 void stream(V4l2Camera& camera, test::FakeCamera& fake) {
-  const auto pixels = static_cast<std::size_t>(camera.grid().size());
+  const std::size_t pixels = camera.grid().size();
   for (std::uint32_t k = 0; k < 6; ++k) {
     test::FakeFrame frame;
     frame.sequence = k;

@@ -190,8 +190,8 @@ class Reader {
         keys.fail(fmt::format("{}: GPIO line '{}' is named twice", source_, line.gpio),
                   "take another for one");
     }
-    const auto outputs = static_cast<std::size_t>(std::count_if(
-        file_.lines.begin(), file_.lines.end(), [](const BoardLine& line) { return line.output; }));
+    const std::size_t outputs = std::count_if(file_.lines.begin(), file_.lines.end(),
+                                              [](const BoardLine& line) { return line.output; });
     if (outputs == 0 || outputs > kMaxOutputs || file_.lines.size() > kMaxLines)
       keys.fail(fmt::format("{}: {} outputs and {} inputs", source_, outputs, file_.lines.size() - outputs),
                 fmt::format("a board has 1 to {} outputs, and {} lines at most", kMaxOutputs, kMaxLines));

@@ -123,7 +123,7 @@ double automatic_exposure(const Image<float>& picture) {
   std::vector<float> values(picture.values().begin(), picture.values().end());
   const auto rank = static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
-  const float white = values[static_cast<std::size_t>(rank)];
+  const float white = values[rank];
   return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 

@@ -45,7 +45,7 @@ class TemporaryFile {
       const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) return false;
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
+      bytes = bytes.subspan(written);
     }
     return true;
   }
@@ -188,10 +188,10 @@ Result<std::vector<std::byte>> read_file(const fs::path& path, std::uint64_t max
   if (size > max_bytes)
     return Error{ErrorCode::limit, path.string() + ": has " + std::to_string(size) + " bytes; at most " +
                                        std::to_string(max_bytes) + " are read"};
-  std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+  std::vector<std::byte> bytes(size);
   const std::ptrdiff_t got = read_all(file.fd(), bytes);
   if (got < 0) return read_error(path, errno);
-  bytes.resize(static_cast<std::size_t>(got));
+  bytes.resize(got);
   return bytes;
 }
 

@@ -72,7 +72,7 @@ Result<void> ByteStream::send(std::span<const std::uint8_t> bytes, Nanoseconds p
   while (!bytes.empty()) {
     const ssize_t sent = put(fd_.get(), bytes);
     if (sent > 0) {
-      bytes = bytes.subspan(static_cast<std::size_t>(sent));
+      bytes = bytes.subspan(sent);
       continue;
     }
     if (sent < 0 && !again(errno)) return lost(name_, std::strerror(errno));
@@ -91,7 +91,7 @@ Result<std::vector<std::uint8_t>> ByteStream::receive(Nanoseconds timeout) const
   if (count == 0) return lost(name_, "the other end has closed");
   if (count < 0 && !again(errno))
     return lost(name_, errno == EIO ? "the device is gone" : std::strerror(errno));
-  bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
+  bytes.resize(std::max<ssize_t>(count, 0));
   return bytes;
 }
 

@@ -23,7 +23,7 @@ camera::SampleDepth depth_of(const RawLayout& raw) {
 }
 
 Result<Image<float>> read_raw(const fs::path& file, const RawLayout& raw) {
-  const auto rows = static_cast<std::size_t>(raw.size.rows);
+  const std::size_t rows = raw.size.rows;
   const std::size_t whole = raw.stride * rows;
   const std::size_t least = raw.stride * (rows - 1) + row_bytes(*raw.format, raw.size.cols);
   SYMRIG_TRY(const auto bytes, read_file(file, std::max<std::uint64_t>(whole, std::uint64_t{1} << 31)));
@@ -35,13 +35,13 @@ Result<Image<float>> read_raw(const fs::path& file, const RawLayout& raw) {
   const camera::SampleDepth depth = depth_of(raw);
   const auto largest = static_cast<float>((1U << depth.bits) - 1);
   Image<float> image(raw.size);
-  std::vector<std::uint16_t> codes(static_cast<std::size_t>(raw.size.cols));
+  std::vector<std::uint16_t> codes(raw.size.cols);
   for (int row = 0; row < raw.size.rows; ++row) {
     const auto at = raw.stride * static_cast<std::size_t>(row);
     camera::unpack(raw.format->packing, depth,
                    std::span(bytes).subspan(at, std::min(raw.stride, bytes.size() - at)), codes);
     for (int col = 0; col < raw.size.cols; ++col)
-      image.at(row, col) = static_cast<float>(codes[static_cast<std::size_t>(col)]) / largest;
+      image.at(row, col) = static_cast<float>(codes[col]) / largest;
   }
   return image;
 }

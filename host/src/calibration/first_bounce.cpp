@@ -108,7 +108,7 @@ Result<void> predict_held_out(const CodePhotographs& photographs, const FitOptio
   for (int complement = 0; complement < 2; ++complement) {
     const int index = 2 * pair + complement;
     HeldOut held{photographs.code.pair(pair).name + (complement ? ", complement" : ""),
-                 photographs.code.pattern(index), photographs.images[static_cast<std::size_t>(index)]};
+                 photographs.code.pattern(index), photographs.images[index]};
     std::ranges::transform(held.photograph.values(), fit.black.values(), held.photograph.values().begin(),
                            std::minus{});
     SYMRIG_TRY(const auto predicted, fit.tensor.apply(held.pattern));

@@ -18,7 +18,7 @@ struct Taps {
 
   /// Σ weight · values over the axis.
   float sum(std::span<const float> values) const {
-    const auto under = values.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count));
+    const auto under = values.subspan(first, count);
     float total = 0;
     for (std::size_t i = 0; i < under.size(); ++i) total += weight[i] * under[i];
     return total;
@@ -42,13 +42,11 @@ inline Taps gaussian_taps(double position, double sigma, int size) {
   std::array<double, Taps::kMax> weight{};
   for (int i = 0; i < taps.count; ++i) {
     const double right = below(taps.first + i + 0.5);
-    sum += weight[static_cast<std::size_t>(i)] = right - left;
+    sum += weight[i] = right - left;
     left = right;
   }
   for (int i = 0; i < taps.count; ++i)
-    taps.weight[static_cast<std::size_t>(i)] =
-        sum > 0 ? static_cast<float>(weight[static_cast<std::size_t>(i)] / sum)
-                : 1.0F / static_cast<float>(taps.count);
+    taps.weight[i] = sum > 0 ? static_cast<float>(weight[i] / sum) : 1.0F / static_cast<float>(taps.count);
   return taps;
 }
 

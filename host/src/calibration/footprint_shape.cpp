@@ -13,8 +13,7 @@ void ShapeFit::add(const StripeLight& light, std::optional<int> left_out, double
   for (int bit = 0; bit < light.bits(); ++bit) {
     if (bit == left_out) continue;
     const Shape m = light.contrasts(position, bit);
-    const double d =
-        static_cast<double>(seen.value[static_cast<std::size_t>(bit)]) / static_cast<double>(contrast);
+    const double d = static_cast<double>(seen.value[bit]) / static_cast<double>(contrast);
     for (std::size_t i = 0; i < kSize; ++i) {
       const double weighted = weight * static_cast<double>(m[i]);
       for (std::size_t j = 0; j < kSize; ++j) a_[i][j] += weighted * static_cast<double>(m[j]);

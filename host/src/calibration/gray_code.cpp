@@ -174,7 +174,7 @@ Pattern GrayCode::pattern(int index) const {
 std::vector<Pattern> gray_code_patterns(Grid projector) {
   const GrayCode code(projector);
   std::vector<Pattern> patterns;
-  patterns.reserve(static_cast<std::size_t>(code.photographs()));
+  patterns.reserve(code.photographs());
   for (int i = 0; i < code.photographs(); ++i) patterns.push_back(code.pattern(i));
   return patterns;
 }
@@ -192,7 +192,7 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
                              photographs.names.front(), to_string(photographs.camera())),
                  "all photographs of a sequence come from one camera at one size"};
   }
-  const auto name = [&](int i) { return photographs.names[static_cast<std::size_t>(i)]; };
+  const auto name = [&](int i) { return photographs.names[i]; };
   if (mean(photographs.white()) > mean(photographs.black())) return {};
   return Error{ErrorCode::bad_value,
                fmt::format("white ({}) is not brighter than black ({})", name(photographs.code.white()),

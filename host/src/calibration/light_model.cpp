@@ -41,11 +41,11 @@ LightModel::LightModel(const CodePhotographs& photographs, const DecodeOptions& 
 LightModel::Observation LightModel::observe(const CodePhotographs& photographs, int index) const {
   const GrayCode& code = photographs.code;
   Observation o;
-  o.pixels = photographs.images[static_cast<std::size_t>(index)].values().data();
+  o.pixels = photographs.images[index].values().data();
   if (index < code.white()) o.axis = code.pair(index / 2).axis;
   const bool columns = o.axis == StripeAxis::columns;
   const int size = columns ? code.projector().cols : code.projector().rows;
-  o.stripes.reserve(static_cast<std::size_t>(size));
+  o.stripes.reserve(size);
   for (int x = 0; x < size; ++x) o.stripes.push_back(shown(code, index, x));
   for (std::size_t z = 0; z < kNearSizes; ++z)
     o.blocks[z] = columns ? surroundings_[z].column_means(o.stripes) : surroundings_[z].row_means(o.stripes);

@@ -10,8 +10,7 @@ namespace {
 /// inverse[raster index] = tree index.
 std::vector<std::int32_t> tree_index(const BlockTree& tree) {
   std::vector<std::int32_t> inverse(tree.order().size());
-  for (std::size_t i = 0; i < inverse.size(); ++i)
-    inverse[static_cast<std::size_t>(tree.order()[i])] = static_cast<std::int32_t>(i);
+  for (std::size_t i = 0; i < inverse.size(); ++i) inverse[tree.order()[i]] = static_cast<std::int32_t>(i);
   return inverse;
 }
 
@@ -41,11 +40,11 @@ SparseColumns gather(std::size_t columns, Visit visit) {
   sparse.first.assign(columns + 1, 0);
   visit([&](std::size_t column, std::int32_t, float) { ++sparse.first[column + 1]; });
   std::partial_sum(sparse.first.begin(), sparse.first.end(), sparse.first.begin());
-  sparse.row.resize(static_cast<std::size_t>(sparse.first.back()));
+  sparse.row.resize(sparse.first.back());
   sparse.value.resize(sparse.row.size());
   std::vector<std::int64_t> next(sparse.first.begin(), sparse.first.end() - 1);
   visit([&](std::size_t column, std::int32_t row, float value) {
-    const auto slot = static_cast<std::size_t>(next[column]++);
+    const std::size_t slot = next[column]++;
     sparse.row[slot] = row;
     sparse.value[slot] = value;
   });
@@ -58,9 +57,7 @@ template <class Take>
 void for_each_weight(const Footprint& f, float least, Take take) {
   for (int r = 0; r < f.row.count; ++r)
     for (int c = 0; c < f.col.count; ++c)
-      if (const float w =
-              f.row.weight[static_cast<std::size_t>(r)] * f.col.weight[static_cast<std::size_t>(c)];
-          w >= least)
+      if (const float w = f.row.weight[r] * f.col.weight[c]; w >= least)
         take(f.row.first + r, f.col.first + c, w);
 }
 
@@ -117,7 +114,7 @@ void add_far_light(TensorBuilder& builder, std::span<const PixelLight> light,
                    std::span<const std::int32_t> camera, std::size_t projector) {
   std::vector<float> factors(light.size() + projector, 1.0F / static_cast<float>(projector));
   for (std::size_t pixel = 0; pixel < light.size(); ++pixel)
-    factors[static_cast<std::size_t>(camera[pixel])] = static_cast<float>(light[pixel].far);
+    factors[camera[pixel]] = static_cast<float>(light[pixel].far);
   builder.add_leaf(0, static_cast<std::int32_t>(light.size()), 0, static_cast<std::int32_t>(projector), 1, 0,
                    factors);
 }

@@ -140,7 +140,7 @@ Result<Resampling> Resampling::from_map(const PixelMap& map) {
 Result<Image<float>> Resampling::to_projector(const Image<float>& camera) const {
   SYMRIG_CHECK(check_grid(camera, camera_, "camera"));
   Image<float> result(projector_, camera.channels());
-  std::vector<double> sum(static_cast<std::size_t>(projector_.size()));
+  std::vector<double> sum(projector_.size());
   for (int channel = 0; channel < camera.channels(); ++channel) {
     std::ranges::fill(sum, 0);
     const auto seen = camera.plane(channel);

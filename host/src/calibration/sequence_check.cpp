@@ -105,9 +105,9 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
   const auto first = std::ranges::find_if(found, moved);
   if (first == found.end()) return {};
   const auto last = std::ranges::find_if(found.rbegin(), found.rend(), moved);
-  const auto pair = static_cast<std::size_t>(std::distance(last, found.rend()) - 1);
-  const auto half = static_cast<std::size_t>(
-      std::min<std::ptrdiff_t>(2 * std::ssize(found), 2 * (static_cast<std::ptrdiff_t>(pair) + 1)));
+  const std::size_t pair = std::distance(last, found.rend()) - 1;
+  const std::size_t half =
+      std::min<std::ptrdiff_t>(2 * std::ssize(found), 2 * (static_cast<std::ptrdiff_t>(pair) + 1));
   return Error{
       ErrorCode::bad_value,
       fmt::format("camera or scene has moved between {} and {}: by {:.1f} pixels or more against white and "
@@ -120,11 +120,11 @@ Result<void> check_movement(const CodePhotographs& photographs, const std::vecto
 Result<void> check_shifts(const SequenceLight& light) {
   const CodePhotographs& photographs = light.photographs;
   const Sample sample = sample_of(photographs.camera());
-  std::vector<Match> found(static_cast<std::size_t>(photographs.code.pairs()));
+  std::vector<Match> found(photographs.code.pairs());
   std::vector<double> misfits;
   for (const int pair : light.pairs) {
-    found[static_cast<std::size_t>(pair)] = match(photographs, pair, sample);
-    misfits.push_back(found[static_cast<std::size_t>(pair)].misfit);
+    found[pair] = match(photographs, pair, sample);
+    misfits.push_back(found[pair].misfit);
   }
   const double usual = misfits.empty() ? 0 : median(misfits);
   for (Match& one : found)

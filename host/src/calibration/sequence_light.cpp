@@ -41,11 +41,11 @@ SequenceLight find_sequence_light(const CodePhotographs& photographs, const std:
   for (int pair = 0; pair < photographs.code.pairs(); ++pair)
     if (pair != held_out) light.pairs.push_back(pair);
   const Grid grid = photographs.camera();
-  const auto width = static_cast<std::size_t>(grid.cols);
+  const std::size_t width = grid.cols;
   tbb::parallel_for(std::size_t{0}, static_cast<std::size_t>(grid.rows),
                     [&](std::size_t row) { add_energy(light, row * width, (row + 1) * width); });
   const auto amplitude = light.amplitude.values();
-  const auto lit = static_cast<std::size_t>(std::ranges::count_if(amplitude, [](float a) { return a > 0; }));
+  const std::size_t lit = std::ranges::count_if(amplitude, [](float a) { return a > 0; });
   const std::size_t stride = std::max<std::size_t>(1, lit / kSample);
   std::size_t seen = 0;
   double squares = 0;

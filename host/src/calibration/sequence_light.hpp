@@ -29,9 +29,7 @@ struct SequenceLight {
   float sum(int pair, std::size_t pixel) const { return of(2 * pair, pixel) + of(2 * pair + 1, pixel); }
   /// Standard deviation of a photograph's pixel.
   double sigma(std::size_t pixel) const;
-  const std::string& name(int photograph) const {
-    return photographs.names[static_cast<std::size_t>(photograph)];
-  }
+  const std::string& name(int photograph) const { return photographs.names[photograph]; }
 };
 
 /// A pixel is lit if its patterns and complements differ by more than noise. The limit: Σ (p − n)² over the

@@ -42,7 +42,7 @@ class EdgeVotes {
                   static_cast<std::size_t>(t)];
   }
   int pairs() const { return count_; }
-  bool resolved(int pair) const { return resolved_[static_cast<std::size_t>(pair)]; }
+  bool resolved(int pair) const { return resolved_[pair]; }
 
  private:
   float sign_level(std::size_t pixel) const {
@@ -51,12 +51,12 @@ class EdgeVotes {
   }
   /// Finds the pairs that the camera resolves. Stripes that are too fine have no clear sign anywhere.
   void find_resolved() {
-    resolved_.assign(static_cast<std::size_t>(count_), false);
+    resolved_.assign(count_, false);
     for (const int pair : light_.pairs) {
       std::size_t strong = 0;
       for (const std::size_t i : light_.sample)
         strong += std::abs(light_.difference(pair, i)) > sign_level(i) ? 1 : 0;
-      resolved_[static_cast<std::size_t>(pair)] = 2 * strong > light_.sample.size();
+      resolved_[pair] = 2 * strong > light_.sample.size();
     }
   }
   void scan(std::size_t begin, std::size_t stride, int length) {
@@ -177,22 +177,21 @@ class Explanations {
     for (const int s : light_.pairs)
       for (const int t : light_.pairs)
         if (s != t)
-          e.likelihood += likelihood_of(votes_.at(s, t), e.roles[static_cast<std::size_t>(s)],
-                                        e.roles[static_cast<std::size_t>(t)], votes_.resolved(t));
+          e.likelihood += likelihood_of(votes_.at(s, t), e.roles[s], e.roles[t], votes_.resolved(t));
     all_.push_back(std::move(e));
   }
   void single_pairs() {
     for (const int k : light_.pairs) {
       auto roles = usual();
-      roles[static_cast<std::size_t>(k)].inverted = true;
+      roles[k].inverted = true;
       add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
       roles = usual();
-      roles[static_cast<std::size_t>(k)].known = false;
+      roles[k].known = false;
       add(roles, full(k) + " do not show their stripes", "photograph the sequence again", k, true);
       for (const int j : light_.pairs) {
         if (j == k) continue;
         roles = usual();
-        roles[static_cast<std::size_t>(k)] = roles[static_cast<std::size_t>(j)];
+        roles[k] = roles[j];
         add(roles, fmt::format("{} show the stripes of {}", full(k), names(j)),
             "replace them by the photographs of their own pattern, or photograph the sequence again", k);
       }
@@ -203,7 +202,7 @@ class Explanations {
       for (const int b : light_.pairs) {
         if (b <= a) continue;
         auto roles = usual();
-        std::swap(roles[static_cast<std::size_t>(a)], roles[static_cast<std::size_t>(b)]);
+        std::swap(roles[a], roles[b]);
         add(roles, fmt::format("{} and {} have changed places", full(a), full(b)), "exchange the two pairs",
             a);
       }

@@ -216,7 +216,7 @@ class Sums {
     return fmt::format("{} {}; {} do not add up to white + black", name(member), what, full(pair));
   }
   const std::vector<float>& sum_of(int pair) const {
-    return sums_[static_cast<std::size_t>(std::ranges::find(members_, pair) - members_.begin())];
+    return sums_[std::ranges::find(members_, pair) - members_.begin()];
   }
   double gain(int pair) const {
     const auto& sum = sum_of(pair);

@@ -42,8 +42,8 @@ Differences StripeDecoder::differences(std::size_t pixel) const {
   Differences seen;
   for (int bit = 0; bit < light_.bits(); ++bit)
     if (bit != left_out_)
-      seen.value[static_cast<std::size_t>(bit)] = photographs_.image(2 * (first_ + bit)).values()[pixel] -
-                                                  photographs_.image(2 * (first_ + bit) + 1).values()[pixel];
+      seen.value[bit] = photographs_.image(2 * (first_ + bit)).values()[pixel] -
+                        photographs_.image(2 * (first_ + bit) + 1).values()[pixel];
   const auto white = static_cast<double>(photographs_.white().values()[pixel]),
              black = static_cast<double>(photographs_.black().values()[pixel]);
   seen.variance = static_cast<float>(2 * noise_.variance((white + black) / 2) +
@@ -59,7 +59,7 @@ float StripeDecoder::fine_energy(std::size_t pixel) const {
   int bits = 0;
   for (int bit = light_.bits() - 1; bit >= 0 && bits < 2; --bit) {
     if (bit == left_out_) continue;
-    const auto d = static_cast<double>(seen.value[static_cast<std::size_t>(bit)]);
+    const auto d = static_cast<double>(seen.value[bit]);
     sum += d * d;
     ++bits;
   }

@@ -59,7 +59,7 @@ StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits();
   tbb::parallel_for(0, bits_, [&](int bit) {
     std::vector<float> stripes;
-    stripes.reserve(static_cast<std::size_t>(size_));
+    stripes.reserve(size_);
     for (int x = 0; x < size_; ++x) stripes.push_back(code.lit(first + bit, x) ? 1.0F : 0.0F);
     fill(stripes, bit);
   });
@@ -71,7 +71,7 @@ void StripeLight::fill(std::span<const float> stripes, int bit) {
     BlurredStair blurred(edges, kScales[s]);
     for (int pixel = 0; pixel < size_; ++pixel)
       for (int step = 0; step < kSteps; ++step)
-        table_[offset(pixel, bit) + s][static_cast<std::size_t>(step)] =
+        table_[offset(pixel, bit) + s][step] =
             static_cast<float>(blurred(pixel + static_cast<double>(step) / kSteps));
   }
 }

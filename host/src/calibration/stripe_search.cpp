@@ -24,8 +24,7 @@ std::array<int, kDoubtful> doubtful_bits(const Differences& seen, int bits, std:
     if (bit == left_out) continue;
     int mine = bit;
     for (int& other : least)
-      if (other < 0 || std::abs(seen.value[static_cast<std::size_t>(mine)]) <
-                           std::abs(seen.value[static_cast<std::size_t>(other)]))
+      if (other < 0 || std::abs(seen.value[mine]) < std::abs(seen.value[other]))
         std::swap(mine, other);
       else
         continue;
@@ -51,7 +50,7 @@ std::vector<int>& candidates(const Differences& seen, int bits, int size, std::o
   found.clear();
   unsigned gray = 0;
   for (int bit = 0; bit < bits; ++bit) {
-    const bool set = bit == left_out ? bit_value : seen.value[static_cast<std::size_t>(bit)] > 0;
+    const bool set = bit == left_out ? bit_value : seen.value[bit] > 0;
     if (set) gray |= mask_of(bit, bits);
   }
   const auto doubtful = doubtful_bits(seen, bits, left_out);
@@ -82,9 +81,7 @@ class Explained {
   Explained(ShapedLight& light, const Differences& seen)
       : light_(light), seen_(seen), square_(dot(seen.value, seen.value)) {}
 
-  float operator()(int index) {
-    return at(index / kSteps).explained[static_cast<std::size_t>(index % kSteps)];
-  }
+  float operator()(int index) { return at(index / kSteps).explained[index % kSteps]; }
   /// Σ (D − a m)² / V.
   float chi2(float explained) const { return (square_ - explained) / seen_.variance; }
 
@@ -170,7 +167,7 @@ Bits ShapedLight::at(int index) {
   const ShapedPixel& known = pixel(index / kSteps);
   Bits all{};
   for (std::size_t bit = 0; bit < static_cast<std::size_t>(light_.bits()); ++bit)
-    all[bit] = known.contrast[bit][static_cast<std::size_t>(index % kSteps)];
+    all[bit] = known.contrast[bit][index % kSteps];
   return all;
 }
 

@@ -24,7 +24,7 @@ class ShapedLight {
   /// Sets the shape and clears the cache.
   void set_shape(const Shape& shape);
   const ShapedPixel& pixel(int pixel) {
-    const auto i = static_cast<std::size_t>(pixel);
+    const std::size_t i = pixel;
     if (stamp_[i] != now_) compute(i);
     return known_[i];
   }

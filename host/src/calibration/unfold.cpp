@@ -76,7 +76,7 @@ class Folded {
 std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folded, StripeAxis axis,
                                           const Neighbourhood& hood, double orientation) {
   const Grid grid = map.grid();
-  std::vector<Choice> choices(static_cast<std::size_t>(grid.size()));
+  std::vector<Choice> choices(grid.size());
   std::vector<double> size(choices.size(), 0);
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int col = 0; col < grid.cols; ++col) {
@@ -112,7 +112,7 @@ std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, in
       if (map.mask.at(row, col)) middles.at(row, col) = folded.middle(row, col);
   const int spacing = std::max(1, static_cast<int>(std::lround(2 * block / scale / kReach)));
   const Neighbourhood hood{.reach = kReach, .spacing = spacing, .scale = scale, .least = 20};
-  std::vector<Choice> choices(static_cast<std::size_t>(grid.size()));
+  std::vector<Choice> choices(grid.size());
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int col = 0; col < grid.cols; ++col) {
       if (!map.mask.at(row, col)) continue;

@@ -58,7 +58,7 @@ int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, siz
     if (pattern == nullptr) return missing("pattern", error);
     if (photograph == nullptr) return missing("photograph", error);
     const TransportTensor& held = tensor->scene.tensor;
-    const auto needed = static_cast<std::size_t>(held.projector_grid().size());
+    const std::size_t needed = held.projector_grid().size();
     if (pattern_count != needed) return report(wrong_count("pattern", pattern_count, needed), error);
     if (photograph_count != photograph_size(held))
       return report(wrong_count("photograph", photograph_count, photograph_size(held)), error);

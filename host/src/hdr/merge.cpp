@@ -94,7 +94,7 @@ const std::uint8_t* dead_flags(const Image<std::uint8_t>* dead, const Piece& pie
 hdr::MergeRange range_of(std::span<const Frame> frames, const MergeOptions& options, const Piece& piece,
                          Radiance& out) {
   static const Nothing nothing;
-  const auto pixels = static_cast<std::size_t>(out.mean.grid().size());
+  const std::size_t pixels = out.mean.grid().size();
   const std::size_t at = static_cast<std::size_t>(piece.channel) * pixels + piece.begin;
   const Radiance* black = options.black;
   hdr::MergeRange range;
@@ -123,7 +123,7 @@ Result<void> merge_into(std::span<const Frame> frames, Grid grid, int channels, 
   if (!shaped(out, grid, channels))
     out = {Image<float>(grid, channels), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels)};
   const auto bracket = constants(frames, noise, options.scale);
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   const std::size_t pieces = (pixels + kGrain - 1) / kGrain;  // of one channel
   const std::size_t bytes = out.mean.values().size() * (2 * sizeof(float) + 1);
   const auto stores = bytes >= kStreamed ? hdr::Stores::streamed : hdr::Stores::cached;

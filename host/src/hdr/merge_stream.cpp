@@ -133,7 +133,7 @@ Result<Radiance> MergeStream::finish(const MergeOptions& options) const {
   weigh.add(groups_);
   Radiance out{Image<float>(grid_, channels_), Image<float>(grid_, channels_),
                Image<std::uint8_t>(grid_, channels_)};
-  const auto pixels = static_cast<std::size_t>(grid_.size());
+  const std::size_t pixels = grid_.size();
   std::atomic<bool> finite = true;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sum_.values().size(), kGrain), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {

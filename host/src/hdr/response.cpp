@@ -18,7 +18,7 @@ constexpr double kLeastStep = 1e-6;  // smallest step of a curve between codes, 
 double ResponseCurve::operator()(double code) const {
   const double last = static_cast<double>(light.size()) - 1;
   const double inside = std::clamp(code, 0.0, last);
-  const auto below = static_cast<std::size_t>(inside);
+  const std::size_t below = inside;
   const std::size_t above = std::min(below + 1, light.size() - 1);
   return light[below] + (inside - static_cast<double>(below)) * (light[above] - light[below]);
 }
@@ -61,10 +61,10 @@ ResponseCurve finish_curve(const std::vector<double>& log_light, const std::vect
                            std::int64_t samples) {
   const auto codes = static_cast<std::ptrdiff_t>(log_light.size());
   std::ptrdiff_t first = 0, last = codes - 1;
-  while (first < last && weights[static_cast<std::size_t>(first)] <= 0) ++first;
-  while (last > first && weights[static_cast<std::size_t>(last)] <= 0) --last;
+  while (first < last && weights[first] <= 0) ++first;
+  while (last > first && weights[last] <= 0) --last;
   const auto part = [&](const std::vector<double>& of) {
-    return std::span(of).subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(last - first + 1));
+    return std::span(of).subspan(first, last - first + 1);
   };
   const std::vector<double> fit = isotonic(part(log_light), part(weights));
   ResponseCurve curve;

@@ -92,11 +92,11 @@ Nodes nodes_of(const hdr::UsableCodes& codes) {
 /// Interpolates from nodes to codes, with straight lines between the middles of the nodes.
 std::vector<double> to_codes(const std::vector<double>& at_nodes, const Nodes& nodes, int codes) {
   std::vector<double> all;
-  all.reserve(static_cast<std::size_t>(codes));
+  all.reserve(codes);
   for (int c = 0; c < codes; ++c) {
     const double at = (c + 0.5) / nodes.codes_each - 0.5;
     const double inside = std::clamp(at, 0.0, static_cast<double>(nodes.count - 1));
-    const auto below = static_cast<std::size_t>(inside);
+    const std::size_t below = inside;
     const std::size_t above = std::min(below + 1, at_nodes.size() - 1);
     all.push_back(at_nodes[below] +
                   (inside - static_cast<double>(below)) * (at_nodes[above] - at_nodes[below]));
@@ -108,7 +108,7 @@ std::vector<double> to_codes(const std::vector<double>& at_nodes, const Nodes& n
 std::vector<double> weights_of_codes(const std::vector<double>& at_nodes, const Nodes& nodes,
                                      const hdr::UsableCodes& codes) {
   std::vector<double> all;
-  all.reserve(static_cast<std::size_t>(codes.codes));
+  all.reserve(codes.codes);
   for (int c = 0; c < codes.codes; ++c) all.push_back(codes.usable(c) ? at_nodes[nodes.of(c)] : 0);
   return all;
 }
@@ -124,7 +124,7 @@ Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const Respo
   if (pixels.size() < 16) return too_few(pixels.size());
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(nodes.count, nodes.count);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(nodes.count);
-  std::vector<double> weights(static_cast<std::size_t>(nodes.count));
+  std::vector<double> weights(nodes.count);
   std::int64_t samples = 0;
   for (const std::size_t i : pixels) {
     double total = 0, times = 0;
@@ -143,7 +143,7 @@ Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const Respo
         const double v = codes.weight(g.raw[i]) * codes.weight(g.raw[i]);
         if (v > 0) a(z, static_cast<Eigen::Index>(nodes.of(g.raw[i]))) -= w * v / total;
       }
-      weights[static_cast<std::size_t>(z)] += w;
+      weights[z] += w;
       ++samples;
     }
   }

@@ -114,8 +114,8 @@ std::vector<double> smooth(std::span<const double> image, std::span<const std::u
     for (int x = 0; x < grid.cols; ++x) {
       const auto top = static_cast<std::size_t>(std::max(0, y - kReach)) * width;
       const auto bottom = static_cast<std::size_t>(std::min(grid.rows, y + kReach + 1)) * width;
-      const auto left = static_cast<std::size_t>(std::max(0, x - kReach));
-      const auto right = static_cast<std::size_t>(std::min(grid.cols, x + kReach + 1));
+      const std::size_t left = std::max(0, x - kReach);
+      const std::size_t right = std::min(grid.cols, x + kReach + 1);
       const auto box = [&](const std::vector<double>& of) {
         return of[bottom + right] - of[bottom + left] - of[top + right] + of[top + left];
       };

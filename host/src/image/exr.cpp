@@ -48,7 +48,7 @@ class MemoryOutput : public Imf::OStream {
   explicit MemoryOutput(const std::string& name) : OStream(name.c_str()) {}
 
   void write(const char c[], int n) override {
-    const auto count = static_cast<std::size_t>(n);
+    const std::size_t count = n;
     if (at_ + count > bytes.size()) bytes.resize(at_ + count);
     std::memcpy(bytes.data() + at_, c, count);
     at_ += count;
@@ -122,7 +122,7 @@ Buffer encode(const Image<float>& image, const std::string& name) {
   header.compression() = Imf::ZIP_COMPRESSION;
   Imf::FrameBuffer frame;
   for (int c = 0; c < image.channels(); ++c) {
-    const char* channel = image.channels() == 1 ? "Y" : kColour[static_cast<std::size_t>(c)];
+    const char* channel = image.channels() == 1 ? "Y" : kColour[c];
     header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
     const auto* plane = reinterpret_cast<const char*>(image.plane(c).data());
     frame.insert(channel, Imf::Slice::Make(Imf::FLOAT, plane, header.dataWindow()));

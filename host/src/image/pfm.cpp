@@ -69,7 +69,7 @@ bool is_pfm(Bytes bytes) {
 
 Result<Image<float>> decode_pfm(Bytes bytes, const std::string& name) {
   SYMRIG_TRY(const Header header, read_header(bytes, name));
-  const auto channels = static_cast<std::size_t>(header.channels);
+  const std::size_t channels = header.channels;
   const std::size_t wanted = static_cast<std::size_t>(header.grid.size()) * channels * sizeof(float);
   if (bytes.size() - header.bytes < wanted) return damaged(name, "PFM ends before its last pixel");
   Image<float> image(header.grid, header.channels);

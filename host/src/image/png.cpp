@@ -150,7 +150,7 @@ class Writer {
 template <class Byte>
 std::vector<png_bytep> row_pointers(std::vector<Byte>& data, std::size_t row_length, int rows) {
   std::vector<png_bytep> pointers;
-  pointers.reserve(static_cast<std::size_t>(rows));
+  pointers.reserve(rows);
   for (int row = 0; row < rows; ++row)
     pointers.push_back(reinterpret_cast<png_bytep>(data.data() + static_cast<std::size_t>(row) * row_length));
   return pointers;
@@ -218,7 +218,7 @@ template Buffer encode_png_codes(const Image<std::uint16_t>&);
 
 Buffer encode_png_bits(const Image<std::uint8_t>& image) {
   Buffer buffer;
-  const auto row_bytes = static_cast<std::size_t>((image.grid().cols + 7) / 8);
+  const std::size_t row_bytes = (image.grid().cols + 7) / 8;
   auto bytes = pack_bits(image, row_bytes);
   auto rows = row_pointers(bytes, row_bytes, image.grid().rows);
   Writer writer(buffer);

@@ -16,11 +16,11 @@ struct Overlap {
 
 /// New pixel i covers [i, i + 1) · from / to of the old axis.
 std::vector<Overlap> overlaps(int from, int to) {
-  std::vector<Overlap> result(static_cast<std::size_t>(to));
+  std::vector<Overlap> result(to);
   const double step = static_cast<double>(from) / to;
   for (int i = 0; i < to; ++i) {
     const double begin = i * step, end = std::min<double>((i + 1) * step, from);
-    Overlap& overlap = result[static_cast<std::size_t>(i)];
+    Overlap& overlap = result[i];
     overlap.first = static_cast<int>(begin);
     for (int k = overlap.first; k < end && k < from; ++k)
       overlap.share.push_back((std::min<double>(end, k + 1) - std::max<double>(begin, k)) / (end - begin));
@@ -63,8 +63,7 @@ Image<float> resize_box(const Image<float>& image, Grid grid) {
   for (int c = 0; c < image.channels(); ++c)
     for (int row = 0; row < grid.rows; ++row)
       for (int col = 0; col < grid.cols; ++col)
-        resized.at(row, col, c) = static_cast<float>(
-            weighed(image, c, rows[static_cast<std::size_t>(row)], cols[static_cast<std::size_t>(col)]));
+        resized.at(row, col, c) = static_cast<float>(weighed(image, c, rows[row], cols[col]));
   return resized;
 }
 
@@ -73,12 +72,10 @@ Image<float> to_gray(const Image<float>& image) {
   const bool colour = image.channels() == 3;
   const std::vector<float> weights =
       colour ? std::vector<float>{0.2126F, 0.7152F, 0.0722F}
-             : std::vector<float>(static_cast<std::size_t>(image.channels()),
-                                  1.0F / static_cast<float>(std::max(image.channels(), 1)));
+             : std::vector<float>(image.channels(), 1.0F / static_cast<float>(std::max(image.channels(), 1)));
   for (int c = 0; c < image.channels(); ++c)
-    std::ranges::transform(
-        gray.plane(0), image.plane(c), gray.plane(0).begin(),
-        [w = weights[static_cast<std::size_t>(c)]](float sum, float v) { return sum + w * v; });
+    std::ranges::transform(gray.plane(0), image.plane(c), gray.plane(0).begin(),
+                           [w = weights[c]](float sum, float v) { return sum + w * v; });
   return gray;
 }
 

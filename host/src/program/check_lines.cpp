@@ -37,7 +37,7 @@ class LineCheck {
                                   board::known_lines(board_, false)));
       return -1;
     }
-    if (board_.lines[static_cast<std::size_t>(k)].output == output) return k;
+    if (board_.lines[k].output == output) return k;
     findings_.error(place, "line.direction",
                     fmt::format("line '{}' is an {}, but the program needs an {} here", line,
                                 output ? "input" : "output", output ? "output" : "input"),
@@ -52,7 +52,7 @@ class LineCheck {
         line.role == RigRole::projector || line.role == RigRole::camera || line.role == RigRole::lamp;
     const int k = board_.line(line.config.line);
     const bool either = !input && !output;
-    const bool is_output = k >= 0 && board_.lines[static_cast<std::size_t>(k)].output;
+    const bool is_output = k >= 0 && board_.lines[k].output;
     look_up(line.config.line, either ? is_output : output, line.place);
     check_interlock(line, k);
     if (!is_output && k >= 0 && line.delay.count() != 0)
@@ -63,7 +63,7 @@ class LineCheck {
   }
 
   void check_interlock(const RigLine& line, int k) {
-    if (line.role != RigRole::interlock || k < 0 || board_.lines[static_cast<std::size_t>(k)].trips) return;
+    if (line.role != RigRole::interlock || k < 0 || board_.lines[k].trips) return;
     std::string able;
     for (const LineInfo& one : board_.lines)
       if (one.trips) able += (able.empty() ? "" : ", ") + one.name;

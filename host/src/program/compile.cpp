@@ -41,7 +41,7 @@ std::set<std::string> lines_in_use(const ProgramFile& file) {
 bool has_fine_stamps(const BoardInfo& board, std::string_view line) {
   const int k = board.line(line);
   if (k < 0) return false;
-  const std::uint32_t ticks = board.lines[static_cast<std::size_t>(k)].stamp_ticks;
+  const std::uint32_t ticks = board.lines[k].stamp_ticks;
   return ticks != 0 && board.rate.nanoseconds(Ticks{ticks}) <= Nanoseconds{1000};
 }
 

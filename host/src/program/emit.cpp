@@ -23,15 +23,14 @@ class Emitter {
       : board_(board), findings_(findings), builder_(board) {
     for (const RigLine& line : rig.lines) {
       const int k = board.line(line.config.line);
-      if (k >= 0 && k < 32) delays_[static_cast<std::size_t>(k)] = board.rate.ticks(line.delay);
+      if (k >= 0 && k < 32) delays_[k] = board.rate.ticks(line.delay);
     }
   }
 
   void take(const Move& move) {
     switch (move.kind) {
       case Move::Kind::set:
-        events_.push_back(
-            {now_ + (move.at_once ? Ticks{} : delays_[static_cast<std::size_t>(move.line)]), &move});
+        events_.push_back({now_ + (move.at_once ? Ticks{} : delays_[move.line]), &move});
         return;
       case Move::Kind::mark:
         events_.push_back({now_, &move});
@@ -57,9 +56,7 @@ class Emitter {
 
  private:
   void write(const Move& move) {
-    const std::string line = move.kind == Move::Kind::wait
-                                 ? board_.lines[static_cast<std::size_t>(move.line)].name
-                                 : std::string();
+    const std::string line = move.kind == Move::Kind::wait ? board_.lines[move.line].name : std::string();
     switch (move.kind) {
       case Move::Kind::wait:
         builder_.wait_edge(line, move.edge, board_.rate.nanoseconds(move.ticks), move.on_timeout);
@@ -104,7 +101,7 @@ class Emitter {
       builder_.mark(static_cast<std::uint32_t>(move.count));
       note_place(move.place);
     } else {
-      builder_.set(board_.lines[static_cast<std::size_t>(move.line)].name, move.level);
+      builder_.set(board_.lines[move.line].name, move.level);
       const std::uint32_t bit = 1U << static_cast<unsigned>(move.line);
       levels_ = move.level ? levels_ | bit : levels_ & ~bit;
     }
@@ -149,7 +146,7 @@ class Emitter {
 
   void crosses(const Event& event) {
     broken_ = true;
-    const std::string& line = board_.lines[static_cast<std::size_t>(event.move->line)].name;
+    const std::string& line = board_.lines[event.move->line].name;
     findings_.error(event.move->place, "delay.crosses",
                     fmt::format("the delay of line '{}' moves its edge {} beyond the next wait, loop end or "
                                 "program end",

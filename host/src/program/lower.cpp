@@ -81,8 +81,7 @@ class RigMoves {
   /// Lines whose "off" is high begin there.
   void idle(const BoardInfo& board) {
     for (const RigLine& line : rig_.lines)
-      if (const int k = board.line(line.config.line);
-          k >= 0 && board.lines[static_cast<std::size_t>(k)].output && line.active_low)
+      if (const int k = board.line(line.config.line); k >= 0 && board.lines[k].output && line.active_low)
         moves_.is_off(line.config.line, line.place);
   }
 

@@ -18,9 +18,8 @@ int source_of(int at, int length, bool mirror, int offset, int cell, int count) 
 
 /// source_of each line of the screen in one direction.
 std::vector<int> sources(int length, bool mirror, int offset, int cell, int count) {
-  std::vector<int> map(static_cast<std::size_t>(length));
-  for (int at = 0; at < length; ++at)
-    map[static_cast<std::size_t>(at)] = source_of(at, length, mirror, offset, cell, count);
+  std::vector<int> map(length);
+  for (int at = 0; at < length; ++at) map[at] = source_of(at, length, mirror, offset, cell, count);
   return map;
 }
 
@@ -33,7 +32,7 @@ void draw_rows(const Image<std::uint8_t>& codes, const Placement& at, Grid scree
   std::vector<Word> line(cols.size());
   int held = -1;
   for (int row = 0; row < screen.rows; ++row) {
-    const int source = rows[static_cast<std::size_t>(row)];
+    const int source = rows[row];
     if (source < 0 && held >= 0) std::fill(line.begin(), line.end(), Word{0});
     if (source >= 0 && source != held)
       std::transform(cols.begin(), cols.end(), line.begin(),

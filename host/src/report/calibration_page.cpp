@@ -72,7 +72,7 @@ std::string positions_section(const PixelMap& map, const Thumbnails& small) {
 std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
   constexpr double kSigma = 0.5, kOff = 1.5;  // [projector pixels] ends of the scales
   const MapResiduals off = map_residuals(map, {.stride = small.stride()});
-  const auto camera_cols = static_cast<std::size_t>(map.camera.cols);
+  const std::size_t camera_cols = map.camera.cols;
   const auto sigma = [&](int r, int c) { return std::max(map.col_sigma.at(r, c), map.row_sigma.at(r, c)); };
   const auto distance = [&](int r, int c) {
     return off.distance(static_cast<std::size_t>(r) * camera_cols + static_cast<std::size_t>(c));

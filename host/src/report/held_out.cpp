@@ -20,7 +20,7 @@ double channel_mean(const Image<float>& image, std::size_t pixel) {
 
 /// Camera pixels that the projector lights: flood-lit prediction above a tenth of its mean.
 Lit lit_pixels(const Image<float>& flood) {
-  const auto n = static_cast<std::size_t>(flood.grid().size());
+  const std::size_t n = flood.grid().size();
   double mean = 0;
   for (std::size_t i = 0; i < n; ++i) mean += channel_mean(flood, i) / static_cast<double>(n);
   Lit lit{std::vector<bool>(n, false)};

@@ -48,7 +48,7 @@ struct Layout {
     if (r >= kGlyphRows || c >= kGlyphCols) return false;
     const auto index =
         static_cast<std::size_t>(line) * static_cast<std::size_t>(per_line) + static_cast<std::size_t>(place);
-    return kGlyphs[index].rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)] == '#';
+    return kGlyphs[index].rows[r][c] == '#';
   }
 };
 

@@ -25,17 +25,15 @@ Node ordered(std::int32_t row, std::int32_t col) {
 
 /// The leaves of each level as nodes.
 std::vector<std::vector<Node>> leaf_nodes(const TransportTensor& tensor) {
-  std::vector<std::vector<Node>> nodes(static_cast<std::size_t>(tensor.levels()));
+  std::vector<std::vector<Node>> nodes(tensor.levels());
   for (const Leaf& leaf : tensor.leaves())
-    nodes[static_cast<std::size_t>(leaf.level)].push_back(ordered(leaf.row_begin, leaf.col_begin));
+    nodes[leaf.level].push_back(ordered(leaf.row_begin, leaf.col_begin));
   for (const ScalarLeaf& scalar : tensor.scalars())
-    nodes[static_cast<std::size_t>(tensor.scalar_level(scalar))].push_back(ordered(scalar.row, scalar.col));
+    nodes[tensor.scalar_level(scalar)].push_back(ordered(scalar.row, scalar.col));
   for (int level = 0; level < tensor.levels(); ++level) {
     const auto blocks = tensor.camera_tree().level(level);
     for (const EmptyLeaf& empty : tensor.empties(level))
-      nodes[static_cast<std::size_t>(level)].push_back(
-          ordered(blocks[static_cast<std::size_t>(empty.row_block)].begin,
-                  blocks[static_cast<std::size_t>(empty.col_block)].begin));
+      nodes[level].push_back(ordered(blocks[empty.row_block].begin, blocks[empty.col_block].begin));
   }
   return nodes;
 }

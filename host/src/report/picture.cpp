@@ -37,8 +37,7 @@ std::uint8_t byte(double share) {
 }
 
 void put(Picture& picture, std::int64_t pixel, Rgb colour) {
-  for (int c = 0; c < 3; ++c)
-    picture.plane(c)[static_cast<std::size_t>(pixel)] = colour[static_cast<std::size_t>(c)];
+  for (int c = 0; c < 3; ++c) picture.plane(c)[pixel] = colour[c];
 }
 
 }  // namespace
@@ -64,7 +63,7 @@ float white_level(const Image<float>& image, double share) {
   if (values.empty()) return 0;
   const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
-  const float level = values[static_cast<std::size_t>(rank)];
+  const float level = values[rank];
   return level > 0 ? level : std::max(0.0F, *std::max_element(values.begin(), values.end()));
 }
 
@@ -108,14 +107,14 @@ Rgb colour_of(double share) {
 Picture false_colour(const Image<float>& image, float top) {
   Picture picture(image.grid(), 3);
   for (std::int64_t i = 0; i < image.grid().size(); ++i)
-    put(picture, i, colour_of(top > 0 ? image.plane(0)[static_cast<std::size_t>(i)] / top : 0));
+    put(picture, i, colour_of(top > 0 ? image.plane(0)[i] / top : 0));
   return picture;
 }
 
 Picture log_colour(const Image<float>& image, float top, int decades) {
   Picture picture(image.grid(), 3);
   for (std::int64_t i = 0; i < image.grid().size(); ++i) {
-    const float v = image.plane(0)[static_cast<std::size_t>(i)];
+    const float v = image.plane(0)[i];
     put(picture, i,
         colour_of(v > 0 && top > 0
                       ? 1 + std::log10(static_cast<double>(v) / static_cast<double>(top)) / decades
@@ -133,7 +132,7 @@ Rgb level_grey(int level, int deepest) {
 Picture level_greys(const Image<float>& levels, int deepest) {
   Picture picture(levels.grid(), 3);
   for (std::int64_t i = 0; i < levels.grid().size(); ++i)
-    put(picture, i, level_grey(static_cast<int>(levels.plane(0)[static_cast<std::size_t>(i)]), deepest));
+    put(picture, i, level_grey(static_cast<int>(levels.plane(0)[i]), deepest));
   return picture;
 }
 

@@ -14,8 +14,8 @@ class RangeSums {
   explicit RangeSums(std::int64_t pixels) : steps_(static_cast<std::size_t>(pixels) + 1) {}
 
   void add(std::int32_t begin, std::int32_t end, double value) {
-    steps_[static_cast<std::size_t>(begin)] += value;
-    steps_[static_cast<std::size_t>(end)] -= value;
+    steps_[begin] += value;
+    steps_[end] -= value;
   }
   std::vector<double> sums() const {
     std::vector<double> out(steps_.size() - 1);
@@ -47,7 +47,7 @@ class Depth {
     PixelDepth depth{Image<float>(tree.grid()), Image<float>(tree.grid())};
     const std::vector<double> entries = entries_.sums(), levels = levels_.sums(), terms = terms_.sums();
     for (std::size_t t = 0; t < entries.size(); ++t) {
-      const auto raster = static_cast<std::size_t>(tree.order()[t]);
+      const std::size_t raster = tree.order()[t];
       depth.level.values()[raster] = entries[t] > 0.5 ? static_cast<float>(levels[t] / entries[t]) : 0.0F;
       depth.terms.values()[raster] = static_cast<float>(std::max(0.0, terms[t]));
     }
@@ -70,8 +70,8 @@ PixelDepth pixel_depth(const TransportTensor& tensor) {
     depth.add(at.row, at.row + 1, at.col, at.col + 1, tensor.scalar_level(at), 1);
   for (int l = 0; l < std::min(tensor.levels(), tree.levels()); ++l)
     for (const EmptyLeaf& empty : tensor.empties(l)) {
-      const Block& i = tree.level(l)[static_cast<std::size_t>(empty.row_block)];
-      const Block& j = tree.level(l)[static_cast<std::size_t>(empty.col_block)];
+      const Block& i = tree.level(l)[empty.row_block];
+      const Block& j = tree.level(l)[empty.col_block];
       depth.add(i.begin, i.end, j.begin, j.end, l, 0);
     }
   for (const BandLeaf& band : tensor.bands()) {

@@ -94,7 +94,7 @@ float top_of_scale(const Image<float>& slice) {
   if (values.empty()) return *std::max_element(slice.values().begin(), slice.values().end());
   const auto rank = static_cast<std::ptrdiff_t>(kShare * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[static_cast<std::size_t>(rank)];
+  return values[rank];
 }
 
 std::string slice_caption(const TransportTensor& tensor, int row) {

@@ -35,8 +35,8 @@ Picture over_the_scene(const Image<float>& values, Range range, const Picture& s
     const Rgb colour = colour_of(share);
     const double grey = (scene.plane(0)[i] + scene.plane(1)[i] + scene.plane(2)[i]) / 3.0;
     for (int c = 0; c < 3; ++c)
-      picture.plane(c)[i] = static_cast<std::uint8_t>(
-          std::lround(kColour * colour[static_cast<std::size_t>(c)] + (1 - kColour) * grey));
+      picture.plane(c)[i] =
+          static_cast<std::uint8_t>(std::lround(kColour * colour[c] + (1 - kColour) * grey));
   }
   return picture;
 }
@@ -81,7 +81,7 @@ Result<std::string> maps_over_the_picture(const Context& context) {
 std::string ranks_of_leaves(const TransportTensor& tensor) {
   std::vector<std::int64_t> count;
   for (const Leaf& leaf : tensor.leaves()) {
-    const auto rank = static_cast<std::size_t>(std::max(0, leaf.rank));
+    const std::size_t rank = std::max(0, leaf.rank);
     if (rank >= count.size()) count.resize(rank + 1);
     ++count[rank];
   }

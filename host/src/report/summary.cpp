@@ -68,7 +68,7 @@ Json noise_check_json(const NoiseCheck& check) {
 Json ranks_json(const TransportTensor& tensor) {
   std::vector<std::int64_t> count;
   for (const Leaf& leaf : tensor.leaves()) {
-    const auto rank = static_cast<std::size_t>(leaf.rank);
+    const std::size_t rank = leaf.rank;
     if (rank >= count.size()) count.resize(rank + 1);
     ++count[rank];
   }

@@ -123,8 +123,7 @@ Result<bool> BracketTaker::show(std::size_t index) {
 /// Exposures that no photograph is made of, until the ledger knows the camera's numbers.
 Result<void> BracketTaker::lock(Nanoseconds exposure) {
   const RigSetup blind = options_.setup.without(RigRole::projector).without(RigRole::vsync);
-  const std::vector<Exposures> guards(static_cast<std::size_t>(std::max(ledger_.guards_needed(), 1)),
-                                      Exposures{exposure});
+  const std::vector<Exposures> guards(std::max(ledger_.guards_needed(), 1), Exposures{exposure});
   for (int tries = 0; ledger_.needs_guards(); ++tries) {
     if (tries == std::max(kLockTries, options_.retakes)) return give_up(tries);
     SYMRIG_CHECK(run(blind, guards));

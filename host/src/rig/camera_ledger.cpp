@@ -39,7 +39,7 @@ bool fits(const SeenFrame& frame, const SeenExposure& exposure, const LedgerOpti
 }  // namespace
 
 std::string_view name(Verdict verdict) {
-  return kNames[static_cast<std::size_t>(verdict)];
+  return kNames[verdict];
 }
 
 FrameCounts& FrameCounts::operator+=(const FrameCounts& other) {
@@ -151,7 +151,7 @@ class CameraLedger::Run {
 
   Claims* claims_at(std::optional<std::int64_t> exposure) {
     if (!exposure || *exposure < ledger_.first_) return nullptr;
-    const auto i = static_cast<std::size_t>(*exposure - ledger_.first_);
+    const std::size_t i = *exposure - ledger_.first_;
     return i < claims_.size() ? &claims_[i] : nullptr;
   }
 
@@ -285,7 +285,7 @@ class CameraLedger::Run {
       out_.frame[i].reset();
     }
     if (!ledger_.stamped_ && missing_) missing = static_cast<std::int64_t>(*missing_);
-    for (const Verdict verdict : out_.frames) ++out_.counts.by_verdict[static_cast<std::size_t>(verdict)];
+    for (const Verdict verdict : out_.frames) ++out_.counts.by_verdict[verdict];
     out_.counts.missing = missing;
     ledger_.remember(exposures_);
   }

@@ -12,7 +12,7 @@ namespace symrig {
 /// The largest value of a frame, dead pixels left out. values: planes of the camera's grid.
 template <class T>
 double largest_live(std::span<const T> values, const Camera& camera) {
-  const auto pixels = static_cast<std::size_t>(camera.grid().size());
+  const std::size_t pixels = camera.grid().size();
   const Image<std::uint8_t>* dead = camera.dead();
   double largest = 0;
   for (std::size_t i = 0; i < values.size(); ++i)

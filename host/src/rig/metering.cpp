@@ -39,7 +39,7 @@ Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, d
                     seconds(timing.max_exposure)),
         "use fewer exposures, a smaller ratio, or less light"};
   std::vector<Nanoseconds> exposures;
-  exposures.reserve(static_cast<std::size_t>(count));
+  exposures.reserve(count);
   for (int k = 0; k < count; ++k)
     exposures.emplace_back(static_cast<std::int64_t>(base * std::pow(ratio, k)));
   return exposures;

@@ -129,7 +129,7 @@ Result<void> Rig::meter() {
 
 Result<void> Rig::photograph_black() {
   if (options_.black_photographs <= 0) return {};
-  const auto count = static_cast<std::size_t>(planned() ? 1 : options_.black_photographs);
+  const std::size_t count = planned() ? 1 : options_.black_photographs;
   const std::vector<Pattern> dark(count, Pattern(grid()));
   SYMRIG_TRY(const auto photographs, photograph(dark, std::vector<Exposures>(count, exposures_), nullptr));
   SYMRIG_TRY(black_, average(photographs));
@@ -141,7 +141,7 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   const Camera& camera = taker_->camera();
   const double wanted = least_noise(expected);
   if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
-  const auto count = static_cast<std::size_t>(options_.black_photographs);
+  const std::size_t count = options_.black_photographs;
   const Expectation dark = expected_black(*black_, expected, options_.black_photographs);
   SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(),
                                                   exposure_rules(options_, camera.timing())));

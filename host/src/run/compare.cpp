@@ -16,8 +16,7 @@ using EdgesByLine = std::array<std::vector<CapturedEdge>, kLines>;
 EdgesByLine by_line(std::span<const CapturedEdge> edges) {
   EdgesByLine lines;
   for (const CapturedEdge& edge : edges)
-    if (edge.line >= 0 && static_cast<std::size_t>(edge.line) < kLines)
-      lines[static_cast<std::size_t>(edge.line)].push_back(edge);
+    if (edge.line >= 0 && static_cast<std::size_t>(edge.line) < kLines) lines[edge.line].push_back(edge);
   return lines;
 }
 
@@ -42,7 +41,7 @@ class RunEdges {
 
  private:
   std::optional<Ticks> from_edges(const PlannedWait& wait) const {
-    const auto& edges = lines_[static_cast<std::size_t>(wait.line)];
+    const auto& edges = lines_[wait.line];
     auto edge = std::lower_bound(edges.begin(), edges.end(), wait.begin,
                                  [](const CapturedEdge& e, Ticks tick) { return e.tick < tick; });
     while (edge != edges.end() && !matches(wait.edge, edge->level)) ++edge;
@@ -135,7 +134,7 @@ Result<Timeline> plan_of_run(const Program& program, const BoardInfo& board,
 
 Comparison compare(const Timeline& plan, std::span<const CapturedEdge> captured, std::uint32_t watched) {
   std::array<std::vector<PlannedEdge>, kLines> planned;
-  for (const PlannedEdge& edge : plan.edges) planned[static_cast<std::size_t>(edge.line)].push_back(edge);
+  for (const PlannedEdge& edge : plan.edges) planned[edge.line].push_back(edge);
   const EdgesByLine seen = by_line(captured);
   Comparison out;
   for (std::size_t k = 0; k < kLines; ++k)

@@ -56,17 +56,15 @@ Json lines_json(const RunRecord& record) {
   std::vector<LineStatistics> statistics(board.lines.size());
   for (const CapturedEdge& edge : record.receipt.edges)
     if (edge.line >= 0 && static_cast<std::size_t>(edge.line) < statistics.size())
-      statistics[static_cast<std::size_t>(edge.line)].take(edge);
+      statistics[edge.line].take(edge);
   Json lines = Json::array();
   for (const LineConfig& line : record.program.lines) {
     const int k = board.line(line.line);
     Json one = board::line_json(line);
     one["index"] = k;
     one["stamp_ns"] =
-        k < 0 ? Json()
-              : Json(board.rate.nanoseconds(Ticks{board.lines[static_cast<std::size_t>(k)].stamp_ticks})
-                         .count());
-    one["captured"] = k < 0 ? Json() : statistics[static_cast<std::size_t>(k)].json(board.rate);
+        k < 0 ? Json() : Json(board.rate.nanoseconds(Ticks{board.lines[k].stamp_ticks}).count());
+    one["captured"] = k < 0 ? Json() : statistics[k].json(board.rate);
     lines.push_back(std::move(one));
   }
   return lines;

@@ -21,7 +21,7 @@ void blur_along_row(std::span<float> row, float a) {
 }
 
 void blur_across_rows(Grid grid, std::span<float> image, float a) {
-  const auto cols = static_cast<std::size_t>(grid.cols);
+  const std::size_t cols = grid.cols;
   std::vector<float> before(cols, 0.F);
   const std::vector<float> dark(cols, 0.F);
   for (int row = 0; row < grid.rows; ++row) {
@@ -56,7 +56,7 @@ class Blurred final : public Transport {
 }  // namespace
 
 void blur_3tap(Grid grid, float a, std::span<float> image) {
-  const auto cols = static_cast<std::size_t>(grid.cols);
+  const std::size_t cols = grid.cols;
   for (std::size_t row = 0; row < static_cast<std::size_t>(grid.rows); ++row)
     blur_along_row(image.subspan(row * cols, cols), a);
   blur_across_rows(grid, image, a);

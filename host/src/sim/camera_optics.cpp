@@ -22,16 +22,14 @@ void shift_line(std::span<float> plane, std::size_t first, std::size_t stride, i
   const auto at = [&](int i) {
     return i < 0 || i >= n ? 0.F : plane[first + static_cast<std::size_t>(i) * stride];
   };
-  for (int i = 0; i < n; ++i)
-    line[static_cast<std::size_t>(i)] = (1 - share) * at(i + whole) + share * at(i + whole + 1);
-  for (int i = 0; i < n; ++i)
-    plane[first + static_cast<std::size_t>(i) * stride] = line[static_cast<std::size_t>(i)];
+  for (int i = 0; i < n; ++i) line[i] = (1 - share) * at(i + whole) + share * at(i + whole + 1);
+  for (int i = 0; i < n; ++i) plane[first + static_cast<std::size_t>(i) * stride] = line[i];
 }
 
 /// value(i) ← keep · value(i − 1) + (1 − keep) value(i), along both axes.
 void trail(Grid grid, float keep, std::span<float> plane) {
-  const auto rows = static_cast<std::size_t>(grid.rows);
-  const auto cols = static_cast<std::size_t>(grid.cols);
+  const std::size_t rows = grid.rows;
+  const std::size_t cols = grid.cols;
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::size_t col = 0; col < cols; ++col) {
       float& here = plane[row * cols + col];
@@ -45,8 +43,8 @@ void trail(Grid grid, float keep, std::span<float> plane) {
 }  // namespace
 
 void shift(Grid grid, double pixels, std::span<float> plane) {
-  const auto rows = static_cast<std::size_t>(grid.rows);
-  const auto cols = static_cast<std::size_t>(grid.cols);
+  const std::size_t rows = grid.rows;
+  const std::size_t cols = grid.cols;
   std::vector<float> line(std::max(rows, cols));
   for (std::size_t row = 0; row < rows; ++row) shift_line(plane, row * cols, 1, grid.cols, pixels, line);
   for (std::size_t col = 0; col < cols; ++col) shift_line(plane, col, cols, grid.rows, pixels, line);

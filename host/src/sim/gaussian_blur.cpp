@@ -47,7 +47,7 @@ struct Rows {
 Rows restrict_rows(const AxisBlur& axis, const Rows& in) {
   Rows out(axis.nodes, in.length);
   for (int i = 0; i < axis.n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     add_scaled(1 - axis.share[at], in.row(i), out.row(axis.node[at]), in.length);
     if (axis.share[at] > 0) add_scaled(axis.share[at], in.row(i), out.row(axis.node[at] + 1), in.length);
   }
@@ -60,7 +60,7 @@ Rows blur_rows(const AxisBlur& axis, const Rows& in) {
     const int begin = std::max(0, i - axis.reach());
     const int end = std::min(in.count, i + axis.reach() + 1);
     for (int j = begin; j < end; ++j)
-      add_scaled(axis.kernel[static_cast<std::size_t>(std::abs(i - j))], in.row(j), out.row(i), in.length);
+      add_scaled(axis.kernel[std::abs(i - j)], in.row(j), out.row(i), in.length);
   }
   return out;
 }
@@ -70,7 +70,7 @@ Rows prolong_rows(const AxisBlur& axis, const Rows& in) {
   Rows out(axis.n, in.length);
   const float scale = 1 / static_cast<float>(axis.step);
   for (int i = 0; i < axis.n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     add_scaled(scale * (1 - axis.share[at]), in.row(axis.node[at]), out.row(i), in.length);
     if (axis.share[at] > 0)
       add_scaled(scale * axis.share[at], in.row(axis.node[at] + 1), out.row(i), in.length);

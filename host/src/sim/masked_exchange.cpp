@@ -83,8 +83,7 @@ struct Fade {
 ColumnRange columns_within(const Groove& groove, int begin, int end, double w, double bandwidth) {
   const double reach = w > bandwidth ? kLastPhase / (std::numbers::sqrt2 * w) : 1e30;
   ColumnRange range{begin, end};
-  while (range.begin < range.end && groove.distance[static_cast<std::size_t>(range.begin)] > reach)
-    ++range.begin;
+  while (range.begin < range.end && groove.distance[range.begin] > reach) ++range.begin;
   while (range.end > range.begin && groove.distance[static_cast<std::size_t>(range.end) - 1] > reach)
     --range.end;
   return range;
@@ -110,8 +109,8 @@ MaskedExchange::MaskedExchange(const Groove& groove, const Sight& sees)
 /// signal (one as the real, one as the imaginary part).
 void sample_kernel(const Groove& groove, int left_col, int right_col, std::vector<FftLane>& part,
                    std::size_t lane) {
-  const double s = groove.distance[static_cast<std::size_t>(left_col)];
-  const double t = groove.distance[static_cast<std::size_t>(right_col)];
+  const double s = groove.distance[left_col];
+  const double t = groove.distance[right_col];
   const std::size_t n = part.size();
   const Fade fade(groove.grid.rows, n);
   for (std::size_t y = 0; y < n; ++y) {
@@ -123,8 +122,8 @@ void sample_kernel(const Groove& groove, int left_col, int right_col, std::vecto
 void store_kernel(Frequency& f, int left_col, int right_col, float value) {
   if (left_col < f.side[0].begin || left_col >= f.side[0].end) return;
   if (right_col < f.side[1].begin || right_col >= f.side[1].end) return;
-  const auto s = static_cast<std::size_t>(left_col - f.side[0].begin);
-  const auto t = static_cast<std::size_t>(right_col - f.side[1].begin);
+  const std::size_t s = left_col - f.side[0].begin;
+  const std::size_t t = right_col - f.side[1].begin;
   f.toward[0][t * static_cast<std::size_t>(f.side[0].size()) + s] = value;
   f.toward[1][s * static_cast<std::size_t>(f.side[1].size()) + t] = value;
 }
@@ -132,9 +131,7 @@ void store_kernel(Frequency& f, int left_col, int right_col, float value) {
 void MaskedExchange::fill_kernels(const Groove& groove, const Sight& sees, int left_col) {
   std::vector<int> seen;
   for (int col = groove.left_cols; col < grid_.cols; ++col)
-    if (sees(groove.distance[static_cast<std::size_t>(left_col)],
-             groove.distance[static_cast<std::size_t>(col)]))
-      seen.push_back(col);
+    if (sees(groove.distance[left_col], groove.distance[col])) seen.push_back(col);
   LaneSignal kernels(fft_.length());
   LaneSignal scratch(fft_.length());
   for (std::size_t first = 0; first < seen.size(); first += 2 * kFftLanes) {
@@ -168,7 +165,7 @@ void split(const LaneSignal& z, std::size_t k, std::size_t lane, std::size_t col
 void MaskedExchange::transform(std::span<const float> in, Spectrum& spectrum) const {
   LaneSignal z(fft_.length());
   LaneSignal scratch(fft_.length());
-  const auto cols = static_cast<std::size_t>(grid_.cols);
+  const std::size_t cols = grid_.cols;
   for (std::size_t first = 0; first < cols; first += 2 * kFftLanes) {
     const std::size_t count = std::min(2 * kFftLanes, cols - first);
     std::fill(z.re.begin(), z.re.end(), FftLane{});
@@ -186,7 +183,7 @@ void multiply_side(const Frequency& f, int from, const float* in, float* out) {
   const ColumnRange& source = f.side[from];
   const ColumnRange& target = f.side[1 - from];
   const float* kernel = f.toward[1 - from].data();
-  const auto width = static_cast<std::size_t>(target.size());
+  const std::size_t width = target.size();
   for (int col = source.begin; col < source.end; ++col, kernel += width)
     for (std::size_t i = 0; i < width; ++i)
       out[static_cast<std::size_t>(target.begin) + i] += kernel[i] * in[col];
@@ -217,7 +214,7 @@ void join(const Spectrum& in, std::size_t k, std::size_t lane, std::size_t col, 
 void MaskedExchange::transform_back(const Spectrum& spectrum, std::span<float> out) const {
   LaneSignal z(fft_.length());
   LaneSignal scratch(fft_.length());
-  const auto cols = static_cast<std::size_t>(grid_.cols);
+  const std::size_t cols = grid_.cols;
   for (std::size_t first = 0; first < cols; first += 2 * kFftLanes) {
     const std::size_t count = std::min(2 * kFftLanes, cols - first);
     for (std::size_t k = 0; k < frequencies_.size(); ++k)

@@ -42,7 +42,7 @@ PackedColumns pack_columns(const Groove& groove, int begin, int end, std::span<c
   PackedColumns packed;
   packed.first = begin;
   for (int col = begin; col < end; ++col) {
-    const double distance = groove.distance[static_cast<std::size_t>(col)];
+    const double distance = groove.distance[col];
     if (2 * rates[0] * distance * distance > kNegligibleExponent) {
       if (packed.weight.empty()) packed.first = col + 1;  // left plane: the far columns come first
       continue;
@@ -58,7 +58,7 @@ std::vector<Pack> pack_blur(int reach, std::span<const double> weights, std::spa
   std::vector<Pack> blur(2 * static_cast<std::size_t>(reach) + 1, Pack{});
   for (int dy = -reach; dy <= reach; ++dy)
     for (std::size_t k = 0; k < rates.size(); ++k)
-      blur[static_cast<std::size_t>(std::int64_t{reach} + dy)][k] =
+      blur[std::int64_t{reach} + dy][k] =
           static_cast<float>(kFormFactorScale * weights[k] * std::exp(-rates[k] * dy * dy));
   return blur;
 }
@@ -130,16 +130,16 @@ void OpenExchange::blur(const TermPack& pack, const Column& in, Column& out) con
     Pack acc{};
     const int begin = std::max(0, row - pack.reach);
     const int end = std::min(grid_.rows, row + pack.reach + 1);
-    const Pack* kernel = &pack.blur[static_cast<std::size_t>(pack.reach + begin - row)];
+    const Pack* kernel = &pack.blur[pack.reach + begin - row];
     for (int y = begin; y < end; ++y, ++kernel)
-      for (std::size_t k = 0; k < kLanes; ++k) acc[k] += (*kernel)[k] * in[static_cast<std::size_t>(y)][k];
-    out[static_cast<std::size_t>(row)] = acc;
+      for (std::size_t k = 0; k < kLanes; ++k) acc[k] += (*kernel)[k] * in[y][k];
+    out[row] = acc;
   }
 }
 
 void OpenExchange::spread(const PackedColumns& columns, const Column& column, std::span<float> out) const {
   for (int row = 0; row < grid_.rows; ++row) {
-    const Pack value = column[static_cast<std::size_t>(row)];
+    const Pack value = column[row];
     // One past the end where a side has no columns: a pointer may stand there, an index may not.
     float* target = out.data() + static_cast<std::size_t>(row) * grid_.cols + columns.first;
     for (std::size_t i = 0; i < columns.weight.size(); ++i) {

@@ -27,7 +27,7 @@ class ComposedScene final : public Scene {
   Grid grid() const override { return grid_; }
   int channels() const override { return static_cast<int>(channels_.size()); }
   void apply(std::span<const float> p, std::span<float> y, int channel) const override {
-    channels_[static_cast<std::size_t>(channel)]->apply(p, y);
+    channels_[channel]->apply(p, y);
   }
 
  private:

@@ -50,7 +50,7 @@ float albedo_at(Grid grid, std::uint64_t key, int row, int col) {
 
 std::vector<float> texture(Grid grid, std::uint64_t key) {
   std::vector<float> albedo;
-  albedo.reserve(static_cast<std::size_t>(grid.size()));
+  albedo.reserve(grid.size());
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col) albedo.push_back(albedo_at(grid, key, row, col));
   return albedo;

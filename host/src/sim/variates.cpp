@@ -15,7 +15,7 @@ constexpr int kMostTerms = 256;  // the law of mean 50 has nothing beyond 200 th
 /// 1/n, n = 1.. : divisions would dominate the sum of the law.
 constexpr std::array<double, kMostTerms> kReciprocal = [] {
   std::array<double, kMostTerms> r{};
-  for (int n = 1; n < kMostTerms; ++n) r[static_cast<std::size_t>(n)] = 1.0 / n;
+  for (int n = 1; n < kMostTerms; ++n) r[n] = 1.0 / n;
   return r;
 }();
 

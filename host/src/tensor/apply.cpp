@@ -101,7 +101,7 @@ void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, i
     std::copy(p.begin() + begin, p.begin() + end, to);
   });
   application.see(channel, [&](std::int32_t begin, std::int32_t end, const float* from) {
-    for (std::int32_t i = begin; i < end; ++i) y[static_cast<std::size_t>(i)] += from[i - begin];
+    for (std::int32_t i = begin; i < end; ++i) y[i] += from[i - begin];
   });
 }
 

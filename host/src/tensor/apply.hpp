@@ -106,7 +106,7 @@ class Application {
   void add_diagonal(int channel, const Chunk& chunk, float* y) const {
     const float* const d = store_.diagonal.values(channel).data() + chunk.begin;
     const float* const p = light_on(chunk);
-    const auto n = static_cast<std::size_t>(chunk.end - chunk.begin);
+    const std::size_t n = chunk.end - chunk.begin;
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t lane = 0; lane < Width; ++lane) y[i * Width + lane] += d[i] * p[i * Width + lane];
   }
@@ -142,7 +142,7 @@ class Application {
     const auto order = shape_.camera_tree().order();
     for (std::int32_t i = chunk.begin; i < chunk.end; ++i)
       for (std::size_t lane = 0; lane < Width; ++lane, ++y)
-        *y += band_y_.data()[static_cast<std::size_t>(order[static_cast<std::size_t>(i)]) * Width + lane];
+        *y += band_y_.data()[static_cast<std::size_t>(order[i]) * Width + lane];
   }
 
   const TransportTensor& shape_;

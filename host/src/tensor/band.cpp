@@ -45,7 +45,7 @@ void Band::apply_row(int channel, int row, const float* p, float* y) const {
     if (wide <= 0) continue;
     const int left = std::max(0, -dx);  // first column of i that has i + d on the grid
     const int right = std::max(0, dx);  // first column of i that has i − d on the grid
-    const auto n = static_cast<std::size_t>(wide);
+    const std::size_t n = wide;
     if (row + dy < grid_.rows)
       add_products<Width>(v + at(row, left), scales_[plane], p + Width * at(row + dy, left + dx),
                           y + Width * at(row, left), n);

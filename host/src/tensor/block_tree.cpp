@@ -67,8 +67,8 @@ Error not_a_tree(const std::string& why) {
 bool is_permutation_of_indices(std::span<const std::int32_t> order) {
   std::vector<char> seen(order.size(), 0);
   for (const std::int32_t index : order) {
-    if (index < 0 || index >= std::ssize(order) || seen[static_cast<std::size_t>(index)] != 0) return false;
-    seen[static_cast<std::size_t>(index)] = 1;
+    if (index < 0 || index >= std::ssize(order) || seen[index] != 0) return false;
+    seen[index] = 1;
   }
   return true;
 }
@@ -100,9 +100,8 @@ BlockTree::BlockTree(Grid grid) : grid_(grid) {
     }
     levels_.push_back(std::move(next));
   }
-  order_.resize(static_cast<std::size_t>(grid.size()));
-  for (const Block& pixel : levels_.back())
-    order_[static_cast<std::size_t>(pixel.begin)] = pixel.row * grid.cols + pixel.col;
+  order_.resize(grid.size());
+  for (const Block& pixel : levels_.back()) order_[pixel.begin] = pixel.row * grid.cols + pixel.col;
   note_pixel_levels();
 }
 
@@ -140,7 +139,7 @@ Result<BlockTree> BlockTree::from(Grid grid, ViewLayout views, SplitOrder split,
 Block BlockTree::block_around(std::int32_t begin, std::int32_t end) const {
   int top = grid_.rows, left = grid_.cols, bottom = 0, right = 0;
   for (std::int32_t t = begin; t < end; ++t) {
-    const std::int32_t pixel = order_[static_cast<std::size_t>(t)];
+    const std::int32_t pixel = order_[t];
     top = std::min(top, pixel / grid_.cols);
     bottom = std::max(bottom, pixel / grid_.cols + 1);
     left = std::min(left, pixel % grid_.cols);
@@ -158,7 +157,7 @@ Result<void> BlockTree::grow(std::span<const std::int8_t> boundaries) {
   for (int l = 0; l <= last; ++l) {
     std::vector<Block> blocks;
     for (std::int32_t begin = 0, t = 1; t <= n; ++t) {
-      if (t < n && boundaries[static_cast<std::size_t>(t)] > l) continue;
+      if (t < n && boundaries[t] > l) continue;
       blocks.push_back(block_around(begin, t));
       begin = t;
     }
@@ -173,15 +172,14 @@ void BlockTree::note_pixel_levels() {
   pixel_level_.resize(order_.size());
   for (int l = levels() - 1; l >= 0; --l)
     for (const Block& block : level(l))
-      if (block.single_pixel())
-        pixel_level_[static_cast<std::size_t>(block.begin)] = static_cast<std::int8_t>(l);
+      if (block.single_pixel()) pixel_level_[block.begin] = static_cast<std::int8_t>(l);
 }
 
 std::vector<std::int8_t> BlockTree::boundaries() const {
   std::vector<std::int8_t> first(order_.size(), 0);
   for (int l = levels() - 1; l > 0; --l)
     for (const Block& block : level(l))
-      if (block.begin > 0) first[static_cast<std::size_t>(block.begin)] = static_cast<std::int8_t>(l);
+      if (block.begin > 0) first[block.begin] = static_cast<std::int8_t>(l);
   return first;
 }
 
@@ -199,7 +197,7 @@ void BlockTree::to_tree(std::span<const float> raster, std::span<float> tree) co
 
 void BlockTree::to_raster(std::span<const float> tree, std::span<float> raster) const {
   assert(raster.size() == order_.size() && tree.size() == order_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) raster[static_cast<std::size_t>(order_[i])] = tree[i];
+  for (std::size_t i = 0; i < order_.size(); ++i) raster[order_[i]] = tree[i];
 }
 
 }  // namespace symrig

@@ -27,7 +27,7 @@ TensorBuilder::TensorBuilder(BlockTree tree, int channels) : draft_(std::make_sh
   tensor_.symmetric_ = true;
   tensor_.channels_ = channels;
   tensor_.draft_ = draft_;
-  draft_->empties.resize(static_cast<std::size_t>(tensor_.camera_.levels()));
+  draft_->empties.resize(tensor_.camera_.levels());
 }
 
 TensorBuilder::TensorBuilder(BlockTree camera, BlockTree projector, int channels)
@@ -51,7 +51,7 @@ void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::
 }
 
 void TensorBuilder::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
-  draft_->empties[static_cast<std::size_t>(level)].push_back({row_block, col_block});
+  draft_->empties[level].push_back({row_block, col_block});
 }
 
 void TensorBuilder::add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values) {

@@ -22,7 +22,7 @@ EmptyList::EmptyList(std::vector<EmptyLeaf> leaves, std::int64_t columns)
 
 std::vector<EmptyLeaf> EmptyList::leaves() const {
   std::vector<EmptyLeaf> leaves;
-  leaves.reserve(static_cast<std::size_t>(size_));
+  leaves.reserve(size_);
   std::uint64_t place = 0, step = 0;
   unsigned shift = 0;
   for (const std::uint8_t byte : steps_) {

@@ -56,7 +56,7 @@ Entries::Entries(std::span<const ScalarLeaf> at, std::span<const float> values, 
   if (at.empty()) return;
   squares_.push_back({std::numeric_limits<std::int32_t>::max(), 0, static_cast<std::uint32_t>(at.size())});
   squares_.shrink_to_fit();
-  const auto count = static_cast<std::size_t>(channels);
+  const std::size_t count = channels;
   values_.resize(count * at.size() + Panels::kSlack);
   std::vector<float> plane(at.size());
   for (std::size_t c = 0; c < count; ++c) {
@@ -72,7 +72,7 @@ ScalarLeaf Entries::at(std::size_t entry) const {
 }
 
 float Entries::value(std::size_t entry, int channel) const {
-  const auto c = static_cast<std::size_t>(channel);
+  const std::size_t c = channel;
   return scales_[c] * from_half(values_[c * size() + entry]);
 }
 
@@ -84,7 +84,7 @@ void Entries::apply(int channel, std::int32_t begin, std::int32_t end, const flo
   };
   const auto first = starts_at(begin), last = starts_at(end);
   if (first == last) return;
-  const auto c = static_cast<std::size_t>(channel);
+  const std::size_t c = channel;
   std::vector<float> values(last->first - first->first);
   to_floats(&values_[c * size() + first->first], values.size(), values.data());
   auto value = values.begin();

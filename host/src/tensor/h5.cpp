@@ -101,7 +101,7 @@ bool holds_its_data(hid_t dataset, std::uint64_t file_bytes) {
   std::array<hsize_t, H5S_MAX_RANK> chunk{};
   const int rank = H5Pget_chunk(create.id(), H5S_MAX_RANK, chunk.data());
   double bytes = 8;
-  for (int k = 0; k < rank; ++k) bytes *= static_cast<double>(chunk[static_cast<std::size_t>(k)]);
+  for (int k = 0; k < rank; ++k) bytes *= static_cast<double>(chunk[k]);
   return bytes <= static_cast<double>(std::max(8 * file_bytes, kUsualChunk));
 }
 

@@ -23,9 +23,7 @@ class LitRanges {
     }
   }
   /// True if [begin, end) has a non-zero value.
-  bool any(std::int32_t begin, std::int32_t end) const {
-    return before_[static_cast<std::size_t>(end)] != before_[static_cast<std::size_t>(begin)];
-  }
+  bool any(std::int32_t begin, std::int32_t end) const { return before_[end] != before_[begin]; }
 
  private:
   std::vector<std::int32_t> before_;  // number of non-zero values before each index

@@ -41,7 +41,7 @@ std::vector<LowRank::Pair> LowRank::pairs_of(std::span<const Leaf> leaves, int c
   std::size_t at = 0;
   for (const Leaf& leaf : leaves) {
     const auto rows = static_cast<std::size_t>(leaf.rows()), cols = static_cast<std::size_t>(leaf.cols());
-    const auto rank = static_cast<std::size_t>(leaf.rank);
+    const std::size_t rank = leaf.rank;
     for (std::size_t k = 0; k < rank; ++k)
       pairs.push_back({{leaf.row_begin, leaf.row_end},
                        {leaf.col_begin, leaf.col_end},
@@ -82,15 +82,15 @@ void LowRank::round_factors(std::span<const Pair> pairs, std::span<const float> 
 void LowRank::find_diagonal(std::span<const Pair> pairs, const std::vector<Half>& halves) {
   for (std::size_t q = 0; q < pairs_; ++q) {
     if (!pairs[q].on_diagonal()) continue;
-    std::vector<int> signs(static_cast<std::size_t>(channels_));
+    std::vector<int> signs(channels_);
     for (int channel = 0; channel < channels_; ++channel)
-      signs[static_cast<std::size_t>(channel)] =
+      signs[channel] =
 
           sign_between(pairs[q].a_of(halves.data(), channel), pairs[q].b_of(halves.data(), channel));
     const bool shared = std::find(signs.begin(), signs.end(), 0) == signs.end();
     diagonal_.push_back({static_cast<std::uint32_t>(q), shared});
     for (int channel = 0; shared && channel < channels_; ++channel)
-      weights(channel)[q] *= static_cast<float>(signs[static_cast<std::size_t>(channel)]);
+      weights(channel)[q] *= static_cast<float>(signs[channel]);
   }
   diagonal_.shrink_to_fit();
 }

@@ -99,7 +99,7 @@ bool scale_leaf(std::span<float> factors, const Leaf& leaf, int channels, const 
   for (int channel = 0; channel < channels; ++channel) {
     for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
       for (std::int32_t k = 0; k < leaf.rank; ++k, ++at) {
-        const auto size = static_cast<std::size_t>(side);
+        const std::size_t size = side;
         if (at >= table.exponents.size() || !scale(factors.first(size), table.exponents[at])) return false;
         factors = factors.subspan(size);
       }
@@ -155,7 +155,7 @@ Result<void> read_scalars(const Source& source, const Head& head, TensorBuilder&
   const std::size_t n = s[0];
   if (s[1] != 2) return damaged("dataset 'scalars/at' does not have two columns");
   SYMRIG_TRY(std::vector<float> values, read_halves(source, head, "scalars/values", 2, s));
-  const auto channels = static_cast<std::size_t>(head.channels);
+  const std::size_t channels = head.channels;
   const h5::Shape expected = head.version == 1 ? h5::Shape{n, channels} : h5::Shape{channels, n};
   if (s != expected) return damaged("dataset 'scalars/values' does not fit 'scalars/at'");
   if (head.version > 1) {
@@ -184,17 +184,16 @@ Result<void> read_diagonal(const Source& source, const Head& head, TensorBuilder
              h5::read_dataset<std::int32_t>(source.file.id(), "diagonal/at", 1, source.bytes, s));
   SYMRIG_TRY(const auto values,
              h5::read_dataset<float>(source.file.id(), "diagonal/values", 2, source.bytes, s));
-  const auto channels = static_cast<std::size_t>(head.channels);
+  const std::size_t channels = head.channels;
   if (s != h5::Shape{at.size(), channels} || (!head.symmetric && !at.empty()))
     return damaged("the datasets in 'diagonal' do not fit together");
   SYMRIG_CHECK(check_values(values, "dataset 'diagonal/values'", kLargest));
-  std::vector<bool> seen(static_cast<std::size_t>(head.camera.size()));
+  std::vector<bool> seen(head.camera.size());
   for (std::size_t k = 0; k < at.size(); ++k) {
     if (at[k] < 0 || at[k] >= head.camera.size())
       return damaged("diagonal entry " + std::to_string(k) + " points outside the grid");
-    if (seen[static_cast<std::size_t>(at[k])])
-      return damaged("dataset 'diagonal/at' names pixel " + std::to_string(at[k]) + " twice");
-    seen[static_cast<std::size_t>(at[k])] = true;
+    if (seen[at[k]]) return damaged("dataset 'diagonal/at' names pixel " + std::to_string(at[k]) + " twice");
+    seen[at[k]] = true;
     builder.add_scalar(at[k], at[k], std::span(values).subspan(k * channels, channels));
   }
   return {};
@@ -209,7 +208,7 @@ Result<void> read_columns(const Source& source, const Head& head, TensorBuilder&
   SYMRIG_TRY(const auto first, h5::read_dataset<std::int64_t>(file, "columns/first", 1, source.bytes, s));
   SYMRIG_TRY(const auto rows, h5::read_dataset<std::int32_t>(file, "columns/rows", 1, source.bytes, s));
   SYMRIG_TRY(const auto values, h5::read_dataset<float>(file, "columns/values", 2, source.bytes, s));
-  const auto channels = static_cast<std::size_t>(head.channels);
+  const std::size_t channels = head.channels;
   const bool fit = first.size() == n + 1 && first.front() == 0 && first.back() == std::ssize(rows) &&
                    s[0] == rows.size() && s[1] == channels;
   if (!fit || (head.symmetric && n > 0)) return damaged("the datasets in 'columns' do not fit together");
@@ -221,8 +220,8 @@ Result<void> read_columns(const Source& source, const Head& head, TensorBuilder&
     const bool ok = range_ok(range[2 * k], range[2 * k + 1], head.projector.size()) &&
                     first[k] <= first[k + 1] && first[k + 1] <= std::ssize(rows);
     if (!ok) return damaged("column " + std::to_string(k) + " in 'columns' breaks the rules of the format");
-    const auto begin = static_cast<std::size_t>(first[k]);
-    const auto size = static_cast<std::size_t>(first[k + 1] - first[k]);
+    const std::size_t begin = first[k];
+    const std::size_t size = first[k + 1] - first[k];
     builder.add_column(range[2 * k], range[2 * k + 1], std::span(rows).subspan(begin, size),
                        std::span(values).subspan(begin * channels, size * channels));
   }
@@ -254,7 +253,7 @@ Result<void> read_band(const Source& source, const Head& head, const std::string
   if (s != h5::Shape{channels, offsets.size(), hsize_t(head.camera.rows), hsize_t(head.camera.cols)} ||
       e != h5::Shape{channels, offsets.size()})
     return damaged("the datasets in '" + path + "' do not fit together");
-  const auto pixels = static_cast<std::size_t>(head.camera.size());
+  const std::size_t pixels = head.camera.size();
   for (std::size_t k = 0; k < exponents.size(); ++k) {
     const auto plane = std::span(values).subspan(k * pixels, pixels);
     if (!scale(plane, exponents[k]) || !stays_on_grid(plane, head.camera, offsets[k % offsets.size()]))

@@ -17,8 +17,7 @@ std::span<const std::pair<std::int32_t, int>> in_range(const RowPixels& pixels, 
   const auto at = [&](std::int32_t i) {
     return std::lower_bound(pixels.begin(), pixels.end(), std::pair{i, 0}) - pixels.begin();
   };
-  return std::span(pixels).subspan(static_cast<std::size_t>(at(begin)),
-                                   static_cast<std::size_t>(at(end) - at(begin)));
+  return std::span(pixels).subspan(at(begin), static_cast<std::size_t>(at(end) - at(begin)));
 }
 
 /// Calls paint(i, j, x, u) for each entry (i, j) of the block pair whose pixels are in the picture row, in
@@ -116,8 +115,8 @@ Result<Image<float>> TransportTensor::level_map(int camera_row) const {
     paint(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.level);
   for (int l = 0; l < levels(); ++l) {
     for (const EmptyLeaf& empty : empties(l)) {
-      const Block& i = camera_.level(l)[static_cast<std::size_t>(empty.row_block)];
-      const Block& j = camera_.level(l)[static_cast<std::size_t>(empty.col_block)];
+      const Block& i = camera_.level(l)[empty.row_block];
+      const Block& j = camera_.level(l)[empty.col_block];
       paint(i.begin, i.end, j.begin, j.end, l);
     }
   }

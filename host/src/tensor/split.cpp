@@ -68,7 +68,7 @@ class Cutter {
     const BlockTree views(Grid{split.views.rows, split.views.cols});
     view_rank_.resize(views.order().size());
     for (std::size_t rank = 0; rank < view_rank_.size(); ++rank)
-      view_rank_[static_cast<std::size_t>(views.order()[rank])] = static_cast<std::int32_t>(rank);
+      view_rank_[views.order()[rank]] = static_cast<std::int32_t>(rank);
   }
 
   /// Levels fit into a byte: places are within 2²⁵, so at most 25 levels cut places, 15 cut views, and 15 cut
@@ -80,7 +80,7 @@ class Cutter {
       std::vector<Part> next;
       for (const Part& part : parts)
         for (const Part& child : children(part, level)) {
-          if (child.begin != part.begin) boundaries[static_cast<std::size_t>(child.begin)] = level;
+          if (child.begin != part.begin) boundaries[child.begin] = level;
           if (child.size() > 1) next.push_back(child);
         }
       parts = std::move(next);
@@ -89,7 +89,7 @@ class Cutter {
   }
 
  private:
-  float at(Dimension of, std::int32_t pixel) const { return at_[of][static_cast<std::size_t>(pixel)]; }
+  float at(Dimension of, std::int32_t pixel) const { return at_[of][pixel]; }
 
   /// Stretches tiles that differ by a pixel to one size, so that equal places are equal shares of a tile.
   void place(Grid grid) {
@@ -98,7 +98,7 @@ class Cutter {
     for (std::int32_t pixel = 0; pixel < static_cast<std::int32_t>(grid.size()); ++pixel) {
       const int row = pixel / grid.cols;
       const int col = pixel % grid.cols;
-      const auto index = static_cast<std::size_t>(pixel);
+      const std::size_t index = pixel;
       const View view = split_.views.view_of(grid, row, col);
       const Tile own = split_.views.tile(grid, view);
       const auto stretched = [](int offset, int from, int to) {
@@ -180,8 +180,8 @@ class Cutter {
   /// Up to four runs of equal length, with neighbouring views together.
   std::vector<Part> runs(const Part& part) {
     const auto rank = [&](std::int32_t pixel) {
-      const auto row = static_cast<std::size_t>(at(view_row, pixel));
-      const auto col = static_cast<std::size_t>(at(view_col, pixel));
+      const std::size_t row = at(view_row, pixel);
+      const std::size_t col = at(view_col, pixel);
       return view_rank_[row * static_cast<std::size_t>(split_.views.cols) + col];
     };
     std::stable_sort(order_.begin() + part.begin, order_.begin() + part.end,

@@ -34,7 +34,7 @@ Store::Store(const Draft& draft, const TransportTensor& shape)
 }
 
 void Store::add_scalars(const Draft& draft, const TransportTensor& shape) {
-  const auto channels = static_cast<std::size_t>(shape.channels());
+  const std::size_t channels = shape.channels();
   std::vector<ScalarLeaf> at, mirrored;
   std::vector<float> values;
   for (std::size_t k = 0; k < draft.scalars.size(); ++k) {
@@ -80,7 +80,7 @@ void MeasuredColumns::apply(int channels, int channel, bool transposed, const fl
       if (transposed) {
         float seen = 0;
         for (std::int64_t e = column.first; e < column.last; ++e)
-          seen += p[static_cast<std::size_t>(rows[static_cast<std::size_t>(e)]) * Width + lane] * value(e);
+          seen += p[static_cast<std::size_t>(rows[e]) * Width + lane] * value(e);
         for (std::size_t j = begin; j < end; ++j) y[j * Width + lane] += seen;
         continue;
       }
@@ -89,7 +89,7 @@ void MeasuredColumns::apply(int channels, int channel, bool transposed, const fl
       const auto light = static_cast<float>(sum);
       if (light == 0.0F) continue;
       for (std::int64_t e = column.first; e < column.last; ++e)
-        y[static_cast<std::size_t>(rows[static_cast<std::size_t>(e)]) * Width + lane] += light * value(e);
+        y[static_cast<std::size_t>(rows[e]) * Width + lane] += light * value(e);
     }
   }
 }

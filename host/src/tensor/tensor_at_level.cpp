@@ -93,7 +93,7 @@ class Gathering {
 
  private:
   void append_direct(TensorBuilder& builder, const Block& block, std::span<const double> c) const {
-    const auto pixels = static_cast<std::size_t>(block.size());
+    const std::size_t pixels = block.size();
     std::vector<float> values(channels_);
     for (std::int32_t i = 0; i < block.size(); ++i) {
       for (std::size_t channel = 0; channel < channels_; ++channel)
@@ -112,10 +112,9 @@ class Gathering {
 template <class Visit>
 void for_band_entries(const BlockTree& tree, int channels, const BandLeaf& band, const Visit& visit) {
   const Grid grid = tree.grid();
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   std::vector<std::int32_t> tree_index(pixels);
-  for (std::size_t t = 0; t < pixels; ++t)
-    tree_index[static_cast<std::size_t>(tree.order()[t])] = static_cast<std::int32_t>(t);
+  for (std::size_t t = 0; t < pixels; ++t) tree_index[tree.order()[t]] = static_cast<std::int32_t>(t);
   std::size_t at = 0;
   for (int channel = 0; channel < channels; ++channel) {
     for (const auto& [dy, dx] : band_offsets(band.radius)) {
@@ -130,11 +129,10 @@ void for_band_entries(const BlockTree& tree, int channels, const BandLeaf& band,
 
 /// A Bᵀ 1: the sum of each row of a leaf.
 std::vector<double> row_sums(const float* a, std::int32_t rows, const float* b, std::int32_t cols, int rank) {
-  std::vector<double> sums(static_cast<std::size_t>(rows));
+  std::vector<double> sums(rows);
   for (int k = 0; k < rank; ++k, a += rows, b += cols) {
     const double light = std::accumulate(b, b + cols, 0.0);
-    for (std::int32_t i = 0; i < rows; ++i)
-      sums[static_cast<std::size_t>(i)] += light * static_cast<double>(a[i]);
+    for (std::int32_t i = 0; i < rows; ++i) sums[i] += light * static_cast<double>(a[i]);
   }
   return sums;
 }
@@ -201,7 +199,7 @@ class Cut {
     const std::vector<float> values = tensor_.scalar_values();
     std::size_t first = 0;
     for (const ScalarLeaf& scalar : tensor_.scalars()) {
-      const auto of_scalar = std::span(values).subspan(first, static_cast<std::size_t>(channels_));
+      const auto of_scalar = std::span(values).subspan(first, channels_);
       first += of_scalar.size();
       const bool stays = tensor_.scalar_level(scalar) <= level_;
       if (stays) builder_.add_scalar(scalar.row, scalar.col, of_scalar);

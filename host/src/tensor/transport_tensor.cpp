@@ -21,12 +21,12 @@ std::vector<float> TransportTensor::factors() const {
 }
 
 std::vector<EmptyLeaf> TransportTensor::empties(int level) const {
-  const auto l = static_cast<std::size_t>(level);
+  const std::size_t l = level;
   return draft_ ? draft_->empties[l] : store().empties[l].leaves();
 }
 
 std::int64_t TransportTensor::empty_count(int level) const {
-  const auto l = static_cast<std::size_t>(level);
+  const std::size_t l = level;
   return draft_ ? std::ssize(draft_->empties[l]) : store().empties[l].size();
 }
 
@@ -60,7 +60,7 @@ std::vector<float> TransportTensor::scalar_values() const {
   if (!diagonal.empty())
     for (std::int32_t i = 0; i < camera_grid().size(); ++i)
       for (int channel = 0; diagonal.holds(i) && channel < channels_; ++channel)
-        all.push_back(diagonal.values(channel)[static_cast<std::size_t>(i)]);
+        all.push_back(diagonal.values(channel)[i]);
   const tensor::Entries& entries = store().entries[0];
   for (std::size_t k = 0; k < entries.size(); ++k)
     for (int channel = 0; listed(entries.at(k)) && channel < channels_; ++channel)
@@ -96,13 +96,13 @@ int TransportTensor::scalar_level(const ScalarLeaf& scalar) const {
 }
 
 std::vector<LeafCounts> TransportTensor::leaves_per_level() const {
-  std::vector<LeafCounts> counts(static_cast<std::size_t>(levels()));
+  std::vector<LeafCounts> counts(levels());
   for (const Leaf& leaf : leaves()) {
-    LeafCounts& at = counts[static_cast<std::size_t>(leaf.level)];
+    LeafCounts& at = counts[leaf.level];
     ++(leaf.rank == 1 ? at.rank1 : at.low_rank);
   }
-  for (int l = 0; l < levels(); ++l) counts[static_cast<std::size_t>(l)].empty = empty_count(l);
-  for (const ScalarLeaf& scalar : scalars()) ++counts[static_cast<std::size_t>(scalar_level(scalar))].scalar;
+  for (int l = 0; l < levels(); ++l) counts[l].empty = empty_count(l);
+  for (const ScalarLeaf& scalar : scalars()) ++counts[scalar_level(scalar)].scalar;
   if (!column_rows().empty()) counts.back().scalar += std::ssize(column_rows());
   return counts;
 }

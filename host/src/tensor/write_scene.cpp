@@ -105,7 +105,7 @@ bool write_empties(hid_t group, const TransportTensor& t) {
 
 /// The diagonal as floats, the other entries as halves with one exponent a channel.
 bool write_scalars(hid_t diagonal, hid_t others, const TransportTensor& t) {
-  const auto channels = static_cast<std::size_t>(t.channels());
+  const std::size_t channels = t.channels();
   const std::vector<float> values = t.scalar_values();
   std::vector<std::int32_t> pixels, at;
   std::vector<float> on_diagonal;
@@ -147,7 +147,7 @@ h5::Handle new_group(hid_t place, const std::string& name) {
 
 bool write_bands(hid_t group, const TransportTensor& t) {
   const Grid grid = t.camera_grid();
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   const std::vector<BandLeaf> bands = t.bands();
   for (std::size_t k = 0; k < bands.size(); ++k) {
     const h5::Handle place = new_group(group, std::to_string(k));

@@ -84,7 +84,7 @@ ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement,
   ScreenPixels pixels;
   pixels.rows = screen.rows;
   pixels.cols = screen.cols;
-  pixels.rgb.reserve(static_cast<std::size_t>(screen.size()));
+  pixels.rgb.reserve(screen.size());
   for (int y = 0; y < screen.rows; ++y)
     for (int x = 0; x < screen.cols; ++x) {
       const int row = (placement.mirror_rows ? screen.rows - 1 - y : y) - placement.top;

@@ -23,7 +23,7 @@ Result<void> CameraPicture::check() const {
 }
 
 std::vector<std::uint8_t> CameraPicture::bytes(std::span<const std::uint16_t> codes) const {
-  const auto pixels = static_cast<std::size_t>(camera.size());
+  const std::size_t pixels = camera.size();
   std::vector<std::uint8_t> picture(2 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) put(picture, i, dark);
   std::size_t i = 0;

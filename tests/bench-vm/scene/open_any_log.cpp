@@ -45,7 +45,7 @@ Result<std::unique_ptr<PhotographLog>> open_any_log(const std::string& path) {
   identity.grid = scene->size;
   identity.channels = take_line(text, "channels") == "3" ? 3 : 1;
   identity.rig = take_line(text, "rig");
-  const auto options = static_cast<std::size_t>(text.tellg());
+  const std::size_t options = text.tellg();
   identity.options = head.substr(std::min(options, head.size()));
   return open_photograph_log(path, identity);
 }

@@ -108,7 +108,7 @@ std::vector<PinEdge> of_pin(const std::vector<PinEdge>& edges, unsigned gpio) {
 unsigned gpio_of(const BoardInfo& info, std::string_view line) {
   const int index = info.line(line);
   if (index < 0) throw std::runtime_error("no line " + std::string(line));
-  const std::string& pin = info.lines[static_cast<std::size_t>(index)].pin;
+  const std::string& pin = info.lines[index].pin;
   if (pin.rfind("GPIO", 0) != 0) throw std::runtime_error("no GPIO: " + pin);
   return static_cast<unsigned>(std::stoul(pin.substr(4)));
 }

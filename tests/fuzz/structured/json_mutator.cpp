@@ -38,7 +38,7 @@ void change_structure(Json& value, Random& random) {
     std::advance(gone, static_cast<std::ptrdiff_t>(below(random, value.size())));
     value.erase(gone);
   } else {
-    value.push_back(Json(value[static_cast<std::size_t>(below(random, value.size()))]));
+    value.push_back(Json(value[below(random, value.size())]));
   }
 }
 
@@ -54,8 +54,7 @@ void change(Json& value, Random& random) {
     value = std::isfinite(other) ? other : 1e308;
   } else if (value.is_string()) {
     const auto text = value.get<std::string>();
-    value = below(random, 2) == 0 ? text + text
-                                  : text.substr(0, static_cast<std::size_t>(below(random, text.size() + 1)));
+    value = below(random, 2) == 0 ? text + text : text.substr(0, below(random, text.size() + 1));
   } else if (value.is_boolean()) {
     value = !value.get<bool>();
   } else if (value.is_structured()) {
@@ -78,14 +77,14 @@ std::string mutate_json(const std::string& text, Random& random) {
 }
 
 std::string mutate_text(const std::string& text, Random& random) {
-  const std::string deep(static_cast<std::size_t>(below(random, 60'000)), '[');
+  const std::string deep(below(random, 60'000), '[');
   switch (below(random, 8)) {
     case 0:
       return "";
     case 1:
       return text + text;
     case 2:
-      return text.substr(0, static_cast<std::size_t>(below(random, text.size() + 1)));
+      return text.substr(0, below(random, text.size() + 1));
     case 3:
       return R"({"a":)" + deep;
     default:

@@ -57,7 +57,7 @@ struct Values {
 };
 
 std::vector<hsize_t> shape_of(hid_t space) {
-  std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(H5Sget_simple_extent_ndims(space), 0)));
+  std::vector<hsize_t> shape(std::max(H5Sget_simple_extent_ndims(space), 0));
   H5Sget_simple_extent_dims(space, shape.data(), nullptr);
   return shape;
 }
@@ -199,7 +199,7 @@ class Mutator {
     else if (below(random_, 6) == 0)
       values.shape.pop_back();
     else
-      values.shape[static_cast<std::size_t>(below(random_, values.shape.size()))] +=
+      values.shape[below(random_, values.shape.size())] +=
           any_of(random_, std::vector<hsize_t>{1, 2, ~hsize_t{0}});
     std::size_t count = 1;
     for (hsize_t& n : values.shape) count *= static_cast<std::size_t>(n = std::min<hsize_t>(n, 4096));

@@ -36,7 +36,7 @@ class OpenScene {
     const hid_t at = H5Dopen2(file_, dataset, H5P_DEFAULT);
     const hid_t space = H5Dget_space(at);
     const hid_t native = std::is_integral_v<T> ? H5T_NATIVE_INT32 : H5T_NATIVE_FLOAT;
-    std::vector<T> values(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space)));
+    std::vector<T> values(H5Sget_simple_extent_npoints(space));
     EXPECT_GE(H5Dread(at, native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
     values.at(element) = value;
     EXPECT_GE(H5Dwrite(at, native, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);

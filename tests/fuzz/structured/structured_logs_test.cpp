@@ -30,7 +30,7 @@ std::uint64_t word_at(const Bytes& log, std::size_t at, std::size_t size) {
 /// Where the records begin, behind their fronts, and how long they are.
 std::vector<std::pair<std::size_t, std::size_t>> records_of(const Bytes& log) {
   std::vector<std::pair<std::size_t, std::size_t>> records;
-  const auto text = static_cast<std::size_t>(word_at(log, 16, 8));
+  const std::size_t text = word_at(log, 16, 8);
   for (std::size_t at = (24 + text + 7) / 8 * 8; at + kFront <= log.size();) {
     records.emplace_back(at + kFront, static_cast<std::size_t>(word_at(log, at + 8, 8)));
     at = records.back().first + records.back().second;
@@ -45,7 +45,7 @@ void put(Bytes& log, std::size_t at, T value) {
 
 /// The fixed front of a record: two counts, three times, two words. Behind it floats and bits.
 void change_record(Bytes& log, std::size_t begin, std::size_t size, Random& random) {
-  const auto field = static_cast<std::size_t>(below(random, 10));
+  const std::size_t field = below(random, 10);
   if (field < 2) {
     put(log, begin + 8 * field,
         other_integer(random, static_cast<std::int64_t>(word_at(log, begin + 8 * field, 8))));
@@ -62,7 +62,7 @@ void change_record(Bytes& log, std::size_t begin, std::size_t size, Random& rand
 
 void mutate_log(Bytes& log, Random& random) {
   const auto records = records_of(log);
-  const auto [begin, size] = records[static_cast<std::size_t>(below(random, records.size()))];
+  const auto [begin, size] = records[below(random, records.size())];
   for (std::uint64_t k = 1 + below(random, 2); k > 0; --k) change_record(log, begin, size, random);
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(log.data() + begin);
   put(log, begin - kFront + 4, protocol::crc32c({bytes, size}));

@@ -18,7 +18,7 @@ inline std::uint64_t below(Random& random, std::uint64_t n) {
 
 template <class T>
 const T& any_of(Random& random, const std::vector<T>& choices) {
-  return choices[static_cast<std::size_t>(below(random, choices.size()))];
+  return choices[below(random, choices.size())];
 }
 
 /// An extreme, a neighbour of the old value, or anything.

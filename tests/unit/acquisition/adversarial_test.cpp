@@ -97,15 +97,14 @@ TEST(Adversarial, a_random_permutation) {
   // A symmetric one: pixels in random pairs.
   std::vector<int> partner(144);
   std::vector<int> order(144);
-  for (int i = 0; i < 144; ++i) order[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < 144; ++i) order[i] = i;
   Random random(5);
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.bits() % i]);
   for (std::size_t i = 0; i < order.size(); i += 2) {
-    partner[static_cast<std::size_t>(order[i])] = order[i + 1];
-    partner[static_cast<std::size_t>(order[i + 1])] = order[i];
+    partner[order[i]] = order[i + 1];
+    partner[order[i + 1]] = order[i];
   }
-  const DenseTransport scene(
-      Grid{12, 12}, [&](int i, int j) { return partner[static_cast<std::size_t>(i)] == j ? 1.0 : 0.0; });
+  const DenseTransport scene(Grid{12, 12}, [&](int i, int j) { return partner[i] == j ? 1.0 : 0.0; });
   EXPECT_LE(run(scene, Algorithm::symrig).error, 1e-3);
 }
 

@@ -46,10 +46,9 @@ TEST_F(BrokenLog, changed_at_any_byte_it_holds_the_runs_before_or_says_so) {
       continue;
     }
     ASSERT_TRUE(log.ok()) << at << ": " << log.error().line();
-    const auto run = static_cast<std::size_t>(std::upper_bound(ends.begin(), ends.end(), at) - ends.begin());
+    const std::size_t run = std::upper_bound(ends.begin(), ends.end(), at) - ends.begin();
     ASSERT_EQ((*log)->size(), kPhotographsInRuns[run]) << at;
-    for (std::int64_t k = 0; k < (*log)->size(); ++k)
-      expect_holds(**log, k, entries_[static_cast<std::size_t>(k)]);
+    for (std::int64_t k = 0; k < (*log)->size(); ++k) expect_holds(**log, k, entries_[k]);
   }
 }
 

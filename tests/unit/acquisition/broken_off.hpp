@@ -102,7 +102,7 @@ inline void expect_continued_is_the_same(const char* uri) {
     const Session whole(uri, together);
     const auto reference = capture(*whole.probe, options);
     ASSERT_TRUE(reference.ok()) << reference.error().line();
-    const auto total = static_cast<std::size_t>(reference->patterns);
+    const std::size_t total = reference->patterns;
     ASSERT_GT(total, 20U);
     for (const std::size_t limit : {std::size_t{0}, std::size_t{1}, total / 3, total - 1}) {
       const Session first(uri, together, limit);

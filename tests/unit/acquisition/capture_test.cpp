@@ -214,7 +214,7 @@ TEST(CaptureSymrig, a_dead_camera_pixel_is_seen_from_the_other_side) {
   double error = 0, energy = 0;
   for (int i = 0; i < 64; ++i) {
     if (i == kDead) continue;
-    const auto at = static_cast<std::size_t>(i);
+    const std::size_t at = i;
     error += std::pow(estimate->values()[at] - truth.values()[at], 2);
     energy += std::pow(truth.values()[at], 2);
   }

@@ -28,8 +28,8 @@ void store(Workbench& bench, const DenseTransport& t, const Error& error) {
   const auto order = bench.tree.order();
   for (std::int32_t a = 0; a < std::ssize(order); ++a)
     for (std::int32_t b = 0; b <= a; ++b) {
-      const int i = order[static_cast<std::size_t>(a)];
-      const int j = order[static_cast<std::size_t>(b)];
+      const int i = order[a];
+      const int j = order[b];
       const auto value = static_cast<float>(t.at(i, j) + error(i, j));
       bench.known.add_scalar(a, b, std::span(&value, 1));
     }

@@ -49,11 +49,10 @@ int conflicts(const Colouring& colouring, std::int32_t blocks, const std::set<Ed
 
 /// Blocks with an unknown partner that are not lit exactly once, and others that are lit.
 int wrongly_lit(const Colouring& colouring, std::int32_t blocks, const std::set<Edge>& unknown) {
-  std::vector<int> lit(static_cast<std::size_t>(blocks)), wanted(static_cast<std::size_t>(blocks));
+  std::vector<int> lit(blocks), wanted(static_cast<std::size_t>(blocks));
   for (const auto& c : colouring.classes())
-    for (const std::int32_t b : c) ++lit[static_cast<std::size_t>(b)];
-  for (const auto& [a, b] : unknown)
-    wanted[static_cast<std::size_t>(a)] = wanted[static_cast<std::size_t>(b)] = 1;
+    for (const std::int32_t b : c) ++lit[b];
+  for (const auto& [a, b] : unknown) wanted[a] = wanted[b] = 1;
   int count = 0;
   for (std::size_t b = 0; b < lit.size(); ++b) count += lit[b] == wanted[b] ? 0 : 1;
   return count;

@@ -47,11 +47,10 @@ RC_GTEST_PROP(ConflictGraph, every_block_with_an_unknown_partner_is_lit_exactly_
   const auto blocks = *rc::gen::inRange(1, 24);
   const std::set<Edge> unknown = random_edges(blocks);
   const ConflictGraph graph(blocks, std::vector<Edge>(unknown.begin(), unknown.end()));
-  std::vector<int> lit(static_cast<std::size_t>(blocks));
+  std::vector<int> lit(blocks);
   for (const auto& colour : graph.colour())
-    for (const std::int32_t b : colour) ++lit[static_cast<std::size_t>(b)];
-  for (std::int32_t b = 0; b < blocks; ++b)
-    RC_ASSERT(lit[static_cast<std::size_t>(b)] == (graph.partners(b).empty() ? 0 : 1));
+    for (const std::int32_t b : colour) ++lit[b];
+  for (std::int32_t b = 0; b < blocks; ++b) RC_ASSERT(lit[b] == (graph.partners(b).empty() ? 0 : 1));
 }
 
 RC_GTEST_PROP(ConflictGraph, conflict_is_the_lemma, ()) {

@@ -47,8 +47,8 @@ inline Matrix positive(int n, std::uint64_t seed) {
 
 /// Pixels in random pairs that see each other.
 inline Matrix pairs(int n, std::uint64_t seed) {
-  std::vector<int> order(static_cast<std::size_t>(n));
-  for (int i = 0; i < n; ++i) order[static_cast<std::size_t>(i)] = i;
+  std::vector<int> order(n);
+  for (int i = 0; i < n; ++i) order[i] = i;
   Random random(seed);
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.bits() % i]);
   Matrix t = Matrix::Zero(n, n);

@@ -76,7 +76,7 @@ TEST(DirectLight, noise_falls_with_the_root_of_the_times_lit) {
     Direct scene;
     scene.store(0.03);  // where it starts does not matter
     std::vector<TreePhotograph> photographs;
-    photographs.reserve(static_cast<std::size_t>(times));
+    photographs.reserve(times);
     for (int k = 0; k < times; ++k) photographs.push_back(scene.photograph(everything, kSigma));
     scene.refine(std::move(photographs), {{0}, {0}});
     double squares = 0;

@@ -14,8 +14,7 @@ TransportTensor as_tensor(const tests::DenseTransport& t, double gain) {
   TensorBuilder builder(tree, 1);
   for (std::int32_t i = 0; i < t.grid().size(); ++i)
     for (std::int32_t j = 0; j <= i; ++j) {
-      const auto v = static_cast<float>(
-          gain * t.at(tree.order()[static_cast<std::size_t>(i)], tree.order()[static_cast<std::size_t>(j)]));
+      const auto v = static_cast<float>(gain * t.at(tree.order()[i], tree.order()[j]));
       builder.add_scalar(i, j, std::span(&v, 1));
     }
   return std::move(builder).finish();
@@ -46,7 +45,7 @@ TEST(Evaluate, indirect_sees_what_frobenius_hides) {
   const BlockTree tree(scene.grid());
   TensorBuilder builder(tree, 1);
   for (std::int32_t i = 0; i < scene.grid().size(); ++i) {
-    const int raster = tree.order()[static_cast<std::size_t>(i)];
+    const int raster = tree.order()[i];
     const auto v = static_cast<float>(scene.at(raster, raster));
     builder.add_scalar(i, i, std::span(&v, 1));
   }

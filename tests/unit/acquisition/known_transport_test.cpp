@@ -107,8 +107,7 @@ class Both {
            const std::vector<float>& b) {
     for (std::int32_t x = 0; x < i.size(); ++x)
       for (std::int32_t y = 0; y < j.size(); ++y) {
-        const double value = static_cast<double>(a[static_cast<std::size_t>(x)]) *
-                             static_cast<double>(b[static_cast<std::size_t>(y)]);
+        const double value = static_cast<double>(a[x]) * static_cast<double>(b[y]);
         oracle.add(channel, i.begin + x, j.begin + y, value);
         if (&i != &j) oracle.add(channel, j.begin + y, i.begin + x, value);
       }
@@ -284,8 +283,8 @@ TEST(KnownTransport, a_removed_leaf_neither_shines_nor_is_stored) {
   const std::int32_t kept = both.leaf(1, blocks[2], blocks[0], with);
   const auto p = photographs(5, 1);
   both.known.remove_leaf(leaf);
-  EXPECT_TRUE(both.known.leaves()[static_cast<std::size_t>(leaf)].removed);
-  EXPECT_FALSE(both.known.leaves()[static_cast<std::size_t>(kept)].removed);
+  EXPECT_TRUE(both.known.leaves()[leaf].removed);
+  EXPECT_FALSE(both.known.leaves()[kept].removed);
   never.known.rewind({never.known.leaves().size() - 1,
                       static_cast<std::size_t>(never.known.leaves().back().factors),
                       never.known.mark().empties, never.known.scalars().size()});

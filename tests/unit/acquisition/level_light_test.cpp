@@ -31,8 +31,8 @@ class Both {
   void leaf(int level, std::size_t i, std::size_t j, Random& random) {
     const Block& row = tree.level(level)[i];
     const Block& col = tree.level(level)[j];
-    const auto rows = static_cast<std::size_t>(row.size());
-    const auto cols = static_cast<std::size_t>(col.size());
+    const std::size_t rows = row.size();
+    const std::size_t cols = col.size();
     std::vector<float> factors;
     for (std::size_t channel = 0; channel < kChannels; ++channel) {
       const auto a = values(random, rows);
@@ -118,7 +118,7 @@ TEST(LaterLight, of_a_block_with_itself_counts_from_that_block_up) {
   both.leaf(2, 1, 1, random);
   const Block& block = both.tree.level(2)[1];
   const LaterLight later(both.known, both.tree, kChannels);
-  const auto t = static_cast<std::size_t>(block.begin);
+  const std::size_t t = block.begin;
   double expected = 0;
   for (std::int32_t j = block.begin; j < block.end; ++j)
     expected += both.entry(0, t, static_cast<std::size_t>(j));
@@ -147,9 +147,9 @@ TEST(LevelLight, moves_the_direct_light_as_whole_photographs_do) {
     for (const Block& block : blocks) {
       if (slot >= block.children) continue;
       const std::int32_t lit_child = block.first_child + slot;
-      const Block& child = both.tree.level(kLevel + 1)[static_cast<std::size_t>(lit_child)];
+      const Block& child = both.tree.level(kLevel + 1)[lit_child];
       ranges.push_back({child.begin, child.end});
-      for (std::int32_t t = child.begin; t < child.end; ++t) p.pattern[static_cast<std::size_t>(t)] = 1;
+      for (std::int32_t t = child.begin; t < child.end; ++t) p.pattern[t] = 1;
     }
     for (float& mean : p.mean) mean *= 10;
     p.valid[7] = 0;

@@ -34,8 +34,7 @@ class Merging : public testing::Test {
         bench_(probe_),
         channels_(channels),
         known_(bench_.tree, channels),
-        facts_{bench_.options, bench_.tree, channels,
-               std::vector<double>(static_cast<std::size_t>(channels), 1.0)} {
+        facts_{bench_.options, bench_.tree, channels, std::vector<double>(channels, 1.0)} {
     bench_.options = *settings_of({});
   }
 

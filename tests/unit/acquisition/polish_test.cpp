@@ -90,18 +90,16 @@ class PolishTest : public testing::Test {
     const auto order = bench_.tree.order();
     for (std::size_t i = 0; i < blocks.size(); ++i)
       for (std::size_t j = 0; j < i; ++j) {
-        if (right(order[static_cast<std::size_t>(blocks[i].begin)]) ==
-            right(order[static_cast<std::size_t>(blocks[j].begin)]))
-          continue;
+        if (right(order[blocks[i].begin]) == right(order[blocks[j].begin])) continue;
         std::vector<float> factors;
         for (std::int32_t t = blocks[i].begin; t < blocks[i].end; ++t)
-          factors.push_back(static_cast<float>(0.05 * factor(order[static_cast<std::size_t>(t)])));
+          factors.push_back(static_cast<float>(0.05 * factor(order[t])));
         for (std::int32_t t = blocks[j].begin; t < blocks[j].end; ++t)
-          factors.push_back(static_cast<float>(factor(order[static_cast<std::size_t>(t)])));
+          factors.push_back(static_cast<float>(factor(order[t])));
         bench_.known.add_leaf(blocks[i].begin, blocks[i].end, blocks[j].begin, blocks[j].end, 1, factors);
       }
     for (std::int32_t t = 0; t < kPixels; ++t) {
-      const int i = order[static_cast<std::size_t>(t)];
+      const int i = order[t];
       const auto value = static_cast<float>(entry(i, i));
       bench_.known.add_scalar(t, t, std::span(&value, 1));
     }
@@ -131,11 +129,10 @@ class PolishTest : public testing::Test {
     double squares = 0, total = 0;
     for (int j = 0; j < kPixels; ++j) {
       Image<float> lit(kGrid);
-      lit.values()[static_cast<std::size_t>(j)] = 1;
+      lit.values()[j] = 1;
       const Image<float> column = *tensor.apply(lit);
       for (int i = 0; i < kPixels; ++i) {
-        squares +=
-            std::pow(static_cast<double>(column.values()[static_cast<std::size_t>(i)]) - entry(i, j), 2);
+        squares += std::pow(static_cast<double>(column.values()[i]) - entry(i, j), 2);
         total += entry(i, j) * entry(i, j);
       }
     }
@@ -259,7 +256,7 @@ TEST_F(PolishTest, a_removed_leaf_takes_no_part) {
   const auto leaf = bench_.known.leaves()[0];
   const std::vector<float> now = numbers();
   for (std::int32_t k = 0; k < leaf.rows() + leaf.cols(); ++k) {
-    const auto at = static_cast<std::size_t>(leaf.factors + k);
+    const std::size_t at = leaf.factors + k;
     EXPECT_EQ(now[at], all[at]);
   }
 }

@@ -36,8 +36,7 @@ class TwoHalves : public testing::Test {
     const auto c = photograph(t, j);
     const auto r = photograph(t, i);
     const std::vector<PairNoise> noise{{0, 8}};
-    level_.add(1, 0, std::span(c).subspan(static_cast<std::size_t>(i.begin), 8),
-               std::span(r).subspan(static_cast<std::size_t>(j.begin), 8), noise, noise,
+    level_.add(1, 0, std::span(c).subspan(i.begin, 8), std::span(r).subspan(j.begin, 8), noise, noise,
                std::numeric_limits<double>::infinity());
     const std::int32_t tested[] = {0};
     level_.make_room(tested);
@@ -97,9 +96,7 @@ double garg06_rms_error(const DenseTransport& t, const BlockTree& tree, const No
   int samples = 0;
   const Block& i = level.block(node.row);
   const Block& j = level.block(node.col);
-  const auto entry = [&](std::int32_t a, std::int32_t b) {
-    return t.at(tree.order()[static_cast<std::size_t>(a)], tree.order()[static_cast<std::size_t>(b)]);
-  };
+  const auto entry = [&](std::int32_t a, std::int32_t b) { return t.at(tree.order()[a], tree.order()[b]); };
   double total = 0;
   for (std::int32_t a = i.begin; a < i.end; ++a)
     for (std::int32_t b = j.begin; b < j.end; ++b) total += entry(a, b);
@@ -152,10 +149,9 @@ TEST_F(TwoHalves, energy_in_one_child_pair_deceives_the_paper_and_not_the_guard)
   const BlockTree& tree = tree_;
   const Block a = level_.child(level_.block(1), 0), b = level_.child(level_.block(0), 0);
   std::vector<int> place(32);
-  for (std::size_t k = 0; k < 32; ++k) place[static_cast<std::size_t>(tree.order()[k])] = static_cast<int>(k);
+  for (std::size_t k = 0; k < 32; ++k) place[tree.order()[k]] = static_cast<int>(k);
   const DenseTransport t = transport([&](int i, int j) {
-    const int x = place[static_cast<std::size_t>(i)] - a.begin,
-              y = place[static_cast<std::size_t>(j)] - b.begin;
+    const int x = place[i] - a.begin, y = place[j] - b.begin;
     return x >= 0 && x < a.size() && x == y ? 1.0 : 0.0;
   });
   const double flood_squared[] = {1.0};

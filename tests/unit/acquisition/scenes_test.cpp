@@ -30,7 +30,7 @@ class ColourProbe : public Probe {
   Image<float> image(const Image<float>& p) const {
     Image<float> all(grid(), channels());
     for (int c = 0; c < channels(); ++c) {
-      const Image<float> one = planes_[static_cast<std::size_t>(c)].apply(p);
+      const Image<float> one = planes_[c].apply(p);
       std::ranges::copy(one.values(), all.plane(c).begin());
     }
     return all;

@@ -44,9 +44,7 @@ struct Captured {
   CaptureResult result;
   /// T̃ as a dense matrix, column by column.
   std::vector<Image<float>> columns;
-  double at(int i, int j) const {
-    return static_cast<double>(columns[static_cast<std::size_t>(j)].values()[static_cast<std::size_t>(i)]);
-  }
+  double at(int i, int j) const { return static_cast<double>(columns[j].values()[i]); }
 };
 
 Captured captured(const DenseTransport& scene, double sigma) {

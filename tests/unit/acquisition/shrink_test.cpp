@@ -19,7 +19,7 @@ constexpr double kSigmas = 5;
 class Shrink : public testing::Test {
  protected:
   std::vector<float> image(double (*value)(double)) const {
-    std::vector<float> v(static_cast<std::size_t>(block().size()));
+    std::vector<float> v(block().size());
     for (std::size_t t = 0; t < v.size(); ++t)
       v[t] = static_cast<float>(value(static_cast<double>(t) / block().size()));
     return v;

@@ -47,11 +47,9 @@ class Checkerboard : public Probe {
   int channels() const override { return 1; }
   Image<float> image(const Image<float>& p) const {
     double sums[2] = {};
-    for (int i = 0; i < side_ * side_; ++i)
-      sums[colour(i)] += static_cast<double>(p.values()[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < side_ * side_; ++i) sums[colour(i)] += static_cast<double>(p.values()[i]);
     Image<float> y(grid());
-    for (int i = 0; i < side_ * side_; ++i)
-      y.values()[static_cast<std::size_t>(i)] = static_cast<float>(0.001 * sums[colour(i)]);
+    for (int i = 0; i < side_ * side_; ++i) y.values()[i] = static_cast<float>(0.001 * sums[colour(i)]);
     return y;
   }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {

@@ -31,7 +31,7 @@ TEST(TreePhotograph, every_channel_is_put_into_tree_order) {
   ASSERT_TRUE(to_tree(tree, from, to));
   for (std::size_t channel = 0; channel < 3; ++channel)
     for (std::size_t t = 0; t < 35; ++t) {
-      const auto raster = static_cast<std::size_t>(tree.order()[t]);
+      const std::size_t raster = tree.order()[t];
       EXPECT_EQ(to.mean[channel * 35 + t], from.mean.values()[channel * 35 + raster]);
       EXPECT_EQ(to.variance[channel * 35 + t], from.variance.values()[channel * 35 + raster]);
       EXPECT_EQ(to.valid[channel * 35 + t], 1);
@@ -47,7 +47,7 @@ TEST(TreePhotograph, what_is_not_valid_becomes_zero_whatever_it_is) {
   TreePhotograph to;
   ASSERT_TRUE(to_tree(tree, from, to));
   for (std::size_t t = 0; t < 35; ++t) {
-    const auto raster = static_cast<std::size_t>(tree.order()[t]);
+    const std::size_t raster = tree.order()[t];
     const bool valid = raster != 9 && raster != 34;
     EXPECT_EQ(to.valid[t], valid ? 1 : 0);
     EXPECT_EQ(to.mean[t], valid ? from.mean.values()[raster] : 0);

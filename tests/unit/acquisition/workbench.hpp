@@ -35,8 +35,7 @@ struct Workbench {
         logged(probe, *log, 32),
         photographer(logged, log.get(), tree, {}),
         known(tree, probe.channels()),
-        facts{options, tree, probe.channels(),
-              std::vector<double>(static_cast<std::size_t>(probe.channels()), 1.0)} {}
+        facts{options, tree, probe.channels(), std::vector<double>(probe.channels(), 1.0)} {}
 
   CaptureSettings options;
   BlockTree tree;

@@ -95,7 +95,7 @@ inline void write_all(int fd, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t sent = write(fd, bytes.data(), bytes.size());
     if (sent <= 0) return;
-    bytes = bytes.subspan(static_cast<std::size_t>(sent));
+    bytes = bytes.subspan(sent);
   }
 }
 

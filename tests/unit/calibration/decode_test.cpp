@@ -103,8 +103,7 @@ TEST_P(DecodeWithoutAPair, NeverLooksAtIt) {
   auto photographs = test::default_photographs();
   const auto before = decode(photographs, {.held_out_pair = GetParam()});
   for (int complement = 0; complement < 2; ++complement)
-    for (float& v : photographs.images[static_cast<std::size_t>(2 * GetParam() + complement)].values())
-      v = 1e6F;
+    for (float& v : photographs.images[2 * GetParam() + complement].values()) v = 1e6F;
   const auto after = decode(photographs, {.held_out_pair = GetParam()});
   ASSERT_TRUE(before.ok() && after.ok());
   EXPECT_EQ(before->col, after->col);
@@ -137,7 +136,7 @@ TEST(Decode, RefusesADarkRoom) {
   auto photographs = test::default_photographs();
   for (auto& image : photographs.images)
     std::ranges::copy(photographs.black().values(), image.values().begin());
-  photographs.images[static_cast<std::size_t>(photographs.code.white())].values()[0] += 0.001F;
+  photographs.images[photographs.code.white()].values()[0] += 0.001F;
   EXPECT_EQ(decode(photographs).error().code, ErrorCode::bad_value);
 }
 

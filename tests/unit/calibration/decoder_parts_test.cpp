@@ -143,8 +143,7 @@ TEST(StripeKernels, AreTheirEquations) {
   const Shape shape{0.1F, 0.4F, 0.1F, 0.05F, 0.1F, 0.1F, 0.05F};
   std::uint64_t counter = 5;
   Bits seen{};
-  for (int k = 0; k < light.bits(); ++k)
-    seen[static_cast<std::size_t>(k)] = static_cast<float>(normal(counter));
+  for (int k = 0; k < light.bits(); ++k) seen[k] = static_cast<float>(normal(counter));
   constexpr double kTolerance = 1e-5;
   for (const int pixel : {0, 37, 99})
     for (const std::optional<int> left_out : {std::optional<int>(), std::optional<int>(2)}) {
@@ -159,9 +158,9 @@ TEST(StripeKernels, AreTheirEquations) {
           for (std::size_t s = 0; s < shape.size() && bit != left_out; ++s)
             m += static_cast<double>(shape[s]) *
                  static_cast<double>(light.at(pixel)[static_cast<std::size_t>(bit) * shape.size() + s][step]);
-          EXPECT_NEAR(shaped.contrast[static_cast<std::size_t>(bit)][step], m, kTolerance);
+          EXPECT_NEAR(shaped.contrast[bit][step], m, kTolerance);
           square += m * m;
-          along += m * static_cast<double>(seen[static_cast<std::size_t>(bit)]);
+          along += m * static_cast<double>(seen[bit]);
         }
         EXPECT_NEAR(shaped.square[step], square, kTolerance);
         EXPECT_NEAR(explained[step], along > 0 ? along * along / square : 0, 10 * kTolerance);
@@ -174,7 +173,7 @@ double misfit(const StripeLight& light, double x, const Bits& seen, float contra
   double sum = 0;
   for (int bit = 0; bit < light.bits(); ++bit) {
     const Shape m = light.contrasts(x, bit);
-    auto left = static_cast<double>(seen[static_cast<std::size_t>(bit)] / contrast);
+    auto left = static_cast<double>(seen[bit] / contrast);
     for (std::size_t s = 0; s < m.size(); ++s) left -= static_cast<double>(shape[s] * m[s]);
     sum += left * left;
   }
@@ -192,8 +191,7 @@ TEST(ShapeFit, ExplainsWhatItWasGivenAndKeepsToAStrongPrior) {
     Differences seen{.value = {}, .variance = 1e-4F};
     for (int bit = 0; bit < light.bits(); ++bit) {
       const Shape m = light.contrasts(x, bit);
-      for (std::size_t s = 0; s < m.size(); ++s)
-        seen.value[static_cast<std::size_t>(bit)] += kContrast * truth[s] * m[s];
+      for (std::size_t s = 0; s < m.size(); ++s) seen.value[bit] += kContrast * truth[s] * m[s];
     }
     fit.add(light, {}, x, seen, kContrast);
     pixels.push_back(seen);

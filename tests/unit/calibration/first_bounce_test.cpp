@@ -43,8 +43,7 @@ TEST_P(FirstBounceWithoutAPair, NeverLooksAtIt) {
   const FitOptions options{.decode = {.held_out_pair = GetParam()}};
   const auto before = fit_first_bounce(photographs, options);
   for (int complement = 0; complement < 2; ++complement)
-    for (float& v : photographs.images[static_cast<std::size_t>(2 * GetParam() + complement)].values())
-      v = 0.25F;
+    for (float& v : photographs.images[2 * GetParam() + complement].values()) v = 0.25F;
   const auto after = fit_first_bounce(photographs, options);
   ASSERT_TRUE(before.ok() && after.ok());
   EXPECT_TRUE(std::ranges::equal(before->tensor.column_values(), after->tensor.column_values()));

@@ -21,8 +21,7 @@ double under(const std::vector<float>& stripes, double x) {
     const double d = 0.05 * i * kBlur, w = std::exp(-0.5 * d * d / (kBlur * kBlur));
     const auto at = std::lround(x + d);
     weights += w;
-    if (at >= 0 && at < std::ssize(stripes))
-      sum += w * static_cast<double>(stripes[static_cast<std::size_t>(at)]);
+    if (at >= 0 && at < std::ssize(stripes)) sum += w * static_cast<double>(stripes[at]);
   }
   return sum / weights;
 }

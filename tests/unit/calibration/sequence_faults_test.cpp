@@ -104,10 +104,8 @@ class Faults : public testing::Test {
   static const CodePhotographs& good() { return test::default_photographs(); }
   static int count() { return good().code.photographs(); }
   static int pairs() { return good().code.pairs(); }
-  static Image<float>& at(CodePhotographs& photographs, int k) {
-    return photographs.images[static_cast<std::size_t>(k)];
-  }
-  static std::string name(int k) { return good().names[static_cast<std::size_t>(k)]; }
+  static Image<float>& at(CodePhotographs& photographs, int k) { return photographs.images[k]; }
+  static std::string name(int k) { return good().names[k]; }
   static bool names(const std::string& line, int k) {
     const std::string text = line + " ";
     for (std::size_t from = text.find(name(k)); from != std::string::npos;

@@ -27,7 +27,7 @@ class SwappedPair : public testing::TestWithParam<int> {};
 
 TEST_P(SwappedPair, IsNamed) {
   auto photographs = test::default_photographs();
-  const auto first = static_cast<std::size_t>(2 * GetParam());
+  const std::size_t first = 2 * GetParam();
   std::swap(photographs.images[first], photographs.images[first + 1]);
   const std::string line = refusal(photographs);
   EXPECT_TRUE(names(line, photographs.names[first] + " and ")) << line;
@@ -41,22 +41,21 @@ TEST(WrongSequence, CoarsestPairSwappedRunsBackwardsAndIsNamed) {
   const int rows = 2 * test::default_photographs().code.column_bits();
   for (const int first : {0, rows}) {
     auto photographs = test::default_photographs();
-    const auto at = static_cast<std::size_t>(first);
+    const std::size_t at = first;
     std::swap(photographs.images[at], photographs.images[at + 1]);
     const std::string line = refusal(photographs);
     EXPECT_TRUE(names(line, "backwards")) << line;
     EXPECT_TRUE(names(line, photographs.names[at] + " and " + photographs.names[at + 1])) << line;
-    EXPECT_FALSE(names(line, photographs.names[static_cast<std::size_t>(rows - first)] + " and ")) << line;
+    EXPECT_FALSE(names(line, photographs.names[rows - first] + " and ")) << line;
   }
 }
 
 TEST(WrongSequence, SaturatedWhiteIsNamed) {
   auto photographs = test::default_photographs();
-  for (float& v : photographs.images[static_cast<std::size_t>(photographs.code.white())].values())
-    v = std::min(1.0F, 1.7F * v);
+  for (float& v : photographs.images[photographs.code.white()].values()) v = std::min(1.0F, 1.7F * v);
   const std::string line = refusal(photographs);
   EXPECT_TRUE(names(line, "(white) is saturated")) << line;
-  EXPECT_TRUE(names(line, photographs.names[static_cast<std::size_t>(photographs.code.white())])) << line;
+  EXPECT_TRUE(names(line, photographs.names[photographs.code.white()])) << line;
 }
 
 TEST(WrongSequence, BlackThatIsAPatternIsNamed) {

@@ -39,7 +39,7 @@ class FakeNode final : public VideoNode {
 
   int map(std::size_t length, std::int64_t offset, std::span<const std::byte>& memory) override {
     const std::lock_guard lock(camera_->mutex_);
-    const auto index = static_cast<std::size_t>(offset);
+    const std::size_t index = offset;
     if (index >= camera_->buffers_.size() || length > camera_->buffers_[index].size()) return EINVAL;
     memory = {camera_->buffers_[index].data(), length};
     ++camera_->mapped_;

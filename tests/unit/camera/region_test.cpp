@@ -37,8 +37,7 @@ TEST(Mosaic, shifting_by_a_pixel_shows_the_colours_that_are_there) {
         const std::string_view seen = name(shifted(mosaic, row, col));
         for (int r = 0; r < 2; ++r)
           for (int c = 0; c < 2; ++c)
-            EXPECT_EQ(seen[static_cast<std::size_t>(2 * r + c)],
-                      name(mosaic)[static_cast<std::size_t>(2 * ((row + r) & 1) + ((col + c) & 1))]);
+            EXPECT_EQ(seen[2 * r + c], name(mosaic)[2 * ((row + r) & 1) + ((col + c) & 1)]);
       }
   EXPECT_EQ(shifted(Mosaic::none, 1, 1), Mosaic::none);
 }
@@ -87,7 +86,7 @@ void expect_sums(const char* format, int bits, const Region& region) {
   const auto to = binned_grid(picture.layout.size, mosaic, region);
   ASSERT_OK(to);
   FrameReader reader(picture.layout, region, kNeverSaturated);
-  std::vector<std::uint16_t> codes(static_cast<std::size_t>(to->grid.size()));
+  std::vector<std::uint16_t> codes(to->grid.size());
   reader.read(picture.bytes, codes);
   const int shift = binning_shift(bits, region.binning);
   for (int row = 0; row < to->grid.rows; ++row)
@@ -120,10 +119,7 @@ TEST(FrameReader, a_region_of_packed_samples_may_begin_inside_of_a_group) {
   FrameReader(layout, {}, kNeverSaturated).read(bytes, whole);
   for (int col = 0; col < 7; ++col) {
     FrameReader(layout, {1, col, {2, 5}, 1}, kNeverSaturated).read(bytes, part);
-    for (int k = 0; k < 10; ++k)
-      EXPECT_EQ(part[static_cast<std::size_t>(k)],
-                whole[static_cast<std::size_t>((1 + k / 5) * 12 + col + k % 5)])
-          << col;
+    for (int k = 0; k < 10; ++k) EXPECT_EQ(part[k], whole[(1 + k / 5) * 12 + col + k % 5]) << col;
   }
 }
 
@@ -188,7 +184,7 @@ TEST_P(BinnedNoise, is_what_sums_of_samples_have) {
       picture.set(row, col,
                   static_cast<std::uint16_t>(
                       std::lround(sensor.pedestal() + sensor.gain() * (light(random) + read(random)))));
-  std::vector<std::uint16_t> codes(static_cast<std::size_t>(side * side));
+  std::vector<std::uint16_t> codes(side * side);
   FrameReader(picture.layout, {0, 0, {}, binning}, sensor.saturation_code()).read(picture.bytes, codes);
 
   const auto n = static_cast<double>(codes.size());

@@ -121,7 +121,7 @@ TEST(Merge, EqualFramesAverage) {
   // n equal frames: variance falls as 1/n, for every count that a bracket may have.
   const double rate = 5'000;
   for (int n = 1; n <= kMaxFrames; ++n) {
-    const std::vector<Nanoseconds> exposures(static_cast<std::size_t>(n), 100ms);
+    const std::vector<Nanoseconds> exposures(n, 100ms);
     const Statistics s = judge(merge_uniform(exposures, rate, 17), rate);
     EXPECT_NEAR(s.chi_square, 1, 0.03 + kChiSquareError) << n << " frames";
     EXPECT_NEAR(s.mean_variance * n / (kSensor.variance(500) * 100), 1, 0.01) << n << " frames";
@@ -189,7 +189,7 @@ TEST(Merge, DeadPixelsAreInvalidInEveryChannel) {
 TEST(Merge, BitEqualForAnySplitAndAnyNumberOfThreads) {
   // 97 × 1031 pixels: several tasks and a tail of every length below the vector width.
   const Grid grid{97, 1031};
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   Random random(23);
   const auto exposures = test::exposure_ladder(3, 8, 100ms);
   const auto bracket = test::photograph_uniform(kSensor, exposures, 30'000, pixels, random);
@@ -220,7 +220,7 @@ TEST(Merge, BitEqualForAnySplitAndAnyNumberOfThreads) {
 TEST(Merge, BitEqualWhetherResultsAreStreamedOrNot) {
   const Grid grid{1'031, 997};  // prime: rows and planes start at every alignment
   const int channels = 2;       // 2 × 9.3 MB of results
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   Random random(31);
   const auto exposures = test::exposure_ladder(4, 8, 100ms);
   auto bracket = test::photograph_uniform(kSensor, exposures, 30'000, pixels * channels, random);
@@ -236,7 +236,7 @@ TEST(Merge, BitEqualWhetherResultsAreStreamedOrNot) {
   }
   const auto whole = merge(bracket.frames(), grid, channels, kSensor, {.black = &black, .dead = &dead});
   ASSERT_TRUE(whole.ok());
-  const auto cols = static_cast<std::size_t>(grid.cols);
+  const std::size_t cols = grid.cols;
   for (std::size_t row = 0; row < pixels * channels / cols; ++row) {
     const std::size_t at = row * cols, in_plane = at % pixels;
     auto frames = bracket.frames();

@@ -29,17 +29,16 @@ Radiance mosaic_of(const Image<float>& scene, const BayerPattern& bayer, const s
   Radiance mosaic{Image<float>(kGrid), Image<float>(kGrid, 1, 1e-8F), Image<std::uint8_t>(kGrid, 1, 1)};
   for (int row = 0; row < kGrid.rows; ++row)
     for (int col = 0; col < kGrid.cols; ++col)
-      if (lit[static_cast<std::size_t>(row * kGrid.cols + col)] != 0)
-        mosaic.mean.at(row, col) = scene.at(row, col, bayer.at(row, col));
+      if (lit[row * kGrid.cols + col] != 0) mosaic.mean.at(row, col) = scene.at(row, col, bayer.at(row, col));
   return mosaic;
 }
 
 std::vector<char> all_lit() {
-  return std::vector<char>(static_cast<std::size_t>(kGrid.size()), 1);
+  return std::vector<char>(kGrid.size(), 1);
 }
 std::vector<char> one_lit(int pixel) {
-  std::vector<char> lit(static_cast<std::size_t>(kGrid.size()));
-  lit[static_cast<std::size_t>(pixel)] = 1;
+  std::vector<char> lit(kGrid.size());
+  lit[pixel] = 1;
   return lit;
 }
 
@@ -74,7 +73,7 @@ TEST(Mosaic, RenormalisedSinglePixelsKeepTheirLightAndColour) {
     ASSERT_TRUE(interpolated.ok() && coloured.ok());
     for (int c = 0; c < 3; ++c)
       for (int i = 0; i < kGrid.size(); ++i) {
-        const auto at = static_cast<std::size_t>(i);
+        const std::size_t at = i;
         const double true_light = i == pixel ? static_cast<double>(scene.plane(c)[at]) : 0;
         const double a = interpolated->mean.plane(c)[at], b = coloured->mean.plane(c)[at];
         truth += true_light * true_light;

@@ -176,8 +176,7 @@ TEST(Compile, edges_are_those_asked_for_within_half_a_tick_a_duration) {
     ASSERT_TRUE(timeline.ok());
     ASSERT_TRUE(timeline->complete);
     std::map<std::string, std::vector<PlannedEdge>> planned;
-    for (const PlannedEdge& edge : timeline->edges)
-      planned[board.lines[static_cast<std::size_t>(edge.line)].name].push_back(edge);
+    for (const PlannedEdge& edge : timeline->edges) planned[board.lines[edge.line].name].push_back(edge);
     for (const auto& [line, asked] : oracle.edges()) {
       ASSERT_EQ(planned[line].size(), asked.size()) << "seed " << seed << ", " << line;
       for (std::size_t k = 0; k < asked.size(); ++k) {

@@ -266,7 +266,7 @@ Errno FakeKms::disable_plane(std::uint32_t plane) {
 }
 
 Answer<Gamma> FakeKms::gamma(std::uint32_t crtc, int size) {
-  const auto count = static_cast<std::size_t>(size);
+  const std::size_t count = size;
   const auto found = card_->gammas.find(crtc);
   const std::vector<std::uint16_t> zero(count);
   return {0, found == card_->gammas.end() ? Gamma{zero, zero, zero} : found->second};

@@ -47,7 +47,7 @@ RC_GTEST_PROP(Placement, every_pixel_of_the_screen_follows_the_law, ()) {
 
 RC_GTEST_PROP(Placement, memory_of_a_card_gets_the_same_pixels_as_grey_and_nothing_between_rows, ()) {
   const Case made = any_case();
-  const auto pitch = static_cast<std::size_t>(made.screen.cols + *rc::gen::inRange(0, 5));
+  const std::size_t pitch = made.screen.cols + *rc::gen::inRange(0, 5);
   constexpr std::uint32_t kUntouched = 0xABCD'EF01U;
   std::vector<std::uint32_t> words(pitch * static_cast<std::size_t>(made.screen.rows), kUntouched);
   draw(made.codes, made.at, {words, pitch, made.screen});

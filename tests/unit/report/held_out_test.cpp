@@ -14,7 +14,7 @@ TransportTensor seven_lit() {
   const BlockTree tree({2, 4});
   const std::array<float, 1> two{2};
   for (std::int32_t i = 0; i < 8; ++i)
-    if (tree.order()[static_cast<std::size_t>(i)] != 7) builder.add_scalar(i, i, two);
+    if (tree.order()[i] != 7) builder.add_scalar(i, i, two);
   return std::move(builder).finish();
 }
 

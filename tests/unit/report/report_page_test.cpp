@@ -15,7 +15,7 @@ using test::expect_sound, test::PageReader, test::Tag;
 /// Direct light, a pair of blocks, an empty pair and a band.
 StoredScene symmetric(Grid grid, int channels) {
   TensorBuilder builder(BlockTree(grid), channels);
-  const std::vector<float> one(static_cast<std::size_t>(channels), 1.0F);
+  const std::vector<float> one(channels, 1.0F);
   for (std::int32_t i = 0; i < grid.size(); ++i) builder.add_scalar(i, i, one);
   const BlockTree tree(grid);
   if (tree.levels() > 1 && tree.level(1).size() > 1) {

@@ -38,15 +38,15 @@ bool left(const Groove& groove, int col) {
 /// F of two pixels by the formula; 0 on one plane.
 double exact(const Groove& groove, int row, int col, int row2, int col2, const Sight& sees) {
   if (left(groove, col) == left(groove, col2)) return 0;
-  const double s = groove.distance[static_cast<std::size_t>(left(groove, col) ? col : col2)];
-  const double t = groove.distance[static_cast<std::size_t>(left(groove, col) ? col2 : col)];
+  const double s = groove.distance[left(groove, col) ? col : col2];
+  const double t = groove.distance[left(groove, col) ? col2 : col];
   return sees(s, t) ? point_form_factor(s, t, row - row2) : 0;
 }
 
 /// Largest |F − exact| over the allowance (relative, floor_of_pair) of each entry.
 template <class Allowance>
 double worst_ratio(const Exchange& exchange, const Groove& groove, const Sight& sees, Allowance allowance) {
-  const auto n = static_cast<std::size_t>(groove.grid.size());
+  const std::size_t n = groove.grid.size();
   std::vector<float> unit(n, 0.F), column(n);
   double worst = 0;
   for (int row = 0; row < groove.grid.rows; ++row) {
@@ -101,15 +101,14 @@ TEST(MaskedExchange, matches_every_visible_form_factor) {
 TEST(OpenExchange, adds_up_to_the_form_factor_of_a_strip) {
   const Groove groove({401, 40});
   const auto exchange = open_exchange(groove);
-  std::vector<float> light(static_cast<std::size_t>(groove.grid.size()), 1.F), seen(light.size());
+  std::vector<float> light(groove.grid.size(), 1.F), seen(light.size());
   exchange->apply(light, seen);
   for (int col = 0; col < groove.left_cols; ++col) {
-    const double s = groove.distance[static_cast<std::size_t>(col)];
+    const double s = groove.distance[col];
     const double width = groove.grid.cols - groove.crease;
     const double expected = 0.5 * (1 - s / std::sqrt(s * s + width * width));
-    EXPECT_NEAR(seen[static_cast<std::size_t>(200 * 40 + col)], expected, (0.012 + 0.13 / (s * s)) * expected)
-        << s;
-    EXPECT_LE(seen[static_cast<std::size_t>(200 * 40 + col)], 0.51);
+    EXPECT_NEAR(seen[200 * 40 + col], expected, (0.012 + 0.13 / (s * s)) * expected) << s;
+    EXPECT_LE(seen[200 * 40 + col], 0.51);
   }
 }
 
@@ -119,7 +118,7 @@ TEST(PointFormFactor, needs_no_clamp) {
     const Groove groove({1, cols});
     if (groove.left_cols == 0) continue;
     const double s = groove.distance[static_cast<std::size_t>(groove.left_cols) - 1];
-    const double t = groove.distance[static_cast<std::size_t>(groove.left_cols)];
+    const double t = groove.distance[groove.left_cols];
     largest = std::max(largest, point_form_factor(s, t, 0));
   }
   EXPECT_LE(largest, 0.23);

@@ -70,7 +70,7 @@ TEST_P(EveryScene, has_no_negative_entry) {
 
 TEST_P(EveryScene, is_linear_for_signed_light) {
   const auto scene = scene_of(uri("size=13x22&psf=0.1"));
-  const auto n = static_cast<std::size_t>(scene->grid().size());
+  const std::size_t n = scene->grid().size();
   std::vector<float> a(n), b(n), sum(n), ta(n), tb(n), tsum(n);
   for (std::size_t i = 0; i < n; ++i) {
     a[i] = static_cast<float>(i % 7) - 3;

@@ -17,7 +17,7 @@ namespace {
 /// Child k of a block of level l.
 const Block& child_of(const BlockTree& tree, int l, const Block& parent, int k) {
   const std::int32_t index = parent.first_child + k;
-  return tree.level(l + 1)[static_cast<std::size_t>(index)];
+  return tree.level(l + 1)[index];
 }
 
 class AnyGrid : public testing::TestWithParam<Grid> {};
@@ -57,7 +57,7 @@ TEST_P(AnyGrid, last_level_is_single_pixels_and_order_is_a_permutation) {
   EXPECT_EQ(std::ssize(tree.level(tree.levels() - 1)), GetParam().size());
   for (const Block& pixel : tree.level(tree.levels() - 1)) {
     EXPECT_TRUE(pixel.single_pixel());
-    EXPECT_EQ(tree.order()[static_cast<std::size_t>(pixel.begin)], pixel.row * GetParam().cols + pixel.col);
+    EXPECT_EQ(tree.order()[pixel.begin], pixel.row * GetParam().cols + pixel.col);
   }
   std::vector<std::int32_t> sorted(tree.order().begin(), tree.order().end());
   std::sort(sorted.begin(), sorted.end());
@@ -66,8 +66,7 @@ TEST_P(AnyGrid, last_level_is_single_pixels_and_order_is_a_permutation) {
 
 TEST_P(AnyGrid, to_tree_and_back_is_identity) {
   const BlockTree tree(GetParam());
-  std::vector<float> raster(static_cast<std::size_t>(GetParam().size())), order(raster.size(), -1),
-      back(raster.size(), -1);
+  std::vector<float> raster(GetParam().size()), order(raster.size(), -1), back(raster.size(), -1);
   std::iota(raster.begin(), raster.end(), 0.0F);
   tree.to_tree(raster, order);
   tree.to_raster(order, back);
@@ -78,7 +77,7 @@ TEST(BlockTree, block_at_finds_the_block_that_holds_a_pixel) {
   const BlockTree tree(Grid{13, 9});
   for (int l = 0; l < tree.levels(); ++l)
     for (std::int32_t pixel = 0; pixel < 13 * 9; ++pixel) {
-      const Block& block = tree.level(l)[static_cast<std::size_t>(tree.block_at(l, pixel))];
+      const Block& block = tree.level(l)[tree.block_at(l, pixel)];
       EXPECT_LE(block.begin, pixel);
       EXPECT_GT(block.end, pixel);
     }
@@ -132,7 +131,7 @@ BlockTree tree_of(const Views& of, SplitOrder order) {
 }
 
 View view_of(const BlockTree& tree, std::int32_t t) {
-  const std::int32_t pixel = tree.order()[static_cast<std::size_t>(t)];
+  const std::int32_t pixel = tree.order()[t];
   return tree.views().view_of(tree.grid(), pixel / tree.grid().cols, pixel % tree.grid().cols);
 }
 
@@ -192,7 +191,7 @@ TEST_P(AnyOrder, a_block_lies_in_its_rectangle_and_touches_all_four_sides) {
       for (const Block& block : tree.level(l)) {
         int top = of.grid.rows, left = of.grid.cols, bottom = -1, right = -1;
         for (std::int32_t t = block.begin; t < block.end; ++t) {
-          const std::int32_t pixel = tree.order()[static_cast<std::size_t>(t)];
+          const std::int32_t pixel = tree.order()[t];
           top = std::min(top, pixel / of.grid.cols);
           bottom = std::max(bottom, pixel / of.grid.cols);
           left = std::min(left, pixel % of.grid.cols);
@@ -251,7 +250,7 @@ TEST(ViewsTree, views_last_cuts_all_views_alike_down_to_a_pixel_of_the_tile) {
   for (const Block& block : tree.level(2)) {
     ASSERT_EQ(block.size(), 9);
     for (std::int32_t t = block.begin; t < block.end; ++t) {
-      const std::int32_t pixel = tree.order()[static_cast<std::size_t>(t)];
+      const std::int32_t pixel = tree.order()[t];
       EXPECT_EQ(pixel / 12 % 4, block.row % 4);
       EXPECT_EQ(pixel % 12 % 4, block.col % 4);
     }
@@ -268,7 +267,7 @@ TEST(ViewsTree, all_at_once_cuts_places_and_views_of_both_axes_in_two_levels) {
     for (const Block& block : tree.level(level)) {
       std::set<int> rows_of_views, cols_of_views, rows, cols;
       for (std::int32_t t = block.begin; t < block.end; ++t) {
-        const std::int32_t pixel = tree.order()[static_cast<std::size_t>(t)];
+        const std::int32_t pixel = tree.order()[t];
         rows_of_views.insert(view_of(tree, t).row);
         cols_of_views.insert(view_of(tree, t).col);
         rows.insert(pixel / 32 % 4);
@@ -294,7 +293,7 @@ TEST(ViewsTree, compensated_keeps_what_sees_one_place_together_longest) {
     const BlockTree tree = tree_of(of, SplitOrder::compensated);
     const Image<float> surface = shifted_surface(of.grid, of.views);
     const auto place = [&](std::int32_t t) {
-      const auto pixel = static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)]);
+      const std::size_t pixel = tree.order()[t];
       return std::pair{surface.plane(0)[pixel], surface.plane(1)[pixel]};
     };
     const auto n = static_cast<std::int32_t>(of.grid.size());

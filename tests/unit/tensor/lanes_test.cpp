@@ -29,8 +29,7 @@ TEST(Lanes, gather_follows_any_order) {
     const std::vector<float> from = values(n, 1);
     std::vector<float> to(n + 1, -1.0F);
     gather(order.data(), from.data(), to.data(), n);
-    for (std::size_t i = 0; i < n; ++i)
-      ASSERT_EQ(to[i], from[static_cast<std::size_t>(order[i])]) << n << ": " << i;
+    for (std::size_t i = 0; i < n; ++i) ASSERT_EQ(to[i], from[order[i]]) << n << ": " << i;
     EXPECT_EQ(to[n], -1.0F) << n;
   }
 }

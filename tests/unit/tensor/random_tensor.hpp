@@ -89,8 +89,7 @@ class RandomTensor {
         for (int y = 0; y < j.size(); ++y) {
           double sum = 0, size = 0;
           for (int k = 0; k < rank; ++k) {
-            const double product = double{a[static_cast<std::size_t>(k * i.size() + x)]} *
-                                   double{b[static_cast<std::size_t>(k * j.size() + y)]};
+            const double product = double{a[k * i.size() + x]} * double{b[k * j.size() + y]};
             sum += product;
             size += std::abs(product);
           }
@@ -106,7 +105,7 @@ class RandomTensor {
     auto row = static_cast<std::int32_t>(random_.uniform() * static_cast<double>(camera_.grid().size()));
     auto col = static_cast<std::int32_t>(random_.uniform() * static_cast<double>(projector_.grid().size()));
     if (symmetric_ && row < col) std::swap(row, col);
-    std::vector<float> values(static_cast<std::size_t>(channels_));
+    std::vector<float> values(channels_);
     for (float& v : values) v = value();
     builder_.add_scalar(row, col, values);
     note(row, col, values[0], std::abs(values[0]));

@@ -39,7 +39,7 @@ class AnyTensor : public testing::TestWithParam<Case> {
   }
   static std::vector<float> random_vector(std::int64_t size, std::uint64_t seed) {
     Random random(seed);
-    std::vector<float> v(static_cast<std::size_t>(size));
+    std::vector<float> v(size);
     for (float& x : v) x = static_cast<float>(random.uniform() - 0.3);
     return v;
   }
@@ -60,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(AnyTensor, apply_equals_the_matrix) {
   const TensorAndMatrix made = make();
   const auto p = random_vector(made.tensor.projector_grid().size(), 1);
-  std::vector<float> y(static_cast<std::size_t>(made.tensor.camera_grid().size()));
+  std::vector<float> y(made.tensor.camera_grid().size());
   made.tensor.apply_tree(p, y, 0, false);
   for (std::size_t i = 0; i < y.size(); ++i) {
     double exact = 0, size = 0;
@@ -75,7 +75,7 @@ TEST_P(AnyTensor, apply_equals_the_matrix) {
 TEST_P(AnyTensor, transposed_apply_equals_the_transposed_matrix) {
   const TensorAndMatrix made = make();
   const auto light = random_vector(made.tensor.camera_grid().size(), 2);
-  std::vector<float> y(static_cast<std::size_t>(made.tensor.projector_grid().size()));
+  std::vector<float> y(made.tensor.projector_grid().size());
   made.tensor.apply_tree(light, y, 0, true);
   for (std::size_t j = 0; j < y.size(); ++j) {
     double exact = 0, size = 0;
@@ -170,11 +170,11 @@ TEST(TransportTensor, slice_shows_the_matrix_between_the_pixels_of_a_row) {
   const auto made = RandomTensor(grid, {}, true, 1, 33).make(2, 2, 0);
   const BlockTree& tree = made.tensor.camera_tree();
   std::vector<std::size_t> tree_index(42);
-  for (std::size_t t = 0; t < 42; ++t) tree_index[static_cast<std::size_t>(tree.order()[t])] = t;
+  for (std::size_t t = 0; t < 42; ++t) tree_index[tree.order()[t]] = t;
   const int row = 3;
   const auto index = [&](int col) {
     const int raster = row * grid.cols + col;
-    return tree_index[static_cast<std::size_t>(raster)];
+    return tree_index[raster];
   };
   const auto slice = made.tensor.slice(row, 0);
   const auto levels = made.tensor.level_map(row);

@@ -28,7 +28,7 @@ Image<float> random_light(Grid grid) {
 
 std::vector<std::size_t> tree_index(const BlockTree& tree) {
   std::vector<std::size_t> index(tree.order().size());
-  for (std::size_t t = 0; t < index.size(); ++t) index[static_cast<std::size_t>(tree.order()[t])] = t;
+  for (std::size_t t = 0; t < index.size(); ++t) index[tree.order()[t]] = t;
   return index;
 }
 
@@ -52,8 +52,8 @@ TEST(ViewRelight, is_the_block_of_the_matrix_between_two_views) {
             for (int c = 0; c < lit.grid.cols; ++c) {
               const int at_camera = (seen.row + row) * kCamera.cols + seen.col + col;
               const int at_projector = (lit.row + r) * kProjector.cols + lit.col + c;
-              const std::size_t i = camera[static_cast<std::size_t>(at_camera)];
-              const std::size_t j = projector[static_cast<std::size_t>(at_projector)];
+              const std::size_t i = camera[at_camera];
+              const std::size_t j = projector[at_projector];
               sum += made.matrix[i * made.cols + j] * static_cast<double>(light.at(r, c));
               size += made.magnitude[i * made.cols + j] * static_cast<double>(light.at(r, c));
             }

@@ -66,9 +66,9 @@ struct CodePhotographs {
   std::vector<std::string> names;    ///< file names, in the order of the sequence
   std::vector<Image<float>> images;  ///< 1 channel, linear, 1 = the largest code of the file
 
-  const Image<float>& image(int photograph) const { return images[static_cast<std::size_t>(photograph)]; }
-  const Image<float>& white() const { return images[static_cast<std::size_t>(code.white())]; }
-  const Image<float>& black() const { return images[static_cast<std::size_t>(code.black())]; }
+  const Image<float>& image(int photograph) const { return images[photograph]; }
+  const Image<float>& white() const { return images[code.white()]; }
+  const Image<float>& black() const { return images[code.black()]; }
   Grid camera() const { return images.front().grid(); }
 };
 

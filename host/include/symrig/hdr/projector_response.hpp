@@ -27,7 +27,7 @@ class ProjectorResponse {
   static Result<ProjectorResponse> fit(std::span<const FieldLight> levels, int largest = 255);
 
   /// Light of a level, minus black, as a share of white's: 0 … 1, never falling.
-  double light(int level) const { return curve_.light[static_cast<std::size_t>(level)]; }
+  double light(int level) const { return curve_.light[level]; }
   /// The largest difference of a light from its nearest level: half the largest step, as a share of white.
   double resolution() const;
   const ResponseCurve& curve() const { return curve_; }

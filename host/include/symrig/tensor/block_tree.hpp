@@ -51,13 +51,13 @@ class BlockTree {
   SplitOrder split() const { return split_; }
   /// Levels 0 (one block, the whole grid) .. levels()-1 (single pixels).
   int levels() const { return static_cast<int>(levels_.size()); }
-  std::span<const Block> level(int l) const { return levels_[static_cast<std::size_t>(l)]; }
+  std::span<const Block> level(int l) const { return levels_[l]; }
 
   /// The block of a level that contains a pixel (tree order).
   std::int32_t block_at(int l, std::int32_t pixel) const;
 
   /// The first level at which a pixel (tree order) is a whole block.
-  int pixel_level(std::int32_t pixel) const { return pixel_level_[static_cast<std::size_t>(pixel)]; }
+  int pixel_level(std::int32_t pixel) const { return pixel_level_[pixel]; }
 
   /// order()[tree index] = raster index, size grid().size().
   std::span<const std::int32_t> order() const { return order_; }

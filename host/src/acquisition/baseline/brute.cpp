@@ -24,7 +24,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
   Photographer photographer(probe, nullptr, tree, options.progress);
   photographer.expect_later(kNoneToCome);
   std::vector<LitBlocks> patterns;
-  patterns.reserve(static_cast<std::size_t>(pixels));
+  patterns.reserve(pixels);
   for (std::int32_t i = 0; i < pixels; ++i) patterns.push_back({{i, i + 1}});
   std::vector<SparseColumn> columns(patterns.size());
   const PixelSet everything = PixelSet::all(tree.grid());

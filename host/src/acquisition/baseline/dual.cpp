@@ -80,8 +80,8 @@ class Dual {
 
   /// Stores what is not to be refined, and keeps the block active for the rest.
   void keep(int level, std::int32_t index, const SparseColumn& column, std::vector<Active>& active) {
-    const Block& block = tree_.level(level)[static_cast<std::size_t>(index)];
-    const auto channels = static_cast<std::size_t>(channels_);
+    const Block& block = tree_.level(level)[index];
+    const std::size_t channels = channels_;
     Active refined{index, {}};
     std::vector<std::int32_t> rows;
     std::vector<float> values;
@@ -113,15 +113,14 @@ class Dual {
     for (const std::size_t k : order) {
       const auto& pixels = active[k].footprint.pixels;
       std::size_t c = 0;
-      while (c < classes.size() && std::any_of(pixels.begin(), pixels.end(), [&](std::int32_t p) {
-               return covered[c][static_cast<std::size_t>(p)];
-             }))
+      while (c < classes.size() &&
+             std::any_of(pixels.begin(), pixels.end(), [&](std::int32_t p) { return covered[c][p]; }))
         ++c;
       if (c == classes.size()) {
         classes.emplace_back();
         covered.emplace_back(tree_.order().size());
       }
-      for (const std::int32_t p : pixels) covered[c][static_cast<std::size_t>(p)] = true;
+      for (const std::int32_t p : pixels) covered[c][p] = true;
       classes[c].push_back(k);
     }
     return classes;
@@ -141,9 +140,9 @@ class Dual {
         LitBlocks lit;
         std::vector<Target> of;
         for (const std::size_t k : colour_class) {
-          const Block& block = blocks[static_cast<std::size_t>(active[k].block)];
+          const Block& block = blocks[active[k].block];
           if (slot >= block.children) continue;
-          const Block& child = children[static_cast<std::size_t>(std::int64_t{block.first_child} + slot)];
+          const Block& child = children[std::int64_t{block.first_child} + slot];
           lit.push_back({child.begin, child.end});
           of.push_back({k, slot});
         }
@@ -160,14 +159,13 @@ class Dual {
           // what is known; the published dual photography does not.
           if (options_.dual_subtracts) subtract_known(photograph, builder_.current(), channels_);
           for (const Target& t : targets[k])
-            answers[t.active][static_cast<std::size_t>(t.slot)] =
-                significant_column(photograph, active[t.active].footprint, channels_);
+            answers[t.active][t.slot] = significant_column(photograph, active[t.active].footprint, channels_);
         }));
     std::vector<Active> next;
     for (std::size_t k = 0; k < active.size(); ++k) {
-      const Block& block = blocks[static_cast<std::size_t>(active[k].block)];
+      const Block& block = blocks[active[k].block];
       for (int slot = 0; slot < block.children; ++slot)
-        keep(level + 1, block.first_child + slot, answers[k][static_cast<std::size_t>(slot)], next);
+        keep(level + 1, block.first_child + slot, answers[k][slot], next);
     }
     return next;
   }

@@ -15,7 +15,7 @@ struct PixelSet {
   std::vector<std::int32_t> pixels;
 
   static PixelSet all(Grid grid) {
-    PixelSet set{std::vector<std::int32_t>(static_cast<std::size_t>(grid.size()))};
+    PixelSet set{std::vector<std::int32_t>(grid.size())};
     std::iota(set.pixels.begin(), set.pixels.end(), 0);
     return set;
   }

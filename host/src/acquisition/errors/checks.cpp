@@ -23,7 +23,7 @@ constexpr std::array<const char*, kChecks> kNames{
 LitBlocks ranges_of(const BlockTree& tree, const std::vector<char>& lit_raster) {
   LitBlocks ranges;
   for (std::int32_t t = 0; t < std::ssize(tree.order()); ++t) {
-    if (lit_raster[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] == 0) continue;
+    if (lit_raster[tree.order()[t]] == 0) continue;
     if (!ranges.empty() && ranges.back().end == t)
       ++ranges.back().end;
     else
@@ -39,7 +39,7 @@ std::vector<char> above(const Image<float>& picture, float level) {
 }
 
 std::vector<std::vector<char>> lit_pixels(Grid grid) {
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   std::vector<std::vector<char>> lit(kChecks, std::vector<char>(pixels));
   Random random(kSeed);
   for (std::size_t i = 0; i < pixels; ++i) {

@@ -27,14 +27,13 @@ DarkExcess::DarkExcess(std::span<const Checks::Residual> residuals, std::span<co
 }
 
 Comparison DarkExcess::of(std::int32_t begin, std::int32_t end) const {
-  const Comparison& a = before_[static_cast<std::size_t>(begin)];
-  const Comparison& b = before_[static_cast<std::size_t>(end)];
+  const Comparison& a = before_[begin];
+  const Comparison& b = before_[end];
   return {b.misfit - a.misfit, b.signal - a.signal, b.noise - a.noise, b.samples - a.samples};
 }
 
 double DarkExcess::lit(std::size_t check, std::int32_t begin, std::int32_t end) const {
-  return lit_before_[check][static_cast<std::size_t>(end)] -
-         lit_before_[check][static_cast<std::size_t>(begin)];
+  return lit_before_[check][end] - lit_before_[check][begin];
 }
 
 }  // namespace symrig::acquisition

@@ -30,8 +30,7 @@ double EnergySums::scatter(const BlockTree& tree, double ratio) const {
     if (tree.level(level).size() < kFewestBlocks && level + 1 < tree.levels()) continue;
     double squares = 0;
     for (const Block& block : tree.level(level)) {
-      const double sum =
-          before[static_cast<std::size_t>(block.end)] - before[static_cast<std::size_t>(block.begin)];
+      const double sum = before[block.end] - before[block.begin];
       squares += sum * sum;
     }
     const double mean = before.back() / blocks;

@@ -131,7 +131,7 @@ double lit_share(const Residuals& all, std::span<const std::size_t> of) {
 double mean_sparse_energy(const TransportTensor& tensor, double lit) {
   constexpr int kProbes = 48;
   constexpr std::uint64_t kSeed = 0x5EA4C;
-  const auto pixels = static_cast<std::size_t>(tensor.camera_grid().size());
+  const std::size_t pixels = tensor.camera_grid().size();
   Random random(kSeed);
   std::vector<Image<float>> probes(kProbes, Image<float>(tensor.camera_grid()));
   for (Image<float>& z : probes)

@@ -56,7 +56,7 @@ class Comparison {
                        " channels, the tensor " + to_string(estimate.grid()) + " with " +
                        std::to_string(estimate.channels()),
                    "evaluate against the rig that the scene was captured with"};
-    const auto pixels = static_cast<std::size_t>(mean.grid().size());
+    const std::size_t pixels = mean.grid().size();
     for (std::size_t i = 0; i < mean.values().size(); ++i) {
       if (exact.valid.values()[i] == 0) continue;
       const double t = mean.values()[i], variance = exact.variance.values()[i];
@@ -172,11 +172,11 @@ Told told(const std::vector<Squares>& probes) {
 Result<ErrorEstimate> compare_all(const TransportTensor& tensor, const Comparison& compare,
                                   const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   const bool coaxial = grid == tensor.camera_grid();
   const Seen all;
   Random random(options.seed);
-  std::vector<Squares> frobenius(static_cast<std::size_t>(std::max(0, options.probes)));
+  std::vector<Squares> frobenius(std::max(0, options.probes));
   std::vector<Squares> indirect = frobenius;
   Squares flood, bar, bar_outside, random_light, natural;
   for (std::size_t k = 0; k < frobenius.size(); ++k) {

@@ -103,17 +103,17 @@ struct Neighbours {
 
   void add(const BlockTree& tree, const Difference& d) {
     const Grid grid = tree.grid();
-    const auto pixels = static_cast<std::size_t>(grid.size());
+    const std::size_t pixels = grid.size();
     std::vector<double> raster(pixels);
     for (std::size_t first = 0; first < d.value.size(); first += pixels) {
       for (std::size_t t = 0; t < pixels; ++t) {
         const bool usable = d.valid[first + t] != 0 && d.variance[first + t] > 0;
         const double v = usable ? d.value[first + t] / std::sqrt(d.variance[first + t]) : 0;
-        raster[static_cast<std::size_t>(tree.order()[t])] = v;
+        raster[tree.order()[t]] = v;
         squares += v * v;
         pairs += usable ? 1 : 0;
       }
-      const auto cols = static_cast<std::size_t>(grid.cols);
+      const std::size_t cols = grid.cols;
       for (std::size_t i = 0; i < pixels; ++i) {
         if (i % cols + 1 < cols) products[0] += raster[i] * raster[i + 1];
         if (i + cols < pixels) products[1] += raster[i] * raster[i + cols];

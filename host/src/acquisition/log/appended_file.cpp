@@ -105,7 +105,7 @@ Result<void> AppendedFile::read(std::uint64_t offset, std::span<std::byte> bytes
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return failure("cannot be read");
     if (got == 0) return Error{ErrorCode::io, path_.string() + ": ends too early", "it was cut by someone"};
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
+    bytes = bytes.subspan(got);
     offset += static_cast<std::uint64_t>(got);
   }
   return {};

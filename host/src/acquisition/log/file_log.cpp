@@ -78,7 +78,7 @@ class FileLog final : public PhotographLog {
     std::uint32_t crc;
     bool budgeted;
   };
-  const Place& place(std::int64_t k) const { return records_[static_cast<std::size_t>(k)]; }
+  const Place& place(std::int64_t k) const { return records_[k]; }
   Result<void> check_forgetting(std::int64_t differs);
   Result<void> make_sound();
   Result<std::optional<Place>> sound_record(std::uint64_t offset, Record& buffer) const;
@@ -105,7 +105,7 @@ Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset
   const bool possible = front.magic == kRecordMagic && (front.bytes == binary || front.bytes == grey) &&
                         front.bytes <= file_.size() - offset - sizeof front;
   if (!possible) return std::optional<Place>();
-  buffer.resize(static_cast<std::size_t>(front.bytes));
+  buffer.resize(front.bytes);
   SYMRIG_CHECK(file_.read(offset + sizeof front, buffer));
   const bool sound =
       acquisition::fast_crc32c(buffer) == front.crc && acquisition::record_fits(shape_, buffer);
@@ -158,7 +158,7 @@ Result<void> FileLog::check_forgetting(std::int64_t differs) {
 
 Result<void> FileLog::forget(std::int64_t first, std::int64_t differs) {
   SYMRIG_CHECK(check_forgetting(differs));
-  records_.resize(static_cast<std::size_t>(first));
+  records_.resize(first);
   end_ =
       first > 0 ? place(first - 1).offset + place(first - 1).bytes : acquisition::log_head(identity_).size();
   return {};
@@ -203,7 +203,7 @@ Result<void> FileLog::append_record(const Record& record) {
 Result<Record> FileLog::record(std::int64_t k, bool pattern_only) const {
   if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
   const Place& place = this->place(k);
-  const auto bytes = static_cast<std::size_t>(place.bytes);
+  const std::size_t bytes = place.bytes;
   Record record(pattern_only ? acquisition::pattern_end(shape_, bytes) : bytes);
   SYMRIG_CHECK(file_.read(place.offset, record));
   if (!pattern_only && acquisition::fast_crc32c(record) != place.crc)

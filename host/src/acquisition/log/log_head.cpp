@@ -65,7 +65,7 @@ Error bad_head(const AppendedFile& file, const std::string& what) {
 }
 
 Result<std::string> read_text(const AppendedFile& file, const Front& front) {
-  std::string text(static_cast<std::size_t>(front.text_bytes), '\0');
+  std::string text(front.text_bytes, '\0');
   SYMRIG_CHECK(file.read(sizeof front, std::as_writable_bytes(std::span(text))));
   if (crc_of(text) != front.crc) return bad_head(file, "is damaged in its head");
   return text;
@@ -74,7 +74,7 @@ Result<std::string> read_text(const AppendedFile& file, const Front& front) {
 /// Whether the whole file is a true beginning of `head`.
 Result<bool> is_beginning(const AppendedFile& file, std::span<const std::byte> head) {
   if (file.size() >= head.size()) return false;
-  std::vector<std::byte> bytes(static_cast<std::size_t>(file.size()));
+  std::vector<std::byte> bytes(file.size());
   SYMRIG_CHECK(file.read(0, bytes));
   return std::equal(bytes.begin(), bytes.end(), head.begin());
 }

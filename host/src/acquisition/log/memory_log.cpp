@@ -49,7 +49,7 @@ class MemoryLog final : public PhotographLog {
  private:
   Result<const Record*> at(std::int64_t k) const {
     if (k < 0 || k >= size()) return acquisition::no_such_photograph(k, size());
-    return &records_[static_cast<std::size_t>(k)];
+    return &records_[k];
   }
 
   PhotographShape shape_;

@@ -17,8 +17,7 @@ DirectLight::DirectLight(const KnownTransport& known, std::size_t pixels, Model 
       weight_(model_.least.size() * pixels) {
   const auto scalars = known.scalars();
   for (std::size_t k = 0; k < scalars.size(); ++k)
-    if (scalars[k].row == scalars[k].col)
-      entry_[static_cast<std::size_t>(scalars[k].row)] = static_cast<std::int32_t>(k);
+    if (scalars[k].row == scalars[k].col) entry_[scalars[k].row] = static_cast<std::int32_t>(k);
 }
 
 /// What a sample of channel · pixels + pixel may miss, with `share` of all pixels lit.

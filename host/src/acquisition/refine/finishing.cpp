@@ -67,8 +67,7 @@ Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
   photographer_.expect_later(kNoneToCome);
   first_again_ = photographer_.taken();
   found_.patterns_per_level.push_back(count);
-  return photographer_.take("direct light",
-                            std::vector<LitBlocks>(static_cast<std::size_t>(count), LitBlocks{{0, pixels}}));
+  return photographer_.take("direct light", std::vector<LitBlocks>(count, LitBlocks{{0, pixels}}));
 }
 
 /// What known transport may miss in a sample, mean square, by channel.

@@ -49,8 +49,7 @@ void LevelLight::keep(const TreePhotograph& photograph, const LitBlocks& lit, fl
 /// First by the smallest block that holds both ends of the transport, then summed from small blocks to large.
 LaterLight::LaterLight(const KnownTransport& known, const BlockTree& tree, int channels) {
   const std::size_t pixels = tree.order().size();
-  within_.assign(static_cast<std::size_t>(tree.levels()),
-                 std::vector<float>(pixels * static_cast<std::size_t>(channels)));
+  within_.assign(tree.levels(), std::vector<float>(pixels * static_cast<std::size_t>(channels)));
   std::vector<int> level_of_leaf, level_of_scalar;
   for (const KnownLeaf& leaf : known.leaves())
     level_of_leaf.push_back(common_level(tree, std::min(leaf.row_begin, leaf.col_begin),
@@ -65,8 +64,7 @@ LaterLight::LaterLight(const KnownTransport& known, const BlockTree& tree, int c
       if (leaf.removed) continue;
       const auto [a, b] = known.sides(leaf, channel);
       // A diagonal leaf lies in its own block.
-      float* const into =
-          within_[static_cast<std::size_t>(leaf.diagonal() ? leaf.level : level_of_leaf[n])].data() + plane;
+      float* const into = within_[leaf.diagonal() ? leaf.level : level_of_leaf[n]].data() + plane;
       add(a, sum(b), into + leaf.row_begin);
       if (!leaf.diagonal()) add(b, sum(a), into + leaf.col_begin);
     }
@@ -75,7 +73,7 @@ LaterLight::LaterLight(const KnownTransport& known, const BlockTree& tree, int c
       const ScalarLeaf& s = known.scalars()[n];
       const float value =
           known.scalar_values()[n * static_cast<std::size_t>(channels) + static_cast<std::size_t>(channel)];
-      float* const into = within_[static_cast<std::size_t>(level_of_scalar[n])].data() + plane;
+      float* const into = within_[level_of_scalar[n]].data() + plane;
       into[s.row] += value;
       into[s.col] += value;
     }

@@ -43,7 +43,7 @@ class LaterLight {
   LaterLight(const KnownTransport& known, const BlockTree& tree, int channels);
 
   /// From the block of `level` around pixel t (index channel × pixels + t).
-  float within(int level, std::size_t at) const { return within_[static_cast<std::size_t>(level)][at]; }
+  float within(int level, std::size_t at) const { return within_[level][at]; }
   int levels() const { return static_cast<int>(within_.size()); }
 
  private:

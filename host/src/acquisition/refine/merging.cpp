@@ -46,15 +46,14 @@ struct Family {
 
 /// All leaves but those of a block with itself, by level.
 std::vector<std::vector<Piece>> pieces(const SceneFacts& facts, const KnownTransport& known) {
-  std::vector<std::vector<Piece>> at_level(static_cast<std::size_t>(facts.tree.levels()));
+  std::vector<std::vector<Piece>> at_level(facts.tree.levels());
   const auto leaves = known.leaves();
   for (std::int32_t n = 0; n < std::ssize(leaves); ++n) {
-    const KnownLeaf& leaf = leaves[static_cast<std::size_t>(n)];
+    const KnownLeaf& leaf = leaves[n];
     if (leaf.removed || leaf.diagonal()) continue;
     const double noise =
         static_cast<double>(leaf.row_noise) * leaf.rows() + static_cast<double>(leaf.col_noise) * leaf.cols();
-    at_level[static_cast<std::size_t>(leaf.level)].push_back(
-        {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, n, 1, noise});
+    at_level[leaf.level].push_back({leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, n, 1, noise});
   }
   return at_level;
 }
@@ -70,10 +69,8 @@ std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tre
   for (Piece piece : pieces) {
     const std::int32_t row = tree.block_at(level - 1, piece.row_begin);
     const std::int32_t col = tree.block_at(level - 1, piece.col_begin);
-    piece.row_child =
-        tree.block_at(level, piece.row_begin) - parents[static_cast<std::size_t>(row)].first_child;
-    piece.col_child =
-        tree.block_at(level, piece.col_begin) - parents[static_cast<std::size_t>(col)].first_child;
+    piece.row_child = tree.block_at(level, piece.row_begin) - parents[row].first_child;
+    piece.col_child = tree.block_at(level, piece.col_begin) - parents[col].first_child;
     members.push_back({row, col, piece});
   }
   std::stable_sort(members.begin(), members.end(), [](const Member& x, const Member& y) {
@@ -81,8 +78,8 @@ std::vector<Family> families(std::span<const Piece> pieces, const BlockTree& tre
   });
   std::vector<Family> grouped;
   for (const Member& member : members) {
-    const Block* row = &parents[static_cast<std::size_t>(member.row)];
-    const Block* col = &parents[static_cast<std::size_t>(member.col)];
+    const Block* row = &parents[member.row];
+    const Block* col = &parents[member.col];
     if (grouped.empty() || grouped.back().row != row || grouped.back().col != col)
       grouped.push_back({row, col, {}, {}});
     grouped.back().pieces.push_back(member.piece);
@@ -128,7 +125,7 @@ void merge_leaves(const SceneFacts& facts, KnownTransport& known) {
   if (facts.options.economy.rank < 2) return;
   std::vector<std::vector<Piece>> at_level = pieces(facts, known);
   for (int level = facts.tree.levels() - 1; level > 0; --level) {
-    auto grouped = families(at_level[static_cast<std::size_t>(level)], facts.tree, level);
+    auto grouped = families(at_level[level], facts.tree, level);
     tbb::parallel_for(std::size_t{0}, grouped.size(),
                       [&](std::size_t k) { merge(grouped[k], facts, known, facts.tree.level(level)); });
     for (const Family& family : grouped) {

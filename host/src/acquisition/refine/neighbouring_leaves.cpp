@@ -47,8 +47,7 @@ NeighbouringLeaves::Matrix NeighbouringLeaves::gather(const KnownTransport& know
   for (const Piece* piece : there) {
     const std::int64_t offset =
         channel * (std::int64_t{piece->rows()} + piece->cols()) + (side == kRow ? 0 : piece->rows());
-    const auto leaves =
-        known.leaves().subspan(static_cast<std::size_t>(piece->first), static_cast<std::size_t>(piece->rank));
+    const auto leaves = known.leaves().subspan(piece->first, piece->rank);
     for (const KnownLeaf& leaf : leaves) {
       const float* const from = known.factors().data() + leaf.factors + offset;
       for (std::int32_t t = 0; t < pixels; ++t) factors(t, column) = static_cast<double>(from[t]);
@@ -85,7 +84,7 @@ NeighbouringLeaves::Matrix NeighbouringLeaves::sums(int channel, Side side, int 
   Matrix sums = Matrix::Zero(at.back(), last - first);
   for (int k = first; k < last; ++k) {
     const Eigen::VectorXd& sum = basis(channel, side, k).sum;
-    sums.col(k - first).segment(at[static_cast<std::size_t>(k - first)], sum.size()) = sum;
+    sums.col(k - first).segment(at[k - first], sum.size()) = sum;
   }
   return sums;
 }
@@ -103,8 +102,8 @@ NeighbouringLeaves::Core NeighbouringLeaves::core(const Rectangle& r, int channe
     const Matrix& a = basis(channel, kRow, piece.row_child).coordinates;
     const Matrix& b = basis(channel, kCol, piece.col_child).coordinates;
     core.k
-        .block(row_at[static_cast<std::size_t>(piece.row_child - r.row_first)],
-               col_at[static_cast<std::size_t>(piece.col_child - r.col_first)], a.rows(), b.rows())
+        .block(row_at[piece.row_child - r.row_first], col_at[piece.col_child - r.col_first], a.rows(),
+               b.rows())
         .noalias() =
         a.middleCols(piece.row_column, piece.rank) * b.middleCols(piece.col_column, piece.rank).transpose();
   }
@@ -139,8 +138,8 @@ bool NeighbouringLeaves::good(std::span<const Core> cores, const Piece& piece, c
   double images = 0;
   double all = 0;
   for (int channel = 0; channel < channels_; ++channel) {
-    const Core& core = cores[static_cast<std::size_t>(channel)];
-    const double f = flood_squared_[static_cast<std::size_t>(channel)];
+    const Core& core = cores[channel];
+    const double f = flood_squared_[channel];
     if (f <= 0) continue;
     const Matrix lost = core.lost(piece.rank);
     images += ((lost * core.cols).squaredNorm() + (lost.transpose() * core.rows).squaredNorm()) / f;
@@ -190,7 +189,7 @@ Merged NeighbouringLeaves::outline(const Rectangle& r) const {
 void NeighbouringLeaves::append_rank(const Rectangle& r, std::span<const Core> cores, int rank,
                                      std::vector<float>& out) const {
   for (int channel = 0; channel < channels_; ++channel) {
-    const Core& core = cores[static_cast<std::size_t>(channel)];
+    const Core& core = cores[channel];
     Eigen::VectorXd w = Eigen::VectorXd::Zero(core.lead.rows());
     if (rank < core.lead.cols()) w = core.lead.col(rank);
     Eigen::VectorXd other(core.on_rows ? core.k.cols() : core.k.rows());

@@ -90,8 +90,8 @@ struct LitSides {
 }  // namespace
 
 LeafNumbers numbers_of(const KnownLeaf& leaf, std::size_t channel) {
-  const auto rows = static_cast<std::size_t>(leaf.rows());
-  const auto cols = static_cast<std::size_t>(leaf.cols());
+  const std::size_t rows = leaf.rows();
+  const std::size_t cols = leaf.cols();
   const std::size_t a = static_cast<std::size_t>(leaf.factors) + channel * (rows + cols);
   return {a,
           a + rows,

@@ -21,7 +21,7 @@ constexpr float kUnmeasured = std::numeric_limits<float>::quiet_NaN();
 constexpr double kRounding = 1e-6;  // of a photograph's RMS: it is a float sum of many terms
 
 std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
-  return static_cast<std::size_t>(list[static_cast<std::size_t>(n)]);
+  return static_cast<std::size_t>(list[n]);
 }
 
 double squared(double x) {
@@ -155,7 +155,7 @@ Result<BruteForceRest> BruteForceRest::take(const SceneFacts& facts, Photographe
     single.push_back({{t, t + 1}});
   }
   const std::size_t entries = all.pixels_ * all.pixels_;
-  all.channels_.assign(static_cast<std::size_t>(facts.channels),
+  all.channels_.assign(facts.channels,
                        {std::vector<float>(entries), std::vector<float>(entries, kUnmeasured)});
   all.keep_known(known);
   photographer.expect_later(kNoneToCome);
@@ -182,7 +182,7 @@ void BruteForceRest::keep(std::size_t col, const TreePhotograph& photograph) {
 void BruteForceRest::keep_known(const TransportTensor& known) {
   std::vector<float> lit(pixels_), seen(pixels_);
   for (const std::int32_t u : rest_) {
-    const auto col = static_cast<std::size_t>(u);
+    const std::size_t col = u;
     lit[col] = 1;
     for (std::size_t channel = 0; channel < channels_.size(); ++channel) {
       std::fill(seen.begin(), seen.end(), 0.0F);
@@ -231,9 +231,9 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
   double known = 0, nothing = 0, entries = 0;
   double direct = 0, direct_squares = 0, direct_entries = 0;
   for (const std::int32_t lit : alone_) {
-    const auto l = static_cast<std::size_t>(lit);
+    const std::size_t l = lit;
     for (const std::int32_t dark : rest_) {
-      const auto u = static_cast<std::size_t>(dark);
+      const std::size_t u = dark;
       if (std::isnan(channel.variance[at(u, l)])) continue;
       const auto seen = static_cast<double>(channel.value[at(u, l)]);
       known += squared(seen - static_cast<double>(channel.value[at(l, u)])) -
@@ -269,7 +269,7 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
   }
   Matrix right(photographs, rest), weight(photographs, rest);
   tbb::parallel_for(Index{0}, photographs, [&](Index k) {
-    const TreePhotograph& y = others.photographs[static_cast<std::size_t>(k)];
+    const TreePhotograph& y = others.photographs[k];
     const auto seen = std::span(y.mean).subspan(number * pixels_, pixels_);
     double squares = 0;
     for (const float v : seen) squares += squared(static_cast<double>(v));

@@ -6,7 +6,7 @@
 namespace symrig::acquisition {
 
 Colouring::Colouring(const ConflictGraph& graph) {
-  const auto blocks = static_cast<std::size_t>(graph.blocks());
+  const std::size_t blocks = graph.blocks();
   partners_.resize(blocks);
   for (std::size_t b = 0; b < blocks; ++b) {
     const auto of = graph.partners(static_cast<std::int32_t>(b));
@@ -22,28 +22,28 @@ Colouring::Colouring(const ConflictGraph& graph) {
 }
 
 void Colouring::light(std::int32_t block, std::size_t colour) {
-  lit_[colour][static_cast<std::size_t>(block)] = 1;
-  place_[static_cast<std::size_t>(block)] = static_cast<std::int32_t>(classes_[colour].size());
+  lit_[colour][block] = 1;
+  place_[block] = static_cast<std::int32_t>(classes_[colour].size());
   classes_[colour].push_back(block);
-  colour_[static_cast<std::size_t>(block)] = static_cast<std::int32_t>(colour);
+  colour_[block] = static_cast<std::int32_t>(colour);
 }
 
 void Colouring::unlight(std::int32_t block) {
-  std::int32_t& colour = colour_[static_cast<std::size_t>(block)];
+  std::int32_t& colour = colour_[block];
   if (colour < 0) return;
-  lit_[static_cast<std::size_t>(colour)][static_cast<std::size_t>(block)] = 0;
-  std::vector<std::int32_t>& of_colour = classes_[static_cast<std::size_t>(colour)];
-  const std::int32_t place = place_[static_cast<std::size_t>(block)];
-  place_[static_cast<std::size_t>(of_colour.back())] = place;
-  of_colour[static_cast<std::size_t>(place)] = of_colour.back();
+  lit_[colour][block] = 0;
+  std::vector<std::int32_t>& of_colour = classes_[colour];
+  const std::int32_t place = place_[block];
+  place_[of_colour.back()] = place;
+  of_colour[place] = of_colour.back();
   of_colour.pop_back();
   colour = -1;
 }
 
 bool Colouring::free(std::int32_t block, std::size_t colour) const {
-  for (const std::int32_t k : partners_[static_cast<std::size_t>(block)])
-    for (const std::int32_t other : partners_[static_cast<std::size_t>(k)])
-      if (other != block && lit_[colour][static_cast<std::size_t>(other)] != 0) return false;
+  for (const std::int32_t k : partners_[block])
+    for (const std::int32_t other : partners_[k])
+      if (other != block && lit_[colour][other] != 0) return false;
   return true;
 }
 
@@ -55,7 +55,7 @@ std::optional<std::size_t> Colouring::free_colour(std::int32_t block) const {
 
 /// Finds a colour for `block`, keeping the one it has if it still fits.
 bool Colouring::settle(std::int32_t block) {
-  const std::int32_t now = colour_[static_cast<std::size_t>(block)];
+  const std::int32_t now = colour_[block];
   if (now >= 0 && free(block, static_cast<std::size_t>(now))) return true;
   unlight(block);
   if (const auto colour = free_colour(block)) {
@@ -66,10 +66,10 @@ bool Colouring::settle(std::int32_t block) {
 }
 
 bool Colouring::add(std::int32_t a, std::int32_t b) {
-  std::vector<std::int32_t>& of_a = partners_[static_cast<std::size_t>(a)];
-  std::vector<std::int32_t>& of_b = partners_[static_cast<std::size_t>(b)];
-  const std::int32_t colour_a = colour_[static_cast<std::size_t>(a)];
-  const std::int32_t colour_b = colour_[static_cast<std::size_t>(b)];
+  std::vector<std::int32_t>& of_a = partners_[a];
+  std::vector<std::int32_t>& of_b = partners_[b];
+  const std::int32_t colour_a = colour_[a];
+  const std::int32_t colour_b = colour_[b];
   const std::size_t size_a = of_a.size();
   const std::size_t size_b = of_b.size();
   if (size_a == 0 && a != b) of_a.push_back(a);

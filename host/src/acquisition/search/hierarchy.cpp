@@ -130,7 +130,7 @@ Result<void> Hierarchy::search_and_mend() {
 /// All levels with unknown nodes, coarse to fine.
 Result<void> Hierarchy::search() {
   for (int level = 0; level < facts_.tree.levels(); ++level) {
-    if (found_.open[static_cast<std::size_t>(level)].nodes().empty()) continue;
+    if (found_.open[level].nodes().empty()) continue;
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));
@@ -163,7 +163,7 @@ Result<bool> Hierarchy::finish_early() {
 }
 
 Result<void> Hierarchy::search_level(int level) {
-  const auto at = static_cast<std::size_t>(level);
+  const std::size_t at = level;
   const bool last = level + 1 == facts_.tree.levels();
   NodeLevel unknown = std::move(found_.open[at]);
   found_.open[at] = NodeLevel(facts_.tree, level, facts_.channels);

@@ -25,8 +25,8 @@ std::int32_t KnownTransport::add_leaf(std::int32_t row_begin, std::int32_t row_e
 }
 
 LeafSides KnownTransport::sides(const KnownLeaf& leaf, int channel) const {
-  const auto rows = static_cast<std::size_t>(leaf.rows());
-  const auto cols = static_cast<std::size_t>(leaf.cols());
+  const std::size_t rows = leaf.rows();
+  const std::size_t cols = leaf.cols();
   const auto both = std::span(factors_).subspan(
       static_cast<std::size_t>(leaf.factors + channel * (std::int64_t{leaf.rows()} + leaf.cols())),
       rows + cols);
@@ -61,7 +61,7 @@ void KnownTransport::rewind(const Mark& mark) {
 
 void KnownTransport::subtract_from(std::span<TreePhotograph> photographs, const Mark& since) const {
   const std::size_t batches = (photographs.size() + kBatch - 1) / kBatch;
-  const auto channels = static_cast<std::size_t>(channels_);
+  const std::size_t channels = channels_;
   tbb::parallel_for(std::size_t{0}, batches * channels, [&](std::size_t task) {
     const std::size_t first = task / channels * kBatch;
     subtract_batch(photographs.subspan(first, std::min(kBatch, photographs.size() - first)), task % channels,
@@ -149,16 +149,16 @@ void KnownTransport::add_light(const P* p, const tensor::LitRanges& lit, std::si
     const bool col_lit = lit.any(leaf.col_begin, leaf.col_end);
     if (!row_lit && !col_lit) continue;
     const auto [a, b] = sides(leaf, static_cast<int>(channel));
-    const auto row = static_cast<std::size_t>(leaf.row_begin);
-    const auto col = static_cast<std::size_t>(leaf.col_begin);
+    const std::size_t row = leaf.row_begin;
+    const std::size_t col = leaf.col_begin;
     if (col_lit)
       tensor::add_leaf_batch({a.data(), b.data(), row, a.size(), col, b.size(), 1}, row_lit, p, y);
     else
       tensor::add_leaf_batch({b.data(), a.data(), col, b.size(), row, a.size(), 1}, false, p, y);
   }
   for (std::size_t k = since.scalars; k < scalars_.size(); ++k) {
-    const auto row = static_cast<std::size_t>(scalars_[k].row);
-    const auto col = static_cast<std::size_t>(scalars_[k].col);
+    const std::size_t row = scalars_[k].row;
+    const std::size_t col = scalars_[k].col;
     const float value = scalar_values_[k * static_cast<std::size_t>(channels_) + channel];
     add_pixel(value, p, col, y + row * kBatch);
     if (row != col) add_pixel(value, p, row, y + col * kBatch);
@@ -185,7 +185,7 @@ void KnownTransport::add_band_to(TensorBuilder& builder) const {
   const Grid grid = tree_.grid();
   const std::size_t pixels = tree_.order().size();
   const auto offsets = band_offsets(band_radius_);
-  const auto channels = static_cast<std::size_t>(channels_);
+  const std::size_t channels = channels_;
   std::vector<float> band(channels * offsets.size() * pixels);
   const auto offset_of = [&](std::int32_t from, std::int32_t to) {
     const BandOffset d{to / grid.cols - from / grid.cols, to % grid.cols - from % grid.cols};
@@ -199,8 +199,8 @@ void KnownTransport::add_band_to(TensorBuilder& builder) const {
       builder.add_scalar(scalars_[n].row, scalars_[n].col, values);
       continue;
     }
-    std::int32_t from = tree_.order()[static_cast<std::size_t>(scalars_[n].row)];
-    std::int32_t to = tree_.order()[static_cast<std::size_t>(scalars_[n].col)];
+    std::int32_t from = tree_.order()[scalars_[n].row];
+    std::int32_t to = tree_.order()[scalars_[n].col];
     std::size_t k = offset_of(from, to);
     if (k == offsets.size()) {
       std::swap(from, to);

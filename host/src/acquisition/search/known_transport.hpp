@@ -43,20 +43,20 @@ class KnownTransport {
   std::int32_t add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin,
                         std::int32_t col_end, int level, std::span<const float> factors);
   void set_noise(std::int32_t leaf, float row, float col) {
-    leaves_[static_cast<std::size_t>(leaf)].row_noise = row;
-    leaves_[static_cast<std::size_t>(leaf)].col_noise = col;
+    leaves_[leaf].row_noise = row;
+    leaves_[leaf].col_noise = col;
   }
   void remove_leaf(std::int32_t leaf) {
-    leaves_[static_cast<std::size_t>(leaf)].removed = true;
+    leaves_[leaf].removed = true;
     ++rewritten_;
   }
   /// Undoes remove_leaf().
   void restore_leaf(std::int32_t leaf) {
-    leaves_[static_cast<std::size_t>(leaf)].removed = false;
+    leaves_[leaf].removed = false;
     ++rewritten_;
   }
   /// Makes the leaf a further rank of the one before it.
-  void join(std::int32_t leaf) { leaves_[static_cast<std::size_t>(leaf)].joined = true; }
+  void join(std::int32_t leaf) { leaves_[leaf].joined = true; }
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   /// noise: variance, summed over channels, units of F².
   void add_scalar(std::int32_t row, std::int32_t col, std::span<const float> values, float noise = 0);

@@ -17,14 +17,14 @@ namespace {
 /// Calls use(side) for each side of the node that the shot lights.
 template <class Use>
 void for_lit_sides(const Node& node, const std::vector<char>& lit, const Use& use) {
-  if (lit[static_cast<std::size_t>(node.col)] != 0) use(NodeLevel::Side::col);
-  if (!node.diagonal() && lit[static_cast<std::size_t>(node.row)] != 0) use(NodeLevel::Side::row);
+  if (lit[node.col] != 0) use(NodeLevel::Side::col);
+  if (!node.diagonal() && lit[node.row] != 0) use(NodeLevel::Side::row);
 }
 
 std::vector<std::vector<char>> lit_blocks(std::span<const Shot> shots, std::int32_t blocks) {
-  std::vector<std::vector<char>> lit(shots.size(), std::vector<char>(static_cast<std::size_t>(blocks)));
+  std::vector<std::vector<char>> lit(shots.size(), std::vector<char>(blocks));
   for (std::size_t k = 0; k < shots.size(); ++k)
-    for (const std::int32_t b : shots[k].blocks) lit[k][static_cast<std::size_t>(b)] = 1;
+    for (const std::int32_t b : shots[k].blocks) lit[k][b] = 1;
   return lit;
 }
 
@@ -105,7 +105,7 @@ UnitsToCome LevelSearch::later() const {
   for (int l = 0; l + 1 < tree.levels(); ++l)
     children.push_back(static_cast<double>(tree.level(l + 1).size()) /
                        static_cast<double>(tree.level(l).size()));
-  const auto level = static_cast<std::size_t>(unknown_.level());
+  const std::size_t level = unknown_.level();
   const std::int64_t round = std::ssize(rounds_.back().shots);
   return forecast_later({.level = unknown_.level(),
                          .planned = found_.patterns_per_level[level + 1] + round,
@@ -181,13 +181,13 @@ LevelSearch::Round LevelSearch::schedule_within(std::int64_t budget, std::vector
 
 /// Every block becomes its own partner.
 void LevelSearch::add_loops(std::vector<std::pair<std::int32_t, std::int32_t>>& edges) const {
-  std::vector<char> looped(static_cast<std::size_t>(unknown_.block_count()));
+  std::vector<char> looped(unknown_.block_count());
   for (const auto& [a, b] : edges)
-    if (a == b) looped[static_cast<std::size_t>(a)] = 1;
+    if (a == b) looped[a] = 1;
   const std::size_t pairs = edges.size();
   for (std::size_t k = 0; k < pairs; ++k)
     for (const std::int32_t block : {edges[k].first, edges[k].second})
-      if (std::exchange(looped[static_cast<std::size_t>(block)], 1) == 0) edges.emplace_back(block, block);
+      if (std::exchange(looped[block], 1) == 0) edges.emplace_back(block, block);
 }
 
 LitBlocks LevelSearch::lit_ranges(const Shot& shot) const {
@@ -263,8 +263,7 @@ void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
                                       std::span<TreePhotograph> photographs) {
   const Round& round = rounds_[r];
   found_.known.subtract_from(photographs);
-  const auto shots =
-      std::span(round.shots).subspan(static_cast<std::size_t>(first - round.first), photographs.size());
+  const auto shots = std::span(round.shots).subspan(first - round.first, photographs.size());
   for (std::size_t other = 0; other < rounds_.size(); ++other)
     if (other != r) subtract_measured(rounds_[other].tested, shots, photographs);
   record(round.tested, shots, photographs);
@@ -286,16 +285,16 @@ Result<void> LevelSearch::subtract_again() {
 /// Direct light is unknown where a block with itself is tested.
 void LevelSearch::keep_direct(std::span<const Shot> shots, std::span<const TreePhotograph> photographs,
                               LevelLight& light) const {
-  std::vector<char> unknown(static_cast<std::size_t>(unknown_.block_count()));
+  std::vector<char> unknown(unknown_.block_count());
   for (const NodeIndex n : rounds_[0].tested)
-    if (node(n).diagonal()) unknown[static_cast<std::size_t>(node(n).row)] = 1;
+    if (node(n).diagonal()) unknown[node(n).row] = 1;
   for (std::size_t k = 0; k < shots.size(); ++k) {
     const LitBlocks lit = lit_ranges(shots[k]);
     std::int32_t area = 0;
     LitBlocks kept;
     for (std::size_t b = 0; b < lit.size(); ++b) {
       area += lit[b].end - lit[b].begin;
-      if (unknown[static_cast<std::size_t>(shots[k].blocks[b])] != 0) kept.push_back(lit[b]);
+      if (unknown[shots[k].blocks[b]] != 0) kept.push_back(lit[b]);
     }
     light.keep(photographs[k], kept,
                static_cast<float>(area) / static_cast<float>(facts_.tree.order().size()));
@@ -343,7 +342,7 @@ void LevelSearch::judge(Tested& tested) const {
   for (int a = 0; a < 4; ++a)
     for (int b = 0; b < 4; ++b) {
       const int pair = 4 * a + b;
-      tested.undecayed[static_cast<std::size_t>(pair)] =
+      tested.undecayed[pair] =
           of.distrusted ? std::numeric_limits<double>::infinity()
                         : undecayed_misfit(evidence, a, b, unknown_.level(), rule, facts_.options.economy);
     }

@@ -61,7 +61,7 @@ class LevelSearch {
     std::int32_t leaf;
   };
 
-  const Node& node(NodeIndex n) const { return unknown_.nodes()[static_cast<std::size_t>(n)]; }
+  const Node& node(NodeIndex n) const { return unknown_.nodes()[n]; }
   bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
   std::vector<Tested> give_up();

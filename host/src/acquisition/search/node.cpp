@@ -43,8 +43,7 @@ PairNoise keep_samples(const Samples& from, float gain, std::span<const float> e
 }
 
 std::span<const float> part(std::span<const float> whole, const Block& of, const Block& child) {
-  return whole.subspan(static_cast<std::size_t>(child.begin - of.begin),
-                       static_cast<std::size_t>(child.size()));
+  return whole.subspan(child.begin - of.begin, static_cast<std::size_t>(child.size()));
 }
 
 }  // namespace
@@ -54,10 +53,10 @@ void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c
                     double undecayed) {
   Node node{row, col, static_cast<std::int64_t>(estimates_.size())};
   node.undecayed = undecayed;
-  const auto rows = static_cast<std::size_t>(block(row).size());
-  const auto cols = static_cast<std::size_t>(block(col).size());
+  const std::size_t rows = block(row).size();
+  const std::size_t cols = block(col).size();
   for (int channel = 0; channel < channels_; ++channel) {
-    const auto at = static_cast<std::size_t>(channel);
+    const std::size_t at = channel;
     const auto c_of = c.subspan(at * rows, rows);
     const auto r_of = node.diagonal() ? c_of : r.subspan(at * cols, cols);
     estimates_.insert(estimates_.end(), c_of.begin(), c_of.end());
@@ -85,7 +84,7 @@ std::int64_t NodeLevel::room(std::span<const std::int32_t> tested) const {
   auto bytes =
       static_cast<std::int64_t>(evidence_.size() * sizeof(float) + pairs_.size() * sizeof(PairNoise));
   for (const std::int32_t n : tested) {
-    const Node& node = nodes_[static_cast<std::size_t>(n)];
+    const Node& node = nodes_[n];
     bytes += channels_ * (evidence_size(node) * static_cast<std::int64_t>(sizeof(float)) +
                           pair_count(node) * static_cast<std::int64_t>(sizeof(PairNoise)));
   }
@@ -96,18 +95,18 @@ void NodeLevel::make_room(std::span<const std::int32_t> tested) {
   auto floats = static_cast<std::int64_t>(evidence_.size());
   auto pairs = static_cast<std::int64_t>(pairs_.size());
   for (const std::int32_t n : tested) {
-    Node& node = nodes_[static_cast<std::size_t>(n)];
+    Node& node = nodes_[n];
     node.evidence = floats;
     node.pairs = pairs;
     floats += channels_ * evidence_size(node);
     pairs += channels_ * pair_count(node);
   }
-  evidence_.resize(static_cast<std::size_t>(floats));
-  pairs_.resize(static_cast<std::size_t>(pairs));
+  evidence_.resize(floats);
+  pairs_.resize(pairs);
 }
 
 std::span<const float> NodeLevel::c(const Node& node, int channel) const {
-  const auto rows = static_cast<std::size_t>(block(node.row).size());
+  const std::size_t rows = block(node.row).size();
   const std::size_t stride = node.diagonal() ? rows : rows + static_cast<std::size_t>(block(node.col).size());
   return std::span(estimates_)
       .subspan(static_cast<std::size_t>(node.estimate) + static_cast<std::size_t>(channel) * stride, rows);
@@ -121,7 +120,7 @@ std::span<const float> NodeLevel::r(const Node& node, int channel) const {
 }
 
 const EstimateSums& NodeLevel::sums(const Node& node, int channel) const {
-  const auto index = static_cast<std::size_t>(&node - nodes_.data());
+  const std::size_t index = &node - nodes_.data();
   return sums_[index * static_cast<std::size_t>(channels_) + static_cast<std::size_t>(channel)];
 }
 
@@ -182,7 +181,7 @@ void NodeLevel::add_estimate(const Node& node, Side lit, int slot, float beside,
       const Block& of = child(seen, a);
       const float share = !node.diagonal() ? gain : a == slot ? 1 : beside;
       for (std::int32_t t = of.begin - seen.begin; t < of.end - seen.begin; ++t)
-        out[t] += share * estimate[static_cast<std::size_t>(t)];
+        out[t] += share * estimate[t];
     }
   }
 }
@@ -190,7 +189,7 @@ void NodeLevel::add_estimate(const Node& node, Side lit, int slot, float beside,
 NodeLevel::DiagonalLight NodeLevel::diagonal_light(std::span<const std::int32_t> tested) const {
   DiagonalLight light;
   for (const std::int32_t n : tested) {
-    const Node& node = nodes_[static_cast<std::size_t>(n)];
+    const Node& node = nodes_[n];
     if (!node.diagonal() || node.evidence < 0) continue;
     const Block& of = block(node.row);
     for (int channel = 0; channel < channels_; ++channel)
@@ -218,8 +217,8 @@ void NodeLevel::record(const Node& node, Side lit, int slot, std::span<const flo
     for (int a = 0; a < seen.children; ++a, ++noise) {
       const Block& seen_child = child(seen, a);
       const auto first = base + static_cast<std::size_t>(seen_child.begin);
-      const auto local = static_cast<std::size_t>(seen_child.begin - seen.begin);
-      const auto size = static_cast<std::size_t>(seen_child.size());
+      const std::size_t local = seen_child.begin - seen.begin;
+      const std::size_t size = seen_child.size();
       *noise = keep_samples(
           {residual.subspan(first, size), variance.subspan(first, size), valid.subspan(first, size)}, gain,
           seen_estimate.subspan(local, size), out + local);
@@ -262,8 +261,7 @@ void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, doubl
             static_cast<double>(measured_part[t]) - gain * static_cast<double>(estimate_part[t]);
         misfit += error * error;
       }
-      (col_lit ? into.on_row[static_cast<std::size_t>(k)][static_cast<std::size_t>(slot)]
-               : into.on_col[static_cast<std::size_t>(slot)][static_cast<std::size_t>(k)]) +=
+      (col_lit ? into.on_row[k][slot] : into.on_col[slot][k]) +=
           {scale * misfit, scale * energy(measured_part),
            scale * (static_cast<double>(noise.variance) + estimate_noise * seen_child.size()),
            static_cast<double>(noise.valid), scale * static_cast<double>(noise.variance)};
@@ -274,7 +272,7 @@ void NodeLevel::add_side_evidence(const Node& node, Side lit, int channel, doubl
 RankEvidence NodeLevel::evidence(const Node& node, std::span<const double> flood_squared) const {
   RankEvidence all;
   for (int channel = 0; channel < channels_; ++channel) {
-    const double f = flood_squared[static_cast<std::size_t>(channel)];
+    const double f = flood_squared[channel];
     if (f <= 0) continue;
     add_side_evidence(node, Side::col, channel, 1 / f, all);
     if (!node.diagonal()) add_side_evidence(node, Side::row, channel, 1 / f, all);

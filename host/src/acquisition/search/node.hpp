@@ -53,11 +53,11 @@ class NodeLevel {
   int level() const { return level_; }
   int channels() const { return channels_; }
   std::span<const Node> nodes() const { return nodes_; }
-  const Block& block(std::int32_t index) const { return blocks_[static_cast<std::size_t>(index)]; }
+  const Block& block(std::int32_t index) const { return blocks_[index]; }
   std::int32_t block_count() const { return static_cast<std::int32_t>(blocks_.size()); }
   /// Child k of a block.
   const Block& child(const Block& block, int k) const {
-    return children_[static_cast<std::size_t>(std::int64_t{block.first_child} + k)];
+    return children_[std::int64_t{block.first_child} + k];
   }
 
   /// Adds a node. c, r: [channel][pixel of the block]; r is empty on the diagonal. noise: per channel.

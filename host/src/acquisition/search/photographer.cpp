@@ -23,8 +23,7 @@ Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
   Pattern pattern(tree.grid());
   const auto values = pattern.plane(0);
   for (const LitRange& r : blocks)
-    for (std::int32_t t = r.begin; t < r.end; ++t)
-      values[static_cast<std::size_t>(tree.order()[static_cast<std::size_t>(t)])] = 1;
+    for (std::int32_t t = r.begin; t < r.end; ++t) values[tree.order()[t]] = 1;
   return pattern;
 }
 
@@ -157,8 +156,7 @@ Result<void> Photographer::read(std::int64_t first, std::int64_t count, const Us
   const auto pool = this->pool(static_cast<std::size_t>(count));
   tbb::enumerable_thread_specific<LoggedPhotograph> logged;
   for (std::int64_t begin = first; begin < first + count; begin += std::ssize(pool)) {
-    const auto some =
-        pool.first(static_cast<std::size_t>(std::min<std::int64_t>(std::ssize(pool), first + count - begin)));
+    const auto some = pool.first(std::min<std::int64_t>(std::ssize(pool), first + count - begin));
     std::vector<Result<void>> outcome(some.size());
     tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
       outcome[k] = [&]() -> Result<void> {

@@ -78,12 +78,10 @@ void add_child(const SceneFacts& facts, KnownTransport& known, const NodeLevel& 
   images.clear();
   auto& [c, r, c_noise, r_noise] = images;
   for (int channel = 0; channel < facts.channels; ++channel) {
-    const auto on_i = parent.y(node, b, channel)
-                          .subspan(static_cast<std::size_t>(child_i.begin - i.begin),
-                                   static_cast<std::size_t>(child_i.size()));
-    const auto on_j = parent.z(node, a, channel)
-                          .subspan(static_cast<std::size_t>(child_j.begin - j.begin),
-                                   static_cast<std::size_t>(child_j.size()));
+    const auto on_i =
+        parent.y(node, b, channel).subspan(child_i.begin - i.begin, static_cast<std::size_t>(child_i.size()));
+    const auto on_j =
+        parent.z(node, a, channel).subspan(child_j.begin - j.begin, static_cast<std::size_t>(child_j.size()));
     c.insert(c.end(), on_i.begin(), on_i.end());
     if (!diagonal) r.insert(r.end(), on_j.begin(), on_j.end());
     c_noise.push_back(parent.y_noise(node, b, a, channel));
@@ -121,7 +119,7 @@ std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const Node
   double row_noise = 0;
   double col_noise = 0;
   for (int channel = 0; channel < facts.channels; ++channel) {
-    const double f = facts.flood_squared[static_cast<std::size_t>(channel)];
+    const double f = facts.flood_squared[channel];
     if (f <= 0) continue;
     row_noise += static_cast<double>(level.sums(node, channel).c_noise) / i.size() / f;
     col_noise += static_cast<double>(level.sums(node, channel).r_noise) / j.size() / f;
@@ -131,12 +129,11 @@ std::int32_t add_leaf(const SceneFacts& facts, KnownTransport& known, const Node
 }
 
 void add_direct(const SceneFacts& facts, KnownTransport& known, const NodeLevel& level, const Node& node) {
-  std::vector<float> value(static_cast<std::size_t>(facts.channels));
+  std::vector<float> value(facts.channels);
   const Block& block = level.block(node.row);
   for (std::int32_t t = block.begin; t < block.end; ++t) {
     for (int channel = 0; channel < facts.channels; ++channel)
-      value[static_cast<std::size_t>(channel)] =
-          level.c(node, channel)[static_cast<std::size_t>(t - block.begin)];
+      value[channel] = level.c(node, channel)[t - block.begin];
     known.add_scalar(t, t, value);
   }
 }
@@ -161,7 +158,7 @@ void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& lev
             std::span<const Tested> tested, NodeLevel& next) {
   ChildImages images;
   for (const Tested& t : tested) {
-    const Node& node = level.nodes()[static_cast<std::size_t>(t.node)];
+    const Node& node = level.nodes()[t.node];
     if (t.leaf) {
       add_leaf(facts, known, level, node);
       continue;
@@ -169,13 +166,13 @@ void settle(const SceneFacts& facts, KnownTransport& known, const NodeLevel& lev
     for (int a = 0; a < level.block(node.row).children; ++a)
       for (int b = 0; b < (node.diagonal() ? a + 1 : level.block(node.col).children); ++b) {
         const int pair = 4 * a + b;
-        add_child(facts, known, level, node, a, b, t.undecayed[static_cast<std::size_t>(pair)], next, images);
+        add_child(facts, known, level, node, a, b, t.undecayed[pair], next, images);
       }
   }
 }
 
 void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, NodeLevel& level) {
-  const KnownLeaf& of = known.leaves()[static_cast<std::size_t>(leaf)];
+  const KnownLeaf& of = known.leaves()[leaf];
   std::vector<float> c, r;
   for (int channel = 0; channel < facts.channels; ++channel) {
     const auto [a, b] = known.sides(of, channel);
@@ -185,7 +182,7 @@ void reopen(const SceneFacts& facts, KnownTransport& known, std::int32_t leaf, N
     if (!of.diagonal())
       for (const float v : b) r.push_back(static_cast<float>(light_a * static_cast<double>(v)));
   }
-  const auto channels = static_cast<std::size_t>(facts.channels);
+  const std::size_t channels = facts.channels;
   const std::vector<PairNoise> c_noise(channels, {0, of.rows()});
   const std::vector<PairNoise> r_noise(channels, {0, of.cols()});
   const std::int32_t row = facts.tree.block_at(of.level, of.row_begin);

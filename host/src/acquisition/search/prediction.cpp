@@ -25,8 +25,8 @@ double share(const PairTable& table, const Comparison& pair) {
 double undecayed_misfit(const RankEvidence& parent, int a, int b, int level, const RankRule& rule,
                         const Economy& economy) {
   constexpr double kUnpredictable = std::numeric_limits<double>::infinity();
-  const auto i = static_cast<std::size_t>(a);
-  const auto j = static_cast<std::size_t>(b);
+  const std::size_t i = a;
+  const std::size_t j = b;
   const Comparison& row = parent.on_row[i][j];
   const Comparison& col = parent.diagonal ? parent.on_row[j][i] : parent.on_col[i][j];
   const double signal = std::sqrt(mean_energy(row) * mean_energy(col));

@@ -26,8 +26,8 @@ double noise_allowance(double noise, double samples, double sigmas) {
 }
 
 Comparison RankEvidence::pair(int a, int b) const {
-  const auto i = static_cast<std::size_t>(a);
-  const auto j = static_cast<std::size_t>(b);
+  const std::size_t i = a;
+  const std::size_t j = b;
   Comparison both = on_row[i][j];
   return both += on_col[i][j];
 }

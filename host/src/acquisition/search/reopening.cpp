@@ -35,8 +35,8 @@ void Reopening::reopen_all(std::vector<std::int32_t> leaves, const Comparison& s
   last_at_ = photographer_.taken();
   last_ = Attempt{found_.known.mark(), std::move(leaves), seen, found_.level_light.size()};
   for (const std::int32_t leaf : last_->leaves) {
-    const int level = found_.known.leaves()[static_cast<std::size_t>(leaf)].level;
-    reopen(facts_, found_.known, leaf, found_.open[static_cast<std::size_t>(level)]);
+    const int level = found_.known.leaves()[leaf].level;
+    reopen(facts_, found_.known, leaf, found_.open[level]);
   }
 }
 

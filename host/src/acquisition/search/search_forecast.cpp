@@ -23,7 +23,7 @@ double most_growth(const LevelPlan& plan) {
 
 /// Photographs of later levels by a growth that is always the same.
 double all_later(const LevelPlan& plan, double second, double growth) {
-  const auto level = static_cast<std::size_t>(plan.level);
+  const std::size_t level = plan.level;
   double photographs = static_cast<double>(plan.planned) * kFull / plan.children[level];
   double sum = 0;
   for (std::size_t k = level + 1; k < plan.children.size(); ++k) {

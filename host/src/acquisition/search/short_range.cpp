@@ -36,11 +36,11 @@ class Beyond {
     Energy energy;
     const Grid grid = facts_.tree.grid();
     for (std::int32_t t = seen.begin; t < seen.end; ++t) {
-      const std::int32_t raster = facts_.tree.order()[static_cast<std::size_t>(t)];
+      const std::int32_t raster = facts_.tree.order()[t];
       const int far = std::max(distance(raster / grid.cols, lit.row, lit.rows),
                                distance(raster % grid.cols, lit.col, lit.cols));
       if (far <= radius) continue;
-      const double v = image[static_cast<std::size_t>(t - seen.begin)];
+      const double v = image[t - seen.begin];
       energy.signal += v * v / facts_.flood_squared[channel];
       ++energy.samples;
     }
@@ -60,8 +60,8 @@ bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, i
   const Beyond beyond(facts);
   Energy total;
   for (int channel = 0; channel < facts.channels; ++channel) {
-    if (facts.flood_squared[static_cast<std::size_t>(channel)] <= 0) continue;
-    const auto at = static_cast<std::size_t>(channel);
+    if (facts.flood_squared[channel] <= 0) continue;
+    const std::size_t at = channel;
     const Block& i = level.block(node.row);
     const Block& j = level.block(node.col);
     const EstimateSums& sums = level.sums(node, channel);
@@ -116,13 +116,12 @@ std::int64_t cost_of_levels(const SceneFacts& facts, const std::vector<NodeLevel
 Result<void> ShortRange::add_band(int radius) {
   const Grid grid = facts_.tree.grid();
   const int step = 2 * radius + 1;
-  const auto pixels = static_cast<std::size_t>(grid.size());
+  const std::size_t pixels = grid.size();
   std::vector<std::int32_t> tree_of(pixels);
-  for (std::size_t t = 0; t < pixels; ++t)
-    tree_of[static_cast<std::size_t>(facts_.tree.order()[t])] = static_cast<std::int32_t>(t);
+  for (std::size_t t = 0; t < pixels; ++t) tree_of[facts_.tree.order()[t]] = static_cast<std::int32_t>(t);
   const auto tree_at = [&](int row, int col) {
     const int raster = row * grid.cols + col;
-    return tree_of[static_cast<std::size_t>(raster)];
+    return tree_of[raster];
   };
   const auto comb_at = [&](int row, int col) {
     const int comb = row % step * step + col % step;
@@ -150,14 +149,14 @@ Result<void> ShortRange::add_band(int radius) {
         for (TreePhotograph& p : photographs) seen.push_back(std::move(p.mean));
       }));
   found_.known.begin_band(radius);
-  std::vector<float> value(static_cast<std::size_t>(facts_.channels));
+  std::vector<float> value(facts_.channels);
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
       for (int dy = 0; dy <= radius && row + dy < grid.rows; ++dy)
         for (int dx = dy == 0 ? 0 : -radius; dx <= radius; ++dx) {
           if (col + dx < 0 || col + dx >= grid.cols) continue;
-          const auto i = static_cast<std::size_t>(tree_at(row, col));
-          const auto j = static_cast<std::size_t>(tree_at(row + dy, col + dx));
+          const std::size_t i = tree_at(row, col);
+          const std::size_t j = tree_at(row + dy, col + dx);
           const std::size_t comb_of_i = comb_at(row, col);
           const std::size_t comb_of_j = comb_at(row + dy, col + dx);
           for (std::size_t channel = 0; channel < value.size(); ++channel)

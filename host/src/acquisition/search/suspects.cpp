@@ -32,8 +32,8 @@ std::vector<double> model_noise(const BlockTree& tree, const KnownTransport& kno
       const double share = excess.lit(k, lit_begin, lit_end) / (lit_end - lit_begin);
       shares += share * share / static_cast<double>(residuals.size());
     }
-    step[static_cast<std::size_t>(begin)] += noise * shares;
-    step[static_cast<std::size_t>(end)] -= noise * shares;
+    step[begin] += noise * shares;
+    step[end] -= noise * shares;
   };
   for (const KnownLeaf& leaf : known.leaves()) {
     if (leaf.removed) continue;
@@ -58,7 +58,7 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
                                    std::span<const float> pattern, double random_share) {
   std::vector<double> energy(pattern.size() + 1);
   const double single = kWrongShare * kWrongShare * random_share;
-  const auto channels = static_cast<std::size_t>(facts.channels);
+  const std::size_t channels = facts.channels;
   const auto add = [&](std::span<const float> seen, std::int32_t begin, std::span<const float> lit,
                        std::int32_t lit_begin, double f) {
     double squares = 0;
@@ -84,8 +84,8 @@ std::vector<double> allowed_before(const SceneFacts& facts, const KnownTransport
     const auto scalars = known.scalars();
     for (std::size_t k = 0; k < scalars.size(); ++k) {
       const double value = known.scalar_values()[k * channels + channel];
-      const auto row = static_cast<std::size_t>(scalars[k].row);
-      const auto col = static_cast<std::size_t>(scalars[k].col);
+      const std::size_t row = scalars[k].row;
+      const std::size_t col = scalars[k].col;
       if (row == col) continue;  // dark pixels do not see their own
       energy[row + 1] += single * value * value / f * static_cast<double>(pattern[col]);
       energy[col + 1] += single * value * value / f * static_cast<double>(pattern[row]);
@@ -116,7 +116,7 @@ std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& k
       const Comparison seen = excess.of(block.begin, block.end);
       if (seen.samples < kFewestSamples) continue;
       const auto sum = [&](const std::vector<double>& before) {
-        return before[static_cast<std::size_t>(block.end)] - before[static_cast<std::size_t>(block.begin)];
+        return before[block.end] - before[block.begin];
       };
       const double noise_of_model = sum(noise_before) / block.size() * seen.samples;
       const double left =

@@ -37,7 +37,7 @@ struct Samples {
 
 bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
   const std::size_t pixels = tree.order().size();
-  const auto channels = static_cast<std::size_t>(from.mean.channels());
+  const std::size_t channels = from.mean.channels();
   to.mean.resize(channels * pixels);
   to.variance.resize(channels * pixels);
   to.valid.resize(channels * pixels);
@@ -53,8 +53,7 @@ bool to_tree(const BlockTree& tree, const Radiance& from, TreePhotograph& to) {
     if (std::memchr(valid.data(), 0, valid.size()) == nullptr) {
       std::fill(samples.valid.begin(), samples.valid.end(), std::uint8_t{1});
     } else {
-      for (std::size_t t = 0; t < pixels; ++t)
-        samples.valid[t] = valid[static_cast<std::size_t>(tree.order()[t])] != 0 ? 1 : 0;
+      for (std::size_t t = 0; t < pixels; ++t) samples.valid[t] = valid[tree.order()[t]] != 0 ? 1 : 0;
       samples.clear_invalid();
     }
     finite = samples.finite() && finite;

@@ -45,7 +45,7 @@ Result<void> write_all(const base::Fd& file, std::span<const std::byte> bytes, c
       return Error{ErrorCode::io,
                    fmt::format("{} cannot be written ({})", path.string(), std::strerror(errno)),
                    "unplug the board, plug it in with its BOOTSEL button held, and try again"};
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    bytes = bytes.subspan(written);
   }
   return {};
 }

@@ -104,7 +104,7 @@ Result<void> check_processor(const std::string& file, const FlashImage& image) {
 
 Result<FirmwareManifest> find_manifest(const std::string& file, const FlashImage& image) {
   const auto found = std::search(image.bytes.begin(), image.bytes.end(), kMagic.begin(), kMagic.end());
-  const auto at = static_cast<std::size_t>(found - image.bytes.begin());
+  const std::size_t at = found - image.bytes.begin();
   if (at + kRecordBytes > image.bytes.size())
     return broken(file, "it is not firmware of symrig: it does not contain symrig's record");
   const Bytes record(image.bytes.data() + at, kRecordBytes);

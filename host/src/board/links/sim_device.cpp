@@ -53,7 +53,7 @@ class OwningSimLink final : public Link {
  private:
   Result<int> line(const std::string& name, bool output) const {
     const int found = board_.line(name);
-    if (found >= 0 && board_.config().lines[static_cast<std::size_t>(found)].output == output) return found;
+    if (found >= 0 && board_.config().lines[found].output == output) return found;
     std::vector<std::string> known;
     for (const boards::SimLine& one : board_.config().lines)
       if (one.output == output) known.push_back(one.name);

@@ -55,8 +55,7 @@ std::string port_of(libusb_device* device) {
   std::array<std::uint8_t, 8> ports{};
   const int count = libusb_get_port_numbers(device, ports.data(), static_cast<int>(ports.size()));
   std::string text;
-  for (int k = 0; k < count; ++k)
-    text += fmt::format("{}{}", k == 0 ? "" : ".", ports[static_cast<std::size_t>(k)]);
+  for (int k = 0; k < count; ++k) text += fmt::format("{}{}", k == 0 ? "" : ".", ports[k]);
   return text.empty() ? text : fmt::format("{}-{}", libusb_get_bus_number(device), text);
 }
 

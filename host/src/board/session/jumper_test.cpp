@@ -23,7 +23,7 @@ Result<int> line_of(const BoardInfo& info, const std::string& name, bool output)
   if (line < 0)
     return Error{ErrorCode::unknown_name, fmt::format("the board has no line '{}'", name),
                  line_hint(info, name, output)};
-  if (info.lines[static_cast<std::size_t>(line)].output != output)
+  if (info.lines[line].output != output)
     return Error{ErrorCode::bad_argument,
                  fmt::format("line '{}' is not an {}", name, output ? "output" : "input"),
                  fmt::format("a jumper connects an output ({}) to an input ({})", known_lines(info, true),
@@ -32,7 +32,7 @@ Result<int> line_of(const BoardInfo& info, const std::string& name, bool output)
 }
 
 std::uint64_t resolution(const BoardInfo& info, int input) {
-  return info.lines[static_cast<std::size_t>(input)].stamp_ticks;
+  return info.lines[input].stamp_ticks;
 }
 
 std::vector<Ticks> widths(const BoardInfo& info, int input) {
@@ -71,7 +71,7 @@ bool alternate(const std::vector<CapturedEdge>& edges) {
 }
 
 std::string pin_of(const BoardInfo& info, const std::string& name) {
-  const LineInfo& line = info.lines[static_cast<std::size_t>(info.line(name))];
+  const LineInfo& line = info.lines[info.line(name)];
   return line.pin.empty() ? fmt::format("'{}'", name) : fmt::format("'{}' ({})", name, line.pin);
 }
 

@@ -90,7 +90,7 @@ Result<protocol::BoardConfig> line_setup(const BoardInfo& info, std::span<const 
                    "name each line once"};
     named |= bit;
     protocol::LineConfig& target = config.lines[k];
-    SYMRIG_CHECK(check(line, info.lines[static_cast<std::size_t>(k)]));
+    SYMRIG_CHECK(check(line, info.lines[k]));
     fill(info, line, target);
   }
   return config;

@@ -39,8 +39,7 @@ void ProgramBuilder::fail(ErrorCode code, std::string what, std::string hint) {
 
 int ProgramBuilder::output(std::string_view line) {
   const int index = board_.line(line);
-  if (index >= 0 && static_cast<unsigned>(index) < protocol::kMaxOutputs &&
-      board_.lines[static_cast<std::size_t>(index)].output)
+  if (index >= 0 && static_cast<unsigned>(index) < protocol::kMaxOutputs && board_.lines[index].output)
     return index;
   fail(ErrorCode::unknown_name, fmt::format("the board has no output '{}'", line),
        board::line_hint(board_, line, true));
@@ -148,7 +147,7 @@ ProgramBuilder& ProgramBuilder::wait_edge(std::string_view line, EdgeKind edge, 
                                           OnTimeout action) {
   flush();
   const int index = board_.line(line);
-  const bool input = index >= 0 && !board_.lines[static_cast<std::size_t>(index)].output;
+  const bool input = index >= 0 && !board_.lines[index].output;
   if (!input)
     fail(ErrorCode::unknown_name, fmt::format("the board has no input '{}'", line),
          board::line_hint(board_, line, false));

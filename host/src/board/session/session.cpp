@@ -304,8 +304,7 @@ Result<void> Board::Session::idle(Nanoseconds duration) {
 
 Result<std::uint32_t> Board::Session::find_line(std::string_view line, bool output) const {
   const int index = info_.line(line);
-  if (index >= 0 && info_.lines[static_cast<std::size_t>(index)].output == output)
-    return static_cast<std::uint32_t>(index);
+  if (index >= 0 && info_.lines[index].output == output) return static_cast<std::uint32_t>(index);
   return Error{ErrorCode::unknown_name,
                fmt::format("the board has no {} '{}'", output ? "output" : "input", line),
                board::line_hint(info_, line, output)};

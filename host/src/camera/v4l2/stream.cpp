@@ -133,7 +133,7 @@ void Stream::count(const SequenceCount::Reading& reading) {
 CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
   CameraFrame frame;
   frame.damaged = damaged;
-  frame.raw.resize(static_cast<std::size_t>(reader_.grid().size()));
+  frame.raw.resize(reader_.grid().size());
   const unsigned seen = reader_.read(filled.data, frame.raw);
   const auto& [bits, shift] = plan_.layout.depth;
   if (damaged) return frame;

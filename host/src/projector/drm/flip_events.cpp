@@ -48,7 +48,7 @@ Errno FlipEvents::read_some(int card) {
   if (got < 0) return errno == EINTR || errno == EAGAIN ? 0 : errno;
   if (got == 0) return ENODEV;  // end of file: the card is gone
   std::size_t at = 0;
-  const auto length = static_cast<std::size_t>(got);
+  const std::size_t length = got;
   while (at + sizeof(drm_event) <= length) {
     drm_event head{};
     std::memcpy(&head, bytes.data() + at, sizeof head);

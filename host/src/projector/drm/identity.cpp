@@ -103,7 +103,7 @@ std::vector<Wish> identity_wishes(std::uint32_t object, Kind kind, std::span<con
 
 Gamma straight_gamma(int size) {
   std::vector<std::uint16_t> ramp;
-  ramp.reserve(static_cast<std::size_t>(std::max(size, 0)));
+  ramp.reserve(std::max(size, 0));
   for (int i = 0; i < size; ++i)
     ramp.push_back(static_cast<std::uint16_t>(size > 1 ? (65'535LL * i + (size - 1) / 2) / (size - 1) : 0));
   return {ramp, ramp, ramp};

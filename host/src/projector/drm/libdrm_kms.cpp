@@ -151,7 +151,7 @@ Errno LibdrmKms::hide_cursor(std::uint32_t crtc) {
 }
 
 Answer<Gamma> LibdrmKms::gamma(std::uint32_t crtc, int size) {
-  const auto count = static_cast<std::size_t>(size);
+  const std::size_t count = size;
   Gamma gamma{std::vector<std::uint16_t>(count), std::vector<std::uint16_t>(count),
               std::vector<std::uint16_t>(count)};
   const Errno error = errno_of(drmModeCrtcGetGamma(fd(), crtc, static_cast<std::uint32_t>(size),

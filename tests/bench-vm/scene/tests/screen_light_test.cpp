@@ -30,7 +30,7 @@ struct FakeScreen {
       for (int col = 0; col < placement.grid.cols * placement.cell; ++col) {
         const int pixel = row / placement.cell * placement.grid.cols + col / placement.cell;
         at(placement.top + row, placement.left + col) =
-            0xff000000U | static_cast<std::uint32_t>(codes[static_cast<std::size_t>(pixel)]) * 0x010101U;
+            0xff000000U | static_cast<std::uint32_t>(codes[pixel]) * 0x010101U;
       }
   }
 };
@@ -40,11 +40,10 @@ TEST(ScreenLight, reads_every_code_exactly) {
   const Placement placement{{16, 16}, 3, 2, 5};
   FakeScreen screen(60, 70);
   std::vector<int> codes(256);
-  for (int i = 0; i < 256; ++i) codes[static_cast<std::size_t>(i)] = i;
+  for (int i = 0; i < 256; ++i) codes[i] = i;
   screen.show(placement, codes);
   const Image<float> light = light_on_grid(screen.pixels(), placement);
-  for (int i = 0; i < 256; ++i)
-    EXPECT_EQ(light.values()[static_cast<std::size_t>(i)], static_cast<float>(i / 255.0)) << i;
+  for (int i = 0; i < 256; ++i) EXPECT_EQ(light.values()[i], static_cast<float>(i / 255.0)) << i;
 }
 
 // A pattern that is one pixel off its place is not taken for the pattern: cells mix.
