@@ -66,7 +66,7 @@ void session(const Row& row, double interval, std::uint64_t seed, Outcome& outco
 }
 
 double quantile(std::vector<double>& values, double share) {
-  const std::size_t k = share * static_cast<double>(values.size() - 1);
+  const auto k = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
   return values[k];
 }

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-namespace symrig::test {
+namespace symrig::test::capture_test {
 namespace {
 
 using Capture = CommandTest;
@@ -167,4 +167,4 @@ TEST_F(Capture, a_folder_that_takes_no_files_is_an_input_error) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::capture_test

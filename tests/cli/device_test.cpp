@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace symrig::test {
+namespace symrig::test::device_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -131,4 +131,4 @@ TEST_F(Device, selftest_options_are_checked) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::device_test

@@ -2,7 +2,7 @@
 // Whoever gives an option expects something of it: one that changes nothing is refused.
 #include "command.hpp"
 
-namespace symrig::test {
+namespace symrig::test::idle_options_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -101,4 +101,4 @@ TEST_F(IdleOptions, bench) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::idle_options_test

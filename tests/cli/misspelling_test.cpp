@@ -2,7 +2,7 @@
 // A misspelt word is named as what it is, with the word that was meant.
 #include "command.hpp"
 
-namespace symrig::test {
+namespace symrig::test::misspelling_test {
 namespace {
 
 using Misspelling = CommandTest;
@@ -112,4 +112,4 @@ TEST_F(Misspelling, lint_proposes_exposures_that_differ) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::misspelling_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
-namespace symrig::test {
+namespace symrig::test::report_test {
 namespace {
 
 using Report = CommandTest;
@@ -68,4 +68,4 @@ TEST_F(Report, bad_input_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::report_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
-namespace symrig::test {
+namespace symrig::test::usage_test {
 namespace {
 
 using Usage = CommandTest;
@@ -69,4 +69,4 @@ TEST_F(Usage, unknown_and_missing_options_are_one_line) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::usage_test

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <set>
 
-namespace symrig::bench {
+namespace symrig::bench::board_conformance_test {
 namespace {
 
 /// What cannot be looked at here, and why: a wire that is not there, a rule that this board cannot break.
@@ -32,4 +32,4 @@ TEST(BoardConformance, PassesEveryCheck) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_conformance_test

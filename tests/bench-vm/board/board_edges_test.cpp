@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace symrig::bench {
+namespace symrig::bench::board_edges_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -218,4 +218,4 @@ TEST_F(BoardEdges, AnInterlockStopsARun) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_edges_test

@@ -7,7 +7,7 @@
 
 #include <cstdio>
 
-namespace symrig::bench {
+namespace symrig::bench::board_exits_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -105,4 +105,4 @@ TEST_F(BoardExits, ASecondDaemonIsRefused) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_exits_test

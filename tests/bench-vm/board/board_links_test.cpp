@@ -12,7 +12,7 @@
 #include <poll.h>
 #include <termios.h>
 
-namespace symrig::bench {
+namespace symrig::bench::board_links_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -155,4 +155,4 @@ TEST(BoardLinks, ASerialHostThatFallsSilentLeavesTheLinesSafe) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_links_test

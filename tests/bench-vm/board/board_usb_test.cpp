@@ -13,7 +13,7 @@
 #include <optional>
 #include <random>
 
-namespace symrig::bench {
+namespace symrig::bench::board_usb_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -231,4 +231,4 @@ TEST_F(BoardUsb, AKilledDaemonLeavesTheHostWithANamedError) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_usb_test

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <functional>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::pixels_test {
 namespace {
 
 using Look = std::function<Result<ScreenPixels>(const std::string& card)>;
@@ -91,4 +91,4 @@ INSTANTIATE_TEST_SUITE_P(Vga, Pixels,
                                            Case{"BENCH_VGA", "1920x1080@60", false, kPlaced}));
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::pixels_test

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <thread>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::refreshes_test {
 namespace {
 
 /// The kernel tells of flips in whole microseconds, cut off; its period and ours, both in whole nanoseconds,
@@ -83,4 +83,4 @@ TEST_F(Refreshes, those_that_were_missed_are_counted) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::refreshes_test

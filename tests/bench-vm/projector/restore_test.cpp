@@ -2,7 +2,7 @@
 // The screen is given back: what it showed before (the kernel's console) is what it shows afterwards.
 #include "bench-vm/projector/looks.hpp"
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::restore_test {
 namespace {
 
 class Restore : public ::testing::TestWithParam<std::pair<const char*, bool>> {};
@@ -37,4 +37,4 @@ INSTANTIATE_TEST_SUITE_P(All, Restore,
                                            std::pair("BENCH_VGA", false), std::pair("BENCH_VGA", true)));
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::restore_test

@@ -4,7 +4,7 @@
 
 #include <thread>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::unplug_test {
 namespace {
 
 // What a cycle leaks is AddressSanitizer's to see; without it fewer do.
@@ -76,4 +76,4 @@ TEST_F(Unplug, at_any_moment_is_told) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::unplug_test

@@ -14,7 +14,7 @@ namespace {
 
 std::string_view name(CameraPort::Taken taken) {
   constexpr std::array<std::string_view, 3> kNames{"yes", "not streaming", "unplugged"};
-  return kNames[taken];
+  return kNames[static_cast<std::size_t>(taken)];
 }
 
 }  // namespace

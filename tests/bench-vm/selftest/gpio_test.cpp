@@ -11,7 +11,7 @@
 #include <gpiod.h>
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::gpio_test {
 namespace {
 
 struct CloseChip {
@@ -118,4 +118,4 @@ TEST_F(Gpio, reads_pulls_as_levels) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::gpio_test

@@ -11,7 +11,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::schedule_test {
 namespace {
 
 constexpr int kPulses = 1000;
@@ -78,4 +78,4 @@ TEST(Schedule, sleeps_for_as_long_as_asked) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::schedule_test

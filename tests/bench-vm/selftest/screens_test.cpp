@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::screens_test {
 namespace {
 
 std::vector<std::uint32_t> random_pixels(std::size_t count) {
@@ -69,4 +69,4 @@ TEST(Screendump, of_a_bad_name_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::screens_test

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::testcam_test {
 namespace {
 
 std::vector<std::byte> noise(std::size_t bytes, unsigned seed) {
@@ -212,4 +212,4 @@ TEST_F(Testcam, comes_back_under_another_number_while_its_old_node_is_open) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::testcam_test

@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::capture_test {
 namespace {
 
 using tests::DenseProbe;
@@ -250,4 +250,4 @@ TEST(Capture, algorithm_names_round_trip) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::capture_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::foretold_captures_test {
 namespace {
 
 struct Moment {
@@ -72,4 +72,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return "case_" + std::to_string(one.index); });
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::foretold_captures_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::time_to_go_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -120,4 +120,4 @@ TEST(TimeToGo, is_right_within_a_factor_of_two_in_recorded_captures) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::time_to_go_test

@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::region_test {
 namespace {
 
 using camera::FrameReader;
@@ -214,4 +214,4 @@ TEST(Region, a_single_sample_keeps_its_model) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::region_test

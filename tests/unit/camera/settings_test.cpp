@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::settings_test {
 namespace {
 
 using test::FakeCamera;
@@ -292,4 +292,4 @@ TEST_F(Settings, drivers_that_never_come_to_an_end_do_not_hang) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::settings_test

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -437,4 +437,4 @@ TEST_F(Streaming, every_frame_is_accounted_for_under_random_faults) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::stream_test

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::faulty_rig_test {
 namespace {
 
 using test::CameraMischief;
@@ -313,4 +313,4 @@ TEST(EvaluateByPhotographs, comes_to_what_the_truth_says) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::faulty_rig_test

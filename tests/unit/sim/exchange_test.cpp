@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::exchange_test {
 namespace {
 
 TEST(InverseSquare, keeps_its_relative_error_over_seven_decades) {
@@ -147,4 +147,4 @@ TEST(LaneFft, matches_the_sum_that_defines_it) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::exchange_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace symrig::sim {
+namespace symrig::sim::scene_test {
 namespace {
 
 double norm(const DenseTransport& t) {
@@ -221,4 +221,4 @@ TEST(MakeScene, refuses_what_it_cannot_hold) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::scene_test

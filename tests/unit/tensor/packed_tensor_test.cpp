@@ -9,7 +9,7 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
-namespace symrig {
+namespace symrig::packed_tensor_test {
 namespace {
 
 constexpr double kStored = 0x1p-10 * (1 + 0x1p-11);  // two factors, each within 2⁻¹¹
@@ -48,7 +48,9 @@ class Everything {
   void add_level(int level) {
     const auto blocks = tree_.level(level);
     for (int k = 0; k < 40; ++k) {
-      const auto pick = [&] { return blocks[random_.uniform() * static_cast<double>(blocks.size())]; };
+      const auto pick = [&] {
+        return blocks[static_cast<std::size_t>(random_.uniform() * static_cast<double>(blocks.size()))];
+      };
       const Block i = pick(), j = pick();
       if (i.begin == j.begin) continue;
       const int rank = std::min({1 + k % 5, i.size(), j.size()});
@@ -318,4 +320,4 @@ TEST(PackedTensor, tiny_times_huge_is_neither_lost_nor_infinite) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::packed_tensor_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::audit_test {
 namespace {
 
 constexpr std::size_t kPhotographs = 24;
@@ -125,4 +125,4 @@ TEST(Audit, finds_a_pattern_that_was_never_shown) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::audit_test

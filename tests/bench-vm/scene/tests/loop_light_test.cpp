@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::loop_light_test {
 namespace {
 
 // Same patterns, same times, same frame numbers: the same photographs, bit for bit, noise and all.
@@ -49,4 +49,4 @@ TEST(LoopLight, mixes_light_by_time) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::loop_light_test

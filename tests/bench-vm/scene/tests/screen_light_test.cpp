@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::screen_light_test {
 namespace {
 
 /// A screen in memory whose rows are longer than what is shown.
@@ -85,4 +85,4 @@ TEST(ScreenLight, a_glance_sees_a_changed_cell) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::screen_light_test
