@@ -41,7 +41,13 @@ struct SceneUri {
 /// of range).
 Result<SceneUri> parse_scene_uri(std::string_view uri);
 
-/// All scenes, by the names that `sim:NAME` takes.
+/// A scene that `sim:NAME` takes.
+struct SceneInfo {
+  std::string_view name;
+  std::string_view about;  ///< one line
+};
+/// All scenes, for help and documents. The table is host/src/sim/scenes.cpp.
+std::span<const SceneInfo> scenes();
 std::span<const std::string_view> scene_names();
 
 /// A key of `sim:NAME?key=value`.
@@ -49,11 +55,12 @@ struct SceneKey {
   std::string_view name;
   std::string standard;  ///< its value where nobody gives one
   std::string_view meaning;
+  std::string values;  ///< what it can be: "a number from 0 to 0.1"
 };
-/// All keys, for help and documents.
+/// All keys, for help and documents. The table is host/src/sim/scene_keys.cpp.
 std::span<const SceneKey> scene_keys();
 
-/// The coaxial views that tile the scene's grid: 2x2 in views2, 3x3 in views3, else one.
+/// The coaxial views that tile the scene's grid.
 ViewLayout views_of(const SceneUri& uri);
 
 /// A scene with a known T: the ideal coaxial rig's (psf included; no misalignment, flare, dead pixels or
