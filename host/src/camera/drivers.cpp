@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of camera drivers. A new driver is a folder beside v4l2, a line here, and a page in docs.
+// The table of camera drivers. A new driver is a folder beside v4l2, a line here, and its keys in
+// docs/rig-file.md.
 #include "camera/driver.hpp"
 #include "camera/v4l2/v4l2_driver.hpp"
 
