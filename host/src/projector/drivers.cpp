@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of projector drivers. A new driver is a folder beside drm, a line here, and a page in docs.
+// The table of projector drivers. A new driver is a folder beside drm, a line here, and its keys in
+// docs/rig-file.md.
 #include "projector/driver.hpp"
 #include "projector/drm/drm_driver.hpp"
 #include "projector/folder/folder_driver.hpp"
