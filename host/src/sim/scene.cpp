@@ -18,7 +18,7 @@ namespace symrig::sim {
 
 namespace {
 
-/// A scene is one operator a channel.
+/// A scene with one operator per channel.
 class ComposedScene final : public Scene {
  public:
   ComposedScene(Grid grid, std::vector<std::unique_ptr<Transport>> channels)
@@ -82,7 +82,7 @@ Channels occluder_channels(const SceneUri& uri) {
   return channels;
 }
 
-/// A mirror scatters nothing: there the groove is black.
+/// The groove is black where the mirror is, because a mirror scatters no light.
 std::vector<float> albedo_around_mirror(const Groove& groove, std::uint64_t key) {
   std::vector<float> albedo = texture(groove.grid, key);
   for (int row = 0; row < groove.grid.rows; ++row)
@@ -135,7 +135,7 @@ constexpr Maker kMakers[] = {
     {"views3", views_channels<3>},
 };
 
-constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB a picture
+constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB per picture
 
 }  // namespace
 

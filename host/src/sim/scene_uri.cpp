@@ -15,7 +15,7 @@ namespace symrig::sim {
 
 namespace {
 
-constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 64 MiB a picture
+constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 64 MiB per picture
 
 constexpr std::array<std::string_view, 9> kNames{
     "plane",  "vgroove-white", "vgroove-mixed", "vgroove-textured", "gummy", "occluder",
@@ -32,7 +32,7 @@ Error bad_value(std::string_view key, std::string_view value, std::string_view r
 }
 
 Error too_large(std::string_view size) {
-  return {ErrorCode::bad_argument, fmt::format("the scene key size cannot be '{}': that is too large", size),
+  return {ErrorCode::bad_argument, fmt::format("the scene key size cannot be '{}': it is too large", size),
           fmt::format("give {} pixels at most, such as 4096x4096", kLargestScene)};
 }
 
@@ -64,13 +64,13 @@ Result<void> read_int(std::string_view key, std::string_view text, int lowest, i
 
 constexpr std::int64_t kLargestSide = 1'000'000'000;
 
-/// 0: no side. Digits that no number holds are a side, but too large a one.
+/// 0: not a side length. A number that does not fit is treated as too large.
 std::int64_t parse_side(std::string_view text) {
   const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
   return digits ? parse_number<std::int64_t>(text).value_or(kLargestSide + 1) : 0;
 }
 
-/// Sides up to kLargestSide. What fits no picture at all: what fits one, but no scene, make_scene() refuses.
+/// True if both sides are at most kLargestSide. make_scene() refuses pictures that are too large for a scene.
 bool fits(std::int64_t rows, std::int64_t cols) {
   return Grid{static_cast<int>(rows), static_cast<int>(cols)}.valid();
 }
@@ -99,8 +99,8 @@ Result<void> read_noise(std::string_view key, std::string_view text, bool& out) 
   return {};
 }
 
-/// One key: what it means, how it is read, and how it is printed when it differs from its default.
-/// docs/command-line.md lists the same.
+/// One key: its meaning, how it is read, and how it is printed if it differs from its default.
+/// docs/command-line.md lists the same keys.
 struct Key {
   std::string_view name;
   std::string_view meaning;
@@ -124,7 +124,7 @@ Key int_key(std::string_view name, std::string_view meaning, int SceneUri::*fiel
       [=](const SceneUri& uri) { return fmt::format("{}", uri.*field); }};
 }
 
-/// "auto" is 0: planned for each photograph.
+/// "auto" becomes 0: planned for each photograph.
 Key exposures_key() {
   return {"exposures", "frames a photograph, or auto: as many as it needs",
           [](std::string_view text, SceneUri& uri) -> Result<void> {
@@ -203,7 +203,7 @@ Result<void> read_item(std::string_view item, std::vector<std::string_view>& see
   const std::string_view name = item.substr(0, equals);
   SYMRIG_TRY(const Key* key, find_key(name));
   if (std::find(seen.begin(), seen.end(), name) != seen.end())
-    return Error{ErrorCode::bad_argument, fmt::format("the key '{}' is given twice", name), "give it once"};
+    return Error{ErrorCode::bad_argument, fmt::format("the key '{}' appears twice", name), "give it once"};
   seen.push_back(name);
   return key->read(item.substr(equals + 1), uri);
 }
@@ -251,7 +251,7 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
 
 std::string SceneUri::to_string() const {
   SceneUri defaults;
-  if (!camera_noise) defaults.black = 0;  // forced, hence not worth printing
+  if (!camera_noise) defaults.black = 0;  // always 0 then, so it is not printed
   std::string text = fmt::format("sim:{}?size={}", name, symrig::to_string(size));
   for (const Key& key : keys()) {
     const std::string value = key.print(*this);
