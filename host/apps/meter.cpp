@@ -67,7 +67,7 @@ bool Meter::report(const ProgressEvent& event) {
   if (!terminal_) return !interrupted();
   const auto now = Clock::now();
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  to_go_.tell(event, seconds);
+  to_go_.report(event, seconds);
   const bool new_stage = event.stage != stage_;
   if (now < next_ && !new_stage) return !interrupted();
   stage_ = event.stage;

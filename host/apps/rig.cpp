@@ -76,7 +76,7 @@ Result<OpenedRig> open_rig(const std::string& rig) {
   }
   SYMRIG_CHECK(check_file(rig));
   SYMRIG_TRY(RigDescription file, read_rig_file(rig));
-  file.options.wanted = [] { return !interrupted(); };
+  file.options.keep_waiting = [] { return !interrupted(); };
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
   return OpenedRig{std::move(real), inside, "camera"};

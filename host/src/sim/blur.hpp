@@ -9,11 +9,11 @@
 
 namespace symrig::sim {
 
-/// image ← B image: the separable 3-tap blur [a, 1 − 2a, a] along both axes. Light blurred over the border
-/// is lost, which keeps B symmetric.
+/// image ← B image: the separable 3-tap blur [a, 1 − 2a, a] along both axes. Light that leaves the picture is
+/// lost, which keeps B symmetric.
 void blur_3tap(Grid grid, float a, std::span<float> image);
 
-/// B T Bᵀ: a projector and a camera whose lenses blur alike.
+/// B T Bᵀ: projector and camera have equal lens blur.
 std::unique_ptr<Transport> blurred(Grid grid, double a, std::unique_ptr<Transport> transport);
 
 }  // namespace symrig::sim

@@ -13,7 +13,7 @@ namespace symrig::sim {
 
 namespace {
 
-/// A scene is one operator a channel.
+/// A scene with one operator per channel.
 class ComposedScene final : public Scene {
  public:
   ComposedScene(Grid grid, Channels channels) : grid_(grid), channels_(std::move(channels)) {}

@@ -31,7 +31,7 @@ Result<void> read_item(std::string_view item, std::vector<std::string_view>& see
   const std::string_view name = item.substr(0, equals);
   SYMRIG_TRY(const KeyRow* key, find_key(name));
   if (std::find(seen.begin(), seen.end(), name) != seen.end())
-    return Error{ErrorCode::bad_argument, fmt::format("the key '{}' is given twice", name), "give it once"};
+    return Error{ErrorCode::bad_argument, fmt::format("the key '{}' appears twice", name), "give it once"};
   seen.push_back(name);
   return key->read(item.substr(equals + 1), uri);
 }
@@ -66,7 +66,7 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
 
 std::string SceneUri::to_string() const {
   SceneUri defaults;
-  if (!camera_noise) defaults.black = 0;  // forced, hence not worth printing
+  if (!camera_noise) defaults.black = 0;  // always 0 then, so it is not printed
   std::string text = fmt::format("sim:{}?size={}", name, symrig::to_string(size));
   for (const KeyRow& key : key_table()) {
     const std::string value = key.print(*this);

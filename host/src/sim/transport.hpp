@@ -6,8 +6,8 @@
 
 namespace symrig::sim {
 
-/// A symmetric, non-negative linear operator on one channel of a grid: y = A x, never formed. Thread-safe
-/// for reading. x and y: grid size values in raster order, not overlapping; x may be signed.
+/// A symmetric, non-negative linear operator on one channel of a grid: y = A x. The matrix is never stored.
+/// Thread-safe for reading. x and y: grid size values in raster order that do not overlap. x may be negative.
 class Transport {
  public:
   Transport() = default;
@@ -17,7 +17,7 @@ class Transport {
   virtual void apply(std::span<const float> x, std::span<float> y) const = 0;
 };
 
-/// diag(d): light that leaves from where it arrived.
+/// diag(d): light leaves at the pixel where it arrives.
 class Diagonal final : public Transport {
  public:
   explicit Diagonal(std::vector<float> d) : d_(std::move(d)) {}

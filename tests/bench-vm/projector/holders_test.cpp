@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench-vm/projector/looks.hpp"
+#include "bench-vm/projector/expected_screens.hpp"
 
 #include <csignal>
 
@@ -9,7 +9,7 @@
 namespace symrig::bench_vm::holders_test {
 namespace {
 
-/// A child process that has the display and shows white until it is killed.
+/// A child process that owns the display and shows white until it is killed.
 class Holder {
  public:
   explicit Holder(const DrmProjectorOptions& options) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The screen is given back: what it showed before (the kernel's console) is what it shows afterwards.
-#include "bench-vm/projector/looks.hpp"
+// The screen is restored: afterwards it shows what it showed before (the kernel's console).
+#include "bench-vm/projector/expected_screens.hpp"
 
 namespace symrig::bench_vm::restore_test {
 namespace {

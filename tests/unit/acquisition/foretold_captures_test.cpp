@@ -31,7 +31,7 @@ std::vector<Moment> captured(const std::string& uri, Algorithm algorithm) {
   std::vector<Moment> moments;
   options.progress = [&](const ProgressEvent& event) {
     const double at = (*rig)->cost().rig_seconds;
-    to_go.tell(event, at);
+    to_go.report(event, at);
     moments.push_back({at, to_go.seconds(), std::string(event.stage)});
     return true;
   };

@@ -9,10 +9,12 @@
 
 namespace symrig::camera {
 
-/// All formats with their sizes and rates, in the driver's order.  fails: device_lost.
+/// All formats with their sizes and rates, in the driver's order.
+/// fails: device_lost.
 Result<std::vector<FormatOffer>> read_capabilities(OpenNode& driver);
 
-/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": what can be read here, for error lines.
+/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": the formats that symrig can read, for error
+/// messages.
 std::string capabilities_text(const std::vector<FormatOffer>& offers);
 
 /// "640x480" or "16x16 to 1024x4096".

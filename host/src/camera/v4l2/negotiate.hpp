@@ -7,9 +7,9 @@
 
 namespace symrig::camera {
 
-/// Sets the format, size and rate of the settings and checks what the driver made of them.
-/// fails: unknown_name (format), bad_argument (bits), device_refused (anything not taken as asked, or a
-/// layout in memory that the format cannot have: the error says what the camera offers), device_lost.
+/// Sets the format, size and rate of the settings, and checks what the driver set.
+/// fails: unknown_name (format), bad_argument (bits), device_refused (the driver set something else, or
+/// reports an impossible layout; the error lists what the camera offers), device_lost.
 Result<PictureLayout> negotiate(OpenNode& driver, const CameraSettings& settings);
 
 }  // namespace symrig::camera

@@ -7,9 +7,9 @@
 
 namespace symrig::drm {
 
-/// Timings for a size and rate that a display does not tell: VESA Coordinated Video Timings 1.2, reduced
-/// blanking (version 1). The clock is a multiple of 0.25 MHz, so the rate is met from below, within 0.25 MHz
-/// of the clock. rate: refreshes a second, positive.
+/// Timings for a size and rate that the display does not list: VESA Coordinated Video Timings 1.2, reduced
+/// blanking (version 1). The pixel clock is a multiple of 0.25 MHz, rounded down, so the rate may be slightly
+/// low. rate: refreshes a second, positive.
 drmModeModeInfo reduced_blanking_mode(Grid grid, double rate);
 
 }  // namespace symrig::drm

@@ -6,7 +6,7 @@
 
 namespace symrig::drm {
 
-/// symrig::find_displays() on these cards.
+/// symrig::find_displays() for these cards.
 std::vector<Display> find_displays(Cards& cards);
 
 }  // namespace symrig::drm

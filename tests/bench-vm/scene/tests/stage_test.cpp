@@ -19,7 +19,7 @@ TEST(Stage, hands_exposures_on_in_order_once_they_are_ripe) {
   EXPECT_EQ(stage.next_exposure(1s, now), std::nullopt);
 }
 
-// From other threads, as the watchers do it: nothing is lost, and stop() wakes whoever waits.
+// Called from other threads, like the watchers: nothing is lost, and stop() wakes waiting threads.
 TEST(Stage, is_told_by_other_threads) {
   Stage stage;
   const Nanoseconds now = base::steady_now();
@@ -44,7 +44,7 @@ TEST(Stage, is_told_by_other_threads) {
   ASSERT_TRUE(stage.failure());
   EXPECT_EQ(stage.failure()->what, "first");
   EXPECT_EQ(stage.newest().number, 499U);
-  EXPECT_EQ(stage.next_exposure(0ns, now + 1h), std::nullopt);  // does not wait: it is over
+  EXPECT_EQ(stage.next_exposure(0ns, now + 1h), std::nullopt);  // does not wait, because it was stopped
 }
 
 }  // namespace
