@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 # A module of libsymrig is a library of its own: what it may include is what it links.
 
-# symrig_module(name [LINKS module...] [PACKAGES target...] [ALONE file...]): the library symrig_<name>, made of every .cpp below the
-# caller's folder. LINKS: the modules and parts of ours that it includes; tools/check-layers holds the #include lines against them.
-# PACKAGES: libraries of others that it uses; its headers show none of them. ALONE: as in symrig_alone.
+# symrig_module(name [COMPUTES] [LINKS module...] [PACKAGES target...]): the library symrig_<name>, made of every .cpp below the
+# caller's folder. COMPUTES: it spends time on every pixel or leaf, so it is compiled for speed; the others for a short build.
+# LINKS: the modules and parts of ours that it includes; tools/check-layers holds the #include lines against them.
+# PACKAGES: libraries of others that it uses; its headers show none of them.
 function(symrig_module name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LINKS;PACKAGES;ALONE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "COMPUTES" "" "LINKS;PACKAGES")
   set(target symrig_${name})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   add_library(${target} STATIC ${sources})
   add_library(symrig::${name} ALIAS ${target})
   symrig_options(${target})
+  if(NOT arg_COMPUTES)
+    symrig_quick_to_compile(${target})
+  endif()
+  set_target_properties(${target} PROPERTIES SYMRIG_COMPUTES "${arg_COMPUTES}")
   target_include_directories(${target}
     PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/host/include> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
     PRIVATE ${PROJECT_SOURCE_DIR}/host/src)
@@ -18,5 +23,4 @@ function(symrig_module name)
   target_link_libraries(${target} PUBLIC ${arg_LINKS} PRIVATE ${arg_PACKAGES})
   install(TARGETS ${target} EXPORT symrigTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
   target_link_libraries(symrig INTERFACE ${target})
-  symrig_alone(${target} ${arg_ALONE})
 endfunction()

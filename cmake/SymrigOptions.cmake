@@ -33,20 +33,20 @@ function(symrig_options target)
   symrig_sanitize(${target})
 endfunction()
 
-# symrig_quick_to_compile(target): commands and tests spend their time in the library, which is compiled for speed;
-# they themselves are compiled for a short build.
+# symrig_quick_to_compile(target): commands, tests and modules that do not compute spend their time in the modules that do.
+# Those are compiled for speed, these for a short build.
 function(symrig_quick_to_compile target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  if(SYMRIG_SANITIZE)
+    target_compile_options(${target} PRIVATE -O0)
+  else()
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  endif()
 endfunction()
 
-# symrig_alone(target file...): these files share names of unnamed namespaces with others of their folder.
-function(symrig_alone target)
-  set_source_files_properties(${ARGN} TARGET_DIRECTORY ${target} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-endfunction()
-
-# symrig_unity(target [HEADERS header... | HEADERS_OF target]): with SYMRIG_UNITY, the files of one folder are compiled as one, because most of the
-# time that a file takes is that of its headers. Kernels that Highway compiles once for each instruction set stay alone, and so
-# do those that symrig_alone names. HEADERS are precompiled for them; HEADERS_OF: those of another target, compiled alike. Call it when the target has all its sources.
+# symrig_unity(target [HEADERS header... | HEADERS_OF target]): with SYMRIG_UNITY, the files of one folder are compiled as one,
+# because most of the time that a file takes is that of its headers. So no two files of a folder have a name of an unnamed
+# namespace in common. Kernels that Highway compiles once for each instruction set stay alone. HEADERS are precompiled for
+# them; HEADERS_OF: those of another target that is compiled alike. Call it when the target has all its sources.
 function(symrig_unity target)
   if(NOT SYMRIG_UNITY)
     return()

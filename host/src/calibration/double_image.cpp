@@ -7,14 +7,14 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kReach = 3;  // pixels; largest displacement of direct light
-constexpr int kApart = 2;  // pixels; a blurred second picture does not reach this far
+constexpr int kDirectReach = 3;    // pixels; largest displacement of direct light
+constexpr int kPicturesApart = 2;  // pixels; a blurred second picture does not reach this far
 
-/// Light at this offset from the start of every group, minus the mean of the light kApart before and behind
-/// it.
+/// Light at this offset from the start of every group, minus the mean of the light kPicturesApart before and
+/// behind it.
 double standing_out(const Radiance& photograph, const Comb& comb, int offset) {
   const auto at = [&](int place) { return light_at(photograph, comb, place).value; };
-  return at(offset) - (at(offset - kApart) + at(offset + kApart)) / 2;
+  return at(offset) - (at(offset - kPicturesApart) + at(offset + kPicturesApart)) / 2;
 }
 
 /// (Light from stripes at `from` to `to`) − (light in the other direction), over the direct light.
@@ -28,7 +28,7 @@ Imbalance exchange(const Comb& comb, const Radiance& a, int from, const Radiance
 /// places, except one behind the last stripe.
 bool lies_ahead(const Comb& comb, const Radiance& photograph, int distance) {
   const int behind = (comb.groups - 1) * comb.period, place = comb.offsets.front() + distance;
-  if (behind + place + kApart >= comb.length()) return 2 * distance <= comb.period;
+  if (behind + place + kPicturesApart >= comb.length()) return 2 * distance <= comb.period;
   Comb last = comb;
   last.groups = 1;
   return standing_out(photograph, last, behind + place) >
@@ -46,7 +46,7 @@ std::optional<int> suspect_double_image(const Comb& comb, std::span<const Radian
   }
   std::optional<int> found;
   double most = least;
-  const int nearest = kReach + kApart + 1;
+  const int nearest = kDirectReach + kPicturesApart + 1;
   for (int distance = nearest; distance <= comb.period - nearest; ++distance) {
     if (comb.offsets.front() + distance >= comb.length()) break;
     double share = 0;
@@ -66,7 +66,7 @@ DoubleImage prove_double_image(const Comb& comb, std::span<const Radiance> photo
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     if (comb.offsets[i] == comb.offsets.front())
       far = exchange(comb, photographs[i], comb.offsets[i], there, second);
-    if (comb.offsets[i] == comb.offsets.front() + kReach)
+    if (comb.offsets[i] == comb.offsets.front() + kDirectReach)
       near = exchange(comb, photographs[i], comb.offsets[i], there, second);
   }
   if (!far || !near) return {};

@@ -27,16 +27,16 @@ std::int64_t count(const Image<std::uint8_t>& mask) {
 }
 
 /// Contrast, noise and the lit mask.
-struct Light {
+struct LightMask {
   Image<float> contrast;
   NoiseLine noise;
   Image<std::uint8_t> lit;
 };
 
-Result<Light> find_light(const CodePhotographs& photographs, const DecodeOptions& options) {
-  Light light{Image<float>(photographs.camera()),
-              calibration::estimate_noise(photographs, options.held_out_pair),
-              Image<std::uint8_t>(photographs.camera())};
+Result<LightMask> find_light(const CodePhotographs& photographs, const DecodeOptions& options) {
+  LightMask light{Image<float>(photographs.camera()),
+                  calibration::estimate_noise(photographs, options.held_out_pair),
+                  Image<std::uint8_t>(photographs.camera())};
   const auto white = photographs.white().values(), black = photographs.black().values();
   for (std::size_t i = 0; i < white.size(); ++i) {
     light.contrast.values()[i] = white[i] - black[i];

@@ -105,13 +105,13 @@ std::vector<Choice> settle_by_orientation(const RawMap& map, const Folded& folde
 /// through the middles of the blocks around, over about four blocks.
 std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, int block, double scale) {
   const Grid grid = map.grid();
-  constexpr int kReach = 6;
+  constexpr int kVoteReach = 6;
   Image<float> middles(grid);
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col)
       if (map.mask.at(row, col)) middles.at(row, col) = folded.middle(row, col);
-  const int spacing = std::max(1, static_cast<int>(std::lround(2 * block / scale / kReach)));
-  const Neighbourhood hood{.reach = kReach, .spacing = spacing, .scale = scale, .least = 20};
+  const int spacing = std::max(1, static_cast<int>(std::lround(2 * block / scale / kVoteReach)));
+  const Neighbourhood hood{.reach = kVoteReach, .spacing = spacing, .scale = scale, .least = 20};
   std::vector<Choice> choices(grid.size());
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int col = 0; col < grid.cols; ++col) {
@@ -130,7 +130,8 @@ std::vector<Choice> settle_by_blocks(const RawMap& map, const Folded& folded, in
 }
 
 /// The prediction of settled neighbours for a pixel; NaN if there are too few.
-double foretold(const std::vector<Choice>& choices, Grid grid, int row, int col, int reach, int spacing) {
+double predicted_position(const std::vector<Choice>& choices, Grid grid, int row, int col, int reach,
+                          int spacing) {
   thread_local std::vector<double> votes;
   votes.clear();
   for (int i = -reach; i <= reach; ++i) {
@@ -184,8 +185,8 @@ void unfold(RawMap& map, StripeAxis axis, int block, double orientation) {
   tbb::parallel_for(0, grid.rows, [&](int row) {
     for (int col = 0; col < grid.cols; ++col) {
       if (!map.mask.at(row, col)) continue;
-      double expected = foretold(choices, grid, row, col, 2, hood.spacing);
-      if (std::isnan(expected)) expected = foretold(choices, grid, row, col, 3, 3 * hood.spacing);
+      double expected = predicted_position(choices, grid, row, col, 2, hood.spacing);
+      if (std::isnan(expected)) expected = predicted_position(choices, grid, row, col, 3, 3 * hood.spacing);
       if (std::isnan(expected)) continue;
       const float a = folded.candidate(row, col), b = folded.reflected(row, col);
       const bool keep =

@@ -15,7 +15,7 @@
 namespace symrig {
 namespace {
 
-constexpr std::size_t kGrain = std::size_t{1} << 14;  // values of one task
+constexpr std::size_t kStreamGrain = std::size_t{1} << 14;  // values of one task
 /// Exposures with a smaller relative difference count as equal: the board's clock and the camera's jitter
 /// cause it.
 constexpr double kSame = 1e-3;
@@ -111,7 +111,7 @@ Result<void> MergeStream::add(const Frame& frame) {
         fmt::format("the exposure of frame {} is {} ns; it must be above 0", frames_, frame.exposure.count()),
         "give the shutter time measured from the pulse");
   const auto t = static_cast<float>(seconds(frame.exposure) / unit_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values, kGrain), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values, kStreamGrain), [&](const auto& range) {
     const std::size_t at = range.begin();
     hdr::add_frame(frame.raw.data() + at, range.size(), static_cast<float>(noise_.pedestal()),
                    static_cast<float>(noise_.saturation_code()), t,
@@ -135,24 +135,29 @@ Result<Radiance> MergeStream::finish(const MergeOptions& options) const {
                Image<std::uint8_t>(grid_, channels_)};
   const std::size_t pixels = grid_.size();
   std::atomic<bool> finite = true;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sum_.values().size(), kGrain), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const std::size_t channel = options.dead != nullptr && options.dead->channels() > 1 ? i / pixels : 0;
-      const bool dead = options.dead != nullptr && options.dead->values()[channel * pixels + i % pixels] != 0;
-      const bool black = options.black == nullptr || options.black->valid.values()[i] != 0;
-      if (time_.values()[i] <= 0 || dead || !black) continue;
-      const auto [mean, variance] = weigh(
-          static_cast<double>(sum_.values()[i]), static_cast<double>(time_.values()[i]),
-          static_cast<double>(weighted_sum_.values()[i]), static_cast<double>(weighted_time_.values()[i]));
-      const double dark = options.black == nullptr ? 0 : static_cast<double>(options.black->mean.values()[i]);
-      const double dark_variance =
-          options.black == nullptr ? 0 : static_cast<double>(options.black->variance.values()[i]);
-      if (!std::isfinite(dark) || !std::isfinite(dark_variance)) finite = false;
-      out.mean.values()[i] = static_cast<float>(mean - dark);
-      out.variance.values()[i] = static_cast<float>(variance + dark_variance);
-      out.valid.values()[i] = 1;
-    }
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, sum_.values().size(), kStreamGrain), [&](const auto& range) {
+        for (std::size_t i = range.begin(); i < range.end(); ++i) {
+          const std::size_t channel =
+              options.dead != nullptr && options.dead->channels() > 1 ? i / pixels : 0;
+          const bool dead =
+              options.dead != nullptr && options.dead->values()[channel * pixels + i % pixels] != 0;
+          const bool black = options.black == nullptr || options.black->valid.values()[i] != 0;
+          if (time_.values()[i] <= 0 || dead || !black) continue;
+          const auto [mean, variance] =
+              weigh(static_cast<double>(sum_.values()[i]), static_cast<double>(time_.values()[i]),
+                    static_cast<double>(weighted_sum_.values()[i]),
+                    static_cast<double>(weighted_time_.values()[i]));
+          const double dark =
+              options.black == nullptr ? 0 : static_cast<double>(options.black->mean.values()[i]);
+          const double dark_variance =
+              options.black == nullptr ? 0 : static_cast<double>(options.black->variance.values()[i]);
+          if (!std::isfinite(dark) || !std::isfinite(dark_variance)) finite = false;
+          out.mean.values()[i] = static_cast<float>(mean - dark);
+          out.variance.values()[i] = static_cast<float>(variance + dark_variance);
+          out.valid.values()[i] = 1;
+        }
+      });
   if (!finite) return Error{ErrorCode::bad_value, "the black photograph contains NaN or infinity"};
   return out;
 }

@@ -9,9 +9,9 @@
 namespace symrig {
 namespace {
 
-constexpr double kSigmas = 5;
+constexpr double kLevelSigmas = 5;
 
-Error bad(ErrorCode code, std::string what, std::string hint) {
+Error bad_levels(ErrorCode code, std::string what, std::string hint) {
   return {code, std::move(what), std::move(hint)};
 }
 
@@ -23,9 +23,10 @@ Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int
   std::vector<FieldLight> each;
   for (const FieldLight& one : sorted) {
     if (one.level < 0 || one.level > largest || !std::isfinite(one.light) || !(one.variance >= 0))
-      return bad(ErrorCode::bad_argument,
-                 fmt::format("level {} of {} with light {} is not valid", one.level, largest, one.light),
-                 fmt::format("give levels from 0 to {} and finite light", largest));
+      return bad_levels(
+          ErrorCode::bad_argument,
+          fmt::format("level {} of {} with light {} is not valid", one.level, largest, one.light),
+          fmt::format("give levels from 0 to {} and finite light", largest));
     const double variance = std::max(one.variance, 1e-30);
     if (each.empty() || each.back().level != one.level) {
       each.push_back({one.level, one.light, variance});
@@ -37,24 +38,25 @@ Result<std::vector<FieldLight>> gathered(std::span<const FieldLight> levels, int
     same.variance = 1 / weight;
   }
   if (each.size() < 5 || each.front().level != 0 || each.back().level != largest)
-    return bad(ErrorCode::bad_argument, fmt::format("{} levels are too few for a response", each.size()),
-               "photograph at least black, white and three levels between");
+    return bad_levels(ErrorCode::bad_argument,
+                      fmt::format("{} levels are too few for a response", each.size()),
+                      "photograph at least black, white and three levels between");
   return each;
 }
 
 Result<void> check_order(const std::vector<FieldLight>& each) {
   if (!(each.back().light - each.front().light >
-        kSigmas * std::sqrt(each.back().variance + each.front().variance)))
-    return bad(ErrorCode::bad_value, "white is not brighter than black",
-               "check the projector and the order of the levels");
+        kLevelSigmas * std::sqrt(each.back().variance + each.front().variance)))
+    return bad_levels(ErrorCode::bad_value, "white is not brighter than black",
+                      "check the projector and the order of the levels");
   for (std::size_t k = 1; k < each.size(); ++k) {
     const double fall = each[k - 1].light - each[k].light;
-    const double allowed = kSigmas * std::sqrt(each[k].variance + each[k - 1].variance) +
+    const double allowed = kLevelSigmas * std::sqrt(each[k].variance + each[k - 1].variance) +
                            0.002 * (each.back().light - each.front().light);
     if (fall > allowed)
-      return bad(ErrorCode::bad_value,
-                 fmt::format("level {} is darker than level {}", each[k].level, each[k - 1].level),
-                 "let the lamp warm up and measure again");
+      return bad_levels(ErrorCode::bad_value,
+                        fmt::format("level {} is darker than level {}", each[k].level, each[k - 1].level),
+                        "let the lamp warm up and measure again");
   }
   return {};
 }

@@ -71,7 +71,7 @@ namespace {
 
 constexpr int kNodes = 256;  // a curve with more codes is interpolated between this many nodes
 constexpr std::size_t kPixels = 16384;
-constexpr int kRounds = 60;
+constexpr int kRecoveryRounds = 60;
 constexpr double kSettled = 1e-6;  // relative change of a light at which the iteration ends
 
 Error too_few(std::size_t pixels) {
@@ -175,7 +175,7 @@ Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const Res
   std::vector<double> light, sums(static_cast<std::size_t>(nodes.count)), weights(sums.size());
   for (int n = 0; n < nodes.count; ++n) light.push_back((n + 0.5) / nodes.count);
   std::int64_t samples = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRecoveryRounds; ++round) {
     std::fill(sums.begin(), sums.end(), 0);
     std::fill(weights.begin(), weights.end(), 0);
     samples = 0;

@@ -13,36 +13,38 @@ namespace {
 
 using hdr::Codes;
 
-constexpr double kSigmas = 8;          // a defect differs by more: one false alarm in 10^14 pixels
+constexpr double kDefectSigmas = 8;    // a defect differs by more: one false alarm in 10^14 pixels
 constexpr double kNoisy = 16;          // times the median variance: four times the noise
 constexpr double kUnresponsive = 0.3;  // largest difference from the neighbours' response, as a share of it
 constexpr double kPiledUp = 2;         // times the dark noise: a bright level with less spread is clipped
 
-Error bad(ErrorCode code, std::string what, std::string hint) {
+Error bad_frames(ErrorCode code, std::string what, std::string hint) {
   return {code, std::move(what), std::move(hint)};
 }
 
 Result<void> check(const SensorFrames& frames) {
   if (!frames.grid.valid() || frames.bits < 1 || frames.bits > 16)
-    return bad(
+    return bad_frames(
         ErrorCode::bad_argument,
         fmt::format("a sensor of {} and {} bits cannot be measured", to_string(frames.grid), frames.bits),
         "give its grid and 1 to 16 bits");
   if (frames.dark.size() < 2)
-    return bad(ErrorCode::bad_argument, fmt::format("{} dark frames are too few", frames.dark.size()),
-               "take at least two, with the lens capped");
+    return bad_frames(ErrorCode::bad_argument, fmt::format("{} dark frames are too few", frames.dark.size()),
+                      "take at least two, with the lens capped");
   std::vector<Codes> all = frames.dark;
   for (std::size_t level = 0; level < frames.flat.size(); ++level) {
     if (frames.flat[level].size() < 2)
-      return bad(ErrorCode::bad_argument, fmt::format("level {} has fewer than two flat frames", level),
-                 "take at least two: their difference gives the noise");
+      return bad_frames(ErrorCode::bad_argument,
+                        fmt::format("level {} has fewer than two flat frames", level),
+                        "take at least two: their difference gives the noise");
     all.insert(all.end(), frames.flat[level].begin(), frames.flat[level].end());
   }
   for (const Codes& codes : all)
     if (std::ssize(codes) != frames.grid.size())
-      return bad(ErrorCode::size_mismatch,
-                 fmt::format("a frame has {} samples, the sensor {}", codes.size(), frames.grid.size()),
-                 "give frames of one camera, one plane each");
+      return bad_frames(
+          ErrorCode::size_mismatch,
+          fmt::format("a frame has {} samples, the sensor {}", codes.size(), frames.grid.size()),
+          "give frames of one camera, one plane each");
   return {};
 }
 
@@ -55,7 +57,7 @@ void find_hot(const hdr::PixelMoments& dark, std::size_t frames, std::span<std::
   // A χ² of few degrees of freedom has a long tail: with fewer frames the threshold is higher.
   const double noisy = kNoisy * (1 + 8 / static_cast<double>(frames - 1));
   for (std::size_t i = 0; i < defects.size(); ++i)
-    if (std::abs(dark.mean[i] - middle) > kSigmas * spread || dark.variance[i] > noisy * noise)
+    if (std::abs(dark.mean[i] - middle) > kDefectSigmas * spread || dark.variance[i] > noisy * noise)
       defects[i] = 1;
 }
 
@@ -167,9 +169,10 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
     brightest = &level;
   }
   if (brightest == nullptr || most - pedestal < 0.02 * (clipping - pedestal))
-    return bad(ErrorCode::bad_value,
-               fmt::format("no flat level is between the dark level {:.0f} DN and saturation", pedestal),
-               "take flat frames at a tenth to two thirds of the range");
+    return bad_frames(
+        ErrorCode::bad_value,
+        fmt::format("no flat level is between the dark level {:.0f} DN and saturation", pedestal),
+        "take flat frames at a tenth to two thirds of the range");
   const std::vector<double> light = light_of(*brightest, dark.mean);
   std::vector<double> local = hdr::smooth(light, defects, frames.grid);
   find_unresponsive(light, local, defects);
@@ -179,12 +182,12 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   const std::size_t dark_points = points.size();
   for (const auto& level : frames.flat) add_pairs(level, defects, frames.grid, pedestal, clipping, points);
   if (dark_points == 0 || points.size() == dark_points)
-    return bad(ErrorCode::bad_value, "no tile of the frames is free of defects and saturation",
-               "take frames of at least 8 x 8 good pixels");
+    return bad_frames(ErrorCode::bad_value, "no tile of the frames is free of defects and saturation",
+                      "take frames of at least 8 x 8 good pixels");
   const hdr::TransferLine line = hdr::fit_transfer(points);
   if (!(line.slope > 0) || line.slope < 5 * std::sqrt(line.slope_variance))
-    return bad(ErrorCode::bad_value, "the noise of the flat frames does not grow with their light",
-               "take raw frames, not processed ones, and light the sensor evenly");
+    return bad_frames(ErrorCode::bad_value, "the noise of the flat frames does not grow with their light",
+                      "take raw frames, not processed ones, and light the sensor evenly");
   sensor.noise = NoiseModel::from_variance_line({line.offset, line.slope, frames.bits, pedestal});
   if (clipping < (1 << frames.bits) - 1) sensor.noise = sensor.noise.clipped_at(clipping);
   sensor.gain_sigma = std::sqrt(line.slope_variance) / line.slope;

@@ -10,24 +10,24 @@ namespace symrig::program {
 namespace {
 
 template <class T, std::size_t N>
-using Choices = std::array<std::pair<std::string_view, T>, N>;
+using RigChoices = std::array<std::pair<std::string_view, T>, N>;
 
-constexpr Choices<RigRole, 7> kRoles{{{"projector", RigRole::projector},
-                                      {"camera", RigRole::camera},
-                                      {"lamp", RigRole::lamp},
-                                      {"vsync", RigRole::vsync},
-                                      {"strobe", RigRole::strobe},
-                                      {"interlock", RigRole::interlock},
-                                      {"general", RigRole::general}}};
-constexpr Choices<bool, 2> kLevels{{{"high", false}, {"low", true}}};
-constexpr Choices<bool, 2> kSafe{{{"off", false}, {"on", true}}};
-constexpr Choices<Hazard, 3> kHazards{
+constexpr RigChoices<RigRole, 7> kRoles{{{"projector", RigRole::projector},
+                                         {"camera", RigRole::camera},
+                                         {"lamp", RigRole::lamp},
+                                         {"vsync", RigRole::vsync},
+                                         {"strobe", RigRole::strobe},
+                                         {"interlock", RigRole::interlock},
+                                         {"general", RigRole::general}}};
+constexpr RigChoices<bool, 2> kLevels{{{"high", false}, {"low", true}}};
+constexpr RigChoices<bool, 2> kSafe{{{"off", false}, {"on", true}}};
+constexpr RigChoices<Hazard, 3> kHazards{
     {{"benign", Hazard::benign}, {"lamp", Hazard::lamp}, {"laser", Hazard::laser}}};
 // Lines of these names have these roles, even if the file does not list them.
-constexpr Choices<RigRole, 4> kDefaultLines{{{"projector_trigger", RigRole::projector},
-                                             {"camera_trigger", RigRole::camera},
-                                             {"vsync", RigRole::vsync},
-                                             {"camera_strobe", RigRole::strobe}}};
+constexpr RigChoices<RigRole, 4> kDefaultLines{{{"projector_trigger", RigRole::projector},
+                                                {"camera_trigger", RigRole::camera},
+                                                {"vsync", RigRole::vsync},
+                                                {"camera_strobe", RigRole::strobe}}};
 
 constexpr const char* kDefaultCamera = "generic-strobed";
 constexpr const char* kDefaultProjector = "hdmi-60";

@@ -13,20 +13,21 @@ namespace {
 using Kind = FileStep::Kind;
 
 template <class T, std::size_t N>
-using Choices = std::array<std::pair<std::string_view, T>, N>;
+using StepChoices = std::array<std::pair<std::string_view, T>, N>;
 
-constexpr Choices<Kind, 8> kKinds{{{"set", Kind::set},
-                                   {"hold", Kind::hold},
-                                   {"pulse", Kind::pulse},
-                                   {"wait", Kind::wait},
-                                   {"mark", Kind::mark},
-                                   {"loop", Kind::loop},
-                                   {"pattern", Kind::pattern},
-                                   {"expose", Kind::expose}}};
-constexpr Choices<bool, 2> kOn{{{"on", true}, {"off", false}}};
-constexpr Choices<EdgeKind, 3> kEdges{
+constexpr StepChoices<Kind, 8> kKinds{{{"set", Kind::set},
+                                       {"hold", Kind::hold},
+                                       {"pulse", Kind::pulse},
+                                       {"wait", Kind::wait},
+                                       {"mark", Kind::mark},
+                                       {"loop", Kind::loop},
+                                       {"pattern", Kind::pattern},
+                                       {"expose", Kind::expose}}};
+constexpr StepChoices<bool, 2> kOn{{{"on", true}, {"off", false}}};
+constexpr StepChoices<EdgeKind, 3> kEdges{
     {{"rising", EdgeKind::rising}, {"falling", EdgeKind::falling}, {"both", EdgeKind::both}}};
-constexpr Choices<OnTimeout, 2> kActions{{{"abort", OnTimeout::abort}, {"continue", OnTimeout::keep_going}}};
+constexpr StepChoices<OnTimeout, 2> kWaitActions{
+    {{"abort", OnTimeout::abort}, {"continue", OnTimeout::keep_going}}};
 constexpr std::uint64_t kMaxMark = (std::uint64_t{1} << 28U) - 2;  // the next one marks start-up pulses
 constexpr int kMaxNesting = 16;
 
@@ -78,7 +79,7 @@ FileStep read_step(const base::TomlNode& node, const std::string& path, base::Re
       table.require("timeout", "the longest time to wait");
       table.read("timeout", step.time);
       table.read_choice<EdgeKind>("edge", step.edge, kEdges);
-      table.read_choice<OnTimeout>("on_timeout", step.on_timeout, kActions);
+      table.read_choice<OnTimeout>("on_timeout", step.on_timeout, kWaitActions);
       break;
     case Kind::mark:
       table.read_count("mark", step.count, 0, kMaxMark);

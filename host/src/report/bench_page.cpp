@@ -21,7 +21,7 @@ constexpr std::array<const char*, 3> kMeanings{"light between lit pixels and oth
                                                "light outside a vertical bar with an eighth of the width",
                                                "all of T; the bright direct light dominates it"};
 
-std::string joined(const std::vector<std::string>& words) {
+std::string joined_words(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
   return text;
@@ -33,9 +33,9 @@ std::string lead(const BenchRun& run) {
   std::string text = fmt::format(
       "{} simulated scene{} at {}, {} seed{}, {} channel{}, camera noise {}: {} captures, each "
       "compared with the exact transport.",
-      run.plan.scenes.size(), run.plan.scenes.size() == 1 ? "" : "s", joined(sizes), run.plan.seeds.size(),
-      run.plan.seeds.size() == 1 ? "" : "s", run.plan.channels, run.plan.channels == 1 ? "" : "s",
-      run.plan.camera_noise ? "on" : "off", run.captures.size());
+      run.plan.scenes.size(), run.plan.scenes.size() == 1 ? "" : "s", joined_words(sizes),
+      run.plan.seeds.size(), run.plan.seeds.size() == 1 ? "" : "s", run.plan.channels,
+      run.plan.channels == 1 ? "" : "s", run.plan.camera_noise ? "on" : "off", run.captures.size());
   std::string html = fmt::format("<p class=\"lead\">{}</p>\n", escape(text));
   if (!run.complete())
     html += paragraph(fmt::format(
@@ -65,7 +65,7 @@ std::string tiles(const BenchRun& run, const std::vector<BenchSummary>& summarie
   return html.empty() ? html : "<div class=\"tiles\">" + html + "</div>\n";
 }
 
-std::vector<std::string> scene_row(const BenchSummary& s, const std::string& scene) {
+std::vector<std::string> scene_cells(const BenchSummary& s, const std::string& scene) {
   const std::vector<BenchPair> pairs = pairs_of(s, scene);
   const auto cell = [&pairs](Reading BenchPair::*reading) { return mean_text(mean_of(pairs, reading)); };
   const FloodBias* bias = report::flood_of_symrig(s, scene);
@@ -87,7 +87,7 @@ std::string summary_table(const BenchRun& run, const BenchSummary& s) {
     return paragraph("This run does not contain both symrig and paper, so there is no comparison.");
   std::vector<std::vector<std::string>> rows;
   for (const std::string& scene : run.plan.scenes)
-    if (!pairs_of(s, scene).empty()) rows.push_back(scene_row(s, scene));
+    if (!pairs_of(s, scene).empty()) rows.push_back(scene_cells(s, scene));
   rows.push_back({"geometric mean", "", mean_text(s.patterns_at_indirect),
                   mean_text(s.patterns_at_bar_indirect), mean_text(s.patterns_at_both),
                   mean_text(s.indirect_at_patterns), mean_text(s.frobenius_at_patterns), "", ""});

@@ -14,7 +14,8 @@ std::size_t entries(const CaptureFacts& facts, const char* path) {
   return found != nullptr && found->is_array() ? std::min(found->size(), kMostStages - 2) : 0;
 }
 
-std::optional<Sourced> difference(const std::optional<Sourced>& after, const std::optional<Sourced>& before) {
+std::optional<Sourced> sourced_difference(const std::optional<Sourced>& after,
+                                          const std::optional<Sourced>& before) {
   if (!after || !before || after->value < before->value) return std::nullopt;
   return Sourced{after->value - before->value, after->from + " - " + before->from};
 }
@@ -46,7 +47,7 @@ std::vector<Stage> stages_of_steps(const CaptureFacts& facts) {
     seen.push_back(*stage.level);
     stage.name = fmt::format("level {}{}", *stage.level, again ? " again" : "");
     stage.by_then = count_at(facts, step + "/patterns");
-    stage.patterns = difference(stage.by_then, stages.back().by_then);
+    stage.patterns = sourced_difference(stage.by_then, stages.back().by_then);
     stage.rig_seconds = count_at(facts, step + "/rig_seconds");
     stage.error = count_at(facts, step + "/error");
     if (stage.error) stage.uncertainty = uncertainty_of_level(facts, errors++);
@@ -93,7 +94,7 @@ std::vector<Stage> stages_of_rounds(const CaptureFacts& facts) {
 Stage finished(const CaptureFacts& facts, const std::vector<Stage>& before) {
   Stage stage{.name = "finished"};
   stage.by_then = count_at(facts, "/patterns");
-  if (!before.empty()) stage.patterns = difference(stage.by_then, before.back().by_then);
+  if (!before.empty()) stage.patterns = sourced_difference(stage.by_then, before.back().by_then);
   stage.rig_seconds = count_at(facts, "/rig_seconds");
   stage.error = count_at(facts, "/estimated_error/frobenius");
   if (stage.error) stage.uncertainty = uncertainty_at(facts, "/frobenius");

@@ -39,10 +39,6 @@ std::string error_cell(const Stage& stage) {
   return sourced_text(stage.error, percent) + (uncertainty.empty() ? "" : " ± " + uncertainty);
 }
 
-std::string exact_or_empty(const std::optional<Sourced>& sourced) {
-  return sourced ? exact(sourced->value) : std::string();
-}
-
 /// One row for each stage: its cost, and the state of the tensor at its end.
 std::string stage_table(const Context& context) {
   const std::vector<Stage>& stages = context.stages;

@@ -11,14 +11,14 @@
 namespace symrig::report {
 namespace {
 
-struct Kind {
+struct ErrorKind {
   const char* name;
   const char* path;  ///< below /error of evaluate and /estimated_error of capture
   double TransportErrors::*truth;
   const char* meaning;
 };
 
-constexpr std::array<Kind, 7> kKinds{
+constexpr std::array<ErrorKind, 7> kErrorKinds{
     {{"frobenius", "/frobenius", &TransportErrors::frobenius,
       "all of T; the bright direct light dominates it"},
      {"indirect", "/indirect", &TransportErrors::indirect,
@@ -32,24 +32,24 @@ constexpr std::array<Kind, 7> kKinds{
      {"relight, natural", "/relight/natural", &TransportErrors::relight_natural, "a smooth textured picture"},
      {"bar, indirect", "/bar_indirect", &TransportErrors::bar_indirect, "the bar's light outside the bar"}}};
 
-std::optional<Sourced> estimate_of(const Context& context, const Kind& kind) {
+std::optional<Sourced> estimate_of(const Context& context, const ErrorKind& kind) {
   return count_at(context.facts, std::string("/estimated_error") + kind.path);
 }
 
 /// The uncertainty of the estimate, if it is in the file.
-std::optional<Sourced> uncertainty_of(const Context& context, const Kind& kind) {
+std::optional<Sourced> uncertainty_of(const Context& context, const ErrorKind& kind) {
   return uncertainty_at(context.facts, kind.path);
 }
 
 /// The reason that the capture gives, if it gives one.
-std::string why_not_given(const Context& context, const Kind& kind) {
+std::string why_not_given(const Context& context, const ErrorKind& kind) {
   std::string key = std::string(kind.path).substr(1);
   std::replace(key.begin(), key.end(), '/', '.');
   const auto why = context.facts.text(("/estimated_error_not_given/" + key).c_str());
   return why ? "not given: " + *why : "not known";
 }
 
-std::string estimate_cell(const Context& context, const Kind& kind) {
+std::string estimate_cell(const Context& context, const ErrorKind& kind) {
   const auto uncertainty = uncertainty_of(context, kind);
   const std::string estimate = sourced_text(estimate_of(context, kind), percent);
   if (estimate.empty()) return escape(why_not_given(context, kind));
@@ -57,16 +57,12 @@ std::string estimate_cell(const Context& context, const Kind& kind) {
 }
 
 bool estimated(const Context& context) {
-  for (const Kind& kind : kKinds)
+  for (const ErrorKind& kind : kErrorKinds)
     if (estimate_of(context, kind)) return true;
   return false;
 }
 
-std::string exact_or_empty(const std::optional<Sourced>& number) {
-  return number ? exact(number->value) : std::string();
-}
-
-std::string table(const Context& context) {
+std::string error_table(const Context& context) {
   const bool estimates = estimated(context);
   std::vector<std::string> head{"error"};
   if (estimates) head.emplace_back("estimated by the capture");
@@ -74,7 +70,7 @@ std::string table(const Context& context) {
   head.emplace_back("meaning");
   std::vector<std::vector<std::string>> rows;
   Csv csv({"error", "estimated", "uncertainty", "against_truth"});
-  for (const Kind& kind : kKinds) {
+  for (const ErrorKind& kind : kErrorKinds) {
     std::vector<std::string> row{escape(kind.name)};
     if (estimates) row.push_back(estimate_cell(context, kind));
     const double truth = context.errors ? (*context.errors).*kind.truth : 0;
@@ -109,7 +105,8 @@ std::string intro(const Context& context) {
 
 std::string errors_section(const Context& context) {
   if (context.errors || estimated(context))
-    return section("errors", "Errors of the tensor", intro(context) + table(context) + error_curves(context));
+    return section("errors", "Errors of the tensor",
+                   intro(context) + error_table(context) + error_curves(context));
   std::string text =
       fmt::format("The true transport of this scene is not known. {}", escape(context.options.no_truth));
   if (context.scene.held_out.empty())

@@ -30,7 +30,7 @@ std::vector<std::size_t> by_interest(const std::vector<HeldOut>& all) {
 }
 
 /// A table of all held-out photographs, including those without pictures.
-std::string table(const Context& context) {
+std::string held_out_table(const Context& context) {
   std::vector<std::vector<std::string>> rows;
   Csv csv({"photograph", "relative", "rms", "mean_white", "lit_pixels"});
   constexpr std::size_t kMostRows = 200;
@@ -93,7 +93,7 @@ Result<std::string> held_out_section(const Context& context) {
       "Photographs that the fit did not use ({}{}), compared with the prediction of the tensor. Lit "
       "pixels have a flood-lit prediction above a tenth of its mean.",
       all.size(), all.size() > kMostShown ? fmt::format(", {} shown", kMostShown) : ""));
-  html += table(context);
+  html += held_out_table(context);
   const std::vector<std::size_t> order = by_interest(all);
   for (std::size_t k = 0; k < std::min(kMostShown, all.size()); ++k) {
     SYMRIG_TRY(const std::string row, held_out_row(context, order[k]));

@@ -31,8 +31,8 @@ Result<Relit> relight(const Context& context, Image<float> light) {
 }
 
 /// file: empty if the page saves it elsewhere.
-std::string shown(const Image<float>& image, float white, const std::string& alt, const std::string& caption,
-                  const std::string& file = {}) {
+std::string relit_figure(const Image<float>& image, float white, const std::string& alt,
+                         const std::string& caption, const std::string& file = {}) {
   return figure(photograph(shrunk(image, kSmallSide), white),
                 {.alt = alt, .caption_html = caption, .file = file});
 }
@@ -54,18 +54,19 @@ std::string difference_figure(const Relit& relit, const std::string& file) {
 std::string relit_row(const Context& context, const Relit& relit, float white, const std::string& what) {
   const std::string file = context.file(file_stem(what));
   std::vector<std::string> figures{
-      shown(relit.light, 1, "light: " + what, "The light: " + what + ".", file + "-light"),
-      shown(relit.predicted, white, "relit",
-            fmt::format("Relit from the tensor. White: radiance {}.", short_number(white)), file + "-relit")};
+      relit_figure(relit.light, 1, "light: " + what, "The light: " + what + ".", file + "-light"),
+      relit_figure(relit.predicted, white, "relit",
+                   fmt::format("Relit from the tensor. White: radiance {}.", short_number(white)),
+                   file + "-relit")};
   if (relit.truth) {
-    figures.push_back(shown(*relit.truth, white, "ground truth",
-                            "Ground truth under the same light, same exposure.", file + "-truth"));
+    figures.push_back(relit_figure(*relit.truth, white, "ground truth",
+                                   "Ground truth under the same light, same exposure.", file + "-truth"));
     figures.push_back(difference_figure(relit, file + "-difference"));
   }
   return row_of(figures, relit.truth ? 210 : 280);
 }
 
-/// The radiance that is shown as white if only the pixels outside the light set the exposure.
+/// The radiance that is relit_figure as white if only the pixels outside the light set the exposure.
 float white_outside(const Relit& relit) {
   Image<float> outside = relit.best();
   for (int c = 0; c < outside.channels(); ++c)
@@ -85,11 +86,11 @@ std::string indirect_row(const Context& context, const Relit& bar) {
       "The same bar, exposed {:.0f}× longer. Only light that bounced at least twice arrives outside "
       "the bar. The bar itself is overexposed.",
       direct / white));
-  std::vector<std::string> figures{shown(bar.predicted, white, "relit, exposed for indirect light",
-                                         "Relit from the tensor.", context.file("bar-indirect"))};
+  std::vector<std::string> figures{relit_figure(bar.predicted, white, "relit, exposed for indirect light",
+                                                "Relit from the tensor.", context.file("bar-indirect"))};
   if (bar.truth)
-    figures.push_back(shown(*bar.truth, white, "ground truth, exposed for indirect light", "Ground truth.",
-                            context.file("bar-indirect-truth")));
+    figures.push_back(relit_figure(*bar.truth, white, "ground truth, exposed for indirect light",
+                                   "Ground truth.", context.file("bar-indirect-truth")));
   return html + row_of(figures, 280);
 }
 
@@ -97,12 +98,12 @@ Result<std::string> flood_row(const Context& context) {
   SYMRIG_TRY(const Relit flood, relight(context, Image<float>(context.tensor().projector_grid(), 1, 1.0F)));
   const float white = white_level(flood.best());
   return row_of(
-      {shown(
+      {relit_figure(
            flood.predicted, white, "flood-lit, relit",
            fmt::format("Flood-lit: every projector pixel on. White: radiance {} per unit of projector light.",
                        short_number(white))),
-       shown(*flood.truth, white, "ground truth, flood-lit", "Ground truth, flood-lit, same exposure.",
-             context.file("flood-lit-truth")),
+       relit_figure(*flood.truth, white, "ground truth, flood-lit", "Ground truth, flood-lit, same exposure.",
+                    context.file("flood-lit-truth")),
        difference_figure(flood, context.file("flood-lit-difference"))},
       260);
 }
@@ -146,7 +147,7 @@ Result<std::string> lights_section(const Context& context) {
   SYMRIG_TRY(const std::string html, context.has_truth() ? compared(context) : more_lights(context));
   const std::string intro =
       context.has_truth()
-          ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
+          ? "The bar and the letters were not relit_figure during the capture. Ground truth is the simulated "
             "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
           : "The scene under new light, computed from the tensor.";
   return section("lights", "Under new light", paragraph(intro) + html);

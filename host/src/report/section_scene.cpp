@@ -94,6 +94,10 @@ Result<std::string> shown(const Context& context, const Image<float>& light, con
 
 }  // namespace
 
+std::string exact_or_empty(const std::optional<Sourced>& number) {
+  return number ? exact(number->value) : std::string();
+}
+
 std::string sourced_text(const std::optional<Sourced>& sourced, std::string (*text)(double)) {
   if (!sourced) return {};
   const std::string shown_text = text(sourced->value);

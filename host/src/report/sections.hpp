@@ -52,6 +52,8 @@ std::string ranks_of_leaves(const TransportTensor& tensor);
 
 /// A number of the file, with its source.
 std::string sourced_text(const std::optional<Sourced>& number, std::string (*text)(double));
+/// All digits, for the tables that scripts read; "" without a number.
+std::string exact_or_empty(const std::optional<Sourced>& number);
 
 /// ‖estimate − truth‖ / ‖truth‖ over all values; 0 if truth is all zero.
 double relative_error(const Image<float>& estimate, const Image<float>& truth);

@@ -33,7 +33,7 @@ Json economy_json(const Economy& economy) {
           {"direct_share", economy.direct_share}};
 }
 
-Json errors_json(const TransportErrors& errors) {
+Json stated_errors_json(const TransportErrors& errors) {
   return {
       {"frobenius", errors.frobenius},
       {"indirect", errors.indirect},
@@ -45,7 +45,7 @@ Json errors_json(const TransportErrors& errors) {
 
 /// Half of the interval around each error. NaN is null.
 Json uncertainty_json(const TransportErrors& half_width) {
-  Json json = errors_json(half_width);
+  Json json = stated_errors_json(half_width);
   json["confidence"] = kErrorConfidence;
   return json;
 }
@@ -140,7 +140,7 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
   json["frames"] = summary.cost.frames;
   json["replayed"] = summary.replayed;
   json["stopped_by"] = result.stopped_by;
-  json["estimated_error"] = result.estimated ? errors_json(*result.estimated) : Json(nullptr);
+  json["estimated_error"] = result.estimated ? stated_errors_json(*result.estimated) : Json(nullptr);
   json["estimated_error_uncertainty"] =
       result.estimated ? uncertainty_json(result.estimated_half_width) : Json(nullptr);
   json["estimated_error_not_given"] = not_given_json(result.estimate_not_given);
@@ -208,7 +208,7 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
   json["scene"] = scene;
   json["rig"] = rig.empty() ? Json(nullptr) : Json(rig);
   json["rig_differs"] = differs;
-  if (errors != nullptr) json["error"] = errors_json(*errors);
+  if (errors != nullptr) json["error"] = stated_errors_json(*errors);
   if (half_width != nullptr) json["error_uncertainty"] = uncertainty_json(*half_width);
   json["held_out"] = report::held_out_json(held_out);
   return json_text(json);

@@ -13,7 +13,7 @@ namespace symrig::tensor {
 namespace {
 
 constexpr std::int32_t kSide = 256;
-constexpr int kTop = 14;  ///< the largest entry as a half is in [2¹⁴, 2¹⁵)
+constexpr int kEntryTop = 14;  ///< the largest entry as a half is in [2¹⁴, 2¹⁵)
 
 auto square_of(const ScalarLeaf& at) {
   return std::tuple(at.row / kSide, at.col / kSide);
@@ -61,7 +61,7 @@ Entries::Entries(std::span<const ScalarLeaf> at, std::span<const float> values, 
   std::vector<float> plane(at.size());
   for (std::size_t c = 0; c < count; ++c) {
     for (std::size_t k = 0; k < order.size(); ++k) plane[k] = values[order[k] * count + c];
-    scales_.push_back(power_of_two(to_halves(plane, kTop, &values_[c * at.size()])));
+    scales_.push_back(power_of_two(to_halves(plane, kEntryTop, &values_[c * at.size()])));
   }
 }
 

@@ -6,7 +6,7 @@
 namespace symrig::tensor {
 namespace {
 
-constexpr int kTop = 7;  ///< the largest value of a column as a half is in [2⁷, 2⁸)
+constexpr int kColumnTop = 7;  ///< the largest value of a column as a half is in [2⁷, 2⁸)
 
 /// 1 if b = a bit by bit, −1 if b = −a, otherwise 0.
 int sign_between(std::span<const Half> a, std::span<const Half> b) {
@@ -70,9 +70,9 @@ void LowRank::round_factors(std::span<const Pair> pairs, std::span<const float> 
   weights_.resize(static_cast<std::size_t>(channels_) * pairs_);
   for (int channel = 0; channel < channels_; ++channel) {
     for (std::size_t q = 0; q < pairs_; ++q) {
-      const int of_a = to_halves(pairs[q].a_of(factors.data(), channel), kTop,
+      const int of_a = to_halves(pairs[q].a_of(factors.data(), channel), kColumnTop,
                                  pairs[q].a_of(halves.data(), channel).data());
-      const int of_b = to_halves(pairs[q].b_of(factors.data(), channel), kTop,
+      const int of_b = to_halves(pairs[q].b_of(factors.data(), channel), kColumnTop,
                                  pairs[q].b_of(halves.data(), channel).data());
       weights(channel)[q] = power_of_two(of_a + of_b);
     }

@@ -56,8 +56,8 @@ std::vector<std::vector<char>> lit_pixels(Grid grid) {
   return lit;
 }
 
-/// Squares of a signed sum of check photographs, over the pixels that count.
-struct Squares {
+/// CheckSquares of a signed sum of check photographs, over the pixels that count.
+struct CheckSquares {
   double error = 0, photograph = 0, noise = 0, noise_squared = 0;
 
   void add(double e, double y, double variance) {
@@ -118,15 +118,15 @@ std::vector<TreePhotograph> Checks::halves() const {
 
 TransportErrors Checks::errors(const std::vector<Residual>& residuals) {
   const std::size_t pixels = residuals[0].photograph.pattern.size();
-  Squares frobenius, flood, indirect, random, natural, bar, bar_outside;
+  CheckSquares frobenius, flood, indirect, random, natural, bar, bar_outside;
   for (std::size_t at = 0; at < residuals[0].residual.size(); ++at) {
     const std::size_t t = at % pixels;
-    const auto one = [&](std::size_t k, Squares& into) {
+    const auto one = [&](std::size_t k, CheckSquares& into) {
       const TreePhotograph& p = residuals[k].photograph;
       if (p.valid[at] != 0) into.add(residuals[k].residual[at], p.mean[at], p.variance[at]);
     };
     // first + sign · second, both valid
-    const auto two = [&](std::size_t first, std::size_t second, double sign, Squares& into) {
+    const auto two = [&](std::size_t first, std::size_t second, double sign, CheckSquares& into) {
       const TreePhotograph& p = residuals[first].photograph;
       const TreePhotograph& q = residuals[second].photograph;
       if (p.valid[at] != 0 && q.valid[at] != 0)
@@ -154,7 +154,7 @@ std::vector<double> Checks::misfit_of_half(const std::vector<Residual>& residual
   const std::size_t pixels = residuals[0].photograph.pattern.size();
   std::vector<double> mean;
   for (std::size_t begin = 0; begin < residuals[0].residual.size(); begin += pixels) {
-    Squares dark;
+    CheckSquares dark;
     double samples = 0;
     for (const std::size_t k : {kHalf, kOtherHalf}) {
       const TreePhotograph& p = residuals[k].photograph;

@@ -14,7 +14,7 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr double kSignificant = 3;  // standard deviations: below, there is nothing to be relative to
+constexpr double kSignalSigmas = 3;  // standard deviations: below, there is nothing to be relative to
 /// The stated variance of the photographs may be off by this share of itself (one sigma).
 constexpr double kVarianceError = 0.015;
 /// An interval is never narrower than this share of its square, by chance agreement of few blocks.
@@ -74,7 +74,7 @@ bool given(const Bar& bar) {
 }
 
 bool nothing_seen(const EnergySums& sums) {
-  return sums.signal <= kSignificant * std::sqrt(sums.resolution());
+  return sums.signal <= kSignalSigmas * std::sqrt(sums.resolution());
 }
 
 /// √(error / signal), never below what the noise can resolve. Exactly dark photographs have no error to tell.
@@ -130,9 +130,9 @@ double lit_share(const Residuals& all, std::span<const std::size_t> of) {
 /// the tensor's own light if it were shown many times.
 double mean_sparse_energy(const TransportTensor& tensor, double lit) {
   constexpr int kProbes = 48;
-  constexpr std::uint64_t kSeed = 0x5EA4C;
+  constexpr std::uint64_t kSampleSeed = 0x5EA4C;
   const std::size_t pixels = tensor.camera_grid().size();
-  Random random(kSeed);
+  Random random(kSampleSeed);
   std::vector<Image<float>> probes(kProbes, Image<float>(tensor.camera_grid()));
   for (Image<float>& z : probes)
     for (float& v : z.values()) {

@@ -17,13 +17,13 @@ constexpr std::uint32_t kGrey = 1;          ///< a float a pixel
 constexpr std::uint32_t kBudgeted = 0x100;  ///< beside the kind: a capture with a budget took it
 
 /// The fixed front of a record.
-struct Front {
+struct RecordFront {
   std::int64_t photographs, frames;
   double rig_seconds, simulate_seconds, merge_seconds;
   std::uint32_t pattern_kind;
   std::uint32_t left;  // photographs of the same run that follow
 };
-static_assert(sizeof(Front) == 48);
+static_assert(sizeof(RecordFront) == 48);
 
 constexpr std::size_t padded(std::size_t bytes) {
   return (bytes + 7) / 8 * 8;
@@ -37,7 +37,7 @@ struct Layout {
   Layout(const PhotographShape& shape, std::uint32_t kind)
       : pixels(static_cast<std::size_t>(shape.grid.size())),
         values(pixels * static_cast<std::size_t>(shape.channels)),
-        mean(sizeof(Front) + padded(kind == kBinary ? (pixels + 7) / 8 : 4 * pixels)),
+        mean(sizeof(RecordFront) + padded(kind == kBinary ? (pixels + 7) / 8 : 4 * pixels)),
         variance(mean + padded(4 * values)),
         valid(variance + padded(4 * values)),
         end(valid + padded((values + 7) / 8)) {}
@@ -97,8 +97,8 @@ void get(const std::byte* bytes, std::span<float> values) {
   std::memcpy(values.data(), bytes, values.size_bytes());
 }
 
-Front front_of(std::span<const std::byte> record) {
-  Front front;
+RecordFront front_of(std::span<const std::byte> record) {
+  RecordFront front;
   std::memcpy(&front, record.data(), sizeof front);
   return front;
 }
@@ -146,13 +146,13 @@ void encode_record(const Pattern& pattern, const Radiance& photograph, const Rec
                    Record& record) {
   const std::uint32_t kind = is_binary(pattern.values()) ? kBinary : kGrey;
   record.resize(Layout({pattern.grid(), photograph.mean.channels()}, kind).end);
-  const Front front{note.spent.photographs,
-                    note.spent.frames,
-                    note.spent.rig_seconds,
-                    note.spent.simulate_seconds,
-                    note.spent.merge_seconds,
-                    kind | (note.budgeted ? kBudgeted : 0),
-                    note.left};
+  const RecordFront front{note.spent.photographs,
+                          note.spent.frames,
+                          note.spent.rig_seconds,
+                          note.spent.simulate_seconds,
+                          note.spent.merge_seconds,
+                          kind | (note.budgeted ? kBudgeted : 0),
+                          note.left};
   Writer writer(record.data());
   writer.bytes(&front, sizeof front);
   if (kind == kBinary)
@@ -169,7 +169,7 @@ RecordSizes record_sizes(const PhotographShape& shape) {
 }
 
 bool record_fits(const PhotographShape& shape, std::span<const std::byte> record) {
-  if (record.size() < sizeof(Front)) return false;
+  if (record.size() < sizeof(RecordFront)) return false;
   const std::uint32_t kind = kind_of(record);
   return (kind == kBinary || kind == kGrey) && record.size() == Layout(shape, kind).end;
 }
@@ -188,7 +188,7 @@ bool record_budgeted(std::span<const std::byte> record) {
 }
 
 ProbeCost record_spent(std::span<const std::byte> record) {
-  const Front front = front_of(record);
+  const RecordFront front = front_of(record);
   return {front.photographs, front.frames, front.rig_seconds, front.simulate_seconds, front.merge_seconds};
 }
 
@@ -196,7 +196,7 @@ namespace {
 
 void get_pattern(const PhotographShape& shape, std::span<const std::byte> record, Pattern& to) {
   if (!has_shape(to, {shape.grid, 1})) to = Pattern(shape.grid);
-  const std::byte* bytes = record.data() + sizeof(Front);
+  const std::byte* bytes = record.data() + sizeof(RecordFront);
   if (kind_of(record) == kBinary)
     unpack(bytes, to.values());
   else

@@ -24,7 +24,7 @@ std::size_t pixel(const std::vector<std::int32_t>& list, Index n) {
   return static_cast<std::size_t>(list[n]);
 }
 
-double squared(double x) {
+double square(double x) {
   return x * x;
 }
 
@@ -72,13 +72,13 @@ class Symmetric {
     // Photographs without noise weigh 10⁸ times the prior and more: then many steps are needed, as long as
     // they are cheap.
     constexpr double kEnough = 1e-12, kOperations = 2e10, kFewestSteps = 200, kMostSteps = 20'000;
-    const double each = 4.0 * static_cast<double>(p_.rows()) * squared(static_cast<double>(p_.cols()));
+    const double each = 4.0 * static_cast<double>(p_.rows()) * square(static_cast<double>(p_.cols()));
     const auto most = static_cast<int>(std::clamp(kOperations / each, kFewestSteps, kMostSteps));
     Matrix e = Matrix::Zero(prior_.rows(), prior_.cols());
     Matrix r = half(p_.transpose() * weight_.cwiseProduct(right));
     Matrix d = r.cwiseQuotient(diagonal_);
     double rz = dot(r, d);
-    const double enough = squared(kEnough) * rz;
+    const double enough = square(kEnough) * rz;
     for (int k = 0; k < most && rz > enough; ++k) {
       const Matrix ad = apply(d);
       const double step = rz / dot(d, ad);
@@ -117,7 +117,7 @@ Reading both(const Reading& a, const Reading& b) {
   const double sum = a.variance + b.variance;
   const double weight = sum > 0 ? b.variance / sum : 0.5;
   return {weight * a.value + (1 - weight) * b.value,
-          squared(weight) * a.variance + squared(1 - weight) * b.variance, true};
+          square(weight) * a.variance + square(1 - weight) * b.variance, true};
 }
 
 }  // namespace
@@ -236,22 +236,21 @@ BruteForceRest::Prior BruteForceRest::prior_of(const Channel& channel) const {
       const std::size_t u = dark;
       if (std::isnan(channel.variance[at(u, l)])) continue;
       const auto seen = static_cast<double>(channel.value[at(u, l)]);
-      known += squared(seen - static_cast<double>(channel.value[at(l, u)])) -
+      known += square(seen - static_cast<double>(channel.value[at(l, u)])) -
                static_cast<double>(channel.variance[at(u, l)]);
-      nothing += squared(seen) - static_cast<double>(channel.variance[at(u, l)]);
+      nothing += square(seen) - static_cast<double>(channel.variance[at(u, l)]);
       ++entries;
     }
     if (std::isnan(channel.variance[at(l, l)])) continue;
     direct += static_cast<double>(channel.value[at(l, l)]);
-    direct_squares += squared(static_cast<double>(channel.value[at(l, l)]));
+    direct_squares += square(static_cast<double>(channel.value[at(l, l)]));
     ++direct_entries;
   }
   Prior prior{.known = known < nothing};
   if (entries > 0) prior.around = std::max(0.0, prior.known ? known : nothing) / entries;
   if (direct_entries == 0) return prior;
   prior.direct = direct / direct_entries;
-  prior.direct_scatter =
-      prior.around + std::max(0.0, direct_squares / direct_entries - squared(prior.direct));
+  prior.direct_scatter = prior.around + std::max(0.0, direct_squares / direct_entries - square(prior.direct));
   return prior;
 }
 
@@ -272,8 +271,8 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
     const TreePhotograph& y = others.photographs[k];
     const auto seen = std::span(y.mean).subspan(number * pixels_, pixels_);
     double squares = 0;
-    for (const float v : seen) squares += squared(static_cast<double>(v));
-    const double rounding = squared(kRounding) * squares / static_cast<double>(pixels_);
+    for (const float v : seen) squares += square(static_cast<double>(v));
+    const double rounding = square(kRounding) * squares / static_cast<double>(pixels_);
     for (Index n = 0; n < rest; ++n) {
       const std::size_t u = pixel(rest_, n);
       auto left = static_cast<double>(seen[u]);
@@ -283,7 +282,7 @@ void BruteForceRest::fill(Channel& channel, std::size_t number, const Others& ot
         const std::size_t entry = at(u, static_cast<std::size_t>(lit));
         if (share == 0 || std::isnan(channel.variance[entry])) continue;
         left -= share * static_cast<double>(channel.value[entry]);
-        variance += squared(share) * static_cast<double>(channel.variance[entry]);
+        variance += square(share) * static_cast<double>(channel.variance[entry]);
       }
       right(k, n) = left;
       weight(k, n) = y.valid[number * pixels_ + u] != 0 && variance > 0 ? 1 / variance : 0;

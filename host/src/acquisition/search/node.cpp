@@ -17,14 +17,14 @@ double energy(std::span<const float> v) {
                             [](float a, float b) { return static_cast<double>(a) * static_cast<double>(b); });
 }
 
-struct Samples {
+struct NodeSamples {
   std::span<const float> residual, variance;
   std::span<const std::uint8_t> valid;
 };
 
 /// Copies samples; one that is not valid takes the estimate's value. Sums go in lanes, so that one does not
 /// wait for the other.
-PairNoise keep_samples(const Samples& from, float gain, std::span<const float> estimate, float* to) {
+PairNoise keep_samples(const NodeSamples& from, float gain, std::span<const float> estimate, float* to) {
   constexpr std::size_t kLanes = 8;
   std::array<float, kLanes> variance{};
   std::int32_t valid = 0;

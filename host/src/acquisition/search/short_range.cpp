@@ -10,9 +10,9 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr int kLargestRadius = 3;     // 49 combs: more than what is left of any hierarchy costs
-constexpr double kCheckSigmas = 5;    // thousands of blocks are looked at: one false alarm in 10^6
-constexpr std::int32_t kFewest = 16;  // pixels of a block that is looked at on its own
+constexpr int kLargestRadius = 3;           // 49 combs: more than what is left of any hierarchy costs
+constexpr double kCheckSigmas = 5;          // thousands of blocks are looked at: one false alarm in 10^6
+constexpr std::int32_t kFewestPixels = 16;  // pixels of a block that is looked at on its own
 
 int distance(int at, int begin, int size) {
   return at < begin ? begin - at : at >= begin + size ? at - begin - size + 1 : 0;
@@ -23,7 +23,7 @@ template <class Use>
 void for_blocks(const BlockTree& tree, const Use& use) {
   for (int l = 0; l < tree.levels(); ++l)
     for (const Block& block : tree.level(l))
-      if (block.size() >= kFewest || l == 0) use(block.begin, block.end);
+      if (block.size() >= kFewestPixels || l == 0) use(block.begin, block.end);
 }
 
 /// The part of an image that lies more than `radius` pixels from a block.

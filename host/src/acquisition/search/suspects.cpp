@@ -13,8 +13,8 @@
 namespace symrig::acquisition {
 namespace {
 
-constexpr double kTolerances = 10;  // RMS: the sum of what all leaves of a block may miss stays well below
-constexpr double kSigmas = 5;       // thousands of blocks are looked at: one false alarm in 10^6
+constexpr double kTolerances = 10;    // RMS: the sum of what all leaves of a block may miss stays well below
+constexpr double kSuspectSigmas = 5;  // thousands of blocks are looked at: one false alarm in 10^6
 constexpr double kFewestSamples = 16;
 constexpr double kWrongShare = 0.5;  // of the entries' own size (RMS) that they must be wrong by
 constexpr double kPart = 0.1;        // of the excess that a leaf's own light must amount to
@@ -120,7 +120,8 @@ std::vector<double> unexplained(const SceneFacts& facts, const KnownTransport& k
       };
       const double noise_of_model = sum(noise_before) / block.size() * seen.samples;
       const double left =
-          (seen.misfit - noise_allowance(seen.noise + noise_of_model, seen.samples, kSigmas)) / seen.samples;
+          (seen.misfit - noise_allowance(seen.noise + noise_of_model, seen.samples, kSuspectSigmas)) /
+          seen.samples;
       const bool wrong =
           left > std::max(kTolerances * kTolerances * facts.tolerance(), sum(allowed) / seen.samples);
       std::fill(energy.begin() + block.begin, energy.begin() + block.end, wrong ? left : 0);

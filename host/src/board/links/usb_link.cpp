@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 constexpr std::size_t kReads = 16;    // packets that the kernel accepts from the board between two receive()
 constexpr std::size_t kWrites = 8;    // frames in flight to the board
 constexpr std::size_t kPiece = 1024;  // longer than any frame on the wire
-constexpr Nanoseconds kSendPatience = 2s;
+constexpr Nanoseconds kUsbSendPatience = 2s;
 
 struct FreeTransfer {
   void operator()(libusb_transfer* transfer) const { libusb_free_transfer(transfer); }
@@ -138,13 +138,13 @@ UsbLink::Slot* UsbLink::free_write() {
 }
 
 Result<UsbLink::Slot*> UsbLink::wait_for_write() {
-  const Nanoseconds deadline = base::steady_now() + kSendPatience;
+  const Nanoseconds deadline = base::steady_now() + kUsbSendPatience;
   while (!gone_) {
     if (Slot* slot = free_write()) return slot;
     const Nanoseconds left = deadline - base::steady_now();
     if (left.count() <= 0)
       return Error{ErrorCode::device_lost,
-                   fmt::format("{}: accepts no bytes for {:.3g} s", name_, seconds(kSendPatience)),
+                   fmt::format("{}: accepts no bytes for {:.3g} s", name_, seconds(kUsbSendPatience)),
                    "unplug the board and plug it in again"};
     run_events(left);
   }
@@ -195,7 +195,7 @@ UsbLink::~UsbLink() {
   libusb_release_interface(handle_.get(), pipes_.interface);
 }
 
-Error cannot_open(const std::string& name, int code) {
+Error cannot_open_usb(const std::string& name, int code) {
   std::string hint = "unplug it and plug it in again";
   if (code == LIBUSB_ERROR_ACCESS) hint = "install the udev rule (docs/howto-boards.md) and plug it in again";
   if (code == LIBUSB_ERROR_BUSY) hint = "end the other program that uses the board";
@@ -220,10 +220,10 @@ Result<std::unique_ptr<Link>> open_usb(const std::string& serial) {
   SYMRIG_TRY(const auto chosen, pick(std::move(candidates), serial));
   const std::string name = "usb:" + chosen.about.serial;
   libusb_device_handle* raw = nullptr;
-  if (const int code = libusb_open(chosen.device.get(), &raw); code != 0) return cannot_open(name, code);
+  if (const int code = libusb_open(chosen.device.get(), &raw); code != 0) return cannot_open_usb(name, code);
   usb::Handle handle(raw);
   if (const int code = libusb_claim_interface(raw, chosen.pipes.interface); code != 0)
-    return cannot_open(name, code);
+    return cannot_open_usb(name, code);
   auto link = std::make_unique<UsbLink>(std::move(context), std::move(handle), chosen.pipes, name);
   SYMRIG_CHECK(link->begin());
   return std::unique_ptr<Link>(std::move(link));

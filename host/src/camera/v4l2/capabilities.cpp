@@ -30,12 +30,8 @@ namespace {
 // Stops an endless list if the driver never ends it.
 constexpr std::uint32_t kMostAnswers = 256;
 
-int whole(std::uint32_t value) {
-  return static_cast<int>(std::min<std::uint32_t>(value, std::numeric_limits<int>::max()));
-}
-
 Grid grid(std::uint32_t rows, std::uint32_t cols) {
-  return {whole(rows), whole(cols)};
+  return {as_int(rows), as_int(cols)};
 }
 
 double rate(const v4l2_fract& interval) {

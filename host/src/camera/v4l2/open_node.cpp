@@ -43,10 +43,6 @@ Error cannot_open(const std::string& path, int reason) {
   }
 }
 
-int whole(std::uint32_t value) {
-  return static_cast<int>(std::min<std::uint32_t>(value, std::numeric_limits<int>::max()));
-}
-
 bool interlaced(std::uint32_t field) {
   return field != V4L2_FIELD_NONE && field != V4L2_FIELD_ANY;
 }
@@ -55,14 +51,14 @@ DriverFormat from_v4l2(const v4l2_format& format, bool multiplanar) {
   if (multiplanar) {
     const auto& pix = format.fmt.pix_mp;
     return {pix.pixelformat,
-            {whole(pix.height), whole(pix.width)},
+            {as_int(pix.height), as_int(pix.width)},
             pix.plane_fmt[0].bytesperline,
             pix.plane_fmt[0].sizeimage,
             interlaced(pix.field),
             pix.num_planes};
   }
   const auto& pix = format.fmt.pix;
-  return {pix.pixelformat,       {whole(pix.height), whole(pix.width)},
+  return {pix.pixelformat,       {as_int(pix.height), as_int(pix.width)},
           pix.bytesperline,      pix.sizeimage,
           interlaced(pix.field), 1};
 }
@@ -83,6 +79,10 @@ void put(v4l2_format& format, bool multiplanar, std::uint32_t fourcc, Grid size)
 }
 
 }  // namespace
+
+int as_int(std::uint32_t value) {
+  return static_cast<int>(std::min<std::uint32_t>(value, std::numeric_limits<int>::max()));
+}
 
 bool is_gone(int reason) {
   return reason == ENODEV || reason == ENXIO || reason == ESHUTDOWN;

@@ -72,4 +72,7 @@ class OpenNode {
 /// The errno means that the node is missing, or that another device has its place.
 bool is_gone(int reason);
 
+/// A driver's unsigned size as an int; sizes beyond an int become the largest int.
+int as_int(std::uint32_t value);
+
 }  // namespace symrig::camera

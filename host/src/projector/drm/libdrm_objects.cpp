@@ -52,7 +52,7 @@ std::uint32_t current_crtc(int fd, const drmModeConnector& connector) {
   return encoder ? encoder->crtc_id : 0;
 }
 
-Property describe(const drmModePropertyRes& raw) {
+Property describe_property(const drmModePropertyRes& raw) {
   Property property;
   property.id = raw.prop_id;
   property.name = std::string(raw.name, strnlen(raw.name, sizeof raw.name));
@@ -125,7 +125,7 @@ const Property& LibdrmKms::kind_of(std::uint32_t property) {
   const auto known = kinds_.find(property);
   if (known != kinds_.end()) return known->second;
   const Owned<drmModePropertyRes, drmModeFreeProperty> raw(drmModeGetProperty(fd(), property));
-  return kinds_.emplace(property, raw ? describe(*raw) : Property{.id = property}).first->second;
+  return kinds_.emplace(property, raw ? describe_property(*raw) : Property{.id = property}).first->second;
 }
 
 Answer<std::vector<Property>> LibdrmKms::properties(std::uint32_t object, Kind kind) {

@@ -23,11 +23,11 @@ const fs::path kFolder = "/dev/dri";
 
 /// The number of "card12". None for other file names.
 std::optional<int> card_number(const std::string& name) {
-  constexpr std::string_view kHead = "card";
-  if (!name.starts_with(kHead)) return std::nullopt;
+  constexpr std::string_view kNamePrefix = "card";
+  if (!name.starts_with(kNamePrefix)) return std::nullopt;
   int number = 0;
   const char* end = name.data() + name.size();
-  const auto [at, error] = std::from_chars(name.data() + kHead.size(), end, number);
+  const auto [at, error] = std::from_chars(name.data() + kNamePrefix.size(), end, number);
   if (error != std::errc{} || at != end) return std::nullopt;
   return number;
 }

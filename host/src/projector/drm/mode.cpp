@@ -96,7 +96,7 @@ std::string offered(std::span<const drmModeModeInfo> modes) {
   return fmt::format("{}{}", fmt::join(names, ", "), more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
-std::string text(const ModeRequest& request) {
+std::string request_text(const ModeRequest& request) {
   if (!request.grid) return "progressive mode";
   const std::string size = fmt::format("{}x{}", request.grid->cols, request.grid->rows);
   return "mode " + (request.rate ? fmt::format("{}@{}", size, *request.rate) : size);
@@ -134,7 +134,7 @@ Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, cons
   for (const auto& mode : modes)
     if (better(mode, best, request)) best = &mode;
   if (best != nullptr) return *best;
-  return Error{ErrorCode::unknown_name, fmt::format("{} has no {}", connector, text(request)),
+  return Error{ErrorCode::unknown_name, fmt::format("{} has no {}", connector, request_text(request)),
                "it has " + offered(modes)};
 }
 
