@@ -71,9 +71,9 @@ std::optional<Nanoseconds> parse_duration(std::string_view text) {
 
 std::string duration_text(Nanoseconds duration) {
   const std::int64_t ns = duration.count();
-  constexpr std::array<std::pair<std::int64_t, const char*>, 3> kUnits{
+  constexpr std::array<std::pair<std::int64_t, const char*>, 3> kCoarseUnits{
       {{1'000'000'000, "s"}, {1'000'000, "ms"}, {1'000, "us"}}};
-  for (const auto& [unit, name] : kUnits)
+  for (const auto& [unit, name] : kCoarseUnits)
     if (ns >= unit) return fmt::format("{} {}", static_cast<double>(ns) / static_cast<double>(unit), name);
   return fmt::format("{} ns", ns);
 }

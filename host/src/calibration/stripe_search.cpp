@@ -8,8 +8,8 @@
 namespace symrig::calibration {
 namespace {
 
-constexpr int kDoubtful = 3;  // bits of which both values are tried
-constexpr float kApart = 2;   // pixels; positions further away than this are rivals
+constexpr int kDoubtful = 3;         // bits of which both values are tried
+constexpr float kRivalDistance = 2;  // pixels; positions further away than this are rivals
 
 float dot(const Bits& a, const Bits& b) {
   float sum = 0;
@@ -184,7 +184,7 @@ std::optional<Sighting> find_position(ShapedLight& light, const Differences& see
   found.chi2 = explains.chi2(best.explained);
   found.rival = std::numeric_limits<float>::infinity();
   for (const Valley& v : valleys)
-    if (std::abs(v.index - best.index) > static_cast<int>(kApart * kSteps))
+    if (std::abs(v.index - best.index) > static_cast<int>(kRivalDistance * kSteps))
       found.rival = std::min(found.rival, explains.chi2(v.explained));
   float offset = 0;
   if (best.index > 0 && best.index < table.positions() - 1)
