@@ -2,6 +2,7 @@
 // What the clock model's bound is worth: the table of docs/clock.md. Seeded, in simulated time: the numbers
 // are the same on every run; only the cost of a call is measured on this machine.
 #include "clock_world.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/board/clock_model.hpp"
 
 #include <algorithm>
@@ -63,12 +64,6 @@ void session(const Row& row, double interval, std::uint64_t seed, Outcome& outco
     if (!model.add(reading)) std::exit(1);
     next = std::max(in_seconds(reading.received), k < 7 ? 0 : next + interval);
   }
-}
-
-double quantile(std::vector<double>& values, double share) {
-  const std::size_t k = share * static_cast<double>(values.size() - 1);
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return values[k];
 }
 
 void print_row(const Row& row, double interval) {

@@ -8,6 +8,7 @@
 // busy machine disturbs all alike. Bytes are counted as STREAM does: what is named, not what a cache fetches.
 #include "symrig/hdr/merge.hpp"
 
+#include "symrig/base/quantile.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 #include "unit/hdr/merge_contest.hpp"
 
@@ -88,8 +89,7 @@ struct Item {
   double best() const { return *std::min_element(times.begin(), times.end()); }
   double median() const {
     std::vector<double> sorted = times;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
-    return sorted[sorted.size() / 2];
+    return symrig::median(sorted);
   }
 };
 

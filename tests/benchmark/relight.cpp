@@ -2,6 +2,7 @@
 // bench_relight scene.h5: time of one relit photograph against the machine's memory speed, both measured in
 // this run, alternating.
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
@@ -26,11 +27,6 @@ double triad_rate(std::vector<float>& a, const std::vector<float>& b, const std:
   return 12.0 * static_cast<double>(a.size()) / seconds_since(start);
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  return values[values.size() / 2];
-}
-
 int print_speed(const char* path) {
   const auto scene = symrig::load_scene(path);
   if (!scene) {
@@ -50,7 +46,7 @@ int print_speed(const char* path) {
     relight.push_back(seconds_since(start));
     if (!photograph) return 4;
   }
-  const double cold = median(relight);
+  const double cold = symrig::median(relight);
   const double fastest = *std::max_element(triad.begin(), triad.end());
   std::printf(
       "{\"relight_ms\": %.3f, \"relight_best_ms\": %.3f, \"tensor_mb\": %.3f, \"gb_per_s\": %.2f, "

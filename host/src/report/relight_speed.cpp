@@ -2,6 +2,7 @@
 #include "symrig/report/relight_speed.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -111,10 +112,7 @@ class Rounds {
     return {};
   }
 
-  ThreadSpeed speed() {
-    std::nth_element(relight_.begin(), relight_.begin() + std::ssize(relight_) / 2, relight_.end());
-    return {threads_, best_rate_, relight_[relight_.size() / 2]};
-  }
+  ThreadSpeed speed() { return {threads_, best_rate_, median(relight_)}; }
 
  private:
   int threads_;
