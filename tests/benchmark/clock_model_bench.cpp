@@ -3,10 +3,10 @@
 // are the same on every run; only the cost of a call is measured on this machine.
 #include "clock_world.hpp"
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/board/clock_model.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -80,10 +80,9 @@ template <class Call>
 double cost(Call call) {
   std::vector<double> times;
   for (int k = 0; k < 301; ++k) {
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     call();
-    times.push_back(
-        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
+    times.push_back(1e6 * watch.seconds());
   }
   return quantile(times, 0.5);
 }

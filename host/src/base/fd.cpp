@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/fd.hpp"
 
+#include "symrig/base/stopwatch.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -52,16 +54,12 @@ Fd::~Fd() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-Nanoseconds steady_now() {
-  return std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch());
-}
-
 /// Waits for one of `events` or the end of the stream. Returns whether it came within `timeout`.
 Result<bool> ByteStream::wait(short events, Nanoseconds timeout) const {
-  const Nanoseconds deadline = steady_now() + timeout;
+  const Deadline deadline(timeout);
   while (true) {
     pollfd one{fd_.get(), events, 0};
-    const timespec left = to_timespec(std::max(deadline - steady_now(), Nanoseconds{0}));
+    const timespec left = to_timespec(deadline.left());
     const int ready = ::ppoll(&one, 1, &left, nullptr);
     if (ready >= 0) return ready > 0;
     if (errno != EINTR) return lost(name_, std::strerror(errno));

@@ -27,9 +27,6 @@ class Fd {
   int fd_ = -1;
 };
 
-/// Time of the host's steady clock (CLOCK_MONOTONIC), which every link to a real board uses.
-Nanoseconds steady_now();
-
 /// A two-way byte stream on a non-blocking descriptor. name: as the user gave it, for messages.
 class ByteStream {
  public:

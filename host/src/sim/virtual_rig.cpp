@@ -7,6 +7,7 @@
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "sim/studio.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
@@ -14,7 +15,6 @@
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -114,13 +114,13 @@ std::vector<std::uint64_t> Darkroom::noise_keys(std::span<const SimulatedExposur
 }
 
 std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> exposures) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const std::vector<Studio::Light> lights = lights_of(exposures);
   const std::vector<std::uint64_t> keys = noise_keys(exposures);
   std::vector<CameraFrame> frames(exposures.size());
   tbb::parallel_for(std::size_t{0}, frames.size(),
                     [&](std::size_t i) { frames[i] = frame(exposures[i], keys[i], lights); });
-  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds_ += watch.seconds();
   return frames;
 }
 

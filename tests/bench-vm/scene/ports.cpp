@@ -2,6 +2,7 @@
 #include "bench-vm/scene/ports.hpp"
 
 #include "bench-vm/modules/testcam/testcam.h"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -84,9 +85,9 @@ Result<InputWire> InputWire::open(const BenchPlaces& places, std::string_view li
 
 Result<Moment> InputWire::pull(bool high) const {
   const std::string_view word = high ? "pull-up" : "pull-down";
-  const Nanoseconds before = base::steady_now();
+  const Nanoseconds before = steady_now();
   const ssize_t written = ::pwrite(file_.get(), word.data(), word.size(), 0);
-  const Nanoseconds after = base::steady_now();
+  const Nanoseconds after = steady_now();
   if (written != static_cast<ssize_t>(word.size()))
     return system_error(fmt::format("the line {} cannot be pulled", name_), "");
   return Moment{before + (after - before) / 2, (after - before + Nanoseconds{1}) / 2};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
 
+#include "symrig/base/stopwatch.hpp"
+
 #include <algorithm>
 #include <cerrno>
 #include <ctime>
@@ -179,7 +181,7 @@ bool LibdrmKms::hotplugged(std::uint32_t connector) {
 }
 
 SteadyTime LibdrmKms::now() {
-  return {base::steady_now()};
+  return {steady_now()};
 }
 
 void LibdrmKms::sleep_until(SteadyTime time) {
