@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "notify.hpp"
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/printable.hpp"
 #include "symrig/base/standard_streams.hpp"
 

@@ -69,7 +69,7 @@ void SerialTransport::flush() {
 }
 
 void SerialTransport::hang_up() {
-  port_.reset();
+  port_.close();
   forget();
 }
 

@@ -156,7 +156,7 @@ void SocketTransport::flush() {
 }
 
 void SocketTransport::hang_up() {
-  peer_.reset();
+  peer_.close();
   left_ = true;
   forget();
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "busy_answer.hpp"
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "transport.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "aio.hpp"
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "transport.hpp"
 

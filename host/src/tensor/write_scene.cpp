@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
 #include "tensor/half.hpp"
@@ -210,10 +211,10 @@ h5::Handle file_access() {
 }
 
 bool sync_file(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return false;
-  const bool ok = ::fsync(fd) == 0;
-  return (::close(fd) == 0) && ok;
+  Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) return false;
+  const bool ok = ::fsync(file.get()) == 0;
+  return file.close() && ok;
 }
 
 /// Writes a complete file and syncs it to the disk.

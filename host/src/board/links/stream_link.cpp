@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/stream_link.hpp"
 
+#include "base/byte_stream.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/stopwatch.hpp"
 
 #include <utility>
@@ -29,7 +31,7 @@ class StreamLink final : public Link {
 
 }  // namespace
 
-std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name) {
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name) {
   return std::make_unique<StreamLink>(base::ByteStream(std::move(fd), std::move(name)));
 }
 

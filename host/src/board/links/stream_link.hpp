@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/board/link.hpp"
 
 #include <memory>
@@ -10,6 +10,6 @@
 namespace symrig::board {
 
 /// Raw wire bytes over a descriptor, in real time.
-std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name);
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name);
 
 }  // namespace symrig::board

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "board/links/usb_link.hpp"
 
-#include "base/fd.hpp"
 #include "board/links/usb.hpp"
 #include "symrig/base/stopwatch.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <cstdint>
 #include <string>
@@ -24,7 +24,7 @@ class HotplugEar {
 
  private:
   std::string card_;
-  base::Fd socket_;
+  Fd socket_;
 };
 
 }  // namespace symrig::drm

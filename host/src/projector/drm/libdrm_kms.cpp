@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
 
+#include "symrig/base/fd.hpp"
 #include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
@@ -44,7 +45,7 @@ void* as_user_data(std::uint64_t token) {
 
 }  // namespace
 
-LibdrmKms::LibdrmKms(base::Fd card, const std::string& name) : card_(std::move(card)), ear_(name) {}
+LibdrmKms::LibdrmKms(Fd card, const std::string& name) : card_(std::move(card)), ear_(name) {}
 
 LibdrmKms::~LibdrmKms() = default;
 

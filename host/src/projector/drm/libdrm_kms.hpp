@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
 #include "projector/drm/flip_events.hpp"
 #include "projector/drm/hotplug.hpp"
 #include "projector/drm/kms.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <map>
 
@@ -13,7 +13,7 @@ namespace symrig::drm {
 /// A card of this machine, through libdrm.
 class LibdrmKms final : public Kms {
  public:
-  LibdrmKms(base::Fd card, const std::string& name);
+  LibdrmKms(Fd card, const std::string& name);
   ~LibdrmKms() override;
 
   std::string driver() override;
@@ -54,7 +54,7 @@ class LibdrmKms final : public Kms {
   Answer<Plane> plane(std::uint32_t id);
   const Property& kind_of(std::uint32_t property);
 
-  base::Fd card_;
+  Fd card_;
   FlipEvents events_;
   HotplugEar ear_;
   std::map<std::uint32_t, Property> kinds_;  // of properties that were asked for, without their values

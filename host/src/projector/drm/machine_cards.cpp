@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -66,7 +67,7 @@ class MachineCards final : public Cards {
 
   Result<std::unique_ptr<Kms>> open(const std::string& card) override {
     const fs::path path = kFolder / card;
-    base::Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+    Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     if (!fd) return cannot_open(card, errno);
     if (drmIsKMS(fd.get()) == 0)
       return Error{ErrorCode::device_refused, card + " drives no display", "symrig list shows those that do"};
