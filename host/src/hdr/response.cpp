@@ -18,7 +18,7 @@ constexpr double kLeastStep = 1e-6;  // smallest step of a curve between codes, 
 double ResponseCurve::operator()(double code) const {
   const double last = static_cast<double>(light.size()) - 1;
   const double inside = std::clamp(code, 0.0, last);
-  const std::size_t below = inside;
+  const auto below = static_cast<std::size_t>(inside);
   const std::size_t above = std::min(below + 1, light.size() - 1);
   return light[below] + (inside - static_cast<double>(below)) * (light[above] - light[below]);
 }

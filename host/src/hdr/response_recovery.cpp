@@ -96,7 +96,7 @@ std::vector<double> to_codes(const std::vector<double>& at_nodes, const Nodes& n
   for (int c = 0; c < codes; ++c) {
     const double at = (c + 0.5) / nodes.codes_each - 0.5;
     const double inside = std::clamp(at, 0.0, static_cast<double>(nodes.count - 1));
-    const std::size_t below = inside;
+    const auto below = static_cast<std::size_t>(inside);
     const std::size_t above = std::min(below + 1, at_nodes.size() - 1);
     all.push_back(at_nodes[below] +
                   (inside - static_cast<double>(below)) * (at_nodes[above] - at_nodes[below]));

@@ -39,7 +39,7 @@ bool fits(const SeenFrame& frame, const SeenExposure& exposure, const LedgerOpti
 }  // namespace
 
 std::string_view name(Verdict verdict) {
-  return kNames[verdict];
+  return kNames[static_cast<std::size_t>(verdict)];
 }
 
 FrameCounts& FrameCounts::operator+=(const FrameCounts& other) {
@@ -285,7 +285,7 @@ class CameraLedger::Run {
       out_.frame[i].reset();
     }
     if (!ledger_.stamped_ && missing_) missing = static_cast<std::int64_t>(*missing_);
-    for (const Verdict verdict : out_.frames) ++out_.counts.by_verdict[verdict];
+    for (const Verdict verdict : out_.frames) ++out_.counts.by_verdict[static_cast<std::size_t>(verdict)];
     out_.counts.missing = missing;
     ledger_.remember(exposures_);
   }

@@ -180,8 +180,8 @@ class Cutter {
   /// Up to four runs of equal length, with neighbouring views together.
   std::vector<Part> runs(const Part& part) {
     const auto rank = [&](std::int32_t pixel) {
-      const std::size_t row = at(view_row, pixel);
-      const std::size_t col = at(view_col, pixel);
+      const auto row = static_cast<std::size_t>(at(view_row, pixel));
+      const auto col = static_cast<std::size_t>(at(view_col, pixel));
       return view_rank_[row * static_cast<std::size_t>(split_.views.cols) + col];
     };
     std::stable_sort(order_.begin() + part.begin, order_.begin() + part.end,

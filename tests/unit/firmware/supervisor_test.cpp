@@ -31,7 +31,7 @@ char letter(const Transition& to) {
       "oscl"
       "ardf";
   if (!to.allowed) return '.';
-  const char name = kNames[to.next];
+  const char name = kNames[static_cast<std::size_t>(to.next)];
   if ((to.actions & action::force_safe) == 0) return name;
   return name == 'o' ? '0' : static_cast<char>(std::toupper(name));
 }
@@ -102,10 +102,11 @@ TEST(Supervisor, laws_of_safety_hold_in_every_cell) {
 
 TEST(Supervisor, every_state_can_be_reached_and_left) {
   std::array<bool, kStates> reached{};
-  reached[State::boot] = true;
+  reached[static_cast<std::size_t>(State::boot)] = true;
   for (unsigned round = 0; round < kStates; ++round)
     for_each_cell([&](State state, Condition, const Transition& to) {
-      if (reached[state] && to.allowed) reached[to.next] = true;
+      if (reached[static_cast<std::size_t>(state)] && to.allowed)
+        reached[static_cast<std::size_t>(to.next)] = true;
     });
   for (unsigned state = 0; state < kStates; ++state) EXPECT_TRUE(reached[state]) << state;
 }

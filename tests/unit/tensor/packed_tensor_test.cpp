@@ -38,7 +38,7 @@ class Everything {
 
  private:
   std::vector<float> values(std::int64_t n) {
-    std::vector<float> v(n);
+    std::vector<float> v(static_cast<std::size_t>(n));
     for (float& x : v) x = static_cast<float>(random_.uniform());
     return v;
   }
@@ -48,7 +48,9 @@ class Everything {
   void add_level(int level) {
     const auto blocks = tree_.level(level);
     for (int k = 0; k < 40; ++k) {
-      const auto pick = [&] { return blocks[random_.uniform() * static_cast<double>(blocks.size())]; };
+      const auto pick = [&] {
+        return blocks[static_cast<std::size_t>(random_.uniform() * static_cast<double>(blocks.size()))];
+      };
       const Block i = pick(), j = pick();
       if (i.begin == j.begin) continue;
       const int rank = std::min({1 + k % 5, i.size(), j.size()});

@@ -54,7 +54,7 @@ struct FrameCounts {
   std::array<std::int64_t, kVerdicts> by_verdict{};
   std::int64_t missing = 0;  ///< exposures without a frame
 
-  std::int64_t operator[](Verdict verdict) const { return by_verdict[verdict]; }
+  std::int64_t operator[](Verdict verdict) const { return by_verdict[static_cast<std::size_t>(verdict)]; }
   FrameCounts& operator+=(const FrameCounts& other);
   /// "1 missing, 2 late"; empty if all were certain or guards.
   std::string trouble() const;
