@@ -11,7 +11,7 @@ namespace symrig::apps {
 namespace {
 
 /// The true scene of an open rig. It keeps the rig alive.
-std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig>& rig) {
+std::shared_ptr<const Scene> scene_of(const std::shared_ptr<VirtualRig>& rig) {
   return {rig, &rig->truth()};
 }
 
@@ -19,8 +19,8 @@ std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig
 
 Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, const Progress& progress) {
   const Stopwatch watch;
-  SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
-  const std::shared_ptr<sim::VirtualRig> rig = std::move(opened);
+  SYMRIG_TRY(std::unique_ptr<VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
+  const std::shared_ptr<VirtualRig> rig = std::move(opened);
   SYMRIG_TRY(CaptureResult result,
              capture(*rig, {.algorithm = what.algorithm, .tolerance = what.tolerance, .progress = progress}));
   const double wall_seconds = watch.seconds();

@@ -12,7 +12,7 @@
 
 #include <linux/aio_abi.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A transfer and its memory; must stay where it is while it is under way.
 struct Transfer {
@@ -56,4 +56,4 @@ class AioQueue {
   std::array<Completed, 32> completed_{};
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The firmware core on this machine's lines and links.
 class Daemon final : private hal::System {
@@ -95,4 +95,4 @@ class Daemon final : private hal::System {
 /// those of the stored configuration, else low.
 std::uint32_t kept_safe_levels(const BoardFile& file);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Outputs go to their safe levels when the process breaks down: SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (so
 /// also std::terminate). Nothing can be done about SIGKILL, a stopped kernel, or power.
@@ -20,4 +20,4 @@ class Emergency {
   static void set_safe(std::uint32_t levels);
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// What is written to a FunctionFS's ep0 before anything else: the vendor interface of every symrig board
 /// (one bulk endpoint each way, full and high speed), and what gives it the WinUSB driver on Windows. The
@@ -15,4 +15,4 @@ std::vector<std::uint8_t> ffs_descriptors(unsigned microsoft);
 /// The interface's name.
 std::vector<std::uint8_t> ffs_strings();
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Finds the lines on whatever chips have them, by name, and takes them: outputs at `levels` from the first
 /// moment on, inputs with their edges.
@@ -16,4 +16,4 @@ namespace symrig::sbc {
 /// and by whom; no right to a chip, and which group has it), io.
 Result<std::unique_ptr<KernelGpio>> take_lines(const std::vector<BoardLine>& lines, std::uint32_t levels);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -10,7 +10,7 @@
 #include <functional>
 #include <optional>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The stored configuration and label, in a file that is replaced as a whole. Writing to a memory card can
 /// take seconds: `before` is called first, `after` when it is done.
@@ -62,4 +62,4 @@ class SafeLevelsFile {
   std::filesystem::path path_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Lines of this machine, held for as long as it lives.
 class KernelGpio final : public Gpio {
@@ -26,4 +26,4 @@ class KernelGpio final : public Gpio {
   std::vector<int> edge_fds_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A line of a chip and what the board calls it.
 struct ChipLine {
@@ -31,4 +31,4 @@ Result<LineRequest> request_outputs(int chip, const std::vector<ChipLine>& lines
 /// Inputs with edges of both kinds, stamped by CLOCK_MONOTONIC. fails: io.
 Result<LineRequest> request_inputs(int chip, const std::vector<ChipLine>& lines);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// All ways to the host as one link: whoever speaks first has the board, until its end goes away. Others hear
 /// that it is busy. A way without connections (USB, serial) does not show that a program has ended: its host
@@ -43,4 +43,4 @@ class LinkSwitch final : public hal::ByteLink {
   hal::Tick heard_ = 0;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

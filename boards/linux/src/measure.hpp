@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The smallest, middle and largest of some times, ticks.
 struct Spread {
@@ -39,7 +39,7 @@ Measured worse(const Measured& a, const Measured& b);
 
 /// What can be promised on such a machine.
 struct Abilities {
-  boards::Promise promise;
+  board_common::Promise promise;
   std::uint64_t spin = 0;  ///< before each word
   std::uint32_t output_stamp = 1;
   std::uint32_t input_stamp = 1;
@@ -61,4 +61,4 @@ Result<void> save_measured(const std::filesystem::path& path, const Measured& me
 /// All zero if there is none.
 Measured load_measured(const std::filesystem::path& path);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A mutex that lends its holder the priority of whoever waits for it: the main loop, holding it, is not
 /// pushed aside by something in between while the player waits.
@@ -30,4 +30,4 @@ std::string run_first(int priority);
 /// Keeps all memory of the process in RAM. Empty: done; else what is in the way.
 std::string lock_memory();
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

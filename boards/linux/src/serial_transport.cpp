@@ -14,7 +14,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 Error cannot_open(const std::string& path, int error) {
@@ -73,4 +73,4 @@ void SerialTransport::hang_up() {
   forget();
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A serial port, raw: a UART, or a gadget's (/dev/ttyGS0). The host is there as long as the port is.
 class SerialTransport final : public BufferedTransport {
@@ -31,4 +31,4 @@ class SerialTransport final : public BufferedTransport {
   std::string name_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

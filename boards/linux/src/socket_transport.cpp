@@ -17,7 +17,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr int kQueue = 8;
@@ -179,4 +179,4 @@ void SocketTransport::answer_guests() {
   });
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A listening socket that serves one host at a time. Others are let in, told that the board is busy, and
 /// closed.
@@ -53,4 +53,4 @@ class SocketTransport final : public BufferedTransport {
   bool left_ = false;  // a host has gone since the last serve()
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -9,7 +9,7 @@
 
 #include <poll.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A way to the host. Nothing here waits: the main loop sleeps on what watch() names, then calls serve().
 class Transport : public hal::ByteLink {
@@ -54,4 +54,4 @@ class BufferedTransport : public Transport {
   std::vector<std::uint8_t> out_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

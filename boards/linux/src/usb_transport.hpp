@@ -11,7 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The board as a USB device, through a FunctionFS that is mounted somewhere (libexec/symrig-gadget sets it
 /// up). Attached while a host has configured the device and does not let it sleep.
@@ -57,4 +57,4 @@ class UsbTransport final : public BufferedTransport {
   bool asleep_ = false;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -4,7 +4,7 @@
 #include "symrig/base/fd.hpp"
 #include "symrig/hal/types.hpp"
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Readable from an absolute moment of CLOCK_MONOTONIC on. Armed in absolute time, so that nothing that
 /// happens between reading the clock and going to sleep makes it late; and no timer slack, as poll() has.
@@ -33,4 +33,4 @@ class Bell {
   Fd fd_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

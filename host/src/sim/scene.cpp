@@ -15,7 +15,6 @@
 #include <fmt/format.h>
 
 namespace symrig::sim {
-
 namespace {
 
 /// A scene is one operator a channel.
@@ -138,6 +137,9 @@ constexpr Maker kMakers[] = {
 constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB a picture
 
 }  // namespace
+}  // namespace symrig::sim
+
+namespace symrig {
 
 Image<float> Scene::apply(const Image<float>& pattern) const {
   assert(pattern.grid() == grid() && pattern.channels() == 1);
@@ -156,19 +158,19 @@ Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri) {
   if (!uri.size.valid())
     return Error{ErrorCode::bad_argument, fmt::format("size={} is empty or too large", to_string(uri.size)),
                  "give at least 1x1"};
-  if (uri.size.size() > kLargestScene)
+  if (uri.size.size() > sim::kLargestScene)
     return Error{ErrorCode::limit,
-                 fmt::format("size={} has more than {} pixels", to_string(uri.size), kLargestScene),
+                 fmt::format("size={} has more than {} pixels", to_string(uri.size), sim::kLargestScene),
                  "give a smaller grid, such as 4096x4096"};
-  for (const Maker& maker : kMakers) {
+  for (const sim::Maker& maker : sim::kMakers) {
     if (maker.name != uri.name) continue;
-    Channels channels = maker.make(uri);
+    sim::Channels channels = maker.make(uri);
     if (uri.psf > 0)
-      for (auto& channel : channels) channel = blurred(uri.size, uri.psf, std::move(channel));
-    return std::unique_ptr<Scene>(std::make_unique<ComposedScene>(uri.size, std::move(channels)));
+      for (auto& channel : channels) channel = sim::blurred(uri.size, uri.psf, std::move(channel));
+    return std::unique_ptr<Scene>(std::make_unique<sim::ComposedScene>(uri.size, std::move(channels)));
   }
   return Error{ErrorCode::unknown_name, fmt::format("no scene is called '{}'", uri.name),
                "`sim:NAME`: see scene_names()"};
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::sim {
+namespace symrig {
 
 namespace {
 
@@ -260,4 +260,4 @@ std::string SceneUri::to_string() const {
   return text;
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

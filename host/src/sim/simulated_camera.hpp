@@ -26,7 +26,7 @@ struct SimulatedCameraSpec {
   std::uint64_t tick_hz = 0;
 };
 
-/// The picture side of boards::SimCamera, which keeps the time. How light becomes codes is handed in, so
+/// The picture side of board_sim::SimCamera, which keeps the time. How light becomes codes is handed in, so
 /// that this class knows no scene.
 class SimulatedCamera final : public Camera {
  public:
@@ -34,7 +34,7 @@ class SimulatedCamera final : public Camera {
   using Develop = std::function<std::vector<CameraFrame>(std::span<const SimulatedExposure>)>;
 
   /// shutter must outlive the camera.
-  SimulatedCamera(SimulatedCameraSpec spec, boards::SimCamera& shutter, Develop develop);
+  SimulatedCamera(SimulatedCameraSpec spec, board_sim::SimCamera& shutter, Develop develop);
 
   Grid grid() const override { return spec_.grid; }
   int channels() const override { return spec_.channels; }
@@ -49,7 +49,7 @@ class SimulatedCamera final : public Camera {
 
  private:
   SimulatedCameraSpec spec_;
-  boards::SimCamera& shutter_;
+  board_sim::SimCamera& shutter_;
   Develop develop_;
   std::uint64_t taken_ = 0;
 };

@@ -20,7 +20,6 @@
 #include <tbb/parallel_for.h>
 
 namespace symrig::sim {
-
 namespace {
 
 /// The picture side of the simulated camera: which light each exposure of the simulated projector's patterns
@@ -200,9 +199,9 @@ class SimulatedRig final : public VirtualRig {
   SceneUri uri_;
   std::unique_ptr<Scene> scene_;
   VirtualRigHooks hooks_;
-  std::unique_ptr<boards::SimBoard> board_;
-  boards::SimProjector raster_;
-  boards::SimCamera shutter_;
+  std::unique_ptr<board_sim::SimBoard> board_;
+  board_sim::SimProjector raster_;
+  board_sim::SimCamera shutter_;
   std::unique_ptr<Darkroom> darkroom_;
   std::unique_ptr<SimulatedProjector> projector_;
   std::unique_ptr<SimulatedCamera> camera_;
@@ -213,7 +212,7 @@ SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRi
     : uri_(std::move(uri)),
       scene_(std::move(scene)),
       hooks_(std::move(hooks)),
-      board_(std::make_unique<boards::SimBoard>()),
+      board_(std::make_unique<board_sim::SimBoard>()),
       raster_(*board_),
       shutter_(*board_) {
   board_->attach(raster_);
@@ -296,13 +295,16 @@ Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text, Vi
 }
 
 }  // namespace
+}  // namespace symrig::sim
+
+namespace symrig {
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri) {
-  return SimulatedRig::open(uri, {});
+  return sim::SimulatedRig::open(uri, {});
 }
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks) {
-  return SimulatedRig::open(uri, std::move(hooks));
+  return sim::SimulatedRig::open(uri, std::move(hooks));
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <mutex>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 constexpr std::int32_t kVersionMajor = 2;  ///< version 1 can also be read
 constexpr std::int32_t kVersionMinor = 0;
@@ -21,4 +21,4 @@ inline std::mutex& hdf5_mutex() {
   return mutex;
 }
 
-}  // namespace symrig::scene_file
+}  // namespace symrig::tensor

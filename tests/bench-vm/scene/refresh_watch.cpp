@@ -12,7 +12,7 @@ namespace {
 
 /// Below the trigger's watcher: an exposure must not wait for a picture.
 constexpr int kPriority = 47;
-constexpr std::chrono::microseconds kPulse{100};  // as boards::SimProjectorConfig
+constexpr std::chrono::microseconds kPulse{100};  // as board_sim::SimProjectorConfig
 constexpr std::chrono::milliseconds kScreenOff{5};
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 namespace symrig::bench_vm {
 
-/// The time side of a camera in trigger-width mode, as boards::SimCamera is it in virtual time: it exposes
+/// The time side of a camera in trigger-width mode, as board_sim::SimCamera is it in virtual time: it exposes
 /// while its trigger line is high, and misses a trigger that rises while it reads out the frame before.
 class Shutter {
  public:

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test {
+namespace symrig::board_linux::test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,4 +82,4 @@ TEST_F(KeptFiles, SafeLevelsComeBack) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test
+}  // namespace symrig::board_linux::test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test {
+namespace symrig::board_linux::test {
 namespace {
 
 Measured made_up() {
@@ -84,4 +84,4 @@ TEST(Measure, IsKeptAndTheWorseCounts) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test
+}  // namespace symrig::board_linux::test

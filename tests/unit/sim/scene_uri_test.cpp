@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig {
 namespace {
 
 TEST(SceneUri, has_the_documented_defaults) {
@@ -128,4 +128,4 @@ TEST(SceneNames, are_the_contract) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig

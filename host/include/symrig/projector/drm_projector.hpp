@@ -11,10 +11,10 @@
 
 namespace symrig {
 
-namespace drm {
+namespace projector::drm {
 class Cards;
 class Screen;
-}  // namespace drm
+}  // namespace projector::drm
 
 /// Which screen, and how patterns lie on it.
 struct DrmProjectorOptions {
@@ -41,7 +41,8 @@ class DrmProjector final : public Projector {
   /// permission), size_mismatch (the patterns do not fit), limit (memory of the card).
   static Result<std::unique_ptr<DrmProjector>> open(const DrmProjectorOptions& options);
   /// The same on other cards than this machine's.
-  static Result<std::unique_ptr<DrmProjector>> open(drm::Cards& cards, const DrmProjectorOptions& options);
+  static Result<std::unique_ptr<DrmProjector>> open(projector::drm::Cards& cards,
+                                                    const DrmProjectorOptions& options);
   ~DrmProjector() override;
 
   Grid grid() const override { return grid_; }
@@ -61,12 +62,12 @@ class DrmProjector final : public Projector {
   const std::vector<std::string>& warnings() const;
 
  private:
-  DrmProjector(std::unique_ptr<drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);
+  DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);
   Result<Shown> flip_to(std::size_t index);
   std::size_t buffer_with(std::size_t index);
   void draw_ahead(std::size_t index, std::size_t waiting);
 
-  std::unique_ptr<drm::Screen> screen_;
+  std::unique_ptr<projector::drm::Screen> screen_;
   Placement placement_;
   CodeTable table_;
   Grid grid_;

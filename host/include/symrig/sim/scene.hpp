@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace symrig::sim {
+namespace symrig {
 
 /// `sim:<name>[?key=value&...]`, parsed. docs/command-line.md lists names, keys and
 /// defaults.
@@ -78,4 +78,4 @@ class Scene {
 /// fails: limit (a grid too large for this scene), bad_argument.
 Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri);
 
-}  // namespace symrig::sim
+}  // namespace symrig

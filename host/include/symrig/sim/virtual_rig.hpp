@@ -9,11 +9,11 @@
 #include <memory>
 #include <string_view>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 class SimBoard;
 }
 
-namespace symrig::sim {
+namespace symrig {
 
 /// A whole rig in virtual time: the real firmware core on boards/sim, spoken to in bytes; a 60 Hz projector
 /// and a triggered camera on its lines; a scene in front of them; frames merged by hdr. Answers patterns as a
@@ -32,7 +32,7 @@ class VirtualRig : public Probe {
 struct VirtualRigHooks {
   std::function<Result<std::unique_ptr<Camera>>(Camera& camera)> camera;
   std::function<Result<std::unique_ptr<Projector>>(Projector& projector)> projector;
-  std::function<Result<Board>(boards::SimBoard& board)> board;
+  std::function<Result<Board>(board_sim::SimBoard& board)> board;
   std::function<void(RigOptions& options)> options;
   /// host: the projector is a screen that the rig shows each pattern on by itself.
   Pacing pacing = Pacing::trigger;
@@ -42,4 +42,4 @@ struct VirtualRigHooks {
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri);
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks);
 
-}  // namespace symrig::sim
+}  // namespace symrig

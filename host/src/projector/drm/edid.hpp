@@ -5,10 +5,10 @@
 #include <span>
 #include <string>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// The name that a display gives itself (VESA E-EDID 1.4 §3.10.3, display product name descriptor); empty if
 /// it gives none or this is no EDID.
 std::string display_name(std::span<const std::byte> edid);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// All that the search has seen so far.
@@ -84,4 +84,4 @@ Result<FoundConnector> find_connector(Cards& cards, const std::string& wanted) {
                              : fmt::format("there is something at {}", fmt::join(search.plugged, ", "))};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

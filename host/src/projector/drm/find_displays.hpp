@@ -4,9 +4,9 @@
 #include "projector/drm/kms.hpp"
 #include "symrig/projector/display.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// symrig::find_displays() on these cards.
 std::vector<Display> find_displays(Cards& cards);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

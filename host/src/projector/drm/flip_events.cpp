@@ -11,7 +11,7 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 FlipEvent decode(const drm_event_vblank& raw) {
@@ -62,4 +62,4 @@ Errno FlipEvents::read_some(int card) {
   return 0;
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

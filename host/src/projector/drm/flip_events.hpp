@@ -5,7 +5,7 @@
 
 #include <deque>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Reads what the kernel says of flips from a card's file. Several may come at once.
 class FlipEvents {
@@ -19,4 +19,4 @@ class FlipEvents {
   std::deque<FlipEvent> waiting_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -4,7 +4,7 @@
 #include "projector/drm/route.hpp"
 #include "symrig/projector/projector.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Puts framebuffers on a screen at a refresh, one after the other, and tells at which.
 class Flipper {
@@ -41,4 +41,4 @@ class Flipper {
   std::uint64_t refresh_ = 0;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -10,7 +10,7 @@
 #include <linux/netlink.h>
 #include <sys/socket.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 constexpr unsigned kKernelGroup = 1;  // 2 are udev's own messages
@@ -64,4 +64,4 @@ bool HotplugEar::heard(std::uint32_t connector) {
   }
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Does this message of the kernel tell that a plug of `card` ("card0") came in or went out? Messages about
 /// one connector that is not `connector`, and about a changed property, do not. text: the uevent as the
@@ -27,4 +27,4 @@ class HotplugEar {
   Fd socket_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

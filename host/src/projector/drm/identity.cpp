@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 struct Rule {
@@ -114,4 +114,4 @@ std::string complaint(const Wish& wish) {
                      wish.property.name, value_name(wish.property), wish.wanted);
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

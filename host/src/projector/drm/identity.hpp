@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// A property between a picture in memory and the light, and the value with which it changes nothing.
 struct Wish {
@@ -27,4 +27,4 @@ Gamma straight_gamma(int size);
 /// "connector property 'Broadcast RGB' is 'Limited 16:235' and cannot be 'Full'"
 std::string complaint(const Wish& wish);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -18,7 +18,7 @@
 #include <xf86drmMode.h>
 
 /// The kernel's mode setting (KMS), as much of it as a projector needs.
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// What the kernel answered: 0, or the errno with which it refused.
 using Errno = int;
@@ -178,4 +178,4 @@ class Cards {
 /// Those of this machine: /dev/dri.
 std::unique_ptr<Cards> machine_cards();
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

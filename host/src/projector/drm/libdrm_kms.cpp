@@ -12,7 +12,7 @@
 #include <sys/mman.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// libdrm answers −errno in most places, and −1 with errno in some.
@@ -192,4 +192,4 @@ void LibdrmKms::sleep_until(SteadyTime time) {
   }
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -8,7 +8,7 @@
 
 #include <map>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// A card of this machine, through libdrm.
 class LibdrmKms final : public Kms {
@@ -60,4 +60,4 @@ class LibdrmKms final : public Kms {
   std::map<std::uint32_t, Property> kinds_;  // of properties that were asked for, without their values
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -15,7 +15,7 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 namespace fs = std::filesystem;
@@ -97,4 +97,4 @@ std::unique_ptr<Cards> machine_cards() {
   return std::make_unique<MachineCards>();
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -21,7 +21,7 @@ std::string to_string(const DisplayMode& mode) {
                      mode.interlaced ? "i" : "");
 }
 
-namespace drm {
+namespace projector::drm {
 namespace {
 
 constexpr double kRateTolerance = 0.5;  // 60 means 59.94 too where that is all there is
@@ -138,5 +138,5 @@ Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, cons
                "it has " + offered(modes)};
 }
 
-}  // namespace drm
+}  // namespace projector::drm
 }  // namespace symrig

@@ -10,7 +10,7 @@
 
 #include <xf86drmMode.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// A mode as the user asks for it.
 struct ModeRequest {
@@ -32,4 +32,4 @@ DisplayMode describe(const drmModeModeInfo& mode);
 Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
                                     const std::string& connector);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

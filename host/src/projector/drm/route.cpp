@@ -6,7 +6,7 @@
 
 #include <drm_fourcc.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// A CRTC that can drive a connector, and its place in the card's list: plane masks count places.
@@ -90,4 +90,4 @@ Result<Route> choose_route(Kms& kms, const FoundConnector& found, const ModeRequ
   return route;
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Makes a route show framebuffer `fb` in its mode, with everything between it and the wire set to identity,
 /// and reads all of it back. What cannot be identity and only may matter is added to `warnings`. blobs: made
@@ -33,4 +33,4 @@ struct Takeover {
   Result<void> straighten_gamma();
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 /// Edges of outputs and inputs until the firmware takes them, in order of time. Outputs are known at once,
 /// inputs perhaps a little later: so edges are handed out only when none that is older can still come.
@@ -41,4 +41,4 @@ class PinLog {
   bool overflow_ = false;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 /// Where words go.
 class WordSink {
@@ -104,4 +104,4 @@ class Playback {
   std::size_t recent_count_ = 0;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common
