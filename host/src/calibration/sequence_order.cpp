@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/sequence_order.hpp"
-
+#include "calibration/sequence_verdicts.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>

@@ -5,9 +5,11 @@
 #include "symrig/camera/camera.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
 #include "symrig/image/radiance.hpp"
+#include "symrig/rig/frame_reading.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <optional>
+#include <span>
 
 namespace symrig {
 
@@ -33,5 +35,14 @@ double least_noise(const Expectation& expected);
 /// How the dark projector is to be photographed so that its error, averaged over as many photographs, adds at
 /// most 1/16 to the noise of photographs that are expected so.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
+
+/// Electrons per second of the brightest live pixel, from the frames of a geometric bracket, shortest first:
+/// the rate of the longest unsaturated one.
+std::optional<double> brightest_rate(const FrameReading& reading, std::span<const CameraFrame> frames,
+                                     std::span<const Nanoseconds> exposures, const Camera& camera,
+                                     double scale);
+
+/// The exposure at which a pixel of this rate [e⁻/s] fills 1 / headroom of the range.
+Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise);
 
 }  // namespace symrig

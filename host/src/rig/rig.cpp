@@ -4,7 +4,6 @@
 #include "rig/bracket_taker.hpp"
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
-#include "rig/metering.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/scene.hpp"
 
-#include "sim/blur.hpp"
+#include "sim/exchange.hpp"
 #include "sim/groove_transport.hpp"
 #include "sim/gummy.hpp"
 #include "sim/hash.hpp"
-#include "sim/occluder.hpp"
 #include "sim/optics.hpp"
 #include "sim/texture.hpp"
+#include "sim/transport.hpp"
 
 #include <cassert>
 #include <utility>

@@ -5,7 +5,6 @@
 #include "tensor/h5.hpp"
 #include "tensor/read_tensor.hpp"
 #include "tensor/scene_file.hpp"
-#include "tensor/tree_file.hpp"
 
 #include <algorithm>
 

@@ -5,7 +5,6 @@
 #include "tensor/h5.hpp"
 #include "tensor/half.hpp"
 #include "tensor/scene_file.hpp"
-#include "tensor/tree_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/edid.hpp"
+#include "projector/drm/find_displays.hpp"
 
 #include <algorithm>
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig.hpp"
 
-#include "rig/metering.hpp"
+#include "rig/exposure_choice.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "symrig/board/link.hpp"

@@ -3,8 +3,6 @@
 
 #include "sim/gaussian_sum.hpp"
 #include "sim/lane_fft.hpp"
-#include "sim/masked_exchange.hpp"
-#include "sim/occluder.hpp"
 
 #include <algorithm>
 #include <cmath>

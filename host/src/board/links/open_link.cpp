@@ -1,9 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/serial_port.hpp"
-#include "board/links/sim_device.hpp"
-#include "board/links/socket.hpp"
-#include "board/links/stream_link.hpp"
-#include "board/links/usb_link.hpp"
+#include "board/links/links.hpp"
 #include "symrig/base/fd.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/virtual_bench.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/serial_port.hpp"
-
+#include "board/links/links.hpp"
 #include "symrig/base/fd.hpp"
 #include "symrig/base/serial_line.hpp"
 

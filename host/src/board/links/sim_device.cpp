@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/sim_device.hpp"
-
+#include "board/links/links.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/stream_link.hpp"
-
 #include "base/byte_stream.hpp"
+#include "board/links/links.hpp"
 #include "symrig/base/fd.hpp"
 #include "symrig/base/stopwatch.hpp"
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/usb_link.hpp"
-
+#include "board/links/links.hpp"
 #include "board/links/usb.hpp"
 #include "symrig/base/stopwatch.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/virtual_bench.hpp"
 
-#include "board/links/socket.hpp"
+#include "board/links/links.hpp"
 #include "board/links/virtual_connection.hpp"
 #include "symrig/base/fd.hpp"
 

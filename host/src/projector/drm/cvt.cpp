@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/cvt.hpp"
+#include "projector/drm/mode.hpp"
 
 #include <algorithm>
 #include <cmath>

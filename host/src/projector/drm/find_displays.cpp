@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/find_displays.hpp"
 
-#include "projector/drm/edid.hpp"
 #include "projector/drm/mode.hpp"
 
 namespace symrig {

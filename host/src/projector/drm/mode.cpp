@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/mode.hpp"
 
-#include "projector/drm/cvt.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>

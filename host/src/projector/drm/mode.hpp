@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/projector/display.hpp"
 
 #include <optional>
@@ -31,5 +32,10 @@ DisplayMode describe(const drmModeModeInfo& mode);
 /// mode at all).
 Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
                                     const std::string& connector);
+
+/// Timings for a size and rate that a display does not tell: VESA Coordinated Video Timings 1.2, reduced
+/// blanking (version 1). The clock is a multiple of 0.25 MHz, so the rate is met from below, within 0.25 MHz
+/// of the clock. rate: refreshes a second, positive.
+drmModeModeInfo reduced_blanking_mode(Grid grid, double rate);
 
 }  // namespace symrig::projector::drm
