@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""What the image takes, against [resources] of board.toml; and that nothing in it could ask for heap.
+"""Compares the image's sizes with [resources] of board.toml, and checks that it never uses the heap.
 
 usage: boards/pico/check_size.py ELF [NM]
 """
@@ -18,7 +18,7 @@ HEAP = re.compile(r"^(_?(malloc|calloc|realloc|free|sbrk)(_r)?|_Zn[wa].*|_Zd[la]
 
 
 def symbols(elf, nm):
-    """Name -> address, of all that is linked."""
+    """Name -> address of all linked symbols."""
     listed = subprocess.run([nm, str(elf)], capture_output=True, check=True, text=True).stdout
     return {name: int(address, 16) for address, _, name in (line.split(maxsplit=2) for line in listed.splitlines() if line[0] != " ")}
 

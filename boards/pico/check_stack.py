@@ -1,13 +1,13 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""How deep the stack can get: walks the call graph that the compiler leaves beside each object file.
+"""Computes the greatest depth of the stack from the call graph that the compiler writes beside each object file.
 
 usage: boards/pico/check_stack.py BUILD_FOLDER [--show]
 
-Adds up frames (-fcallgraph-info=su) along the deepest path from main() and, on top, one path for each priority of
-interrupts. Fails if main's path is deeper than [resources].stack_limit of board.toml, if all together do not fit the
-memory that link.ld gives to the stack, if a frame has no fixed size, if a call's target cannot be told, or if a
-function can call itself: but for nanopb, which descends once a level of nested messages.
+Sums frames (-fcallgraph-info=su) along the deepest path from main(), and adds one path for each interrupt priority.
+Fails if main's path is deeper than [resources].stack_limit of board.toml. Fails if the sum does not fit the memory that
+link.ld gives to the stack. Fails if a frame has no fixed size, if a call's target is unknown, or if a function can call
+itself. nanopb is an exception: it descends once for each level of nested messages.
 """
 
 import collections
@@ -22,18 +22,18 @@ EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
 FRAME = re.compile(r"(\d+) bytes \((\w+)(?:,bounded)?\)")
 INDIRECT = "__indirect_call"
 
-# Bytes for functions without a call graph: the C library's and the compiler's own (their deepest frames in the
-# disassembly are 44 bytes), and the boot ROM's flash functions (data sheet: less than 256).
+# Bytes for functions without a call graph: those of the C library and the compiler (at most 44 bytes in the
+# disassembly), and the boot ROM's flash functions (data sheet: less than 256).
 LIBRARY = 48
 ROM = 256
-# Messages in messages of symrig.proto, and so how often nanopb's loops can stand on the stack: a board decodes
+# Nesting of messages in symrig.proto, which is how often nanopb's loops can be on the stack. A board decodes
 # requests (Request, its body) and encodes replies (Reply, its body, a Fault inside).
 NESTED = {"decode": 2, "encode": 3}
-EXCEPTION_FRAME = 36  # eight words, and one to align
+EXCEPTION_FRAME = 36  # eight words, and one for alignment
 
 INTERRUPTS = {0: ["gpio_handler"], 1: ["pio0_handler", "timer0_handler"], 2: ["usb_handler"], 3: ["dma0_handler", "timer1_handler"]}
 
-# Who calls through a pointer, and what that can be. First match counts; names are mangled.
+# Callers through a pointer, and their possible targets. The first match counts; names are mangled.
 POINTERS = [
     (r"PicoEngine9set_trips", r"PinCapture11watch_trips"),
     (r"PicoEngine4idle", r"PinCapture9caught_up"),

@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""Makes everything that board.toml describes.
+"""Makes the files that board.toml describes.
 
 usage: boards/pico/generate.py header FILE     the pin header of the firmware
        boards/pico/generate.py record FILE     the capability record (JSON) of the manifest
@@ -25,7 +25,7 @@ def load():
 
 
 def check(board):
-    """What the firmware takes for granted."""
+    """Checks what the firmware assumes."""
     lines = board["line"]
     outputs = [line for line in lines if line.get("output")]
     stamped = [i for i, line in enumerate(lines) if line.get("stamp") == "pio"]

@@ -1,12 +1,11 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: Apache-2.0
-"""From the linked program to what users flash.
+"""Makes the files that users flash from the linked program.
 
 usage: boards/pico/make_image.py FLAT.bin RECORD.json OUT.uf2 OUT.json
 
-FLAT.bin is the flash from its first byte (objcopy -O binary). Puts boot2's CRC in its place (the boot ROM refuses a
-flash without it), writes the UF2 and, beside it, the manifest: what the image says of itself, sizes, hashes and the
-board's capability record.
+FLAT.bin is the flash from its first byte (objcopy -O binary). Inserts boot2's CRC, which the boot ROM requires. Writes
+the UF2 and the manifest: the image's own data, sizes, hashes and the board's capability record.
 """
 
 import hashlib

@@ -124,7 +124,8 @@ BenchSweep sweep_of(Algorithm algorithm, const Tolerances& given, bool quick) {
 
 /// Refuses tolerances that no capture would use.
 Result<void> check_tolerances_used(const BenchPlan& plan, const Tolerances& given) {
-  for (const auto& [algorithm, values] : given) {
+  for (const auto& one : given) {
+    const std::string& algorithm = one.first;
     const auto uses = [&](const BenchSweep& sweep) {
       const bool own = !algorithm.empty() && name(sweep.algorithm) == algorithm;
       const bool shared = algorithm.empty() && !given.contains(std::string(name(sweep.algorithm)));

@@ -14,26 +14,11 @@ namespace symrig::apps {
 /// gives the exit code.
 using Job = std::function<Result<void>()>;
 
-/// Each function declares one subcommand with its options and its help, and returns its job.
-Job add_bench(CLI::App& app);
-Job add_calibrate(CLI::App& app);
-Job add_capture(CLI::App& app);
-Job add_compile(CLI::App& app);
-Job add_conformance(CLI::App& app);
-Job add_dual(CLI::App& app);
-Job add_evaluate(CLI::App& app);
-Job add_fit(CLI::App& app);
-Job add_flash(CLI::App& app);
-Job add_identify(CLI::App& app);
-Job add_info(CLI::App& app);
-Job add_inspect(CLI::App& app);
-Job add_lint(CLI::App& app);
-Job add_list(CLI::App& app);
-Job add_relight(CLI::App& app);
-Job add_report(CLI::App& app);
-Job add_run(CLI::App& app);
-Job add_selftest(CLI::App& app);
-Job add_trace(CLI::App& app);
+/// add_capture() and so on, one function for each line of commands.def: declares the options and the end of
+/// the help of this command, and returns its job.
+#define SYMRIG_COMMAND_ROW(name, about) Job add_##name(CLI::App& command);
+#include "commands.def"
+#undef SYMRIG_COMMAND_ROW
 
 /// The option `--json FILE`. "-" is standard output.
 inline void add_json(CLI::App& command, std::string& file) {

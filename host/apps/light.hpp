@@ -8,7 +8,7 @@
 
 namespace symrig::apps {
 
-/// Reads `--light`: a picture file, or a built-in light (white, bar, letters, natural) drawn on the grid.
+/// Reads `--light`: a picture file, or a built-in light drawn on the grid.
 /// Colour becomes luminance (Rec. 709), because projectors show white light here. Any finite value is
 /// allowed: T is linear.
 /// of: what has this grid, for the message.

@@ -10,6 +10,7 @@
 #include <array>
 #include <csignal>
 #include <exception>
+#include <iterator>
 #include <new>
 #include <optional>
 #include <span>
@@ -29,28 +30,15 @@ constexpr int kFault = exit_code(ErrorCode::limit);
 
 struct Command {
   std::string_view name;
-  Job (*add)(CLI::App& app);
+  const char* about;
+  Job (*add)(CLI::App& command);
 };
 
-constexpr std::array<Command, 19> kCommands{{{"capture", add_capture},
-                                             {"relight", add_relight},
-                                             {"dual", add_dual},
-                                             {"evaluate", add_evaluate},
-                                             {"inspect", add_inspect},
-                                             {"report", add_report},
-                                             {"calibrate", add_calibrate},
-                                             {"fit", add_fit},
-                                             {"bench", add_bench},
-                                             {"list", add_list},
-                                             {"info", add_info},
-                                             {"identify", add_identify},
-                                             {"selftest", add_selftest},
-                                             {"flash", add_flash},
-                                             {"lint", add_lint},
-                                             {"compile", add_compile},
-                                             {"run", add_run},
-                                             {"trace", add_trace},
-                                             {"conformance", add_conformance}}};
+constexpr Command kCommands[] = {
+#define SYMRIG_COMMAND_ROW(name, about) {#name, about, add_##name},
+#include "commands.def"
+#undef SYMRIG_COMMAND_ROW
+};
 
 constexpr const char* kExample =
     "Example:\n"
@@ -124,8 +112,9 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", "symrig " SYMRIG_VERSION);
   app.footer(kExample);
-  std::array<Job, kCommands.size()> jobs;
-  for (std::size_t k = 0; k < kCommands.size(); ++k) jobs[k] = kCommands[k].add(app);
+  std::array<Job, std::size(kCommands)> jobs;
+  for (std::size_t k = 0; k < jobs.size(); ++k)
+    jobs[k] = kCommands[k].add(*app.add_subcommand(std::string(kCommands[k].name), kCommands[k].about));
   if (const auto word = unknown_command(argc, argv))
     return usage_error("", no_command(*word, command_names()));
   if (argc < 2)
@@ -141,7 +130,7 @@ int run(int argc, char** argv) {
   catch_interrupts();
   static_cast<void>(std::signal(
       SIGXFSZ, SIG_IGN));  // a file over its size limit then makes write() fail instead of ending the process
-  for (std::size_t k = 0; k < kCommands.size(); ++k)
+  for (std::size_t k = 0; k < jobs.size(); ++k)
     if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
   return kUsage;
 }

@@ -62,7 +62,7 @@ Progress Meter::progress() {
 bool Meter::report(const ProgressEvent& event) {
   if (!terminal_) return !interrupted();
   const double seconds = watch_.seconds();
-  to_go_.tell(event, seconds);
+  to_go_.report(event, seconds);
   const bool new_stage = event.stage != stage_;
   if (!next_.passed() && !new_stage) return !interrupted();
   stage_ = event.stage;

@@ -17,10 +17,17 @@ Error not_simulated(const std::string& rig) {
           "give a simulated rig, such as sim:vgroove-textured: only these know the exact transport"};
 }
 
+std::string scene_help() {
+  std::string text;
+  for (const SceneInfo& scene : scenes()) text += fmt::format("  {:<16}  {}\n", scene.name, scene.about);
+  return text;
+}
+
 std::string scene_key_help() {
   std::string text;
   for (const SceneKey& key : scene_keys())
-    text += fmt::format("  {:<16}{}\n", fmt::format("{}={}", key.name, key.standard), key.meaning);
+    text += fmt::format("  {:<16}  {} ({})\n", fmt::format("{}={}", key.name, key.standard), key.meaning,
+                        key.values);
   return text;
 }
 
@@ -68,7 +75,7 @@ Result<OpenedRig> open_rig(const std::string& rig) {
   }
   SYMRIG_CHECK(check_file(rig));
   SYMRIG_TRY(RigDescription file, read_rig_file(rig));
-  file.options.wanted = [] { return !interrupted(); };
+  file.options.keep_waiting = [] { return !interrupted(); };
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
   return OpenedRig{std::move(real), inside, "camera"};
@@ -123,8 +130,8 @@ std::string rig_help() {
   return "RIG is a rig file (docs/rig-file.md), or a simulated rig: sim:NAME or "
          "sim:NAME?key=value&key=value\n"
          "(quote it in a shell). A simulated rig runs the real firmware on a board in virtual time.\n"
-         "  scenes: " +
-         known_scenes() + "\n" + scene_key_help();
+         "Scenes:\n" +
+         scene_help() + "Keys of a simulated rig, with their defaults:\n" + scene_key_help();
 }
 
 }  // namespace symrig::apps

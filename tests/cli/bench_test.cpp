@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <csignal>
 
-namespace symrig::test {
+namespace symrig::test::bench_test {
 namespace {
 
 using Bench = CommandTest;
@@ -129,4 +129,4 @@ TEST_F(Bench, control_c_writes_what_is_done_and_says_so) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::bench_test

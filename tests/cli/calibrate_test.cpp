@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::test {
+namespace symrig::test::calibrate_test {
 namespace {
 
 /// Photographs of a flat scene that the camera sees pixel by pixel as the projector lights it.
@@ -230,4 +230,4 @@ TEST_F(Photographs, calibrate_measures_a_rig) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::calibrate_test

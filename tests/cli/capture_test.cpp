@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
+#include "symrig/acquisition/algorithms.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <numeric>
 
-namespace symrig::test {
+namespace symrig::test::capture_test {
 namespace {
 
 using Capture = CommandTest;
@@ -54,8 +55,9 @@ TEST_F(Capture, json_on_standard_output_is_all_there_is) {
 }
 
 TEST_F(Capture, every_algorithm_and_every_channel_count_works) {
-  for (const char* algorithm : {"symrig", "paper", "dual", "brute"})
+  for (const std::string_view name : algorithm_names())
     for (const char* channels : {"", "&channels=3"}) {
+      const std::string algorithm(name);
       const Outcome outcome = symrig({"capture", "--rig", std::string(kSmall) + channels, "-o", "scene.h5",
                                       "--algorithm", algorithm, "--json", "capture.json"});
       ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -167,4 +169,4 @@ TEST_F(Capture, a_folder_that_takes_no_files_is_an_input_error) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::capture_test

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
-namespace symrig {
+namespace symrig::conformance_test {
 namespace {
 
 class ConformanceCommand : public test::CommandTest {};
@@ -40,4 +40,4 @@ TEST_F(ConformanceCommand, wrong_options) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::conformance_test

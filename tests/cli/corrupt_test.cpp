@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace symrig::test {
+namespace symrig::test::corrupt_test {
 namespace {
 
 class Corrupt : public CommandTest {
@@ -62,4 +62,4 @@ TEST_F(Corrupt, a_flipped_bit_is_refused_or_harmless) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::corrupt_test

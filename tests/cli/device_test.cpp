@@ -7,7 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace symrig::test {
+namespace symrig::test::device_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -61,8 +61,8 @@ TEST_F(Device, list_has_cameras_under_their_own_key) {
 
 TEST_F(Device, info_of_a_camera_that_is_not_there) {
   expect_refusal({"info", "--camera", "/dev/video-none"}, kDevice,
-                 {"/dev/video-none is not there", "symrig list"});
-  expect_refusal({"info", "--camera", "/dev/null"}, kDevice, {"/dev/null is no V4L2 device"});
+                 {"/dev/video-none is missing", "symrig list"});
+  expect_refusal({"info", "--camera", "/dev/null"}, kDevice, {"/dev/null is not a V4L2 device"});
   expect_refusal({"info", "--camera", "/dev/null", "--device", "sim:"}, kUsage, {"--device"});
 }
 
@@ -131,4 +131,4 @@ TEST_F(Device, selftest_options_are_checked) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::device_test

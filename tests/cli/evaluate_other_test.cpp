@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace symrig::test {
+namespace symrig::test::evaluate_other_test {
 namespace {
 
 using EvaluateOther = CommandTest;
@@ -55,4 +55,4 @@ TEST_F(EvaluateOther, a_capture_tells_how_far_off_its_estimates_may_be) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::evaluate_other_test

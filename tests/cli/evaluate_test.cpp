@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 
-namespace symrig::test {
+namespace symrig::test::evaluate_test {
 namespace {
 
 using Evaluate = CommandTest;
@@ -84,4 +84,4 @@ TEST_F(Inspect, bad_input_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::evaluate_test

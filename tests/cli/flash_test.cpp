@@ -15,7 +15,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::test {
+namespace symrig::test::flash_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -162,4 +162,4 @@ TEST_F(Flash, options_are_checked) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::flash_test

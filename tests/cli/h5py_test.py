@@ -18,6 +18,9 @@ except ImportError as missing:
     print(f"skipped: {missing}; install python3-h5py and python3-numpy")
     sys.exit(77)
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+import command_help
+
 
 def read_pfm(path):
     """Rows × columns × channels, first row on top (PFM stores the last row first)."""
@@ -66,7 +69,7 @@ def main():
     symrig, document = sys.argv[1:]
     apply = documented_apply(document)
     with tempfile.TemporaryDirectory() as folder:
-        for algorithm in ("symrig", "paper", "dual", "brute"):
+        for algorithm in command_help.algorithms(symrig):
             for channels in (1, 3):
                 rig = f"sim:vgroove-textured?size=12x17&noise=off&channels={channels}"
                 check(symrig, apply, pathlib.Path(folder), rig, algorithm)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whoever gives an option expects something of it: one that changes nothing is refused.
 #include "command.hpp"
+#include "symrig/acquisition/algorithms.hpp"
 
-namespace symrig::test {
+namespace symrig::test::idle_options_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -21,19 +22,25 @@ TEST_F(IdleOptions, capture_with_another_algorithm) {
   expect_idle({"--algorithm", "brute", "--tolerance", "0.01"}, "--tolerance", "--algorithm brute");
   expect_idle({"--algorithm", "dual", "--tolerance", "0.01", "--dual-threshold", "0.1"}, "--tolerance",
               "--dual-threshold");
-  for (const char* algorithm : {"symrig", "paper", "brute"}) {
+  for (const AlgorithmInfo& one : algorithms()) {
+    if (one.algorithm == Algorithm::dual) continue;
+    const std::string algorithm(one.name);
     expect_idle({"--algorithm", algorithm, "--dual-threshold", "0.1"}, "--dual-threshold", algorithm);
     expect_idle({"--algorithm", algorithm, "--dual-subtract"}, "--dual-subtract", algorithm);
   }
-  for (const char* algorithm : {"dual", "brute"}) {
+  for (const AlgorithmInfo& one : algorithms()) {
+    if (one.hierarchical) continue;
+    const std::string algorithm(one.name);
     expect_idle({"--algorithm", algorithm, "--polish", "2"}, "--polish", algorithm);
     expect_idle({"--algorithm", algorithm, "--max-patterns", "9"}, "--max-patterns", algorithm);
     expect_idle({"--algorithm", algorithm, "--max-seconds", "9"}, "--max-seconds", algorithm);
     expect_idle({"--algorithm", algorithm, "--photograph-seconds", "9"}, "--photograph-seconds", algorithm);
   }
-  for (const char* algorithm : {"paper", "dual", "brute"}) {
-    expect_idle({"--algorithm", algorithm, "--target-error", "0.1"}, "--target-error", algorithm);
-    expect_idle({"--algorithm", algorithm, "--split", "flat"}, "--split", algorithm);
+  for (const AlgorithmInfo& one : algorithms()) {
+    const std::string algorithm(one.name);
+    if (!one.economy.checks)
+      expect_idle({"--algorithm", algorithm, "--target-error", "0.1"}, "--target-error", algorithm);
+    if (!one.splits_views) expect_idle({"--algorithm", algorithm, "--split", "flat"}, "--split", algorithm);
   }
 }
 
@@ -101,4 +108,4 @@ TEST_F(IdleOptions, bench) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::idle_options_test

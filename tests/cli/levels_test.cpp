@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace symrig::test {
+namespace symrig::test::levels_test {
 namespace {
 
 using Levels = CommandTest;
@@ -39,4 +39,4 @@ TEST_F(Levels, what_does_not_go_together_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::levels_test

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace symrig::test {
+namespace symrig::test::library_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -176,4 +176,4 @@ TEST_F(Library, refuses_what_the_command_refuses) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::library_test

@@ -2,7 +2,9 @@
 // A misspelt word is named as what it is, with the word that was meant.
 #include "command.hpp"
 
-namespace symrig::test {
+#include <sstream>
+
+namespace symrig::test::misspelling_test {
 namespace {
 
 using Misspelling = CommandTest;
@@ -26,8 +28,14 @@ TEST_F(Misspelling, a_value_is_no_option) {
 
 TEST_F(Misspelling, lights) {
   capture_small();
+  const std::string help = symrig({"relight", "--help"}).out;
+  std::istringstream rows(help.substr(help.find("built-in light:\n") + 16));
+  std::string all;
+  for (std::string row; std::getline(rows, row) && row.starts_with("  ");)
+    all += (all.empty() ? "" : ", ") + row.substr(2, row.find(' ', 2) - 2);
+  EXPECT_NE(all.find("letters"), std::string::npos) << help;
   expect_refusal({"relight", "scene.h5", "--light", "lettres", "-o", "a.png"}, kBadInput,
-                 {"lettres", "did you mean 'letters'?", "white, bar, letters, natural"});
+                 {"lettres", "did you mean 'letters'?", "built-in lights: " + all});
   expect_refusal({"relight", "scene.h5", "--light", "none.exr", "-o", "a.png"}, kBadInput,
                  {"none.exr", "built-in lights: white"});
 }
@@ -112,4 +120,4 @@ TEST_F(Misspelling, lint_proposes_exposures_that_differ) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::misspelling_test

@@ -5,7 +5,7 @@
 #include <regex>
 #include <sstream>
 
-namespace symrig::test {
+namespace symrig::test::option_values_test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -118,4 +118,4 @@ TEST_F(OptionValues, whole_numbers_are_decimal) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::option_values_test

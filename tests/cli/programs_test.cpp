@@ -5,7 +5,7 @@
 #include <csignal>
 #include <cstdlib>
 
-namespace symrig::test {
+namespace symrig::test::programs_test {
 namespace {
 
 class Programs : public CommandTest {
@@ -151,4 +151,4 @@ TEST_F(Programs, interrupts_end_safe_with_a_receipt) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::programs_test

@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::test {
+namespace symrig::test::real_photographs_test {
 namespace {
 
 class RealFolder : public CommandTest {
@@ -115,4 +115,4 @@ TEST_P(RealSwappedPair, is_named) {
 INSTANTIATE_TEST_SUITE_P(Pairs, RealSwappedPair, testing::Values(0, 1, 4, 7, 9, 10, 11, 14, 17, 19));
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::real_photographs_test

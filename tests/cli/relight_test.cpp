@@ -9,12 +9,12 @@
 #include <cstring>
 #include <limits>
 
-namespace symrig::test {
+namespace symrig::test::relight_test {
 namespace {
 
 class Relight : public CommandTest {
  protected:
-  void SetUp() override { capture_small(std::string(kSmall) + "&channels=3"); }
+  void SetUp() override { capture_small(fmt::format("{}&channels=3", kSmall)); }
 
   TransportTensor tensor() const { return std::move(load_scene(path("scene.h5")).value().tensor); }
   void write_light(const std::string& name, const Image<float>& light) const {
@@ -168,4 +168,4 @@ TEST_F(Relight, outputs_that_cannot_be_are_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::relight_test

@@ -4,7 +4,7 @@
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
-namespace symrig::test {
+namespace symrig::test::relight_views_test {
 namespace {
 
 constexpr Grid kGrid{12, 18};
@@ -75,4 +75,4 @@ TEST_F(RelightViews, views_that_are_not_there_or_not_written_so_are_usage_errors
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::relight_views_test

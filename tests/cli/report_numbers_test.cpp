@@ -7,7 +7,7 @@
 #include <map>
 #include <sstream>
 
-namespace symrig::test {
+namespace symrig::test::report_numbers_test {
 namespace {
 
 /// A shown number, and how far the true one may be: half of its last digit.
@@ -131,4 +131,4 @@ TEST_F(ReportNumbers, the_file_says_when_and_how_it_was_made) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::report_numbers_test

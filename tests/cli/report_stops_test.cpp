@@ -6,7 +6,7 @@
 #include <map>
 #include <optional>
 
-namespace symrig::test {
+namespace symrig::test::report_stops_test {
 namespace {
 
 struct Stop {
@@ -92,4 +92,4 @@ TEST_F(ReportStops, agree_with_captures_whose_budget_ends_there) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::report_stops_test

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
+#include "symrig/acquisition/algorithms.hpp"
 
-namespace symrig::test {
+namespace symrig::test::report_test {
 namespace {
 
 using Report = CommandTest;
@@ -40,9 +41,9 @@ TEST_F(Report, of_a_simulated_scene_shows_all_that_was_promised) {
 }
 
 TEST_F(Report, every_algorithm_and_colour_have_one) {
-  for (const char* algorithm : {"symrig", "paper", "dual", "brute"}) {
+  for (const std::string_view algorithm : algorithm_names()) {
     ASSERT_EQ(symrig({"capture", "--rig", std::string(kSmall) + "&channels=3", "-o", "scene.h5",
-                      "--algorithm", algorithm})
+                      "--algorithm", std::string(algorithm)})
                   .code,
               0);
     const Outcome outcome = symrig({"report", "scene.h5", "-o", "report.html"});
@@ -68,4 +69,4 @@ TEST_F(Report, bad_input_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::report_test

@@ -8,7 +8,7 @@
 
 #include <sys/resource.h>
 
-namespace symrig::test {
+namespace symrig::test::resume_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -169,4 +169,4 @@ TEST_F(Resume, a_capture_within_its_budgets_says_that_it_is_done) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::resume_test

@@ -3,7 +3,7 @@
 
 #include <fstream>
 
-namespace symrig::test {
+namespace symrig::test::rig_file_test {
 namespace {
 
 using RigFileCommand = CommandTest;
@@ -50,4 +50,4 @@ TEST_F(RigFileCommand, trouble_is_told_and_a_missing_rig_named) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::rig_file_test

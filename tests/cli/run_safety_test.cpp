@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-namespace symrig::test {
+namespace symrig::test::run_safety_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -130,4 +130,4 @@ TEST_F(RunSafety, a_killed_command_leaves_the_lamp_to_the_keep_alive) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::run_safety_test

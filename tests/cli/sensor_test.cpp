@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::test {
+namespace symrig::test::sensor_test {
 namespace {
 
 /// Frames of a simulated sensor, written as 16-bit PNG, and the capture.toml that names them.
@@ -147,4 +147,4 @@ TEST_F(SensorFolder, codes_beyond_their_bits_are_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::sensor_test

@@ -1,39 +1,63 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
+#include "symrig/acquisition/algorithms.hpp"
+#include "symrig/sim/scene.hpp"
 
-namespace symrig::test {
+namespace symrig::test::usage_test {
 namespace {
 
 using Usage = CommandTest;
 
-const std::vector<std::string> kCommands{"capture",   "relight", "dual",  "evaluate", "inspect", "report",
-                                         "calibrate", "fit",     "bench", "list",     "info",    "identify",
-                                         "selftest",  "flash",   "lint",  "compile",  "run",     "trace"};
+struct Command {
+  std::string name, about;
+};
+const std::vector<Command> kCommands{
+#define SYMRIG_COMMAND_ROW(name, about) {#name, about},
+#include "../../host/apps/commands.def"
+#undef SYMRIG_COMMAND_ROW
+};
 
 TEST_F(Usage, help_names_every_command_and_exit_code) {
   const Outcome help = symrig({"--help"});
   EXPECT_EQ(help.code, 0);
   EXPECT_EQ(help.err, "");
-  for (const std::string& command : kCommands)
-    EXPECT_NE(help.out.find("  " + command), std::string::npos) << command;
+  for (const Command& command : kCommands) {
+    const std::size_t line = help.out.find("  " + command.name + " ");
+    ASSERT_NE(line, std::string::npos) << command.name;
+    const std::string rest = help.out.substr(line, help.out.find('\n', line) - line);
+    EXPECT_TRUE(rest.ends_with(" " + command.about)) << rest;
+  }
   EXPECT_NE(help.out.find("Example"), std::string::npos);
   EXPECT_NE(help.out.find("0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit"), std::string::npos);
 }
 
 TEST_F(Usage, each_command_teaches_itself) {
-  for (const std::string& command : kCommands) {
+  for (const auto& [command, about] : kCommands) {
     const Outcome help = symrig({command, "--help"});
     EXPECT_EQ(help.code, 0) << command;
+    EXPECT_NE(help.out.find(about), std::string::npos) << command;
     EXPECT_NE(help.out.find("Example:\n  symrig " + command), std::string::npos) << help.out;
     EXPECT_NE(help.out.find("Exit codes: 0 done"), std::string::npos) << command;
   }
 }
 
-TEST_F(Usage, capture_help_names_every_scene_and_algorithm) {
+TEST_F(Usage, capture_help_has_every_row_of_the_tables) {
   const std::string help = symrig({"capture", "--help"}).out;
-  for (const char* word : {"plane", "vgroove-white", "vgroove-mixed", "vgroove-textured", "gummy", "occluder",
-                           "mirror", "views2", "views3", "paper", "dual", "brute"})
-    EXPECT_NE(help.find(word), std::string::npos) << word;
+  const std::size_t tables = help.find("Algorithms:");
+  ASSERT_NE(tables, std::string::npos);
+  const auto expect_row = [&help, tables](std::string_view name, std::string_view text) {
+    const std::size_t line = help.find("\n  " + std::string(name) + " ", tables);
+    ASSERT_NE(line, std::string::npos) << name;
+    const std::string rest = help.substr(line + 1, help.find('\n', line + 1) - line - 1);
+    EXPECT_NE(rest.find(text), std::string::npos) << rest;
+  };
+  for (const SceneInfo& scene : scenes()) expect_row(scene.name, scene.about);
+  for (const SceneKey& key : scene_keys()) {
+    expect_row(std::string(key.name) + "=" + key.standard, key.meaning);
+    expect_row(std::string(key.name) + "=" + key.standard, "(" + key.values + ")");
+  }
+  for (const AlgorithmInfo& one : algorithms())  // the help wraps its lines
+    expect_row(one.name, one.description.substr(0, one.description.find(';')));
 }
 
 TEST_F(Usage, version_is_told) {
@@ -69,4 +93,4 @@ TEST_F(Usage, unknown_and_missing_options_are_one_line) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::usage_test

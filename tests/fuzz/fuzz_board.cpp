@@ -43,9 +43,9 @@ class LampWatch final : public board_sim::Peripheral {
   std::uint64_t blind_until_ = 0;
 };
 
-class Player {
+class BoardPlayer {
  public:
-  explicit Player(std::span<const std::uint8_t> input) : input_(input) {
+  explicit BoardPlayer(std::span<const std::uint8_t> input) : input_(input) {
     board_.attach(watch_);
     host_.hello();
     configure();
@@ -274,7 +274,7 @@ class Player {
 }  // namespace
 
 void fuzz_board(const std::uint8_t* data, std::size_t size) {
-  Player({data, size}).play();
+  BoardPlayer({data, size}).play();
 }
 
 }  // namespace symrig::fuzz

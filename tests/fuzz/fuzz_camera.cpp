@@ -92,7 +92,7 @@ class LyingSystem final : public camera::VideoSystem {
 
 /// Results do not matter, only that there are some.
 template <class T>
-void done(const Result<T>& result) {
+void expect_error_or_value(const Result<T>& result) {
   require(result.ok() || !result.error().what.empty(), "a failure says what failed");
 }
 
@@ -119,7 +119,7 @@ void stream(V4l2Camera& camera, test::FakeCamera& fake) {
     for (const CameraFrame& taken : *frames)
       require(taken.raw.size() == pixels, "a frame has its grid's size");
   }
-  done(camera.set_control("gain", "10"));
+  expect_error_or_value(camera.set_control("gain", "10"));
   require(!camera.describe().empty(), "a camera has a name");
 }
 
@@ -129,12 +129,12 @@ void fuzz_camera(const std::uint8_t* data, std::size_t size) {
   Input input({data, size});
   const CameraSettings settings = settings_from(input.byte());
   LyingSystem system(input);
-  done(look_at_camera(system, "/dev/video0"));
+  expect_error_or_value(look_at_camera(system, "/dev/video0"));
   auto camera = V4l2Camera::open(settings, system);
-  done(camera);
+  expect_error_or_value(camera);
   if (!camera) return;
   stream(**camera, *system.fake);
-  done((*camera)->reopen());
+  expect_error_or_value((*camera)->reopen());
 }
 
 }  // namespace symrig::fuzz

@@ -61,9 +61,9 @@ class Counter final : public firmware::Requests {
   }
 };
 
-class Player {
+class LinkPlayer {
  public:
-  explicit Player(std::span<const std::uint8_t> bytes) : input_(bytes) {}
+  explicit LinkPlayer(std::span<const std::uint8_t> bytes) : input_(bytes) {}
 
   void play() {
     while (!input_.empty()) move();
@@ -220,7 +220,7 @@ class Player {
 }  // namespace
 
 void fuzz_link(const std::uint8_t* data, std::size_t size) {
-  Player({data, size}).play();
+  LinkPlayer({data, size}).play();
 }
 
 }  // namespace symrig::fuzz

@@ -124,7 +124,7 @@ class Liar final : public Link {
 
 /// Results do not matter, only that there are some.
 template <class T>
-void done(const Result<T>& result) {
+void expect_error_or_reply(const Result<T>& result) {
   require(result.ok() || !result.error().what.empty(), "a failure says what failed");
 }
 
@@ -142,20 +142,20 @@ std::vector<LineConfig> lines_of(const BoardInfo& info) {
 
 void talk(Board& board, Input& input) {
   using namespace std::chrono_literals;
-  done(board.configure(lines_of(board.info())));
+  expect_error_or_reply(board.configure(lines_of(board.info())));
   const auto program = Program::from_bytes(compact_program(input, input.byte() % 80U));
-  if (program.ok()) done(board.run(*program, 50ms));
-  done(board.status());
-  done(board.time());
-  done(board.line_use("lamp_enable"));
-  done(board.verify_program());
-  done(board.set_line("lamp_enable", true));
-  done(board.identify(1s));
-  done(board.store_config("bench"));
-  done(board.clear_fault());
-  done(board.keep_alive(20ms));
-  done(board.abort());
-  done(board.reboot(false));
+  if (program.ok()) expect_error_or_reply(board.run(*program, 50ms));
+  expect_error_or_reply(board.status());
+  expect_error_or_reply(board.time());
+  expect_error_or_reply(board.line_use("lamp_enable"));
+  expect_error_or_reply(board.verify_program());
+  expect_error_or_reply(board.set_line("lamp_enable", true));
+  expect_error_or_reply(board.identify(1s));
+  expect_error_or_reply(board.store_config("bench"));
+  expect_error_or_reply(board.clear_fault());
+  expect_error_or_reply(board.keep_alive(20ms));
+  expect_error_or_reply(board.abort());
+  expect_error_or_reply(board.reboot(false));
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::fuzz {
+namespace symrig::fuzz::fuzz_targets_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -82,4 +82,4 @@ TEST(Fuzz, reply) {
 }
 
 }  // namespace
-}  // namespace symrig::fuzz
+}  // namespace symrig::fuzz::fuzz_targets_test

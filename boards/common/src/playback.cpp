@@ -29,7 +29,7 @@ Tick Playback::start(Tick tick, Tick now) {
 
 Tick Playback::due() const {
   if (!playing_) return hal::kNever;
-  // An edge just before a wait's time ran out is known only so much later.
+  // An edge shortly before the time-out is known `input` ticks later.
   return waiting_ ? next_ + promise_.input : next_;
 }
 
@@ -42,8 +42,7 @@ void Playback::act(Tick now) {
   play(segment, now);
 }
 
-/// A word that comes after its own end would be squeezed between its neighbours: that is no pulse anybody
-/// planned.
+/// A word that is later than its own end would be a shorter pulse than planned. It counts as an underrun.
 void Playback::play(const Segment& segment, Tick now) {
   if (now >= next_ + segment.ticks) {
     underrun_ = true;
@@ -120,7 +119,7 @@ void Playback::fall() {
   stop_safe();
 }
 
-/// The outcomes of waits stay to be told.
+/// Keeps the outcomes of waits, which the firmware still has to read.
 void Playback::stop() {
   playing_ = false;
   waiting_ = false;

@@ -14,7 +14,7 @@
 
 namespace symrig::board_linux {
 
-/// A transfer and its memory; must stay where it is while it is under way.
+/// A transfer and its memory. It must not move while the transfer runs.
 struct Transfer {
   std::vector<std::uint8_t> buffer;
   iocb request{};
@@ -28,8 +28,8 @@ struct Completed {
   std::int64_t result = 0;  ///< bytes, or a negated errno
 };
 
-/// The kernel's asynchronous reads and writes, for files whose reads would wait (FunctionFS's endpoints do,
-/// O_NONBLOCK or not). Its descriptor is readable when some have ended.
+/// The kernel's asynchronous reads and writes. For files whose reads block in spite of O_NONBLOCK, as
+/// FunctionFS endpoints do. Its descriptor is readable when transfers have ended.
 class AioQueue {
  public:
   /// fails: io.
@@ -38,13 +38,13 @@ class AioQueue {
   AioQueue& operator=(AioQueue&&) = delete;
   AioQueue(const AioQueue&) = delete;
   AioQueue& operator=(const AioQueue&) = delete;
-  /// Waits for what is under way to be called off.
+  /// Cancels the running transfers, and waits for their end.
   ~AioQueue();
 
   int fd() const { return bell_.get(); }
-  /// Reads up to `size` bytes into, or writes the first `size` of, the transfer's buffer. false: refused.
+  /// Reads up to `size` bytes into the transfer's buffer, or writes its first `size` bytes. false: refused.
   bool submit(Transfer& transfer, int fd, std::size_t size, bool input);
-  /// The next that have ended, in order; empty if there are none. Valid until the next call.
+  /// The transfers that have ended, in order; may be empty. Valid until the next call.
   std::span<const Completed> completed();
   void quiet() const;
 

@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::size_t kMaxLines = 32;
 constexpr std::size_t kMaxOutputs = 28;
-constexpr std::size_t kLineName = 23;  // of the wire (symrig.options)
+constexpr std::size_t kLineName = 23;  // limit of the wire (symrig.options)
 constexpr std::size_t kPinName = 15;
 constexpr std::size_t kBoardName = 23;
 constexpr std::uint64_t kMaxFile = 1U << 20U;
 
-/// Reads the keys of one table; keeps the first thing that is wrong.
+/// Reads the keys of one table. Keeps the first error.
 class Keys {
  public:
   Keys(const toml::table& table, std::string place, std::optional<Error>& error)
@@ -33,7 +33,7 @@ class Keys {
     for (const auto& [key, value] : table_)
       if (std::find(known.begin(), known.end(), key.str()) == known.end())
         fail(fmt::format("{}: unknown key '{}'", place_, key.str()),
-             fmt::format("it knows {}", fmt::join(known, ", ")));
+             fmt::format("known keys: {}", fmt::join(known, ", ")));
   }
   template <class T>
   void read(std::string_view key, T& out, std::string_view kind) {
@@ -120,7 +120,7 @@ class Reader {
     std::string tcp;
     keys.text("tcp", tcp, 200);
     if (!tcp.empty() && !split_address(tcp))
-      keys.fail(fmt::format("{}: [link]: tcp '{}' is no ADDRESS:PORT", source_, tcp),
+      keys.fail(fmt::format("{}: [link]: tcp '{}' is not ADDRESS:PORT", source_, tcp),
                 "for example 127.0.0.1:7700");
   }
 
@@ -175,7 +175,7 @@ class Reader {
       line.gpio = line.name;
       keys.text("gpio", line.gpio, 63);
       keys.text("pin", line.pin, kPinName);
-      if (line.name.empty()) keys.fail(fmt::format("{}: [[{}]] without a name", source_, kind), "name it");
+      if (line.name.empty()) keys.fail(fmt::format("{}: [[{}]] without a name", source_, kind), "add a name");
       file_.lines.push_back(line);
     }
   }
@@ -187,14 +187,14 @@ class Reader {
       if (!names.insert(line.name).second)
         keys.fail(fmt::format("{}: two lines are called '{}'", source_, line.name), "rename one");
       if (!gpios.insert(line.gpio).second)
-        keys.fail(fmt::format("{}: GPIO line '{}' is named twice", source_, line.gpio),
-                  "take another for one");
+        keys.fail(fmt::format("{}: GPIO line '{}' appears twice", source_, line.gpio),
+                  "choose another GPIO line for one of them");
     }
     const std::size_t outputs = std::count_if(file_.lines.begin(), file_.lines.end(),
                                               [](const BoardLine& line) { return line.output; });
     if (outputs == 0 || outputs > kMaxOutputs || file_.lines.size() > kMaxLines)
       keys.fail(fmt::format("{}: {} outputs and {} inputs", source_, outputs, file_.lines.size() - outputs),
-                fmt::format("a board has 1 to {} outputs, and {} lines at most", kMaxOutputs, kMaxLines));
+                fmt::format("a board has 1 to {} outputs, and at most {} lines", kMaxOutputs, kMaxLines));
   }
 
   std::string source_;
@@ -222,7 +222,7 @@ Result<BoardFile> parse_board_file(std::string_view text, const std::string& sou
   } catch (const toml::parse_error& error) {
     return Error{ErrorCode::bad_format,
                  fmt::format("{}:{}: {}", source, error.source().begin.line, error.description()),
-                 "docs/board-linux.md shows a whole file"};
+                 "docs/board-linux.md has a complete example"};
   }
 }
 

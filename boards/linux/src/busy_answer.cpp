@@ -14,7 +14,7 @@ std::vector<std::uint8_t> answer_to(const protocol::FrameHeader& request) {
   protocol::BodyBuffer body{};
   const std::size_t size = encode(reply, body);
   const auto urgent = static_cast<std::uint8_t>(request.flags & protocol::flag::urgent);
-  // An urgent request's number is a token that comes back as it is.
+  // The number of an urgent request is a token, which the answer returns unchanged.
   const auto ack = static_cast<std::uint16_t>(urgent != 0 ? request.seq : request.seq + 1);
   std::vector<std::uint8_t> wire(protocol::kMaxWire);
   wire.resize(protocol::encode_frame({protocol::kProtoMajor, Kind::reply, 0, ack, 0, urgent},

@@ -9,10 +9,10 @@
 
 namespace symrig::board_linux {
 
-/// What a host hears while another one has the board: code 19 (busy) to its first request.
+/// The answer to a host while another one uses the board: code 19 (busy) to its first request.
 class BusyAnswer {
  public:
-  /// Takes bytes from the host. Returns the answer once a request is complete; empty before.
+  /// Takes bytes from the host. Returns the answer when a request is complete, else nothing.
   std::vector<std::uint8_t> take(std::span<const std::uint8_t> bytes);
 
  private:

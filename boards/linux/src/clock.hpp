@@ -12,7 +12,7 @@ inline constexpr std::uint64_t kTickHz = 1'000'000'000;  ///< one tick is one na
 inline constexpr hal::Tick kMicrosecond = 1'000;
 inline constexpr hal::Tick kMillisecond = 1'000'000;
 
-/// Nanoseconds of CLOCK_MONOTONIC: what the kernel stamps edges with, too. Async-signal-safe.
+/// Nanoseconds of CLOCK_MONOTONIC, which the kernel uses to stamp edges. Async-signal-safe.
 inline hal::Tick monotonic_now() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);

@@ -18,7 +18,7 @@ namespace symrig::board_linux {
 namespace {
 
 constexpr hal::Tick kPlayingPause =
-    2 * kMillisecond;  // between two looks at the queue (poll_ticks counts on it)
+    2 * kMillisecond;  // between two checks of the queue (poll_ticks depends on it)
 constexpr hal::Tick kIdlePause = 100 * kMillisecond;    // a quarter of the player's usual patience
 constexpr hal::Tick kLongSave = 60'000 * kMillisecond;  // a worn memory card
 constexpr hal::Tick kPetPause = 500 * kMillisecond;
@@ -106,7 +106,7 @@ void Daemon::start_core(hal::ResetCause cause) {
   note_safe_levels();
 }
 
-/// There is no boot loader: a daemon is updated by its package.
+/// A daemon has no boot loader: its package updates it.
 void Daemon::reboot(bool) {
   reboot_asked_ = true;
 }
@@ -114,8 +114,8 @@ void Daemon::reboot(bool) {
 Result<void> Daemon::run(int stop) {
   const Emergency emergency(*parts_.gpio);
   const std::string slow = player_->begin();
-  if (!slow.empty()) log_line("the player is not as prompt as it could be: " + slow);
-  if (parts_.file.priority > 1) run_first(parts_.file.priority - 1);  // the player has said it if not
+  if (!slow.empty()) log_line("the player may be late: " + slow);
+  if (parts_.file.priority > 1) run_first(parts_.file.priority - 1);  // the player reported any failure
   start_core(mark_.begin());
   Result<void> ended = serve(stop);
   player_->force(core_->safe_levels());
@@ -134,7 +134,7 @@ Result<void> Daemon::turn() {
   links_.serve(clock_.now());
   SYMRIG_CHECK(check_player());
   if (player_->take_starved()) {
-    log_line("the daemon stood still for too long: outputs were made safe, the board starts anew");
+    log_line("the daemon was blocked for too long: outputs were made safe, the board restarts");
     start_core(hal::ResetCause::watchdog);
   }
   core_->poll();
@@ -168,10 +168,10 @@ bool Daemon::wait_for_work(int stop) {
 
 Result<void> Daemon::check_player() const {
   if (const int error = player_->broken(); error != 0)
-    return Error{ErrorCode::device_lost, fmt::format("a GPIO line does not obey ({})", std::strerror(error)),
-                 "check the chip and its driver (gpioinfo, the kernel's log)"};
+    return Error{ErrorCode::device_lost, fmt::format("a GPIO line failed ({})", std::strerror(error)),
+                 "check the chip and its driver (gpioinfo, kernel log)"};
   const hal::Tick last = player_->last_round();
-  // Nothing of the player can be trusted any more. Breaking down makes the lines safe without it.
+  // The player's state is unknown now. The signal handler of abort() makes the lines safe without it.
   if (clock_.now() > last + 5 * parts_.patience) std::abort();
   return {};
 }
@@ -181,13 +181,13 @@ void Daemon::note_safe_levels() {
   Emergency::set_safe(safe);
   if (noted_safe_ == safe) return;
   noted_safe_ = safe;
-  if (!safe_file_.save(safe)) log_line("the safe levels could not be noted in the run folder");
+  if (!safe_file_.save(safe)) log_line("cannot write the safe levels to the run folder");
 }
 
 void Daemon::tell_holder() {
   std::string holder = links_.holder();
   if (holder == told_holder_) return;
-  log_line(holder.empty() ? "the host has gone (" + told_holder_ + ")" : "a host is there (" + holder + ")");
+  log_line(holder.empty() ? "host disconnected (" + told_holder_ + ")" : "host connected (" + holder + ")");
   told_holder_ = std::move(holder);
 }
 

@@ -18,7 +18,7 @@
 
 namespace symrig::board_linux {
 
-/// The firmware core on this machine's lines and links.
+/// Runs the firmware core on this computer's lines and links.
 class Daemon final : private hal::System {
  public:
   static constexpr std::size_t kSegments = 4096;  ///< in the player's queue
@@ -29,8 +29,9 @@ class Daemon final : private hal::System {
     Abilities abilities;
     std::unique_ptr<Gpio> gpio;
     std::vector<std::unique_ptr<Transport>> transports;
-    /// The outputs go safe if the main loop has stood still for so long; the process ends if the player has
-    /// for five times as long. Tests that a busy machine must not disturb give more.
+    /// The outputs go to their safe levels if the main loop has been blocked for this long. The process ends
+    /// if the player has been blocked for five times as long. Tests use a longer time, so that a busy
+    /// computer does not disturb them.
     hal::Tick patience = 400 * kMillisecond;
   };
 
@@ -39,8 +40,8 @@ class Daemon final : private hal::System {
   Daemon(const Daemon&) = delete;
   Daemon& operator=(const Daemon&) = delete;
 
-  /// Serves hosts until `stop` is readable; then the outputs are safe. fails: device_lost (a GPIO chip or the
-  /// player is gone), io; the outputs are as safe as they can be made then.
+  /// Serves hosts until `stop` is readable, then makes the outputs safe.
+  /// fails: device_lost (a GPIO chip or the player failed), io. The outputs are then as safe as possible.
   Result<void> run(int stop);
 
  private:
@@ -91,8 +92,7 @@ class Daemon final : private hal::System {
   std::vector<pollfd> fds_;
 };
 
-/// Levels that lines should have when nobody drives them: those in force when the last daemon was there, else
-/// those of the stored configuration, else low.
+/// The safe levels at the start: those of the last daemon, else those of the stored configuration, else low.
 std::uint32_t kept_safe_levels(const BoardFile& file);
 
 }  // namespace symrig::board_linux

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::array<int, 5> kBreakdowns{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 
-// What a signal handler can reach is global.
+// A signal handler can only use globals.
 std::atomic<Gpio*> emergency_gpio = nullptr;
 std::atomic<std::uint32_t> emergency_levels = 0;
 static_assert(std::atomic<Gpio*>::is_always_lock_free && std::atomic<std::uint32_t>::is_always_lock_free);

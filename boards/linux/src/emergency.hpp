@@ -7,11 +7,11 @@
 
 namespace symrig::board_linux {
 
-/// Outputs go to their safe levels when the process breaks down: SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (so
-/// also std::terminate). Nothing can be done about SIGKILL, a stopped kernel, or power.
+/// Sets the outputs to their safe levels if the process crashes: SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT
+/// (including std::terminate). It cannot help against SIGKILL, a stopped kernel, or power loss.
 class Emergency {
  public:
-  /// From here on, until it goes. There is one at a time; gpio outlives it.
+  /// Active until it is destroyed. Only one may exist at a time. gpio must outlive it.
   explicit Emergency(Gpio& gpio);
   ~Emergency();
   Emergency(const Emergency&) = delete;

@@ -11,11 +11,11 @@ namespace {
 constexpr std::string_view kInterface = "symrig";
 constexpr std::string_view kDriver = "WINUSB";
 constexpr std::string_view kGuidName = "DeviceInterfaceGUIDs";
-constexpr std::string_view kGuid = "{6B8A3D5C-9E0F-4C1B-8A57-2D4F1E7C9B30}";  // boards/pico has the same
+constexpr std::string_view kGuid = "{6B8A3D5C-9E0F-4C1B-8A57-2D4F1E7C9B30}";  // the same as in boards/pico
 constexpr std::uint16_t kFullSpeedPacket = 64;
 constexpr std::uint16_t kHighSpeedPacket = 512;
 constexpr std::uint16_t kEnglish = 0x0409;
-constexpr std::uint16_t kCompatibleId = 4;  // wIndex of the two kinds of Microsoft descriptor
+constexpr std::uint16_t kCompatibleId = 4;  // wIndex of Microsoft's compatible-id descriptor
 constexpr std::uint16_t kProperties = 5;
 constexpr std::uint32_t kListOfStrings = 7;
 
@@ -61,7 +61,7 @@ Bytes compatible_id(unsigned version) {
   return out;
 }
 
-/// The kernel makes UTF-16 of these texts.
+/// The kernel converts these texts to UTF-16.
 Bytes properties(unsigned version) {
   constexpr std::uint32_t kNameSize = kGuidName.size() + 1;
   constexpr std::uint32_t kGuidSize = kGuid.size() + 2;  // a list ends with an empty text

@@ -53,19 +53,19 @@ std::string group_of(const fs::path& path) {
 
 Error no_right(const fs::path& chip) {
   const std::string group = group_of(chip);
-  return {ErrorCode::device_refused, fmt::format("{} cannot be opened: permission denied", chip.string()),
+  return {ErrorCode::device_refused, fmt::format("no permission to open {}", chip.string()),
           group == "root" ? "install symrig's udev rules, which give the chips to group 'gpio'"
                           : fmt::format("run as a member of group '{}'", group)};
 }
 
-/// All named lines of all chips that can be opened.
+/// All named lines of the chips that can be opened.
 class Directory {
  public:
   Result<void> read() {
     const auto paths = chip_paths();
     if (paths.empty())
-      return Error{ErrorCode::not_found, "this machine has no GPIO chip",
-                   "load its driver; gpiodetect lists them"};
+      return Error{ErrorCode::not_found, "this computer has no GPIO chip",
+                   "load its driver; gpiodetect lists the chips"};
     for (const fs::path& path : paths) SYMRIG_CHECK(read_chip(path));
     return {};
   }
@@ -97,19 +97,19 @@ class Directory {
     return {};
   }
 
-  /// A line that is not there may be on a chip that we may not open.
+  /// The line may be on a chip that this user may not open.
   Error missing(const BoardLine& wanted) const {
     if (!shut_.empty()) return no_right(shut_);
     return {ErrorCode::unknown_name,
             fmt::format("no GPIO line is called '{}' (the board's '{}')", wanted.gpio, wanted.name),
-            "gpioinfo lists them; name the right one in board.toml"};
+            "gpioinfo lists them; correct the name in board.toml"};
   }
 
   std::multimap<std::string, Place> lines_;
   fs::path shut_;
 };
 
-/// Why the kernel did not give these lines.
+/// The reason why the kernel refused these lines.
 Error refused(const std::string& path, const std::vector<ChipLine>& lines,
               const std::vector<BoardLine>& names, const Error& cause) {
   const Chip chip(gpiod_chip_open(path.c_str()));
@@ -120,10 +120,10 @@ Error refused(const std::string& path, const std::vector<ChipLine>& lines,
     const std::string who = consumer != nullptr ? fmt::format("'{}'", consumer) : "the kernel";
     return {ErrorCode::device_refused,
             fmt::format("GPIO line '{}' is in use by {}", names[one.line].gpio, who),
-            "end that, or name another line in board.toml"};
+            "end that program, or choose another line in board.toml"};
   }
-  return {ErrorCode::io, fmt::format("{} does not give its lines: {}", path, cause.what),
-          "the chip may lack edge interrupts, or the kernel is older than 5.10"};
+  return {ErrorCode::io, fmt::format("cannot get lines of {}: {}", path, cause.what),
+          "the chip may lack edge interrupts, or the kernel may be older than 5.10"};
 }
 
 using ByChip = std::map<std::string, std::vector<ChipLine>>;

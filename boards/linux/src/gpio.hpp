@@ -17,17 +17,16 @@ class Gpio {
   Gpio& operator=(const Gpio&) = delete;
   virtual ~Gpio() = default;
 
-  /// Sets the outputs among `lines`, those of one chip by one call. false: errno tells why.
-  /// Async-signal-safe, because a process that breaks down makes its lines safe with it.
+  /// Sets the outputs among `lines`, with one call per chip. false: see errno.
+  /// Async-signal-safe, because a crashing process uses it to make its lines safe.
   virtual bool put(std::uint32_t levels, std::uint32_t lines) noexcept = 0;
   bool put(std::uint32_t levels) noexcept { return put(levels, UINT32_MAX); }
-  /// Levels of the inputs now; output bits are 0. false: errno tells why.
+  /// Present levels of the inputs; output bits are 0. false: see errno.
   virtual bool inputs(std::uint32_t& levels) const noexcept = 0;
-  /// Readable while edges wait.
+  /// Descriptors that are readable while edges wait.
   virtual std::span<const int> edge_fds() const = 0;
-  /// Takes edges of inputs in order of time, without waiting: at most out.size(). Their ticks are
-  /// CLOCK_MONOTONIC, by the kernel where it answered the interrupt. lost is set if the kernel had more than
-  /// it could keep.
+  /// Takes input edges in order of time, at most out.size(), without waiting. The kernel stamps them with
+  /// CLOCK_MONOTONIC when it handles the interrupt. lost: set if the kernel's buffer overflowed.
   virtual std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) = 0;
 };
 

@@ -30,7 +30,7 @@ Result<std::vector<std::uint8_t>> unique_id(const BoardFile& file) {
   std::transform(machine->begin(), machine->end(), std::back_inserter(seed),
                  [](std::byte one) { return static_cast<std::uint8_t>(one); });
   append_crc(id, seed);
-  seed.push_back(1);  // another four bytes
+  seed.push_back(1);  // for the second four bytes
   std::reverse(seed.begin(), seed.end());
   append_crc(id, seed);
   return id;

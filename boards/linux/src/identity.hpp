@@ -9,10 +9,11 @@
 
 namespace symrig::board_linux {
 
-/// The board's unique id: what the file says, else 8 bytes made from this machine's id and the board's name
-/// (machine-id(5) asks not to give the id itself away). fails: not_found (neither is there).
+/// The board's unique id: the file's id, else 8 bytes that are computed from this computer's id and the
+/// board's name. machine-id(5) forbids publishing the id itself.
+/// fails: not_found (neither exists).
 Result<std::vector<std::uint8_t>> unique_id(const BoardFile& file);
-/// In hexadecimal: the serial number of the USB device.
+/// In hexadecimal, as the serial number of the USB device.
 std::string hexadecimal(const std::vector<std::uint8_t>& bytes);
 
 }  // namespace symrig::board_linux

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr std::string_view kRunning = "running\n";
 constexpr std::string_view kEnded = "ended\n";
 
-/// "" if there is nothing readable.
+/// "" if the file cannot be read.
 std::string text_of(const fs::path& path) {
   const auto bytes = read_file(path, 4096);
   if (!bytes) return {};
@@ -64,7 +64,7 @@ hal::FaultRecord FaultFile::load() const {
 void FaultFile::save(const hal::FaultRecord& record) {
   std::error_code ignored;
   if (record.code == 0 && !fs::exists(path_, ignored)) return;
-  // A fault that cannot be kept is still told to the host; there is nobody else to complain to.
+  // An error here is ignored: the host still gets the fault.
   [[maybe_unused]] const auto kept =
       write_file_atomically(path_, fmt::format("{} {} {}\n", record.code, record.tick, record.arg));
 }

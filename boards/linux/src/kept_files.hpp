@@ -12,8 +12,8 @@
 
 namespace symrig::board_linux {
 
-/// The stored configuration and label, in a file that is replaced as a whole. Writing to a memory card can
-/// take seconds: `before` is called first, `after` when it is done.
+/// The stored configuration and label. The file is always replaced as a whole. Writing to a memory card can
+/// take seconds, so `before` is called before and `after` after it.
 class SettingsFile final : public hal::Settings {
  public:
   using Call = std::function<void()>;
@@ -27,7 +27,7 @@ class SettingsFile final : public hal::Settings {
   Call before_, after_;
 };
 
-/// The last fault, in the run folder: it survives the daemon, not a power cycle.
+/// The last fault, in the run folder. It survives the daemon, but not a power cycle.
 class FaultFile final : public hal::FaultStore {
  public:
   explicit FaultFile(std::filesystem::path path) : path_(std::move(path)) {}
@@ -38,12 +38,12 @@ class FaultFile final : public hal::FaultStore {
   std::filesystem::path path_;
 };
 
-/// Tells a daemon how the one before it ended.
+/// Finds out how the previous daemon ended.
 class RunMark {
  public:
   explicit RunMark(std::filesystem::path path) : path_(std::move(path)) {}
-  /// watchdog if the last one was killed or broke down; power if it ended well or there was none since the
-  /// machine came up. From here on "running" is noted.
+  /// Returns watchdog if the previous daemon was killed or crashed. Returns power if it ended normally or is
+  /// the first since boot. Then records that this daemon is running.
   hal::ResetCause begin();
   void end_well();
 
@@ -51,7 +51,7 @@ class RunMark {
   std::filesystem::path path_;
 };
 
-/// The safe levels in force, for `symrigd --safe`: whoever cleans up after a daemon that was killed.
+/// The present safe levels. `symrigd --safe` reads them after a daemon was killed.
 class SafeLevelsFile {
  public:
   explicit SafeLevelsFile(std::filesystem::path path) : path_(std::move(path)) {}

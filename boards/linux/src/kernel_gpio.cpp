@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kEventsAtOnce = 64;
 
-/// The board's word as the bits of a request.
+/// Converts the board's word to the bits of a request.
 gpio_v2_line_values to_values(const LineRequest& request, std::uint32_t levels,
                               std::uint32_t lines) noexcept {
   gpio_v2_line_values values{};
@@ -63,7 +63,7 @@ bool KernelGpio::inputs(std::uint32_t& levels) const noexcept {
   return true;
 }
 
-/// Edges of one chip come in order; those of several are sorted by whoever keeps them (PinLog).
+/// Edges of one chip are in order. PinLog sorts the edges of several chips.
 std::size_t KernelGpio::read_edges(std::span<hal::CapturedEdge> out, bool& lost) {
   std::array<gpio_v2_line_event, kEventsAtOnce> events{};
   std::size_t count = 0;

@@ -9,7 +9,7 @@
 
 namespace symrig::board_linux {
 
-/// Lines of this machine, held for as long as it lives.
+/// GPIO lines of this computer. They are released when the object is destroyed.
 class KernelGpio final : public Gpio {
  public:
   KernelGpio(std::vector<LineRequest> outputs, std::vector<LineRequest> inputs);

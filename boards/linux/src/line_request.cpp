@@ -11,7 +11,7 @@ namespace symrig::board_linux {
 namespace {
 
 constexpr char kConsumer[] = "symrigd";
-constexpr std::uint32_t kEdgesKept = 1024;  // by the kernel, for each request; it may keep fewer
+constexpr std::uint32_t kEdgesKept = 1024;  // edges buffered by the kernel per request; it may buffer fewer
 
 Result<LineRequest> ask(int chip, const std::vector<ChipLine>& lines, gpio_v2_line_request& request) {
   LineRequest made;

@@ -12,9 +12,9 @@
 
 namespace symrig::board_linux {
 
-/// All ways to the host as one link: whoever speaks first has the board, until its end goes away. Others hear
-/// that it is busy. A way without connections (USB, serial) does not show that a program has ended: its host
-/// gives way if it has been silent for five seconds and another one speaks.
+/// Joins all links to one. The first host that sends something gets the board until it disconnects; others
+/// get "busy". USB and serial links do not show that a program has ended. So their host loses the board if it
+/// has been silent for five seconds and another one sends something.
 class LinkSwitch final : public hal::ByteLink {
  public:
   explicit LinkSwitch(std::vector<std::unique_ptr<Transport>> transports)
@@ -26,10 +26,10 @@ class LinkSwitch final : public hal::ByteLink {
   bool attached() const override { return holder_ != nullptr && holder_->attached(); }
 
   void watch(std::vector<pollfd>& fds) const;
-  /// Serves every way and decides who has the board at `now`. Returns true if that has changed: the firmware
-  /// must then see one poll without a host, so that it forgets what the last one left half said.
+  /// Serves every link and decides who has the board at `now`. Returns true if that changed. The firmware
+  /// must then poll once without a host, to discard an incomplete message of the last host.
   bool serve(hal::Tick now);
-  /// Name of the way that has the board; empty: nobody.
+  /// Name of the link that has the board; empty: none.
   std::string holder() const { return holder_ != nullptr ? holder_->name() : std::string(); }
   bool pending() const { return holder_ != nullptr && holder_->pending(); }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// symrigd: a Linux machine with GPIO lines as a trigger board.
+// symrigd: a Linux computer with GPIO lines as a trigger board.
 #include "daemon.hpp"
 #include "find_lines.hpp"
 #include "identity.hpp"
@@ -26,8 +26,8 @@
 namespace symrig::board_linux {
 namespace {
 
-constexpr unsigned kQuickWakes = 300;    // at every start: a third of a second
-constexpr unsigned kWakesASecond = 800;  // of --measure
+constexpr unsigned kQuickWakes = 300;    // at every start: takes a third of a second
+constexpr unsigned kWakesASecond = 800;  // for --measure
 constexpr const char* kDefaultFile = "/etc/symrig/board.toml";
 
 struct Arguments {
@@ -59,11 +59,11 @@ Result<std::vector<std::unique_ptr<Transport>>> open_transports(const BoardLinks
   if (links.tcp_port != 0)
     SYMRIG_CHECK(add(SocketTransport::listen_tcp(links.tcp_host, links.tcp_port), out));
   if (!out.empty()) return out;
-  return Error{ErrorCode::bad_format, "the board has no way to a host",
-               "name one under [link] in board.toml"};
+  return Error{ErrorCode::bad_format, "the board has no link to a host",
+               "add one under [link] in board.toml"};
 }
 
-/// Ending by these is asked for; they are read in the main loop.
+/// These signals ask the daemon to end. The main loop reads them.
 Fd open_stop_signals() {
   sigset_t wanted;
   sigemptyset(&wanted);
@@ -96,7 +96,7 @@ Result<void> measure_and_keep(const BoardFile& file, unsigned seconds) {
   SYMRIG_CHECK(write_standard_output(measured_text(measured, abilities_of(measured, file))));
   if (!kept) return kept;
   return write_standard_output(printable(
-      fmt::format("kept in {}; the next start promises nothing better\n", measured_path(file).string())));
+      fmt::format("stored in {}; the next start uses these or worse\n", measured_path(file).string())));
 }
 
 Result<void> serve(const BoardFile& file) {
@@ -114,7 +114,7 @@ Result<void> serve(const BoardFile& file) {
                        can.promise.lateness / kMicrosecond));
   const hal::Tick seen = std::max(measured.word.most, measured.set.most);
   if (seen > can.promise.lateness)
-    log_line(fmt::format("this machine was {} us late while it was measured: runs will count late words",
+    log_line(fmt::format("this computer was {} us late during the measurement: runs will count late words",
                          seen / kMicrosecond));
   SYMRIG_TRY(auto transports, open_transports(file.links));
   Daemon daemon({file, std::move(id), can, std::move(gpio), std::move(transports)});
@@ -144,22 +144,22 @@ int main(int argc, char** argv) {
   try {
     symrig::board_linux::Arguments arguments;
     CLI::App app(
-        "A Linux machine with GPIO lines as symrig's trigger board (best effort: it measures what it can "
+        "A Linux computer with GPIO lines as symrig's trigger board (best effort: it measures what it can "
         "keep, and refuses what it cannot)",
         "symrigd");
     app.set_version_flag("--version", SYMRIG_VERSION);
     app.add_option("--config", arguments.config,
-                   "Lines and links (default: /etc/symrig/board.toml, if it is there)")
+                   "Lines and links (default: /etc/symrig/board.toml, if it exists)")
         ->type_name("FILE");
-    auto* safe = app.add_flag("--safe", arguments.safe, "Put all outputs to their safe levels and end");
-    auto* id = app.add_flag("--id", arguments.id, "Print the board's serial number and end");
+    auto* safe = app.add_flag("--safe", arguments.safe, "Set all outputs to their safe levels and exit");
+    auto* id = app.add_flag("--id", arguments.id, "Print the board's serial number and exit");
     app.add_option("--measure", arguments.measure_seconds,
-                   "Measure this machine for so long, keep and print the result")
+                   "Measure this computer for this time, store and print the result")
         ->type_name("SECONDS")
         ->check(CLI::Range(1, 3600))
         ->excludes(safe, id);
     app.footer(
-        "Exit codes: 0 ended when asked to, 2 usage, 3 a line, chip or link is not to be had, 4 bad file.");
+        "Exit codes: 0 ended on request, 2 usage, 3 a line, chip or link is not available, 4 bad file.");
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

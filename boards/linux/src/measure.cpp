@@ -18,7 +18,7 @@ namespace {
 
 constexpr hal::Tick kNap = 500 * kMicrosecond;
 constexpr hal::Tick kLongestSpin = 100 * kMicrosecond;
-constexpr unsigned kWarmUp = 16;  // first rounds fill caches and page tables; a run's first words do not
+constexpr unsigned kWarmUp = 16;  // the first rounds fill caches and page tables and do not count
 constexpr unsigned kPushes = 1024;
 constexpr std::uint64_t kCap = 200 * kMillisecond;
 constexpr std::uint64_t kFar = 1'000 * kMillisecond;
@@ -35,7 +35,7 @@ void wait_for(int fd) {
   }
 }
 
-/// Returns when the clock read `tick` at the latest that a sleep and the last look at the clock allow.
+/// Sleeps, then watches the clock until `tick`. Returns the last clock reading.
 hal::Tick sleep_to(const Alarm& alarm, hal::Tick tick, hal::Tick spin) {
   alarm.set(tick - spin);
   wait_for(alarm.fd());
@@ -91,7 +91,7 @@ Spread time_nudges(unsigned count, int priority) {
   });
   std::vector<std::uint64_t> times(count);
   for (auto& one : times) {
-    std::this_thread::sleep_for(std::chrono::microseconds(100));  // it must be asleep, as it is in earnest
+    std::this_thread::sleep_for(std::chrono::microseconds(100));  // the thread must be asleep, as in a run
     const hal::Tick rung = monotonic_now();
     bell.ring();
     wait_for(answer.fd());
@@ -156,16 +156,16 @@ Abilities abilities(const Measured& measured, std::uint32_t lateness, std::size_
   Abilities out;
   out.spin = spin_for(measured.wake);
   out.promise.lateness = bounded(lateness != 0 ? lateness : worst_word, kCap);
-  // A word must outlast the lateness of its neighbour, and the calls it takes to get there.
+  // A word must be longer than the lateness of the next word plus the calls for setting both.
   out.promise.min_dwell =
       bounded(2 * std::uint64_t{out.promise.lateness} + 4 * measured.set.median + out.spin, kFar);
   out.promise.input = bounded(
       (lateness != 0 ? std::min<std::uint64_t>(lateness, worst_input) : worst_input) + out.spin, kCap);
   out.promise.wait_latency = bounded(std::uint64_t{out.promise.input} + out.promise.lateness, kFar);
   out.output_stamp = bounded(measured.set.most, kCap);
-  out.input_stamp = bounded(measured.wake.most, kCap);  // what delays a timer's interrupt delays a line's
+  out.input_stamp = bounded(measured.wake.most, kCap);  // line interrupts can be as late as timers
   out.poll_ticks = bounded(2 * measured.wake.most + 2 * kMillisecond, kFar);
-  // Never so little that a full queue of the shortest words would not outlast a poll (rule refill).
+  // At least so much that a full queue of shortest words lasts longer than a poll (rule refill).
   out.refill_ticks = bounded(
       std::max(4 * measured.push.median + kMicrosecond, 4 * std::uint64_t{out.poll_ticks} / queue), kFar);
   return out;

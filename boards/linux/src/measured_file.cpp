@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measured times as text: for people, and kept for the next start.
+// Measured times as text, for people and for the next start.
 #include "measure.hpp"
 #include "symrig/base/atomic_file.hpp"
 
@@ -19,7 +19,7 @@ struct Row {
   const char* what;
 };
 constexpr std::array<Row, 5> kRows{{{"wake", &Measured::wake, "a sleep ends late by"},
-                                    {"word", &Measured::word, "a word stands late by"},
+                                    {"word", &Measured::word, "a word is late by"},
                                     {"set", &Measured::set, "setting all outputs takes"},
                                     {"nudge", &Measured::nudge, "from an event to its thread"},
                                     {"push", &Measured::push, "queueing one word takes"}}};

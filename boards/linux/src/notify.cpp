@@ -21,7 +21,7 @@ void notify_manager(std::string_view state) {
   if (place == nullptr || *place == '\0' || std::strlen(place) >= sizeof address.sun_path) return;
   address.sun_family = AF_UNIX;
   std::memcpy(address.sun_path, place, std::strlen(place));
-  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // a name without a file
+  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // an abstract socket
   const Fd fd(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + std::strlen(place));
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how sockets take addresses

@@ -5,10 +5,11 @@
 
 namespace symrig::board_linux {
 
-/// Tells systemd something ("READY=1"), if it has started us (sd_notify(3): a datagram to $NOTIFY_SOCKET).
+/// Sends a state such as "READY=1" to systemd, if systemd has started this process (sd_notify(3): a datagram
+/// to $NOTIFY_SOCKET).
 void notify_manager(std::string_view state);
 
-/// One line to the log: standard error, which systemd keeps in its journal.
+/// Writes one line to the log: standard error, which systemd stores in its journal.
 void log_line(std::string_view text);
 
 }  // namespace symrig::board_linux

@@ -38,10 +38,10 @@ std::string Player::begin() {
   if (!alarm_.ok() || !nudge_.ok() || !attention_.ok()) return "no timers or events: too many open files";
   feed();
   round_ = monotonic_now();
-  std::promise<std::string> told;
-  auto prompt = told.get_future();
-  thread_ = std::thread([this, told = std::move(told)]() mutable {
-    told.set_value(options_.priority > 0 ? run_first(options_.priority) : std::string());
+  std::promise<std::string> started;
+  auto prompt = started.get_future();
+  thread_ = std::thread([this, started = std::move(started)]() mutable {
+    started.set_value(options_.priority > 0 ? run_first(options_.priority) : std::string());
     run();
   });
   return prompt.get();
@@ -63,7 +63,7 @@ void Player::close() {
   playback_.close();
 }
 
-/// A start that is due now is made here, not when the thread has woken.
+/// Makes a start that is due now at once, without waiting for the thread.
 hal::Tick Player::start(hal::Tick tick) {
   hal::Tick begin = 0;
   {
@@ -136,7 +136,7 @@ bool Player::take_starved() {
   return starved_.exchange(false);
 }
 
-/// Lines that do not change are left alone: chips set one line after the other.
+/// Writes only lines that change, because chips set lines one after the other.
 hal::Tick Player::put(std::uint32_t levels) {
   return drive(levels, shown_ ^ levels);
 }
@@ -145,7 +145,7 @@ hal::Tick Player::put_all(std::uint32_t levels) {
   return drive(levels, UINT32_MAX);
 }
 
-/// Called with the lock held. The word stood at some moment between the two readings of the clock.
+/// Call with the lock held. The word was on the outputs at some moment between the two clock readings.
 hal::Tick Player::drive(std::uint32_t levels, std::uint32_t lines) {
   const std::uint32_t wanted = levels & options_.output_mask;
   const hal::Tick before = monotonic_now();
@@ -178,7 +178,7 @@ void Player::run() {
   }
 }
 
-/// ... or until there is an edge or a nudge.
+/// Sleeps until `tick`, an edge, or a nudge.
 void Player::sleep_until(hal::Tick tick) {
   alarm_.set(tick);
   std::array<pollfd, 2 + 32> fds{};
@@ -193,15 +193,15 @@ void Player::sleep_until(hal::Tick tick) {
     if ((fds.at(k).revents & kGone) != 0) lose_chip(fds.at(k).fd);
 }
 
-/// A chip behind a cable was unplugged. Its descriptor would be readable for ever.
+/// A USB GPIO chip was unplugged. Its descriptor would always be readable.
 void Player::lose_chip(int fd) {
   std::erase(edge_fds_, fd);
   broken_ = ENODEV;
   attention_.ring();
 }
 
-/// The last microseconds before a word, which a sleep would miss. With the lock held: nobody can then have it
-/// when the word is due, and force() waits for no longer than that.
+/// Watches the clock for the last microseconds before a word, because a sleep would end too late. It holds
+/// the lock, so no other thread has it when the word is due. force() waits at most that long.
 void Player::await_due() const {
   const hal::Tick due = playback_.due();
   const hal::Tick now = monotonic_now();
@@ -228,7 +228,7 @@ void Player::take_edges(std::size_t count, bool lost) {
   }
   if (lost) {
     log_.lose();
-    playback_.inputs_are(read_inputs());  // a trip may have been among them
+    playback_.inputs_are(read_inputs());  // a trip may be among the lost edges
   }
   attention_.ring();
 }
@@ -248,7 +248,7 @@ void Player::play_on() {
   if (ended || moved || waited || half_empty || broken_ != 0) attention_.ring();
 }
 
-/// The dead man: outputs are safe whatever has become of the main loop.
+/// The dead-man switch: makes the outputs safe if the main loop is blocked.
 void Player::watch_feeding() {
   if (monotonic_now() < fed_ + options_.patience) return;
   {
@@ -256,7 +256,7 @@ void Player::watch_feeding() {
     playback_.fall();
   }
   starved_ = true;
-  feed();  // not again at once
+  feed();  // do not fall again at once
   attention_.ring();
 }
 

@@ -22,18 +22,18 @@ namespace symrig::board_linux {
 struct PlayerOptions {
   board_common::Promise promise;
   std::size_t depth = 4096;          ///< segments
-  std::size_t captured = 4096;       ///< edges kept for the firmware
-  std::uint32_t output_mask = 0;     ///< lines that are outputs
-  hal::Tick spin = 0;                ///< how long before a word the player wakes and watches the clock
-  hal::Tick patience = 400'000'000;  ///< after so long without feed() the outputs go safe
-  int priority = 0;                  ///< of SCHED_FIFO; 0 = do not ask for it
+  std::size_t captured = 4096;       ///< capacity for edges until the firmware takes them
+  std::uint32_t output_mask = 0;     ///< the lines that are outputs
+  hal::Tick spin = 0;                ///< how long before a word the player wakes to watch the clock
+  hal::Tick patience = 400'000'000;  ///< after this time without feed(), the outputs go to their safe levels
+  int priority = 0;                  ///< of SCHED_FIFO; 0 = do not request it
 };
 
-/// Plays words on a Gpio, in a thread of its own: absolute sleeps, then watching the clock for the last
-/// microseconds. That thread alone reads edges, ends waits, trips, and falls to the safe word when the queue
-/// runs dry or when the main loop no longer feeds it; the main loop has no part in any of it.
+/// Plays words on a Gpio in its own thread: absolute sleeps, then watching the clock for the last
+/// microseconds. Only that thread reads edges, ends waits and handles trips. It also goes to the safe word if
+/// the queue is empty or the main loop stops feeding it. All this works without the main loop.
 ///
-/// Safe to call from one other thread (the main loop's). Only force() and start() drive outputs from there.
+/// One other thread, the main loop's, may call it. Of these calls, only force() and start() drive outputs.
 class Player final : public hal::EdgeEngine, public hal::Watchdog, private board_common::WordSink {
  public:
   Player(Gpio& gpio, const PlayerOptions& options);
@@ -41,8 +41,8 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   Player(const Player&) = delete;
   Player& operator=(const Player&) = delete;
 
-  /// Starts the thread. Outputs are left as they are. Returns what keeps it from being prompt (for the log);
-  /// empty if nothing does.
+  /// Starts the thread. Does not change the outputs. Returns why the thread may be late, for the log; empty
+  /// if there is no reason.
   std::string begin();
 
   // hal::EdgeEngine
@@ -63,18 +63,18 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
 
   // hal::Watchdog
   void feed() override;
-  /// The main loop has something long to do, with outputs at their safe levels: it need not feed for `time`.
+  /// The main loop will be busy for `time`, with outputs at their safe levels, and need not feed.
   void excuse(hal::Tick time);
-  /// feed() came too late: outputs were made safe, and whoever feeds must start anew. Reading clears it.
+  /// true: feed() came too late, so the outputs were made safe. The caller must restart the firmware. Clears
+  /// the flag.
   bool take_starved();
 
-  /// Readable when the main loop has something to look at.
+  /// Readable when the main loop has work.
   int attention_fd() const { return attention_.fd(); }
   void quiet_attention() const { attention_.quiet(); }
-  /// errno of a line that did not take its level or could not be read; 0 = none. There is no coming back from
-  /// it.
+  /// errno of a line that could not be set or read; 0 = none. This cannot be recovered.
   int broken() const { return broken_; }
-  /// When the thread last came round.
+  /// When the thread last finished a round.
   hal::Tick last_round() const { return round_; }
 
  private:
@@ -100,10 +100,10 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   board_common::PinLog log_;
   std::uint32_t shown_ = 0;
   bool half_told_ = false;
-  std::vector<hal::CapturedEdge> edges_;  // the thread's own
+  std::vector<hal::CapturedEdge> edges_;  // used only by the thread
   std::vector<int> edge_fds_;
   Alarm alarm_;
-  Bell nudge_;      // to the thread: something has changed
+  Bell nudge_;      // to the thread: something changed
   Bell attention_;  // from the thread
   std::atomic<hal::Tick> fed_;
   std::atomic<hal::Tick> round_;
@@ -113,7 +113,7 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   std::thread thread_;
 };
 
-/// The player's edges, as the firmware takes them.
+/// Gives the player's edges to the firmware.
 class PinCapture final : public hal::Capture {
  public:
   explicit PinCapture(Player& player) : player_(player) {}
@@ -122,7 +122,7 @@ class PinCapture final : public hal::Capture {
   bool pop(hal::CapturedEdge& edge) override;
   bool take_overflow() override;
   void watch(std::uint32_t lines) override;
-  /// When pop() will have something; kNever if there is nothing.
+  /// The time from which pop() returns an edge; kNever if there is none.
   hal::Tick ready_at() const;
 
  private:

@@ -8,8 +8,8 @@
 
 namespace symrig::board_linux {
 
-/// A mutex that lends its holder the priority of whoever waits for it: the main loop, holding it, is not
-/// pushed aside by something in between while the player waits.
+/// A mutex with priority inheritance. While the player waits for it, its holder (the main loop) runs at the
+/// player's priority, so that no thread in between delays it.
 class PriorityMutex {
  public:
   PriorityMutex();
@@ -25,9 +25,9 @@ class PriorityMutex {
 };
 using PriorityLock = std::scoped_lock<PriorityMutex>;
 
-/// Gives the calling thread SCHED_FIFO. Empty: done; else what is in the way, and what to do about it.
+/// Gives the calling thread SCHED_FIFO. Returns an empty text, or the obstacle and how to remove it.
 std::string run_first(int priority);
-/// Keeps all memory of the process in RAM. Empty: done; else what is in the way.
+/// Locks all memory of the process in RAM. Returns an empty text, or the obstacle and how to remove it.
 std::string lock_memory();
 
 }  // namespace symrig::board_linux

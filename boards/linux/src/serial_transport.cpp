@@ -20,9 +20,9 @@ namespace {
 Error cannot_open(const std::string& path, int error) {
   const char* hint = "check the path in board.toml";
   if (error == EACCES) hint = "run as a member of the port's group (dialout)";
-  if (error == EWOULDBLOCK) hint = "end the other program that has it open (a login console?)";
+  if (error == EWOULDBLOCK) hint = "end the other program that uses it (a login console?)";
   return {error == EACCES || error == EWOULDBLOCK ? ErrorCode::device_refused : ErrorCode::io,
-          fmt::format("{} cannot be opened ({})", path, std::strerror(error)), hint};
+          fmt::format("cannot open {} ({})", path, std::strerror(error)), hint};
 }
 
 }  // namespace

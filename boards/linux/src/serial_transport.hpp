@@ -11,10 +11,11 @@
 
 namespace symrig::board_linux {
 
-/// A serial port, raw: a UART, or a gadget's (/dev/ttyGS0). The host is there as long as the port is.
+/// A serial port in raw mode: a UART, or a gadget's (/dev/ttyGS0). The host counts as attached while the port
+/// exists.
 class SerialTransport final : public BufferedTransport {
  public:
-  /// fails: bad_argument (no such rate, no serial port), device_refused (not allowed, in use), io.
+  /// fails: bad_argument (rate not possible, not a serial port), device_refused (no permission, in use), io.
   static Result<std::unique_ptr<SerialTransport>> open(const std::string& path, std::uint32_t baud);
 
   const std::string& name() const override { return name_; }

@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kQueue = 8;
 constexpr std::size_t kGuests = 8;
-constexpr hal::Tick kGuestPatience = 1'000'000'000;  // a host that says nothing is not waited for
+constexpr hal::Tick kGuestPatience = 1'000'000'000;  // drops a second host that sends nothing for this long
 constexpr mode_t kUserAndGroup = 0660;
 
 bool again(int error) {
@@ -31,9 +31,9 @@ bool again(int error) {
 
 Error no_socket(const std::string& name, int error) {
   const bool taken = error == EADDRINUSE;
-  return {ErrorCode::io, fmt::format("{} cannot be served ({})", name, std::strerror(error)),
-          taken ? "another daemon serves it: end that, or choose another place in board.toml"
-                : "check that its folder is there and may be written"};
+  return {ErrorCode::io, fmt::format("cannot serve {} ({})", name, std::strerror(error)),
+          taken ? "another daemon serves it: end that one, or choose another address in board.toml"
+                : "check that its folder exists and that you may write to it"};
 }
 
 const sockaddr* as_sockaddr(const sockaddr_un& address) {
@@ -64,7 +64,7 @@ Result<std::unique_ptr<SocketTransport>> SocketTransport::listen_unix(const std:
     return Error{ErrorCode::bad_argument, name + ": the path is too long for a socket", "use a shorter one"};
   std::memcpy(address.sun_path, path.data(), path.size());
   if (answers(address)) return no_socket(name, EADDRINUSE);
-  // What an earlier daemon left. A file that somebody named by mistake stays.
+  // Removes the socket of an earlier daemon. Any other file stays, in case the path is a mistake.
   struct stat status {};
   if (::lstat(path.c_str(), &status) == 0 && S_ISSOCK(status.st_mode)) ::unlink(path.c_str());
   Fd listener = new_socket(AF_UNIX);
@@ -84,7 +84,7 @@ Result<std::unique_ptr<SocketTransport>> SocketTransport::listen_tcp(const std::
   addrinfo* found = nullptr;
   if (const int code = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found); code != 0)
     return Error{ErrorCode::bad_argument, fmt::format("{}: {}", name, ::gai_strerror(code)),
-                 "give the address of one of this machine's interfaces, as a number"};
+                 "give the numeric address of one of this computer's interfaces"};
   const std::unique_ptr<addrinfo, FreeAddresses> addresses(found);
   Fd listener = new_socket(found->ai_family, found->ai_protocol);
   const int on = 1;
@@ -109,7 +109,7 @@ void SocketTransport::watch(std::vector<pollfd>& fds) const {
 void SocketTransport::serve() {
   if (peer_) fill();
   if (peer_) flush();
-  // The next host has to wait for a round, or nobody would see that the one before it has gone.
+  // The next host waits for one round, else nobody would notice that the last one disconnected.
   if (!left_) accept_hosts();
   left_ = false;
   answer_guests();
@@ -120,7 +120,7 @@ void SocketTransport::accept_hosts() {
     Fd fd(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (!fd) return;
     const int on = 1;
-    ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // a Unix socket does not mind
+    ::setsockopt(fd.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);  // has no effect on a Unix socket
     if (!peer_) {
       peer_ = std::move(fd);
       fill();

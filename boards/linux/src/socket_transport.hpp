@@ -13,14 +13,14 @@
 
 namespace symrig::board_linux {
 
-/// A listening socket that serves one host at a time. Others are let in, told that the board is busy, and
-/// closed.
+/// A listening socket that serves one host at a time. Other hosts may connect, get "busy", and are
+/// disconnected.
 class SocketTransport final : public BufferedTransport {
  public:
-  /// A Unix socket that its user and group may open. A socket that a dead daemon left there is replaced.
-  /// fails: bad_argument (path too long), device_refused (another daemon answers there), io.
+  /// A Unix socket that its user and group may open. Replaces the socket of a dead daemon.
+  /// fails: bad_argument (path too long), device_refused (another daemon responds there), io.
   static Result<std::unique_ptr<SocketTransport>> listen_unix(const std::string& path);
-  /// fails: bad_argument (no such address), io (the port is taken, ...).
+  /// fails: bad_argument (no such address), io (for example, the port is in use).
   static Result<std::unique_ptr<SocketTransport>> listen_tcp(const std::string& host, std::uint16_t port);
   ~SocketTransport() override;
 
@@ -47,10 +47,10 @@ class SocketTransport final : public BufferedTransport {
 
   Fd listener_;
   std::string name_;
-  std::string path_;  // of a Unix socket, to be removed
+  std::string path_;  // of a Unix socket, to remove it
   Fd peer_;
   std::vector<Guest> guests_;
-  bool left_ = false;  // a host has gone since the last serve()
+  bool left_ = false;  // a host disconnected after the last serve()
 };
 
 }  // namespace symrig::board_linux

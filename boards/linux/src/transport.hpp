@@ -11,7 +11,8 @@
 
 namespace symrig::board_linux {
 
-/// A way to the host. Nothing here waits: the main loop sleeps on what watch() names, then calls serve().
+/// A link to the host. No call blocks: the main loop sleeps on the descriptors of watch(), then calls
+/// serve().
 class Transport : public hal::ByteLink {
  public:
   Transport() = default;
@@ -21,15 +22,15 @@ class Transport : public hal::ByteLink {
 
   virtual const std::string& name() const = 0;  ///< for the log: "unix:/run/symrig/board.sock"
   virtual void watch(std::vector<pollfd>& fds) const = 0;
-  /// Takes what has come, sends what is left, notices hosts that come and go.
+  /// Receives and sends bytes, and notices hosts that connect or disconnect.
   virtual void serve() = 0;
   /// Bytes from the host wait to be read.
   virtual bool pending() const = 0;
-  /// Another host has the board: the first request that waits is answered so, and forgotten.
+  /// Another host has the board: answers "busy" to the first waiting request, and discards it.
   virtual void turn_away() = 0;
 };
 
-/// Bytes on their way, both ways.
+/// A link with buffers in both directions.
 class BufferedTransport : public Transport {
  public:
   std::size_t read(std::uint8_t* out, std::size_t room) override;
@@ -41,9 +42,9 @@ class BufferedTransport : public Transport {
  protected:
   static constexpr std::size_t kRoom = 65'536;
 
-  /// Sends what stands in out_, as far as it goes.
+  /// Sends as much of out_ as possible.
   virtual void flush() = 0;
-  /// Called when read() has made room in in_.
+  /// read() calls it when there is space in in_ again.
   virtual void drained() {}
   void forget() {
     in_.clear();

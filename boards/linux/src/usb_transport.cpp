@@ -19,14 +19,14 @@ namespace {
 
 Error no_gadget(const std::string& path, int error) {
   if (error == ENOENT)
-    return {ErrorCode::not_found, fmt::format("{} is not there", path),
-            "mount a FunctionFS there: symrig-gadget start does"};
+    return {ErrorCode::not_found, fmt::format("{} does not exist", path),
+            "mount a FunctionFS there with symrig-gadget start"};
   if (error == EACCES || error == EPERM)
-    return {ErrorCode::device_refused, fmt::format("{} cannot be opened: permission denied", path),
-            "mount it for the daemon's user: symrig-gadget start does"};
+    return {ErrorCode::device_refused, fmt::format("no permission to open {}", path),
+            "mount it for the daemon's user with symrig-gadget start"};
   if (error == EBUSY)
     return {ErrorCode::device_refused, fmt::format("{} is in use", path), "end the other daemon that has it"};
-  return {ErrorCode::io, fmt::format("{}: {}", path, std::strerror(error)), "see the kernel's log"};
+  return {ErrorCode::io, fmt::format("{}: {}", path, std::strerror(error)), "see the kernel log"};
 }
 
 Result<Fd> open_endpoint(const std::string& mount, const char* file) {
@@ -36,16 +36,17 @@ Result<Fd> open_endpoint(const std::string& mount, const char* file) {
   return fd;
 }
 
-Result<void> tell(const Fd& control, const std::vector<std::uint8_t>& bytes, const std::string& mount) {
+Result<void> write_descriptors(const Fd& control, const std::vector<std::uint8_t>& bytes,
+                               const std::string& mount) {
   if (::write(control.get(), bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size())) return {};
   return no_gadget(mount + "/ep0", errno);
 }
 
-/// Kernels differ in the version of Microsoft's descriptors that they want, and refuse the other.
+/// Kernels expect different versions of Microsoft's descriptors and refuse other versions.
 Result<void> describe(const Fd& control, const std::string& mount) {
   for (const unsigned microsoft : {0x0100U, 1U})
-    if (tell(control, ffs_descriptors(microsoft), mount)) return {};
-  return tell(control, ffs_descriptors(0), mount);
+    if (write_descriptors(control, ffs_descriptors(microsoft), mount)) return {};
+  return write_descriptors(control, ffs_descriptors(0), mount);
 }
 
 }  // namespace
@@ -53,7 +54,7 @@ Result<void> describe(const Fd& control, const std::string& mount) {
 Result<std::unique_ptr<UsbTransport>> UsbTransport::open(const std::string& mount) {
   SYMRIG_TRY(Fd control, open_endpoint(mount, "ep0"));
   SYMRIG_CHECK(describe(control, mount));
-  SYMRIG_CHECK(tell(control, ffs_strings(), mount));
+  SYMRIG_CHECK(write_descriptors(control, ffs_strings(), mount));
   SYMRIG_TRY(Fd from, open_endpoint(mount, "ep1"));
   SYMRIG_TRY(Fd to, open_endpoint(mount, "ep2"));
   SYMRIG_TRY(AioQueue aio, AioQueue::make(kReads + kWrites));
@@ -83,7 +84,7 @@ void UsbTransport::serve() {
   flush();
 }
 
-/// One by one, and none after the end of a connection: it must be seen that there was one.
+/// Takes one event at a time, and none after a disconnect, so that the firmware sees the disconnect.
 void UsbTransport::take_events() {
   usb_functionfs_event event{};
   bool was_attached = attached();
@@ -117,7 +118,8 @@ void UsbTransport::take_event(unsigned type, bool to_host) {
       asleep_ = false;
       break;
     case FUNCTIONFS_SETUP:
-      // No control requests are known: an access in the wrong direction stalls, which is how one says so.
+      // There are no control requests. An access in the wrong direction stalls, which is how USB refuses
+      // them.
       if (to_host) {
         [[maybe_unused]] const ssize_t stalled = ::read(control_.get(), nullptr, 0);
       } else {
@@ -140,8 +142,8 @@ void UsbTransport::collect() {
   }
 }
 
-/// Reads are asked for one after the other, so that packets keep their order; none while the firmware does
-/// not keep up: the host waits, which costs no bytes.
+/// Requests reads one after the other, so that packets keep their order. Requests none while the firmware is
+/// behind: the host then waits, and no bytes are lost.
 void UsbTransport::read_on() {
   while (enabled_ && in_.size() + kReads * packet_ <= kRoom && !reads_.at(next_read_).busy) {
     if (!aio_.submit(reads_.at(next_read_), from_.get(), packet_, true)) return;

@@ -13,12 +13,12 @@
 
 namespace symrig::board_linux {
 
-/// The board as a USB device, through a FunctionFS that is mounted somewhere (libexec/symrig-gadget sets it
-/// up). Attached while a host has configured the device and does not let it sleep.
+/// The board as a USB device, through a mounted FunctionFS (libexec/symrig-gadget sets it up). Attached while
+/// a host has configured the device and has not suspended it.
 class UsbTransport final : public BufferedTransport {
  public:
-  /// Writes the descriptors: the gadget may be bound to a controller from here on.
-  /// fails: not_found (nothing mounted there), device_refused (no right, another daemon has it), io.
+  /// Writes the descriptors. After that the gadget may be bound to a controller.
+  /// fails: not_found (nothing mounted), device_refused (no permission, another daemon uses it), io.
   static Result<std::unique_ptr<UsbTransport>> open(const std::string& mount);
 
   const std::string& name() const override { return name_; }
@@ -27,7 +27,8 @@ class UsbTransport final : public BufferedTransport {
   bool attached() const override { return enabled_ && !asleep_; }
 
  private:
-  // One packet each: a longer read would end only with a short packet, and a frame may be whole packets.
+  // One packet per read. A longer read would end only with a short packet, and a frame may consist of full
+  // packets.
   static constexpr std::size_t kReads = 16;
   static constexpr std::size_t kWrites = 8;
   static constexpr std::size_t kPiece = 4096;
@@ -48,11 +49,11 @@ class UsbTransport final : public BufferedTransport {
   Fd to_;       // ep2: to the host
   std::array<Transfer, kReads> reads_;
   std::array<Transfer, kWrites> writes_;
-  AioQueue aio_;  // after the transfers: it waits for them when it goes
+  AioQueue aio_;  // declared after the transfers: its destructor waits for them
   std::size_t next_read_ = 0;
   std::size_t next_write_ = 0;
   std::size_t packet_ = 64;
-  bool close_with_empty_ = false;  // what was sent last was whole packets
+  bool close_with_empty_ = false;  // the last data sent filled whole packets
   bool enabled_ = false;
   bool asleep_ = false;
 };

@@ -28,7 +28,7 @@ Bell::Bell() : fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
 
 void Bell::ring() const {
   const std::uint64_t one = 1;
-  // Full (2^64 - 2 rings unheard) is as good as rung.
+  // A failed write means that the counter is full, so the bell rings anyway.
   [[maybe_unused]] const ssize_t written = ::write(fd_.get(), &one, sizeof one);
 }
 

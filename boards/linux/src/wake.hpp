@@ -6,21 +6,21 @@
 
 namespace symrig::board_linux {
 
-/// Readable from an absolute moment of CLOCK_MONOTONIC on. Armed in absolute time, so that nothing that
-/// happens between reading the clock and going to sleep makes it late; and no timer slack, as poll() has.
+/// Readable from an absolute moment of CLOCK_MONOTONIC on. An absolute time is not delayed by events between
+/// reading the clock and going to sleep. Unlike poll(), it has no timer slack.
 class Alarm {
  public:
   Alarm();
   int fd() const { return fd_.get(); }
   bool ok() const { return static_cast<bool>(fd_); }
-  /// kNever: never. A moment that has gone by: at once.
+  /// kNever: never. A past moment: at once.
   void set(hal::Tick tick) const;
 
  private:
   Fd fd_;
 };
 
-/// Readable after ring(), until quieted. Any thread may ring.
+/// Readable after ring(), until it is reset. Any thread may ring.
 class Bell {
  public:
   Bell();

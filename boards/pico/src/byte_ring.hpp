@@ -6,7 +6,8 @@
 
 namespace symrig::pico {
 
-/// Bytes between an interrupt and the main loop: one side puts, the other takes. Size is a power of two.
+/// Bytes between an interrupt and the main loop: one side writes, the other reads. The size is a power of
+/// two.
 template <size_t kSize>
 class ByteRing {
   static_assert((kSize & (kSize - 1)) == 0);
@@ -23,11 +24,11 @@ class ByteRing {
     taken_ = taken_ + 1;
     return byte;
   }
-  /// The taker's: forgets all.
+  /// For the reader: discards everything.
   void clear() { taken_ = put_; }
-  /// The putter's: a place for drop_to().
+  /// For the writer: a position for drop_to().
   size_t mark() const { return put_; }
-  /// The taker's: forgets what was put before `mark`.
+  /// For the reader: discards what was written before `mark`.
   void drop_to(size_t mark) {
     if (static_cast<ptrdiff_t>(mark - taken_) > 0) taken_ = mark;
   }

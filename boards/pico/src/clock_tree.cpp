@@ -36,7 +36,8 @@ void start_crystal() {
   }
 }
 
-/// Back to the ring oscillator, because the boot ROM or a reset may have left the clocks anywhere.
+/// Switches to the ring oscillator first, because the boot ROM or a reset may have left the clocks in any
+/// state.
 void leave_plls() {
   reg(clocks::resus_ctrl) = 0;
   reg(clocks::sys_ctrl + kClear) = 1;

@@ -3,8 +3,8 @@
 
 namespace symrig::pico {
 
-/// Crystal 12 MHz -> PLL -> clk_sys 125 MHz, clk_usb 48 MHz; 1 MHz for TIMER and watchdog; takes the
-/// peripherals in use out of reset.
+/// Starts the 12 MHz crystal and the PLLs: clk_sys 125 MHz, clk_usb 48 MHz, 1 MHz for TIMER and watchdog.
+/// Takes the peripherals in use out of reset.
 void start_clocks();
 
 }  // namespace symrig::pico

@@ -21,9 +21,9 @@ const char* cause_of(hal::ResetCause cause) {
     case hal::ResetCause::pin:
       return "the reset pin was pulled";
     case hal::ResetCause::watchdog:
-      return "the watchdog ran out: the firmware stood still";
+      return "the watchdog expired: the firmware was blocked";
     case hal::ResetCause::request:
-      return "a host asked for it";
+      return "a host requested it";
   }
   return "";
 }
@@ -41,15 +41,15 @@ const char* words_for(uint32_t fault) {
     case symrig_wire_FaultCode_FAULT_KEEP_ALIVE:
       return "the host's keep-alive stopped; outputs are safe";
     case symrig_wire_FaultCode_FAULT_LINK_LOST:
-      return "USB went away; outputs are safe";
+      return "the USB connection was lost; outputs are safe";
     case symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW:
-      return "edges came faster than they can be watched; outputs are safe";
+      return "edges came too fast to be watched; outputs are safe";
     case symrig_wire_FaultCode_FAULT_INTERLOCK:
       return "an interlock tripped; outputs are safe";
     case symrig_wire_FaultCode_FAULT_WATCHDOG:
-      return "the firmware stood still and was started anew; outputs are safe";
+      return "the firmware was blocked and was restarted; outputs are safe";
     default:
-      return "the firmware contradicts itself; outputs are safe";
+      return "the firmware found an internal error; outputs are safe";
   }
 }
 

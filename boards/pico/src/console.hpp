@@ -6,14 +6,14 @@
 
 namespace symrig::pico {
 
-/// The log on the USB serial port, in plain words: the start, each change of state, each fault. Never waits:
-/// what does not fit is counted and told later.
+/// The log on the USB serial port: the start, each change of state, each fault. Never waits. Characters that
+/// do not fit are counted and reported later.
 class Console {
  public:
   Console(UsbDevice& usb, const firmware::Core& core) : usb_(usb), core_(core) {}
 
   void greet(hal::ResetCause cause);
-  /// Tells what has changed since the last call.
+  /// Reports what has changed since the last call.
   void service();
 
  private:
@@ -25,7 +25,7 @@ class Console {
   const firmware::Core& core_;
   firmware::State told_state_ = firmware::State::boot;
   uint32_t told_fault_ = 0;
-  uint32_t lost_ = 0;  // characters since it was last told
+  uint32_t lost_ = 0;  // characters lost since the last report
 };
 
 }  // namespace symrig::pico

@@ -15,8 +15,8 @@ namespace machine = edge_machine;
 
 namespace {
 
-constexpr Tick kLaunchLead = 500;     // a start "now" is that much later: time to fill the queue
-constexpr Tick kFarAway = 1U << 30U;  // a start later than this is held back by firmware
+constexpr Tick kLaunchLead = 500;     // delay of a start "now": time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;  // firmware delays a start that is later than this
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void PicoEngine::begin(PinWatch& pins) {
   for (uint32_t i = 0; i < code::kCodeSize; ++i) reg(pio::pio0 + pio::instr_mem + 4 * i) = code::kCode[i];
   reg(pio::pio0 + pio::clkdiv) = 1U << 16U;
   reg(pio::pio0 + pio::execctrl) = (code::kWrapTop << 12U) | (code::kNext << 7U);
-  reg(pio::pio0 + pio::shiftctrl) = (1U << 30U) | (1U << 19U);  // 8 deep from the CPU; OSR shifts right
+  reg(pio::pio0 + pio::shiftctrl) = (1U << 30U) | (1U << 19U);  // TX FIFO of 8; OSR shifts right
   reg(pio::pio0 + pio::pinctrl) = kOutputs << 20U;
   ring_.reset();
   set_safe(0);
@@ -41,15 +41,15 @@ void PicoEngine::begin(PinWatch& pins) {
 
 SYMRIG_RAM size_t PicoEngine::room() const {
   if (!playing_ && !fresh_)
-    return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: what follows a fall is not wanted
+    return ended_ ? SegmentRing::kCapacity - 1 : 0;  // 0: after a fall, segments are not wanted
   const uint32_t used = ring_.used();
   return used + 1 < SegmentRing::kCapacity ? SegmentRing::kCapacity - 1 - used
-                                           : 0;  // one is kept for the end
+                                           : 0;  // one slot is for the end
 }
 
 SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
   if (!playing_ && !fresh_) {
-    if (!ended_) return;  // it has just fallen to safe levels: whoever pushes does not know yet
+    if (!ended_) return;  // fell to safe levels just now; the caller does not know yet
     forget_queue();
   }
   if (segment.until == Until::elapsed) {
@@ -62,7 +62,7 @@ SYMRIG_RAM void PicoEngine::push(const Segment& segment) {
                 code::wait_word(rising, kLinePins[segment.line]));
     waits_[next_wait_ % kWaits].wait = {pushed_,      offset_, segment.ticks,
                                         segment.line, rising,  segment.stop_on_timeout};
-    asm volatile("" ::: "memory");  // an interrupt may look from here on
+    asm volatile("" ::: "memory");  // from here on an interrupt may read it
     next_wait_ = next_wait_ + 1;
     offset_ = 0;
   }
@@ -93,7 +93,7 @@ Tick PicoEngine::start(Tick tick) {
   launch_at_ = tick;
   playing_ = true;
   fresh_ = false;
-  machine::control(machine::kEnable);  // stands at `pull` until launch() gives it a count
+  machine::control(machine::kEnable);  // waits at `pull` until launch() gives it a count
   const Tick now = clock_.now();
   if (tick > now && tick - now > kFarAway) return tick;
   launch();
@@ -104,7 +104,7 @@ Tick PicoEngine::start(Tick tick) {
 SYMRIG_RAM void PicoEngine::launch() {
   const IrqLock lock;
   if (tripped_ != 0) playing_ = false;
-  if (!playing_) return;  // it fell meanwhile
+  if (!playing_) return;  // it fell in the meantime
   const uint32_t reference = read_systick();
   const Tick now = clock_.at(reference);
   anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
@@ -116,7 +116,7 @@ SYMRIG_RAM void PicoEngine::launch() {
   set_alarm();
 }
 
-/// A run has not ended before its last edges have been looked at: limits and receipts need them.
+/// A run ends only after its last edges have been checked, because limits and receipts need them.
 bool PicoEngine::idle() const {
   if (playing_ || fallen_) return false;
   return !ended_ || pins_->caught_up() >= ended_at_;
@@ -130,9 +130,9 @@ bool PicoEngine::underrun() const {
   return underrun_;
 }
 
-/// Words that the machine has taken: what DMA has read, less what stands in the queue. Words that DMA has
-/// read and not yet written need less than the 16 cycles waited here; what moves meanwhile makes the answer
-/// smaller by as much, never larger.
+/// Words that the machine has taken: those that DMA has read, minus those in the queue. DMA may have read
+/// words that it has not written yet; that takes less than the 16 cycles of the wait here. A word that moves
+/// meanwhile makes the result smaller by one, never larger.
 SYMRIG_RAM uint64_t PicoEngine::pulled() const {
   const uint64_t read = ring_.read_words();
   asm volatile("nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop; nop");
@@ -144,7 +144,7 @@ uint64_t PicoEngine::played() const {
   if (!playing_) return played_at_stop_;
   if (!launched_) return 0;
   uint64_t begun = (pulled() + 1) / 2;
-  if (begun > pushed_) begun = pushed_;  // the end is no word
+  if (begun > pushed_) begun = pushed_;  // the end marker is not a word
   uint32_t waits = first_wait_;
   while (waits != next_wait_ && waits_[waits % kWaits].wait.segment < begun) ++waits;
   return begun - waits;
@@ -198,7 +198,7 @@ void PicoEngine::force(uint32_t levels) {
   put_out(levels & kOutputMask);
 }
 
-/// Only while the machine stands still with an empty queue.
+/// Only while the machine is stopped with an empty queue.
 void PicoEngine::put_out(uint32_t levels) {
   machine::pull_in(levels);
   machine::execute(code::kOutPins27);

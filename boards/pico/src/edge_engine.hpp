@@ -8,23 +8,23 @@
 
 namespace symrig::pico {
 
-/// Who watches the pins (pin_capture.hpp).
+/// The part that watches the pins (pin_capture.hpp).
 class PinWatch {
  public:
   virtual void watch_trips(uint32_t wanted, uint32_t trip_levels) = 0;
-  /// All edges before this tick have been taken.
+  /// All edges before this tick have been handled.
   virtual hal::Tick caught_up() const = 0;
 
  protected:
   ~PinWatch() = default;
 };
 
-/// hal::EdgeEngine by one PIO state machine fed by DMA. README.md, "The edge engine".
+/// hal::EdgeEngine with one PIO state machine that DMA feeds. README.md, "The edge engine".
 class PicoEngine final : public hal::EdgeEngine {
  public:
   PicoEngine(const TickClock& clock, const Stampers& stampers) : clock_(clock), stampers_(stampers) {}
 
-  /// Takes the output pins: all low. pins lives as long as the engine.
+  /// Takes the output pins and sets all to low. pins must outlive the engine.
   void begin(PinWatch& pins);
 
   size_t room() const override;
@@ -41,30 +41,31 @@ class PicoEngine final : public hal::EdgeEngine {
   void set_trips(uint32_t lines, uint32_t levels) override;
   uint32_t tripped() const override { return tripped_; }
 
-  /// What no interrupt does: keeps the ring going, ends waits. At every round of the main loop.
+  /// The work outside of interrupts: keeps the ring running, ends waits. Call it in every round of the main
+  /// loop.
   void service();
-  /// Tick at which service() has something to do; kNever if none.
+  /// Tick at which service() has work; kNever if none.
   hal::Tick next_deadline() const;
-  /// Firmware must keep pushing: the queue is open and not full.
+  /// true: firmware must push more segments, because the queue is open and not full.
   bool hungry() const { return playing_ && !closed_ && room() > 0; }
 
-  /// A run has just ended, and somebody waits for idle().
+  /// true: a run has just ended, and idle() is not true yet.
   bool ending() const { return !playing_ && ended_ && !idle(); }
 
-  /// Interrupt: the input `lines` have gone to a trip level, or stand there.
+  /// Called by an interrupt: the input `lines` have gone to their trip levels, or are there.
   void trip(uint32_t lines);
-  /// Interrupt: safe levels at once. Whoever fell the engine will force() it soon; it says that it is playing
-  /// until then, and that it ran dry if nobody does within kPatience.
+  /// Called by an interrupt: safe levels at once. The firmware should then call force(). Until then the
+  /// engine reports that it is playing. After kPatience without force(), it reports an underrun.
   void fall();
-  /// Interrupt: the alarm set for the end of a wait.
+  /// Called by an interrupt: the alarm for the end of a wait.
   void time_is_up();
-  /// Interrupt: the program has come to its end or to a halt.
+  /// Called by an interrupt: the PIO program has reached its end or its halt.
   void program_stopped();
 
  private:
   struct Wait {
-    uint64_t segment = 0;  // its number since the first push
-    uint64_t offset = 0;   // ticks from the wait before, or from the start, to its begin
+    uint64_t segment = 0;  // its number, counted from the first push
+    uint64_t offset = 0;   // ticks from the previous wait, or from the start, to its begin
     uint32_t timeout = 0;
     uint8_t line = 0;
     bool rising = false;
@@ -96,22 +97,22 @@ class PicoEngine final : public hal::EdgeEngine {
   volatile bool playing_ = false;
   bool closed_ = false;
   volatile bool launched_ = false;
-  bool fresh_ = true;  // nothing of an earlier run is left in the queue
+  bool fresh_ = true;  // the queue holds nothing of an earlier run
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
   hal::Tick fallen_at_ = 0;
   hal::Tick ended_at_ = 0;
-  volatile bool ended_ = false;  // by itself, at the end of a closed queue
+  volatile bool ended_ = false;  // ended by itself, at the end of a closed queue
   uint32_t safe_ = 0;
   uint32_t last_levels_ = 0;
 
   hal::Tick launch_at_ = 0;
-  hal::Tick anchor_ = 0;  // when the first word went out, or the first after the last wait that ended
+  hal::Tick anchor_ = 0;  // tick of the first word, or of the first word after the last ended wait
   uint64_t offset_ = 0;   // ticks pushed since the last wait
   uint64_t pushed_ = 0;   // segments, waits included
   uint64_t played_at_stop_ = 0;
 
-  // Waits pushed and not yet popped are at most kWaits: [first_outcome_, first_wait_) have ended,
+  // At most kWaits waits are pushed and not yet popped. [first_outcome_, first_wait_) have ended,
   // [first_wait_, next_wait_) have not.
   union Slot {
     Slot() : wait() {}
@@ -119,7 +120,7 @@ class PicoEngine final : public hal::EdgeEngine {
     hal::WaitOutcome outcome;
   };
   Slot waits_[kWaits];
-  hal::Tick not_before_ = 0;  // the edge that ends the oldest wait
+  hal::Tick not_before_ = 0;  // earliest possible edge that ends the oldest wait
   volatile uint32_t first_wait_ = 0;
   volatile uint32_t next_wait_ = 0;
   volatile uint32_t first_outcome_ = 0;

@@ -14,24 +14,24 @@ constexpr uint32_t kEnable = 1;
 constexpr uint32_t kRestart = 1U << 4U;
 constexpr uint32_t kQueueDepth = 8;
 
-/// kEnable, kRestart or 0 (stands still).
+/// kEnable, kRestart or 0 (stops).
 inline void control(uint32_t bits) {
   reg(pio::pio0 + pio::ctrl) = bits;
 }
 inline void execute(uint16_t instruction) {
   reg(pio::pio0 + pio::instr) = instruction;
 }
-/// Gives a word to a machine that stands still, by way of its queue, which is empty.
+/// Gives a word to a stopped machine through its queue, which is empty.
 inline void pull_in(uint32_t word) {
   reg(pio::pio0 + pio::txf0) = word;
   execute(edge_program::kPull);
 }
 
-/// Writes the count that ends the launch: count - (cycles since SysTick stood at `reference`). The
-/// instructions are fixed, so what passes between reading SysTick and writing is a constant (part of
+/// Writes the count that ends the launch: count - (cycles since SysTick had the value `reference`). The
+/// instructions are fixed, so the time between reading SysTick and writing is constant (part of
 /// kLaunchLatency).
 void write_count_down(uint32_t reference, uint32_t count);
-/// Enables the machine; returns where SysTick stood a fixed number of cycles before (part of kEnableLatency).
+/// Enables the machine. Returns the SysTick value a fixed number of cycles earlier (part of kEnableLatency).
 uint32_t enable_timed();
 
 }  // namespace symrig::pico::edge_machine

@@ -3,11 +3,11 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// The edge engine's program for a PIO state machine, and the words it eats. README.md tells how it works,
+/// The edge engine's program for a PIO state machine, and the words that it reads. README.md explains it,
 /// with cycle counts.
 namespace symrig::pico::edge_program {
 
-// PIO instructions, as far as they are used here.
+// The PIO instructions that are used here.
 constexpr uint16_t jmp(uint32_t to) {
   return static_cast<uint16_t>(to);
 }
@@ -37,20 +37,20 @@ constexpr uint32_t kDwell = 6;
 constexpr uint32_t kEnd = 9;
 constexpr uint32_t kHalt = 11;
 
-// Flags that the program raises.
+// Flags that the program sets.
 constexpr uint32_t kEndFlag = 0;
 constexpr uint32_t kHaltFlag = 1;
 
 constexpr uint16_t kCode[] = {
     // wait: the second word is two WAIT instructions
     kPull, kOutExec16, kOutExec16,
-    // next: the first word, or the safe word (X) if there is none; its top five bits say how to go on
+    // next: the first word, or the safe word (X) if there is none; its top five bits are the next address
     kPullOrX, kOutPins27, kOutPc5,
     // dwell: the second word is a count
     kPull, kMovYOsr, jmp_y_dec(8),
-    // end: the last word stands
+    // end: the last word stays
     irq_set(kEndFlag), jmp(10),
-    // halt: the queue ran empty, the safe word stands
+    // halt: the queue is empty, the safe word stays
     irq_set(kHaltFlag), jmp(12)};
 constexpr uint32_t kCodeSize = sizeof kCode / sizeof kCode[0];
 constexpr uint32_t kWrapTop = 8;
@@ -63,13 +63,13 @@ constexpr uint32_t first_word(uint32_t levels, uint32_t then) {
   return levels | (then << kLevelBits);
 }
 
-/// pull, out pins, out pc, pull, mov, and a loop that takes one cycle more than its count.
+/// Cycles of pull, out pins, out pc, pull, mov, and a loop that takes one cycle more than its count.
 constexpr uint32_t kDwellOverhead = 6;
-/// Second word of a segment that stands for `ticks`.
+/// Second word of a segment that lasts `ticks`.
 constexpr uint32_t dwell_word(uint32_t ticks) {
   return ticks - kDwellOverhead;
 }
-/// Second word of a wait: first for the level that is not awaited, then for the one that is.
+/// Second word of a wait: wait for the opposite level, then for the awaited one.
 constexpr uint32_t wait_word(bool rising, uint32_t pin) {
   return wait_gpio(!rising, pin) | (static_cast<uint32_t>(wait_gpio(rising, pin)) << 16U);
 }

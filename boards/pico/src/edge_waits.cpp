@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the engine learns that a wait has ended, and ends those whose time is out.
+// How the engine notices the end of a wait, and ends waits that time out.
 #include "board_pins.hpp"
 #include "edge_engine.hpp"
 #include "edge_machine.hpp"
@@ -28,7 +28,7 @@ SYMRIG_RAM void PicoEngine::time_is_up() {
   set_alarm();
 }
 
-/// The alarm comes at the end of the first wait that has not ended, or before, and is then set again.
+/// Sets the alarm to the time-out of the oldest wait, or earlier. An early alarm is set again.
 SYMRIG_RAM void PicoEngine::set_alarm() const {
   constexpr uint32_t kMost = 1U << 30U;
   if (!playing_ || !launched_ || first_wait_ == next_wait_) return;
@@ -36,7 +36,7 @@ SYMRIG_RAM void PicoEngine::set_alarm() const {
   const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].wait.timeout;
   uint32_t ticks = 0;
   if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
-  // Two more: an alarm that is set to a time gone by never comes.
+  // Two more, because an alarm in the past never fires.
   reg(timer::alarm0) = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 2;
 }
 
@@ -47,13 +47,13 @@ SYMRIG_RAM void PicoEngine::settle() {
 
 /// true: the oldest wait has ended.
 SYMRIG_RAM bool PicoEngine::settle_wait() {
-  const Wait wait = waits_[first_wait_ % kWaits].wait;  // a copy: its outcome takes its place
+  const Wait wait = waits_[first_wait_ % kWaits].wait;  // a copy, because its outcome replaces it
   const Tick now = clock_.now();
   if (pulled() > 2 * wait.segment + 2) {
     conclude_wait(edge_that_ended(wait));
     return true;
   }
-  // The machine takes the next word kWaitLatency after the edge: no edge before that long ago has ended it.
+  // The machine takes the next word kWaitLatency after the edge, so an older edge cannot have ended the wait.
   not_before_ = now - Tick{2} * kWaitLatency;
   const Tick out_at = wait_begin() + wait.timeout;
   return playing_ && now >= out_at && run_out(wait, out_at);
@@ -64,12 +64,12 @@ SYMRIG_RAM WaitOutcome PicoEngine::edge_that_ended(const Wait& wait) const {
   const Tick from = first_seen > not_before_ ? first_seen : not_before_;
   WaitOutcome outcome;
   if (!stampers_.find(wait.line - kFirstStampedLine, wait.rising, from, outcome.tick))
-    outcome.tick = clock_.now();  // more edges since than are kept
+    outcome.tick = clock_.now();  // more edges have come than are stored
   outcome.resumed = outcome.tick + kWaitLatency;
   return outcome;
 }
 
-/// The wait's time is out. false: an edge came after all.
+/// The wait has timed out. false: an edge came just in time.
 SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
   const IrqLock lock;
   if (!playing_) return false;
@@ -85,7 +85,7 @@ SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
     played_at_stop_ = played();
     playing_ = false;
   } else {
-    machine::control(machine::kRestart);  // forgets the instruction that waits
+    machine::control(machine::kRestart);  // cancels the waiting instruction
     machine::execute(code::jmp(code::kNext));
     outcome.resumed = clock_.at(machine::enable_timed()) + kEnableLatency;
   }

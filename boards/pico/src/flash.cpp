@@ -16,7 +16,7 @@ constexpr uint32_t kMagic = 0x53796d53;
 constexpr uint32_t kHeader = 16;
 static_assert(kHeader + hal::Settings::kRoom <= kSector && kSettingsSectors == 2);
 
-/// At the start of a sector: magic, sequence, size, CRC of sequence, size and bytes.
+/// At the start of a sector: magic, sequence, size, and the CRC of sequence, size and bytes.
 struct Header {
   uint32_t magic;
   uint32_t sequence;
@@ -49,7 +49,7 @@ bool sound(uint32_t slot, Header& header) {
          header.crc == crc_of(header.sequence, from + kHeader, header.size);
 }
 
-/// The slot that counts; -1: none.
+/// The slot with the valid, newest record; -1: none.
 int newest(Header& header) {
   Header headers[2];
   const bool is_sound[2] = {sound(0, headers[0]), sound(1, headers[1])};
@@ -65,7 +65,7 @@ using Plain = void (*)();
 using Erase = void (*)(uint32_t offset, uint32_t count, uint32_t block, uint8_t command);
 using Program = void (*)(uint32_t offset, const uint8_t* bytes, uint32_t count);
 
-/// The ROM's functions for a time without flash.
+/// The ROM functions that are needed while flash is off.
 struct FlashRom {
   Plain connect = nullptr;
   Plain leave_xip = nullptr;
@@ -87,7 +87,7 @@ bool find_rom(FlashRom& rom) {
 
 uint32_t boot2_copy[64];
 
-/// boot2 sets the flash up for reading again; it runs from a copy, because until then there is no flash.
+/// boot2 sets up the flash for reading again. It runs from a copy, because flash is unavailable until then.
 void copy_boot2() {
   for (uint32_t i = 0; i < 64; ++i) boot2_copy[i] = reg(kFlash + 4 * i);
 }
@@ -97,8 +97,8 @@ SYMRIG_RAM void enter_xip() {
 
 uint8_t page[kPage];
 
-/// Writes `header`, then `size` bytes. Nothing may touch flash in here: interrupts are off and all that runs
-/// is in RAM or in the ROM.
+/// Writes `header`, then `size` bytes. Nothing may use flash in this function: interrupts are off, and all
+/// code is in RAM or in the ROM.
 SYMRIG_RAM __attribute__((noinline)) void replace_sector(const FlashRom& rom, uint32_t offset,
                                                          const uint8_t (&header)[kHeader],
                                                          const uint8_t* bytes, uint32_t size) {
@@ -109,7 +109,7 @@ SYMRIG_RAM __attribute__((noinline)) void replace_sector(const FlashRom& rom, ui
   rom.erase(offset, kSector, kBlock, kEraseBlock);
   for (uint32_t at = 0; at < kHeader + size; at += kPage) {
     for (uint32_t i = at; i < at + kPage; ++i) {
-      volatile uint8_t* to = page + (i - at);  // not a call of memset: that is in flash
+      volatile uint8_t* to = page + (i - at);  // no call of memset, which is in flash
       *to = i < kHeader ? header[i] : i < kHeader + size ? bytes[i - kHeader] : 0xff;
     }
     rom.program(offset + at, page, kPage);
@@ -130,7 +130,7 @@ SYMRIG_RAM void drive_select(uint32_t how) {
   reg(ssi::chip_select) = (reg(ssi::chip_select) & ~ssi::override_mask) | how;
 }
 
-/// Command 4Bh, four dummy bytes, eight bytes of number; at the serial interface as the ROM leaves it.
+/// Command 4Bh, four dummy bytes, eight bytes of id; through the serial interface as the ROM leaves it.
 SYMRIG_RAM __attribute__((noinline)) void ask_unique_id(const FlashRom& rom, uint8_t* id) {
   constexpr uint32_t kBytes = 13;
   rom.connect();
@@ -186,7 +186,8 @@ bool PicoSettings::save(const uint8_t* bytes, size_t size) {
   copy_boot2();
   {
     const IrqLock lock;
-    // A sector takes up to 400 ms to erase, as long as the watchdog: it gets three times that for once.
+    // Erasing a sector takes up to 400 ms, which is the watchdog's time. So the watchdog gets three times
+    // that once.
     reg(watchdog::load) = 2 * 1'200'000;
     replace_sector(rom, offset_of(slot), numbers, bytes, count);
   }

@@ -5,7 +5,7 @@
 
 namespace symrig::pico {
 
-/// Levels of all lines now, bit k = line k.
+/// Present levels of all lines, bit k = line k.
 uint32_t line_levels();
 
 }  // namespace symrig::pico

@@ -39,7 +39,7 @@ const hal::Board board = {kTraits,     tick_clock,     engine,    capture,  usb_
 firmware::Core core(board, {{program_store, sizeof program_store}, events, kEvents, {marks, kQueueSegments}});
 Console console(usb_device, core);
 
-// Counts interrupts: whoever is about to sleep sees by it whether something has come meanwhile.
+// Counts interrupts. Before it sleeps, the main loop checks whether one has come.
 volatile uint32_t wakes = 0;
 
 void write_serial() {
@@ -71,8 +71,8 @@ void set_up() {
   console.greet(board_system.reset_cause());
 }
 
-/// Sleeps until an interrupt, `until`, or a millisecond from now, whichever comes first; not at all if an
-/// interrupt has come since `wakes` stood at `seen`.
+/// Sleeps until an interrupt, until tick `until`, or for a millisecond, whichever is first. Does not sleep if
+/// an interrupt has come since `wakes` had the value `seen`.
 void sleep(hal::Tick until, uint32_t seen) {
   constexpr uint32_t kMost = 1000 * kTicksPerMicrosecond;
   constexpr uint32_t kNotWorthIt = 10 * kTicksPerMicrosecond;
@@ -82,7 +82,7 @@ void sleep(hal::Tick until, uint32_t seen) {
   if (ticks < kNotWorthIt) return;
   const IrqLock lock;
   if (wakes != seen) return;
-  // ticks / 125, by a product that stays within 32 bits (33,554 / 2^22 is a little less than 1 / 125)
+  // ticks / 125, as a product that fits into 32 bits (33,554 / 2^22 is a little less than 1 / 125)
   const uint32_t wake = reg(timer::raw_low) + ((ticks * 33'554U) >> 22U);
   reg(timer::alarm1) = wake;
   if (static_cast<int32_t>(wake - reg(timer::raw_low)) <= 0) return;  // an alarm in the past never comes

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// memcpy and memset a word at a time: the C library's small ones go byte by byte, which costs an event some
-// 800 cycles.
+// memcpy and memset by words. The C library's small versions work by bytes, which costs about 800 cycles per
+// event.
 #include "registers.hpp"
 
 #include <stddef.h>  // NOLINT(modernize-deprecated-headers): there is no <cstddef> here
@@ -10,7 +10,7 @@ namespace {
 
 constexpr uintptr_t kWordMask = sizeof(uint32_t) - 1;
 
-/// Words that may be read and written over objects of any type.
+/// Words that may read and write objects of any type.
 using Word = uint32_t __attribute__((may_alias));
 
 uintptr_t address(const void* at) {

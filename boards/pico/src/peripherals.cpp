@@ -14,10 +14,10 @@ constexpr uint32_t kWatchdogMicroseconds = 400'000;
 constexpr uint32_t kWatchdogLoad = 2 * kWatchdogMicroseconds;  // it counts twice a microsecond (RP2040-E1)
 constexpr uint32_t kWatchdogTrigger = 1U << 31U;
 constexpr uint32_t kWatchdogEnable = 1U << 30U;
-constexpr uint32_t kWatchdogResets = 0x1ffff & ~3U;  // everything but the oscillators
+constexpr uint32_t kWatchdogResets = 0x1ffff & ~3U;  // all except the oscillators
 constexpr uint32_t kHalfAliveWave = 1000;            // us
 
-constexpr uint32_t kAskedFor = 0x5e1f'b007;  // scratch 0: the reset was asked for
+constexpr uint32_t kAskedFor = 0x5e1f'b007;  // scratch 0: software requested the reset
 
 struct KeptFault {
   hal::FaultRecord record;

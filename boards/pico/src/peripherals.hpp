@@ -8,9 +8,8 @@
 
 namespace symrig::pico {
 
-/// The chip's watchdog, 400 ms, and the "alive" pin: a square wave of 2 ms that stands still with the
-/// firmware. Both go on
-/// only if every checkpoint has been passed since the last feed().
+/// The chip's watchdog, 400 ms, and the "alive" pin. The pin has a square wave of 2 ms, which stops if the
+/// firmware is blocked. feed() continues both only if every checkpoint was passed since the last feed().
 class PicoWatchdog final : public hal::Watchdog {
  public:
   static void begin();
@@ -24,7 +23,7 @@ class PicoWatchdog final : public hal::Watchdog {
   uint8_t passed_ = all;
 };
 
-/// In RAM that start-up leaves alone, with a check word: survives a reset, not a loss of power.
+/// In RAM that start-up does not touch, with a check word. It survives a reset, but not a loss of power.
 class PicoFaultStore final : public hal::FaultStore {
  public:
   hal::FaultRecord load() const override;
@@ -40,7 +39,7 @@ class PicoIndicator final : public hal::Indicator {
 
 class PicoSystem final : public hal::System {
  public:
-  /// Finds out why the board has started. Before PicoWatchdog::begin().
+  /// Finds out why the board has started. Call it before PicoWatchdog::begin().
   void begin();
   hal::ResetCause reset_cause() const override { return cause_; }
   void reboot(bool bootloader) override;

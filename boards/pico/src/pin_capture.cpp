@@ -12,7 +12,7 @@ namespace {
 
 constexpr uint32_t kNoLine = 0xff;
 constexpr uint32_t kInputGroup = 2;       // GPIO 16..23
-constexpr uint32_t kInterruptDelay = 24;  // ticks from an edge to its stamp, typically
+constexpr uint32_t kInterruptDelay = 24;  // ticks from an edge to its stamp, typical
 
 constexpr uint32_t line_of(uint32_t pin) {
   if (pin < kOutputs) return pin;
@@ -29,7 +29,7 @@ constexpr LineTable make_table() {
   for (uint32_t pin = 0; pin < 24; ++pin) table.of_pin[pin] = static_cast<uint8_t>(line_of(pin));
   return table;
 }
-// In RAM, as what uses it.
+// In RAM, like the code that uses it.
 __attribute__((section(".data.lines"))) LineTable lines = make_table();
 
 constexpr bool stamped(uint32_t line) {
@@ -77,14 +77,14 @@ void PinCapture::watch_trips(uint32_t wanted, uint32_t trip_levels) {
     flags |= (high ? io::edge_high : io::edge_low) << (4 * (kLinePins[line] % 8U));
   }
   const IrqLock lock;
-  // Edges from when nobody looked are no trips; those of watched lines are served at once. The caller looks
-  // at the levels next: a line that trips from now on is not missed.
+  // Edges from unwatched times are no trips. Edges of watched lines are handled at once. The caller then
+  // reads the levels, so a line that trips from now on is not missed.
   reg(io::intr(kInputGroup)) = flags & ~watch_flags_[kInputGroup];
   trip_flags_ = flags;
   enable_interrupts(true);
 }
 
-/// watched: false lets only trips through.
+/// watched: false enables only the trips.
 SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
   for (uint32_t group = 0; group < kGroups; ++group) {
     const uint32_t trips = group == kInputGroup ? trip_flags_ : 0;
@@ -94,10 +94,10 @@ SYMRIG_RAM void PinCapture::enable_interrupts(bool watched) {
 
 SYMRIG_RAM void PinCapture::handle() {
   for (uint32_t left = kGroups; left > 0; --left) {
-    const uint32_t group = left - 1;  // the inputs' first
+    const uint32_t group = left - 1;  // the inputs' group first
     const uint32_t flags = reg(io::ints(group));
     if (flags == 0) continue;
-    // What is judged here is what is cleared: an edge that comes later interrupts again.
+    // Clears exactly the flags that were judged. A later edge interrupts again.
     if (group == kInputGroup) judge_trips(flags & trip_flags_);
     reg(io::intr(group)) = flags;
     record(group, flags);
@@ -110,14 +110,14 @@ SYMRIG_RAM void PinCapture::handle() {
 
 SYMRIG_RAM void PinCapture::judge_trips(uint32_t hit) {
   if (hit == 0) return;
-  engine_.trip(0);  // outputs first, then which line it was
+  engine_.trip(0);  // outputs first, then the line's number
   uint32_t tripped = 0;
   for (uint32_t pin = 0; pin < 8; ++pin)
     if (((hit >> (4 * pin)) & 0xfU) != 0) tripped |= 1U << lines.of_pin[8 * kInputGroup + pin];
   engine_.trip(tripped);
 }
 
-/// A pulse shorter than the interrupt takes shows as both edges with one stamp.
+/// A pulse shorter than the interrupt gives two edges with the same stamp.
 SYMRIG_RAM void PinCapture::record(uint32_t group, uint32_t flags) {
   const Tick tick = clock_.now() - kInterruptDelay;
   const uint32_t levels = line_levels();

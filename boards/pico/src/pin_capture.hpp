@@ -8,17 +8,16 @@
 
 namespace symrig::pico {
 
-/// hal::Capture: PIO stamps of the stamped inputs, and an interrupt for each edge of every other line that is
-/// watched: outputs too, so that a guard sees the pins and not what PIO and DMA believe.
+/// hal::Capture with PIO stamps for the stamped inputs. Every other watched line has an interrupt for each
+/// edge. Outputs, too, so that a guard sees the pins and not only what PIO and DMA should do.
 ///
-/// Also where trips come in: the same interrupt, at the highest priority, stops the engine before anything
-/// else.
+/// Trips use the same interrupt at the highest priority. It stops the engine before anything else.
 class PinCapture final : public hal::Capture, public PinWatch {
  public:
   PinCapture(const TickClock& clock, Stampers& stampers, PicoEngine& engine)
       : clock_(clock), stampers_(stampers), engine_(engine) {}
 
-  /// Inputs with pull-down; interrupts on.
+  /// Inputs get a pull-down. Enables the interrupts.
   void begin();
 
   uint32_t levels() const override { return line_levels(); }
@@ -28,14 +27,14 @@ class PinCapture final : public hal::Capture, public PinWatch {
   void watch(uint32_t wanted) override;
   void watch_trips(uint32_t wanted, uint32_t trip_levels) override;
   hal::Tick caught_up() const override { return caught_up_; }
-  /// Edges that one round of the main loop may take; the rest waits for the next.
+  /// Number of edges that one round of the main loop may take. The rest waits for the next round.
   void begin_round() { round_left_ = kPerRound; }
-  /// Edges are waiting to be taken.
+  /// true: edges wait to be taken.
   bool pending() const;
-  /// Once a millisecond: lets lines interrupt again that came too fast.
+  /// Call once a millisecond. Enables the interrupts of lines again that were too fast.
   void service();
 
-  /// The interrupt.
+  /// The interrupt handler.
   void handle();
 
  private:
@@ -44,7 +43,7 @@ class PinCapture final : public hal::Capture, public PinWatch {
   static constexpr uint32_t kGroups = 3;
   static constexpr uint32_t kMostPerMillisecond = 64;
   static constexpr uint32_t kPerRound = 16;
-  static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may still be on its way
+  static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may not have arrived yet
 
   bool peek(uint32_t source, hal::CapturedEdge& edge);
   void judge_trips(uint32_t hit);

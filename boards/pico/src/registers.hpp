@@ -3,10 +3,10 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// Runs from RAM: no cache miss can delay it, and it may run while the flash is being written.
+/// Runs from RAM, so no cache miss delays it, and it may run while the flash is written.
 #define SYMRIG_RAM __attribute__((section(".ramfunc"), noinline))
 
-/// The RP2040's registers, as far as this board uses them. Names and offsets are those of the data sheet.
+/// The RP2040's registers that this board uses. Names and offsets are those of the data sheet.
 namespace symrig::pico {
 
 /// A 32-bit register at a fixed address.
@@ -14,7 +14,7 @@ inline volatile uint32_t& reg(uint32_t address) {
   return *reinterpret_cast<volatile uint32_t*>(address);  // NOLINT(performance-no-int-to-ptr)
 }
 
-/// Address of a register or of memory, as DMA wants it.
+/// Address of a register or of memory, for DMA.
 inline uint32_t address_of(const volatile void* thing) {
   return static_cast<uint32_t>(reinterpret_cast<uintptr_t>(thing));
 }
@@ -59,7 +59,7 @@ constexpr uint32_t ints(uint32_t group) {
   return base + 0x120 + 4 * group;
 }
 constexpr uint32_t function_sio = 5, function_pio0 = 6;
-// Four interrupt bits a pin, eight pins a group.
+// Four interrupt bits per pin, eight pins per group.
 constexpr uint32_t edge_low = 4, edge_high = 8;
 }  // namespace io
 
@@ -100,7 +100,7 @@ constexpr uint32_t base = 0x50000000;
 constexpr uint32_t channel(uint32_t n) {
   return base + 0x40 * n;
 }
-// Offsets in a channel; al1 and al3 are aliases in another order, whose last register triggers.
+// Offsets in a channel. al1 and al3 are aliases in another order; writing their last register triggers.
 constexpr uint32_t read_addr = 0x0, write_addr = 0x4, trans_count = 0x8, ctrl_trig = 0xc, al1_ctrl = 0x10,
                    al1_trans_count_trig = 0x1c, al3_read_addr_trig = 0x3c;
 constexpr uint32_t intr = base + 0x400, inte0 = base + 0x404, ints0 = base + 0x40c, abort = base + 0x444;
@@ -123,7 +123,7 @@ namespace pio {
 constexpr uint32_t pio0 = 0x50200000, pio1 = 0x50300000;
 constexpr uint32_t ctrl = 0x0, fdebug = 0x8, flevel = 0xc, txf0 = 0x10, rxf0 = 0x20, irq = 0x30,
                    padout = 0x3c, instr_mem = 0x48, irq0_inte = 0x12c;
-// Of a state machine, 0x18 apart.
+// Of one state machine; the next one is 0x18 further.
 constexpr uint32_t clkdiv = 0xc8, execctrl = 0xcc, shiftctrl = 0xd0, instr = 0xd8, pinctrl = 0xdc;
 constexpr uint32_t machine(uint32_t n) {
   return 0x18 * n;
@@ -150,12 +150,12 @@ constexpr uint32_t irq_set_enable = 0xe000e100, irq_clear_enable = 0xe000e180, i
                    irq_priority = 0xe000e400;
 }  // namespace core
 
-// Numbers of interrupts.
+// Interrupt numbers.
 namespace irq {
 constexpr uint32_t timer0 = 0, timer1 = 1, usb = 5, pio0_0 = 7, dma0 = 11, gpio = 13;
 }
 
-/// Enables an interrupt. priority: 0 (first) to 3.
+/// Enables an interrupt. priority: 0 (highest) to 3.
 inline void enable_irq(uint32_t number, uint32_t priority) {
   const uint32_t address = core::irq_priority + (number & ~3U);
   const uint32_t shift = 8 * (number & 3U) + 6;
@@ -164,7 +164,7 @@ inline void enable_irq(uint32_t number, uint32_t priority) {
   reg(core::irq_set_enable) = 1U << number;
 }
 
-/// No interrupt while it lives.
+/// Disables all interrupts while it exists.
 class IrqLock {
  public:
   IrqLock() { asm volatile("mrs %0, primask\n cpsid i" : "=r"(before_)::"memory"); }
@@ -176,7 +176,7 @@ class IrqLock {
   uint32_t before_;
 };
 
-/// One interrupt held back while it lives; the others, trips above all, come as ever.
+/// Disables one interrupt while it exists. The others, above all trips, stay enabled.
 class IrqHold {
  public:
   explicit IrqHold(uint32_t number) : bit_(1U << number) {

@@ -29,7 +29,7 @@ void stop(uint32_t channel) {
 SYMRIG_RAM void SegmentRing::reset() {
   stop(kControl);
   stop(kData);
-  stop(kControl);  // an ending data channel may have started it
+  stop(kControl);  // the end of the data channel may have started it
   for (volatile uint32_t& grant : grants) grant = 0;
   written_ = granted_ = read_ = grants_ = 0;
   open_ = false;
@@ -60,7 +60,7 @@ SYMRIG_RAM uint32_t SegmentRing::place() {
 
 SYMRIG_RAM void SegmentRing::grant() {
   {
-    const IrqLock lock;  // 64 bits that interrupts read
+    const IrqLock lock;  // interrupts read these 64 bits
     read_ = read_words();
   }
   const auto fresh = static_cast<uint32_t>(written_ - granted_);
@@ -74,7 +74,7 @@ SYMRIG_RAM void SegmentRing::grant() {
 }
 
 uint32_t SegmentRing::grants_unread() const {
-  // A stopped control channel has read one more than there were: the zero.
+  // A stopped control channel has also read the zero after the last grant.
   const uint32_t read = (reg(kControl + dma::read_addr) - address_of(grants)) / 4;
   const uint32_t ahead = (grants_ - read) % kGrants;
   return ahead == kGrants - 1 ? 0 : ahead;
@@ -93,7 +93,7 @@ SYMRIG_RAM void SegmentRing::service() {
 SYMRIG_RAM void SegmentRing::restart() const {
   if ((reg(dma::intr) & (1U << kDmaEngineData)) == 0) return;
   const uint32_t zero = (reg(kControl + dma::read_addr) - address_of(grants)) / 4 - 1;
-  if (zero % kGrants == grants_ % kGrants) return;  // nothing new yet
+  if (zero % kGrants == grants_ % kGrants) return;  // no new grants
   reg(dma::intr) = 1U << kDmaEngineData;
   reg(kControl + dma::al3_read_addr_trig) = address_of(grants + zero % kGrants);
 }

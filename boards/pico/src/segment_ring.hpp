@@ -5,51 +5,51 @@
 
 namespace symrig::pico {
 
-/// Words on their way from firmware to the edge engine's queue, by DMA, so that DMA can never read a word
-/// that firmware has not finished.
+/// Passes words from firmware to the edge engine's queue by DMA. DMA never reads a word that firmware has not
+/// finished.
 ///
-/// The data channel copies words from a ring to the state machine's queue. It is given a count and stops
-/// after it; the control channel then hands it the next count from a list of counts ("grants"), or a zero,
-/// which stops both. Firmware writes words first and their grant after them, so every word granted is a
-/// finished one. If the channels have met the zero before a new grant stood there, firmware starts them
-/// again: the data channel tells of that by its interrupt flag (it is "quiet": it flags nothing but a zero).
+/// The data channel copies words from a ring to the state machine's queue, and stops after a given count.
+/// Then the control channel gives it the next count from a list of counts ("grants"). A zero in the list
+/// stops both channels. Firmware writes words first and their grant afterwards, so every granted word is
+/// complete. If the channels reached the zero before a new grant was there, firmware starts them again. The
+/// data channel's interrupt flag reports this: in quiet mode it flags only a zero.
 class SegmentRing {
  public:
   static constexpr uint32_t kSegments = 1024;
   static constexpr uint32_t kWords = 2 * kSegments;
-  /// One slot stays free, so that "all read" and "none read" differ.
+  /// One slot stays free to distinguish "all read" from "none read".
   static constexpr uint32_t kCapacity = kSegments - 1;
 
-  /// Stops both channels and forgets all words.
+  /// Stops both channels and discards all words.
   void reset();
-  /// Writes a segment's two words. Only with used() < kCapacity.
+  /// Writes the two words of a segment. Only if used() < kCapacity.
   void write(uint32_t first, uint32_t second);
-  /// Makes everything written available.
+  /// Grants everything that is written.
   void grant();
-  /// Lets the channels run: from now on grants reach the queue.
+  /// Starts the channels: from now on grants reach the queue.
   void open();
-  /// Grants what is written if the channels are about to run out of grants, and starts them again if they
-  /// have stopped. To be called at every round of the main loop.
+  /// Grants what is written if the channels have few grants left, and restarts stopped channels. Call it in
+  /// every round of the main loop.
   void service();
 
-  /// Segments written and not yet read.
+  /// Segments that are written and not yet read.
   uint32_t used() const { return (static_cast<uint32_t>(written_) - place()) % kWords / 2; }
-  /// Words read since reset(). Must be asked (grant() does) before another ring's worth has been read.
+  /// Words read since reset(). Must be called (grant() does it) before another full ring has been read.
   uint64_t read_words() const;
 
  private:
   static constexpr uint32_t kGrants = 64;
-  static constexpr uint32_t kGrantEvery = 2 * 128;  // words; a DMA interrupt each
+  static constexpr uint32_t kGrantEvery = 2 * 128;  // words; one DMA interrupt each
 
-  /// Index of the word that is read next.
+  /// Index of the next word to read.
   static uint32_t place();
   uint32_t grants_unread() const;
   void restart() const;
 
-  uint64_t written_ = 0;  // words since reset
-  uint64_t granted_ = 0;  // of them
+  uint64_t written_ = 0;  // words since reset()
+  uint64_t granted_ = 0;  // words since reset()
   uint64_t read_ = 0;
-  uint32_t grants_ = 0;  // grants written since reset
+  uint32_t grants_ = 0;  // number of grants since reset()
   bool open_ = false;
 };
 

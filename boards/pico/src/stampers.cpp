@@ -8,7 +8,7 @@ namespace {
 
 using hal::Tick;
 
-// X counts down, once every two cycles on whichever path. A stamp is X's lower 31 bits and the level.
+// X counts down once every two cycles on every path. A stamp is X's lower 31 bits and the level.
 constexpr uint16_t kCode[] = {
     0x00c3,  //  0 low:   jmp pin, 3
     0x0040,  //  1        jmp x--, low
@@ -52,7 +52,7 @@ void set_up_machine(uint32_t index) {
   const uint32_t machine = pio::pio1 + pio::machine(index);
   reg(machine + pio::clkdiv) = 1U << 16U;
   reg(machine + pio::execctrl) = (kStampedPins[index] << 24U) | (kWrapTop << 12U) | (kWrapBottom << 7U);
-  reg(machine + pio::shiftctrl) = (1U << 31U) | (1U << 19U);  // 8 deep towards the CPU; ISR shifts left
+  reg(machine + pio::shiftctrl) = (1U << 31U) | (1U << 19U);  // RX FIFO of 8; ISR shifts left
   reg(machine + pio::instr) = kMovXNotNull;
   reg(machine + pio::instr) = kSetY1;
   reg(machine + pio::instr) = 0;  // jmp low
@@ -67,7 +67,7 @@ void set_up_channel(uint32_t index) {
                                          dma::dreq(dma::dreq_pio1_rx0 + index) | dma::irq_quiet;
 }
 
-/// Enables the machines and returns where SysTick stood a fixed number of cycles before.
+/// Enables the machines. Returns the SysTick value a fixed number of cycles earlier.
 SYMRIG_RAM uint32_t enable_machines() {
   const IrqLock lock;
   uint32_t stood = 0;
@@ -98,7 +98,7 @@ SYMRIG_RAM uint32_t Stampers::written(uint32_t index) {
   return kMost - reg(channel(index) + dma::trans_count);
 }
 
-/// The count is right modulo 2^31 (34 s); `now` tells which.
+/// The count is exact modulo 2^31 (34 s). `now` resolves the ambiguity.
 SYMRIG_RAM Tick Stampers::tick_of(uint32_t stamp, Tick now) const {
   const uint32_t count = 0x7fffffffU - (stamp >> 1U);
   const uint64_t present = (now - epoch_) / 2 + 16;  // a stamp may be a little ahead of `now`

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the reset vector to main(): data to RAM, bss to zero, constructors. And the vectors.
+// From the reset vector to main(): copies data to RAM, clears bss, runs constructors. Also the vector table.
 #include "registers.hpp"
 
 extern "C" {
@@ -15,8 +15,8 @@ void dma0_handler();
 void timer0_handler();
 void timer1_handler();
 
-/// A fault of the processor, or an interrupt that nobody asked for: the watchdog starts the board anew, and
-/// until then the pins are let go (resistors pull them down).
+/// A processor fault or an unexpected interrupt. The watchdog restarts the board. Until then the pins are
+/// released, and resistors pull them down.
 [[noreturn]] SYMRIG_RAM void crash_handler() {
   using symrig::pico::reg;
   for (uint32_t pin = 0; pin < 12; ++pin) reg(symrig::pico::io::ctrl(pin)) = 0x1f;
@@ -32,7 +32,7 @@ void timer1_handler();
   crash_handler();
 }
 
-/// A pure virtual function was called: cannot be, but compilers refer to it.
+/// Never called, but compilers refer to it.
 [[noreturn]] void __cxa_pure_virtual() {  // NOLINT(bugprone-reserved-identifier)
   crash_handler();
 }

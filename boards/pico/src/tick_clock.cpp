@@ -33,7 +33,7 @@ SYMRIG_RAM Tick coarse_now() {
 
 }  // namespace
 
-// SysTick counts down, so phase - systick counts up. It is right modulo 2^24; TIMER is right to a few us.
+// SysTick counts down, so phase - systick counts up. It is exact modulo 2^24. TIMER is accurate to a few us.
 SYMRIG_RAM int32_t TickClock::ahead(uint32_t systick, Tick coarse) const {
   return static_cast<int32_t>((phase_ - systick - static_cast<uint32_t>(coarse)) << 8U) >> 8;
 }

@@ -9,16 +9,16 @@ namespace symrig::pico {
 constexpr uint32_t kTicksPerMicrosecond = 125;
 constexpr uint32_t kSystickMask = 0xffffff;
 
-/// The board's clock in cycles of clk_sys (8 ns). The lowest 24 bits are SysTick's, the rest comes from TIMER
-/// (1 us, 64 bits, from the same crystal): no state but the phase between them, so any interrupt may ask.
+/// The board's clock in cycles of clk_sys (8 ns). SysTick gives the lowest 24 bits, TIMER the others (1 us,
+/// 64 bits, from the same crystal). The only state is the phase between them, so any interrupt may read it.
 class TickClock final : public hal::Clock {
  public:
   /// Starts SysTick and measures the phase.
   void start();
   hal::Tick now() const override;
-  /// The tick at which SysTick stood (or will stand) at `systick`, the one nearest to now.
+  /// The tick at which SysTick has the value `systick`. Of all such ticks, the one nearest to now.
   hal::Tick at(uint32_t systick) const;
-  /// SysTick (PLL) and TIMER (crystal) still agree: to within 100 us for as long as the board runs.
+  /// true: SysTick (PLL) and TIMER (crystal) agree to within 100 us since the board started.
   bool sound() const;
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Endpoint 0: who the device is, its address and configuration, and what CDC and Windows ask for.
+// Endpoint 0: descriptors, address, configuration, and the requests of CDC and Windows.
 #include "usb_device.hpp"
 #include "usb_registers.hpp"
 
@@ -80,7 +80,7 @@ bool UsbDevice::standard(uint8_t type, uint8_t request, uint16_t value, uint16_t
   }
 }
 
-/// SET_FEATURE and CLEAR_FEATURE of an endpoint: halts. Of the device: none.
+/// SET_FEATURE and CLEAR_FEATURE: only the halt feature of an endpoint, none of the device.
 bool UsbDevice::endpoint_feature(uint8_t request, uint16_t index) {
   const uint32_t endpoint = index & 0xfU;
   const bool out = (index & kInDirection) == 0;
@@ -188,7 +188,7 @@ void UsbDevice::answer_more() {
   arm(0, false, size);
 }
 
-/// The status stage of a request that brought no data to the host.
+/// The status stage of a request without data to the host.
 void UsbDevice::acknowledge() {
   stage_ = Stage::status_in;
   toggle_[0][0] = true;

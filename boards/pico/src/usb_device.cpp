@@ -11,15 +11,15 @@ void UsbDevice::begin(const char* serial) {
   serial_ = serial;
   for (uint32_t at = 0; at < 0x1000; at += 4) reg(usb::ram + at) = 0;
   reg(usb::muxing) = 9;            // to the PHY, soft connect
-  reg(usb::power) = 0xc;           // VBUS is taken to be there
+  reg(usb::power) = 0xc;           // assumes that VBUS is present
   reg(usb::main_ctrl) = 1;         // on, device
-  reg(usb::sie_ctrl) = 1U << 29U;  // tell of each buffer of endpoint 0
+  reg(usb::sie_ctrl) = 1U << 29U;  // interrupt for each buffer of endpoint 0
   reg(usb::inte) = usb::kIntBuffer | usb::kIntReset | usb::kIntSuspend | usb::kIntResume | usb::kIntSetup;
   enable_irq(irq::usb, 2);
   reg(usb::sie_ctrl + kSet) = 1U << 16U;  // pull-up
 }
 
-// The main loop's side.
+// Called by the main loop.
 
 SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
   if (forget_) {
@@ -56,7 +56,7 @@ size_t UsbDevice::print(const char* text, size_t size) {
   return count;
 }
 
-// The interrupt.
+// Called by the interrupt.
 
 SYMRIG_RAM void UsbDevice::handle() {
   const uint32_t status = reg(usb::ints);
@@ -75,7 +75,7 @@ SYMRIG_RAM void UsbDevice::handle() {
   if ((status & usb::kIntBuffer) != 0) {
     const uint32_t done = reg(usb::buff_status);
     reg(usb::buff_status) = done;
-    suspended_ = false;  // whoever speaks is not suspended
+    suspended_ = false;  // traffic shows that the bus is not suspended
     buffers_done(done);
   }
   if ((status & usb::kIntSetup) != 0) {
@@ -93,7 +93,7 @@ void UsbDevice::bus_reset() {
   configure(0);
 }
 
-/// Ends and toggles start afresh; bytes of an earlier session are forgotten.
+/// Resets endpoints and toggles. Discards bytes of an earlier connection.
 void UsbDevice::configure(uint8_t value) {
   configured_ = false;
   configuration_ = value;
@@ -122,8 +122,8 @@ void UsbDevice::configure(uint8_t value) {
   send_log();
 }
 
-/// Hands an endpoint's buffer to the controller: the word first, then, when it has surely arrived in the
-/// other clock domain, the bit that makes it valid.
+/// Gives an endpoint's buffer to the controller. Writes the control word first. Sets its "available" bit only
+/// after the word has reached the other clock domain.
 SYMRIG_RAM void UsbDevice::arm(uint32_t endpoint, bool out, uint32_t size) {
   bool& toggle = toggle_[endpoint][out ? 1 : 0];
   const uint32_t word = size | usb::kLast | (toggle ? usb::kData1 : 0) | (out ? 0 : usb::kFull);
@@ -142,14 +142,14 @@ SYMRIG_RAM void UsbDevice::buffers_done(uint32_t done) {
     send_wire();
   }
   if ((done & usb::buff_status_bit(desc::kConsole, true)) != 0)
-    arm(desc::kConsole, true, kPacket);  // nobody reads it
+    arm(desc::kConsole, true, kPacket);  // data from the host to the console are ignored
   if ((done & usb::buff_status_bit(desc::kConsole, false)) != 0) {
     sending_log_ = false;
     send_log();
   }
 }
 
-/// Takes another packet from the host as soon as a whole one fits; until then the host is told to wait.
+/// Accepts another packet from the host as soon as a full packet fits. Until then the host has to wait.
 SYMRIG_RAM void UsbDevice::listen() {
   if (!configured_ || listening_ || from_host_.room() < kPacket) return;
   listening_ = true;

@@ -10,14 +10,14 @@
 
 namespace symrig::pico {
 
-/// The USB device: endpoint 0, the wire (hal::ByteLink) and the console's way out. All work is done by the
-/// interrupt; the main loop meets it at the byte rings. README.md, "USB".
+/// The USB device: endpoint 0, the wire (hal::ByteLink) and the console's output. The interrupt does all the
+/// work. The main loop exchanges data with it through byte rings. README.md, "USB".
 class UsbDevice final : public hal::ByteLink {
  public:
-  /// engine falls to its safe levels as soon as an urgent Abort has come in.
+  /// The engine goes to its safe levels as soon as an urgent Abort arrives.
   explicit UsbDevice(PicoEngine& engine) : engine_(engine) {}
 
-  /// serial lives as long as the device. Pulls the bus up: from now on the host sees the board.
+  /// serial must outlive the device. Enables the pull-up, so that the host sees the board.
   void begin(const char* serial);
 
   size_t read(uint8_t* out, size_t room) override;
@@ -25,22 +25,22 @@ class UsbDevice final : public hal::ByteLink {
   void write(const uint8_t* bytes, size_t size) override;
   bool attached() const override { return configured_ && !suspended_; }
 
-  /// Bytes that one round of the main loop may read; the rest waits for the next.
+  /// Number of bytes that one round of the main loop may read. The rest waits for the next round.
   void begin_round() { round_left_ = kPerRound; }
-  /// Bytes are left for the next round.
+  /// true: bytes are left for the next round.
   bool waiting() const { return from_host_.used() > 0; }
 
-  /// What of a console text fits is taken. Returns how much.
+  /// Takes the part of a console text that fits. Returns its size.
   size_t print(const char* text, size_t size);
-  /// A terminal program has the console open.
+  /// true: a terminal program has the console open.
   bool console_open() const { return configured_ && console_open_; }
 
-  /// The interrupt.
+  /// The interrupt handler.
   void handle();
 
  private:
   static constexpr size_t kPacket = 64;
-  static constexpr size_t kPerRound = kPacket / 2;  // two requests: what they cost is part of poll_ticks
+  static constexpr size_t kPerRound = kPacket / 2;  // two requests; their cost is part of poll_ticks
   static constexpr size_t kFromHost = 1024;
   static constexpr size_t kToHost = 1024;
   static constexpr size_t kLog = 1024;
@@ -62,7 +62,7 @@ class UsbDevice final : public hal::ByteLink {
   void stall();
   void control_in_done();
   void control_out_done();
-  // The others
+  // The other endpoints.
   void arm(uint32_t endpoint, bool out, uint32_t size);
   void buffers_done(uint32_t done);
   void listen();
@@ -83,12 +83,12 @@ class UsbDevice final : public hal::ByteLink {
   volatile bool configured_ = false;
   volatile bool suspended_ = false;
   volatile bool console_open_ = false;
-  volatile bool forget_ = false;  // what has come in up to forget_to_ belongs to an earlier session
+  volatile bool forget_ = false;  // bytes received up to forget_to_ are from an earlier connection
   volatile size_t forget_to_ = 0;
-  bool listening_ = false;  // the wire's OUT buffer belongs to the controller
-  bool sending_ = false;    // the wire's IN buffer does
+  bool listening_ = false;  // the controller has the wire's OUT buffer
+  bool sending_ = false;    // the controller has the wire's IN buffer
   bool sending_log_ = false;
-  bool zero_owed_ = false;  // the last packet was full: one more, even empty, tells that this was all
+  bool zero_owed_ = false;  // the last packet was full, so one more packet, maybe empty, must mark the end
   bool log_zero_owed_ = false;
 
   Stage stage_ = Stage::none;
@@ -100,7 +100,7 @@ class UsbDevice final : public hal::ByteLink {
   bool answer_zero_ = false;  // the answer ends with an empty packet
   bool toggle_[kEndpoints][2] = {};
   uint8_t scratch_[64] = {};
-  uint8_t line_coding_[7] = {0x00, 0xc2, 0x01, 0x00, 0, 0, 8};  // 115200 8N1, for whoever asks
+  uint8_t line_coding_[7] = {0x00, 0xc2, 0x01, 0x00, 0, 0, 8};  // 115200 8N1, if a host asks
 };
 
 }  // namespace symrig::pico

@@ -3,7 +3,7 @@
 
 #include "registers.hpp"
 
-/// Bits and memory of the USB controller, as the data sheet has them.
+/// Bits and memory of the USB controller, with the names of the data sheet.
 namespace symrig::pico::usb {
 
 // Buffer control.
@@ -16,7 +16,7 @@ constexpr uint32_t kSieSuspended = 1U << 4U, kSieResume = 1U << 11U, kSieSetup =
 constexpr uint32_t kIntBuffer = 1U << 4U, kIntReset = 1U << 12U, kIntSuspend = 1U << 14U,
                    kIntResume = 1U << 15U, kIntSetup = 1U << 16U;
 
-// The controller's memory: control words first, then a 64-byte buffer for each end of each endpoint.
+// The controller's memory: first control words, then a 64-byte buffer for each direction of each endpoint.
 constexpr uint32_t kControlBuffer = 0x100;
 constexpr uint32_t buffer(uint32_t endpoint, bool out) {
   return endpoint == 0 ? kControlBuffer : 0x180 + 0x80 * (endpoint - 1) + (out ? 0x40 : 0);

@@ -10,10 +10,10 @@
 
 namespace symrig::board_sim {
 
-/// The edge engine in virtual time: exact, and as unforgiving about an empty queue as the real one.
+/// The edge engine in virtual time: exact. An empty queue is an underrun, as in the real one.
 class Engine final : public hal::EdgeEngine {
  public:
-  /// depth: segments. wait_latency: ticks from an awaited edge, or its time-out, to the next word.
+  /// depth: segments. wait_latency: ticks from an awaited edge, or from its time-out, to the next word.
   Engine(board_common::WordSink& sink, const hal::Clock& clock, const hal::Capture& pins, std::size_t depth,
          std::uint32_t wait_latency)
       : clock_(clock),
@@ -36,14 +36,14 @@ class Engine final : public hal::EdgeEngine {
   }
   std::uint32_t tripped() const override { return playback_.tripped(); }
 
-  /// When the next segment is due (or the queue is found empty, or a wait runs out).
+  /// When the next segment, an underrun or a time-out is due.
   hal::Tick next_event() const { return playback_.due(); }
-  /// Does what is due at next_event() == now.
+  /// Does what is due; next_event() must be now.
   void step() { playback_.act(clock_.now()); }
-  /// An input line changed, now.
+  /// An input line changed at the present tick.
   void input_changed(std::uint8_t line, bool level) {
     playback_.input({clock_.now(), line, level});
-    playback_.inputs_are(pins_.levels());  // a line that tripped before and stands there trips again
+    playback_.inputs_are(pins_.levels());  // a trip line that is still at its trip level trips again
   }
 
  private:

@@ -13,7 +13,7 @@
 namespace symrig::board_sim {
 namespace {
 
-constexpr std::size_t kLinkRoom = std::size_t{1} << 16U;  // bytes to the host not yet read
+constexpr std::size_t kLinkRoom = std::size_t{1} << 16U;  // bytes to the host that are not read yet
 constexpr std::size_t kCaptureDepth = 4096;
 constexpr std::size_t kEvents = 1024;
 constexpr std::array<std::uint8_t, 8> kUniqueId{'s', 'i', 'm', '-', '0', '0', '0', '1'};
@@ -25,7 +25,7 @@ class SimCapture final : public hal::Capture {
   bool pop(hal::CapturedEdge& edge) override { return log_.pop(edge, hal::kNever); }
   bool take_overflow() override { return log_.take_overflow(); }
 
-  /// Sets the lines in `mask` to `levels`. Returns whether any changed.
+  /// Sets the lines in `mask` to `levels`. Returns true if any line changed.
   bool set(std::uint32_t mask, std::uint32_t levels, std::uint64_t tick) {
     const std::uint32_t changed = (levels_ ^ levels) & mask;
     levels_ ^= changed;
@@ -35,7 +35,7 @@ class SimCapture final : public hal::Capture {
   bool pending() const { return log_.ready_at() != hal::kNever; }
 
  private:
-  board_common::PinLog log_{kCaptureDepth, 0, true};  // no edge is known later than it comes
+  board_common::PinLog log_{kCaptureDepth, 0, true};  // edges are known at once
   std::uint32_t levels_ = 0;
 };
 
@@ -98,7 +98,7 @@ class SimSettings final : public hal::Settings {
   bool broken_ = false;
 };
 
-/// Outputs stand at their power-up levels for no time at all: resets take none here.
+/// A reset takes no virtual time, so outputs have their power-up levels for zero ticks.
 class SimSystem final : public hal::System {
  public:
   hal::ResetCause reset_cause() const override { return cause_; }
@@ -120,7 +120,7 @@ class SimSystem final : public hal::System {
   bool bootloader_ = false;
 };
 
-/// Real ones count time themselves; here a stall tells how long the firmware did not feed it.
+/// Real watchdogs count time themselves. Here the stall says how long the firmware did not run.
 class SimWatchdog final : public hal::Watchdog {
  public:
   void feed() override {}
@@ -220,7 +220,7 @@ struct SimBoard::Impl final : board_common::WordSink {
     return next == kNever ? kNever : std::max(next, clock.now());
   }
 
-  /// Everything that is due now, once: hardware first, then what is wired to it, then the firmware.
+  /// Handles everything that is due now, once: first hardware, then peripherals, then firmware.
   void pass() {
     if (engine.next_event() <= clock.now()) {
       engine.step();
@@ -243,7 +243,7 @@ struct SimBoard::Impl final : board_common::WordSink {
     watchdog_at = kNever;
     do {
       core->poll();
-    } while (core->busy() || capture.pending());  // it takes no time here
+    } while (core->busy() || capture.pending());  // the firmware takes no virtual time
     if (!system.take_reboot()) return;
     if (system.bootloader()) {
       engine.force(0);
@@ -280,8 +280,8 @@ struct SimBoard::Impl final : board_common::WordSink {
   std::optional<firmware::Core> core;
   std::vector<Peripheral*> peripherals;
   std::uint64_t stalled_until = 0;
-  std::uint64_t watchdog_at = kNever;  // the firmware stands still, and this is when that ends
-  bool wake = false;                   // something happened that the firmware has not seen
+  std::uint64_t watchdog_at = kNever;  // end of the firmware's stall
+  bool wake = false;                   // an event that the firmware has not handled yet
 };
 
 SimBoard::SimBoard(SimBoardConfig config) : impl_(std::make_unique<Impl>(*this, std::move(config))) {}

@@ -24,7 +24,7 @@ SimProjector::SimProjector(const SimBoard& board, const SimProjectorConfig& conf
       refresh_hz_(config.refresh_hz),
       pulse_(std::max<std::uint64_t>(1, ticks_of_us(config.vsync_pulse_us, tick_hz_))) {}
 
-/// Begin of refresh `number` (from 1): no rounding error piles up at rates that do not divide the clock's.
+/// Begin of refresh `number`, counted from 1. Computed from the number, so rounding errors do not add up.
 std::uint64_t SimProjector::refresh_tick(std::uint64_t number) const {
   return origin_ + number * tick_hz_ / refresh_hz_;
 }

@@ -156,21 +156,18 @@ Result<void> run(const BenchArguments& arguments) {
 
 }  // namespace
 
-Job add_bench(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "bench", "Measure speed against error: every scene, algorithm and tolerance in one run");
+Job add_bench(CLI::App& command) {
   const auto arguments = std::make_shared<BenchArguments>();
-  add_bench_choice(*command, arguments->choice);
+  add_bench_choice(command, arguments->choice);
   command
-      ->add_option("-o,--html", arguments->html, "HTML page with the curves to write; - is standard output")
+      .add_option("-o,--html", arguments->html, "HTML page with the curves to write; - is standard output")
       ->type_name("FILE");
-  add_json(*command, arguments->json);
-  command->add_option("--csv", arguments->csv, "Also write the table as CSV; - is standard output")
+  add_json(command, arguments->json);
+  command.add_option("--csv", arguments->csv, "Also write the table as CSV; - is standard output")
       ->type_name("FILE");
-  command->add_flag(
-      "--no-memory", arguments->no_memory,
-      "Do not measure memory speed (it needs about 400 MB, more on machines with large caches)");
-  command->footer(std::string(kBenchExample) + "\nScenes: " + known_scenes() + "\n\n" + kExitCodes);
+  command.add_flag("--no-memory", arguments->no_memory,
+                   "Do not measure memory speed (it needs about 400 MB, more on machines with large caches)");
+  command.footer(std::string(kBenchExample) + "\nScenes: " + known_scenes() + "\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

@@ -189,39 +189,37 @@ Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
 
 }  // namespace
 
-Job add_calibrate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "calibrate", "Measure which projector pixel each camera pixel sees, the black level and the noise");
+Job add_calibrate(CLI::App& command) {
   const auto arguments = std::make_shared<CalibrateArguments>();
-  add_code_folder(*command, arguments->from);
+  add_code_folder(command, arguments->from);
   command
-      ->add_option("--rig", arguments->rig, "Instead of a folder: measure this rig with a Gray-code sequence")
+      .add_option("--rig", arguments->rig, "Instead of a folder: measure this rig with a Gray-code sequence")
       ->type_name("RIG");
   command
-      ->add_option("--levels", arguments->levels,
-                   "With --rig: measure the light of the projector's levels instead, and write this file")
+      .add_option("--levels", arguments->levels,
+                  "With --rig: measure the light of the projector's levels instead, and write this file")
       ->type_name("levels.toml");
   command
-      ->add_option("--sensor", arguments->sensor,
-                   "Measure a camera's sensor instead: folder of dark and flat frames with capture.toml")
+      .add_option("--sensor", arguments->sensor,
+                  "Measure a camera's sensor instead: folder of dark and flat frames with capture.toml")
       ->type_name("DIR");
   command
-      ->add_option("--response", arguments->response,
-                   "With --sensor, for a camera that is not linear: response curve to write")
+      .add_option("--response", arguments->response,
+                  "With --sensor, for a camera that is not linear: response curve to write")
       ->type_name("response.toml");
   command
-      ->add_option("-o,--output", arguments->output,
-                   "Map to write (.exr or .pfm); with --sensor: sensor.toml to write")
+      .add_option("-o,--output", arguments->output,
+                  "Map to write (.exr or .pfm); with --sensor: sensor.toml to write")
       ->type_name("map.exr");
   command
-      ->add_option(
+      .add_option(
           "--uncertainty", arguments->uncertainty,
           "Picture to write (.exr or .pfm): sigma of column and row, distance from the neighbours' map")
       ->type_name("sigma.exr");
-  command->add_option("--report", arguments->report, "HTML page to write: the map and its quality")
+  command.add_option("--report", arguments->report, "HTML page to write: the map and its quality")
       ->type_name("map.html");
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string("Example:\n"
                   "  symrig calibrate --from photographs -o map.exr --json -\n"
                   "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
@@ -230,7 +228,7 @@ Job add_calibrate(CLI::App& app) {
                   "\n"
                   "The channels of a map are projector column, projector row, and decoded (1 or 0).\n\n") +
       kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
-  return [command, arguments] { return run(*command, *arguments); };
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

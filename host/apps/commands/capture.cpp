@@ -264,64 +264,62 @@ Result<void> run(const CaptureArguments& arguments) {
 
 }  // namespace
 
-Job add_capture(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("capture", "Measure how a scene transports light, and save the tensor");
+Job add_capture(CLI::App& command) {
   const auto arguments = std::make_shared<CaptureArguments>();
-  command->add_option("--rig", arguments->rig, "The rig to measure with (see below)")
+  command.add_option("--rig", arguments->rig, "The rig to measure with (see below)")
       ->required()
       ->type_name("RIG");
-  command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
+  command.add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
       ->required()
       ->type_name("scene.h5");
-  add_json(*command, arguments->json);
-  command->add_flag(
+  add_json(command, arguments->json);
+  command.add_flag(
       "--dual-subtract", arguments->dual_subtract,
       "For dual: subtract the transport that is already stored (better than the published method)");
-  command->add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
+  command.add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
       ->type_name("NAME")
       ->capture_default_str();
   command
-      ->add_option("--tolerance", arguments->tolerance,
-                   "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
+      .add_option("--tolerance", arguments->tolerance,
+                  "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
       ->type_name("X");
   command
-      ->add_option("--dual-threshold", arguments->dual_threshold,
-                   "For dual: do not refine responses below this share of the flood-lit RMS")
+      .add_option("--dual-threshold", arguments->dual_threshold,
+                  "For dual: do not refine responses below this share of the flood-lit RMS")
       ->type_name("X");
-  command->add_option("--max-patterns", arguments->max_patterns, "Stop after this many photographs")
+  command.add_option("--max-patterns", arguments->max_patterns, "Stop after this many photographs")
       ->type_name("N");
   command
-      ->add_option("--max-seconds", arguments->max_seconds, "Stop after this many seconds on the rig's clock")
+      .add_option("--max-seconds", arguments->max_seconds, "Stop after this many seconds on the rig's clock")
       ->type_name("S");
   command
-      ->add_option("--target-error", arguments->target_error,
-                   "Stop when the estimated error plus its uncertainty is below this share")
+      .add_option("--target-error", arguments->target_error,
+                  "Stop when the estimated error plus its uncertainty is below this share")
       ->type_name("E");
   command
-      ->add_option("--photograph-seconds", arguments->photograph_seconds,
-                   "If exposures are planned: longest total exposure of one photograph (default: 10)")
+      .add_option("--photograph-seconds", arguments->photograph_seconds,
+                  "If exposures are planned: longest total exposure of one photograph (default: 10)")
       ->type_name("S");
-  add_log_options(*command, arguments->log);
+  add_log_options(command, arguments->log);
   command
-      ->add_option(
+      .add_option(
           "--split", arguments->split,
           "Order of several views: flat, views-first, views-last, all-at-once, compensated (default: by "
           "the flood-lit photograph)")
       ->type_name("ORDER");
-  command->add_flag("--check-axis", arguments->check_axis,
-                    "First check with 8 photographs that camera and projector pixels coincide");
+  command.add_flag("--check-axis", arguments->check_axis,
+                   "First check with 8 photographs that camera and projector pixels coincide");
   command
-      ->add_option("--polish", arguments->polish,
-                   "Steps of a final refit of all transport to all photographs; 0: none")
+      .add_option("--polish", arguments->polish,
+                  "Steps of a final refit of all transport to all photographs; 0: none")
       ->type_name("N");
-  command->footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
-                  kExitCodes);
+  command.footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
+                 kExitCodes);
   for (const char* option :
        {"--tolerance", "--dual-threshold", "--max-seconds", "--target-error", "--photograph-seconds"})
-    takes_number<double>(command->get_option(option));
-  takes_number<std::int64_t>(command->get_option("--max-patterns"));
-  takes_number<int>(command->get_option("--polish"));
+    takes_number<double>(command.get_option(option));
+  takes_number<std::int64_t>(command.get_option("--max-patterns"));
+  takes_number<int>(command.get_option("--polish"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -65,25 +65,23 @@ Result<void> run(const CompileArguments& arguments) {
 
 }  // namespace
 
-Job add_compile(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("compile", "Compile a program file into the records that a board runs");
+Job add_compile(CLI::App& command) {
   const auto arguments = std::make_shared<CompileArguments>();
-  command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
-  command->add_option("-o,--output", arguments->output, "Compiled program to write")
+  command.add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
+  command.add_option("-o,--output", arguments->output, "Compiled program to write")
       ->required()
       ->type_name("scan.symprog");
   command
-      ->add_option("--board", arguments->board,
-                   "The board that will run it: a URI, or a file that describes the board")
+      .add_option("--board", arguments->board,
+                  "The board that will run it: a URI, or a file that describes the board")
       ->type_name("URI|FILE")
       ->capture_default_str();
-  add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
-                              "  symrig compile scan.toml -o scan.symprog\n"
-                              "\n"
-                              "docs/program-file.md describes both kinds of file.\n\n") +
-                  kExitCodes);
+  add_json(command, arguments->json);
+  command.footer(std::string("Example:\n"
+                             "  symrig compile scan.toml -o scan.symprog\n"
+                             "\n"
+                             "docs/program-file.md describes both kinds of file.\n\n") +
+                 kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

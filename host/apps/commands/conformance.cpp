@@ -99,20 +99,18 @@ Result<void> run(const ConformanceArguments& arguments) {
 
 }  // namespace
 
-Job add_conformance(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("conformance", "Check whether a board meets the protocol: a list of named checks");
+Job add_conformance(CLI::App& command) {
   const auto arguments = std::make_shared<ConformanceArguments>();
-  command->add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
+  command.add_option("uri", arguments->uri, "The board (see below)")->required()->type_name("URI|SERIAL");
   command
-      ->add_option("--filter", arguments->filter,
-                   "Run only the checks whose name matches this regular expression")
+      .add_option("--filter", arguments->filter,
+                  "Run only the checks whose name matches this regular expression")
       ->type_name("REGEX");
   command
-      ->add_option("--jumper", arguments->jumper, "Use this wire from an output to an input with time stamps")
+      .add_option("--jumper", arguments->jumper, "Use this wire from an output to an input with time stamps")
       ->type_name("OUTPUT:INPUT");
-  add_json(*command, arguments->json);
-  command->footer(std::string(kConformanceExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
+  add_json(command, arguments->json);
+  command.footer(std::string(kConformanceExample) + "\n\n" + kDeviceHelp + "\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

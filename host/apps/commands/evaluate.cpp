@@ -121,20 +121,17 @@ Result<void> run(const EvaluateArguments& arguments) {
 
 }  // namespace
 
-Job add_evaluate(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "evaluate",
-      "Compute the errors of a tensor against the true transport, or against held-out photographs");
+Job add_evaluate(CLI::App& command) {
   const auto arguments = std::make_shared<EvaluateArguments>();
-  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+  command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
   command
-      ->add_option("--rig", arguments->rig,
-                   "Rig to compare with, simulated or real (default: held-out photographs only)")
+      .add_option("--rig", arguments->rig,
+                  "Rig to compare with, simulated or real (default: held-out photographs only)")
       ->type_name("RIG");
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig evaluate scene.h5 --rig 'sim:vgroove-textured?size=64x64' --json errors.json\n"

@@ -101,20 +101,18 @@ Result<void> run(const FitArguments& arguments) {
 
 }  // namespace
 
-Job add_fit(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "fit", "Fit a tensor of direct and global light to Gray-code photographs already taken");
+Job add_fit(CLI::App& command) {
   const auto arguments = std::make_shared<FitArguments>();
-  add_code_folder(*command, arguments->from)->required();
-  command->add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
+  add_code_folder(command, arguments->from)->required();
+  command.add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
       ->required()
       ->type_name("scene.h5");
   command
-      ->add_option("--hold-out", arguments->hold_out,
-                   "Do not use pair N in the fit, and measure how well it is predicted; 0: none (see below)")
+      .add_option("--hold-out", arguments->hold_out,
+                  "Do not use pair N in the fit, and measure how well it is predicted; 0: none (see below)")
       ->type_name("N");
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string("Example:\n"
                   "  symrig fit --from photographs -o real.h5 --json -\n"
                   "\n") +
@@ -129,7 +127,7 @@ Job add_fit(CLI::App& app) {
       "whole scene. relight, dual, inspect, evaluate and report work on it as on any other tensor.\n"
       "\n" +
       kExitCodes);
-  takes_number<int>(command->get_option("--hold-out"));
+  takes_number<int>(command.get_option("--hold-out"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -195,25 +195,24 @@ Result<void> run(const CLI::App& command, const FlashArguments& arguments) {
 
 }  // namespace
 
-Job add_flash(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("flash", "Write firmware to a board, and check that it runs");
+Job add_flash(CLI::App& command) {
   const auto arguments = std::make_shared<FlashArguments>();
-  command->add_option("file", arguments->file, "Firmware file; its manifest FILE.json is in the same folder")
+  command.add_option("file", arguments->file, "Firmware file; its manifest FILE.json is in the same folder")
       ->required()
       ->type_name("FILE.uf2");
-  add_device(*command, arguments->device);
+  add_device(command, arguments->device);
   command
-      ->add_option("--drive", arguments->drive,
-                   "Folder where the boot loader's drive RPI-RP2 is or will be mounted")
+      .add_option("--drive", arguments->drive,
+                  "Folder where the boot loader's drive RPI-RP2 is or will be mounted")
       ->type_name("PATH");
   command
-      ->add_option("--wait", arguments->wait,
-                   "Seconds to wait for the drive, and again for the board; 0: do not wait")
+      .add_option("--wait", arguments->wait,
+                  "Seconds to wait for the drive, and again for the board; 0: do not wait")
       ->capture_default_str()
       ->type_name("S");
-  command->add_flag("--verify", arguments->verify, "Only check the files; needs no board");
-  command->add_flag("--again", arguments->again, "Write the firmware even if the board already runs it");
-  command->footer(
+  command.add_flag("--verify", arguments->verify, "Only check the files; needs no board");
+  command.add_flag("--again", arguments->again, "Write the firmware even if the board already runs it");
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig flash symrig-pico.uf2\n"
@@ -224,8 +223,8 @@ Job add_flash(CLI::App& app) {
           "yet, hold its\n"
           "BOOTSEL button while you plug it in.\n") +
       kDeviceHelp + "\n" + kExitCodes);
-  takes_number<double>(command->get_option("--wait"));
-  return [command, arguments] { return run(*command, *arguments); };
+  takes_number<double>(command.get_option("--wait"));
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

@@ -32,18 +32,17 @@ Result<void> run(const IdentifyArguments& arguments) {
 
 }  // namespace
 
-Job add_identify(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("identify", "Make a board blink, so that you can find it");
+Job add_identify(CLI::App& command) {
   const auto arguments = std::make_shared<IdentifyArguments>();
-  add_device(*command, arguments->device);
-  command->add_option("--seconds", arguments->seconds, "Seconds to blink, 0 to 60, rounded up; 0 stops it")
+  add_device(command, arguments->device);
+  command.add_option("--seconds", arguments->seconds, "Seconds to blink, 0 to 60, rounded up; 0 stops it")
       ->capture_default_str()
       ->type_name("S");
-  command->footer(std::string("Example:\n"
-                              "  symrig identify --device E66038\n"
-                              "\n") +
-                  kDeviceHelp + "\n" + kExitCodes);
-  takes_number<double>(command->get_option("--seconds"));
+  command.footer(std::string("Example:\n"
+                             "  symrig identify --device E66038\n"
+                             "\n") +
+                 kDeviceHelp + "\n" + kExitCodes);
+  takes_number<double>(command.get_option("--seconds"));
   return [arguments] { return run(*arguments); };
 }
 

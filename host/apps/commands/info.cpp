@@ -182,23 +182,20 @@ Result<void> run(const InfoArguments& arguments) {
 
 }  // namespace
 
-Job add_info(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "info", "Show what a board reports (firmware, state, lines, limits), or what a camera reports");
+Job add_info(CLI::App& command) {
   const auto arguments = std::make_shared<InfoArguments>();
-  add_device(*command, arguments->device);
+  add_device(command, arguments->device);
   command
-      ->add_option(
-          "--camera", arguments->camera,
-          "Show a camera instead: /dev/videoN, or its serial number, bus or name as in `symrig list`")
+      .add_option("--camera", arguments->camera,
+                  "Show a camera instead: /dev/videoN, or its serial number, bus or name as in `symrig list`")
       ->type_name("CAMERA")
       ->excludes("--device");
-  add_json(*command, arguments->json);
-  command->footer(std::string("Example:\n"
-                              "  symrig info --device sim:\n"
-                              "  symrig info --camera /dev/video0\n"
-                              "\n") +
-                  kDeviceHelp + "This command changes nothing on the board.\n\n" + kExitCodes);
+  add_json(command, arguments->json);
+  command.footer(std::string("Example:\n"
+                             "  symrig info --device sim:\n"
+                             "  symrig info --camera /dev/video0\n"
+                             "\n") +
+                 kDeviceHelp + "This command changes nothing on the board.\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };
 }
 

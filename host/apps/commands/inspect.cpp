@@ -67,15 +67,13 @@ Result<void> run(const InspectArguments& arguments) {
 
 }  // namespace
 
-Job add_inspect(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("inspect", "Show what a tensor file contains: levels, leaves, ranks, bytes");
+Job add_inspect(CLI::App& command) {
   const auto arguments = std::make_shared<InspectArguments>();
-  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+  command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig inspect scene.h5 --json -\n"

@@ -57,18 +57,16 @@ Result<void> run(const LintArguments& arguments) {
 
 }  // namespace
 
-Job add_lint(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "lint", "Check a program: each finding names its rule and the nearest legal alternative");
+Job add_lint(CLI::App& command) {
   const auto arguments = std::make_shared<LintArguments>();
-  command->add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
+  command.add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
   command
-      ->add_option("--board", arguments->board,
-                   "The board that will run it: a URI, or a file that describes the board")
+      .add_option("--board", arguments->board,
+                  "The board that will run it: a URI, or a file that describes the board")
       ->type_name("URI|FILE")
       ->capture_default_str();
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig lint scan.toml --board sim:\n"

@@ -127,15 +127,14 @@ Result<void> run(const ListArguments& arguments) {
 
 }  // namespace
 
-Job add_list(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("list", "List the connected boards, projectors and cameras");
+Job add_list(CLI::App& command) {
   const auto arguments = std::make_shared<ListArguments>();
-  command->add_option("--device", arguments->devices, "Also ask this board behind a socket; can be repeated")
+  command.add_option("--device", arguments->devices, "Also ask this board behind a socket; can be repeated")
       ->type_name("URI")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig list\n"

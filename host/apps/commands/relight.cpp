@@ -175,40 +175,39 @@ void add_views(CLI::App& command, RelightArguments& arguments) {
       ->type_name("ROWSxCOLUMNS");
 }
 
-Job add(CLI::App& app, bool dual, const char* name, const char* about, const char* footer) {
-  CLI::App* command = app.add_subcommand(name, about);
+Job add(CLI::App& command, bool dual, const char* footer) {
   const auto arguments = std::make_shared<RelightArguments>();
-  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+  command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  command->add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")
+  command.add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")
       ->required()
       ->type_name("IMAGE");
   command
-      ->add_option("-o,--output", arguments->output,
-                   "Picture to write: .exr or .pfm (radiance), or .png (for viewing)")
+      .add_option("-o,--output", arguments->output,
+                  "Picture to write: .exr or .pfm (radiance), or .png (for viewing)")
       ->required()
       ->type_name("out.exr");
   command
-      ->add_option("--exposure", arguments->exposure,
-                   "For .png: factor that maps white to 1 (default: 99.5 % of the values are below white)")
+      .add_option("--exposure", arguments->exposure,
+                  "For .png: factor that maps white to 1 (default: 99.5 % of the values are below white)")
       ->type_name("X");
   if (!dual) {
-    add_views(*command, *arguments);
+    add_views(command, *arguments);
     command
-        ->add_option("--mosaic", arguments->mosaic,
-                     "The scene was measured as a raw mosaic with these colours: write a colour picture")
+        .add_option("--mosaic", arguments->mosaic,
+                    "The scene was measured as a raw mosaic with these colours: write a colour picture")
         ->type_name("RGGB|GRBG|GBRG|BGGR");
   }
-  command->footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
-  takes_number<double>(command->get_option("--exposure"));
-  return [command, arguments, dual] { return run(*command, *arguments, dual); };
+  command.footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
+  takes_number<double>(command.get_option("--exposure"));
+  return [&command, arguments, dual] { return run(command, *arguments, dual); };
 }
 
 }  // namespace
 
-Job add_relight(CLI::App& app) {
-  return add(app, false, "relight", "Compute the photograph of the scene under any light: T times the light",
+Job add_relight(CLI::App& command) {
+  return add(command, false,
              "Example:\n"
              "  symrig relight scene.h5 --light letters -o relit.png\n"
              "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
@@ -219,9 +218,8 @@ Job add_relight(CLI::App& app) {
              "projector light.\n");
 }
 
-Job add_dual(CLI::App& app) {
-  return add(app, true, "dual",
-             "Compute the projector's view: the transpose of T times light from the camera",
+Job add_dual(CLI::App& command) {
+  return add(command, true,
              "Example:\n"
              "  symrig dual scene.h5 --light white -o projector-view.png\n"
              "\n"

@@ -60,16 +60,15 @@ Result<void> run(const ReportArguments& arguments) {
 
 }  // namespace
 
-Job add_report(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("report", "Write one self-contained page with pictures and numbers");
+Job add_report(CLI::App& command) {
   const auto arguments = std::make_shared<ReportArguments>();
-  command->add_option("scene", arguments->scene, "Tensor file of capture or fit")
+  command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  command->add_option("-o,--output", arguments->output, "HTML page to write")
+  command.add_option("-o,--output", arguments->output, "HTML page to write")
       ->required()
       ->type_name("report.html");
-  command->footer(
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig report scene.h5 -o report.html\n"

@@ -111,22 +111,21 @@ Result<void> run(const RunArguments& arguments) {
 
 }  // namespace
 
-Job add_run(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("run", "Run a program on a board and write the receipt");
+Job add_run(CLI::App& command) {
   const auto arguments = std::make_shared<RunArguments>();
-  command->add_option("file", arguments->file, "Program file (TOML), or a compiled one")
+  command.add_option("file", arguments->file, "Program file (TOML), or a compiled one")
       ->required()
       ->type_name("scan.toml|scan.symprog");
-  add_device(*command, arguments->device);
-  command->add_option("-o,--output", arguments->output, "Receipt to write; - is standard output")
+  add_device(command, arguments->device);
+  command.add_option("-o,--output", arguments->output, "Receipt to write; - is standard output")
       ->type_name("receipt.json");
   command
-      ->add_option("--vcd", arguments->vcd,
-                   "VCD file to write, with planned and captured edges, for a waveform viewer")
+      .add_option("--vcd", arguments->vcd,
+                  "VCD file to write, with planned and captured edges, for a waveform viewer")
       ->type_name("FILE");
-  command->add_flag("--clear-fault", arguments->clear_fault,
-                    "First clear a fault that an earlier run has latched");
-  command->footer(
+  command.add_flag("--clear-fault", arguments->clear_fault,
+                   "First clear a fault that an earlier run has latched");
+  command.footer(
       std::string(
           "Example:\n"
           "  symrig run scan.toml --device sim: -o receipt.json --vcd run.vcd\n"

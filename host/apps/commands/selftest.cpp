@@ -116,19 +116,17 @@ Result<void> run(const SelftestArguments& arguments) {
 
 }  // namespace
 
-Job add_selftest(CLI::App& app) {
-  CLI::App* command =
-      app.add_subcommand("selftest", "Check a board: what it can test alone, and with one jumper wire");
+Job add_selftest(CLI::App& command) {
   const auto arguments = std::make_shared<SelftestArguments>();
-  add_device(*command, arguments->device);
+  add_device(command, arguments->device);
   command
-      ->add_option("--jumper", arguments->jumper, "Send pulses through this wire from an output to an input")
+      .add_option("--jumper", arguments->jumper, "Send pulses through this wire from an output to an input")
       ->type_name("OUT:IN");
-  command->add_option("--pings", arguments->pings, "Number of clock measurements, 0.1 s apart")
+  command.add_option("--pings", arguments->pings, "Number of clock measurements, 0.1 s apart")
       ->capture_default_str()
       ->type_name("N");
-  add_json(*command, arguments->json);
-  command->footer(
+  add_json(command, arguments->json);
+  command.footer(
       std::string("Example:\n"
                   "  symrig selftest --device 'sim:?jumper=lamp_enable:vsync' --jumper lamp_enable:vsync\n"
                   "\n"
@@ -136,7 +134,7 @@ Job add_selftest(CLI::App& app) {
                   "--jumper this output\n"
                   "changes: first make sure that only the wire is connected to it.\n") +
       kDeviceHelp + "\n" + kExitCodes);
-  takes_number<int>(command->get_option("--pings"));
+  takes_number<int>(command.get_option("--pings"));
   return [arguments] { return run(*arguments); };
 }
 

@@ -167,31 +167,29 @@ Result<void> run(const CLI::App& command, const TraceArguments& arguments) {
 
 }  // namespace
 
-Job add_trace(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "trace", "Draw the planned edges of a program, or the planned and captured edges of a run");
+Job add_trace(CLI::App& command) {
   const auto arguments = std::make_shared<TraceArguments>();
-  command->add_option("file", arguments->file, "Program file, compiled program, or receipt of a run")
+  command.add_option("file", arguments->file, "Program file, compiled program, or receipt of a run")
       ->required()
       ->type_name("FILE|receipt.json");
-  command->add_flag("--plan", arguments->plan, "Draw only the planned edges");
-  command->add_flag("--actual", arguments->actual, "Draw only the captured edges (of a receipt)");
-  command->add_option("--vcd", arguments->vcd, "VCD file to write, for GTKWave or PulseView")
+  command.add_flag("--plan", arguments->plan, "Draw only the planned edges");
+  command.add_flag("--actual", arguments->actual, "Draw only the captured edges (of a receipt)");
+  command.add_option("--vcd", arguments->vcd, "VCD file to write, for GTKWave or PulseView")
       ->type_name("OUT");
-  command->add_option("--wavedrom", arguments->wavedrom, "WaveJSON file to write, for WaveDrom")
+  command.add_option("--wavedrom", arguments->wavedrom, "WaveJSON file to write, for WaveDrom")
       ->type_name("OUT");
   command
-      ->add_option("--differences", arguments->differences,
-                   "CSV file to write, with planned and actual time of each edge (of a receipt)")
+      .add_option("--differences", arguments->differences,
+                  "CSV file to write, with planned and actual time of each edge (of a receipt)")
       ->type_name("OUT");
-  command->add_option("--board", arguments->board, "The board that will run a program file")
+  command.add_option("--board", arguments->board, "The board that will run a program file")
       ->type_name("URI|FILE")
       ->capture_default_str();
-  command->add_option("--max-edges", arguments->max_edges, "Draw only the first N edges of a plan")
+  command.add_option("--max-edges", arguments->max_edges, "Draw only the first N edges of a plan")
       ->type_name("N")
       ->capture_default_str();
-  takes_number<int>(command->get_option("--max-edges"))->check(CLI::Range(1, 10'000'000), "");
-  command->footer(
+  takes_number<int>(command.get_option("--max-edges"))->check(CLI::Range(1, 10'000'000), "");
+  command.footer(
       std::string("Example:\n"
                   "  symrig trace receipt.json --vcd run.vcd --wavedrom run.json\n"
                   "\n"
@@ -200,7 +198,7 @@ Job add_trace(CLI::App& app) {
                   "profile; a receipt contains the captured edges.\n"
                   "\n") +
       kExitCodes);
-  return [command, arguments] { return run(*command, *arguments); };
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

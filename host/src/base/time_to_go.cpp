@@ -18,7 +18,7 @@ constexpr double kSlower =
 
 }  // namespace
 
-void TimeToGo::tell(const ProgressEvent& event, double seconds) {
+void TimeToGo::report(const ProgressEvent& event, double seconds) {
   if (!moments_.empty() && event.done < moments_.back().done) moments_.clear();  // the count of another job
   moments_.push_back({seconds, event.done});
   // The first moment that stays begins the window.

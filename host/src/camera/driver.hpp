@@ -14,15 +14,15 @@
 
 namespace symrig::camera {
 
-/// What a rig knows of its camera's sensor, whatever the driver.
+/// What a rig knows about its camera's sensor, with any driver.
 struct SensorFacts {
-  std::optional<NoiseModel> noise;  ///< of one sample of the sensor
-  int bits = 0;                     ///< significant bits of a sample; 0: all of the format
-  Image<std::uint8_t> defects;      ///< of the sensor's picture, 1 = never to be trusted; empty: none known
+  std::optional<NoiseModel> noise;  ///< of one sensor sample
+  int bits = 0;                     ///< significant bits of a sample; 0: all bits of the format
+  Image<std::uint8_t> defects;      ///< in the sensor's picture, 1 = defective; empty: none known
   CameraTiming timing;
 };
 
-/// Which camera, and how it is set up: the keys of `[camera]` that a driver has for itself. Immutable.
+/// Selects a camera and its settings: the keys of `[camera]` that belong to one driver. Immutable.
 class CameraSource {
  public:
   CameraSource() = default;
@@ -30,25 +30,27 @@ class CameraSource {
   CameraSource& operator=(const CameraSource&) = delete;
   virtual ~CameraSource() = default;
 
-  /// Opens the camera; may be called again after it was lost.  fails: as the driver's camera.
+  /// Opens the camera. May be called again after device_lost.
+  /// fails: as the driver's camera.
   virtual Result<std::unique_ptr<Camera>> open(const SensorFacts& sensor) const = 0;
-  /// Size of the sensor's picture where the file fixes it: defects have to be measured at the same.
+  /// The picture size if the rig file sets it. Defects must be measured at this size.
   virtual std::optional<Grid> picture() const = 0;
-  /// What photographs depend on, in one line. The photograph log compares it: never change an old one's text.
+  /// All settings that affect photographs, in one line. The photograph log compares this text, so the text of
+  /// existing settings must never change.
   virtual std::string identity(const SensorFacts& sensor) const = 0;
 };
 
-/// A kind of camera: what `[camera] driver = "NAME"` of a rig file chooses.
+/// A camera driver: `[camera] driver = "NAME"` in a rig file selects one.
 struct CameraDriver {
   std::string_view name;
   std::string_view about;  ///< one line
-  /// Takes its own keys. What is wrong goes to the reader's context.
+  /// Reads the driver's own keys. Adds errors to the reader's context.
   std::unique_ptr<CameraSource> (*read)(base::TableReader& table);
-  /// The cameras of this kind that are there now.
+  /// The connected cameras of this driver.
   std::vector<FoundCamera> (*find)();
 };
 
-/// All drivers; the first is the one of a file that names none.
+/// All drivers. The first is the default.
 std::span<const CameraDriver> camera_drivers();
 
 }  // namespace symrig::camera

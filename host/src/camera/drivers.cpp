@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of camera drivers. A new driver is a folder beside v4l2, a line here, and a page in docs.
+// The table of camera drivers. A new driver is a folder beside v4l2, and its header and a line here
+// (CONTRIBUTING.md).
 #include "camera/driver.hpp"
 #include "camera/v4l2/v4l2_driver.hpp"
 
@@ -10,7 +11,9 @@ namespace symrig {
 namespace camera {
 
 std::span<const CameraDriver> camera_drivers() {
-  static constexpr std::array<CameraDriver, 1> kDrivers{{v4l2_driver()}};
+  static constexpr std::array kDrivers{
+      v4l2_driver(),
+  };
   return kDrivers;
 }
 

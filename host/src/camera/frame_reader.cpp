@@ -11,7 +11,7 @@ std::size_t count(int n) {
   return static_cast<std::size_t>(n);
 }
 
-/// Checked by whoever makes the reader.
+/// The caller has already checked the region.
 BinnedGrid grid_of(const PictureLayout& layout, const Region& region) {
   auto grid = binned_grid(layout.size, layout.format->mosaic, region);
   return grid ? *grid : BinnedGrid{};
@@ -34,7 +34,7 @@ FrameReader::FrameReader(const PictureLayout& layout, const Region& region, int 
   peaks_.resize(count(binned_.grid.cols));
 }
 
-/// Rows between samples of one colour.
+/// Distance in rows between samples of one colour.
 int FrameReader::rows_between() const {
   return binned_.mosaic == Mosaic::none ? 1 : 2;
 }
@@ -59,7 +59,7 @@ std::uint16_t FrameReader::read_row(std::span<const std::byte> data, int row,
   return seen;
 }
 
-/// Adds one row of the region to the sums of the bins below it.
+/// Adds one row of the region to the sums.
 void FrameReader::add(std::span<const std::uint16_t> samples) {
   const std::size_t step = count(rows_between()), bin = count(region_.binning);
   for (std::size_t col = 0; col < sums_.size(); ++col) {
@@ -80,7 +80,7 @@ void FrameReader::store(std::span<std::uint16_t> codes) const {
   }
 }
 
-/// One row of bins.
+/// Reads one row of bins.
 std::uint16_t FrameReader::read_bins(std::span<const std::byte> data, int row,
                                      std::span<std::uint16_t> codes) {
   std::fill(sums_.begin(), sums_.end(), 0U);

@@ -12,29 +12,30 @@
 
 namespace symrig::camera {
 
-/// A picture as the driver lays it into memory.
+/// A picture's layout in the driver's memory.
 struct PictureLayout {
   const PixelFormat* format = nullptr;
   SampleDepth depth;
   Grid size;
-  std::size_t stride = 0;  ///< bytes from one row to the next, row_bytes() at least
+  std::size_t stride = 0;  ///< bytes from one row to the next, at least row_bytes()
 
-  /// Bytes up to the end of the last row; what follows is of no interest.
+  /// Bytes up to the end of the last row. Later bytes are ignored.
   std::size_t bytes() const {
     return stride * static_cast<std::size_t>(size.rows - 1) + row_bytes(*format, size.cols);
   }
 };
 
-/// Turns a driver's buffer into the codes of the region, binned. Keeps scratch rows: one a thread.
+/// Converts a driver's buffer into the binned codes of the region. Holds scratch rows: use one object per
+/// thread.
 class FrameReader {
  public:
-  /// region: one that binned_grid() takes. saturation: a sample of this code or above makes its bin the
-  /// largest code, so that no sum of clipped samples is taken for a measurement.
+  /// region: binned_grid() must accept it. saturation: a sample of this code or above sets its bin to the
+  /// largest code. So no sum that contains a clipped sample looks like a measurement.
   FrameReader(const PictureLayout& layout, const Region& region, int saturation);
 
   Grid grid() const { return binned_.grid; }
-  /// codes: grid().size() of them, raster order; 0 in rows that `data` does not hold whole. Returns all bits
-  /// that any word had.
+  /// codes: grid().size() values, raster order. Rows that `data` does not hold in full become 0. Returns the
+  /// OR of all words read.
   std::uint16_t read(std::span<const std::byte> data, std::span<std::uint16_t> codes);
 
  private:
@@ -50,7 +51,7 @@ class FrameReader {
   BinnedGrid binned_;
   int saturation_, shift_;
   std::uint16_t largest_;
-  std::vector<std::uint16_t> line_, row_;  // samples from a group's begin; of the region
+  std::vector<std::uint16_t> line_, row_;  // samples from the start of a group; samples of the region
   std::vector<std::uint32_t> sums_;
   std::vector<std::uint16_t> peaks_;
 };

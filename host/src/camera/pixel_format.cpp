@@ -9,7 +9,7 @@
 namespace symrig {
 namespace {
 
-// Younger than the kernel headers of Debian 12.
+// The kernel headers of Debian 12 do not define it yet.
 constexpr std::uint32_t kY012 = v4l2_fourcc('Y', '0', '1', '2');
 constexpr std::uint32_t kY12P = v4l2_fourcc('Y', '1', '2', 'P');
 constexpr std::uint32_t kY14P = v4l2_fourcc('Y', '1', '4', 'P');
@@ -63,7 +63,7 @@ constexpr auto kFormats = std::to_array<PixelFormat>({
     {V4L2_PIX_FMT_SBGGR8, "SBGGR8", 8, Packing::bytes, kBggr},
 });
 
-// Luma of a picture for people: last, and never chosen unasked.
+// Luma of a colour picture: last, and only used if the settings name it.
 constexpr auto kLuma = std::to_array<PixelFormat>({
     {V4L2_PIX_FMT_YUYV, "YUYV", 8, Packing::luma_first, kMono, 0, false},
     {V4L2_PIX_FMT_YVYU, "YVYU", 8, Packing::luma_first, kMono, 0, false},
@@ -84,7 +84,7 @@ const PixelFormat* find(Fits fits) {
   return found == kAll.end() ? nullptr : found;
 }
 
-/// `bytes` for each group of `samples`, the last one whole.
+/// `bytes` for each group of `samples`. The last group counts in full.
 std::size_t groups(int cols, std::size_t samples, std::size_t bytes) {
   return (static_cast<std::size_t>(cols) + samples - 1) / samples * bytes;
 }

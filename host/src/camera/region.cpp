@@ -19,7 +19,7 @@ std::string text(const Region& region) {
   return fmt::format("{} from row {}, column {}", to_string(region.size), region.row, region.col);
 }
 
-/// Of a region whose size is filled in.
+/// region: resolved(), with its real size.
 Result<BinnedGrid> binned_grid_of(Grid picture, Mosaic mosaic, const Region& region) {
   if (region.binning < 1 || region.binning > 64)
     return Error{ErrorCode::bad_argument, fmt::format("binning {} is out of range", region.binning),
@@ -30,16 +30,16 @@ Result<BinnedGrid> binned_grid_of(Grid picture, Mosaic mosaic, const Region& reg
   if (!inside)
     return Error{
         ErrorCode::bad_argument,
-        fmt::format("the region {} does not lie in the picture of {}", text(region), to_string(picture)),
-        "sizes are rows x columns"};
+        fmt::format("the region {} is not inside the picture of {}", text(region), to_string(picture)),
+        "give sizes as rows x columns"};
   const int square = mosaic == Mosaic::none ? region.binning : region.binning == 1 ? 1 : 2 * region.binning;
   const Grid whole{region.size.rows / square * square, region.size.cols / square * square};
   if (whole != region.size || !whole.valid())
     return Error{
         ErrorCode::bad_argument,
-        fmt::format("the region {} is not made of squares of {} pixels, which binning {} needs{}",
+        fmt::format("the region {} is not a whole number of squares of {} pixels, as binning {} needs{}",
                     text(region), square, region.binning, mosaic == Mosaic::none ? "" : " on a mosaic"),
-        whole.valid() ? "the next smaller one is " + to_string(whole)
+        whole.valid() ? "the next smaller region is " + to_string(whole)
                       : "take a larger region or a smaller binning"};
   return BinnedGrid{{region.size.rows / region.binning, region.size.cols / region.binning},
                     shifted(mosaic, region.row, region.col)};

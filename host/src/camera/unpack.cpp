@@ -15,7 +15,7 @@ unsigned at(const std::byte* bytes, std::size_t k) {
 
 std::uint16_t low_first(const std::byte* word) {
   if constexpr (std::endian::native == std::endian::little) {
-    std::uint16_t value = 0;  // one load, so that the loop over it becomes vectors
+    std::uint16_t value = 0;  // a single load lets the compiler vectorize the loop
     std::memcpy(&value, word, sizeof value);
     return value;
   }
@@ -26,7 +26,7 @@ std::uint16_t high_first(const std::byte* word) {
   return static_cast<std::uint16_t>(at(word, 0) << 8 | at(word, 1));
 }
 
-/// Words one by one: word_at(k) reads the k-th.
+/// Reads word by word: word_at(k) returns word k.
 template <class WordAt>
 std::uint16_t unpack_words(SampleDepth depth, std::span<std::uint16_t> codes, WordAt word_at) {
   const auto most = static_cast<std::uint16_t>((1U << depth.bits) - 1);
@@ -39,7 +39,7 @@ std::uint16_t unpack_words(SampleDepth depth, std::span<std::uint16_t> codes, Wo
   return seen;
 }
 
-/// Groups of Samples samples in Bytes bytes: split(bytes, words) takes one apart.
+/// Reads groups of Samples samples in Bytes bytes. split(bytes, words) unpacks one group.
 template <std::size_t Samples, std::size_t Bytes, class Split>
 std::uint16_t unpack_groups(const std::byte* row, SampleDepth depth, std::span<std::uint16_t> codes,
                             Split split) {
@@ -73,7 +73,7 @@ void split_mipi14(const std::byte* bytes, Four& words) {
 }
 
 void split_stream10(const std::byte* bytes, Four& words) {
-  for (std::size_t k = 0; k < 4; ++k)  // sample k begins at bit 10 k: 2 k bits into byte k
+  for (std::size_t k = 0; k < 4; ++k)  // sample k begins at bit 10 k, that is 2 k bits into byte k
     words[k] = static_cast<std::uint16_t>((at(bytes, k) << 8 | at(bytes, k + 1)) >> (6 - 2 * k) & 1023U);
 }
 

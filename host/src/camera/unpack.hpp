@@ -9,17 +9,17 @@
 
 namespace symrig::camera {
 
-/// Where the sample stands in its word.
+/// Where the sample lies in its word.
 struct SampleDepth {
   int bits = 16;  ///< of a sample
-  int shift = 0;  ///< bits below it
+  int shift = 0;  ///< unused bits below the sample
 };
 
-/// Samples that stand together in memory: a row can be entered at a multiple of it.
+/// How many samples form a group in memory. Reading a row can start at a multiple of this number.
 int group_samples(Packing packing);
 
-/// The first codes.size() samples of `row` (row_bytes() of them at least): code = word >> shift, at most
-/// 2^bits − 1. Returns all bits that any word had: what lies outside of the sample belies the depth.
+/// Reads the first codes.size() samples of `row`, which has at least row_bytes() bytes: code = word >> shift,
+/// at most 2^bits − 1. Returns the OR of all words. A bit outside the sample shows that the depth is wrong.
 std::uint16_t unpack(Packing packing, SampleDepth depth, std::span<const std::byte> row,
                      std::span<std::uint16_t> codes);
 

@@ -23,8 +23,8 @@ constexpr double kNearFull = 0.9;  // share of the range; a selection by a sampl
 /// + r² v_s).
 ExposureRatio fit(const Frame& shorter, const Frame& longer, const NoiseModel& noise) {
   ExposureRatio ratio;
-  ratio.told = seconds(longer.exposure) / seconds(shorter.exposure);
-  ratio.seen = ratio.told;
+  ratio.stated = seconds(longer.exposure) / seconds(shorter.exposure);
+  ratio.seen = ratio.stated;
   const double g = noise.gain(), full = kNearFull * (noise.saturation_code() - noise.pedestal());
   double information = 0;
   for (int round = 0; round < kRounds; ++round) {
@@ -59,14 +59,14 @@ ExposureRatio fit(const Frame& shorter, const Frame& longer, const NoiseModel& n
 }  // namespace
 
 bool ExposureRatio::wrong() const {
-  return std::abs(seen / told - 1) > std::max(kImperfect, kSigmas * sigma);
+  return std::abs(seen / stated - 1) > std::max(kImperfect, kSigmas * sigma);
 }
 
 std::string ExposureRatio::to_string() const {
   return fmt::format(
       "frame {} is {:.5g} times frame {} by its pixels (±{:.2g}), {:.5g} times by its exposures: off by "
       "{:.2g} %",
-      longer, seen, shorter, sigma * seen, told, 100 * std::abs(seen / told - 1));
+      longer, seen, shorter, sigma * seen, stated, 100 * std::abs(seen / stated - 1));
 }
 
 Result<std::vector<ExposureRatio>> exposure_ratios(std::span<const Frame> frames, const NoiseModel& noise) {

@@ -13,15 +13,15 @@
 
 namespace symrig::projector {
 
-/// What a rig knows of its projector, whatever the driver.
+/// What a rig knows about its projector, with any driver.
 struct ScreenFacts {
   Placement placement;
   CodeTable codes;
-  Nanoseconds refresh;           ///< period of its pictures, where it cannot tell by itself
-  std::filesystem::path folder;  ///< of the rig file: paths count from here
+  Nanoseconds refresh;           ///< refresh period, for drivers that cannot read it from the projector
+  std::filesystem::path folder;  ///< of the rig file; relative paths start here
 };
 
-/// Which projector, and how it is set up: the keys of `[projector]` that a driver has for itself. Immutable.
+/// Selects a projector and its settings: the keys of `[projector]` that belong to one driver. Immutable.
 class ProjectorSource {
  public:
   ProjectorSource() = default;
@@ -29,28 +29,29 @@ class ProjectorSource {
   ProjectorSource& operator=(const ProjectorSource&) = delete;
   virtual ~ProjectorSource() = default;
 
-  /// Opens the projector for patterns of that grid; may be called again after it was lost.
+  /// Opens the projector for patterns of this grid. May be called again after device_lost.
   /// fails: as the driver's projector.
   virtual Result<std::unique_ptr<Projector>> open(const ScreenFacts& screen, Grid grid) const = 0;
-  /// Of the projector that open() gives: by trigger, the board needs a line to it.
+  /// Pacing of the projector that open() returns. With Pacing::trigger, the board needs a line to it.
   virtual Pacing pacing() const = 0;
-  /// What photographs depend on, in one line. The photograph log compares it: never change an old one's text.
+  /// All settings that affect photographs, in one line. The photograph log compares this text, so the text of
+  /// existing settings must never change.
   virtual std::string identity(const Placement& placement) const = 0;
 };
 
-/// A kind of projector: what `[projector] driver = "NAME"` of a rig file chooses.
+/// A projector driver: `[projector] driver = "NAME"` in a rig file selects one.
 struct ProjectorDriver {
   std::string_view name;
   std::string_view about;  ///< one line
-  std::string_view key;    ///< a key that only this driver has: it chooses the driver where none is named
-  /// Takes its own keys. What is wrong goes to the reader's context.
+  std::string_view key;    ///< a key that only this driver has; selects the driver if none is named
+  /// Reads the driver's own keys. Adds errors to the reader's context.
   std::unique_ptr<ProjectorSource> (*read)(base::TableReader& table);
 };
 
 /// All drivers.
 std::span<const ProjectorDriver> projector_drivers();
 
-/// The driver of a table that names none: by the keys that it has, else the first.
+/// The driver of a table without `driver`: the one whose key the table has, else the first one.
 const ProjectorDriver* usual_driver(const base::TableReader& table);
 
 }  // namespace symrig::projector

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of projector drivers. A new driver is a folder beside drm, a line here, and a page in docs.
+// The table of projector drivers. A new driver is a folder beside drm, and its header and a line here
+// (CONTRIBUTING.md).
 #include "projector/driver.hpp"
 #include "projector/drm/drm_driver.hpp"
 #include "projector/folder/folder_driver.hpp"
@@ -10,7 +11,10 @@
 namespace symrig::projector {
 
 std::span<const ProjectorDriver> projector_drivers() {
-  static constexpr std::array<ProjectorDriver, 2> kDrivers{{drm_driver(), folder_driver()}};
+  static constexpr std::array kDrivers{
+      drm_driver(),
+      folder_driver(),
+  };
   return kDrivers;
 }
 

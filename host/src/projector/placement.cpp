@@ -8,7 +8,7 @@
 namespace symrig {
 namespace {
 
-/// The pattern's line that a screen line shows, or −1.
+/// The pattern line that a screen line shows, or −1.
 int source_of(int at, int length, bool mirror, int offset, int cell, int count) {
   const int unmirrored = (mirror ? length - 1 - at : at) - offset;
   if (unmirrored < 0) return -1;
@@ -16,14 +16,14 @@ int source_of(int at, int length, bool mirror, int offset, int cell, int count) 
   return source < count ? source : -1;
 }
 
-/// source_of each line of the screen in one direction.
+/// source_of() for each line of the screen in one direction.
 std::vector<int> sources(int length, bool mirror, int offset, int cell, int count) {
   std::vector<int> map(length);
   for (int at = 0; at < length; ++at) map[at] = source_of(at, length, mirror, offset, cell, count);
   return map;
 }
 
-/// Calls write(row, line) for each row of the screen, line being its words. Rows of one cell share a line.
+/// Calls write(row, line) for each screen row; `line` holds its words. Rows of the same cell share a line.
 template <class Word, class ToWord, class Write>
 void draw_rows(const Image<std::uint8_t>& codes, const Placement& at, Grid screen, ToWord to_word,
                Write write) {
@@ -59,7 +59,7 @@ Result<Grid> placed_grid(Grid screen, const Placement& placement, std::optional<
       fmt::format("patterns of {} in cells of {} pixels at row {}, column {} do not fit a screen of {} "
                   "(rows x columns)",
                   to_string(grid), placement.cell, placement.top, placement.left, to_string(screen)),
-      room.valid() ? "at most " + to_string(room) + " fit there" : "move them, or use smaller cells"};
+      room.valid() ? "at most " + to_string(room) + " fit there" : "move the patterns, or use smaller cells"};
 }
 
 void draw(const Image<std::uint8_t>& codes, const Placement& placement, const ScreenMemory& screen) {

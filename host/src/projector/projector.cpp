@@ -4,7 +4,7 @@
 namespace symrig {
 
 Result<Shown> Projector::show(std::size_t /*index*/) {
-  return Error{ErrorCode::bad_argument, describe() + " is paced by its trigger line",
+  return Error{ErrorCode::bad_argument, describe() + " advances by its trigger line",
                "let the board advance it"};
 }
 

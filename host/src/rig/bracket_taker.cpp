@@ -13,11 +13,11 @@ namespace {
 
 using Part = DeviceSet::Part;
 
-constexpr Nanoseconds kSlice{1'000'000'000};     // between two looks at a board that runs
-constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest that a run may take
-constexpr int kLockTries = 8;                    // at least; as many as retakes where those are more
+constexpr Nanoseconds kSlice{1'000'000'000};     // between two status requests to a running board
+constexpr Nanoseconds kRunSlack{5'000'000'000};  // beyond the longest possible run time
+constexpr int kLockTries = 8;                    // minimum; RigOptions::retakes if that is greater
 
-/// The first frame of each photograph, and the end of the last one.
+/// Index of the first frame of each photograph, and the end of the last one.
 std::vector<std::size_t> first_frames(std::span<const Exposures> brackets) {
   std::vector<std::size_t> first{0};
   for (const Exposures& bracket : brackets) first.push_back(first.back() + bracket.size());
@@ -34,8 +34,8 @@ std::vector<std::size_t> missing_in(const std::vector<std::optional<TakenBracket
 Error run_failed(const Receipt& receipt) {
   const std::string cause = receipt.fault ? receipt.fault->name : std::string(name(receipt.end));
   return {ErrorCode::fault,
-          fmt::format("the run did not end well: {}; {} late words, {} underruns, {} events lost", cause,
-                      receipt.late, receipt.underruns, receipt.events_lost),
+          fmt::format("the run failed: {}; {} late words, {} underruns, {} lost events", cause, receipt.late,
+                      receipt.underruns, receipt.events_lost),
           receipt.fault ? receipt.fault->hint : "check the vsync and trigger lines"};
 }
 
@@ -70,7 +70,7 @@ Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<
   return attempt_triggered(patterns, pending, exposures, brackets);
 }
 
-/// All of them in one run: the projector goes on at each trigger.
+/// Takes all patterns in one run: the projector advances at each trigger.
 Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
                                              std::span<const std::size_t> pending,
                                              std::span<const Exposures> exposures, Brackets& brackets) {
@@ -88,7 +88,7 @@ Result<void> BracketTaker::attempt_triggered(std::span<const Pattern> patterns,
   return {};
 }
 
-/// One after another: each is on the screen before the board runs its bracket.
+/// Takes one pattern after the other: each is on the screen before the board runs its bracket.
 Result<void> BracketTaker::attempt_shown(std::span<const Pattern> patterns,
                                          std::span<const std::size_t> pending,
                                          std::span<const Exposures> exposures, Brackets& brackets) {
@@ -111,7 +111,7 @@ void BracketTaker::keep(std::optional<TakenBracket>& bracket, std::optional<Take
   bracket = std::move(taken);
 }
 
-/// False if the screen's own count or clock did not go on: nobody knows what it shows.
+/// Returns false if the screen's refresh count or clock did not advance. Then it is unknown what it shows.
 Result<bool> BracketTaker::show(std::size_t index) {
   SYMRIG_TRY(const Shown shown, devices_->of(Part::projector, devices_->projector().show(index)));
   const bool goes_on = !shown_ || (shown.refresh > shown_->refresh && shown.since > shown_->since);
@@ -120,7 +120,7 @@ Result<bool> BracketTaker::show(std::size_t index) {
   return goes_on;
 }
 
-/// Exposures that no photograph is made of, until the ledger knows the camera's numbers.
+/// Takes guard frames until the ledger is locked.
 Result<void> BracketTaker::lock(Nanoseconds exposure) {
   const RigSetup blind = options_.setup.without(RigRole::projector).without(RigRole::vsync);
   const std::vector<Exposures> guards(std::max(ledger_.guards_needed(), 1), Exposures{exposure});
@@ -131,7 +131,7 @@ Result<void> BracketTaker::lock(Nanoseconds exposure) {
   return {};
 }
 
-/// One run of the board: what is certain of it.
+/// Runs the board once. Returns the brackets that are certain.
 Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
                                                  std::span<const Exposures> exposures) {
   const std::vector<std::size_t> first = first_frames(exposures);
@@ -173,8 +173,8 @@ Result<Receipt> BracketTaker::run_board(const RigSetup& setup, std::span<const E
   Board& board = devices_->board();
   SYMRIG_TRY(const CompiledProgram compiled, compile_brackets(setup, board.info(), exposures, options_.gap));
   const Nanoseconds most = compiled.longest + kRunSlack;
-  const auto go = [&]() -> Result<Receipt> {
-    SYMRIG_CHECK(board.upload(compiled.program));  // nothing to do if the board still holds it
+  const auto run_program = [&]() -> Result<Receipt> {
+    SYMRIG_CHECK(board.upload(compiled.program));  // does nothing if the board still holds the program
     SYMRIG_CHECK(devices_->clock().ask(board));
     SYMRIG_CHECK(board.arm());
     SYMRIG_CHECK(board.start());
@@ -182,12 +182,12 @@ Result<Receipt> BracketTaker::run_board(const RigSetup& setup, std::span<const E
     SYMRIG_CHECK(devices_->clock().ask(board));
     return ended;
   };
-  SYMRIG_TRY(Receipt receipt, devices_->of(Part::board, go()));
+  SYMRIG_TRY(Receipt receipt, devices_->of(Part::board, run_program()));
   if (receipt.end != RunEnd::completed || receipt.fault) return run_failed(receipt);
   return receipt;
 }
 
-/// Looks at the board now and then: one that was restarted would never end its run.
+/// Checks the board from time to time: after a restart it would never end the run.
 Result<Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
   Board& board = devices_->board();
   for (Nanoseconds waited{0};; waited += kSlice) {
@@ -197,18 +197,18 @@ Result<Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
     SYMRIG_TRY(const BoardStatus status, board.status());
     const bool forgot = status.config_hash == 0;
     if (forgot)
-      return Error{ErrorCode::timeout, "the board was restarted during a run", "check its supply and cable"};
+      return Error{ErrorCode::timeout, "the board was restarted during a run", "check its power and cable"};
   }
 }
 
-/// Frames that came too late for the run they belong to.
+/// Judges frames that came too late for their run.
 Result<void> BracketTaker::drain() {
   SYMRIG_TRY(const auto late, devices_->of(Part::camera, devices_->camera().take(0, Nanoseconds{0})));
   if (!late.empty()) identify({}, late);
   return {};
 }
 
-/// As many as there were exposures, and what else comes right after them.
+/// Takes one frame per exposure, and any extra frames that follow at once.
 Result<std::vector<CameraFrame>> BracketTaker::frames_of(std::size_t count) {
   Camera& camera = devices_->camera();
   SYMRIG_TRY(auto frames, devices_->of(Part::camera, camera.take(count, options_.frame_patience)));
@@ -228,7 +228,7 @@ RunIdentity BracketTaker::identify(std::span<const SeenExposure> exposures,
   return identity;
 }
 
-/// The screen said that the pattern was there before the first exposure began.
+/// true: the screen reported the pattern before the first exposure began.
 bool BracketTaker::began_after_pattern(const BoardEvidence& evidence) const {
   if (!shown_ || evidence.exposures.empty()) return true;
   const SeenExposure& first = evidence.exposures.front();
@@ -254,13 +254,13 @@ Error BracketTaker::give_up(int tries) const {
   if (last_unanswered_ > 0)
     trouble +=
         fmt::format("{}{} triggers without an exposure", trouble.empty() ? "" : ", ", last_unanswered_);
-  if (trouble.empty()) trouble = "nothing that can be named";
+  if (trouble.empty()) trouble = "no problem found";
   const bool ambiguous = last_[Verdict::ambiguous] > 0;
   return {ErrorCode::frame_missing,
-          fmt::format("a photograph could not be trusted in {} tries; frames of the last one: {}", tries,
+          fmt::format("a photograph was not certain after {} attempts; frames of the last one: {}", tries,
                       trouble),
-          ambiguous ? "the stamps cannot tell the exposures apart: give the camera a longer readout"
-                    : "check the camera's trigger and strobe lines, and that it keeps up"};
+          ambiguous ? "each stamp fits several exposures: set a longer readout for the camera"
+                    : "check the camera's trigger and strobe lines, and its frame rate"};
 }
 
 ExposureLine BracketTaker::exposure_line() const {
@@ -271,7 +271,7 @@ ExposureLine BracketTaker::exposure_line() const {
           strobed ? Nanoseconds{0} : setup.camera.exposure_offset, options_.strobe_tolerance};
 }
 
-/// A host that shows the patterns itself asks nobody for the next one.
+/// With Pacing::host, the board must not trigger the projector.
 RigSetup BracketTaker::paced_setup() const {
   if (devices_->projector().pacing() == Pacing::host) return options_.setup.without(RigRole::projector);
   return options_.setup;

@@ -15,30 +15,29 @@
 
 namespace symrig {
 
-/// The frames of one photograph, each certain to be what it is taken for, with the exposures that the board
-/// measured.
+/// The frames of one photograph, all certain, with the exposure times that the board measured.
 struct TakenBracket {
   std::vector<CameraFrame> frames;
   std::vector<Nanoseconds> exposures;
 };
 
-/// Takes brackets until every frame is certain: shows patterns, runs the board, asks the ledger, takes again
-/// what is in doubt, and gets lost devices back.
+/// Takes brackets until every frame is certain. Shows patterns, runs the board, asks the ledger, repeats
+/// doubtful brackets, and recovers lost devices.
 class BracketTaker {
  public:
-  /// options must outlive this.
+  /// options must outlive this object.
   BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options);
 
   /// Opens and configures the devices.
   Result<void> open() { return devices_->open(); }
 
-  /// A bracket for each pattern: exposures[i] are those of pattern i.
-  /// fails: frame_missing (a photograph was in doubt after all retakes: what its frames were is said), fault
-  /// (of the board), device errors that do not pass.
+  /// Takes a bracket for each pattern; exposures[i] belongs to pattern i.
+  /// fails: frame_missing (a photograph was in doubt after all retakes; the message describes its frames),
+  /// fault (of the board), device errors from which the rig cannot recover.
   Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
                                          std::span<const Exposures> exposures);
 
-  /// The camera's numbers jump: frames of another session lie between.
+  /// The camera's sequence numbers jump: frames of an earlier run of symrig are between.
   void forget_numbers() { ledger_.restart(); }
 
   const Camera& camera() const { return devices_->camera(); }
@@ -46,7 +45,7 @@ class BracketTaker {
   const RigTrouble& trouble() const { return trouble_; }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
-  double rig_seconds() const { return rig_seconds_; }  ///< of the board's programs
+  double rig_seconds() const { return rig_seconds_; }  ///< run time of the board's programs
 
  private:
   using Brackets = std::vector<std::optional<TakenBracket>>;
@@ -57,7 +56,7 @@ class BracketTaker {
                                  std::span<const Exposures> exposures, Brackets& brackets);
   Result<void> attempt_shown(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
                              std::span<const Exposures> exposures, Brackets& brackets);
-  /// A bracket that is not there has to be taken again.
+  /// Stores a bracket. Without one, counts a retake.
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
@@ -77,10 +76,10 @@ class BracketTaker {
   const RigOptions& options_;
   CameraLedger ledger_;
   RigTrouble trouble_;
-  FrameCounts last_;  // of the newest run that left something in doubt
+  FrameCounts last_;  // of the newest run that left a bracket in doubt
   std::int64_t last_unanswered_ = 0;
   std::optional<Shown> shown_;  // Pacing::host: the pattern on the screen
-  bool loaded_ = false;         // the projector holds the patterns of this take()
+  bool loaded_ = false;         // the projector has loaded the patterns of this take()
   std::int64_t frames_ = 0;
   double rig_seconds_ = 0;
 };

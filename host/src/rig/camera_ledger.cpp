@@ -11,11 +11,11 @@
 namespace symrig {
 namespace {
 
-/// After a contradiction three frames in a row have to agree, however few guards a stream start needs: a
-/// wrong lock takes as many coherent lies.
+/// After a contradiction at least three frames in a row must agree, even if a stream start needs fewer
+/// guards. So a wrong lock needs three consistent errors.
 constexpr int kGuardsAfterContradiction = 3;
-constexpr std::size_t kPast = 256;      // exposures that a frame left over may still belong to
-constexpr std::size_t kContents = 256;  // frames that a copy is looked for among
+constexpr std::size_t kPast = 256;      // earlier exposures to which a late frame may belong
+constexpr std::size_t kContents = 256;  // earlier frames among which a copy is searched
 
 constexpr std::array<std::string_view, FrameCounts::kVerdicts> kNames{
     "certain", "guard", "damaged", "duplicated", "late", "swapped", "extra", "ambiguous", "doubtful"};
@@ -24,7 +24,7 @@ struct Window {
   SteadyTime from, to;
 };
 
-/// Where the stamp of a frame that shows this exposure lies.
+/// The possible stamps of a frame that shows this exposure.
 Window window_of(const SeenExposure& exposure, StampOf what, const LedgerOptions& options) {
   const Nanoseconds slack = exposure.bound + options.tolerance;
   if (what == StampOf::exposure_begin) return {exposure.begin - slack, exposure.begin + slack};
@@ -98,7 +98,7 @@ void CameraLedger::remember(std::span<const SeenExposure> exposures) {
   while (past_.size() > kPast) past_.pop_front();
 }
 
-/// The judgement of one run, frame by frame.
+/// Judges one run, frame by frame.
 class CameraLedger::Run {
  public:
   Run(CameraLedger& ledger, std::span<const SeenExposure> exposures, std::span<const SeenFrame> frames)
@@ -107,7 +107,7 @@ class CameraLedger::Run {
     out_.frame.resize(exposures.size());
   }
 
-  RunIdentity go() {
+  RunIdentity judge_all() {
     for (const SeenFrame& frame : frames_)
       ledger_.stamped_ = ledger_.stamped_ || frame.stamp_of != StampOf::nothing;
     if (ledger_.stamped_) {
@@ -115,19 +115,19 @@ class CameraLedger::Run {
     } else {
       judge_by_number();
     }
-    settle();
+    finish();
     return std::move(out_);
   }
 
  private:
-  /// What the two witnesses say of a frame. Exposures are numbered since the stream began.
+  /// What the two witnesses say about a frame. Exposures are numbered from the start of the stream.
   struct Witness {
     std::optional<std::int64_t> by_number, by_stamp;
     bool ambiguous = false;
   };
   struct Claims {
-    int count = 0;           // frames that some witness puts here
-    bool contested = false;  // beside a contradiction
+    int count = 0;           // frames that a witness puts at this exposure
+    bool contested = false;  // next to a contradiction
   };
 
   std::int64_t number(std::size_t frame) const { return static_cast<std::int64_t>(frames_[frame].sequence); }
@@ -167,7 +167,7 @@ class CameraLedger::Run {
     accept(k, *witness.by_stamp);
   }
 
-  /// Why a frame cannot be what its number or its stamp says; nothing if both agree.
+  /// Why number and stamp of a frame contradict. None if they agree.
   std::optional<Verdict> objection_to(std::size_t k, const Witness& witness) {
     if (witness.ambiguous) return Verdict::ambiguous;
     for (std::size_t other = 0; other < k; ++other)
@@ -183,7 +183,8 @@ class CameraLedger::Run {
     return std::nullopt;
   }
 
-  /// Nothing that such a frame may be is certain, nor is the frame before it: the first lie may have passed.
+  /// The exposures that such a frame may show are not certain. Neither is the frame before it, because the
+  /// first error may have gone unnoticed.
   void contradict(std::size_t k, const Witness& witness, Verdict verdict) {
     out_.frames[k] = verdict;
     for (const auto& exposure : {witness.by_number, witness.by_stamp})
@@ -197,7 +198,7 @@ class CameraLedger::Run {
     ledger_.contradicted_ = true;
   }
 
-  /// A copy may have come before its original: then it is the one that was believed.
+  /// A copy may arrive before its original. Then the copy was accepted, and is contested now.
   void doubt_twins_of(std::size_t k) {
     for (std::size_t i = 0; i < claims_.size(); ++i) {
       if (!out_.frame[i]) continue;
@@ -223,7 +224,7 @@ class CameraLedger::Run {
     Claims* claims = claims_at(exposure);
     out_.frames[k] = claims == nullptr ? Verdict::late : Verdict::certain;
     if (claims == nullptr && exposure + 1 == ledger_.first_) ledger_.ended_with_gap_ = false;
-    if (claims == nullptr) return;  // of a run before this one: known, and of no use any more
+    if (claims == nullptr) return;  // from an earlier run: known, but useless now
     ++claims->count;
     if (frames_[k].damaged) {
       out_.frames[k] = Verdict::damaged;
@@ -233,8 +234,8 @@ class CameraLedger::Run {
     out_.frame[*last_] = k;
   }
 
-  /// A camera without stamps: its numbers have to go on from those before without a gap, and a run has to be
-  /// whole. Then each frame is the exposure of its place.
+  /// For a camera without stamps. Its numbers must continue without a gap, and the run must be complete. Then
+  /// frame k shows exposure k.
   void judge_by_number() {
     bool whole = frames_.size() == exposures_.size();
     for (std::size_t k = 0; k < frames_.size(); ++k) {
@@ -264,8 +265,8 @@ class CameraLedger::Run {
 
   bool is_missing(std::size_t exposure) const { return claims_[exposure].count == 0; }
 
-  /// The last frame of a run has no successor that could contradict it. Behind a gap it may be a copy of the
-  /// missing one, which has not arrived yet: it stays in doubt.
+  /// No later frame can contradict the last frame of a run. After a gap it may be a copy of the missing
+  /// frame, which may still arrive. So it stays in doubt.
   void doubt_last() {
     if (claims_.empty() || !ledger_.stamped_) return;
     const std::size_t last = claims_.size() - 1;
@@ -274,8 +275,8 @@ class CameraLedger::Run {
     if (gap) claims_[last].contested = true;
   }
 
-  /// Takes back what turned out to be contested, and counts.
-  void settle() {
+  /// Withdraws contested frames, and counts the verdicts.
+  void finish() {
     doubt_last();
     std::int64_t missing = 0;
     for (std::size_t i = 0; i < claims_.size(); ++i) {
@@ -294,13 +295,13 @@ class CameraLedger::Run {
   std::span<const SeenExposure> exposures_;
   std::span<const SeenFrame> frames_;
   std::vector<Claims> claims_;
-  std::optional<std::size_t> last_;     // exposure of the newest frame that was accepted
-  std::optional<std::size_t> missing_;  // by count, where nothing else tells
+  std::optional<std::size_t> last_;     // exposure of the newest accepted frame
+  std::optional<std::size_t> missing_;  // by count, for a camera without stamps
   RunIdentity out_;
 };
 
 RunIdentity CameraLedger::judge(std::span<const SeenExposure> exposures, std::span<const SeenFrame> frames) {
-  return Run(*this, exposures, frames).go();
+  return Run(*this, exposures, frames).judge_all();
 }
 
 }  // namespace symrig

@@ -13,7 +13,7 @@ namespace {
 
 constexpr Nanoseconds kBetweenLooks{500'000'000};
 
-/// The line's own settings, if there are any, or defaults.
+/// The settings of the named line, or new default settings.
 LineConfig& line_in(std::vector<LineConfig>& lines, const std::string& name) {
   const auto found =
       std::find_if(lines.begin(), lines.end(), [&name](const LineConfig& line) { return line.line == name; });
@@ -24,7 +24,7 @@ LineConfig& line_in(std::vector<LineConfig>& lines, const std::string& name) {
   return lines.back();
 }
 
-/// What the file says about lines, and what a capture needs of those that it uses.
+/// The rig file's settings of lines, with what a capture needs of the lines that it uses.
 std::vector<LineConfig> lines_of(const RigOptions& options) {
   const RigSetup& setup = options.setup;
   std::vector<LineConfig> lines;
@@ -43,7 +43,7 @@ bool host_went_away(const std::optional<FaultInfo>& fault) {
   return fault && (fault->name == "keep_alive" || fault->name == "link_lost");
 }
 
-/// An error after which the device may come back.
+/// true: the device may come back after this error.
 bool may_come_back(ErrorCode code) {
   return code == ErrorCode::device_lost || code == ErrorCode::protocol || code == ErrorCode::timeout;
 }
@@ -83,14 +83,14 @@ Result<void> DeviceSet::check_grids() const {
                  "connect the camera that the capture began with"};
   if (projector_->grid() == camera_->grid()) return {};
   return Error{ErrorCode::size_mismatch,
-               fmt::format("the projector is {}, the camera {}", to_string(projector_->grid()),
+               fmt::format("the projector is {}, but the camera is {}", to_string(projector_->grid()),
                            to_string(camera_->grid())),
-               "a coaxial rig needs one grid: calibrate first"};
+               "both need the same grid: calibrate the rig first"};
 }
 
-/// What an earlier session left: its run is stopped, and the fault that says no more than that its host went
-/// away is cleared. Any other fault stays until somebody has looked at it.
-Result<void> DeviceSet::calm() {
+/// Ends what an earlier run of symrig left: stops its program, and clears a fault that only reports a lost
+/// host. Any other fault stays until the user clears it.
+Result<void> DeviceSet::end_last_run() {
   SYMRIG_TRY(BoardStatus status, board_->status());
   if (status.state == BoardState::running || status.state == BoardState::armed) {
     SYMRIG_CHECK(board_->abort());
@@ -102,11 +102,11 @@ Result<void> DeviceSet::calm() {
       ErrorCode::fault,
       fmt::format("the board has latched the fault {} ({})", status.fault ? status.fault->name : "unknown",
                   status.fault ? status.fault->hint : ""),
-      "when its cause is gone, clear it: symrig run --clear-fault"};
+      "remove its cause, then clear it: symrig run --clear-fault"};
 }
 
 Result<void> DeviceSet::configure() {
-  SYMRIG_CHECK(calm());
+  SYMRIG_CHECK(end_last_run());
   SYMRIG_CHECK(board_->configure(lines_of(options_)));
   return clock_.begin(*board_);
 }
@@ -142,7 +142,8 @@ Result<DeviceSet::Part> DeviceSet::recover(const Error& error) {
   return wait_for(part, error);
 }
 
-/// A board that answers but has forgotten its configuration was restarted; one that missed us went safe.
+/// A board that responds without its configuration was restarted. A board that lost contact to the host is in
+/// a safe state.
 Result<DeviceSet::Part> DeviceSet::configure_again(const Error& error) {
   SYMRIG_TRY(const BoardStatus status, board_->status());
   const bool restarted = status.config_hash == 0 && status.state != BoardState::fault;
@@ -160,7 +161,7 @@ Result<DeviceSet::Part> DeviceSet::wait_for(Part part, const Error& error) {
     last = opened.error();
     close(part);
     if (!may_come_back(last.code) && last.code != ErrorCode::not_found) return last;
-    if (options_.wanted && !options_.wanted())
+    if (options_.keep_waiting && !options_.keep_waiting())
       return Error{ErrorCode::interrupted, "stopped while waiting for a device: " + error.what, error.hint};
     if (options_.pause) {
       options_.pause(kBetweenLooks);
@@ -170,7 +171,7 @@ Result<DeviceSet::Part> DeviceSet::wait_for(Part part, const Error& error) {
   }
   return Error{
       error.code,
-      fmt::format("{}; it was not back after {:.3g} s", error.what, seconds(options_.device_patience)),
+      fmt::format("{}; it did not come back within {:.3g} s", error.what, seconds(options_.device_patience)),
       error.hint};
 }
 

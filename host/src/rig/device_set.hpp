@@ -9,12 +9,12 @@
 
 namespace symrig {
 
-/// The devices of a rig while they come and go. Says which of them failed last, and opens it again.
+/// The devices of a rig, which may be lost at any time. Knows which one failed last, and opens it again.
 class DeviceSet {
  public:
   enum class Part : std::uint8_t { none, board, projector, camera };
 
-  /// options must outlive this.
+  /// options must outlive this object.
   DeviceSet(RigDevices devices, const RigOptions& options)
       : devices_(std::move(devices)), options_(options) {}
   DeviceSet(Board board, std::unique_ptr<Projector> projector, std::unique_ptr<Camera> camera,
@@ -24,7 +24,7 @@ class DeviceSet {
         projector_(std::move(projector)),
         camera_(std::move(camera)) {}
 
-  /// Opens what is not open yet, and configures the board.
+  /// Opens the devices that are not open, and configures the board.
   /// fails: as the openers and Board::configure(), size_mismatch.
   Result<void> open();
 
@@ -34,15 +34,15 @@ class DeviceSet {
   const Camera& camera() const { return *camera_; }
   SteadyClock& clock() { return clock_; }
 
-  /// Passes a result on and remembers whose fault it is.
+  /// Returns the result unchanged. Remembers the device if it is an error.
   template <class T>
   Result<T> of(Part part, Result<T> result) {
     if (!result) failed_ = part;
     return result;
   }
-  /// Puts right what `error`, the last one passed on, was about: a device that is gone is waited for and
-  /// opened again, a board that was restarted is configured again. Gives which device it was.
-  /// fails: with `error` if it is none of that, or the device does not come back in time; interrupted.
+  /// Recovers from `error`, the last error that passed through of(). Waits for a lost device and opens it
+  /// again, or configures a restarted board again. Returns which device it was.
+  /// fails: with `error` if recovery is not possible or the device does not come back in time; interrupted.
   Result<Part> recover(const Error& error);
 
  private:
@@ -51,7 +51,7 @@ class DeviceSet {
   Result<void> open_camera();
   Result<void> check_grids() const;
   Result<void> configure();
-  Result<void> calm();
+  Result<void> end_last_run();
   bool can_reopen(Part part) const;
   Result<void> reopen(Part part);
   Result<Part> wait_for(Part part, const Error& error);
@@ -64,7 +64,7 @@ class DeviceSet {
   std::unique_ptr<Projector> projector_;
   std::unique_ptr<Camera> camera_;
   SteadyClock clock_;
-  std::optional<Grid> grid_;  // of the first camera
+  std::optional<Grid> grid_;  // of the first camera that was opened
   Part failed_ = Part::none;
 };
 

@@ -8,8 +8,8 @@
 namespace symrig {
 namespace {
 
-/// Two frames of a camera whose read noise is 0.3 codes agree in a pixel with a probability of 3 in 4; in as
-/// many pixels by chance with one of 1e-50.
+/// With a read noise of 0.3 codes, two frames agree in one pixel with probability 3/4. They agree in all
+/// required pixels by chance with probability 1e-50.
 constexpr double kTellingNoise = 0.3;
 constexpr std::size_t kTellingPixels = 400;
 
@@ -37,7 +37,7 @@ std::uint64_t mixed(std::uint64_t hash, std::uint64_t word) {
   return hash ^ (hash >> 29U);
 }
 
-/// 0 if too few pixels carry noise of their own: black or white frames are alike without being copies.
+/// 0 if too few pixels have visible noise: black or white frames look alike without being copies.
 std::uint64_t content_of(std::span<const std::uint16_t> raw, const NoiseModel& noise) {
   if (noise.gain() * noise.read_noise() < kTellingNoise) return 0;
   const int saturated = noise.saturation_code();

@@ -14,33 +14,33 @@
 
 namespace symrig {
 
-/// The line that shows when the camera exposed.
+/// The line that shows the camera's exposures.
 struct ExposureLine {
   int line = -1;  ///< number on the board
   bool active_low = false;
-  Nanoseconds offset{0};  ///< the camera exposes that much longer than the line is active
-  /// A pulse belongs to a mark if it begins at most this long after it.
+  Nanoseconds offset{0};  ///< exposure time minus the time for which the line is active
+  /// A pulse belongs to a mark if it begins at most this long after the mark.
   Nanoseconds tolerance{1'000'000};
 };
 
-/// What the board tells of one run.
+/// The exposures of one run, from the board.
 struct BoardEvidence {
-  std::vector<SeenExposure> exposures;  ///< every pulse of the line, asked for or not
-  std::vector<Nanoseconds> widths;      ///< of each: how long the camera exposed
-  /// The pulse of exposure j of photograph i at [first[i] + j]; none: the camera made none.
+  std::vector<SeenExposure> exposures;  ///< every pulse of the line, requested or not
+  std::vector<Nanoseconds> widths;      ///< the exposure time of each pulse
+  /// [first[i] + j]: the pulse of exposure j of photograph i. None: the camera made no exposure.
   std::vector<std::optional<std::size_t>> pulse_of;
   std::int64_t unanswered = 0;  ///< exposures without a pulse
-  std::int64_t unasked = 0;     ///< pulses that no exposure asked for
+  std::int64_t unasked = 0;     ///< pulses without an exposure in the program
 };
 
-/// Reads a receipt: pulses of the exposure line, each tied to its mark by time, on the host's clock. A pulse
-/// that begins or ends outside the run leaves its exposure unanswered.
-/// first: number of the first exposure of each photograph, and the end of the last one.
+/// Reads a receipt: assigns the pulses of the exposure line to marks by time, on the host's clock. A pulse
+/// that begins or ends outside the run does not count.
+/// first: index of the first exposure of each photograph, and the end of the last one.
 /// fails: bad_argument (marks out of order), and as SteadyClock::at().
 Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine& line,
                                      std::span<const std::size_t> first, const SteadyClock& clock);
 
-/// What the camera tells of a frame, its content boiled down to a number.
+/// The camera's facts about a frame, with a hash of its content.
 SeenFrame camera_evidence(const CameraFrame& frame, const NoiseModel& noise);
 
 }  // namespace symrig

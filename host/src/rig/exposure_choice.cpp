@@ -12,7 +12,7 @@
 namespace symrig {
 namespace {
 
-constexpr double kShareOfBlack = 1.0 / 16;  // of the photographs' noise
+constexpr double kShareOfBlack = 1.0 / 16;  // share of the photographs' noise
 
 }  // namespace
 
@@ -38,12 +38,11 @@ Result<Exposures> in_whole_periods(Exposures exposures, const RigOptions& option
   if (whole.count() == 0) return exposures;
   for (Nanoseconds& exposure : exposures) {
     if (exposure < whole)
-      return Error{
-          ErrorCode::limit,
-          fmt::format("the scene needs an exposure of {:.3g} ms, but the projector makes up its light "
-                      "in {:.4g} ms",
-                      1e3 * seconds(exposure), 1e3 * seconds(whole)),
-          "use less light or close the aperture"};
+      return Error{ErrorCode::limit,
+                   fmt::format("the scene needs an exposure of {:.3g} ms, but the projector needs {:.4g} ms "
+                               "to form its light",
+                               1e3 * seconds(exposure), 1e3 * seconds(whole)),
+                   "use less light or close the aperture"};
     exposure -= exposure % whole;
   }
   return exposures;

@@ -13,36 +13,36 @@
 
 namespace symrig {
 
-/// What the rig's devices allow, as the planner wants it told.
+/// The limits of the rig's devices, for the exposure planner.
 ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing);
 
 /// The shortest exposure that camera and projector allow.
 Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing);
 
-/// The next shorter ones that are whole periods, where the projector makes up its light in time.
+/// Shortens each exposure to a whole number of periods, if the projector forms its light over a period.
 /// fails: limit (one is shorter than a period).
 Result<Exposures> in_whole_periods(Exposures exposures, const RigOptions& options);
 
-/// The radiance that all but one in a thousand valid pixels of a dark photograph stay below; 0 without one.
+/// A radiance that 99.9 % of the valid pixels of a dark photograph do not exceed. 0 without a photograph.
 double black_level(const std::optional<Radiance>& black);
 
 /// Mean variance of the valid pixels.
 double mean_variance(const Radiance& photograph);
 
-/// The least noise that any part of the photographs may have: what black must be better than.
+/// The lowest noise in any part of the photographs. The error of black must be lower.
 double least_noise(const Expectation& expected);
 
-/// How the dark projector is to be photographed so that its error, averaged over as many photographs, adds at
-/// most 1/16 to the noise of photographs that are expected so.
+/// The expectation for photographs of the dark projector. With it, the error of their average adds at most
+/// 1/16 to the expected noise of other photographs.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
 
-/// Electrons per second of the brightest live pixel, from the frames of a geometric bracket, shortest first:
-/// the rate of the longest unsaturated one.
+/// Electrons per second of the brightest live pixel, from a geometric bracket with the shortest frame first.
+/// Uses the longest unsaturated frame.
 std::optional<double> brightest_rate(const FrameReading& reading, std::span<const CameraFrame> frames,
                                      std::span<const Nanoseconds> exposures, const Camera& camera,
                                      double scale);
 
-/// The exposure at which a pixel of this rate [e⁻/s] fills 1 / headroom of the range.
+/// The exposure in which a pixel with this rate [e⁻/s] fills 1 / headroom of the range.
 Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise);
 
 }  // namespace symrig

@@ -33,7 +33,7 @@ Result<Radiance> FrameReading::photograph(std::span<const CameraFrame> frames,
                                           std::span<const Nanoseconds> exposures, const Camera& camera,
                                           const PhotographUnits& units) const {
   MergeOptions options;
-  options.scale = units.scale / units.lamp;  // before black is subtracted, which was seen at the first level
+  options.scale = units.scale / units.lamp;  // black was taken at the first level
   options.black = units.black;
   options.dead = camera.dead();
   const std::vector<Frame> codes = codes_of(frames, exposures);
@@ -51,7 +51,7 @@ std::string FrameReading::contradicted_exposures(std::span<const CameraFrame> fr
   const auto ratios = exposure_ratios(codes_of(frames, exposures), noise);
   if (!ratios) return "";
   const ExposureRatio* worst = nullptr;
-  const auto off = [](const ExposureRatio& ratio) { return std::abs(ratio.seen / ratio.told - 1); };
+  const auto off = [](const ExposureRatio& ratio) { return std::abs(ratio.seen / ratio.stated - 1); };
   for (const ExposureRatio& ratio : *ratios)
     if (ratio.wrong() && (worst == nullptr || off(ratio) > off(*worst))) worst = &ratio;
   return worst == nullptr ? "" : worst->to_string();

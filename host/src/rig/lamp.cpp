@@ -7,13 +7,13 @@
 namespace symrig {
 namespace {
 
-constexpr std::size_t kWindow = 8;    // references that the line goes through
-constexpr std::int64_t kLongest = 8;  // times `every`, between references of a lamp that holds still
+constexpr std::size_t kWindow = 8;    // references that the line is fitted to
+constexpr std::int64_t kLongest = 8;  // times `every`, between references of a stable lamp
 constexpr double kSignificant = 3;    // sigmas
 constexpr double kLit = 5;            // sigmas of the sum of a photograph
 constexpr double kJump = 5;           // sigmas
-constexpr double kTrusted = 0.1;      // the largest change that is foretold
-/// Float rounding of a sum of photographs: keeps weights finite without noise.
+constexpr double kTrusted = 0.1;      // the largest change that is predicted
+/// Rounding error of a sum of floats. Keeps the weights finite if there is no noise.
 constexpr double kRounding = 1e-14;
 
 }  // namespace
@@ -37,7 +37,7 @@ LampLog::Reading LampLog::compare(std::int64_t shown, const Radiance& flood) con
   return {static_cast<double>(shown), now / first, variance / (first * first) + kRounding};
 }
 
-/// What a steady drift as it is expected, the line's error and the reading's do not explain.
+/// true: the difference is too large for the expected drift and the errors of line and reading.
 bool LampLog::jumped(const Reading& reading) const {
   if (readings_.empty()) return false;
   const LampLevel foretold = level_at(static_cast<std::int64_t>(reading.shown));
@@ -61,7 +61,7 @@ bool LampLog::observe(std::int64_t shown, const Radiance& flood) {
   return readings_.back().level > 0;
 }
 
-/// min over a, b of Σ (y − a − b x)² / Var[y] + (b / τ)², x counted from the last reading.
+/// min over a, b of Σ (y − a − b x)² / Var[y] + (b / τ)², x relative to the last reading.
 void LampLog::fit() {
   const double tau = drift_ / 1000;
   double w = 0, wx = 0, wxx = tau > 0 ? 1 / (tau * tau) : 0, wy = 0, wxy = 0;
@@ -79,7 +79,7 @@ void LampLog::fit() {
            -wx / determinant, w / determinant};
 }
 
-/// A lamp whose last reference is where the first ones were needs fewer of them.
+/// If the oldest and the newest reference agree, references become rarer.
 void LampLog::space_out() {
   if (readings_.size() < 2) return;
   const Reading &before = readings_.front(), &now = readings_.back();

@@ -9,7 +9,7 @@
 
 namespace symrig {
 
-/// The largest value of a frame, dead pixels left out. values: planes of the camera's grid.
+/// The largest value of a frame, without dead pixels. values: planes of the camera's grid.
 template <class T>
 double largest_live(std::span<const T> values, const Camera& camera) {
   const std::size_t pixels = camera.grid().size();

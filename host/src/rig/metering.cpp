@@ -20,7 +20,7 @@ std::optional<double> brightest_rate(const FrameReading& reading, std::span<cons
 
 Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise) {
   const double electrons = (noise.saturation_code() - noise.pedestal()) / noise.gain();
-  const double longest = 3600;  // an hour [s]: where a black scene asks for an endless exposure
+  const double longest = 3600;  // limit in seconds: a black scene would ask for an infinite exposure
   const double t = rate > 0 ? std::min(longest, electrons / (headroom * rate)) : longest;
   return Nanoseconds(static_cast<std::int64_t>(1e9 * t));
 }
@@ -32,8 +32,8 @@ Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, d
   if (base < static_cast<double>(timing.min_exposure.count()))
     return Error{
         ErrorCode::limit,
-        fmt::format("a bracket of {} exposures at ratio {} would begin at {:.3g} ms; the camera needs "
-                    "{:.3g} ms at least and holds {:.3g} s at most",
+        fmt::format("a bracket of {} exposures at ratio {} would begin at {:.3g} ms; the camera allows "
+                    "{:.3g} ms to {:.3g} s",
                     count, ratio, 1e-6 * base, 1e3 * seconds(timing.min_exposure),
                     seconds(timing.max_exposure)),
         "use fewer exposures, a smaller ratio, or less light"};

@@ -22,9 +22,9 @@ Result<Board> open_board(const RigDescription& file) {
 
 Error wrong_grid(const RigDescription& file, Grid camera) {
   return {ErrorCode::size_mismatch,
-          fmt::format("{}: capture.grid is {}, the camera's region gives {}", file.path,
+          fmt::format("{}: capture.grid is {}, but the camera's region gives {}", file.path,
                       to_string(*file.grid), to_string(camera)),
-          "change camera.region or camera.binning, or leave capture.grid out"};
+          "change camera.region or camera.binning, or remove capture.grid"};
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ Error wrong_grid(const RigDescription& file, Grid camera) {
 RigDevices devices_of(const RigDescription& file) {
   RigDevices devices;
   devices.board = [file] { return open_board(file); };
-  // Patterns have the camera's grid: it is known once the camera has been opened.
+  // Patterns have the camera's grid, which is known only after the camera was opened.
   const auto grid = std::make_shared<std::optional<Grid>>(file.grid);
   devices.camera = [file, grid]() -> Result<std::unique_ptr<Camera>> {
     SYMRIG_TRY(auto camera, file.camera.source->open(sensor_facts(file)));

@@ -19,7 +19,7 @@ namespace symrig {
 
 namespace {
 
-/// Frames of a photograph of which nothing is expected, on a rig that plans.
+/// Frames of a photograph without an expectation, on a rig that plans exposures.
 constexpr int kUnplanned = 4;
 
 Result<void> check_values(const Pattern& pattern, std::size_t number) {
@@ -60,7 +60,7 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
     return Error{
         ErrorCode::bad_argument,
         fmt::format("views {} do not tile a grid of {}", to_string(options_.views), to_string(grid())),
-        "give the rows x columns of views that the picture shows"};
+        "give the rows x columns of views in the picture"};
   SYMRIG_CHECK(meter());
   SYMRIG_CHECK(photograph_black());
   shown_ = 0;
@@ -90,7 +90,7 @@ const RigTrouble& Rig::trouble() const {
   return taker_->trouble();
 }
 
-/// Brackets the flood-lit scene widely, and sets the exposures by its brightest pixel.
+/// Takes a wide bracket of the flood-lit scene, and sets the exposures from its brightest pixel.
 Result<void> Rig::meter() {
   const Camera& camera = taker_->camera();
   const CameraTiming timing = camera.timing();
@@ -106,13 +106,13 @@ Result<void> Rig::meter() {
       options_.reading->contradicted_exposures(taken[0].frames, taken[0].exposures, camera.noise()));
   if (!rate)
     return Error{ErrorCode::limit,
-                 fmt::format("the flood-lit scene saturates the camera in {:.3g} ms, its shortest exposure",
+                 fmt::format("the flood-lit scene saturates the camera at its shortest exposure, {:.3g} ms",
                              1e3 * seconds(shortest)),
                  "use less light or close the aperture"};
   SYMRIG_TRY(exposures_, plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
                                         planned() ? kUnplanned : options_.exposures, options_.ratio, timing));
   SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
-  if (planned() && options_.reading->exact()) exposures_.resize(1);  // nothing to gain from more
+  if (planned() && options_.reading->exact()) exposures_.resize(1);  // without noise one frame is enough
   return {};
 }
 
@@ -125,7 +125,7 @@ Result<void> Rig::photograph_black() {
   return {};
 }
 
-/// Black that is known well enough for what is expected: its error is common to all photographs.
+/// Photographs black again if its error is too large for the expectation. All photographs share this error.
 Result<void> Rig::refine_black(const Expectation& expected) {
   const Camera& camera = taker_->camera();
   const double wanted = least_noise(expected);
@@ -136,7 +136,7 @@ Result<void> Rig::refine_black(const Expectation& expected) {
                                                   exposure_rules(options_, camera.timing())));
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   black_.reset();
-  const std::int64_t shown = shown_;  // the lamp's references do not count the dark
+  const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
   std::vector<Radiance> photographs;
   for (const Pattern& pattern : patterns) {
     SYMRIG_TRY(auto one, photograph({&pattern, 1}, {&plan.exposures, 1}, nullptr));
@@ -152,22 +152,22 @@ Result<void> Rig::check(std::span<const Pattern> patterns) const {
   for (std::size_t i = 0; i < patterns.size(); ++i) {
     if (patterns[i].grid() != grid() || patterns[i].channels() != 1)
       return Error{ErrorCode::size_mismatch,
-                   fmt::format("pattern {} is {} with {} channels; this rig has {} with 1", i,
+                   fmt::format("pattern {} is {} with {} channels, but this rig needs {} with 1", i,
                                to_string(patterns[i].grid()), patterns[i].channels(), to_string(grid())),
-                   "make patterns on the rig's grid"};
+                   "give patterns on the rig's grid"};
     SYMRIG_CHECK(check_values(patterns[i], i));
   }
   return {};
 }
 
-/// One bracket a pattern.
+/// Chooses one bracket per pattern.
 Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
                                            std::span<const Expectation> expected) {
   std::vector<Exposures> brackets(patterns.size(), exposures_);
   if (!planned() || expected.empty() || exposures_.size() == 1) return brackets;
   if (expected.size() != patterns.size())
     return Error{ErrorCode::size_mismatch,
-                 fmt::format("{} patterns come with {} expectations", patterns.size(), expected.size())};
+                 fmt::format("{} patterns, but {} expectations", patterns.size(), expected.size())};
   for (const Expectation& one : expected) SYMRIG_CHECK(refine_black(one));
   const LightPath path{options_.scale, black_level(black_)};
   const ExposureRules rules = exposure_rules(options_, taker_->camera().timing());
@@ -182,7 +182,7 @@ Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
   return brackets;
 }
 
-/// As many photographs as one run may hold.
+/// The number of photographs that fit into one run.
 std::size_t Rig::in_one_run(std::span<const Exposures> brackets) const {
   const std::size_t frames = options_.batch * std::max<std::size_t>(1, exposures_.size());
   std::size_t count = 0, sum = 0;
@@ -211,16 +211,16 @@ Result<std::vector<Radiance>> Rig::measure_expected(std::span<const Pattern> pat
   return photographs;
 }
 
-/// One more reference, as it was seen.
+/// Takes one more reference, not divided by the lamp level.
 Result<void> Rig::refer() {
   const Pattern flood(grid(), 1, 1.F);
   const std::int64_t shown = shown_;
-  // The flood-lit scene is bright: the shortest exposure tells its sum as well as four do.
+  // The flood-lit scene is bright, so the shortest exposure measures its sum as well as four exposures do.
   const Exposures bracket = planned() ? Exposures{exposures_.front()} : exposures_;
   SYMRIG_TRY(const auto reference, photograph({&flood, 1}, {&bracket, 1}, nullptr));
   if (lamp_->observe(shown, reference.front())) return {};
   return Error{ErrorCode::device_lost,
-               "the lamp went out: the flood-lit scene is dark, and it was not at first",
+               "the lamp went out: the flood-lit scene is dark, but was bright before",
                "check the projector's lamp and shutter"};
 }
 
@@ -240,7 +240,7 @@ LampLevel Rig::lamp() const {
   return lamp_ ? lamp_->level_at(shown_) : LampLevel{};
 }
 
-/// lamp: what the light is divided by; nullptr: nothing.
+/// lamp: gives the level by which photographs are divided; nullptr: no division.
 Result<std::vector<Radiance>> Rig::photograph(std::span<const Pattern> patterns,
                                               std::span<const Exposures> brackets, const LampLog* lamp) {
   SYMRIG_TRY(const auto taken, taker_->take(patterns, brackets));

@@ -22,8 +22,7 @@ using base::TableReader;
 
 constexpr std::uint64_t kMaxFile = 1U << 20U;
 
-/// Beyond the readout that the profile states: what the clocks leave open, so that the stamps of two frames
-/// never fit the same exposure.
+/// Added to the profile's readout for the clock bounds, so that a stamp never fits two exposures.
 constexpr Nanoseconds kClockMargin{500'000};
 
 void read_board(TableReader& top, RigDescription& file) {
@@ -32,7 +31,7 @@ void read_board(TableReader& top, RigDescription& file) {
   if (node == nullptr) return;
   TableReader table(*node, "board", top.context());
   std::string uri;
-  table.require("uri", "where the board is, such as \"usb:\"");
+  table.require("uri", "the board's address, such as \"usb:\"");
   if (table.read("uri", uri)) {
     auto parsed = DeviceUri::parse(uri);
     if (!parsed) table.fail("uri", parsed.error().what, parsed.error().hint);
@@ -41,7 +40,7 @@ void read_board(TableReader& top, RigDescription& file) {
   table.finish();
 }
 
-/// What a capture may use of the file's lines and devices: only what is wired.
+/// The part of the file's lines and devices that is connected.
 RigSetup wired(const RigDescription& file) {
   RigSetup setup = file.setup;
   if (!file.projector.vsync) setup = setup.without(RigRole::vsync);
@@ -52,17 +51,17 @@ RigSetup wired(const RigDescription& file) {
   return setup;
 }
 
-/// A path beside the rig file.
+/// Reads a path relative to the rig file.
 void read_map(TableReader& top, const std::filesystem::path& folder, RigDescription& file) {
   std::string map;
   if (!top.read("map", map)) return;
   const std::filesystem::path path(map);
   if (path.extension() != ".exr" && path.extension() != ".pfm")
-    return top.fail("map", "\"" + map + "\" is no picture that can hold positions", "give a .exr or .pfm");
+    return top.fail("map", "\"" + map + "\" cannot hold positions", "give a .exr or .pfm");
   file.map = (path.is_absolute() ? path : folder / path).string();
 }
 
-/// The projector's levels as they were measured.
+/// Reads the projector's measured response.
 Result<void> read_levels(const std::filesystem::path& folder, ProjectorEntry& projector) {
   if (projector.levels.empty()) return {};
   SYMRIG_TRY(const std::vector<double> light, load_projector_light(folder / projector.levels));
@@ -70,20 +69,20 @@ Result<void> read_levels(const std::filesystem::path& folder, ProjectorEntry& pr
   return {};
 }
 
-/// The sensor as it was measured: noise and defects.
+/// Reads the sensor's measured noise and defects.
 Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camera) {
   if (camera.sensor.empty()) return {};
   const std::filesystem::path path = folder / camera.sensor;
   SYMRIG_TRY(Sensor sensor, load_sensor(path));
   if (camera.bits != 0 && camera.bits != sensor.noise.bits())
     return Error{ErrorCode::bad_format,
-                 fmt::format("{}: it was measured at {} bits, camera.bits is {}", path.string(),
+                 fmt::format("{}: it was measured at {} bits, but camera.bits is {}", path.string(),
                              sensor.noise.bits(), camera.bits),
                  "measure the sensor in the format that the rig uses"};
   const std::optional<Grid> picture = camera.source->picture();
   if (picture && !sensor.defects.empty() && sensor.defects.grid() != *picture)
     return Error{ErrorCode::bad_format,
-                 fmt::format("{}: it was measured on pictures of {}, camera.size is {}", path.string(),
+                 fmt::format("{}: it was measured on pictures of {}, but camera.size is {}", path.string(),
                              to_string(sensor.defects.grid()), to_string(*picture)),
                  "measure the sensor at the size that the rig uses"};
   camera.bits = sensor.noise.bits();
@@ -96,15 +95,15 @@ void check_devices(const RigDescription& file, ReadContext& context) {
   if (file.setup.camera.mode == ExposureMode::timed)
     context.fail(
         file.setup.camera_place,
-        fmt::format("rig.camera: '{}' times its exposures itself", file.setup.camera.name),
+        fmt::format("rig.camera: '{}' sets its exposure times itself", file.setup.camera.name),
         "capture needs a camera that exposes while its trigger is active: exposure = \"trigger-width\"");
   if (file.projector.source->pacing() == Pacing::trigger &&
       file.setup.with_role(RigRole::projector) == nullptr)
     context.fail(file.setup.projector_place, "no line has the role \"projector\"",
-                 "a projector with patterns of its own is triggered by the board: [rig.lines.NAME]");
+                 "the board triggers a projector with its own patterns: add [rig.lines.NAME]");
   if (file.setup.with_role(RigRole::camera) == nullptr)
     context.fail(file.setup.camera_place, "no line has the role \"camera\"",
-                 "the board triggers the camera: [rig.lines.NAME] role = \"camera\"");
+                 "the board triggers the camera: add [rig.lines.NAME] role = \"camera\"");
 }
 
 void settle_options(RigDescription& file) {
@@ -134,7 +133,7 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   file.name = std::filesystem::path(name).stem().string();
   TableReader top(document, "", context);
   std::uint64_t version = 0;
-  top.require("symrig", "symrig = 1, the version of this format");
+  top.require("symrig", "symrig = 1, the format version");
   top.read_count("symrig", version, 1, 1);
   top.read("name", file.name);
   read_map(top, folder, file);

@@ -19,7 +19,7 @@ using base::TomlNode;
 using image::read_grid;
 using image::two_sides;
 
-/// A table that may be left out.
+/// Reads an optional table.
 template <class Read>
 void read_table(TableReader& top, std::string_view key, Read read) {
   const TomlNode* node = top.find(key);
@@ -33,7 +33,7 @@ void read_noise(TableReader& table, CameraEntry& camera) {
   NoiseModel::Electrons sensor;
   if (table.read("sensor", camera.sensor)) {
     for (const char* const key : {"full_well", "read_noise", "pedestal"})
-      if (table.has(key)) table.fail(key, "stands beside sensor", "leave it to " + camera.sensor);
+      if (table.has(key)) table.fail(key, "cannot be combined with sensor", "see " + camera.sensor);
     table.read_whole("bits", camera.bits, 1, 16);
     return;
   }
@@ -49,7 +49,7 @@ void read_noise(TableReader& table, CameraEntry& camera) {
   sensor.bits = camera.bits;
   const NoiseModel noise = NoiseModel::from_electrons(sensor);
   if (!noise.valid())
-    return table.fail("full_well", fmt::format("no sensor is like that: {}", noise.to_string()),
+    return table.fail("full_well", fmt::format("no sensor has these values: {}", noise.to_string()),
                       "check full_well, read_noise, pedestal and bits");
   camera.noise = noise;
 }
@@ -82,12 +82,12 @@ const Driver* read_driver(TableReader& table, std::span<const Driver> drivers, c
   return usual;
 }
 
-/// "auto" is 0: planned for each photograph.
+/// "auto" becomes 0: planned for each photograph.
 void read_exposures(TableReader& table, RigOptions& options) {
   const TomlNode* const node = table.find("exposures");
   if (node != nullptr && node->kind == TomlNode::Kind::text) {
     if (node->text != "auto")
-      table.fail("exposures", "\"" + node->text + "\" is no number of frames", "give 1 to 8, or \"auto\"");
+      table.fail("exposures", "\"" + node->text + "\" is not a number of frames", "give 1 to 8, or \"auto\"");
     options.exposures = 0;
     return;
   }
@@ -98,7 +98,7 @@ void read_views(TableReader& table, ViewLayout& views) {
   std::string text;
   if (!table.read("views", text)) return;
   const auto sides = two_sides(text);
-  if (!sides) return table.fail("views", "\"" + text + "\" is no layout", "give rows x columns, \"2x2\"");
+  if (!sides) return table.fail("views", "\"" + text + "\" is not a layout", "give rows x columns, \"2x2\"");
   views = {sides->first, sides->second};
 }
 

@@ -6,7 +6,7 @@
 
 namespace symrig {
 
-/// What a camera driver needs of the rig's description.
+/// The sensor's facts for the camera driver, from the rig's description.
 inline camera::SensorFacts sensor_facts(const RigDescription& rig) {
   const CameraProfile& profile = rig.setup.camera;
   return {rig.camera.noise,

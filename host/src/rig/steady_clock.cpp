@@ -9,8 +9,8 @@ namespace symrig {
 namespace {
 
 constexpr int kBurst = 8;
-constexpr Nanoseconds kKeptEvery{8'000'000'000};  // a quarter of what a model remembers
-constexpr std::size_t kMostKept = 450;            // an hour; 2 KB each
+constexpr Nanoseconds kKeptEvery{8'000'000'000};  // a quarter of the time span of a ClockModel
+constexpr std::size_t kMostKept = 450;            // one hour; 2 KB each
 
 }  // namespace
 
@@ -26,8 +26,8 @@ Result<void> SteadyClock::ask(Board& board) {
   SYMRIG_TRY(const TimeReading reading, board.time());
   const auto added = model_->add(reading);
   if (!added)
-    return Error{ErrorCode::device_lost, "the board's clock does not go on: " + added.error().what,
-                 "check the board's supply"};
+    return Error{ErrorCode::device_lost, "the board's clock jumped: " + added.error().what,
+                 "check the board's power"};
   keep(reading);
   return {};
 }
@@ -38,10 +38,10 @@ void SteadyClock::keep(const TimeReading& reading) {
   if (past_.size() > kMostKept) past_.pop_front();
 }
 
-/// The oldest that has readings on both sides of the moment: its memory reaches furthest beyond it.
+/// The oldest model with readings on both sides of the moment, because it reaches furthest beyond the moment.
 const ClockModel& SteadyClock::model_for(BoardTime moment) const {
   const auto found = std::ranges::find_if(past_, [&](const Past& past) {
-    return static_cast<std::int64_t>((past.taken - moment).count) > 0;  // ticks are counted modulo 2^64
+    return static_cast<std::int64_t>((past.taken - moment).count) > 0;  // the tick count wraps at 2^64
   });
   return found == past_.end() ? *model_ : found->model;
 }

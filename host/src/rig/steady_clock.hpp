@@ -9,27 +9,28 @@
 
 namespace symrig {
 
-/// A moment of the board on this machine's clock: |at - truth| <= bound.
+/// A moment of the board on this computer's clock: |at - truth| <= bound.
 struct SteadyMoment {
   SteadyTime at;
   Nanoseconds bound{0};
 };
 
-/// The board's clock against CLOCK_MONOTONIC, on which cameras stamp frames and screens stamp refreshes.
-/// ClockModel knows the last 32 seconds well. A run of the board may last many minutes, and its edges are
-/// known at its end only: what the model knew while it ran is kept, for moments of the last hour.
+/// Converts the board's clock to CLOCK_MONOTONIC, which stamps frames and refreshes. ClockModel is good for
+/// the last 32 seconds. A run of the board may last many minutes, and its edges are known only at its end. So
+/// this class keeps the models of the last hour.
 class SteadyClock {
  public:
-  /// Forgets what it knew and reads the board's clock several times, so that a bound is there at once.
+  /// Discards all readings, and reads the board's clock several times. A bound is then available at once.
   Result<void> begin(Board& board);
-  /// One more reading.  fails: device_lost (the board was restarted: its clock went back, or fits no clock
-  /// within the limits of ClockModel), and as Board::time().
+  /// Adds a reading.
+  /// fails: device_lost (the board was restarted: its clock went back or left the limits of ClockModel), and
+  /// as Board::time().
   Result<void> ask(Board& board);
   /// fails: bad_argument before begin(), limit.
   Result<SteadyMoment> at(Ticks ticks) const;
 
  private:
-  /// The model as it was after a reading.
+  /// The model after a reading.
   struct Past {
     BoardTime taken;
     HostTime received;
@@ -40,7 +41,7 @@ class SteadyClock {
   const ClockModel& model_for(BoardTime moment) const;
 
   std::optional<ClockModel> model_;
-  std::deque<Past> past_;  // the newest last
+  std::deque<Past> past_;  // newest last
   SteadyTime opened_;
 };
 

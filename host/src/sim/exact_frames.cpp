@@ -9,9 +9,9 @@ namespace symrig::sim {
 
 namespace {
 
-/// nullptr: it has none.
-Studio::Light light_of(const CameraFrame& frame) {
-  const auto* light = std::any_cast<Studio::Light>(&frame.attachment);
+/// nullptr: the frame carries no light.
+ImageFormation::Light light_of(const CameraFrame& frame) {
+  const auto* light = std::any_cast<ImageFormation::Light>(&frame.attachment);
   return light == nullptr ? nullptr : *light;
 }
 
@@ -19,7 +19,7 @@ Studio::Light light_of(const CameraFrame& frame) {
 
 std::optional<double> ExactFrames::brightest_rate(const CameraFrame& frame, Nanoseconds /*exposure*/,
                                                   const Camera& camera, double scale) const {
-  const Studio::Light light = light_of(frame);
+  const ImageFormation::Light light = light_of(frame);
   if (light == nullptr) return std::nullopt;
   return largest_live(light->values(), camera) / scale;
 }
@@ -27,7 +27,7 @@ std::optional<double> ExactFrames::brightest_rate(const CameraFrame& frame, Nano
 Result<Radiance> ExactFrames::photograph(std::span<const CameraFrame> frames,
                                          std::span<const Nanoseconds> /*exposures*/, const Camera& camera,
                                          const PhotographUnits& units) const {
-  const Studio::Light seen = light_of(frames.back());
+  const ImageFormation::Light seen = light_of(frames.back());
   if (seen == nullptr)
     return Error{ErrorCode::frame_missing, fmt::format("frame {} has no light", frames.back().sequence),
                  "take the photograph again"};

@@ -31,7 +31,7 @@ void add_scaled(float weight, const float* source, float* target, std::size_t n)
   for (std::size_t i = 0; i < n; ++i) target[i] += weight * source[i];
 }
 
-/// A stack of rows of equal length.
+/// Rows of equal length.
 struct Rows {
   Rows(int count_, std::size_t length_)
       : count(count_), length(length_), data(static_cast<std::size_t>(count_) * length_, 0.F) {}
@@ -43,7 +43,7 @@ struct Rows {
   std::vector<float> data;
 };
 
-/// Wᵀ: every sample is shared between its two lattice neighbours.
+/// Wᵀ: splits every sample between its two lattice neighbours.
 Rows restrict_rows(const AxisBlur& axis, const Rows& in) {
   Rows out(axis.nodes, in.length);
   for (int i = 0; i < axis.n; ++i) {

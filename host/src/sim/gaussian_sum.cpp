@@ -8,12 +8,14 @@ namespace symrig::sim {
 namespace {
 
 constexpr double kStep = 0.54;
-/// The lumped tail errs by (τ u)⁴/72 of 1/u² where τ is the first rate kept: 1e-7 here.
+/// Replacing the tail by one term has an error of (τ u)⁴/72 of 1/u², where τ is the lowest rate kept: 1e-7
+/// here.
 constexpr double kFirstExponent = 0.05;
-/// What is above errs by (1 + x) e^−x with x = τ u: 4e-8 here.
+/// Dropping higher rates has an error of (1 + x) e^−x with x = τ u: 4e-8 here.
 constexpr double kLastExponent = 20;
 
-/// Σ_{k<0} of the terms h τ₀² e^{2hk} as one: their total weight at their mean rate (geometric series).
+/// Adds the terms h τ₀² e^{2hk}, k < 0, as one term with their total weight at their mean rate (geometric
+/// series).
 void add_lower_tail(GaussianSum& sum, double first_rate) {
   const auto series = [](double power) { return std::exp(-power * kStep) / (1 - std::exp(-power * kStep)); };
   const double weight = kStep * first_rate * first_rate * series(2);

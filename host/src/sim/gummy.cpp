@@ -13,21 +13,20 @@ namespace symrig::sim {
 namespace {
 
 struct Scatter {
-  double width;  // of the Gaussian, share of the longer side
+  double width;  // of the Gaussian, as a share of the longer side
   float weight;
 };
 constexpr std::array<Scatter, 4> kScatter{{{0.007, 0.45F}, {0.025, 0.3F}, {0.08, 0.17F}, {0.25, 0.08F}}};
 
 struct Blob {
-  float row, col, half_height, half_width;  // shares of the picture
+  float row, col, half_height, half_width;  // as shares of the picture
 };
 constexpr std::array<Blob, 3> kBlobs{
     {{0.31F, 0.29F, 0.22F, 0.19F}, {0.43F, 0.74F, 0.27F, 0.17F}, {0.78F, 0.39F, 0.16F, 0.26F}}};
-constexpr float kGround =
-    0.12F;  // share of the texture that the ground's surface keeps; nothing enters the ground
-constexpr float kSurfaceShare = 0.25F;  // of the albedo returns without entering
+constexpr float kGround = 0.12F;  // share of the texture for the ground's surface; no light enters the ground
+constexpr float kSurfaceShare = 0.25F;  // of the albedo reflects without entering
 
-/// 1 inside a blob, `ground` outside, a soft rim between: q = 1 is the ellipse.
+/// 1 inside a blob, `ground` outside, with a soft rim between. q = 1 is the ellipse.
 float coverage(float v, float u, float ground) {
   float inside = 0;
   for (const Blob& blob : kBlobs) {

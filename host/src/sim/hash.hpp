@@ -5,8 +5,9 @@
 
 namespace symrig::sim {
 
-/// A bijection of 64 bits in which every input bit reaches every output bit (two rounds of xor-shift and
-/// odd multiplication, the finaliser of the splitmix family [Steele14]). Integers only: the same everywhere.
+/// A bijection of 64 bits in which every input bit affects every output bit: two rounds of xor-shift and odd
+/// multiplication, the finaliser of the splitmix family [Steele14]. Uses only integers, so results are equal
+/// on all computers.
 constexpr std::uint64_t mix(std::uint64_t x) {
   x ^= x >> 30U;
   x *= 0xbf58476d1ce4e5b9ULL;
@@ -16,12 +17,12 @@ constexpr std::uint64_t mix(std::uint64_t x) {
   return x;
 }
 
-/// One key from two: for counters such as (seed, row, column).
+/// Makes one key from two, for counters such as (seed, row, column).
 constexpr std::uint64_t combine(std::uint64_t key, std::uint64_t counter) {
   return mix(key + 0x9e3779b97f4a7c15ULL * (counter + 1));
 }
 
-/// The upper 24 bits as a float in [0, 1): exact on every machine.
+/// The upper 24 bits as a float in [0, 1). Exact on all computers.
 constexpr float unit_float(std::uint64_t bits) {
   return static_cast<float>(bits >> 40U) * 0x1p-24F;
 }

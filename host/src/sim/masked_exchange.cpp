@@ -26,8 +26,8 @@ struct ColumnRange {
   int size() const { return end - begin; }
 };
 
-/// The kernels of one frequency: toward[0][t][s] for light that goes left, toward[1][s][t] (the same numbers)
-/// for light that goes right.
+/// The kernels of one frequency: toward[0][t][s] for light to the left, toward[1][s][t] (the same numbers)
+/// for light to the right.
 struct Frequency {
   ColumnRange side[2];
   std::vector<float> toward[2];
@@ -57,28 +57,28 @@ class MaskedExchange final : public Exchange {
   std::vector<Frequency> frequencies_;
 };
 
-/// Half a quarter of the length is left for the kernel to fade out.
+/// Leaves a quarter of half the length for the fade of the kernel.
 std::size_t padded_length(int rows) {
   return std::bit_ceil(static_cast<std::size_t>(2.5 * rows));
 }
 
-/// The kernel must be right for |dy| < rows only. Beyond, up to half the period, it fades out as ½ erfc does,
-/// because a kink where the period wraps would spread over all frequencies.
+/// The kernel must be exact only for |dy| < rows. Beyond that, up to half the period, it fades out like ½
+/// erfc. A kink at the end of the period would spread over all frequencies.
 struct Fade {
   Fade(int rows, std::size_t length) : begin(rows - 1), width(static_cast<double>(length) / 2 - begin) {}
 
   double operator()(double dy) const {
     return dy <= begin ? 1 : 0.5 * std::erfc(kSteepness * (2 * (dy - begin) / width - 1));
   }
-  /// Frequency beyond which the spectrum of the fade, exp(−(ω · width / 4 kSteepness)²), is below 1e-6.
+  /// Beyond this frequency, the spectrum of the fade, exp(−(ω · width / 4 kSteepness)²), is below 1e-6.
   double bandwidth() const { return 4 * kSteepness * 3.72 / width; }
 
   static constexpr double kSteepness = 3.4;  // ½ erfc(3.4) = 8e-7 is the jump at its ends
   double begin, width;
 };
 
-/// Columns of a plane that matter at angular frequency w [rad/px]: all that the fade reaches; beyond, those
-/// near enough to the crease.
+/// The columns of a plane that matter at angular frequency w [rad/px]: all columns up to the fade's
+/// bandwidth, above it only the columns near the crease.
 ColumnRange columns_within(const Groove& groove, int begin, int end, double w, double bandwidth) {
   const double reach = w > bandwidth ? kLastPhase / (std::numbers::sqrt2 * w) : 1e30;
   ColumnRange range{begin, end};
@@ -104,8 +104,8 @@ MaskedExchange::MaskedExchange(const Groove& groove, const Sight& sees)
   tbb::parallel_for(0, groove.left_cols, [&](int left_col) { fill_kernels(groove, sees, left_col); });
 }
 
-/// Samples of the kernel of one pair, periodic and even: its spectrum is real, so two pairs share a complex
-/// signal (one as the real, one as the imaginary part).
+/// Samples the kernel of one pair of columns. The samples are periodic and even, so their spectrum is real.
+/// So two pairs share a complex signal, one as the real and one as the imaginary part.
 void sample_kernel(const Groove& groove, int left_col, int right_col, std::vector<FftLane>& part,
                    std::size_t lane) {
   const double s = groove.distance[left_col];
@@ -145,8 +145,8 @@ void MaskedExchange::fill_kernels(const Groove& groove, const Sight& sees, int l
   }
 }
 
-/// Two real columns a and b travel as one complex signal a + i b; their spectra are the even and odd parts of
-/// its: A(k) = (Z(k) + Z*(−k)) / 2, B(k) = (Z(k) − Z*(−k)) / 2i.
+/// Two real columns a and b share one complex signal z = a + i b. Their spectra are its even and odd parts:
+/// A(k) = (Z(k) + Z*(−k)) / 2, B(k) = (Z(k) − Z*(−k)) / 2i.
 void split(const LaneSignal& z, std::size_t k, std::size_t lane, std::size_t col, bool second,
            Spectrum& out) {
   const std::size_t mirrored = (z.re.size() - k) % z.re.size();
@@ -177,7 +177,7 @@ void MaskedExchange::transform(std::span<const float> in, Spectrum& spectrum) co
   }
 }
 
-/// out[to..] += Σ_from kernel[from][to] · in[from], real and imaginary parts alike.
+/// out[to..] += Σ_from kernel[from][to] · in[from], for real and imaginary parts.
 void multiply_side(const Frequency& f, int from, const float* in, float* out) {
   const ColumnRange& source = f.side[from];
   const ColumnRange& target = f.side[1 - from];
@@ -197,7 +197,7 @@ void MaskedExchange::multiply(const Spectrum& in, Spectrum& out) const {
   }
 }
 
-/// The inverse of split, for k and −k.
+/// The inverse of split(), for k and −k.
 void join(const Spectrum& in, std::size_t k, std::size_t lane, std::size_t col, bool second, LaneSignal& z) {
   const std::size_t mirrored = (z.re.size() - k) % z.re.size();
   const float a_re = in.re[k * in.cols + col];

@@ -13,14 +13,14 @@ namespace symrig::sim {
 
 namespace {
 
-// Terms are handled in packs of kLanes and rows in strips of kStrip: sums of one pack and strip live in
-// registers, and every loop over lanes is a plain element-wise one that the compiler turns into SIMD
-// without reordering a sum.
+// Terms are processed in packs of kLanes and rows in strips of kStrip. The sums of one pack and strip stay in
+// registers. Every loop over lanes is element-wise, so the compiler makes SIMD of it without reordering a
+// sum.
 constexpr int kLanes = 8;
 constexpr int kStrip = 4;
 using Pack = std::array<float, kLanes>;
 
-/// Columns of one plane in one pack of terms: column first + i has the weights weight[i].
+/// The columns of one plane that a pack of terms needs. Column first + i has the weights weight[i].
 struct PackedColumns {
   int first = 0;
   std::vector<Pack> weight;
@@ -44,7 +44,7 @@ PackedColumns pack_columns(const Groove& groove, int begin, int end, std::span<c
   for (int col = begin; col < end; ++col) {
     const double distance = groove.distance[col];
     if (2 * rates[0] * distance * distance > kNegligibleExponent) {
-      if (packed.weight.empty()) packed.first = col + 1;  // left plane: the far columns come first
+      if (packed.weight.empty()) packed.first = col + 1;  // in the left plane, far columns come first
       continue;
     }
     Pack& weight = packed.weight.emplace_back(Pack{});
@@ -63,7 +63,7 @@ std::vector<Pack> pack_blur(int reach, std::span<const double> weights, std::spa
   return blur;
 }
 
-using Column = std::vector<Pack>;  // one value a row and term
+using Column = std::vector<Pack>;  // one value per row and term
 
 class OpenExchange final : public Exchange {
  public:
@@ -87,7 +87,7 @@ double highest_squared_distance(const Groove& groove) {
 }
 
 OpenExchange::OpenExchange(const Groove& groove) : grid_(groove.grid) {
-  if (groove.left_cols == 0 || groove.right_cols() == 0) return;  // a single plane sees nothing of itself
+  if (groove.left_cols == 0 || groove.right_cols() == 0) return;  // a plane does not see itself
   const double lowest = 0.99;  // pixel centres of the two planes are at least one pixel apart
   const GaussianSum sum = inverse_square(lowest, std::max(1.0, highest_squared_distance(groove)));
   for (std::size_t first = 0; first < sum.rate.size(); first += kLanes) {
@@ -103,7 +103,7 @@ OpenExchange::OpenExchange(const Groove& groove) : grid_(groove.grid) {
   }
 }
 
-/// kStrip rows at once share each load of the weights.
+/// Processes kStrip rows at once, which share each load of the weights.
 template <int Rows>
 void gather_rows(const PackedColumns& columns, const float* in, std::ptrdiff_t stride, Pack* sum) {
   float acc[Rows][kLanes] = {};
@@ -140,7 +140,7 @@ void OpenExchange::blur(const TermPack& pack, const Column& in, Column& out) con
 void OpenExchange::spread(const PackedColumns& columns, const Column& column, std::span<float> out) const {
   for (int row = 0; row < grid_.rows; ++row) {
     const Pack value = column[row];
-    // One past the end where a side has no columns: a pointer may stand there, an index may not.
+    // This pointer may be one past the end if a side has no columns. An index may not.
     float* target = out.data() + static_cast<std::size_t>(row) * grid_.cols + columns.first;
     for (std::size_t i = 0; i < columns.weight.size(); ++i) {
       float sum = 0;

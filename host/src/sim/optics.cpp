@@ -61,7 +61,7 @@ std::pair<Cell, Cell> linear(double x, int n) {
   return {{low, 1 - share}, {std::min(low + 1, n - 1), share}};
 }
 
-/// Adds `weight` of the point (y, x), split on the four pixels around it.
+/// Adds `weight` of the point (y, x), split over the four pixels around it.
 void add_bilinear(Optics& optics, Grid scene, double y, double x, float weight) {
   const auto [top, bottom] = linear(y, scene.rows);
   const auto [left, right] = linear(x, scene.cols);
@@ -71,14 +71,15 @@ void add_bilinear(Optics& optics, Grid scene, double y, double x, float weight) 
         optics.add(std::int64_t{row.index} * scene.cols + col.index, weight * row.weight * col.weight);
 }
 
-// The mirror: shares of the picture.
+// The mirror, in shares of the picture.
 constexpr double kMirrorRow = 0.58, kMirrorCol = 0.73, kMirrorHalfHeight = 0.19, kMirrorHalfWidth = 0.13;
 constexpr double kReflectance = 0.85;
-/// Focal length over the distance from the mirror's middle to the left plane: the rays cross before it.
+/// Focal length divided by the distance from the mirror's middle to the left plane. Rays cross before the
+/// plane.
 constexpr double kFocus = 0.6;
 constexpr double kRippleSlope = 0.03;  // of the surface normal
 constexpr double kRipples = 2.3;       // over the mirror's half height
-constexpr int kRays = 2;               // a pixel and axis
+constexpr int kRays = 2;               // per pixel and axis
 
 struct Vec {
   double x, y, z;
@@ -88,7 +89,8 @@ double dot(const Vec& a, const Vec& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
-/// Unit normal of the curved mirror at v, w from its middle along y and along the plane away from the crease.
+/// Unit normal of the curved mirror at v, w from its middle. v is along y, w along the plane away from the
+/// crease.
 Vec mirror_normal(const Groove& groove, double v, double w) {
   const double middle =
       kMirrorCol * groove.grid.cols - groove.crease;  // distance of its middle from the crease
@@ -101,8 +103,8 @@ Vec mirror_normal(const Groove& groove, double v, double w) {
   return {n.x / length, n.y / length, n.z / length};
 }
 
-/// A ray of the rig that meets the mirror at (y, x) goes on to the left plane; its point is added if there is
-/// one. Geometry: x to the right of the crease, y down, z towards the rig; the planes are z = |x|.
+/// Follows a ray of the rig that hits the mirror at (y, x). If it then hits the left plane, adds that point.
+/// Geometry: x to the right of the crease, y down, z towards the rig; the planes are z = |x|.
 void add_reflected_ray(Optics& optics, const Groove& groove, double y, double x, float weight) {
   const double t = x - groove.crease;
   const double w = (x - kMirrorCol * groove.grid.cols) / kForeshortening;
@@ -126,9 +128,9 @@ void add_mirror_pixel(Optics& optics, const Groove& groove, int row, int col) {
 
 constexpr double kParallax = 0.12;
 
-/// Where a pixel of one axis falls: in which view, and at which coordinate of the scene before parallax.
+/// The position of a pixel along one axis: its view, and its scene coordinate before parallax.
 struct TilePosition {
-  double offset;  ///< of the view from the middle one
+  double offset;  ///< of the view from the middle view
   double at;      ///< scene coordinate
 };
 
@@ -142,7 +144,7 @@ TilePosition tile_position(std::int64_t pixel, std::int64_t n, std::int64_t view
           (static_cast<double>(pixel - begin) + 0.5) * scale};
 }
 
-/// The x at which a view at this offset sees column x of its tile: x = p + k (|p − crease| − mean), solved
+/// The x at which a view with this offset sees column x of its tile: x = p + k (|p − crease| − mean), solved
 /// for p on each side of the crease.
 double seen_column(double x, double crease, double mean, double k) {
   const double from_crease = x + k * mean - crease;  // = d + k |d|
@@ -181,7 +183,7 @@ TiledViews tiled_views(Grid grid, ViewLayout views) {
   const Grid scene{(grid.rows + views.rows - 1) / views.rows, (grid.cols + views.cols - 1) / views.cols};
   const auto share = static_cast<float>(1 / std::sqrt(static_cast<double>(views.count())));
   const Groove groove(scene);
-  const double mean = 0.25 * scene.cols;  // depth that all views see in the same place
+  const double mean = 0.25 * scene.cols;  // depth at which parallax is zero
   TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size())), Image<float>(grid, 2)};
   for (int row = 0; row < grid.rows; ++row) {
     const TilePosition v = tile_position(row, grid.rows, views.rows, scene.rows);

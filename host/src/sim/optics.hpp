@@ -13,9 +13,9 @@
 
 namespace symrig::sim {
 
-/// M: which scene points a pixel of the rig sees, and with what weights. The projector lights the same points
-/// with the same weights, so T = M S Mᵀ is symmetric. A sparse matrix [rig pixels × scene points], weights
-/// ≥ 0, rows added in order.
+/// M: the scene points that a pixel of the rig sees, with their weights. The projector lights the same points
+/// with the same weights, so T = M S Mᵀ is symmetric. A sparse matrix [rig pixels × scene points], weights ≥
+/// 0, rows added in order.
 class Optics {
  public:
   explicit Optics(std::size_t scene_points) : scene_points_(scene_points) {}
@@ -42,24 +42,23 @@ class Optics {
 std::unique_ptr<Transport> seen_through(std::shared_ptr<const Optics> optics,
                                         std::unique_ptr<Transport> scene);
 
-/// A concave, slightly wavy mirror of elliptic outline let into the right plane of a groove (its middle at 73
-/// % of the width and 58 % of the height). A pixel on it sees, and lights, the points of the left plane where
-/// its four reflected rays land; rays that miss the plane are lost. The mirror images itself into folds: the
-/// light of many pixels lands on one point (a caustic). Light between the planes that comes by way of the
-/// mirror is left out. Pixels elsewhere see their own point.
+/// A concave, slightly wavy mirror with an elliptic outline in the right plane of a groove. Its middle is at
+/// 73 % of the width and 58 % of the height. A pixel on it sees, and lights, the points of the left plane
+/// where its four reflected rays land. Rays that miss the plane are lost. The image folds over itself, so the
+/// light of many pixels lands on one point (a caustic). Light between the planes by way of the mirror is left
+/// out. Other pixels see their own point.
 Optics mirror_patch(const Groove& groove);
-/// True on the mirror of mirror_patch, where the groove has no diffuse surface.
+/// True on the mirror of mirror_patch(), where the groove has no diffuse surface.
 bool on_mirror(const Groove& groove, int row, int col);
 
-/// V × W coaxial views of one groove, tiled in one picture: view (i, j) stands at offset
-/// (i − (V − 1)/2, j − (W − 1)/2) and sees a point at depth z shifted by offset · parallax · (z − mean
-/// depth), parallax = 0.12. Tiles differ by at most one pixel where the grid does not divide; a pixel that
-/// looks past the groove sees nothing. Each view has 1/(V W) of the light, so that row sums stay as they are
-/// for one view.
+/// V × W coaxial views of one groove, tiled in one picture. View (i, j) has the offset (i − (V − 1)/2, j − (W
+/// − 1)/2). It sees a point at depth z shifted by offset · parallax · (z − mean depth), parallax = 0.12.
+/// Tiles differ by at most one pixel if the grid is not divisible. A pixel that looks past the groove sees
+/// nothing. Each view has 1/(V W) of the light, so row sums are the same as for one view.
 struct TiledViews {
-  Grid scene;  ///< of the one groove behind the views
+  Grid scene;  ///< of the single groove behind the views
   Optics optics;
-  /// The scene row (channel 0) and column (channel 1) that each pixel of the rig sees; may lie past the
+  /// The scene row (channel 0) and column (channel 1) that each pixel of the rig sees. It may be outside the
   /// groove.
   Image<float> surface;
 };

@@ -11,7 +11,7 @@ namespace symrig::sim {
 
 namespace {
 
-/// 32 bits as the middle of one of 2³² equal cells of (0, 1).
+/// Maps 32 bits to the middle of one of 2³² equal cells of (0, 1).
 double open_unit(std::uint32_t bits) {
   return (static_cast<double>(bits) + 0.5) * 0x1p-32;
 }

@@ -10,19 +10,20 @@
 
 namespace symrig::sim {
 
-/// A linear image sensor in front of a radiance.
+/// A linear image sensor.
 ///
 ///   electrons ~ Poisson(sensitivity · radiance · t), clipped at the full well
 ///   code = round(pedestal + gain (electrons + read noise · z)), clipped to [0, max code],  z ~ N(0, 1)
 ///
-/// Every draw is a function of (seed, frame, pixel) alone: frames can be exposed in any order, on any number
-/// of threads, and come out the same.  source: the noise model of hdr/noise_model.hpp.
+/// Every random value depends only on (seed, frame, pixel). So frames may be exposed in any order and on any
+/// number of threads, with the same result.
+/// source: the noise model of hdr/noise_model.hpp.
 struct Sensor {
   NoiseModel noise;
   double sensitivity;  ///< electrons per second at radiance 1
   std::uint64_t seed;
 
-  /// radiance: channels × grid values; codes: as many. seconds > 0.
+  /// radiance: channels × grid values; codes: the same number. seconds > 0.
   void expose(std::span<const float> radiance, double seconds, std::uint64_t frame,
               std::span<std::uint16_t> codes) const;
 };

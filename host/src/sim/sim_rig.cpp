@@ -11,10 +11,10 @@
 namespace symrig {
 namespace {
 
-/// A device whose trigger is active low: it sees some lines turned round.
-class TurnedRound final : public board_sim::Peripheral {
+/// A device with active-low lines: it sees these lines inverted.
+class InvertedLines final : public board_sim::Peripheral {
  public:
-  TurnedRound(board_sim::Peripheral& device, std::uint32_t lines) : device_(device), lines_(lines) {}
+  InvertedLines(board_sim::Peripheral& device, std::uint32_t lines) : device_(device), lines_(lines) {}
 
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard& board) override {
     device_.outputs_changed(tick, levels ^ lines_, board);
@@ -74,7 +74,7 @@ class SimRigLink final : public Link {
   board_sim::SimBoard board_;
   board_sim::SimProjector projector_;
   board_sim::SimCamera camera_;
-  TurnedRound seen_by_projector_, seen_by_camera_;
+  InvertedLines seen_by_projector_, seen_by_camera_;
   std::unique_ptr<Link> link_;
 };
 

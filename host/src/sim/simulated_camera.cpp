@@ -10,7 +10,7 @@ namespace symrig::sim {
 SimulatedCamera::SimulatedCamera(SimulatedCameraSpec spec, board_sim::SimCamera& shutter, Develop develop)
     : spec_(std::move(spec)), shutter_(shutter), develop_(std::move(develop)) {}
 
-/// In virtual time all frames of a run are there when it has ended: nothing to wait for.
+/// In virtual time all frames of a run exist when it has ended, so there is no wait.
 Result<std::vector<CameraFrame>> SimulatedCamera::take(std::size_t /*count*/, Nanoseconds /*patience*/) {
   const auto& frames = shutter_.frames();
   std::vector<SimulatedExposure> exposures;

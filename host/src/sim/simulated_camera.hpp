@@ -11,26 +11,26 @@ namespace symrig::sim {
 
 /// The shutter was open during [begin, end) of the board's ticks.
 struct SimulatedExposure {
-  std::uint64_t sequence = 0;  ///< frames before it since the camera was switched on
+  std::uint64_t sequence = 0;  ///< number of frames before it since the camera was switched on
   std::uint64_t begin = 0, end = 0;
 };
 
-/// What a simulated camera is.
+/// The properties of a simulated camera.
 struct SimulatedCameraSpec {
   Grid grid;
   int channels = 1;
   CameraTiming timing;
   NoiseModel noise;
   Image<std::uint8_t> dead;  ///< 1 = dead; empty: none
-  /// Ticks of the exposures a second, to stamp frames by; 0: the camera has no clock.
+  /// Tick rate of the exposures, for the frames' stamps. 0: the camera has no clock.
   std::uint64_t tick_hz = 0;
 };
 
-/// The picture side of board_sim::SimCamera, which keeps the time. How light becomes codes is handed in, so
-/// that this class knows no scene.
+/// The pictures of board_sim::SimCamera, which does the timing. The function Develop turns light into codes,
+/// so this class does not depend on a scene.
 class SimulatedCamera final : public Camera {
  public:
-  /// Frames of the exposures given, in the same order.
+  /// Makes the frames of the given exposures, in the same order.
   using Develop = std::function<std::vector<CameraFrame>(std::span<const SimulatedExposure>)>;
 
   /// shutter must outlive the camera.
@@ -44,7 +44,7 @@ class SimulatedCamera final : public Camera {
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override;
   std::string describe() const override;
 
-  /// Counts `frames` exposures that it never made: those of a session before this one.
+  /// Counts `frames` exposures that it did not make: those of an earlier run of symrig.
   void skip(std::uint64_t frames) { taken_ += frames; }
 
  private:

@@ -16,9 +16,9 @@ Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
   for (const Pattern& pattern : patterns)
     if (pattern.grid() != grid_ || pattern.channels() != 1)
       return Error{ErrorCode::size_mismatch,
-                   fmt::format("a pattern is {} with {} channels, the projector {} with 1",
+                   fmt::format("a pattern is {} with {} channels, but the projector shows {} with 1",
                                to_string(pattern.grid()), pattern.channels(), to_string(grid_)),
-                   "make patterns on the projector's grid"};
+                   "give patterns on the projector's grid"};
   loaded_before_ += sequence_.size();
   sequence_.assign(patterns.begin(), patterns.end());
   places_.clear();

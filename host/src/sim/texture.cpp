@@ -42,7 +42,7 @@ float albedo_at(Grid grid, std::uint64_t key, int row, int col) {
   float sum = kGrainShare * lattice(combine(key, 100), row, col);
   for (std::size_t k = 0; k < kOctaves.size(); ++k)
     sum += kOctaves[k].share * value_noise(combine(key, k), v * kOctaves[k].cells, u * kOctaves[k].cells);
-  const float contrast = std::clamp(1.8F * sum - 0.4F, 0.F, 1.F);  // sums of noise crowd around one half
+  const float contrast = std::clamp(1.8F * sum - 0.4F, 0.F, 1.F);  // sums of noise are mostly near one half
   return kDarkest + (kBrightest - kDarkest) * contrast;
 }
 

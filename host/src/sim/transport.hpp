@@ -9,8 +9,8 @@
 
 namespace symrig::sim {
 
-/// A symmetric, non-negative linear operator on one channel of a grid: y = A x, never formed. Thread-safe
-/// for reading. x and y: grid size values in raster order, not overlapping; x may be signed.
+/// A symmetric, non-negative linear operator on one channel of a grid: y = A x. The matrix is never stored.
+/// Thread-safe for reading. x and y: grid size values in raster order that do not overlap. x may be negative.
 class Transport {
  public:
   Transport() = default;
@@ -20,7 +20,7 @@ class Transport {
   virtual void apply(std::span<const float> x, std::span<float> y) const = 0;
 };
 
-/// diag(d): light that leaves from where it arrived.
+/// diag(d): light leaves at the pixel where it arrives.
 class Diagonal final : public Transport {
  public:
   explicit Diagonal(std::vector<float> d) : d_(std::move(d)) {}
@@ -32,11 +32,11 @@ class Diagonal final : public Transport {
   std::vector<float> d_;
 };
 
-/// image ← B image: the separable 3-tap blur [a, 1 − 2a, a] along both axes. Light blurred over the border
-/// is lost, which keeps B symmetric.
+/// image ← B image: the separable 3-tap blur [a, 1 − 2a, a] along both axes. Light that leaves the picture is
+/// lost, which keeps B symmetric.
 void blur_3tap(Grid grid, float a, std::span<float> image);
 
-/// B T Bᵀ: a projector and a camera whose lenses blur alike.
+/// B T Bᵀ: projector and camera have equal lens blur.
 std::unique_ptr<Transport> blurred(Grid grid, double a, std::unique_ptr<Transport> transport);
 
 }  // namespace symrig::sim

@@ -10,9 +10,9 @@ namespace symrig::sim {
 
 namespace {
 
-constexpr int kMostTerms = 256;  // the law of mean 50 has nothing beyond 200 that a double could show
+constexpr int kMostTerms = 256;  // at mean 50, probabilities beyond 200 are below double precision
 
-/// 1/n, n = 1.. : divisions would dominate the sum of the law.
+/// 1/n, n = 1.. : divisions would take most of the time of the sum.
 constexpr std::array<double, kMostTerms> kReciprocal = [] {
   std::array<double, kMostTerms> r{};
   for (int n = 1; n < kMostTerms; ++n) r[n] = 1.0 / n;
@@ -31,7 +31,7 @@ std::int64_t exact_quantile(double mean, double u) {
   return static_cast<std::int64_t>(n);
 }
 
-/// Ratio of two cubics at r, the form of all three ranges (the last denominator coefficient may be 0).
+/// Ratio of two cubics at r, used in all three ranges. The last denominator coefficient may be 0.
 double ratio(double r, const std::array<double, 4>& a, const std::array<double, 3>& b) {
   return (((a[3] * r + a[2]) * r + a[1]) * r + a[0]) / (((b[2] * r + b[1]) * r + b[0]) * r + 1);
 }
@@ -58,7 +58,7 @@ std::int64_t poisson_quantile(double mean, double u) {
   if (mean <= 0) return 0;
   if (mean < kExactPoissonMean) return exact_quantile(mean, u);
   const double z = normal_quantile(u);
-  const double sigma = std::sqrt(mean - 1.0 / 12);  // rounding to whole electrons adds the 1/12 (Sheppard)
+  const double sigma = std::sqrt(mean - 1.0 / 12);  // rounding to whole electrons adds 1/12 (Sheppard)
   const double n = mean + sigma * z + (z * z - 1) / 6 + z * (1 - z * z) / (72 * sigma);
   return std::max<std::int64_t>(0, static_cast<std::int64_t>(std::floor(n + 0.5)));
 }

@@ -4,9 +4,9 @@
 #include "sim/camera_optics.hpp"
 #include "sim/exact_frames.hpp"
 #include "sim/hash.hpp"
+#include "sim/image_formation.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
-#include "sim/studio.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
@@ -22,64 +22,65 @@
 namespace symrig::sim {
 namespace {
 
-/// The picture side of the simulated camera: which light each exposure of the simulated projector's patterns
-/// saw, and the frames that come of it.
-class Darkroom {
+/// Makes the frames of the simulated camera: which patterns lit each exposure, and the resulting codes.
+class FrameMaker {
  public:
-  Darkroom(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector, double tick_seconds)
+  FrameMaker(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector,
+             double tick_seconds)
       : noisy_(uri.camera_noise),
         planned_(uri.exposures == 0),
-        studio_(uri, scene),
+        formation_(uri, scene),
         projector_(projector),
         tick_seconds_(tick_seconds) {}
 
   std::vector<CameraFrame> develop(std::span<const SimulatedExposure> exposures);
-  const NoiseModel& noise() const { return studio_.noise(); }
+  const NoiseModel& noise() const { return formation_.noise(); }
   double seconds() const { return seconds_; }
 
  private:
-  std::vector<Studio::Light> lights_of(std::span<const SimulatedExposure> exposures) const;
-  Studio::Light during(const SimulatedExposure& exposure, std::span<const Studio::Light> lights) const;
+  std::vector<ImageFormation::Light> lights_of(std::span<const SimulatedExposure> exposures) const;
+  ImageFormation::Light during(const SimulatedExposure& exposure,
+                               std::span<const ImageFormation::Light> lights) const;
   CameraFrame frame(const SimulatedExposure& exposure, std::uint64_t noise,
-                    std::span<const Studio::Light> lights) const;
+                    std::span<const ImageFormation::Light> lights) const;
   std::vector<std::uint64_t> noise_keys(std::span<const SimulatedExposure> exposures) const;
 
   bool noisy_;
   bool planned_;
-  Studio studio_;
+  ImageFormation formation_;
   const SimulatedProjector& projector_;
   double tick_seconds_;
   double seconds_ = 0;
 };
 
-/// The light of every pattern that some exposure saw; nullptr for the others.
-std::vector<Studio::Light> Darkroom::lights_of(std::span<const SimulatedExposure> exposures) const {
+/// The light of every pattern that an exposure saw. nullptr for other patterns.
+std::vector<ImageFormation::Light> FrameMaker::lights_of(std::span<const SimulatedExposure> exposures) const {
   std::vector<std::size_t> seen;
   for (const SimulatedExposure& exposure : exposures)
     for (const auto& lit : projector_.shown(exposure.begin, exposure.end)) seen.push_back(lit.index);
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  std::vector<Studio::Light> lights(seen.empty() ? 0 : seen.back() + 1);
+  std::vector<ImageFormation::Light> lights(seen.empty() ? 0 : seen.back() + 1);
   tbb::parallel_for(std::size_t{0}, seen.size(), [&](std::size_t i) {
     lights[seen[i]] =
-        studio_.light_of(projector_.pattern(seen[i]),
-                         planned_ ? projector_.place(seen[i]).number : projector_.loaded_before() + seen[i]);
+        formation_.light_of(projector_.pattern(seen[i]), planned_ ? projector_.place(seen[i]).number
+                                                                  : projector_.loaded_before() + seen[i]);
   });
   return lights;
 }
 
 /// Mean radiance while the shutter was open.
-Studio::Light Darkroom::during(const SimulatedExposure& exposure,
-                               std::span<const Studio::Light> lights) const {
-  std::vector<Studio::Share> shares;
+ImageFormation::Light FrameMaker::during(const SimulatedExposure& exposure,
+                                         std::span<const ImageFormation::Light> lights) const {
+  std::vector<ImageFormation::Share> shares;
   for (const auto& lit : projector_.shown(exposure.begin, exposure.end))
     shares.push_back({lights[lit.index], lit.share});
-  return studio_.during(shares);
+  return formation_.during(shares);
 }
 
-CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::uint64_t noise,
-                            std::span<const Studio::Light> lights) const {
-  const Studio::Light light = during(exposure, lights);
+CameraFrame FrameMaker::frame(const SimulatedExposure& exposure, std::uint64_t noise,
+                              std::span<const ImageFormation::Light> lights) const {
+  const ImageFormation::Light light = during(exposure, lights);
   CameraFrame frame;
   frame.sequence = exposure.sequence;
   if (!noisy_) {
@@ -87,14 +88,14 @@ CameraFrame Darkroom::frame(const SimulatedExposure& exposure, std::uint64_t noi
     return frame;
   }
   const double open = static_cast<double>(exposure.end - exposure.begin) * tick_seconds_;
-  frame.raw = studio_.expose(*light, open, noise);
+  frame.raw = formation_.expose(*light, open, noise);
   return frame;
 }
 
-/// The noise of a frame is a function of its number. Where photographs have as many frames as they need, a
-/// capture that is continued does not know the number: there it is a function of the pattern's place and of
-/// the frame's place among those of the pattern.
-std::vector<std::uint64_t> Darkroom::noise_keys(std::span<const SimulatedExposure> exposures) const {
+/// Keys for the noise of frames. Usually the key is the frame's number. With planned exposures, a continued
+/// capture does not know this number. Then the key combines the pattern's place and the frame's index among
+/// the frames of that pattern.
+std::vector<std::uint64_t> FrameMaker::noise_keys(std::span<const SimulatedExposure> exposures) const {
   std::vector<std::uint64_t> keys;
   std::size_t last = 0;
   std::uint64_t frame = 0;
@@ -112,9 +113,9 @@ std::vector<std::uint64_t> Darkroom::noise_keys(std::span<const SimulatedExposur
   return keys;
 }
 
-std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> exposures) {
+std::vector<CameraFrame> FrameMaker::develop(std::span<const SimulatedExposure> exposures) {
   const Stopwatch watch;
-  const std::vector<Studio::Light> lights = lights_of(exposures);
+  const std::vector<ImageFormation::Light> lights = lights_of(exposures);
   const std::vector<std::uint64_t> keys = noise_keys(exposures);
   std::vector<CameraFrame> frames(exposures.size());
   tbb::parallel_for(std::size_t{0}, frames.size(),
@@ -123,7 +124,7 @@ std::vector<CameraFrame> Darkroom::develop(std::span<const SimulatedExposure> ex
   return frames;
 }
 
-/// A camera that lives elsewhere.
+/// Forwards to a camera that it does not own.
 class BorrowedCamera final : public Camera {
  public:
   explicit BorrowedCamera(Camera& camera) : camera_(camera) {}
@@ -141,7 +142,7 @@ class BorrowedCamera final : public Camera {
   Camera& camera_;
 };
 
-/// A projector that lives elsewhere.
+/// Forwards to a projector that it does not own.
 class BorrowedProjector final : public Projector {
  public:
   explicit BorrowedProjector(Projector& projector) : projector_(projector) {}
@@ -160,8 +161,8 @@ class SimulatedRig final : public VirtualRig {
  public:
   static Result<std::unique_ptr<VirtualRig>> open(std::string_view text, VirtualRigHooks hooks);
   ~SimulatedRig() override {
-    rig_.reset();    // speaks to the board
-    board_.reset();  // refers to its peripherals
+    rig_.reset();    // uses the board
+    board_.reset();  // uses its peripherals
   }
   SimulatedRig(const SimulatedRig&) = delete;
   SimulatedRig& operator=(const SimulatedRig&) = delete;
@@ -180,7 +181,7 @@ class SimulatedRig final : public VirtualRig {
   std::size_t together() const override { return 4; }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
-    cost.simulate_seconds = darkroom_->seconds();
+    cost.simulate_seconds = frame_maker_->seconds();
     return cost;
   }
   Result<void> continue_after(const ProbeCost& spent) override;
@@ -202,7 +203,7 @@ class SimulatedRig final : public VirtualRig {
   std::unique_ptr<board_sim::SimBoard> board_;
   board_sim::SimProjector raster_;
   board_sim::SimCamera shutter_;
-  std::unique_ptr<Darkroom> darkroom_;
+  std::unique_ptr<FrameMaker> frame_maker_;
   std::unique_ptr<SimulatedProjector> projector_;
   std::unique_ptr<SimulatedCamera> camera_;
   std::unique_ptr<Rig> rig_;
@@ -227,7 +228,7 @@ RigOptions SimulatedRig::rig_options() const {
   options.views = views_of(uri_);
   options.name = uri_.to_string();
   if (!uri_.camera_noise) options.reading = std::make_shared<ExactFrames>();
-  options.ledger.guards = 0;  // a camera in virtual time is there from its first frame on
+  options.ledger.guards = 0;  // a camera in virtual time loses no frames at its start
   if (hooks_.options) hooks_.options(options);
   return options;
 }
@@ -237,12 +238,12 @@ std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   SimulatedCameraSpec spec{scene_->grid(),
                            scene_->channels(),
                            CameraTiming{},
-                           darkroom_->noise(),
+                           frame_maker_->noise(),
                            dead_pixels(scene_->grid(), uri_.dead, key),
                            board_->config().tick_hz};
   return std::make_unique<SimulatedCamera>(
       std::move(spec), shutter_,
-      [this](std::span<const SimulatedExposure> exposures) { return darkroom_->develop(exposures); });
+      [this](std::span<const SimulatedExposure> exposures) { return frame_maker_->develop(exposures); });
 }
 
 RigDevices SimulatedRig::devices() {
@@ -264,21 +265,22 @@ RigDevices SimulatedRig::devices() {
 Result<void> SimulatedRig::start() {
   const RigOptions options = rig_options();
   projector_ = std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.setup.projector.refresh);
-  if (hooks_.pacing == Pacing::host) projector_->be_shown_by_host(*board_);
+  if (hooks_.pacing == Pacing::host) projector_->pace_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
-  darkroom_ = std::make_unique<Darkroom>(uri_, *scene_, *projector_, tick_seconds);
+  frame_maker_ = std::make_unique<FrameMaker>(uri_, *scene_, *projector_, tick_seconds);
   camera_ = make_camera();
   SYMRIG_TRY(rig_, Rig::open(devices(), options));
   return {};
 }
 
-/// Noise is a function of the frame's number and drift of the pattern's: both go on from where the other
-/// session ended. The board's clock need not: a photograph ends as long after its vsync as any other.
+/// Noise depends on the frame's number and drift on the pattern's number. Both continue where the earlier run
+/// of symrig ended. The board's clock need not continue: a photograph's timing relative to its vsync is
+/// always the same.
 Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
   const std::int64_t missing = spent.photographs - rig_->cost().photographs;
   if (missing < 0)
-    return Error{ErrorCode::bad_argument, "this rig has done more than the capture that it is to continue",
-                 "open the rig anew"};
+    return Error{ErrorCode::bad_argument, "this rig has taken more photographs than the capture to continue",
+                 "open the rig again"};
   return rig_->pass_over(missing, [this](std::int64_t photographs) {
     const auto count = static_cast<std::uint64_t>(photographs);
     projector_->skip(count);

@@ -4,6 +4,6 @@
 
 int main(int argc, char** argv) {
   testing::InitGoogleTest(&argc, argv);
-  ::mlockall(MCL_CURRENT);  // in virtual time a page that has to come from outside the guest takes seconds
+  ::mlockall(MCL_CURRENT);  // in virtual time, loading a page from outside the guest takes seconds
   return RUN_ALL_TESTS();
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The conformance kit against symrigd on a real kernel's GPIO.
+// The conformance checks against symrigd with the GPIO of a real kernel.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
 #include "symrig/conformance/conformance.hpp"
@@ -7,10 +7,11 @@
 #include <cstdio>
 #include <set>
 
-namespace symrig::bench {
+namespace symrig::bench::board_conformance_test {
 namespace {
 
-/// What cannot be looked at here, and why: a wire that is not there, a rule that this board cannot break.
+/// Checks that are not possible here: they need a wire that does not exist, or a rule that this board cannot
+/// break.
 const std::set<std::string> kSkipped{"rules.refill", "rules.wait_kind", "interlock.trips", "jumper.levels",
                                      "jumper.stamps"};
 
@@ -32,4 +33,4 @@ TEST(BoardConformance, PassesEveryCheck) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_conformance_test

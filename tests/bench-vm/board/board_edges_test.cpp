@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// In virtual time: what symrigd puts on its lines against what was planned, seen by the kernel's own trace. A
-// microsecond is a thousand instructions here: this shows that the schedule is right, not what a real
-// machine's jitter is.
+// In virtual time: compares symrigd's edges with their plan, through the kernel's own trace. A microsecond is
+// a thousand instructions here. So this tests the schedule, not the jitter of a real computer.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
 #include "gpio_chip.hpp"
@@ -10,21 +9,21 @@
 #include <cmath>
 #include <cstdio>
 
-namespace symrig::bench {
+namespace symrig::bench::board_edges_test {
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr std::uint64_t kTraceGrain = 1'000;  // ns
 constexpr std::uint64_t kTolerance = 5'000;
-// The kernel's own timer interrupt takes 7 us every 4 ms. Where it meets the 3 us from the clock's last
-// reading to the end of the call that sets a line, nothing in user space can help: (7 + 3) us of 4 ms, one
-// edge in 400 on average, and four standard deviations of such a count more.
+// The kernel's timer interrupt takes 7 us every 4 ms. It may come in the 3 us between the last clock reading
+// and the end of the call that sets a line. User space cannot prevent that. It delays (7 + 3) us of 4 ms, one
+// edge in 400 on average; the limit adds four standard deviations of this count.
 constexpr std::uint64_t kInterrupted = 12'000;
 constexpr double kOneIn = 400;
-// An answer of the shared folders is an interrupt that comes when the host likes, more often beside other
-// work. It, too, may stand before a few edges: one in a hundred, as in the bench's own schedule test. The
-// word is as late as that, and the board counts it if that is more than it has promised.
+// An answer of the shared folders is an interrupt at a random time, more often beside other load. It may come
+// before a few edges: one in a hundred, as in the bench's own schedule test. The word is then late, and the
+// board counts it if it is later than promised.
 constexpr std::size_t kDisturbedOneIn = 100;
 
 std::size_t most_disturbed(std::size_t edges) {
@@ -36,15 +35,14 @@ std::size_t most_interrupted(std::size_t edges) {
   return 1 + static_cast<std::size_t>(mean + 4 * std::sqrt(mean));
 }
 
-/// What the trace should hold: ticks after the start.
+/// The planned edges of the trace, in ticks after the start.
 struct PlannedEdge {
   std::uint64_t tick;
   std::string line;
   bool level;
 };
 
-/// Checks every edge against its plan, and what is late against what the receipt tells; prints how far the
-/// worst is from its plan.
+/// Compares every edge with its plan, and the late ones with the receipt's count. Prints the greatest error.
 void compare(const std::vector<PlannedEdge>& plan, const std::vector<TracedEdge>& seen, std::uint64_t started,
              const BoardInfo& info, const Receipt& receipt) {
   std::uint64_t worst = 0;
@@ -81,7 +79,7 @@ class BoardEdges : public testing::Test {
  protected:
   void SetUp() override {
     ASSERT_OK(connected_);
-    ASSERT_OK(board().idle(20ms));  // let the daemon note that a host is there
+    ASSERT_OK(board().idle(20ms));  // gives the daemon time to record that a host is connected
   }
   Board& board() { return *connected_; }
   std::uint64_t shortest() const { return connected_->info().min_dwell.count; }
@@ -91,7 +89,7 @@ class BoardEdges : public testing::Test {
   Result<Board> connected_ = daemon_.connect();
 };
 
-/// A walk over all outputs with words of many lengths, from the shortest to milliseconds.
+/// Walks over all outputs with words of many lengths, from the shortest to milliseconds.
 TEST_F(BoardEdges, EveryEdgeIsWhereItWasPlanned) {
   const std::vector<std::string> outputs{"projector_trigger", "camera_trigger", "lamp_enable",
                                          "laser_enable",      "aux0",           "aux1"};
@@ -123,8 +121,7 @@ TEST_F(BoardEdges, EveryEdgeIsWhereItWasPlanned) {
   compare(plan, chip_.trace(), receipt->started.count, board().info(), *receipt);
 }
 
-/// The longest stretch without a gap: the shortest words that the board takes, for as long as its queue has
-/// room twice over.
+/// The shortest words that the board accepts, without a gap, twice as many as its queue can hold.
 TEST_F(BoardEdges, ShortestWordsForLong) {
   constexpr std::uint64_t kPulses = 5'000;
   ProgramBuilder builder(board().info());
@@ -147,7 +144,7 @@ TEST_F(BoardEdges, ShortestWordsForLong) {
   compare(plan, chip_.trace(), receipt->started.count, board().info(), *receipt);
 }
 
-/// After an awaited edge everything is counted from its stamp.
+/// After an awaited edge, all times count from its stamp.
 TEST_F(BoardEdges, WordsAfterAnAwaitedEdge) {
   constexpr int kWaits = 100;
   const std::uint64_t width = 4 * shortest();
@@ -187,7 +184,7 @@ TEST_F(BoardEdges, WordsAfterAnAwaitedEdge) {
   compare(plan, chip_.trace(), 0, board().info(), *receipt);
 }
 
-/// An interlock that opens amid a run: the player falls by itself.
+/// An interlock opens during a run: the player goes to its safe levels by itself.
 TEST_F(BoardEdges, AnInterlockStopsARun) {
   ProgramBuilder builder(board().info());
   builder.set("camera_trigger", true).hold(2s).hold(2s);
@@ -218,4 +215,4 @@ TEST_F(BoardEdges, AnInterlockStopsARun) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_edges_test

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// However symrigd ends, its lines end safe; what it cannot catch, --safe cleans up after. And one host at a
-// time.
+// However symrigd ends, its lines are safe afterwards. If it cannot act itself, --safe does it. Also: only
+// one host at a time.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
 #include "gpio_chip.hpp"
 
 #include <cstdio>
 
-namespace symrig::bench {
+namespace symrig::bench::board_exits_test {
 namespace {
 
 using namespace std::chrono_literals;
 
 class BoardExits : public testing::Test {
  protected:
-  /// camera_trigger is high when safe and low now, lamp_enable the other way round; amid a run that goes on
-  /// without a host.
+  /// Brings the outputs to unsafe levels in a run that continues without a host. camera_trigger is high when
+  /// safe and low now; lamp_enable is the opposite.
   void stand_unsafe() {
     GpioChip::clear_trace();
     auto board = daemon_.connect();
@@ -40,7 +40,7 @@ class BoardExits : public testing::Test {
   }
 
   GpioChip chip_;
-  // In slow real time what was measured would be no board; what is late is of no interest here.
+  // Slow real time would give useless measured times. Lateness does not matter here.
   DaemonProcess daemon_{"unix = \"/run/symrig-test/board.sock\"\n[realtime]\nlateness_us = 1000\n"};
 };
 
@@ -64,7 +64,7 @@ TEST_F(BoardExits, BreakingDown) {
   }
 }
 
-/// Nobody can catch SIGKILL: the lines stay as they were, until --safe (systemd's ExecStopPost) or the next
+/// SIGKILL cannot be caught. The lines keep their levels until --safe (systemd's ExecStopPost) or the next
 /// start.
 TEST_F(BoardExits, KilledThenCleanedUp) {
   stand_unsafe();
@@ -105,4 +105,4 @@ TEST_F(BoardExits, ASecondDaemonIsRefused) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_exits_test

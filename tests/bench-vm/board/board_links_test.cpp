@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// symrigd behind a TCP socket and a serial line (a pair of pseudo-terminals): the same board as behind any
-// other link.
+// symrigd with a TCP socket and with a serial line (a pair of pseudo-terminals) behaves as with any other
+// link.
 #include "assert_ok.hpp"
 #include "daemon_process.hpp"
 #include "symrig/board/program.hpp"
@@ -12,13 +12,13 @@
 #include <poll.h>
 #include <termios.h>
 
-namespace symrig::bench {
+namespace symrig::bench::board_links_test {
 namespace {
 
 using namespace std::chrono_literals;
 
 constexpr const char* kTcp = "127.0.0.1:7700";
-// What is late is of no interest here.
+// Lateness does not matter here.
 constexpr const char* kLateness = "[realtime]\nlateness_us = 1000\n";
 
 Result<Board> connect(const std::string& uri_text) {
@@ -27,7 +27,7 @@ Result<Board> connect(const std::string& uri_text) {
   return Board::connect(std::move(link));
 }
 
-/// A program of many frames goes up, stands on the board as it was sent, and runs as planned.
+/// Uploads a program of many frames, checks that the board holds it unchanged, and that it runs as planned.
 void expect_a_board(Board& board) {
   ProgramBuilder builder(board.info());
   constexpr int kPulses = 200;
@@ -56,7 +56,7 @@ TEST(BoardLinks, TcpServesOneHostAfterAnother) {
   }
 }
 
-/// The master of a pseudo-terminal whose slave behaves as a serial port.
+/// The master of a pseudo-terminal. Its slave behaves like a serial port.
 class Terminal {
  public:
   Terminal() : master_(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
@@ -66,7 +66,7 @@ class Terminal {
     std::array<char, 64> name{};
     EXPECT_EQ(::ptsname_r(master_, name.data(), name.size()), 0);
     path_ = name.data();
-    // Held open: otherwise the master reads errors until somebody opens the slave.
+    // Keeps the slave open, else the master reads errors until another process opens it.
     slave_ = ::open(path_.c_str(), O_RDWR | O_NOCTTY);
     EXPECT_GE(slave_, 0);
     termios settings{};
@@ -89,7 +89,7 @@ class Terminal {
   std::string path_;
 };
 
-/// A null-modem cable: what goes in at one end comes out at the other.
+/// A null-modem cable: copies bytes between its two ends.
 class Cable {
  public:
   ~Cable() {
@@ -133,7 +133,7 @@ TEST(BoardLinks, ASerialLineIsALinkLikeOthers) {
   }
 }
 
-/// A serial host cannot be seen to go: what makes the lines safe is its keep-alive.
+/// A serial port does not show that its host has gone. The keep-alive makes the lines safe.
 TEST(BoardLinks, ASerialHostThatFallsSilentLeavesTheLinesSafe) {
   const Cable cable;
   const DaemonProcess daemon("serial = \"" + cable.board_end() + "\"\n" + kLateness);
@@ -155,4 +155,4 @@ TEST(BoardLinks, ASerialHostThatFallsSilentLeavesTheLinesSafe) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_links_test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// symrigd as a USB device: libusb on one end, FunctionFS on the other, the kernel's USB stack in between.
-// SYMRIG_USB_ROUNDS and SYMRIG_USB_UNPLUGS make it longer or shorter.
+// symrigd as a USB device: libusb on one side, FunctionFS on the other, the kernel's USB stack between them.
+// SYMRIG_USB_ROUNDS and SYMRIG_USB_UNPLUGS set the number of rounds.
 #include "assert_ok.hpp"
 #include "bench-vm/selftest/guest.hpp"
 #include "daemon_process.hpp"
@@ -13,7 +13,7 @@
 #include <optional>
 #include <random>
 
-namespace symrig::bench {
+namespace symrig::bench::board_usb_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -42,7 +42,7 @@ Result<Board> connect_usb() {
   return Board::connect(std::move(link));
 }
 
-/// The device is on the bus a moment after its driver says so.
+/// The device appears on the bus a moment after its driver reports it.
 Result<Board> connect_patiently() {
   auto board = connect_usb();
   for (int k = 0; k < 2000 && !board; ++k) {
@@ -137,7 +137,7 @@ TEST_F(BoardUsb, RoundTripsComeBackAsTheyWere) {
   std::printf("%u round trips, %u mismatches\n", rounds, mismatches);
 }
 
-/// Frames of whole packets and a whole window of them: none waits for a short packet that does not come.
+/// Frames of full packets, and a full window of them. None may wait for a short packet that never comes.
 TEST_F(BoardUsb, TakesAProgramThatFillsItsMemory) {
   auto board = connect_patiently();
   ASSERT_OK(board);
@@ -151,8 +151,8 @@ TEST_F(BoardUsb, TakesAProgramThatFillsItsMemory) {
   ASSERT_OK(board->verify_program());
 }
 
-/// The cable comes out at any moment, also amid a run: the host is told, the board falls to its safe levels,
-/// nothing stays behind.
+/// The cable is unplugged at any moment, also during a run. The host gets an error, the board goes to its
+/// safe levels, and nothing stays behind.
 TEST_F(BoardUsb, EveryUnplugIsReported) {
   const unsigned unplugs = number_from("SYMRIG_USB_UNPLUGS", 50);
   std::mt19937 random(7);
@@ -231,4 +231,4 @@ TEST_F(BoardUsb, AKilledDaemonLeavesTheHostWithANamedError) {
 }
 
 }  // namespace
-}  // namespace symrig::bench
+}  // namespace symrig::bench::board_usb_test

@@ -22,10 +22,10 @@
 
 namespace symrig::bench {
 
-/// symrigd on the guest's simulated GPIO chip, with folders of its own in memory.
+/// symrigd on the guest's simulated GPIO chip. Its folders are in memory.
 class DaemonProcess {
  public:
-  /// links: what stands under [link] of its board.toml.
+  /// links: the keys under [link] of its board.toml.
   explicit DaemonProcess(const std::string& links = "") : folder_("/run/symrig-test") {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
@@ -33,7 +33,7 @@ class DaemonProcess {
     std::ofstream(folder_ + "/board.toml")
         << "[link]\n"
         << link << "[folder]\nstate = \"" << folder_ << "\"\nrun = \"" << folder_ << "\"\n";
-    once("--version");  // brings the program into memory: in virtual time that can take a quarter of an hour
+    once("--version");  // loads the program into memory, which can take 15 minutes in virtual time
     start();
   }
   DaemonProcess(const DaemonProcess&) = delete;
@@ -50,7 +50,7 @@ class DaemonProcess {
     for (int k = 0; k < 30'000 && !ended() && log().find("serves") == std::string::npos; ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  /// Sends the signal; its wait status.
+  /// Sends the signal and returns the wait status.
   int end(int signal) {
     ::kill(pid_, signal);
     int status = 0;
@@ -58,7 +58,7 @@ class DaemonProcess {
     pid_ = 0;
     return status;
   }
-  /// Runs it with one more option; its exit status.
+  /// Runs it with one more option and returns its exit status.
   int once(const std::string& option) {
     int status = 0;
     ::waitpid(spawn({option}), &status, 0);
@@ -77,14 +77,14 @@ class DaemonProcess {
   }
 
  private:
-  /// It has ended by itself. end() still tells how.
+  /// true: it has ended by itself. end() still returns its status.
   bool ended() const {
     siginfo_t info{};
     ::waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT);
     return info.si_pid != 0;
   }
   pid_t spawn(const std::vector<std::string>& options) const {
-    std::ofstream(folder_ + "/log") << "";  // before it runs: whoever reads it must not see the last one's
+    std::ofstream(folder_ + "/log") << "";  // before it runs, so that no reader sees the previous log
     const pid_t pid = ::fork();
     if (pid != 0) return pid;
     const int log = ::open((folder_ + "/log").c_str(), O_WRONLY | O_APPEND);

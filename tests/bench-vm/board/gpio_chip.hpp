@@ -14,14 +14,14 @@
 
 namespace symrig::bench {
 
-/// A change of an output's level, as the kernel traced it.
+/// A change of an output's level in the kernel's trace.
 struct TracedEdge {
-  std::uint64_t tick = 0;  ///< CLOCK_MONOTONIC, ns; the trace tells microseconds
+  std::uint64_t tick = 0;  ///< CLOCK_MONOTONIC in ns; the trace has whole microseconds
   std::string line;
   bool level = false;
 };
 
-/// The guest's gpio-sim chip from the outside: pulls inputs, sees outputs.
+/// The guest's gpio-sim chip from outside: sets inputs, reads outputs.
 class GpioChip {
  public:
   GpioChip() {
@@ -39,7 +39,7 @@ class GpioChip {
   }
 
   static void clear_trace() { std::ofstream(trace_path()) << ""; }
-  /// What the line was last set to since clear_trace(). Unlike value() it holds when the line was let go:
+  /// The last level of the line since clear_trace(). Unlike value(), it is valid after the line was released:
   /// gpio-sim then forgets the level, as some real drivers do.
   bool last_set(const std::string& line) const {
     bool level = false;
@@ -47,7 +47,8 @@ class GpioChip {
       if (edge.line == line) level = edge.level;
     return level;
   }
-  /// Changes since clear_trace(), in order; lines low before. Setting a line to what it is is no change.
+  /// Changes since clear_trace(), in order. Lines are low at first. Setting a line to its present level is no
+  /// change.
   std::vector<TracedEdge> trace() const {
     std::vector<TracedEdge> edges;
     std::map<std::string, bool> levels;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// V4l2Camera on vivid, the kernel's own test driver, which is somebody else's idea of a camera. It has faults
-// to order: buffers in error, dropped ones, numbers that wrap, fatal errors, a disconnect.
+// V4l2Camera with vivid, the kernel's test driver, which was written independently. It makes faults on
+// request: bad buffers, dropped buffers, wrapping numbers, fatal errors, a disconnect.
 #include "assert_ok.hpp"
 #include "bench-vm/selftest/guest.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
@@ -12,22 +12,22 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::vivid_test {
 namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Nanoseconds kLong = 60s;  // for what comes: ends a broken test, decides nothing
+constexpr Nanoseconds kLong = 60s;  // time-out for a broken test; has no effect otherwise
 
 CameraSettings small(const std::string& format = "Y16") {
   CameraSettings settings;
   settings.device = place("BENCH_VIVID");
   settings.format = format;
-  // Small and slow: once vivid's thread cannot draw a picture in a period it never sleeps again (the kernel
-  // then warns of a "wrong timeout value"), and every call waits for its lock.
+  // Small and slow. If vivid's thread cannot draw a picture in one period, it never sleeps again, and every
+  // call waits for its lock. The kernel then warns of a "wrong timeout value".
   settings.size = {180, 320};
   settings.rate = 10;
-  // What a test before this one has ordered is over.
+  // Resets what an earlier test has set.
   settings.controls = {{"timestamp_source", "End of Frame"},
                        {"percentage_of_dropped_buffers", "0"},
                        {"wrap_sequence_number", "off"},
@@ -96,7 +96,7 @@ TEST(Vivid, dropped_buffers_are_missing_numbers) {
   ASSERT_OK(camera);
   const auto frames = take(**camera, 20);
   const auto report = (*camera)->report();
-  // 20 frames with none between them lost: a chance of 2^-19.
+  // 20 frames without a loss have a probability of 2^-19.
   EXPECT_GT(report.missing, 0U);
   EXPECT_EQ(frames.back().sequence - frames.front().sequence + 1,
             frames.size() + report.missing - (report.delivered - frames.size()));
@@ -125,7 +125,7 @@ TEST(Vivid, a_buffer_in_error_is_a_damaged_frame) {
   EXPECT_GE((*camera)->report().damaged, 1U);
 }
 
-/// The camera is lost now; frames that came before are dropped.
+/// The camera is lost now. Drops the frames that came before.
 void expect_lost(V4l2Camera& camera) {
   auto frames = camera.take(1, kLong);
   while (frames && !frames->empty()) frames = camera.take(1, kLong);
@@ -148,7 +148,7 @@ TEST(Vivid, disconnected_while_streaming_it_is_lost_and_comes_back) {
   ASSERT_OK(camera);
   for (int round = 0; round < 5; ++round) {
     take(**camera, 2);
-    // The driver answers the button, or has no node any more to answer on.
+    // The driver accepts the button, or has no node any more.
     const auto pressed = (*camera)->set_control("disconnect", "1");
     EXPECT_TRUE(pressed.ok() || pressed.error().code == ErrorCode::device_lost);
     expect_lost(**camera);
@@ -169,4 +169,4 @@ TEST(Vivid, faults_of_starting_are_errors_and_leave_nothing_held) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::vivid_test

@@ -16,20 +16,20 @@ VGA = re.compile(r"(\d{3,4})x(\d{3,4})$")
 HELP = """
 Devices: gpio (gpio-sim), usb (gadget on a virtual bus), camera (the test camera), vivid, vkms and vga=WxH (displays),
 usbip (a USB host for devices over TCP), pico=IMAGE.uf2 (an emulated Pico on it, lane a only).
-They are set up in this order; $BENCH_... variables tell the command where they are (README.md).
-Lane a: a guest in real time, or in slow motion so that a slow machine keeps up. Lane b: virtual time, one instruction is one nanosecond, idle time costs nothing.
+They are set up in this order. $BENCH_... variables give the command their names and paths (README.md).
+Lane a: a guest in real time, or in slow motion for a slow computer. Lane b: virtual time; one instruction takes one nanosecond, and idle time passes at once.
 
-The guest's root is this machine's, read-only with a memory of its own above: what COMMAND writes is gone afterwards, except
-what it writes to $BENCH_OUT. Exit status: COMMAND's; 2 bad arguments; 77 no bench on this machine; 125 the guest itself failed.
+The guest's root file system is this computer's, read-only, with a layer in memory above it. What COMMAND writes is lost at the
+end, except files in $BENCH_OUT. Exit status: COMMAND's; 2 bad arguments; 77 no bench on this computer; 125 the guest failed.
 """
 
 
 @dataclasses.dataclass(frozen=True)
 class Asked:
-    """What the command line asks for."""
+    """The parsed command line."""
 
     lane: str
-    slow: int  # the guest's clock goes so many times slower than ours
+    slow: int  # how many times slower than real time the guest's clock runs
     timeout: float
     devices: tuple  # names of DEVICES, in their order
     vga: tuple | None  # (width, height)
@@ -40,7 +40,7 @@ class Asked:
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A wrong argument is answered with one line."""
+    """Reports a wrong argument in one line."""
 
     def error(self, message):
         print(f"{self.prog}: {message}; see {self.prog} --help", file=sys.stderr)
@@ -67,7 +67,7 @@ def parse_devices(text, fail):
     for word in filter(None, text.split(",")):
         name, _, value = word.partition("=")
         if name not in DEVICES or bool(value) != (name in WITH_VALUE):
-            fail(f"unknown device '{word}' in --with; there are {', '.join(DEVICES[:5])}, vga=WxH, usbip, pico=IMAGE")
+            fail(f"unknown device '{word}' in --with; choose from {', '.join(DEVICES[:5])}, vga=WxH, usbip, pico=IMAGE")
         found[name] = value or None
     return {name: found[name] for name in DEVICES if name in found}
 
@@ -77,7 +77,7 @@ def check_user(name, fail):
         try:
             pwd.getpwnam(name)
         except KeyError:
-            fail(f"--user: this machine has no user '{name}'")
+            fail(f"--user: this computer has no user '{name}'")
     return name
 
 
@@ -91,7 +91,7 @@ def check_out(folder, fail):
 
 
 def parse(arguments, description):
-    """An Asked; ends the program with status 2 and one line if the arguments are wrong."""
+    """Returns an Asked. Wrong arguments end the program with status 2 and one line."""
     parser = OneLineParser(
         prog="tests/bench-vm/run", description=description, epilog=HELP,
         formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False,
@@ -99,10 +99,10 @@ def parse(arguments, description):
     )  # fmt: skip
     parser.add_argument("--lane", choices="ab", default="a", help="real time (a, the default) or virtual time (b)")
     parser.add_argument("--slow", type=int, default=1, metavar="K", help="lane a: a second in the guest takes K seconds (1)")
-    parser.add_argument("--timeout", type=float, default=300, metavar="S", help="seconds of wall time for all of it (300)")
+    parser.add_argument("--timeout", type=float, default=300, metavar="S", help="limit for everything, in seconds of wall time (300)")
     parser.add_argument("--with", dest="devices", default="", metavar="DEVICES", help="devices, separated by commas")
     parser.add_argument("--user", default="", metavar="NAME", help="run COMMAND as this user instead of root")
-    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="where the files of $BENCH_OUT lie afterwards")
+    parser.add_argument("--out", type=pathlib.Path, metavar="DIR", help="folder that gets the files of $BENCH_OUT")
     parser.add_argument("command", nargs="*", metavar="COMMAND")
     split = arguments.index("--") if "--" in arguments else len(arguments)
     asked = parser.parse_args(arguments[:split])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the guest boots from: made by `prepare`, found through it."""
+"""The files that the guest boots from. `prepare` makes them and prints their folders."""
 
 import dataclasses
 import pathlib
@@ -11,7 +11,7 @@ BENCH = pathlib.Path(__file__).resolve().parent.parent
 
 @dataclasses.dataclass(frozen=True)
 class Assets:
-    """Files of the two folders that `prepare` names."""
+    """Files in the two folders that `prepare` prints."""
 
     debian: pathlib.Path
     ours: pathlib.Path
@@ -34,13 +34,13 @@ class Assets:
 
 
 def cannot(reason):
-    """Ends the program: this machine cannot have the bench. ctest shows 77 as skipped."""
+    """Ends the program: the bench cannot run on this computer. ctest shows status 77 as skipped."""
     print(f"bench-vm: {reason}", file=sys.stderr)
     sys.exit(77)
 
 
 def prepare():
-    """Makes what is missing. Ends the program with prepare's status, 77 if this machine cannot have the bench."""
+    """Makes missing files. On failure ends the program with prepare's status; 77: the bench cannot run on this computer."""
     done = subprocess.run([BENCH / "prepare"], stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
         sys.exit(done.returncode)

@@ -15,22 +15,22 @@ from host import pico, slow_motion
 from host.assets import BENCH
 from host.screendump import Screendumps
 
-POLL = 0.02  # seconds between two looks at the guest's files
-# Of the caller's environment the guest gets these and what begins with one of PREFIXES.
+POLL = 0.02  # seconds between two checks of the guest's files
+# The guest gets these variables of the caller's environment, and those that begin with one of PREFIXES.
 PREFIXES = ("SYMRIG_", "BENCH_", "ASAN_", "LSAN_", "UBSAN_", "TSAN_", "GTEST_", "RC_", "LC_")
 NAMES = ("PATH", "LANG", "TERM")
-# no_timer_check: on a busy machine the kernel's first ticks come late, and it would take its timer for broken.
+# no_timer_check: on a busy computer the kernel's first ticks come late, and it would treat its timer as broken.
 KERNEL_ARGUMENTS = (
     "console=ttyS0 quiet loglevel=4 panic=-1 mitigations=off nokaslr random.trust_cpu=on no_timer_check".split()
 )
 
 
 class GuestFailure(Exception):
-    """The guest ended, or had to be ended, without the command's exit status."""
+    """The guest ended, or was ended, without an exit status of the command."""
 
 
 def start_script(asked, assets, pico_port):
-    """What the guest's first process runs: settings, then guest/start."""
+    """The script of the guest's first process: settings, then guest/start."""
     kept = {name: text for name, text in os.environ.items() if name in NAMES or name.startswith(PREFIXES)}
     settings = kept | {
         "HOME": "/root",
@@ -47,7 +47,7 @@ def start_script(asked, assets, pico_port):
 
 
 def share(tag, path, options):
-    """A folder of this machine for the guest. multidevs: the tree may span file systems, whose inodes may collide."""
+    """Shares a folder of this computer with the guest. multidevs: the tree may span file systems whose inodes collide."""
     return [
         "-fsdev", f"local,id={tag},path={str(path).replace(',', ',,')},security_model=none{options}",
         "-device", f"virtio-9p-pci,fsdev={tag},mount_tag={tag}",
@@ -55,7 +55,7 @@ def share(tag, path, options):
 
 
 def qemu_command(asked, assets, control, out):
-    """One processor always: with two, the kernel of the guest lost edges, and virtual time hangs."""
+    """Always one processor: with two, the guest's kernel lost edges, and virtual time hung."""
     accelerator = "tcg,thread=multi,tb-size=512" if asked.lane == "a" else "tcg,thread=single,tb-size=512"
     command = [
         "qemu-system-x86_64", "-M", "q35", "-accel", accelerator, "-cpu", "max", "-smp", "1", "-m", "1024",
@@ -80,7 +80,7 @@ def qemu_command(asked, assets, control, out):
 
 
 class Log:
-    """Copies what the command writes to our standard output while it runs."""
+    """Copies the command's output to standard output while it runs."""
 
     def __init__(self, path):
         path.touch()
@@ -94,7 +94,7 @@ class Log:
 
 
 def tail(path, lines):
-    """The end of a text file; from a panic of the kernel on, if there is one."""
+    """The end of a text file. After a kernel panic: everything from the panic on."""
     try:
         text = path.read_text(errors="replace")
     except OSError:
@@ -104,7 +104,7 @@ def tail(path, lines):
 
 
 def wait(process, asked, log, screendumps):
-    """Until the guest has ended or its time is up. True if it ended by itself."""
+    """Waits until the guest ends or times out. True if it ended by itself."""
     deadline = time.monotonic() + asked.timeout
     while process.poll() is None:
         log.copy()
@@ -132,7 +132,7 @@ def status(control, ended, asked, started):
 
 
 def boot(asked, assets, folder, pico_port):
-    """One guest from start to end, with its control folder in `folder`. The command's exit status."""
+    """Runs one guest, with its control folder in `folder`. Returns the command's exit status."""
     control = folder / "control"
     control.mkdir(mode=0o755)
     out = asked.out or folder / "out"

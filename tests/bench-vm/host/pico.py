@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The emulated Pico, outside the guest: inside, its emulation would run some ten times slower than its clock."""
+"""Runs the emulated Pico outside the guest. Inside, the emulation would be about ten times too slow."""
 
 import contextlib
 import re
@@ -12,12 +12,12 @@ from host.assets import BENCH, cannot
 from host.slow_motion import environment
 
 READY = re.compile(r"ready usbip:[\d.]+:(\d+)")
-START = 600  # seconds that it may take to boot and enumerate; ends one that hangs
+START = 600  # time-out in seconds for booting and enumerating
 JUMPER = "5:17"  # aux0 to camera_strobe, the wire of the board's self-test (docs/board-pico.md)
 
 
 def port_of(process):
-    """The port of the server once it is ready."""
+    """Waits until the server is ready and returns its port."""
     deadline = time.monotonic() + START
     while time.monotonic() < deadline:
         if select.select([process.stdout], [], [], 0.1)[0]:
@@ -30,7 +30,7 @@ def port_of(process):
 
 @contextlib.contextmanager
 def serve(image, slow):
-    """Runs the emulation of this image while the context lives, `slow` times slower than its own clock; gives the TCP port where it speaks USB/IP."""
+    """Runs the emulation of this image inside the context, `slow` times slower than its clock. Gives its TCP port for USB/IP."""
     emulation = BENCH.parent / "emulation"
     node = shutil.which("node")
     if not node:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers the guest's requests for what QEMU's display shows.
+"""Answers the guest's requests for the picture on QEMU's display.
 
 A request is an empty file NAME.screendump in the out folder. The answer is NAME.ppm or NAME.error, and the request is gone.
 """
@@ -19,7 +19,7 @@ class Monitor:
         self.ask("qmp_capabilities")
 
     def ask(self, command, **arguments):
-        """None, or what QEMU says is wrong."""
+        """Returns None, or QEMU's error."""
         self._lines.write(json.dumps({"execute": command, "arguments": arguments}) + "\n")
         self._lines.flush()
         for line in self._lines:
@@ -36,7 +36,7 @@ class Screendumps:
         self._out, self._path, self._vga, self._monitor = out, monitor, vga, None
 
     def answer(self):
-        """Answers what is there now. Quick when nothing is."""
+        """Answers the present requests. Quick if there are none."""
         for request in self._out.glob("*.screendump"):
             self._answer(request)
 

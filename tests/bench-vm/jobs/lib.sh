@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
-# What jobs share: a whole rig in the guest. Sourced, after the programs were named:
+# Shared by jobs: a complete rig in the guest. Source it after setting these variables:
 #   SYMRIG SYMRIGD BENCH_SCENE BENCH_AUDIT   programs of the build
-# Everything a job leaves lies in $BENCH_OUT.
+# A job writes all its files to $BENCH_OUT.
 set -u -o pipefail
 : "${SYMRIG:?}" "${SYMRIGD:?}" "${BENCH_SCENE:?}" "${BENCH_AUDIT:?}" "${BENCH_OUT:?runs in the guest only}"
 here=$(dirname "${BASH_SOURCE[0]}")
@@ -12,7 +12,7 @@ fail() {
   exit 1
 }
 
-# until_line FILE PATTERN PID: waits for a line, as long as the process that shall write it lives.
+# until_line FILE PATTERN PID: waits for a line while the process that writes it lives.
 until_line() {
   until grep -q "$2" "$1" 2>/dev/null; do
     kill -0 "$3" 2>/dev/null || fail "ended before it said '$2': $(cat "$1")"
@@ -20,8 +20,8 @@ until_line() {
   done
 }
 
-# start_board: symrigd behind the USB gadget. It does not measure its lateness: a board that starts anew in the middle of a
-# capture would take what bench_scene does above its priority for the machine's own. Words that are later are counted.
+# start_board: symrigd as a USB gadget. It does not measure its lateness. A board that restarts during a capture would
+# measure the load of bench_scene, which has a higher priority. Late words are counted.
 start_board() {
   mkdir -p /run/symrig /var/lib/symrig
   printf '[link]\nusb = "%s"\n[realtime]\nlateness_us = 50\n' "$BENCH_FFS" >/run/symrig/board.toml
@@ -31,16 +31,16 @@ start_board() {
   bench-usb plug || fail "the board does not enumerate: $(cat "$BENCH_OUT/board.log")"
 }
 
-truth=/run/truth.jsonl # what truly happened, by bench_scene; stop_scene copies it to $BENCH_OUT
+truth=/run/truth.jsonl # the log of bench_scene; stop_scene copies it to $BENCH_OUT
 
-# start_scene ARGUMENTS...: as bench_scene, on the screen that write_rig describes.
+# start_scene ARGUMENTS...: runs bench_scene with them, on the screen of write_rig.
 start_scene() {
   "$BENCH_SCENE" "$@" --cell 7 --top 3 --left 5 --log $truth >"$BENCH_OUT/scene.log" 2>&1 &
   scene=$!
   until_line "$BENCH_OUT/scene.log" ready "$scene"
 }
 
-# stop_scene: ends it and shows what it has counted; fails if it was not able to tell the truth.
+# stop_scene: ends it and shows its counts. Fails if its log is incomplete.
 stop_scene() {
   kill "$scene" 2>/dev/null
   wait "$scene" || fail "bench_scene: $(tail -n 1 "$BENCH_OUT/scene.log")"
@@ -64,10 +64,10 @@ write_rig() {
 
 exposures() { grep -c '^{"exposed"' $truth; }
 
-# after_exposures COUNT PID: waits until the camera has exposed so often, as long as the process lives.
+# after_exposures COUNT PID: waits for COUNT exposures of the camera while the process lives.
 after_exposures() {
   while [ "$(exposures)" -lt "$1" ]; do
-    kill -0 "$2" 2>/dev/null || fail "ended after $(exposures) exposures, before the $1 that were waited for"
+    kill -0 "$2" 2>/dev/null || fail "ended after $(exposures) exposures, but $1 were expected"
     sleep 0.1
   done
 }

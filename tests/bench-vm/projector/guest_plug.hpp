@@ -7,7 +7,7 @@
 
 namespace symrig::bench_vm {
 
-/// Lets the kernel see a connector of the guest as unplugged or plugged in (sysfs; needs root).
+/// Makes the kernel treat a connector of the guest as unplugged or plugged in (sysfs; needs root).
 class GuestPlug {
  public:
   explicit GuestPlug(const std::string& connector) : file_("/sys/class/drm/" + connector + "/status") {}
@@ -23,7 +23,7 @@ class GuestPlug {
   std::string file_;
 };
 
-/// Files that this process has open.
+/// Number of files that this process has open.
 inline std::size_t open_files() {
   const std::filesystem::directory_iterator files("/proc/self/fd");
   return static_cast<std::size_t>(std::distance(begin(files), end(files)));

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench-vm/projector/looks.hpp"
+#include "bench-vm/projector/expected_screens.hpp"
 
 #include <csignal>
 
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::holders_test {
 namespace {
 
-/// A child process that has the display and shows white until it is killed.
+/// A child process that owns the display and shows white until it is killed.
 class Holder {
  public:
   explicit Holder(const DrmProjectorOptions& options) {
@@ -71,4 +71,4 @@ TEST_P(Holders, are_named_and_a_killed_one_leaves_the_screen_free) {
 INSTANTIATE_TEST_SUITE_P(Vkms, Holders, ::testing::Values("BENCH_VKMS"));
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::holders_test

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is shown is what was asked for, pixel by pixel: on vkms by reading what it scans out, on QEMU's
-// display by the picture that QEMU sees.
-#include "bench-vm/projector/looks.hpp"
+// Compares the shown pixels with the requested ones. For vkms it reads the scanned-out memory, for QEMU's
+// display the picture that QEMU sees.
+#include "bench-vm/projector/expected_screens.hpp"
 #include "symrig/base/atomic_file.hpp"
 
 #include <cstdlib>
 #include <functional>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::pixels_test {
 namespace {
 
 using Look = std::function<Result<ScreenPixels>(const std::string& card)>;
 
-/// What QEMU shows on its display.
+/// The picture on QEMU's display.
 Result<ScreenPixels> screendump(const std::string& /*card*/) {
   const char* out = std::getenv("BENCH_OUT");
   if (out == nullptr ||
@@ -68,8 +68,8 @@ TEST_P(Pixels, are_those_asked_for) {
   ASSERT_TRUE(projector);
   EXPECT_EQ(projector->counts_refreshes(), !vga) << "QEMU's display has no refreshes";
   EXPECT_EQ(projector->warnings().size(), vga ? 1U : 0U);
-  // All patterns where they fill the screen; every fifth (structured, random, grey and binary) where only the
-  // placement differs, or QEMU writes out large pictures.
+  // Uses all patterns where they fill the screen. Uses every fifth one (structured, random, grey and binary)
+  // where only the placement differs, or where QEMU writes large pictures.
   const bool large = vga && projector->screen().cols > 1'000;
   const std::size_t step = tested.placement.cell == 1 && !large ? 1 : 5;
   for (std::size_t number = 0; number < kPatterns; number += step)
@@ -91,4 +91,4 @@ INSTANTIATE_TEST_SUITE_P(Vga, Pixels,
                                            Case{"BENCH_VGA", "1920x1080@60", false, kPlaced}));
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::pixels_test

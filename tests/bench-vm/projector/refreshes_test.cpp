@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of refreshes, in a guest whose clock counts instructions (lane b): nothing outside disturbs them.
-#include "bench-vm/projector/looks.hpp"
+// Times of refreshes in a guest whose clock counts instructions (lane b), so nothing outside disturbs them.
+#include "bench-vm/projector/expected_screens.hpp"
 
 #include <chrono>
 #include <thread>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::refreshes_test {
 namespace {
 
-/// The kernel tells of flips in whole microseconds, cut off; its period and ours, both in whole nanoseconds,
-/// differ by one at most.
+/// The kernel rounds flip times down to whole microseconds. Its period and ours are in whole nanoseconds and
+/// differ by at most one.
 Nanoseconds tolerance(std::uint64_t refreshes) {
   return Nanoseconds(1'000 + static_cast<std::int64_t>(refreshes));
 }
@@ -71,7 +71,7 @@ TEST_F(Refreshes, those_that_were_missed_are_counted) {
   const Shown first = show(0);
   Shown before = first;
   for (std::int64_t k = 1; k <= 100; ++k) {
-    // From this far into the refresh `skipped` more begin before the pattern is handed over.
+    // So late in the refresh, `skipped` more refreshes begin before the pattern is handed over.
     const std::int64_t skipped = k % 5;
     const Nanoseconds wait = skipped * projector->refresh_period() + Nanoseconds(2'000'000);
     std::this_thread::sleep_until(std::chrono::steady_clock::time_point(before.since.since + wait));
@@ -83,4 +83,4 @@ TEST_F(Refreshes, those_that_were_missed_are_counted) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::refreshes_test

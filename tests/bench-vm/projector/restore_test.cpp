@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The screen is given back: what it showed before (the kernel's console) is what it shows afterwards.
-#include "bench-vm/projector/looks.hpp"
+// The screen is restored: afterwards it shows what it showed before (the kernel's console).
+#include "bench-vm/projector/expected_screens.hpp"
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::restore_test {
 namespace {
 
 class Restore : public ::testing::TestWithParam<std::pair<const char*, bool>> {};
@@ -37,4 +37,4 @@ INSTANTIATE_TEST_SUITE_P(All, Restore,
                                            std::pair("BENCH_VGA", false), std::pair("BENCH_VGA", true)));
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::restore_test

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/projector/expected_screens.hpp"
 #include "bench-vm/projector/guest_plug.hpp"
-#include "bench-vm/projector/looks.hpp"
 
 #include <thread>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::unplug_test {
 namespace {
 
-// What a cycle leaks is AddressSanitizer's to see; without it fewer do.
+// AddressSanitizer finds leaks in each cycle; without it fewer cycles are enough.
 #ifdef __SANITIZE_ADDRESS__
 constexpr int kCycles = 200;
 #else
@@ -36,7 +36,7 @@ class Unplug : public ::testing::Test {
 
 TEST_F(Unplug, is_told_by_name_each_time_and_the_projector_opens_again) {
   const GuestPlug plug(display.connector);
-  open().reset();  // what the first one leaves behind for good (libdrm's own) is not counted
+  open().reset();  // libdrm keeps some objects of the first cycle; they do not count
   const std::size_t files = open_files();
   for (int cycle = 0; cycle < kCycles; ++cycle) {
     options.legacy = cycle % 2 == 1;
@@ -76,4 +76,4 @@ TEST_F(Unplug, at_any_moment_is_told) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::unplug_test

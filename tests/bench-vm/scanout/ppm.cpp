@@ -12,7 +12,7 @@ namespace {
 constexpr std::string_view kBlank = " \t\r\n";
 constexpr int kMostPixels = 1 << 26;
 
-/// Takes the next word of the head from `text`; empty at its end.
+/// Takes the next word of the header from `text`. Empty at its end.
 std::string_view next_word(std::string_view& text) {
   text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
   const std::string_view word = text.substr(0, text.find_first_of(kBlank));
@@ -20,7 +20,7 @@ std::string_view next_word(std::string_view& text) {
   return word;
 }
 
-/// 0 if it is none.
+/// 0 if the next word is not a number.
 int next_number(std::string_view& text) {
   const std::string_view word = next_word(text);
   int number = 0;

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::ppm_test {
 namespace {
 
 Result<ScreenPixels> parse(const std::string& text) {
@@ -57,4 +57,4 @@ TEST(DifferingPixels, are_counted_and_all_differ_if_the_sizes_do) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::ppm_test

@@ -21,7 +21,7 @@ namespace symrig::bench_vm {
 namespace {
 
 constexpr std::uint32_t kBitsPerPixel = 32;
-constexpr std::uint32_t kColours = 0x00ff'ffff;  // the highest byte is nothing's
+constexpr std::uint32_t kColours = 0x00ff'ffff;  // the highest byte is unused
 
 template <auto Free>
 struct FreedBy {
@@ -54,7 +54,7 @@ class Card {
   int file_;
 };
 
-/// The first screen that shows something.
+/// The first screen that shows a picture.
 std::optional<std::uint32_t> shown_framebuffer(int card) {
   const Resources resources(drmModeGetResources(card));
   if (!resources) return std::nullopt;
@@ -66,8 +66,8 @@ std::optional<std::uint32_t> shown_framebuffer(int card) {
   return std::nullopt;
 }
 
-/// A buffer of the card in our memory. The handle is a reference of our own: given back, so that they do not
-/// pile up.
+/// Maps a buffer of the card into memory. The handle is a reference of our own, and is released so that
+/// handles do not accumulate.
 class Mapping {
  public:
   Mapping(int card, const drmModeFB& buffer) : bytes_(std::size_t{buffer.pitch} * buffer.height) {
@@ -113,17 +113,17 @@ Result<ScreenPixels> read_screen(const std::string& card) {
   if (opened.file() < 0)
     return Error{ErrorCode::not_found,
                  fmt::format("{} cannot be opened: {}", card, std::generic_category().message(errno))};
-  drmDropMaster(opened.file());  // whoever opens a free card first is its master, and we only look on
+  drmDropMaster(opened.file());  // opening an idle card made this process its master
   const auto shown = shown_framebuffer(opened.file());
   if (!shown) return Error{ErrorCode::not_found, fmt::format("{} shows nothing", card)};
   const Framebuffer buffer(drmModeGetFB(opened.file(), *shown));
   if (!buffer || buffer->handle == 0)
-    return io_error(fmt::format("{}: the buffer on its screen is not to be had", card));
+    return io_error(fmt::format("{}: cannot get the buffer on its screen", card));
   if (buffer->bpp != kBitsPerPixel)
     return Error{ErrorCode::bad_format,
                  fmt::format("{} shows {} bits a pixel, not {}", card, buffer->bpp, kBitsPerPixel)};
   const Mapping mapping(opened.file(), *buffer);
-  if (!mapping.ok()) return io_error(fmt::format("{}: the buffer on its screen cannot be mapped", card));
+  if (!mapping.ok()) return io_error(fmt::format("{}: cannot map the buffer on its screen", card));
   return copy(*buffer, mapping);
 }
 

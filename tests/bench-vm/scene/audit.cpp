@@ -19,20 +19,20 @@ namespace {
 using Codes = std::vector<std::uint16_t>;
 using Values = std::vector<float>;
 constexpr double kHarmless = 0.1;    // of the limit
-constexpr double kLampError = 0.01;  // the bench's lamp stands still: more than this is no estimate of it
-constexpr std::size_t kDarkBrackets = 4;  // in a row: a session begins
-constexpr std::size_t kMostDark = 12;     // of a session's, the last ones, are tried
-constexpr std::size_t kWitnesses = 15;    // photographs that tell one black from another
+constexpr double kLampError = 0.01;  // the bench's lamp is stable, so a larger error is not an estimate of it
+constexpr std::size_t kDarkBrackets = 4;  // this many dark brackets in a row: a session begins
+constexpr std::size_t kMostDark = 12;     // tries only the last ones of a session
+constexpr std::size_t kWitnesses = 15;    // photographs that distinguish two blacks
 
-/// A whole bracket that was exposed with one picture, and the photograph that its frames make, black and all.
+/// A complete bracket exposed with one picture, and the photograph merged from its frames, including black.
 struct Bracket {
-  std::size_t first = 0;  // index into the truth
-  int session = 0;        // sessions begun before it
+  std::size_t first = 0;  // index into the list of true exposures
+  int session = 0;        // number of sessions that began before it
   std::vector<Codes> codes;
   Radiance photograph;
 };
 
-/// The pattern as a screen of eight bits a colour shows it.
+/// The pattern as a screen with eight bits per colour shows it.
 Image<float> on_screen(const Pattern& pattern) {
   Image<float> shown = pattern;
   for (float& value : shown.values())
@@ -42,21 +42,22 @@ Image<float> on_screen(const Pattern& pattern) {
 
 class Auditor {
  public:
-  Auditor(std::span<const TrueExposure> truth, const sim::Studio& studio, const AuditOptions& options)
-      : truth_(truth), studio_(studio), options_(options) {
+  Auditor(std::span<const TrueExposure> truth, const sim::ImageFormation& formation,
+          const AuditOptions& options)
+      : truth_(truth), formation_(formation), options_(options) {
     for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
       if (is_bracket(i)) begins_[truth[i].picture].push_back(i);
     number_sessions();
   }
 
-  std::size_t pixels() const { return studio_.scene().grid().size(); }
+  std::size_t pixels() const { return formation_.scene().grid().size(); }
 
-  /// The dark brackets that a session began with, the last of them.
+  /// The last dark brackets at the begin of a session.
   Result<std::vector<Radiance>> dark_photographs(int session) const {
     std::vector<Radiance> photographs;
     const auto found = dark_.find(session);
     if (found == dark_.end()) return photographs;
-    const auto light = studio_.light_of(Image<float>(studio_.scene().grid(), 1), 0);
+    const auto light = formation_.light_of(Image<float>(formation_.scene().grid(), 1), 0);
     const std::vector<std::size_t>& begins = found->second;
     for (std::size_t k = begins.size() - std::min(begins.size(), kMostDark); k < begins.size(); ++k) {
       SYMRIG_TRY(Bracket bracket, expose(begins[k], *light));
@@ -65,13 +66,13 @@ class Auditor {
     return photographs;
   }
 
-  /// Every bracket that was truly exposed with this pattern.
+  /// Every bracket that was exposed with this pattern.
   Result<std::vector<Bracket>> brackets_of(const Pattern& pattern) const {
     const Image<float> shown = on_screen(pattern);
     const auto begins = begins_.find(picture_key(shown));
     std::vector<Bracket> brackets;
     if (begins == begins_.end()) return brackets;
-    const auto light = studio_.light_of(shown, 0);
+    const auto light = formation_.light_of(shown, 0);
     for (const std::size_t first : begins->second) {
       SYMRIG_TRY(Bracket bracket, expose(first, *light));
       brackets.push_back(std::move(bracket));
@@ -83,13 +84,13 @@ class Auditor {
     std::vector<Frame> frames;
     for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
     MergeOptions merging;
-    merging.scale = studio_.scale();
-    return merge(frames, studio_.scene().grid(), 1, studio_.noise(), merging);
+    merging.scale = formation_.scale();
+    return merge(frames, formation_.scene().grid(), 1, formation_.noise(), merging);
   }
 
  private:
   void number_sessions() {
-    const std::uint64_t dark = picture_key(Image<float>(studio_.scene().grid(), 1));
+    const std::uint64_t dark = picture_key(Image<float>(formation_.scene().grid(), 1));
     std::size_t row = 0;
     int sessions = 0;
     for (std::size_t i = 0; i < truth_.size(); ++i) {
@@ -106,7 +107,7 @@ class Auditor {
     if (first + options_.exposures <= truth_.size() && is_bracket(first)) dark_[session].push_back(first);
   }
 
-  /// Exposures of one picture that become longer, as far as a bracket goes.
+  /// true: the exposures from `first` on show one picture and become longer, for a complete bracket.
   bool is_bracket(std::size_t first) const {
     for (std::size_t j = 0; j < options_.exposures; ++j) {
       const TrueExposure& exposure = truth_[first + j];
@@ -120,7 +121,7 @@ class Auditor {
     Bracket bracket{first, session_[first], {}, {}};
     for (std::size_t j = 0; j < options_.exposures; ++j) {
       const TrueExposure& exposure = truth_[first + j];
-      bracket.codes.push_back(studio_.expose(
+      bracket.codes.push_back(formation_.expose(
           light, seconds(exposure.open), static_cast<std::uint64_t>(options_.first_frame) + exposure.frame));
     }
     SYMRIG_TRY(bracket.photograph, merged(first, bracket.codes));
@@ -128,27 +129,27 @@ class Auditor {
   }
 
   std::span<const TrueExposure> truth_;
-  const sim::Studio& studio_;
+  const sim::ImageFormation& formation_;
   const AuditOptions& options_;
   std::unordered_map<std::uint64_t, std::vector<std::size_t>> begins_;  // of brackets, by picture
   std::vector<int> session_;                                            // of each exposure
-  std::map<int, std::vector<std::size_t>> dark_;                        // begins of a session's dark brackets
+  std::map<int, std::vector<std::size_t>> dark_;                        // begins of dark brackets, by session
 };
 
-/// A logged photograph beside the brackets that may have made it.
+/// A logged photograph, and the brackets from which it may come.
 struct Suspect {
   Radiance logged;
   std::vector<Bracket> brackets;
 };
 
-/// Where logged and made again both count.
+/// Visits the pixels that are valid in both photographs.
 template <class Use>
 void for_each_valid(const Radiance& again, const Radiance& logged, Use use) {
   for (std::size_t i = 0; i < logged.valid.values().size(); ++i)
     if (logged.valid.values()[i] != 0 && again.valid.values()[i] != 0) use(i);
 }
 
-/// What the rig has divided the photograph by, as far as its pixels tell: least squares.
+/// Estimates the lamp level by which the rig divided the photograph, by least squares.
 double lamp_of(const Radiance& again, const Values& black, const Radiance& logged) {
   double both = 0;
   double square = 0;
@@ -161,7 +162,7 @@ double lamp_of(const Radiance& again, const Values& black, const Radiance& logge
   return both <= 0 ? 1 : std::clamp(square / both, 1 - kLampError, 1 + kLampError);
 }
 
-/// rms of (made again / lamp − black − logged) / σ over the pixels that count.
+/// rms of (made again / lamp − black − logged) / σ over the valid pixels.
 double distance(const Radiance& again, const Values& black, const Radiance& logged) {
   const double lamp = lamp_of(again, black, logged);
   double squares = 0;
@@ -176,8 +177,8 @@ double distance(const Radiance& again, const Values& black, const Radiance& logg
 
 using Blacks = std::map<int, Values>;  // by session
 
-/// Median distance of a session's photographs under this black. Of several brackets with a photograph's
-/// pattern the last one was most likely used: the ones before it were taken again.
+/// Median distance of a session's photographs with this black. If several brackets have a photograph's
+/// pattern, the last one is most likely, because earlier ones were taken again.
 double misfit(std::span<const Suspect> suspects, int session, const Values& black) {
   std::vector<double> distances;
   for (const Suspect& suspect : suspects) {
@@ -188,8 +189,9 @@ double misfit(std::span<const Suspect> suspects, int session, const Values& blac
   return median(distances);
 }
 
-/// What the rig has subtracted in a session: the mean of some of its dark brackets, as many as
-/// options.blacks. Which ones nobody has said (some were taken again): those under which the photographs fit.
+/// The black that the rig subtracted in a session: the mean of options.blacks of its dark brackets. Some were
+/// taken again, and which ones is unknown. So it tries all choices and takes the one with the smallest
+/// misfit.
 Result<Values> black_of(const Auditor& auditor, std::span<const Suspect> suspects, int session,
                         std::size_t blacks) {
   SYMRIG_TRY(const std::vector<Radiance> dark, auditor.dark_photographs(session));
@@ -198,7 +200,7 @@ Result<Values> black_of(const Auditor& auditor, std::span<const Suspect> suspect
   std::fill_n(chosen.rbegin(), std::min(blacks, dark.size()), 1);
   Values best;
   double least = std::numeric_limits<double>::infinity();
-  do {  // every choice
+  do {  // for every choice
     std::vector<Radiance> used;
     for (std::size_t k = 0; k < dark.size(); ++k)
       if (chosen[k] != 0) used.push_back(dark[k]);
@@ -220,7 +222,7 @@ Result<Blacks> blacks_of(const Auditor& auditor, std::span<const Suspect> suspec
   return blacks;
 }
 
-/// Finds the nearest bracket and puts it first.
+/// Finds the nearest bracket and moves it to the front.
 AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const TrueExposure> truth) {
   AuditedPhotograph best{-1, 0};
   for (Bracket& bracket : suspect.brackets) {
@@ -232,7 +234,7 @@ AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const 
   return best;
 }
 
-/// Puts frame j of `other` into the bracket, and looks whether that is seen.
+/// Replaces a frame of the bracket by frame j of `other`, and checks that the limit detects it.
 Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other, const Values& black,
                    double limit, Audit& audit) {
   const Bracket& own = suspect.brackets.front();
@@ -249,7 +251,7 @@ Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket
   return {};
 }
 
-/// All photographs of the log, each beside the brackets that may have made it.
+/// All photographs of the log, each with the brackets from which it may come.
 Result<std::vector<Suspect>> suspects_of(const PhotographLog& log, const Auditor& auditor) {
   std::vector<Suspect> suspects;
   for (std::int64_t k = 0; k < log.size(); ++k) {
@@ -263,9 +265,9 @@ Result<std::vector<Suspect>> suspects_of(const PhotographLog& log, const Auditor
 
 }  // namespace
 
-Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth, const sim::Studio& studio,
-                    const AuditOptions& options) {
-  const Auditor auditor(truth, studio, options);
+Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth,
+                    const sim::ImageFormation& formation, const AuditOptions& options) {
+  const Auditor auditor(truth, formation, options);
   SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
   SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, suspects, options.blacks));
   Audit audit;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proves from outside the product which frames each photograph of a capture on the bench was made of.
+// Finds, from outside the product, the frames of each photograph of a capture on the bench.
 #include "bench-vm/scene/audit.hpp"
 
 #include <cstdio>
@@ -19,18 +19,18 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options& options) {
-  app.add_option("log", options.log, "photograph log that symrig capture --keep-log left")->required();
-  app.add_option("truth", options.truth, "what bench_scene --log wrote meanwhile")->required();
+  app.add_option("log", options.log, "photograph log from symrig capture --keep-log")->required();
+  app.add_option("truth", options.truth, "log from bench_scene --log of the same capture")->required();
   app.add_option("scene", options.scene, "bench_scene's scene")->required();
   app.add_option("--first-frame", options.audit.first_frame, "bench_scene's");
-  app.add_option("--exposures", options.audit.exposures, "frames a photograph")->capture_default_str();
+  app.add_option("--exposures", options.audit.exposures, "frames per photograph")->capture_default_str();
   app.add_option("--limit", options.audit.limit, "distance of a wrong photograph, sigmas")
       ->capture_default_str();
 }
 
 void print(const Audit& audit) {
   fmt::print(
-      "{} photographs: {} wrong, {} with a pattern that no exposure saw; the others at most {:.3f} sigma "
+      "{} photographs: {} wrong, {} with a pattern that no exposure had; the others at most {:.3f} sigma "
       "from "
       "their true frames\n{} wrong frames planted: {} found, {} without effect, {} overlooked\n",
       audit.photographs.size(), audit.wrong, audit.unseen, audit.farthest_right, audit.planted, audit.found,
@@ -46,10 +46,10 @@ void print(const Audit& audit) {
 Result<bool> run(const Options& options) {
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
   SYMRIG_TRY(const auto scene, make_scene(uri));
-  const sim::Studio studio(uri, *scene);
+  const sim::ImageFormation formation(uri, *scene);
   SYMRIG_TRY(const auto truth, read_true_exposures(options.truth));
   SYMRIG_TRY(const auto log, open_any_log(options.log));
-  SYMRIG_TRY(const Audit audited, audit(*log, truth, studio, options.audit));
+  SYMRIG_TRY(const Audit audited, audit(*log, truth, formation, options.audit));
   print(audited);
   return audited.wrong == 0 && audited.unseen == 0 && !audited.photographs.empty();
 }
@@ -59,7 +59,7 @@ Result<bool> run(const Options& options) {
 
 int main(int argc, char** argv) {
   try {
-    CLI::App app("Which frames was each photograph made of? Exit code 1: some of a wrong one.");
+    CLI::App app("Finds the frames of each photograph. Exit code 1: a photograph has a wrong frame.");
     symrig::bench_vm::Options options;
     symrig::bench_vm::add_options(app, options);
     try {

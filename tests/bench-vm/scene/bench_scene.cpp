@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closes the loop in the guest: the light that the screen throws onto a simulated scene becomes the frames of
-// the test camera, exposed while the board's trigger line is high. README.md of this folder's parent says
+// Closes the loop in the guest. The light of the screen falls on a simulated scene and becomes frames of the
+// test camera. The camera exposes while the board's trigger line is high. README.md of the parent folder says
 // what that proves.
 #include "bench-vm/scene/developer.hpp"
 #include "bench-vm/scene/watchers.hpp"
@@ -41,7 +41,7 @@ Nanoseconds nanoseconds_of(double value, double unit) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("scene", options.scene, "the scene in front of projector and camera: sim:NAME?...")
       ->required();
-  app.add_option("--cell", options.cell, "screen pixels a grid pixel, along each side")
+  app.add_option("--cell", options.cell, "screen pixels per grid pixel, along each side")
       ->capture_default_str();
   app.add_option("--top", options.top, "screen row of the grid's first pixel");
   app.add_option("--left", options.left, "screen column of the grid's first pixel");
@@ -51,20 +51,20 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--camera-left", options.camera_left, "picture column of the grid's first pixel");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
-  app.add_option("--first-frame", options.first_frame, "number of the first frame for the noise");
-  app.add_option("--log", options.log, "file for what truly happened, JSON lines");
+  app.add_option("--first-frame", options.first_frame, "number of the first frame, which selects its noise");
+  app.add_option("--log", options.log, "file for the true exposures and deliveries, JSON lines");
   app.add_option("--drop", options.faults.drop, "share of frames that are lost");
   app.add_flag("--uncounted", options.uncounted, "the camera's sequence numbers do not count lost frames");
-  app.add_option("--duplicate", options.faults.duplicate, "share of frames that come twice");
-  app.add_option("--late", options.faults.late, "share of frames that come, and are stamped, late");
+  app.add_option("--duplicate", options.faults.duplicate, "share of frames that are delivered twice");
+  app.add_option("--late", options.faults.late, "share of frames that are delivered and stamped late");
   app.add_option("--late-by", options.late_ms, "ms")->capture_default_str();
-  app.add_option("--swap", options.faults.swap, "share of frames that come after the next one");
-  app.add_option("--damage", options.faults.damage, "share of frames of which half is missing, marked so");
+  app.add_option("--swap", options.faults.swap, "share of frames that are delivered after the next one");
+  app.add_option("--damage", options.faults.damage, "share of frames with half of the data, marked damaged");
   app.add_option("--jitter", options.jitter_us, "us, one sigma of the stamps");
-  app.add_option("--fault-seed", options.faults.seed, "another seed, other frames")->capture_default_str();
+  app.add_option("--fault-seed", options.faults.seed, "selects the faulty frames")->capture_default_str();
 }
 
-/// "ROWSxCOLUMNS", or the grid's size if there is no text.
+/// "ROWSxCOLUMNS", or the grid's size if the text is empty.
 Result<Grid> camera_size(const std::string& text, Grid grid) {
   if (text.empty()) return grid;
   Grid camera{};
@@ -85,12 +85,12 @@ Result<CameraHabits> habits_of(const Options& options) {
   habits.faults.jitter = nanoseconds_of(options.jitter_us, 1e3);
   habits.faults.counted = !options.uncounted;
   if (habits.faults.valid() && habits.readout.count() >= 0) return habits;
-  return Error{ErrorCode::bad_argument, "shares of faults are from 0 to 1 and add up to 1 at most",
+  return Error{ErrorCode::bad_argument, "shares of faults are from 0 to 1, and their sum is at most 1",
                "times are not negative"};
 }
 
-/// SIGTERM and SIGINT end the stage, SIGUSR1 pulls the camera's cable out and SIGUSR2 puts it in. Blocked in
-/// every thread that is started after this.
+/// SIGTERM and SIGINT stop everything. SIGUSR1 unplugs the camera and SIGUSR2 plugs it in. Blocked in every
+/// thread that starts later.
 class Signals {
  public:
   explicit Signals(Stage& stage) : stage_(stage) {
@@ -112,7 +112,7 @@ class Signals {
   sigset_t known_{};
 };
 
-/// Runs the watchers beside the developer, until the stage is stopped.
+/// Runs the watchers beside the developer until everything is stopped.
 class Watching {
  public:
   Watching(TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
@@ -144,11 +144,11 @@ class Watching {
 void report(const Watching& watching, const DeliveryTally& tally) {
   fmt::print(
       "bench_scene: {} exposures, {} triggers too early, {} frames delivered, {} not taken, {} with a fault\n"
-      "bench_scene: {} refreshes, {} not looked at; strobe at most {:.1f} us after its trigger, exposures "
+      "bench_scene: {} refreshes, {} missed; strobe at most {:.1f} us after its trigger, exposures "
       "known "
       "to {:.1f} us\n",
       watching.trigger().exposures(), watching.trigger().missed(), tally.delivered, tally.not_taken,
-      tally.faults, watching.refresh().refreshes(), watching.refresh().overslept(),
+      tally.faults, watching.refresh().refreshes(), watching.refresh().missed(),
       1e6 * seconds(watching.trigger().slowest()), 1e6 * seconds(tally.largest_doubt));
 }
 
@@ -156,13 +156,13 @@ Result<void> close_loop(const Options& options) {
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
   if (uri.channels != 1 || !uri.camera_noise)
     return Error{ErrorCode::bad_argument, "the test camera is grey and has noise",
-                 "leave out channels, noise"};
+                 "remove the keys channels and noise"};
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
   SYMRIG_TRY(const auto scene, make_scene(uri));
-  const sim::Studio studio(uri, *scene);
+  const sim::ImageFormation formation(uri, *scene);
   SYMRIG_TRY(const Grid camera, camera_size(options.camera, uri.size));
   const CameraPicture picture{camera, uri.size, options.camera_top, options.camera_left,
-                              static_cast<std::uint16_t>(studio.noise().pedestal())};
+                              static_cast<std::uint16_t>(formation.noise().pedestal())};
   SYMRIG_CHECK(picture.check());
   SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());
   Stage stage;
@@ -171,9 +171,9 @@ Result<void> close_loop(const Options& options) {
              RefreshWatch::open(places, {uri.size, options.cell, options.top, options.left}, stage));
   SYMRIG_TRY(CameraPort port, CameraPort::open(places.camera_inject));
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
-  Developer developer(studio, stage, std::move(port), picture, habits, std::move(log));
+  Developer developer(formation, stage, std::move(port), picture, habits, std::move(log));
   Watching watching(std::move(trigger), std::move(refresh), stage);
-  fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: somebody waits for it
+  fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: a job waits for it
   SYMRIG_TRY(const DeliveryTally tally, developer.run());
   watching.join();
   report(watching, tally);
@@ -188,7 +188,7 @@ int main(int argc, char** argv) {
   try {
     CLI::App app(
         "Closes the loop in the guest: screen -> scene -> camera, exposed by the board's trigger line.");
-    app.footer("Signals: USR1 pulls the camera's cable out, USR2 puts it in again, TERM ends.");
+    app.footer("Signals: USR1 unplugs the camera, USR2 plugs it in again, TERM ends.");
     symrig::bench_vm::Options options;
     symrig::bench_vm::add_options(app, options);
     try {

@@ -10,8 +10,8 @@
 
 namespace symrig::bench_vm {
 
-/// How the camera's picture holds the grid: in the format Y12, one camera pixel a grid pixel, the first one
-/// at (top, left). Around it the camera sees nothing.
+/// Where the grid is in the camera's picture. The format is Y12, with one camera pixel per grid pixel and the
+/// first one at (top, left). Other pixels are dark.
 struct CameraPicture {
   Grid camera;
   Grid grid;
@@ -19,9 +19,9 @@ struct CameraPicture {
   int left = 0;
   std::uint16_t dark = 0;  ///< code of an unlit pixel
 
-  /// fails: size_mismatch (the grid is not inside).
+  /// fails: size_mismatch (the grid is not inside the picture).
   Result<void> check() const;
-  /// codes: of the grid, raster order. Two bytes a pixel, the lower one first.
+  /// codes: of the grid, raster order. Returns two bytes per pixel, little-endian.
   std::vector<std::uint8_t> bytes(std::span<const std::uint16_t> codes) const;
 };
 

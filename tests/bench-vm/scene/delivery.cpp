@@ -8,7 +8,7 @@ namespace symrig::bench_vm {
 
 namespace {
 
-/// A frame that nobody overtakes within this time is delivered after all.
+/// A swapped frame without a successor is delivered after this time.
 constexpr Nanoseconds kOvertaking{1'000'000'000};
 
 DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates) {
@@ -26,7 +26,7 @@ DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates) {
   return delivered;
 }
 
-/// The second half of a damaged frame never came.
+/// A damaged frame lacks its second half.
 Codes torn(const Codes& codes) {
   auto half = std::make_shared<std::vector<std::uint16_t>>(*codes);
   std::fill(half->begin() + static_cast<std::ptrdiff_t>(half->size() / 2), half->end(), std::uint16_t{0});

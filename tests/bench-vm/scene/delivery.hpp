@@ -13,34 +13,34 @@ namespace symrig::bench_vm {
 
 using Codes = std::shared_ptr<const std::vector<std::uint16_t>>;
 
-/// A frame as the sensor made it.
+/// A frame from the sensor.
 struct FinishedFrame {
-  std::uint64_t frame = 0;  ///< exposures before it
+  std::uint64_t frame = 0;  ///< number of exposures before it
   Nanoseconds stamp{};
-  Nanoseconds ready{};  ///< read out: not delivered before
+  Nanoseconds ready{};  ///< end of the readout; not delivered earlier
   Codes codes;
 };
 
-/// A frame as the driver hands it over.
+/// A frame as the driver delivers it.
 struct DeliveredFrame {
-  std::uint64_t frame = 0;  ///< which exposure it truly is
+  std::uint64_t frame = 0;  ///< its true exposure
   FrameFault fault = FrameFault::none;
   Nanoseconds due{};
   Nanoseconds stamp{};
-  std::uint32_t skip = 0;  ///< sequence numbers that it leaves out
+  std::uint32_t skip = 0;  ///< sequence numbers that are skipped before it
   bool damaged = false;
   Codes codes;
 };
 
-/// The way from the sensor to the driver, with what goes wrong on it. One frame at a time: what waits for a
-/// late frame is late, too.
+/// The path from the sensor to the driver, with its faults. It carries one frame at a time, so frames behind
+/// a late frame are late, too.
 class Delivery {
  public:
   explicit Delivery(FaultRates rates) : rates_(rates) {}
 
-  /// In order of exposure.
+  /// Call it in the order of exposure.
   void add(FinishedFrame finished);
-  /// When the next frame will be due; nothing: none is on its way.
+  /// When the next frame is due. None: no frame is on its way.
   std::optional<Nanoseconds> next_due() const;
   /// The frames that are due by now, in the order of their delivery.
   std::vector<DeliveredFrame> take_due(Nanoseconds now);
@@ -51,7 +51,7 @@ class Delivery {
 
   FaultRates rates_;
   std::deque<DeliveredFrame> queue_;
-  std::optional<DeliveredFrame> held_;  // to be overtaken by the next frame
+  std::optional<DeliveredFrame> held_;  // waits for the next frame to overtake it
   Nanoseconds busy_until_{};
   std::uint32_t skip_ = 0;
   std::uint64_t dropped_ = 0;

@@ -14,13 +14,13 @@ namespace symrig::bench_vm {
 namespace {
 
 constexpr std::size_t kKnownLights = 4;  // a frame sees one or two pictures, and the next one is prepared
-constexpr Nanoseconds kLookAgain{50'000'000};  // to see whether it is over
+constexpr Nanoseconds kLookAgain{50'000'000};  // interval of checking for the end
 
 }  // namespace
 
-Developer::Developer(const sim::Studio& studio, Stage& stage, CameraPort port, const CameraPicture& picture,
-                     const CameraHabits& habits, TruthLog log)
-    : studio_(studio),
+Developer::Developer(const sim::ImageFormation& formation, Stage& stage, CameraPort port,
+                     const CameraPicture& picture, const CameraHabits& habits, TruthLog log)
+    : formation_(formation),
       stage_(stage),
       port_(std::move(port)),
       picture_(picture),
@@ -54,25 +54,25 @@ Result<void> Developer::move_cable() {
   return port_.plug(wanted);
 }
 
-/// The frame that this exposure makes: light by time, then noise by the frame's number. A camera that was not
-/// told to follow the pulse makes none.
+/// Makes the frame of this exposure: light by time, then noise by the frame's number. Makes none if the
+/// camera is not set to follow the pulse.
 Result<void> Developer::develop(const Exposure& exposure) {
   const auto lit = stage_.lit_during(exposure);
   log_.exposed(exposure, lit);
   SYMRIG_TRY(const CameraState state, port_.state());
   if (state.streaming && !state.is_y12)
-    return Error{ErrorCode::bad_format, "the host has set another format than Y12",
+    return Error{ErrorCode::bad_format, "the host has set a format other than Y12",
                  "give format = \"Y12\" in the rig file"};
   if (!state.follows_pulse) {
     ++tally_.not_taken;
     return {};
   }
-  std::vector<sim::Studio::Share> shares;
+  std::vector<sim::ImageFormation::Share> shares;
   shares.reserve(lit.size());
   for (const ScreenTimeline::Lit& part : lit) shares.push_back({light_of(part), part.share});
   const Nanoseconds open = exposure.end.time - exposure.begin.time;
-  auto codes = studio_.expose(*studio_.during(shares), seconds(open),
-                              static_cast<std::uint64_t>(habits_.first_frame) + exposure.frame);
+  auto codes = formation_.expose(*formation_.during(shares), seconds(open),
+                                 static_cast<std::uint64_t>(habits_.first_frame) + exposure.frame);
   tally_.largest_doubt = std::max(tally_.largest_doubt, exposure.begin.doubt + exposure.end.doubt);
   delivery_.add({exposure.frame, state.stamps_begin ? exposure.begin.time : exposure.end.time,
                  exposure.end.time + habits_.readout,
@@ -80,13 +80,13 @@ Result<void> Developer::develop(const Exposure& exposure) {
   return {};
 }
 
-sim::Studio::Light Developer::light_of(const ScreenTimeline::Lit& lit) {
+sim::ImageFormation::Light Developer::light_of(const ScreenTimeline::Lit& lit) {
   const auto found = std::ranges::find_if(known_, [&lit](const KnownLight& known) {
     return known.number == lit.number && known.pattern == lit.pattern;
   });
   if (found != known_.end()) return found->light;
   if (known_.size() == kKnownLights) known_.pop_front();
-  known_.push_back({lit.number, lit.pattern, studio_.light_of(*lit.pattern, lit.number)});
+  known_.push_back({lit.number, lit.pattern, formation_.light_of(*lit.pattern, lit.number)});
   return known_.back().light;
 }
 

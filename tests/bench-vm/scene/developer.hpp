@@ -5,7 +5,7 @@
 #include "bench-vm/scene/delivery.hpp"
 #include "bench-vm/scene/stage.hpp"
 #include "bench-vm/scene/truth_log.hpp"
-#include "sim/studio.hpp"
+#include "sim/image_formation.hpp"
 
 #include <cstdint>
 #include <deque>
@@ -15,35 +15,34 @@
 
 namespace symrig::bench_vm {
 
-/// How the camera behaves apart from its pixels.
+/// The camera's behaviour other than its pixels.
 struct CameraHabits {
   Nanoseconds readout{3'000'000};  ///< from the end of an exposure to its frame
-  std::int64_t first_frame = 0;    ///< number of the first frame for the noise, which is a function of it
+  std::int64_t first_frame = 0;    ///< number of the first frame, which selects its noise
   FaultRates faults;
 };
 
 struct DeliveryTally {
   std::uint64_t delivered = 0;
-  std::uint64_t not_taken =
-      0;                     ///< nobody was streaming, the camera was unplugged or did not follow the pulse
-  std::uint64_t faults = 0;  ///< frames that something was done to, the dropped ones included
+  std::uint64_t not_taken = 0;  ///< not streaming, camera unplugged, or camera not in pulse mode
+  std::uint64_t faults = 0;     ///< frames with a fault, including dropped ones
   Nanoseconds largest_doubt{0};
 };
 
-/// Turns exposures into frames of the scene and hands them to the test camera.
+/// Makes the frames of exposures and delivers them to the test camera.
 class Developer {
  public:
-  /// studio and stage must outlive it.
-  Developer(const sim::Studio& studio, Stage& stage, CameraPort port, const CameraPicture& picture,
+  /// formation and stage must outlive it.
+  Developer(const sim::ImageFormation& formation, Stage& stage, CameraPort port, const CameraPicture& picture,
             const CameraHabits& habits, TruthLog log);
 
-  /// Until the stage is stopped.  fails: as CameraPort::deliver, TruthLog::close; bad_format (the host has
-  /// set another format than Y12).
+  /// Runs until the stage is stopped.
+  /// fails: as CameraPort::deliver, TruthLog::close; bad_format (the host has set a format other than Y12).
   Result<DeliveryTally> run();
 
  private:
   Result<void> develop(const Exposure& exposure);
-  sim::Studio::Light light_of(const ScreenTimeline::Lit& lit);
+  sim::ImageFormation::Light light_of(const ScreenTimeline::Lit& lit);
   Result<void> hand_over(const DeliveredFrame& frame);
   Result<void> move_cable();
   Nanoseconds next_look() const;
@@ -51,10 +50,10 @@ class Developer {
   struct KnownLight {
     std::uint64_t number;
     Picture pattern;
-    sim::Studio::Light light;
+    sim::ImageFormation::Light light;
   };
 
-  const sim::Studio& studio_;
+  const sim::ImageFormation& formation_;
   Stage& stage_;
   CameraPort port_;
   CameraPicture picture_;

@@ -23,7 +23,7 @@ double draw(std::uint64_t stream, const FaultRates& rates, std::uint64_t frame) 
 
 std::string_view name(FrameFault fault) {
   constexpr std::array<std::string_view, 6> kNames{"none", "drop", "duplicate", "late", "swap", "damage"};
-  return kNames[fault];
+  return kNames[static_cast<std::size_t>(fault)];
 }
 
 bool FaultRates::valid() const {

@@ -8,18 +8,18 @@
 
 namespace symrig::bench_vm {
 
-/// What can happen to a frame between the sensor and the host.
+/// Faults of a frame between the sensor and the host.
 enum class FrameFault : std::uint8_t {
   none,
   drop,       ///< never delivered
   duplicate,  ///< delivered twice
   late,       ///< delivered, and stamped, late
   swap,       ///< delivered after the frame that follows it
-  damage      ///< delivered with half of it missing, and marked so
+  damage      ///< delivered with half of its data, and marked as damaged
 };
 std::string_view name(FrameFault fault);
 
-/// How often each happens: shares of frames, their sum at most 1.
+/// The share of frames with each fault. Their sum is at most 1.
 struct FaultRates {
   double drop = 0;
   double duplicate = 0;
@@ -34,9 +34,9 @@ struct FaultRates {
   bool valid() const;
 };
 
-/// A function of (seed, frame) alone.
+/// Depends only on (seed, frame).
 FrameFault fault_of(const FaultRates& rates, std::uint64_t frame);
-/// Normally distributed, one sigma of rates.jitter; a function of (seed, frame) alone.
+/// Normally distributed, one sigma of rates.jitter. Depends only on (seed, frame).
 Nanoseconds jitter_of(const FaultRates& rates, std::uint64_t frame);
 
 }  // namespace symrig::bench_vm

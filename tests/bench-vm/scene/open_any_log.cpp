@@ -17,10 +17,10 @@ constexpr std::size_t kTextAt = 24;
 constexpr std::uint64_t kLongestText = 1 << 20;
 
 Error not_a_log(const std::string& path) {
-  return {ErrorCode::bad_format, path + " is not a photograph log", "symrig capture --keep-log leaves one"};
+  return {ErrorCode::bad_format, path + " is not a photograph log", "symrig capture --keep-log writes one"};
 }
 
-/// Takes the line "key value" off the front of text, and gives the value.
+/// Removes the line "key value" from the front of the text, and returns the value.
 std::string take_line(std::istringstream& text, const std::string& key) {
   std::string line;
   std::getline(text, line);

@@ -44,7 +44,7 @@ std::vector<std::string> words(const std::string& text) {
 
 Result<Fd> open_to_write(const std::string& path) {
   Fd file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
-  if (!file) return system_error(fmt::format("{} cannot be opened", path), "needs root in the guest");
+  if (!file) return system_error(fmt::format("cannot open {}", path), "needs root in the guest");
   return file;
 }
 
@@ -90,7 +90,7 @@ Result<Moment> InputWire::pull(bool high) const {
   const ssize_t written = ::pwrite(file_.get(), word.data(), word.size(), 0);
   const Nanoseconds after = steady_now();
   if (written != static_cast<ssize_t>(word.size()))
-    return system_error(fmt::format("the line {} cannot be pulled", name_), "");
+    return system_error(fmt::format("cannot set the line {}", name_), "");
   return Moment{before + (after - before) / 2, (after - before + Nanoseconds{1}) / 2};
 }
 
@@ -119,7 +119,7 @@ Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const 
 Result<CameraState> CameraPort::state() const {
   testcam_state state{};
   if (::ioctl(file_.get(), TESTCAM_GET_STATE, &state) != 0)  // NOLINT(cppcoreguidelines-pro-type-vararg)
-    return system_error("the test camera does not tell its state", "is its module of this tree?");
+    return system_error("cannot read the test camera's state", "check that its module is from this tree");
   return CameraState{state.plugged != 0, state.streaming != 0, state.stamp_is_start != 0,
                      state.trigger == kTriggerIsPulse, state.pixelformat == V4L2_PIX_FMT_Y12};
 }
@@ -127,8 +127,7 @@ Result<CameraState> CameraPort::state() const {
 Result<void> CameraPort::plug(bool in) const {
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
   if (::ioctl(file_.get(), in ? TESTCAM_PLUG : TESTCAM_UNPLUG) == 0) return {};
-  return system_error(in ? "the test camera cannot be plugged in" : "the test camera cannot be unplugged",
-                      "");
+  return system_error(in ? "cannot plug in the test camera" : "cannot unplug the test camera", "");
 }
 
 Result<void> set_priority(int priority) {

@@ -13,13 +13,13 @@
 
 namespace symrig::bench_vm {
 
-/// Where the guest's devices are: what the runner's set-up left in the environment.
+/// Paths and names of the guest's devices, from the environment that the runner set up.
 struct BenchPlaces {
   std::string gpio_sysfs;               ///< BENCH_GPIO_SYSFS: folder of the lines' pull files
   int gpio_base = 0;                    ///< BENCH_GPIO_BASE: the kernel's number of the first line
   std::vector<std::string> gpio_lines;  ///< BENCH_GPIO_LINES, in order
   std::string tracefs;                  ///< BENCH_TRACEFS
-  std::string screen;                   ///< BENCH_VKMS: the card whose picture lights the scene
+  std::string screen;                   ///< BENCH_VKMS: the card whose screen lights the scene
   std::string camera_inject;            ///< BENCH_CAMERA_INJECT
 
   /// fails: not_found (outside the guest, or without that device).
@@ -28,19 +28,20 @@ struct BenchPlaces {
   Result<int> line(std::string_view name) const;
 };
 
-/// When something happened, known to within doubt on either side.
+/// The time of an event, with its greatest error in both directions.
 struct Moment {
   Nanoseconds time{};
   Nanoseconds doubt{};
 };
 
-/// An input of the simulated GPIO chip, seen from outside: the wire.
+/// An input of the simulated GPIO chip from outside, like a wire.
 class InputWire {
  public:
   /// fails: unknown_name, io.
   static Result<InputWire> open(const BenchPlaces& places, std::string_view line);
-  /// Sets the wire's level. The kernel stamps the edge between the call's begin and end; the moment is the
-  /// middle of the two.  fails: io.
+  /// Sets the wire's level. The kernel stamps the edge between begin and end of the call; the moment is the
+  /// middle of the two.
+  /// fails: io.
   Result<Moment> pull(bool high) const;
 
  private:
@@ -50,33 +51,34 @@ class InputWire {
   std::string name_;
 };
 
-/// What the host has made of the test camera.
+/// The test camera's present settings.
 struct CameraState {
   bool plugged = true;
   bool streaming = false;
-  bool stamps_begin = false;   ///< stamps are of the begin of the exposure, not of its end
-  bool follows_pulse = false;  ///< exposes as long as its trigger is high
+  bool stamps_begin = false;   ///< stamps mark the begin of the exposure, not its end
+  bool follows_pulse = false;  ///< exposes while its trigger is high
   bool is_y12 = false;
 };
 
-/// Where frames are handed to the test camera (modules/testcam/testcam.h).
+/// Delivers frames to the test camera (modules/testcam/testcam.h).
 class CameraPort {
  public:
   struct Head {
     Nanoseconds stamp{};
-    std::uint32_t skip = 0;  ///< sequence numbers left out before this frame
+    std::uint32_t skip = 0;  ///< sequence numbers skipped before this frame
     bool damaged = false;
   };
   enum class Taken : std::uint8_t { yes, not_streaming, unplugged };
 
   /// fails: io.
   static Result<CameraPort> open(const std::string& path);
-  /// pixels: as many bytes as a frame of the format that the host has set.
+  /// pixels: one frame in the format that the host has set.
   /// fails: size_mismatch (the host has set another size), io.
   Result<Taken> deliver(const Head& head, std::span<const std::uint8_t> pixels);
   /// fails: io (not a test camera).
   Result<CameraState> state() const;
-  /// Pulls the cable out, or puts it in again.  fails: io.
+  /// Unplugs the camera, or plugs it in.
+  /// fails: io.
   Result<void> plug(bool in) const;
 
  private:
@@ -86,14 +88,16 @@ class CameraPort {
   std::vector<std::uint8_t> buffer_;
 };
 
-/// An Error for a call of the operating system that has just failed.
+/// The error for a failed call of the operating system.
 Error system_error(std::string_view what, std::string_view hint);
 
-/// Makes the calling thread a real-time one (SCHED_FIFO) with this priority.  fails: io (not allowed).
+/// Gives the calling thread this real-time priority (SCHED_FIFO).
+/// fails: io (not permitted).
 Result<void> set_priority(int priority);
 
-/// As InputWire::pull, before every other thread: on one processor the board's process would otherwise run
-/// between the edge's stamp and ours. usual: the caller's priority.  fails: also as set_priority.
+/// As InputWire::pull, at the highest priority. With one processor, the board's process would otherwise run
+/// between the edge's stamp and the clock reading here. usual: the caller's priority.
+/// fails: also as set_priority.
 Result<Moment> pull_undisturbed(const InputWire& wire, bool high, int usual);
 
 }  // namespace symrig::bench_vm

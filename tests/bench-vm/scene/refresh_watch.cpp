@@ -10,7 +10,7 @@ namespace symrig::bench_vm {
 
 namespace {
 
-/// Below the trigger's watcher: an exposure must not wait for a picture.
+/// Below the trigger's watcher, because an exposure must not wait for a picture.
 constexpr int kPriority = 47;
 constexpr std::chrono::microseconds kPulse{100};  // as board_sim::SimProjectorConfig
 constexpr std::chrono::milliseconds kScreenOff{5};
@@ -39,7 +39,7 @@ Result<void> RefreshWatch::follow() {
   }
   SYMRIG_CHECK(pull_undisturbed(vsync_, true, kPriority));
   count(*refresh);
-  stage_.show(refresh->begin, screen_.look());
+  stage_.show(refresh->begin, screen_.read());
   std::this_thread::sleep_for(kPulse);
   SYMRIG_CHECK(pull_undisturbed(vsync_, false, kPriority));
   return {};
@@ -47,7 +47,7 @@ Result<void> RefreshWatch::follow() {
 
 void RefreshWatch::count(const Refresh& refresh) {
   ++refreshes_;
-  if (last_ && refresh.number > *last_ + 1) overslept_ += refresh.number - *last_ - 1;
+  if (last_ && refresh.number > *last_ + 1) missed_ += refresh.number - *last_ - 1;
   last_ = refresh.number;
 }
 

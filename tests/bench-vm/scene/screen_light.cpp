@@ -20,7 +20,7 @@ std::uint32_t pixel(const ScanoutPixels& pixels, int row, int col) {
   return code;
 }
 
-/// Red, green and blue added up.
+/// The sum of red, green and blue.
 std::uint32_t brightness(std::uint32_t code) {
   return (code >> 16U & 0xffU) + (code >> 8U & 0xffU) + (code & 0xffU);
 }
@@ -30,7 +30,7 @@ struct Span {
   int end;
 };
 
-/// Screen rows or columns of a cell, as far as they are on the screen.
+/// The screen rows or columns of a cell that are on the screen.
 Span cell_span(int first, int number, int cell, int screen) {
   const int begin = first + number * cell;
   return {std::clamp(begin, 0, screen), std::clamp(begin + cell, 0, screen)};
@@ -58,7 +58,7 @@ Image<float> light_on_grid(const ScanoutPixels& pixels, const Placement& placeme
   return light;
 }
 
-std::uint64_t glance(const ScanoutPixels& pixels, const Placement& placement) {
+std::uint64_t cell_checksum(const ScanoutPixels& pixels, const Placement& placement) {
   std::uint64_t key = 0;
   for (int row = 0; row < placement.grid.rows; ++row) {
     const int y = placement.top + row * placement.cell + placement.cell / 2;

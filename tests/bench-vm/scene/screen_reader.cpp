@@ -32,7 +32,7 @@ using Resources = Owned<drmModeRes, drmModeFreeResources>;
 
 constexpr std::uint32_t kBitsPerPixel = 32;
 
-/// Where the card keeps a framebuffer's memory for mmap(). The handle is ours and must not pile up.
+/// The offset of a framebuffer's memory for mmap(). Releases the handle, so that handles do not accumulate.
 std::uint64_t offset_of(int card, std::uint32_t handle) {
   drm_mode_map_dumb request{};
   request.handle = handle;
@@ -51,7 +51,7 @@ void close_handle(int card, std::uint32_t handle) {
 Result<ScreenReader> ScreenReader::open(const std::string& card, const Placement& placement) {
   Fd file(::open(card.c_str(), O_RDWR | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
   if (!file) return system_error(fmt::format("{} cannot be opened", card), "needs root in the guest");
-  drmDropMaster(file.get());  // the first to open a card is its master, and we only look on
+  drmDropMaster(file.get());  // the first program to open a card becomes its master, but this one only reads
   const Resources resources(drmModeGetResources(file.get()));
   if (!resources || resources->count_crtcs < 1)
     return Error{ErrorCode::not_found, fmt::format("{} has no screen", card), "see /sys/class/drm"};
@@ -89,7 +89,7 @@ bool ScreenReader::map(std::uint32_t framebuffer) {
   void* memory = offset == 0
                      ? MAP_FAILED
                      : mmap(nullptr, bytes, PROT_READ, MAP_SHARED, card_.get(), static_cast<off_t>(offset));
-  close_handle(card_.get(), fb->handle);  // the mapping holds the memory
+  close_handle(card_.get(), fb->handle);  // the mapping keeps the memory
   if (memory == MAP_FAILED) return false;
   mapped_ = bytes;
   framebuffer_ = framebuffer;
@@ -103,13 +103,14 @@ Result<Refresh> ScreenReader::wait_refresh() const {
   request.request.type = DRM_VBLANK_RELATIVE;
   request.request.sequence = 1;
   if (drmWaitVBlank(card_.get(), &request) != 0)
-    return Error{ErrorCode::device_lost, "the screen is off", "it begins with the first mode set"};
+    return Error{ErrorCode::device_lost, "the screen is off", "the screen starts when a program sets a mode"};
   return Refresh{request.reply.sequence,
                  Nanoseconds{request.reply.tval_sec * 1'000'000'000L + request.reply.tval_usec * 1'000L}};
 }
 
-/// A driver of the screen may also draw into the buffer that is on it, so the glance decides.
-Picture ScreenReader::look() {
+/// The screen's driver may also draw into the buffer on the screen. So the checksum of cell_checksum()
+/// decides.
+Picture ScreenReader::read() {
   const Crtc crtc(drmModeGetCrtc(card_.get(), crtc_));
   const std::uint32_t framebuffer = crtc && crtc->mode_valid != 0 ? crtc->buffer_id : 0;
   if (framebuffer == 0) {
@@ -118,7 +119,7 @@ Picture ScreenReader::look() {
   }
   const bool mapped_anew = framebuffer != framebuffer_;
   if (mapped_anew && !map(framebuffer)) return picture_ = nullptr;
-  const std::uint64_t seen = glance(pixels_, placement_);
+  const std::uint64_t seen = cell_checksum(pixels_, placement_);
   if (mapped_anew || seen != glance_ || !picture_)
     picture_ = std::make_shared<const Image<float>>(light_on_grid(pixels_, placement_));
   glance_ = seen;

@@ -13,7 +13,7 @@
 
 namespace symrig::bench_vm {
 
-/// Where the projector grid is on the screen: cell × cell screen pixels a grid pixel, its first one at
+/// Where the projector grid is on the screen: cell × cell screen pixels per grid pixel, the first one at
 /// (top, left).
 struct Placement {
   Grid grid;
@@ -25,16 +25,16 @@ struct Placement {
 /// Screen pixels as XRGB8888 in memory.
 struct ScanoutPixels {
   const std::byte* first = nullptr;
-  std::size_t pitch = 0;  ///< bytes a row
+  std::size_t pitch = 0;  ///< bytes per row
   int rows = 0;
   int cols = 0;
 };
 
-/// The light of each grid pixel: mean of its cell's codes, all three colours, over 255. A pixel whose cell
-/// reaches over the border of the screen gets what is on the screen.
+/// The light of each grid pixel: the mean of its cell's codes over all three colours, divided by 255. For a
+/// cell that reaches beyond the screen, the mean of the visible part.
 Image<float> light_on_grid(const ScanoutPixels& pixels, const Placement& placement);
-/// A number that changes if the middle of any cell does: to look whether it is worth looking.
-std::uint64_t glance(const ScanoutPixels& pixels, const Placement& placement);
+/// A checksum of the middle pixels of all cells. If it changes, the picture must be read again.
+std::uint64_t cell_checksum(const ScanoutPixels& pixels, const Placement& placement);
 
 /// A refresh of the screen.
 struct Refresh {
@@ -42,7 +42,7 @@ struct Refresh {
   Nanoseconds begin{};
 };
 
-/// Looks at what a display scans out while another process drives it. Needs root.
+/// Reads the picture that a display scans out while another process drives it. Needs root.
 class ScreenReader {
  public:
   /// fails: io, not_found (a card without a screen).
@@ -53,8 +53,8 @@ class ScreenReader {
 
   /// Waits for the next refresh.  fails: device_lost (the screen is off).
   Result<Refresh> wait_refresh() const;
-  /// What is scanned out now; nullptr: nothing.
-  Picture look();
+  /// The picture that is scanned out now. nullptr: none.
+  Picture read();
 
  private:
   ScreenReader(Fd card, std::uint32_t crtc, const Placement& placement)

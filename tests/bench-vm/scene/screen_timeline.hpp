@@ -11,26 +11,26 @@
 
 namespace symrig::bench_vm {
 
-/// What was on the screen: grid values in [0, 1]. nullptr: no picture at all, not even the black level.
+/// A picture on the screen: grid values in [0, 1]. nullptr: no picture, not even the black level.
 using Picture = std::shared_ptr<const Image<float>>;
 
-/// Which pattern was on the screen when. Not thread-safe.
+/// Records which pattern was on the screen at which time. Not thread-safe.
 class ScreenTimeline {
  public:
-  /// A pattern that was lit for a share of an exposure.
+  /// A pattern, and the share of an exposure in which it was lit.
   struct Lit {
-    std::uint64_t number = 0;  ///< pictures shown before it
+    std::uint64_t number = 0;  ///< number of pictures before it
     Picture pattern;
     double share = 0;
   };
 
-  /// From `since` on this is on the screen. In order of time; the same picture again is no change.
-  /// Returns whether it was one.
+  /// This picture is on the screen from `since` on. Call it in order of time. Returns true if the picture
+  /// differs from the previous one.
   bool change(Nanoseconds since, Picture pattern);
-  /// What was on the screen during [begin, end), begin < end. Shares add up to 1, or to less if there was no
-  /// picture for a while. A picture that came twice is there twice.
+  /// The pictures on the screen during [begin, end), begin < end. Shares sum to 1, or to less if there was no
+  /// picture for a while. A picture that was shown twice appears twice.
   std::vector<Lit> during(Nanoseconds begin, Nanoseconds end) const;
-  /// Forgets what was gone before this time.
+  /// Forgets pictures that ended before this time.
   void forget_before(Nanoseconds time);
   /// The newest picture and its number; nullptr before the first.
   Lit newest() const;

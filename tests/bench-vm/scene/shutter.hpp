@@ -7,17 +7,17 @@
 
 namespace symrig::bench_vm {
 
-/// The time side of a camera in trigger-width mode, as board_sim::SimCamera is it in virtual time: it exposes
-/// while its trigger line is high, and misses a trigger that rises while it reads out the frame before.
+/// The timing of a camera in trigger-width mode, as board_sim::SimCamera has in virtual time. It exposes
+/// while its trigger line is high. It misses a trigger that rises while it reads out the previous frame.
 class Shutter {
  public:
   enum class Move : std::uint8_t { none, open, close };
 
   explicit Shutter(Nanoseconds readout) : readout_(readout) {}
 
-  /// The trigger line was set, perhaps to the level it had.
+  /// The trigger line was set, possibly to the level that it had.
   Move trigger(bool level, Nanoseconds at);
-  /// Triggers that came too early.
+  /// Number of triggers that came too early.
   std::uint64_t missed() const { return missed_; }
   bool is_open() const { return open_; }
 

@@ -15,34 +15,33 @@
 
 namespace symrig::bench_vm {
 
-/// The shutter was open from begin to end, as the strobe told the board.
+/// The shutter was open from begin to end, as the strobe showed the board.
 struct Exposure {
-  std::uint64_t frame = 0;  ///< exposures before it
+  std::uint64_t frame = 0;  ///< number of exposures before it
   Moment begin;
   Moment end;
 };
 
-/// What the watching threads tell the one that develops frames.
+/// Passes events from the watcher threads to the thread that makes frames.
 class Stage {
  public:
-  /// From the screen's watcher.
+  /// Called by the screen's watcher.
   void show(Nanoseconds since, const Picture& picture);
-  /// From the trigger's watcher.
+  /// Called by the trigger's watcher.
   void exposed(const Exposure& exposure);
-  /// Ends everything; the first error stays.
+  /// Stops all threads. Keeps the first error.
   void stop(std::optional<Error> failure = {});
 
   bool stopped() const { return stopped_; }
   std::optional<Error> failure();
 
-  /// Whether the camera's cable is to be in. One without it answers no trigger.
+  /// Plugs the camera in or out. An unplugged camera ignores triggers.
   void plug_camera(bool in);
   bool camera_is_in() const { return plugged_; }
 
-  /// The newest picture, so that its light can be computed before it is needed.
+  /// The newest picture, so that its light can be computed in advance.
   ScreenTimeline::Lit newest();
-  /// The oldest exposure that was not taken yet and was over before `now` − `age`; waits for one until
-  /// `until`.
+  /// Takes the oldest exposure that ended before `now` − `age`. Waits for one until `until`.
   std::optional<Exposure> next_exposure(Nanoseconds age, Nanoseconds until);
   std::vector<ScreenTimeline::Lit> lit_during(const Exposure& exposure);
 

@@ -9,7 +9,7 @@ namespace symrig::bench_vm {
 
 namespace {
 
-/// Reads a whole number off the front of text.
+/// Removes a whole number from the front of the text.
 template <class T>
 std::optional<T> take_number(std::string_view& text) {
   T value{};

@@ -16,9 +16,9 @@ namespace symrig::bench_vm {
 
 namespace {
 
-/// Below the board's player and main loop (50, 49), whose time a camera does not take.
+/// Below the board's player and main loop (50, 49), because a real camera takes no time from them.
 constexpr int kPriority = 48;
-constexpr int kStopLatencyMs = 100;  // poll() wakes that often to see whether it is over
+constexpr int kStopLatencyMs = 100;  // interval in which poll() checks for the end
 
 }  // namespace
 
@@ -28,7 +28,7 @@ Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds r
   const std::string path = places.tracefs + "/trace_pipe";
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
   Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-  if (!trace) return system_error(fmt::format("{} cannot be opened", path), "only one reader at a time");
+  if (!trace) return system_error(fmt::format("cannot open {}", path), "only one reader at a time");
   return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, stage);
 }
 
@@ -44,7 +44,7 @@ Result<void> TriggerWatch::read_on() {
   std::array<char, 4096> piece{};
   const ssize_t size = ::read(trace_.get(), piece.data(), piece.size());
   if (size < 0 && (errno == EAGAIN || errno == EINTR)) return {};
-  if (size < 0) return system_error("the kernel's trace cannot be read", "");
+  if (size < 0) return system_error("cannot read the kernel's trace", "");
   for (const std::string& line : lines_.feed({piece.data(), static_cast<std::size_t>(size)}))
     SYMRIG_CHECK(take(parse_trace_line(line)));
   return {};
@@ -53,7 +53,7 @@ Result<void> TriggerWatch::read_on() {
 Result<void> TriggerWatch::take(const TraceEvent& event) {
   if (const auto* lost = std::get_if<EventsLost>(&event))
     return Error{ErrorCode::fault, fmt::format("the kernel's trace lost {} events", lost->count),
-                 "what this run has shown counts for nothing: make the trace buffer larger"};
+                 "this run proves nothing: make the trace buffer larger"};
   const auto* set = std::get_if<LineSet>(&event);
   if (set == nullptr || set->gpio != gpio_) return {};
   return move(*set);

@@ -35,7 +35,7 @@ std::uint64_t picture_key(const Image<float>& picture) {
 
 Result<std::vector<TrueExposure>> read_true_exposures(const std::string& path) {
   std::ifstream file(path);
-  if (!file) return Error{ErrorCode::not_found, path + " is not there", "bench_scene --log writes it"};
+  if (!file) return Error{ErrorCode::not_found, path + " does not exist", "bench_scene --log writes it"};
   std::vector<TrueExposure> exposures;
   std::string text;
   for (int number = 1; std::getline(file, text); ++number) {

@@ -11,18 +11,19 @@
 
 namespace symrig::bench_vm {
 
-/// An exposure as TruthLog tells of it.
+/// An exposure as TruthLog records it.
 struct TrueExposure {
-  std::uint64_t frame = 0;  ///< exposures before it
+  std::uint64_t frame = 0;  ///< number of exposures before it
   Nanoseconds open{};
   std::uint64_t picture = 0;  ///< key of the picture that was lit
-  bool pure = false;          ///< that one picture alone, all the time
+  bool pure = false;          ///< only this picture was lit, all the time
 };
 
-/// Equal keys, equal pictures.
+/// Equal pictures have equal keys.
 std::uint64_t picture_key(const Image<float>& picture);
 
-/// The exposures of a log, in order.  fails: not_found, bad_format (the line is named).
+/// The exposures of a log, in order.
+/// fails: not_found, bad_format (the message names the line).
 Result<std::vector<TrueExposure>> read_true_exposures(const std::string& path);
 
 }  // namespace symrig::bench_vm

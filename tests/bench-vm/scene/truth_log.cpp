@@ -14,7 +14,7 @@ namespace {
 
 std::string_view name(CameraPort::Taken taken) {
   constexpr std::array<std::string_view, 3> kNames{"yes", "not streaming", "unplugged"};
-  return kNames[taken];
+  return kNames[static_cast<std::size_t>(taken)];
 }
 
 }  // namespace
@@ -23,7 +23,7 @@ Result<TruthLog> TruthLog::open(const std::string& path) {
   TruthLog log;
   if (path.empty()) return log;
   log.file_.open(path);
-  if (!log.file_) return system_error(fmt::format("{} cannot be written", path), "");
+  if (!log.file_) return system_error(fmt::format("cannot write {}", path), "");
   return log;
 }
 
@@ -52,7 +52,7 @@ Result<void> TruthLog::close(const std::string& totals) {
   line(totals);
   if (!file_.is_open()) return {};
   file_.close();
-  if (!file_) return Error{ErrorCode::io, "the log of what truly happened is not whole", "is the disk full?"};
+  if (!file_) return Error{ErrorCode::io, "the log is incomplete", "check for a full disk"};
   return {};
 }
 

@@ -12,20 +12,23 @@
 
 namespace symrig::bench_vm {
 
-/// What truly happened, a JSON object a line, times in nanoseconds of CLOCK_MONOTONIC:
+/// Records the true exposures and deliveries, one JSON object per line. Times are nanoseconds of
+/// CLOCK_MONOTONIC:
 ///
 ///   {"exposed":7,"begin":…,"end":…,"doubt":…,"lit":[{"picture":3,"key":"91c2…","share":1}]}
 ///   {"delivered":7,"fault":"none","stamp":…,"skip":0,"damaged":false,"taken":"yes"}
 ///
-/// key tells pictures apart: equal keys, equal pictures.
+/// Equal pictures have equal keys.
 class TruthLog {
  public:
-  /// An empty path logs nowhere.  fails: io.
+  /// With an empty path it writes nothing.
+  /// fails: io.
   static Result<TruthLog> open(const std::string& path);
 
   void exposed(const Exposure& exposure, std::span<const ScreenTimeline::Lit> lit);
   void delivered(const DeliveredFrame& frame, CameraPort::Taken taken);
-  /// The last line, with whatever the caller has counted.  fails: io (a full disk).
+  /// Writes the last line with the caller's totals.
+  /// fails: io (full disk).
   Result<void> close(const std::string& totals);
 
  private:

@@ -13,15 +13,16 @@
 
 namespace symrig::bench_vm {
 
-/// Follows the camera's trigger through the kernel's trace and answers on its strobe, at once: the edges of
-/// the strobe are the exposure's begin and end.
+/// Follows the camera's trigger through the kernel's trace and sets its strobe at once. The strobe's edges
+/// are begin and end of the exposure.
 class TriggerWatch {
  public:
-  /// stage must outlive the watch.  fails: unknown_name (a line), io.
+  /// stage must outlive the watch.
+  /// fails: unknown_name (a line), io.
   static Result<TriggerWatch> open(const BenchPlaces& places, Nanoseconds readout, Stage& stage);
 
-  /// Until the stage is stopped, which it does itself if trace events were lost: then nobody knows what the
-  /// board did.
+  /// Runs until the stage is stopped. It stops the stage itself if trace events were lost, because the
+  /// board's actions are then unknown.
   void run();
 
   std::uint64_t exposures() const { return exposures_; }
@@ -47,18 +48,18 @@ class TriggerWatch {
   Nanoseconds slowest_{0};
 };
 
-/// Follows the screen: looks at it after each refresh, and pulses the vsync line as a projector does.
+/// Follows the screen: reads it after each refresh, and pulses the vsync line as a projector does.
 class RefreshWatch {
  public:
   /// stage must outlive the watch.  fails: as ScreenReader::open, InputWire::open.
   static Result<RefreshWatch> open(const BenchPlaces& places, const Placement& placement, Stage& stage);
 
-  /// Until the stage is stopped.
+  /// Runs until the stage is stopped.
   void run();
 
   std::uint64_t refreshes() const { return refreshes_; }
-  /// Refreshes that were over before they were looked at.
-  std::uint64_t overslept() const { return overslept_; }
+  /// Refreshes that ended before they were read.
+  std::uint64_t missed() const { return missed_; }
 
  private:
   RefreshWatch(ScreenReader screen, InputWire vsync, Stage& stage)
@@ -71,7 +72,7 @@ class RefreshWatch {
   Stage& stage_;
   std::optional<std::uint64_t> last_;
   std::uint64_t refreshes_ = 0;
-  std::uint64_t overslept_ = 0;
+  std::uint64_t missed_ = 0;
 };
 
 }  // namespace symrig::bench_vm

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Feeds the test camera for as long as it runs: noise-free frames of whatever format somebody streams, as
-// fast as buffers come.
+// Feeds the test camera until it ends: noise-free frames in the present format, as fast as buffers come.
 #include "bench-vm/selftest/guest.hpp"
 #include "bench-vm/selftest/testcam_client.hpp"
 
 namespace {
-constexpr std::int64_t kPause = 2'000'000;  // ns, between two looks whether a buffer waits
+constexpr std::int64_t kPause = 2'000'000;  // ns, between two checks for a waiting buffer
 }
 
 int main() {

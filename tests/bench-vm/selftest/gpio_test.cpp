@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lines of the bench: what a program sets is traced with its time, what the bench pulls reaches a program as
-// edges.
+// Lines of the bench: a program's outputs are traced with their times, and the bench's inputs reach a program
+// as edges.
 #include "bench-vm/selftest/guest.hpp"
 
 #include <array>
@@ -11,7 +11,7 @@
 #include <gpiod.h>
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::gpio_test {
 namespace {
 
 struct CloseChip {
@@ -26,7 +26,7 @@ class Gpio : public testing::Test {
   }
   gpiod_line* line(const char* name) const { return gpiod_chip_find_line(chip_.get(), name); }
 
-  /// From outside: as the wire of an input would.
+  /// From outside, like the wire of an input.
   static bool pull(const gpiod_line* input, bool high) {
     const unsigned offset = gpiod_line_offset(const_cast<gpiod_line*>(input));  // NOLINT(*-const-cast)
     return write_text(place("BENCH_GPIO_SYSFS") + "/sim_gpio" + std::to_string(offset) + "/pull",
@@ -63,7 +63,7 @@ TEST_F(Gpio, traces_every_level_that_is_set_in_order_and_in_time) {
   const std::int64_t end = now_ns();
   const auto traced = traced_levels();
   ASSERT_EQ(traced.size(), set.size());
-  std::int64_t last = begin - 1000;  // the trace tells whole microseconds
+  std::int64_t last = begin - 1000;  // the trace has whole microseconds
   for (std::size_t i = 0; i < set.size(); ++i) {
     EXPECT_EQ(traced[i].line, set[i].line) << i;
     EXPECT_EQ(traced[i].level, set[i].level) << i;
@@ -92,14 +92,15 @@ TEST_F(Gpio, hands_every_pull_to_the_program_with_direction_and_time) {
   }
 }
 
-/// What a program must be ready for: it reads too late, and the kernel has kept 16 edges, told to nobody.
+/// Shows what a program must handle: if it reads too late, the kernel keeps 16 edges and drops the others
+/// silently.
 TEST_F(Gpio, keeps_sixteen_edges_for_a_program_that_does_not_read) {
   gpiod_line* strobe = line("camera_strobe");
   ASSERT_TRUE(pull(strobe, false));
   ASSERT_EQ(gpiod_line_request_both_edges_events(strobe, "selftest"), 0);
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(pull(strobe, i % 2 == 0));
-    sleep_until(now_ns() + 2'000'000);  // gpio-sim raises the interrupt later; two pulls before it are one
+    sleep_until(now_ns() + 2'000'000);  // gpio-sim interrupts later; two changes before give one edge
   }
   int kept = 0;
   const timespec none{};
@@ -118,4 +119,4 @@ TEST_F(Gpio, reads_pulls_as_levels) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::gpio_test

@@ -55,8 +55,8 @@ void clear_trace() {
   std::ofstream(place("BENCH_TRACEFS") + "/trace", std::ios::trunc).flush();
 }
 
-// A line of the trace: "name-123  [000] .....  12.345678: gpio_value: 1009 set 1"; "get" is an input that was
-// read.
+// A line of the trace: "name-123  [000] .....  12.345678: gpio_value: 1009 set 1". "get" is the reading of an
+// input.
 std::vector<TracedLevel> traced_levels() {
   const int base = std::stoi(place("BENCH_GPIO_BASE"));
   std::istringstream trace(read_text(place("BENCH_TRACEFS") + "/trace"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lane b: a schedule of sleeps and edges keeps its times in the guest's virtual time, on any machine and
+// Lane b: a schedule of sleeps and edges keeps its times in the guest's virtual time, on any computer and
 // under any load.
 #include "bench-vm/selftest/guest.hpp"
 
@@ -11,17 +11,17 @@
 #include <sched.h>
 #include <sys/mman.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::schedule_test {
 namespace {
 
 constexpr int kPulses = 1000;
 constexpr std::int64_t kPeriod = 1'000'000;  // ns
 constexpr std::int64_t kWidth = 100'000;
-/// Waking up takes 5 us of virtual time, the way through libgpiod to the line 3 to 4, and the trace tells
-/// whole microseconds. A program that wants its edges on time sleeps so much less.
+/// Waking up takes 5 us of virtual time, setting a line through libgpiod 3 to 4 us, and the trace has whole
+/// microseconds. A program that needs exact edges must sleep that much less.
 constexpr std::int64_t kLatest = 12'000;
-/// An answer of the shared folders is an interrupt that comes when the host likes. It and what the kernel
-/// does about it may stand before an edge: a few edges of a run, and none by as much as a pulse is wide.
+/// An answer of the shared folders is an interrupt at a random time. It may delay a few edges of a run, but
+/// none by the width of a pulse.
 constexpr int kInterrupted = 2 * kPulses / 100;
 
 void be_first() {
@@ -30,7 +30,7 @@ void be_first() {
   ASSERT_EQ(mlockall(MCL_CURRENT | MCL_FUTURE), 0);
 }
 
-/// For the comparison of two guests: $BENCH_OUT/edges, nanoseconds since the first edge.
+/// Writes $BENCH_OUT/edges, nanoseconds since the first edge, to compare two guests.
 void save(const std::vector<TracedLevel>& edges) {
   std::ofstream file(place("BENCH_OUT") + "/edges");
   for (const TracedLevel& edge : edges) file << edge.stamp_ns - edges.front().stamp_ns << '\n';
@@ -69,7 +69,7 @@ TEST(Schedule, keeps_every_edge_in_virtual_time) {
   save(edges);
 }
 
-/// A second of sleep costs no second of ours: what makes long waits testable.
+/// A second of sleep in the guest takes less real time, so long waits can be tested.
 TEST(Schedule, sleeps_for_as_long_as_asked) {
   const std::int64_t begin = now_ns();
   sleep_until(begin + 30'000'000'000);
@@ -78,4 +78,4 @@ TEST(Schedule, sleeps_for_as_long_as_asked) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::schedule_test

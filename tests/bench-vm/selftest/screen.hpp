@@ -8,17 +8,17 @@
 
 namespace symrig::bench_vm {
 
-/// A display that shows one picture, by the shortest way there is: a mode, a buffer, no flips. Its end turns
+/// A display that shows one picture in the simplest way: a mode, a buffer, no flips. The destructor switches
 /// it off.
 class Screen {
  public:
-  /// Picks the card's mode of this size. error() tells what went wrong, empty if nothing.
+  /// Uses the card's mode of this size. error() is empty after success.
   Screen(const std::string& card, int cols, int rows);
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
   ~Screen();
 
-  /// 0x00RRGGBB in raster order. What went wrong, empty if nothing.
+  /// 0x00RRGGBB in raster order. Returns the error, empty after success.
   std::string show(const std::vector<std::uint32_t>& rgb);
   const std::string& error() const { return error_; }
   int rows() const { return rows_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Displays: what a program shows is what the bench reads back, to the pixel, on vkms and on QEMU's adapter.
+// Displays: the bench reads back exactly what a program shows, on vkms and on QEMU's adapter.
 #include "assert_ok.hpp"
 #include "bench-vm/scanout/scanout.hpp"
 #include "bench-vm/selftest/guest.hpp"
@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::screens_test {
 namespace {
 
 std::vector<std::uint32_t> random_pixels(std::size_t count) {
@@ -20,7 +20,7 @@ std::vector<std::uint32_t> random_pixels(std::size_t count) {
   return rgb;
 }
 
-/// Shows `rgb` and expects to read the same.
+/// Shows `rgb` and expects to read back the same.
 void expect_read_back(Screen& screen, const std::string& card, std::vector<std::uint32_t> rgb) {
   ASSERT_EQ(screen.show(rgb), "");
   const auto seen = read_screen(card);
@@ -69,4 +69,4 @@ TEST(Screendump, of_a_bad_name_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::screens_test

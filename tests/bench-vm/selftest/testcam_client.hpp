@@ -12,10 +12,10 @@
 
 #include <linux/videodev2.h>
 
-/// Both ends of the test camera, by plain system calls: what the camera's own tests look through.
+/// Both sides of the test camera with plain system calls, for the camera's own tests.
 namespace symrig::bench_vm {
 
-/// The end that makes frames.
+/// The side that makes frames.
 class Injector {
  public:
   Injector();
@@ -34,22 +34,22 @@ class Injector {
   int file_;
 };
 
-/// The end that any program sees: four mapped buffers.
+/// The side of other programs: four mapped buffers.
 class Stream {
  public:
-  /// Opens the camera; throws nothing, ok() tells.
+  /// Opens the camera. Does not throw; see ok().
   explicit Stream(const std::string& path);
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
   ~Stream();
 
   bool ok() const { return file_ >= 0; }
-  /// The format that the driver made of it.
+  /// Returns the format that the driver set.
   v4l2_pix_format set_format(std::uint32_t fourcc, std::uint32_t width, std::uint32_t height) const;
-  /// 0 or the errno. queued: how many of the four buffers wait for a frame.
+  /// Returns 0 or the errno. queued: how many of the four buffers are queued.
   int start(std::uint32_t queued = 4);
   int stop() const;
-  /// Waits for a frame. The buffer, whose pixels stay until requeue(); errno in error() if there is none.
+  /// Waits for a frame. Its pixels are valid until requeue(). None: see error() for the errno.
   std::optional<v4l2_buffer> take();
   std::span<const std::byte> pixels(const v4l2_buffer& buffer) const;
   int requeue(std::uint32_t index) const;

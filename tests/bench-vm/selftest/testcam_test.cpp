@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The test camera: what is injected comes out whole, and what a real camera does badly it does on demand.
+// The test camera: injected frames arrive complete, and it makes the faults of real cameras on request.
 #include "bench-vm/selftest/guest.hpp"
 #include "bench-vm/selftest/testcam_client.hpp"
 
@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::testcam_test {
 namespace {
 
 std::vector<std::byte> noise(std::size_t bytes, unsigned seed) {
@@ -26,8 +26,8 @@ std::int64_t stamp_of(const v4l2_buffer& buffer) {
   return buffer.timestamp.tv_sec * 1'000'000'000 + buffer.timestamp.tv_usec * 1'000;
 }
 
-/// The camera's node, waited for: udev makes it a moment after the plug, and under another number if anybody,
-/// perhaps udev itself, still has the old one open. Empty if it does not come.
+/// Waits for the camera's node. udev makes it a moment after the plug. It has another number if a program
+/// (perhaps udev) still has the old one open. Empty if it does not come.
 std::string find_camera() {
   for (int i = 0; i < 1000; ++i) {
     for (const auto& entry : std::filesystem::directory_iterator("/sys/class/video4linux")) {
@@ -46,7 +46,7 @@ class Testcam : public testing::Test {
     ASSERT_NE(camera_, "");
   }
 
-  /// A stream of small frames, running.
+  /// Starts a stream of small frames.
   static std::vector<std::byte> small(Stream& stream, std::uint32_t queued = 4) {
     const auto format = stream.set_format(V4L2_PIX_FMT_Y16, 64, 48);
     EXPECT_EQ(stream.start(queued), 0);
@@ -162,14 +162,14 @@ TEST_F(Testcam, tells_the_injector_how_it_is_set) {
   EXPECT_EQ(state.queued, 4U);
 }
 
-/// Frames until the camera is gone; the errno that said so.
+/// Injects frames until the camera is lost. Returns the errno that reported it.
 int inject_until_unplugged(const Injector& injector, const std::vector<std::byte>& pixels) {
   int error = 0;
   while (error == 0 || error == EPIPE) error = injector.frame({}, pixels);
   return error;
 }
 
-/// Streams until the cable is pulled, `delay` ns after the start.
+/// Streams until the camera is unplugged, `delay` ns after the start.
 void stream_until_unplugged(const Injector& injector, Stream& stream, const std::vector<std::byte>& pixels,
                             std::int64_t delay) {
   std::thread maker([&] { EXPECT_EQ(inject_until_unplugged(injector, pixels), ENODEV); });
@@ -199,7 +199,7 @@ TEST_F(Testcam, survives_being_unplugged_while_it_streams) {
   }
 }
 
-/// As with a real camera: the number of a node is free again when the last program has let go of it.
+/// As with a real camera, the number of a node is free only when the last program has closed it.
 TEST_F(Testcam, comes_back_under_another_number_while_its_old_node_is_open) {
   const Stream old(camera_);
   ASSERT_TRUE(old.ok());
@@ -212,4 +212,4 @@ TEST_F(Testcam, comes_back_under_another_number_while_its_old_node_is_open) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::testcam_test

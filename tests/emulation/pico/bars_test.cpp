@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::test {
+namespace symrig::test::bars_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -425,4 +425,4 @@ TEST(EmulatedPico, keeps_its_configuration_over_power_off) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::bars_test

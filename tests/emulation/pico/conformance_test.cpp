@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::test {
+namespace symrig::test::conformance_test {
 namespace {
 
 /// All checks with a wire from aux0 to `input`. skipped: how many may be.
@@ -42,4 +42,4 @@ TEST(EmulatedPico, passes_the_conformance_kit_with_a_wire_to_the_interlock) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::conformance_test

@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::test {
+namespace symrig::test::golden_programs_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -252,4 +252,4 @@ TEST(GoldenPrograms, a_wait_that_runs_out_resumes_within_a_millisecond) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::golden_programs_test

@@ -23,7 +23,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace symrig::structured {
+namespace symrig::structured::access_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -158,4 +158,4 @@ TEST_F(Access, a_picture_that_claims_more_than_it_holds_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::access_test

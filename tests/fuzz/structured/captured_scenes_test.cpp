@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::structured {
+namespace symrig::structured::captured_scenes_test {
 namespace {
 
 CaptureOptions options_of(Algorithm algorithm, int polish) {
@@ -51,4 +51,4 @@ INSTANTIATE_TEST_SUITE_P(Rigs, CapturedScenes,
                                          std::pair{"sim:vgroove-white?size=8x8", Algorithm::dual}));
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::captured_scenes_test

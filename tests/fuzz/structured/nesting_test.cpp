@@ -15,7 +15,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace symrig::structured {
+namespace symrig::structured::nesting_test {
 namespace {
 
 std::string repeated(const std::string& text, int times) {
@@ -82,4 +82,4 @@ TEST(Nesting, of_every_toml_file_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::nesting_test

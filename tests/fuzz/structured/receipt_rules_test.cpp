@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace symrig::structured {
+namespace symrig::structured::receipt_rules_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -101,4 +101,4 @@ TEST(ProgramRules, the_header_says_what_the_records_say) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::receipt_rules_test

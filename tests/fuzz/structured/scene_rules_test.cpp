@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
-namespace symrig::structured {
+namespace symrig::structured::scene_rules_test {
 namespace {
 
 /// A scene file that is open for changes; whole again when it is closed.
@@ -189,4 +189,4 @@ TEST_F(SceneRules, texts_may_be_of_any_length_type_and_padding) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::scene_rules_test

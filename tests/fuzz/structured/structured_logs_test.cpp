@@ -14,7 +14,7 @@
 #include <cstring>
 #include <vector>
 
-namespace symrig::structured {
+namespace symrig::structured::structured_logs_test {
 namespace {
 
 using Bytes = std::vector<std::byte>;
@@ -117,4 +117,4 @@ TEST(StructuredLogs, are_refused_or_give_a_tensor_that_is_finite) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::structured_logs_test

@@ -18,7 +18,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-namespace symrig::structured {
+namespace symrig::structured::structured_programs_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -111,4 +111,4 @@ TEST(StructuredPrograms, are_refused_in_one_line_or_run) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::structured_programs_test

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::structured {
+namespace symrig::structured::structured_receipts_test {
 namespace {
 
 void draw(const StoredRun& run) {
@@ -66,4 +66,4 @@ TEST(StructuredReceipts, no_board_file_breaks_the_compiler) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::structured_receipts_test

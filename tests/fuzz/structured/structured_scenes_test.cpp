@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::structured {
+namespace symrig::structured::structured_scenes_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -236,4 +236,4 @@ TEST_F(StructuredScenes, are_refused_in_one_line_or_work) {
 }
 
 }  // namespace
-}  // namespace symrig::structured
+}  // namespace symrig::structured::structured_scenes_test

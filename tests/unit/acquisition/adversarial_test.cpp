@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::adversarial_test {
 namespace {
 
 using tests::DenseProbe;
@@ -109,4 +109,4 @@ TEST(Adversarial, a_random_permutation) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::adversarial_test

@@ -7,7 +7,7 @@
 
 #include <sys/resource.h>
 
-namespace symrig {
+namespace symrig::broken_log_test {
 namespace {
 
 using namespace tests;  // NOLINT(google-build-using-namespace): the fixture and its helpers
@@ -102,4 +102,4 @@ TEST_F(BrokenLog, no_room_for_the_head_leaves_no_file) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::broken_log_test

@@ -2,7 +2,7 @@
 // Captures on rigs with drift, channels and planned exposures, broken off and continued.
 #include "broken_off.hpp"
 
-namespace symrig {
+namespace symrig::broken_off_test {
 namespace {
 
 class BrokenOff : public testing::TestWithParam<const char*> {};
@@ -17,4 +17,4 @@ TEST_P(BrokenOff, anywhere_and_continued_a_capture_is_the_same) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::broken_off_test

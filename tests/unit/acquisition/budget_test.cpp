@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::budget_test {
 namespace {
 
 using tests::default_options;
@@ -139,4 +139,4 @@ TEST_F(Budget, a_target_is_met_early) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::budget_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::checks_test {
 namespace {
 
 using tests::DenseProbe;
@@ -231,4 +231,4 @@ TEST(Checks, the_misfit_of_half_counts_dark_pixels_only) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::checks_test

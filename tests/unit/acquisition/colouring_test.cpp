@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::colouring_test {
 namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
@@ -166,4 +166,4 @@ TEST(Colouring, a_block_moves_to_another_colour_to_make_room) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::colouring_test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::conflict_graph_test {
 namespace {
 
 using Edge = std::pair<std::int32_t, std::int32_t>;
@@ -75,4 +75,4 @@ TEST(ConflictGraph, a_chain_needs_three_colours_because_of_the_square) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::conflict_graph_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::direct_light_test {
 namespace {
 
 constexpr Grid kGrid{32, 32};
@@ -167,4 +167,4 @@ TEST(DirectLight, missed_light_of_a_flood_lit_photograph_is_not_taken_for_direct
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::direct_light_test

@@ -18,7 +18,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::error_estimate_test {
 namespace {
 
 using tests::default_options;
@@ -122,4 +122,4 @@ TEST(OneSided, light_to_one_side_is_told_from_light_both_ways) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::error_estimate_test

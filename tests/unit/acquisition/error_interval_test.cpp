@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-namespace symrig {
+namespace symrig::error_interval_test {
 namespace {
 
 using tests::judge;
@@ -95,4 +95,4 @@ TEST(ErrorEstimate, of_indirect_light_is_within_its_interval_or_not_given_on_mis
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::error_interval_test

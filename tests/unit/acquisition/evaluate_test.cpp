@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::evaluate_test {
 namespace {
 
 /// The matrix scaled by `gain`, entry by entry as scalars.
@@ -75,4 +75,4 @@ TEST(TestPatterns, are_the_same_everywhere_and_inside_their_range) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::evaluate_test

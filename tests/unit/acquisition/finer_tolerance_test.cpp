@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::finer_tolerance_test {
 namespace {
 
 using tests::default_options;
@@ -38,4 +38,4 @@ TEST(Scenes, a_finer_tolerance_does_not_drown_in_noise) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::finer_tolerance_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::foretold_captures_test {
 namespace {
 
 struct Moment {
@@ -31,7 +31,7 @@ std::vector<Moment> captured(const std::string& uri, Algorithm algorithm) {
   std::vector<Moment> moments;
   options.progress = [&](const ProgressEvent& event) {
     const double at = (*rig)->cost().rig_seconds;
-    to_go.tell(event, at);
+    to_go.report(event, at);
     moments.push_back({at, to_go.seconds(), std::string(event.stage)});
     return true;
   };
@@ -72,4 +72,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return "case_" + std::to_string(one.index); });
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::foretold_captures_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::known_transport_test {
 namespace {
 
 constexpr int kChannels = 3;
@@ -295,4 +295,4 @@ TEST(KnownTransport, a_removed_leaf_neither_shines_nor_is_stored) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::known_transport_test

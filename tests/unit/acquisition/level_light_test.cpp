@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::level_light_test {
 namespace {
 
 constexpr Grid kGrid{12, 9};
@@ -199,4 +199,4 @@ TEST(LevelLight, moves_the_direct_light_as_whole_photographs_do) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::level_light_test

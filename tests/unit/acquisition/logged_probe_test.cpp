@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::logged_probe_test {
 namespace {
 
 using tests::DenseProbe;
@@ -100,4 +100,4 @@ TEST(LoggedProbe, a_capture_that_is_broken_off_and_continued_is_the_same) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::logged_probe_test

@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::merging_test {
 namespace {
 
 using tests::default_options;
@@ -293,4 +293,4 @@ TEST(MergingOfACapture, takes_fewer_bytes_for_the_same_photographs_and_nearly_th
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::merging_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::noise_check_accuracy_test {
 namespace {
 
 using tests::check_of;
@@ -98,4 +98,4 @@ TEST(NoiseCheck, noise_of_rows_and_blurred_noise_are_told) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::noise_check_accuracy_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::noise_check_test {
 namespace {
 
 using tests::check_of;
@@ -32,4 +32,4 @@ TEST(NoiseCheck, photographs_without_a_variance_must_have_no_noise) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::noise_check_test

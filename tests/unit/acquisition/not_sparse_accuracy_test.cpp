@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace symrig {
+namespace symrig::not_sparse_accuracy_test {
 namespace {
 
 using namespace tests;
@@ -87,4 +87,4 @@ TEST(NotSparse, no_grid_takes_more_photographs_than_it_has_pixels) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::not_sparse_accuracy_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::not_sparse_test {
 namespace {
 
 using tests::checkerboard;
@@ -88,4 +88,4 @@ TEST(NotSparse, baselines_keep_negative_light) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::not_sparse_test

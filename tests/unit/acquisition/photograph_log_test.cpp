@@ -7,7 +7,7 @@
 
 #include <thread>
 
-namespace symrig {
+namespace symrig::photograph_log_test {
 namespace {
 
 using namespace tests;  // NOLINT(google-build-using-namespace): the fixture and its helpers
@@ -152,4 +152,4 @@ TEST_F(PhotographLogFile, wrong_sizes_and_numbers_are_errors) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::photograph_log_test

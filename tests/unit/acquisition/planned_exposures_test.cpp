@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::planned_exposures_test {
 namespace {
 
 Result<TransportErrors> errors_of(const std::string& uri) {
@@ -41,4 +41,4 @@ TEST(PlannedExposures, find_indirect_light_at_one_in_ten_thousand) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::planned_exposures_test

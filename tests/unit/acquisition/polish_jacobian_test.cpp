@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::polish_jacobian_test {
 namespace {
 
 constexpr std::size_t kPixels = 16;
@@ -109,4 +109,4 @@ TEST(PolishJacobian, a_removed_leaf_does_not_count) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::polish_jacobian_test

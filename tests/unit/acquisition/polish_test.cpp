@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::polish_test {
 namespace {
 
 using tests::DenseProbe;
@@ -262,4 +262,4 @@ TEST_F(PolishTest, a_removed_leaf_takes_no_part) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::polish_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::prediction_test {
 namespace {
 
 constexpr int kLevel = 2;                               // risk 2.5 · 2² = 10 tolerances
@@ -140,4 +140,4 @@ TEST(Decay, falls_again_when_nodes_fit) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::prediction_test

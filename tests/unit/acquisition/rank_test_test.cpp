@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::rank_test_test {
 namespace {
 
 using tests::DenseTransport;
@@ -190,4 +190,4 @@ TEST(RankTest, each_tolerance_acts_alone) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::rank_test_test

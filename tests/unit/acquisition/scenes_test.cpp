@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace symrig {
+namespace symrig::scenes_test {
 namespace {
 
 using tests::default_options;
@@ -168,4 +168,4 @@ TEST(Scenes, numbers_do_not_depend_on_threads) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::scenes_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::search_forecast_test {
 namespace {
 
 constexpr double kDirect = 0.05;
@@ -53,4 +53,4 @@ TEST(SearchForecast, learns_from_the_level_before) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::search_forecast_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::short_range_test {
 namespace {
 
 using tests::DenseProbe;
@@ -149,4 +149,4 @@ TEST(ShortRange, a_narrower_band_takes_fewer_combs) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::short_range_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::shrink_test {
 namespace {
 
 constexpr Grid kGrid{23, 19};  // blocks of unequal sizes, some with two children
@@ -123,4 +123,4 @@ TEST_F(Shrink, is_asked_for_when_noise_is_a_quarter_of_the_energy) {
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::shrink_test

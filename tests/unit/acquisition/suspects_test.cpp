@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::suspects_test {
 namespace {
 
 using tests::default_options;
@@ -87,4 +87,4 @@ TEST(Suspects, a_checkerboard_too_large_for_the_budget_is_told) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::suspects_test

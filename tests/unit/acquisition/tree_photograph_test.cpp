@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::acquisition {
+namespace symrig::acquisition::tree_photograph_test {
 namespace {
 
 constexpr Grid kGrid{5, 7};
@@ -77,4 +77,4 @@ TEST(TreePhotograph, valid_samples_must_be_finite_and_their_variance_not_negativ
 }
 
 }  // namespace
-}  // namespace symrig::acquisition
+}  // namespace symrig::acquisition::tree_photograph_test

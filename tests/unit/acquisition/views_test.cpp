@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::views_test {
 namespace {
 
 Radiance exact(Image<float> mean) {
@@ -211,4 +211,4 @@ TEST(Views, of_any_size_are_matched_or_refused_in_words) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::views_test

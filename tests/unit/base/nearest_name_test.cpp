@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::nearest_name_test {
 namespace {
 
 constexpr std::array<std::string_view, 8> kWords{"capture", "relight", "letters", "version",
@@ -52,4 +52,4 @@ TEST(NearestName, the_hint_lists_all_that_are_known) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::nearest_name_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::apps {
+namespace symrig::apps::terminal_line_test {
 namespace {
 
 TEST(TerminalLine, a_text_takes_its_letters_not_its_bytes) {
@@ -38,4 +38,4 @@ TEST(TerminalLine, says_the_longest_that_fits) {
 }
 
 }  // namespace
-}  // namespace symrig::apps
+}  // namespace symrig::apps::terminal_line_test

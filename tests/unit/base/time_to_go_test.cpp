@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::time_to_go_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -17,17 +17,17 @@ namespace fs = std::filesystem;
 TEST(TimeToGo, is_not_told_before_anything_is_known) {
   TimeToGo to_go;
   EXPECT_FALSE(to_go.seconds());
-  to_go.tell({"level 1", 0, 10, kNoneToCome}, 0);
+  to_go.report({"level 1", 0, 10, kNoneToCome}, 0);
   EXPECT_FALSE(to_go.seconds());  // no pace
-  to_go.tell({"level 1", 5, 10}, 5);
+  to_go.report({"level 1", 5, 10}, 5);
   EXPECT_FALSE(to_go.seconds());  // later stages may be long
-  to_go.tell({"level 1", 6, 0, kNoneToCome}, 6);
+  to_go.report({"level 1", 6, 0, kNoneToCome}, 6);
   EXPECT_FALSE(to_go.seconds());  // nobody knows of how many
 }
 
 TEST(TimeToGo, follows_the_pace_of_a_job_of_one_stage) {
   TimeToGo to_go;
-  for (int k = 0; k <= 50; ++k) to_go.tell({"Gray code", k, 100, kNoneToCome}, k * 2.0);
+  for (int k = 0; k <= 50; ++k) to_go.report({"Gray code", k, 100, kNoneToCome}, k * 2.0);
   ASSERT_TRUE(to_go.seconds());
   EXPECT_GE(*to_go.seconds(), 100);
   EXPECT_LE(*to_go.seconds(), 140);  // sqrt(100 (1.5 100 + 0.3 100)) = 134
@@ -36,8 +36,8 @@ TEST(TimeToGo, follows_the_pace_of_a_job_of_one_stage) {
 // 500 photographs from the log within a second, then one a second.
 TEST(TimeToGo, forgets_what_a_log_has_answered) {
   TimeToGo to_go;
-  for (int k = 0; k <= 500; ++k) to_go.tell({"level 5", k, 600, kNoneToCome}, k * 0.002);
-  for (int k = 1; k <= 10; ++k) to_go.tell({"level 5", 500 + k, 600, kNoneToCome}, 1.0 + k);
+  for (int k = 0; k <= 500; ++k) to_go.report({"level 5", k, 600, kNoneToCome}, k * 0.002);
+  for (int k = 1; k <= 10; ++k) to_go.report({"level 5", 500 + k, 600, kNoneToCome}, 1.0 + k);
   ASSERT_TRUE(to_go.seconds());
   EXPECT_GT(*to_go.seconds(), 45);
   EXPECT_LT(*to_go.seconds(), 180);
@@ -45,16 +45,16 @@ TEST(TimeToGo, forgets_what_a_log_has_answered) {
 
 TEST(TimeToGo, bounds_that_are_far_apart_are_no_number) {
   TimeToGo to_go;
-  to_go.tell({"level 1", 0, 10, {10, 20}}, 0);
-  to_go.tell({"level 1", 5, 10, {10, 20}}, 5);
+  to_go.report({"level 1", 0, 10, {10, 20}}, 0);
+  to_go.report({"level 1", 5, 10, {10, 20}}, 5);
   EXPECT_TRUE(to_go.seconds());
-  to_go.tell({"level 1", 6, 10, {10, 100}}, 6);
+  to_go.report({"level 1", 6, 10, {10, 100}}, 6);
   EXPECT_FALSE(to_go.seconds());
 }
 
 TEST(TimeToGo, the_last_work_is_not_called_nothing) {
   TimeToGo to_go;
-  for (int k = 0; k <= 100; ++k) to_go.tell({"direct light", k, 100, kNoneToCome}, k);
+  for (int k = 0; k <= 100; ++k) to_go.report({"direct light", k, 100, kNoneToCome}, k);
   EXPECT_FALSE(to_go.seconds());
 }
 
@@ -88,7 +88,7 @@ Foretold foretold(const std::vector<Traced>& trace) {
   Foretold all;
   const double end = trace.back().seconds;
   for (const Traced& one : trace) {
-    to_go.tell({one.stage, one.done, one.expected, {one.least, one.most}}, one.seconds);
+    to_go.report({one.stage, one.done, one.expected, {one.least, one.most}}, one.seconds);
     if (one.seconds < 0.1 * end || one.stage == "end") continue;
     ++all.moments;
     const auto left = to_go.seconds();
@@ -120,4 +120,4 @@ TEST(TimeToGo, is_right_within_a_factor_of_two_in_recorded_captures) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::time_to_go_test

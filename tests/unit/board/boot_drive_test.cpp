@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::boot_drive_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -73,4 +73,4 @@ TEST(BootDrive, is_not_written_over_the_file_itself) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::boot_drive_test

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::channel_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -148,4 +148,4 @@ TEST(Channel, nothing_is_lost_without_being_named) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::channel_test

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::clock_model_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -267,4 +267,4 @@ TEST(ClockModel, after_a_day_the_bound_is_drift_times_age) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::clock_model_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::device_uri_test {
 namespace {
 
 TEST(DeviceUri, every_form_comes_back_as_it_was_written) {
@@ -76,4 +76,4 @@ TEST(DeviceUri, what_is_wrong_is_named) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::device_uri_test

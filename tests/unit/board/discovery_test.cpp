@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::discovery_test {
 namespace {
 
 using symrig::test::Scratch;
@@ -143,4 +143,4 @@ TEST(SimDevice, comes_with_projector_and_camera_or_a_jumper) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::discovery_test

@@ -16,7 +16,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::faults_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -297,4 +297,4 @@ TEST(LimitsAlone, the_guard_without_linter_and_commit) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::faults_test

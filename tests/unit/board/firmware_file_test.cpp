@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::firmware_file_test {
 namespace {
 
 using namespace test;
@@ -182,4 +182,4 @@ TEST(FirmwareFile, the_manifest_beside_it_must_fit) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::firmware_file_test

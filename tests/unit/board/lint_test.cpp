@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::lint_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -76,4 +76,4 @@ TEST(Lint, what_it_passes_the_board_accepts_and_what_it_objects_to_the_board_ref
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::lint_test

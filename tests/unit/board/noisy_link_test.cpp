@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::noisy_link_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -156,4 +156,4 @@ TEST(NoisyLink, the_clock_is_bounded) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::noisy_link_test

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::program_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -123,4 +123,4 @@ TEST(Program, bytes_that_are_no_records_are_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::program_test

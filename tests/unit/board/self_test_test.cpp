@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::self_test_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -156,4 +156,4 @@ TEST(SelfTest, lines_of_the_jumper_are_checked_first) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::self_test_test

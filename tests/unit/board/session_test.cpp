@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::session_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -254,4 +254,4 @@ TEST(Board, a_second_session_finds_the_board_as_it_is) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::session_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::sim_link_test {
 namespace {
 
 TEST(SimLink, waits_no_shorter_than_asked) {
@@ -21,4 +21,4 @@ TEST(SimLink, waits_no_shorter_than_asked) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::sim_link_test

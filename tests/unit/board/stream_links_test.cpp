@@ -13,7 +13,7 @@
 #include <sys/file.h>
 #include <termios.h>
 
-namespace symrig {
+namespace symrig::stream_links_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -250,4 +250,4 @@ TEST(StreamLinks, signals_do_not_disturb) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::stream_links_test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig {
+namespace symrig::ticks_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -35,4 +35,4 @@ TEST(Ticks, round_trip_is_within_half_a_step) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::ticks_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::virtual_link_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -187,4 +187,4 @@ TEST(VirtualLink, answers_that_make_no_sense) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::virtual_link_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::board_common::test {
+namespace symrig::board_common::test::pin_log_test {
 namespace {
 
 constexpr hal::Tick kHold = 100;
@@ -80,4 +80,4 @@ TEST(PinLog, WithoutHoldAnEdgeIsThereInItsTick) {
 }
 
 }  // namespace
-}  // namespace symrig::board_common::test
+}  // namespace symrig::board_common::test::pin_log_test

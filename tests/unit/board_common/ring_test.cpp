@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::board_common::test {
+namespace symrig::board_common::test::ring_test {
 namespace {
 
 TEST(Ring, GivesWhatWasPushedInOrderRoundItsEnd) {
@@ -34,4 +34,4 @@ TEST(Ring, RefusesWhatItHasNoRoomForAndKeepsTheRest) {
 }
 
 }  // namespace
-}  // namespace symrig::board_common::test
+}  // namespace symrig::board_common::test::ring_test

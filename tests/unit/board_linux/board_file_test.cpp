@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::board_linux::test {
+namespace symrig::board_linux::test::board_file_test {
 namespace {
 
 Result<BoardFile> parse(std::string_view text) {
@@ -86,13 +86,13 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"[board]\nname = 3", "'name' is not a text"},
         Wrong{"[board]\nid = \"xy\"", "'id' is not hexadecimal"},
         Wrong{"[board]\nname = \"a name that is much too long for it\"", "longer than 23"},
-        Wrong{"[link]\ntcp = \"here\"", "no ADDRESS:PORT"}, Wrong{"[link]\ntcp = \"a:0\"", "no ADDRESS:PORT"},
-        Wrong{"[link]\nbaud = 5", "not within 1200 to"},
+        Wrong{"[link]\ntcp = \"here\"", "not ADDRESS:PORT"},
+        Wrong{"[link]\ntcp = \"a:0\"", "not ADDRESS:PORT"}, Wrong{"[link]\nbaud = 5", "not within 1200 to"},
         Wrong{"[realtime]\npriority = 99", "not within 0 to 98"}, Wrong{"output = 3", "write [[output]]"},
         Wrong{"[[output]]\npin = \"1\"", "without a name"}, Wrong{"[[input]]\nname = \"a\"", "0 outputs"},
         Wrong{"[[output]]\nname = \"a\"\n[[input]]\nname = \"a\"", "two lines are called 'a'"},
         Wrong{"[[output]]\nname = \"a\"\ngpio = \"x\"\n[[input]]\nname = \"b\"\ngpio = \"x\"",
-              "'x' is named twice"}));
+              "'x' appears twice"}));
 
 TEST(BoardFile, TooManyLines) {
   std::string text;
@@ -109,4 +109,4 @@ TEST(BoardFile, AMissingOneIsNamed) {
 }
 
 }  // namespace
-}  // namespace symrig::board_linux::test
+}  // namespace symrig::board_linux::test::board_file_test

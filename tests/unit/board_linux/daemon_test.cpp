@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::board_linux::test {
+namespace symrig::board_linux::test::daemon_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -211,8 +211,8 @@ TEST_F(DaemonTest, EndsWithANameWhenLinesDoNotObey) {
   thread_.join();
   ASSERT_FALSE(ended_);
   EXPECT_EQ(ended_.error().code, ErrorCode::device_lost);
-  EXPECT_NE(ended_.error().line().find("does not obey"), std::string::npos) << ended_.error().line();
+  EXPECT_NE(ended_.error().line().find("GPIO line failed"), std::string::npos) << ended_.error().line();
 }
 
 }  // namespace
-}  // namespace symrig::board_linux::test
+}  // namespace symrig::board_linux::test::daemon_test

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::capture_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -200,4 +200,4 @@ TEST_F(CaptureFolder, AMissingPatternIsNamed) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::capture_file_test

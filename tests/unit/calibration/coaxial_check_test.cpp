@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::coaxial_check_test {
 namespace {
 
 CoaxialCheck check(const std::string& uri) {
@@ -233,4 +233,4 @@ TEST(CoaxialCheck, refuses_photographs_that_are_not_numbers) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::coaxial_check_test

@@ -15,7 +15,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::coaxial_range_test {
 namespace {
 
 /// What a camera sees that looks (rows, cols) pixels beside its place, by linear interpolation; a gain for
@@ -195,4 +195,4 @@ TEST(CoaxialComb, no_two_pairs_of_stripes_are_equally_far_apart) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::coaxial_range_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::decode_test {
 namespace {
 
 using test::SyntheticScene;
@@ -141,4 +141,4 @@ TEST(Decode, RefusesADarkRoom) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::decode_test

@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::calibration {
+namespace symrig::calibration::decoder_parts_test {
 namespace {
 
 using test::normal;
@@ -209,4 +209,4 @@ TEST(ShapeFit, ExplainsWhatItWasGivenAndKeepsToAStrongPrior) {
 }
 
 }  // namespace
-}  // namespace symrig::calibration
+}  // namespace symrig::calibration::decoder_parts_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::first_bounce_test {
 namespace {
 
 using test::SyntheticScene;
@@ -106,4 +106,4 @@ TEST(FirstBounce, RefusesOptionsOutOfRange) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::first_bounce_test

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::gray_code_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -147,4 +147,4 @@ TEST_F(GrayCodeFolder, ReadingCanBeStopped) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::gray_code_test

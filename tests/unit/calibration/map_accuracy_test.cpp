@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::map_accuracy_test {
 namespace {
 
 constexpr double kBlur = 0.5;    // PSF of projector, camera and camera pixel together [projector pixels]
@@ -127,4 +127,4 @@ TEST(MapQuality, FindsOutliersAndResiduals) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::map_accuracy_test

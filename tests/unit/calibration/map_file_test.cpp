@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::map_file_test {
 namespace {
 
 Image<float> good() {
@@ -54,4 +54,4 @@ TEST(MapFile, AnyOtherPictureIsRefused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::map_file_test

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::real_photographs_test {
 namespace {
 
 std::filesystem::path photographs_folder() {
@@ -113,4 +113,4 @@ std::vector<int> held_out_pairs() {
 INSTANTIATE_TEST_SUITE_P(Pairs, RealHeldOut, testing::ValuesIn(held_out_pairs()));
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::real_photographs_test

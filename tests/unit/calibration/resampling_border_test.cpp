@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::resampling_border_test {
 namespace {
 
 struct Point {
@@ -156,4 +156,4 @@ TEST(Border, cells_that_only_cut_pixels_see_have_a_mean_too) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::resampling_border_test

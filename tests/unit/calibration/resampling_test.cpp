@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::resampling_test {
 namespace {
 
 /// The map col = a + scale · camera col, likewise rows, where both lie on the projector.
@@ -172,4 +172,4 @@ TEST(Resampling, RefusesOtherSizesAndPlacesOffTheProjector) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::resampling_test

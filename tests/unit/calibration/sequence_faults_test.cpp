@@ -14,7 +14,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::sequence_faults_test {
 namespace {
 
 using test::SyntheticScene;
@@ -238,4 +238,4 @@ TEST_F(Faults, are_decoded_all_the_same_when_asked_so) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::sequence_faults_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::wrong_sequence_test {
 namespace {
 
 /// The refusal's text; empty if there is none.
@@ -94,4 +94,4 @@ TEST(WrongSequence, ARightOneIsNotRefused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::wrong_sequence_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <linux/videodev2.h>
 
-namespace symrig::camera {
+namespace symrig::camera::counts_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -157,4 +157,4 @@ TEST(Stamps, zero_is_no_time) {
 }
 
 }  // namespace
-}  // namespace symrig::camera
+}  // namespace symrig::camera::counts_test

@@ -15,7 +15,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::region_test {
 namespace {
 
 using camera::FrameReader;
@@ -155,10 +155,10 @@ TEST(Region, what_cannot_be_says_what_can) {
   EXPECT_EQ(line(Mosaic::none, {0, 0, {99, 198}, 3}), "taken");
   EXPECT_NE(line(Mosaic::none, {0, 0, {100, 198}, 3}).find("99x198"), std::string::npos);
   EXPECT_NE(line(Mosaic::rggb, {0, 0, {98, 198}, 2}).find("96x196"), std::string::npos);
-  EXPECT_NE(line(Mosaic::none, {60, 0, {50, 10}, 1}).find("does not lie in the picture of 100x200"),
+  EXPECT_NE(line(Mosaic::none, {60, 0, {50, 10}, 1}).find("is not inside the picture of 100x200"),
             std::string::npos);
-  EXPECT_NE(line(Mosaic::none, {-1, 0, {}, 1}).find("does not lie"), std::string::npos);
-  EXPECT_NE(line(Mosaic::none, {100, 0, {}, 1}).find("does not lie"), std::string::npos);
+  EXPECT_NE(line(Mosaic::none, {-1, 0, {}, 1}).find("is not inside"), std::string::npos);
+  EXPECT_NE(line(Mosaic::none, {100, 0, {}, 1}).find("is not inside"), std::string::npos);
   EXPECT_NE(line(Mosaic::none, {0, 0, {}, 0}).find("1 to 64"), std::string::npos);
   EXPECT_NE(line(Mosaic::none, {0, 0, {2, 2}, 3}).find("larger region"), std::string::npos);
 }
@@ -214,4 +214,4 @@ TEST(Region, a_single_sample_keeps_its_model) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::region_test

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::settings_test {
 namespace {
 
 using test::FakeCamera;
@@ -71,7 +71,7 @@ TEST_F(Settings, a_picture_for_people_is_taken_if_asked_for_and_is_said_to_be_on
 
 TEST_F(Settings, formats_that_are_not_there_are_refused_with_those_that_are) {
   settings.format = "Y16";
-  expect_error(ErrorCode::device_refused, {"does not have the format Y16", "Y12 (6x8, 12x16)", "GREY (6x8)"});
+  expect_error(ErrorCode::device_refused, {"has no format Y16", "Y12 (6x8, 12x16)", "GREY (6x8)"});
   settings.format = "Y13";
   expect_error(ErrorCode::unknown_name, {"'Y13'", "did you mean 'Y1"});
   camera->formats = {{V4L2_PIX_FMT_MJPEG, 8, {{6, 8}}}, {V4L2_PIX_FMT_YUYV, 16, {{6, 8}}}};
@@ -82,20 +82,20 @@ TEST_F(Settings, formats_that_are_not_there_are_refused_with_those_that_are) {
 TEST_F(Settings, a_driver_that_makes_something_else_of_it_is_refused) {
   settings.size = {480, 640};
   expect_error(ErrorCode::device_refused,
-               {"Y12 480x640 was asked for, the driver made Y12 6x8 of it", "it offers", "12x16"});
+               {"asked for Y12 480x640, but the driver set Y12 6x8", "it offers", "12x16"});
   settings.size = {12, 16};
   camera->twist_format = [](v4l2_format& format) { format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY; };
-  expect_error(ErrorCode::device_refused, {"the driver made GREY 12x16 of it"});
+  expect_error(ErrorCode::device_refused, {"the driver set GREY 12x16"});
   camera->twist_format = [](v4l2_format& format) { format.fmt.pix.field = V4L2_FIELD_INTERLACED; };
-  expect_error(ErrorCode::device_refused, {"half pictures"});
+  expect_error(ErrorCode::device_refused, {"interlaced pictures"});
 }
 
 // v4l2loopback 0.12.7 counts Y10 and Y12 as 10 and 12 bits a pixel, not 16.
 TEST_F(Settings, a_layout_that_the_format_cannot_have_is_refused) {
   camera->twist_format = [](v4l2_format& format) { format.fmt.pix.bytesperline = 12; };
-  expect_error(ErrorCode::device_refused, {"12 bytes a row, Y12 6x8 needs 16", "wrong about this format"});
+  expect_error(ErrorCode::device_refused, {"12 bytes per row, but Y12 6x8 needs 16"});
   camera->twist_format = [](v4l2_format& format) { format.fmt.pix.sizeimage = 72; };
-  expect_error(ErrorCode::device_refused, {"72 bytes a picture", "needs 96"});
+  expect_error(ErrorCode::device_refused, {"72 bytes per picture", "needs 96"});
   camera->twist_format = [](v4l2_format& format) { format.fmt.pix.bytesperline = 0; };  // some do not say
   EXPECT_TRUE(open().ok());
   camera->twist_format = {};
@@ -107,20 +107,20 @@ TEST_F(Settings, the_rate_is_verified) {
   settings.rate = 60;
   EXPECT_TRUE(open().ok());
   camera->twist_rate = [](v4l2_streamparm& p) { p.parm.capture.timeperframe = {1, 30}; };
-  expect_error(ErrorCode::device_refused, {"60 pictures a second were asked for, the driver gives 30"});
+  expect_error(ErrorCode::device_refused, {"60 pictures a second requested, but the driver gives 30"});
   settings.rate = -1;
   expect_error(ErrorCode::bad_argument, {"out of range"});
 }
 
 TEST_F(Settings, numbers_that_contradict_each_other_are_told) {
   settings.bits = 10;
-  expect_error(ErrorCode::bad_argument, {"10 bits were told for Y12, which has 12"});
+  expect_error(ErrorCode::bad_argument, {"10 bits for Y12, which has 12"});
   settings.bits = 0;
   settings.noise = NoiseModel::from_electrons({.bits = 10});
-  expect_error(ErrorCode::bad_argument, {"noise model has 10 bits, Y12 gives 12"});
+  expect_error(ErrorCode::bad_argument, {"noise model has 10 bits, but Y12 has 12"});
   settings.noise.reset();
   settings.region = {0, 0, {7, 8}, 1};
-  expect_error(ErrorCode::bad_argument, {"does not lie in the picture of 6x8"});
+  expect_error(ErrorCode::bad_argument, {"is not inside the picture of 6x8"});
   settings.region = {0, 0, {}, 2};
   settings.dead = Image<std::uint8_t>({6, 8});
   expect_error(ErrorCode::size_mismatch, {"dead pixels is 6x8, frames are 3x4"});
@@ -134,26 +134,26 @@ TEST_F(Settings, numbers_that_contradict_each_other_are_told) {
 
 TEST_F(Settings, what_the_kernel_refuses_is_said_in_words) {
   system.refusals["/dev/video0"] = EACCES;
-  expect_error(ErrorCode::device_refused, {"may not be opened", "group video"});
+  expect_error(ErrorCode::device_refused, {"no permission to open", "group video"});
   system.refusals["/dev/video0"] = EBUSY;
-  expect_error(ErrorCode::device_refused, {"held by another program", "fuser"});
+  expect_error(ErrorCode::device_refused, {"another program uses", "fuser"});
   system.refusals["/dev/video0"] = ENOENT;
-  expect_error(ErrorCode::device_lost, {"is not there"});
+  expect_error(ErrorCode::device_lost, {"is missing"});
   system.refusals.clear();
   camera->fail(VIDIOC_S_FMT, EBUSY);
-  expect_error(ErrorCode::device_refused, {"held by another program", "setting the format Y12 6x8"});
+  expect_error(ErrorCode::device_refused, {"another program uses", "setting the format Y12 6x8"});
   camera->fail(VIDIOC_REQBUFS, EBUSY);
-  expect_error(ErrorCode::device_refused, {"held by another program"});
+  expect_error(ErrorCode::device_refused, {"another program uses"});
   camera->fail(VIDIOC_REQBUFS, ENOMEM);
   expect_error(ErrorCode::device_refused, {"asking for 8 buffers"});
   camera->fail(VIDIOC_STREAMON, ENODEV);
-  expect_error(ErrorCode::device_lost, {"is gone", "starting the stream"});
+  expect_error(ErrorCode::device_lost, {"is lost", "starting the stream"});
   camera->fail(VIDIOC_QUERYCAP, ENOTTY);
-  expect_error(ErrorCode::device_refused, {"is no V4L2 device"});
+  expect_error(ErrorCode::device_refused, {"is not a V4L2 device"});
   camera->twist_request = [](v4l2_requestbuffers& request) { request.count = 1; };
   expect_error(ErrorCode::device_refused, {"1 buffer(s)"});
   camera->capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
-  expect_error(ErrorCode::device_refused, {"hands out no pictures"});
+  expect_error(ErrorCode::device_refused, {"does not stream pictures"});
 }
 
 TEST_F(Settings, calls_that_a_signal_interrupts_are_made_again) {
@@ -177,14 +177,14 @@ TEST_F(Settings, a_camera_is_found_by_what_it_is_called) {
   EXPECT_EQ(chosen("usb-2"), "/dev/video3");
   EXPECT_EQ(chosen("/dev/v4l/by-id/anything"), "/dev/v4l/by-id/anything");
   EXPECT_NE(chosen("Fake camera").find("several cameras are called 'Fake camera'"), std::string::npos);
-  EXPECT_NE(chosen("").find("several cameras are there"), std::string::npos);
+  EXPECT_NE(chosen("").find("several cameras found"), std::string::npos);
   EXPECT_NE(
       chosen("S3").find("no camera is called 'S3'; did you mean 'S2'? there are /dev/video0 (Fake camera)"),
       std::string::npos);
   system.cameras.erase("/dev/video3");
   EXPECT_EQ(chosen(""), "/dev/video0");
   system.cameras.clear();
-  EXPECT_NE(chosen("").find("no camera is there"), std::string::npos);
+  EXPECT_NE(chosen("").find("no camera found"), std::string::npos);
 }
 
 TEST_F(Settings, looking_finds_cameras_only_and_those_that_may_not_be_opened_with_the_reason) {
@@ -252,7 +252,7 @@ TEST_F(Settings, values_that_cannot_be_name_the_nearest) {
 TEST_F(Settings, a_driver_that_keeps_another_value_is_found_out) {
   camera->controls[0].hold = [](std::int64_t value) { return value / 16 * 16; };
   settings.controls = {{"gain", "40"}};
-  expect_error(ErrorCode::device_refused, {"made 32 of control gain = 40"});
+  expect_error(ErrorCode::device_refused, {"control gain became 32, not 40"});
   settings.controls = {{"gain", "80"}};
   EXPECT_TRUE(open().ok());
 }
@@ -262,9 +262,9 @@ TEST_F(Settings, a_control_that_another_rules_says_so) {
   camera->fail(VIDIOC_S_EXT_CTRLS, EIO);
   settings.controls = {{"exposure_time_absolute", "50"}};
   expect_error(ErrorCode::device_refused,
-               {"setting control exposure_time_absolute to 50", "switch its automatic off first"});
+               {"setting control exposure_time_absolute to 50", "switch off the automatic control first"});
   camera->controls[2].flags = V4L2_CTRL_FLAG_READ_ONLY;
-  expect_error(ErrorCode::device_refused, {"can only be read"});
+  expect_error(ErrorCode::device_refused, {"is read-only"});
 }
 
 TEST_F(Settings, controls_beyond_32_bits_and_odd_ones) {
@@ -292,4 +292,4 @@ TEST_F(Settings, drivers_that_never_come_to_an_end_do_not_hang) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::settings_test

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::unpack_test {
 namespace {
 
 using camera::unpack;
@@ -179,4 +179,4 @@ TEST(PixelFormat, fourcc_text_hides_what_is_no_character) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::unpack_test

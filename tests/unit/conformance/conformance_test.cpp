@@ -21,7 +21,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::conformance_test {
 namespace {
 
 using test::Breaks;
@@ -245,4 +245,4 @@ TEST(Conformance, documented) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::conformance_test

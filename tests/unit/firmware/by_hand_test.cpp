@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::by_hand_test {
 namespace {
 
 using test::RawHost;
@@ -150,4 +150,4 @@ TEST(HostLoss, no_lamp_runs_on_its_own) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::by_hand_test

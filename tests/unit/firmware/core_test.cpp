@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::core_test {
 namespace {
 
 using protocol::LineConfig;
@@ -258,4 +258,4 @@ TEST(Core, every_request_in_every_state_is_answered) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::core_test

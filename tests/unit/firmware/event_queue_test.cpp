@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::event_queue_test {
 namespace {
 
 symrig_wire_Event mark(std::uint32_t id) {
@@ -89,4 +89,4 @@ TEST(EventQueue, numbers_go_round_the_circle) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::event_queue_test

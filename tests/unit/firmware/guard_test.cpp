@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::guard_test {
 namespace {
 
 using protocol::Rule;
@@ -98,4 +98,4 @@ TEST(Guard, lines_without_limits_are_not_watched) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::guard_test

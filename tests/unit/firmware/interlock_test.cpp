@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::interlock_test {
 namespace {
 
 using test::RawHost;
@@ -150,4 +150,4 @@ TEST(Interlock, only_inputs_can_be_one_and_only_they_have_a_trip_level) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::interlock_test

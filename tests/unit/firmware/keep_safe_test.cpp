@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::keep_safe_test {
 namespace {
 
 using protocol::BoardConfig;
@@ -275,4 +275,4 @@ TEST(KeepSafe, an_engine_that_plays_on_beyond_the_end_does_not_stop_time) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::keep_safe_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::link_test {
 namespace {
 
 using protocol::Kind;
@@ -216,4 +216,4 @@ TEST(Link, half_a_frame_is_forgotten_when_the_cable_is_pulled) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::link_test

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::sequencer_test {
 namespace {
 
 using test::RawHost;
@@ -286,4 +286,4 @@ TEST(Sequencer, an_abort_stops_marks_and_edges_at_once) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::sequencer_test

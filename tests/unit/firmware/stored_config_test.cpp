@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::stored_config_test {
 namespace {
 
 using test::RawHost;
@@ -146,4 +146,4 @@ TEST(StoredConfig, a_record_for_another_board_is_not_taken) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::stored_config_test

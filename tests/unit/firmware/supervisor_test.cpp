@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::supervisor_test {
 namespace {
 
 // The whole table again, written from the prose of firmware/README.md, one letter a cell:
@@ -112,4 +112,4 @@ TEST(Supervisor, every_state_can_be_reached_and_left) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::supervisor_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::upkeep_test {
 namespace {
 
 using test::RawHost;
@@ -198,4 +198,4 @@ TEST(Upkeep, a_time_ping_may_be_urgent_and_needs_no_session) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::upkeep_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::firmware {
+namespace symrig::firmware::urgent_scan_test {
 namespace {
 
 using protocol::Kind;
@@ -108,4 +108,4 @@ TEST(UrgentScan, a_new_end_of_the_link_begins_afresh) {
 }
 
 }  // namespace
-}  // namespace symrig::firmware
+}  // namespace symrig::firmware::urgent_scan_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::bracket_plan_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -159,4 +159,4 @@ TEST(LightHistogram, KeepsPixelsAndEnergyToAQuarterOctave) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bracket_plan_test

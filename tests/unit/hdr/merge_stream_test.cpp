@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::merge_stream_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -113,4 +113,4 @@ TEST(MergeStream, RefusesWhatMergeRefuses) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::merge_stream_test

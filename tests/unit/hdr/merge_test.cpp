@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace symrig {
+namespace symrig::merge_test {
 namespace {
 
 using test::Random;
@@ -371,4 +371,4 @@ TEST(NoiseModel, RefusesNonsense) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::merge_test

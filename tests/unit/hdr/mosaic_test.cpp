@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::mosaic_test {
 namespace {
 
 constexpr Grid kGrid{16, 20};
@@ -131,4 +131,4 @@ TEST(Mosaic, WhatTheFloodDoesNotShowIsInvalid) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::mosaic_test

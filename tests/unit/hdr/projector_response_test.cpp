@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::projector_response_test {
 namespace {
 
 std::vector<FieldLight> projector_levels(double gamma, double black, double sigma, int step) {
@@ -93,4 +93,4 @@ TEST(ProjectorResponse, ADamagedFileIsNamedWithItsLine) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::projector_response_test

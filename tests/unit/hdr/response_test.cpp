@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::response_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -201,4 +201,4 @@ TEST(Isotonic, PoolsWhatFalls) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::response_test

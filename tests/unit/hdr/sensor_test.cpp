@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::sensor_test {
 namespace {
 
 constexpr Grid kGrid{128, 128};
@@ -211,4 +211,4 @@ TEST_F(SensorFile, NamesLineAndKeyOfWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::sensor_test

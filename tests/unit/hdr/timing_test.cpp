@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::timing_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -108,4 +108,4 @@ TEST(ExposureRatio, WithoutOverlapThereIsNoAnswer) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::timing_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::weights_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -42,4 +42,4 @@ INSTANTIATE_TEST_SUITE_P(Levels, Contest,
                                          300'000., 1e6, 3e6, 9e6));
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::weights_test

@@ -12,7 +12,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::image_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -263,4 +263,4 @@ TEST_F(ImageFile, AtomicWritesFollowLinksAndRefuseFolders) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::image_file_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::resample_test {
 namespace {
 
 Image<float> row_of(const std::vector<float>& values) {
@@ -57,4 +57,4 @@ TEST(ToGray, WeighsLuminance) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::resample_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::bracket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -129,4 +129,4 @@ TEST(Bracket, without_vsync_the_run_ends_with_a_time_out) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bracket_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-namespace symrig {
+namespace symrig::compile_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -244,4 +244,4 @@ TEST(Compile, lines_that_are_stamped_coarsely_are_captured_only_if_asked_for) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::compile_test

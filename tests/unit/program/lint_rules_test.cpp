@@ -10,7 +10,7 @@
 #include <sstream>
 #include <vector>
 
-namespace symrig {
+namespace symrig::lint_rules_test {
 namespace {
 
 struct RuleText {
@@ -167,4 +167,4 @@ TEST(LintRules, delays_that_bring_edges_too_close_are_told) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::lint_rules_test

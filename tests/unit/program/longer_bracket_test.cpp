@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::longer_bracket_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -36,4 +36,4 @@ TEST(LongerBracket, what_was_equal_stands_there_once) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::longer_bracket_test

@@ -7,7 +7,7 @@
 
 #include <unistd.h>
 
-namespace symrig {
+namespace symrig::profile_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -106,4 +106,4 @@ TEST_F(Profile, a_program_overrides_single_numbers_which_are_no_assumptions_then
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::profile_test

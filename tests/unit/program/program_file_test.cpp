@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-namespace symrig {
+namespace symrig::program_file_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -138,4 +138,4 @@ TEST(ProgramFile, damaged_files_are_read_or_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::program_file_test

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig {
+namespace symrig::records_test {
 namespace {
 
 using protocol::Op;
@@ -218,4 +218,4 @@ TEST(Records, know_the_line_of_the_file_that_they_come_from) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::records_test

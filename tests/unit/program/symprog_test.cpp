@@ -4,7 +4,7 @@
 #include "symrig/board/board_file.hpp"
 #include "workshop.hpp"
 
-namespace symrig {
+namespace symrig::symprog_test {
 namespace {
 
 CompiledProgram example() {
@@ -89,4 +89,4 @@ TEST(BoardFile, may_be_the_manifest_of_a_firmware) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::symprog_test

@@ -4,7 +4,7 @@
 #include "symrig/run/compare.hpp"
 #include "workshop.hpp"
 
-namespace symrig {
+namespace symrig::timeline_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -150,4 +150,4 @@ TEST(Compare, passes_over_lines_that_nobody_watched) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::timeline_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-namespace symrig::test {
+namespace symrig::test::codes_test {
 namespace {
 
 std::vector<double> gamma_response(double exponent, double black, double white) {
@@ -90,4 +90,4 @@ TEST(Codes, a_pattern_names_its_bad_value) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::codes_test

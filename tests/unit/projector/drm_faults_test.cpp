@@ -6,7 +6,7 @@
 
 #include <cerrno>
 
-namespace symrig::projector::drm::test {
+namespace symrig::projector::drm::test::drm_faults_test {
 namespace {
 
 class Faults : public DrmBench, public ::testing::WithParamInterface<bool> {
@@ -88,7 +88,7 @@ TEST_P(Faults, the_card_is_removed_in_mid_flip) {
     card->gone = true;
     return ENODEV;
   });
-  expect_lost(ErrorCode::device_lost, "gone");
+  expect_lost(ErrorCode::device_lost, "is lost");
   expect_reopens();
 }
 
@@ -98,7 +98,7 @@ TEST_P(Faults, the_card_is_removed_while_a_refresh_is_waited_for) {
     card->gone = true;
     return 0;
   });
-  expect_lost(ErrorCode::device_lost, "gone");
+  expect_lost(ErrorCode::device_lost, "is lost");
 }
 
 TEST_P(Faults, another_program_becomes_master) {
@@ -119,7 +119,7 @@ TEST_P(Faults, a_busy_driver_is_asked_again) {
 TEST_P(Faults, a_driver_that_stays_busy_is_given_up) {
   start();
   at_next_flip([] { return EBUSY; });
-  expect_lost(ErrorCode::timeout, "not taken");
+  expect_lost(ErrorCode::timeout, "not accepted");
   expect_reopens();
 }
 
@@ -142,7 +142,7 @@ TEST_P(Faults, events_of_other_flips_are_passed_over) {
 TEST_P(Faults, the_count_of_refreshes_goes_back) {
   start();
   card->on_event = [](std::uint64_t, FlipEvent& event) { event.sequence = 5; };
-  expect_lost(ErrorCode::device_lost, "its count of refreshes went from");
+  expect_lost(ErrorCode::device_lost, "its refresh count went from");
   expect_reopens();
 }
 
@@ -153,7 +153,7 @@ TEST_P(Faults, two_flips_cannot_have_one_refresh) {
   card->on_event = [&](std::uint64_t, FlipEvent& event) {
     event.sequence = static_cast<std::uint32_t>(shown->refresh);
   };
-  expect_lost(ErrorCode::device_lost, "its count of refreshes went from");
+  expect_lost(ErrorCode::device_lost, "its refresh count went from");
 }
 
 TEST_P(Faults, the_link_breaks_down) {
@@ -166,7 +166,7 @@ TEST_P(Faults, the_link_breaks_down) {
 TEST_P(Faults, video_memory_runs_out_at_a_flip) {
   start();
   at_next_flip([] { return ENOMEM; });
-  expect_lost(ErrorCode::limit, "not taken");
+  expect_lost(ErrorCode::limit, "not accepted");
 }
 
 TEST_P(Faults, a_failed_start_leaves_nothing) {
@@ -186,7 +186,8 @@ TEST_P(Faults, a_desktop_holds_the_card) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::device_refused);
   EXPECT_EQ(refused.error().line(),
-            "card0 is in use by Xorg (1234); end it first; a desktop: sudo systemctl stop display-manager");
+            "card0 is in use by Xorg (1234); end that program first; for a desktop: sudo systemctl stop "
+            "display-manager");
 }
 
 TEST_P(Faults, somebody_who_only_looks_is_waited_for) {
@@ -198,4 +199,4 @@ INSTANTIATE_TEST_SUITE_P(Both, Faults, ::testing::Bool(),
                          [](const auto& atomic) { return std::string(atomic.param ? "atomic" : "legacy"); });
 
 }  // namespace
-}  // namespace symrig::projector::drm::test
+}  // namespace symrig::projector::drm::test::drm_faults_test

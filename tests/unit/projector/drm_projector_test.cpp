@@ -4,7 +4,7 @@
 #include "projector/drm/find_displays.hpp"
 #include "projector_laws.hpp"
 
-namespace symrig::projector::drm::test {
+namespace symrig::projector::drm::test::drm_projector_test {
 namespace {
 
 /// Both ways of driving a card, with two and with three buffers.
@@ -98,7 +98,7 @@ TEST_P(Ways, a_driver_that_counts_no_refreshes_is_found_out) {
   ASSERT_TRUE(projector);
   EXPECT_FALSE(projector->counts_refreshes());
   ASSERT_EQ(projector->warnings().size(), 1U);
-  EXPECT_NE(projector->warnings()[0].find("counts no refreshes"), std::string::npos);
+  EXPECT_NE(projector->warnings()[0].find("does not count refreshes"), std::string::npos);
   const auto first = projector->show(0), second = projector->show(1);
   ASSERT_OK(first);
   ASSERT_OK(second);
@@ -231,4 +231,4 @@ TEST_F(DrmBench, displays_are_listed) {
 }
 
 }  // namespace
-}  // namespace symrig::projector::drm::test
+}  // namespace symrig::projector::drm::test::drm_projector_test

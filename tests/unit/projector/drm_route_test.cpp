@@ -6,7 +6,7 @@
 #include <drm_fourcc.h>
 #include <gtest/gtest.h>
 
-namespace symrig::projector::drm::test {
+namespace symrig::projector::drm::test::drm_route_test {
 namespace {
 
 std::shared_ptr<FakeCard> a_card() {
@@ -43,12 +43,12 @@ TEST(FindConnector, says_what_there_is) {
   card->connectors[22] = {22, "DP-1", false, {}, 1, 0};
   FakeCards cards(card);
   EXPECT_EQ(find_connector(cards, "VGA-1").error().line(),
-            "there is no connector 'VGA-1'; this machine has card0-HDMI-A-1, card0-DP-1");
+            "there is no connector 'VGA-1'; this computer has card0-HDMI-A-1, card0-DP-1");
   EXPECT_EQ(find_connector(cards, "DP-1").error().line(),
-            "nothing is plugged in at card0-DP-1; there is something at card0-HDMI-A-1");
+            "nothing is connected to card0-DP-1; a display is connected to card0-HDMI-A-1");
   card->connectors[21].connected = false;
   EXPECT_EQ(find_connector(cards, "").error().line(),
-            "no projector is plugged in; connect one to card0-HDMI-A-1, card0-DP-1");
+            "no projector is connected; connect one to card0-HDMI-A-1, card0-DP-1");
   FakeCards none(std::vector<std::shared_ptr<FakeCard>>{});
   EXPECT_EQ(find_connector(none, "").error().code, ErrorCode::device_lost);
 }
@@ -112,4 +112,4 @@ TEST_F(TwoHeads, no_crtc_is_an_error) {
 }
 
 }  // namespace
-}  // namespace symrig::projector::drm::test
+}  // namespace symrig::projector::drm::test::drm_route_test

@@ -15,7 +15,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
-namespace symrig::test {
+namespace symrig::test::folder_projector_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -197,4 +197,4 @@ TEST_F(Folder, what_cannot_be_is_refused_at_once) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::folder_projector_test

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
-namespace symrig::test {
+namespace symrig::test::placement_test {
 namespace {
 
 /// The law of Placement, pixel by pixel and without a thought of speed.
@@ -82,4 +82,4 @@ TEST(Placement, what_does_not_fit_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig::test
+}  // namespace symrig::test::placement_test

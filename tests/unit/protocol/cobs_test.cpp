@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::cobs_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -69,4 +69,4 @@ TEST(Cobs, refuses_room_that_may_not_suffice) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::cobs_test

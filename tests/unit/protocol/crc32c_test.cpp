@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::crc32c_test {
 namespace {
 
 /// Bit by bit, as the polynomial 0x1EDC6F41 is written down (reflected).
@@ -45,4 +45,4 @@ TEST(Crc32c, can_be_fed_in_parts) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::crc32c_test

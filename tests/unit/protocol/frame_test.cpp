@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::frame_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -156,4 +156,4 @@ TEST(Frame, sequence_numbers_compare_round_the_circle) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::frame_test

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::messages_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -108,4 +108,4 @@ TEST(Messages, random_bodies_never_harm) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::messages_test

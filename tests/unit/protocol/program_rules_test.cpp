@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::program_rules_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -292,4 +292,4 @@ TEST(ProgramRules, random_records_never_harm) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::program_rules_test

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::refill_test {
 namespace {
 
 using test::Step;
@@ -315,4 +315,4 @@ TEST(Refill, a_board_with_nothing_to_refill_refuses_nothing) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::refill_test

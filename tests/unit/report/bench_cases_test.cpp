@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::bench_cases_test {
 namespace {
 
 BenchPlan small_plan() {
@@ -67,4 +67,4 @@ TEST(BenchCases, name_the_rig_they_run_on) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bench_cases_test

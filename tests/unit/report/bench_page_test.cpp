@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::bench_page_test {
 namespace {
 
 std::size_t count(const std::string& text, const std::string& word) {
@@ -63,4 +63,4 @@ TEST(BenchPage, of_nothing_is_a_page) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bench_page_test

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace symrig {
+namespace symrig::bench_results_test {
 namespace {
 
 std::vector<std::string> lines(const std::string& text) {
@@ -115,4 +115,4 @@ TEST(BenchTable, the_summary_has_the_means_and_what_they_leave_out) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bench_results_test

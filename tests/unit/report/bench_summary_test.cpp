@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::bench_summary_test {
 namespace {
 
 constexpr double kRounding = 1e-12;
@@ -89,4 +89,4 @@ TEST(BenchSummary, flood_bias_is_the_worst_over_seeds_and_sweep) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::bench_summary_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::curve_chart_test {
 namespace {
 
 CurveChart chart_of(const std::vector<CostError>& points, Marker marker = Marker::circle) {
@@ -104,4 +104,4 @@ TEST(CurveChart, every_marker_is_closed) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::curve_chart_test

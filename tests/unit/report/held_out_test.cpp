@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::held_out_test {
 namespace {
 
 /// T = 2 on the diagonal of a 2 x 4 grid, except that the last camera pixel sees nothing.
@@ -48,4 +48,4 @@ TEST(HeldOutError, a_dark_scene_has_no_error_to_tell) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::held_out_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::html_test {
 namespace {
 
 TEST(Text, numbers_for_people) {
@@ -113,4 +113,4 @@ TEST(HtmlReport, stops_when_asked_and_passes_errors_on) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::html_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::letters_test {
 namespace {
 
 double mean(const Image<float>& image) {
@@ -56,4 +56,4 @@ TEST(Letters, keep_their_share_of_ink_at_any_size) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::letters_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::node_counts_test {
 namespace {
 
 constexpr std::array<float, 16> kOnes{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
@@ -52,4 +52,4 @@ TEST(NodeCounts, mirror_images_are_one_node) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::node_counts_test

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::picture_test {
 namespace {
 
 TEST(Picture, white_level_ignores_the_brightest_few_and_what_is_not_a_number) {
@@ -134,4 +134,4 @@ TEST(Picture, a_data_uri_is_a_png_of_the_same_pixels) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::picture_test

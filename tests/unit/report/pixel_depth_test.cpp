@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::pixel_depth_test {
 namespace {
 
 // 2 x 2 pixels, all of them blocks of level 1: pixel 0 has a direct entry, an entry with 3 and an empty pair
@@ -41,4 +41,4 @@ TEST(PixelDepth, weighs_levels_by_entries) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::pixel_depth_test

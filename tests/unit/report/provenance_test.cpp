@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::provenance_test {
 namespace {
 
 constexpr const char* kFile = "sim:vgroove-textured?size=12x17&seed=2";
@@ -37,4 +37,4 @@ TEST(Provenance, a_file_that_does_not_say_is_not_doubted) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::provenance_test

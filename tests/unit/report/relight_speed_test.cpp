@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::relight_speed_test {
 namespace {
 
 TransportTensor identity(Grid grid) {
@@ -61,4 +61,4 @@ TEST(RelightSpeed, refuses_what_cannot_be_measured) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::relight_speed_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::report_page_test {
 namespace {
 
 using test::expect_sound, test::PageReader, test::Tag;
@@ -142,4 +142,4 @@ TEST(ReportPage, tells_when_and_how_it_was_made) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::report_page_test

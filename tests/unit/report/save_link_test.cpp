@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::save_link_test {
 namespace {
 
 TEST(SaveLink, names_of_files_are_plain) {
@@ -39,4 +39,4 @@ TEST(SaveLink, only_finite_pictures_of_some_size_become_openexr) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::save_link_test

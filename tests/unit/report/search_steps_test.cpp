@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::report {
+namespace symrig::report::search_steps_test {
 namespace {
 
 std::vector<Stage> stages(const char* json) {
@@ -70,4 +70,4 @@ TEST(SearchSteps, baselines_have_rounds) {
 }
 
 }  // namespace
-}  // namespace symrig::report
+}  // namespace symrig::report::search_steps_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::speed_error_test {
 namespace {
 
 /// log, exp and pow of libm are within a few ulp; a handful of them in a row stays below this.
@@ -158,4 +158,4 @@ TEST(GeometricMean, of_bounds_is_a_bound_and_of_nothing_is_nothing) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::speed_error_test

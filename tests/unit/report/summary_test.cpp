@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-namespace symrig {
+namespace symrig::summary_test {
 namespace {
 
 using nlohmann::json;
@@ -128,4 +128,4 @@ TEST(InspectionJson, tells_what_is_stored) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::summary_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::camera_ledger_test {
 namespace {
 
 using test::CameraFaults;
@@ -257,4 +257,4 @@ TEST(CameraLedger, a_clean_run_is_never_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::camera_ledger_test

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::faulty_rig_test {
 namespace {
 
 using test::CameraMischief;
@@ -158,7 +158,7 @@ TEST_P(FaultyRig, a_camera_that_does_not_come_back_is_named) {
   const auto photographs = rig->measure(distinct(rig->grid(), 4));
   ASSERT_FALSE(photographs.ok());
   EXPECT_EQ(photographs.error().code, ErrorCode::device_lost);
-  EXPECT_NE(photographs.error().what.find("the camera was unplugged; it was not back after 30 s"),
+  EXPECT_NE(photographs.error().what.find("the camera was unplugged; it did not come back within 30 s"),
             std::string::npos)
       << photographs.error().line();
 }
@@ -166,7 +166,7 @@ TEST_P(FaultyRig, a_camera_that_does_not_come_back_is_named) {
 TEST_P(FaultyRig, a_wait_can_be_interrupted) {
   Workshop shop;
   shop.pacing = GetParam();
-  shop.options = [](RigOptions& options) { options.wanted = [] { return false; }; };
+  shop.options = [](RigOptions& options) { options.keep_waiting = [] { return false; }; };
   const auto rig = shop.open(kNoisy);
   ASSERT_NE(rig, nullptr);
   shop.camera->unplug_at = shop.camera->frames;
@@ -313,4 +313,4 @@ TEST(EvaluateByPhotographs, comes_to_what_the_truth_says) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::faulty_rig_test

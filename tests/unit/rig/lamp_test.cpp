@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::lamp_test {
 namespace {
 
 constexpr Grid kGrid{10, 10};
@@ -130,4 +130,4 @@ TEST(LampLog, compares_what_both_photographs_know) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::lamp_test

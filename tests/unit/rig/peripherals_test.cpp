@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::peripherals_test {
 namespace {
 
 constexpr std::uint32_t kProjector = 1U << 0U;
@@ -84,4 +84,4 @@ TEST(SimulatedCamera, hands_over_what_was_exposed_with_its_times) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::peripherals_test

@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::rig_file_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -221,4 +221,4 @@ TEST(RigFile, a_log_knows_a_rig_by_what_changes_its_photographs) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::rig_file_test

@@ -16,7 +16,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::rig_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -287,4 +287,4 @@ TEST(Rig, fails_when_a_line_is_not_there) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::rig_test

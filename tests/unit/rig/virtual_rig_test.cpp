@@ -10,7 +10,7 @@
 
 #include <tbb/global_control.h>
 
-namespace symrig::sim {
+namespace symrig::sim::virtual_rig_test {
 namespace {
 
 std::unique_ptr<VirtualRig> open(const std::string& uri) {
@@ -318,4 +318,4 @@ TEST(OpenVirtualRig, tells_what_it_is) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::virtual_rig_test

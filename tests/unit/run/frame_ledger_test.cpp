@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::frame_ledger_test {
 namespace {
 
 /// Two photographs of two exposures, marks at 0, 100, 200, 300, 400, 500.
@@ -57,4 +57,4 @@ TEST(FrameLedger, what_is_out_of_order_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::frame_ledger_test

@@ -10,7 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace symrig {
+namespace symrig::run_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -167,4 +167,4 @@ TEST(Receipt, what_is_none_is_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::run_test

@@ -8,7 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
-namespace symrig {
+namespace symrig::waveform_test {
 namespace {
 
 Waveform two_lines(std::uint64_t hz) {
@@ -109,4 +109,4 @@ TEST(Waveform, of_a_plan_draws_the_lines_that_move) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::waveform_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::camera_optics_test {
 namespace {
 
 TEST(Shift, moves_a_picture_by_whole_and_part_pixels) {
@@ -49,4 +49,4 @@ TEST(DeadPixels, have_the_share_asked_for) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::camera_optics_test

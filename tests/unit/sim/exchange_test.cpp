@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::exchange_test {
 namespace {
 
 TEST(InverseSquare, keeps_its_relative_error_over_seven_decades) {
@@ -79,7 +79,7 @@ TEST(OpenExchange, matches_every_point_to_point_form_factor) {
   }
 }
 
-// Bound of masked_exchange.hpp: 3e-6 of the largest entry of the pair of columns, whose energy may sit in
+// Bound of exchange.hpp: 3e-6 of the largest entry of the pair of columns, whose energy may sit in
 // another column of the same row; transforms mix rows, not columns.
 TEST(MaskedExchange, matches_every_visible_form_factor) {
   for (const Grid grid : {Grid{19, 23}, Grid{33, 12}, Grid{1, 30}, Grid{5, 2}}) {
@@ -145,4 +145,4 @@ TEST(LaneFft, matches_the_sum_that_defines_it) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::exchange_test

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/scene.hpp"
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::scene_uri_test {
 namespace {
 
 TEST(SceneUri, has_the_documented_defaults) {
@@ -119,13 +121,37 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"sim:plane?light=0", kBad, "light"}, Refused{"sim:plane?light=2", kBad, "light"},
         Refused{"sim:plane?misalign=1e9", kBad, "misalign"}));
 
-TEST(SceneNames, are_the_contract) {
-  const std::vector<std::string_view> expected{"plane", "vgroove-white", "vgroove-mixed", "vgroove-textured",
-                                               "gummy", "occluder",      "mirror",        "views2",
-                                               "views3"};
-  EXPECT_EQ(std::vector(scene_names().begin(), scene_names().end()), expected);
-  for (const auto name : scene_names()) EXPECT_TRUE(parse_scene_uri("sim:" + std::string(name)).ok());
+TEST(SceneTable, each_row_is_a_scene_with_its_text) {
+  ASSERT_EQ(scenes().size(), scene_names().size());
+  for (std::size_t k = 0; k < scenes().size(); ++k) {
+    const auto [name, about] = scenes()[k];
+    EXPECT_EQ(scene_names()[k], name);
+    EXPECT_EQ(std::count(scene_names().begin(), scene_names().end(), name), 1) << name;
+    EXPECT_FALSE(about.empty()) << name;
+    const auto uri = parse_scene_uri("sim:" + std::string(name) + "?size=4x4");
+    ASSERT_TRUE(uri.ok()) << name;
+    EXPECT_TRUE(make_scene(*uri).ok()) << name;
+  }
+}
+
+TEST(SceneTable, an_unknown_scene_lists_all) {
+  const std::string line = parse_scene_uri("sim:jelly").error().line();
+  for (const auto name : scene_names()) EXPECT_NE(line.find(name), std::string::npos) << line;
+}
+
+// The default is read back, and an error for a wrong value gives the values of the table.
+TEST(KeyTable, each_key_reads_its_default_and_refuses_with_its_values) {
+  for (const SceneKey& key : scene_keys()) {
+    const std::string uri = "sim:plane?" + std::string(key.name) + "=";
+    const auto standard = parse_scene_uri(uri + key.standard);
+    ASSERT_TRUE(standard.ok()) << key.name;
+    EXPECT_EQ(standard->to_string(), SceneUri().to_string());
+    const auto wrong = parse_scene_uri(uri + "?");
+    ASSERT_FALSE(wrong.ok()) << key.name;
+    EXPECT_EQ(wrong.error().hint, "give " + std::string(key.name) + " as " + key.values);
+    EXPECT_FALSE(key.meaning.empty()) << key.name;
+  }
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::scene_uri_test

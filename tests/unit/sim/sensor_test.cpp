@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::sensor_test {
 namespace {
 
 Sensor sensor(std::uint64_t seed = 1) {
@@ -77,4 +77,4 @@ TEST(Sensor, draws_independently) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::sensor_test

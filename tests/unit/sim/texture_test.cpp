@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::texture_test {
 namespace {
 
 // First outputs of the splitmix64 sequence of seed 0, as published with it.
@@ -51,4 +51,4 @@ TEST(Texture, of_another_key_is_unrelated) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::texture_test

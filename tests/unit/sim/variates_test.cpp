@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim {
+namespace symrig::sim::variates_test {
 namespace {
 
 double normal_cdf(double z) {
@@ -96,4 +96,4 @@ TEST(PoissonQuantile, passes_a_chi_square_test_with_hashed_counters) {
 }
 
 }  // namespace
-}  // namespace symrig::sim
+}  // namespace symrig::sim::variates_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::tensor {
+namespace symrig::tensor::batch_kernels_test {
 namespace {
 
 constexpr double kEpsilon = 0x1p-24;
@@ -101,4 +101,4 @@ TEST(BatchKernels, a_leaf_is_applied_both_ways_when_mirrored) {
 }
 
 }  // namespace
-}  // namespace symrig::tensor
+}  // namespace symrig::tensor::batch_kernels_test

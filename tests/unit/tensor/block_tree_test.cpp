@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::block_tree_test {
 namespace {
 
 /// Child k of a block of level l.
@@ -353,4 +353,4 @@ TEST(ViewsTree, views_and_surfaces_that_do_not_fit_are_refused) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::block_tree_test

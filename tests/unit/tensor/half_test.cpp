@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::tensor {
+namespace symrig::tensor::half_test {
 namespace {
 
 TEST(Half, every_half_that_is_a_number_comes_back) {
@@ -82,4 +82,4 @@ TEST(Half, dark_and_broken_columns_are_no_trouble) {
 }
 
 }  // namespace
-}  // namespace symrig::tensor
+}  // namespace symrig::tensor::half_test

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::tensor {
+namespace symrig::tensor::lanes_test {
 namespace {
 
 std::vector<float> values(std::size_t n, std::uint64_t seed) {
@@ -60,4 +60,4 @@ TEST(Lanes, interleaving_and_back_moves_every_value_to_its_place) {
 }
 
 }  // namespace
-}  // namespace symrig::tensor
+}  // namespace symrig::tensor::lanes_test

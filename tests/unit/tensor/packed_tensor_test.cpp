@@ -9,7 +9,7 @@
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
 
-namespace symrig {
+namespace symrig::packed_tensor_test {
 namespace {
 
 constexpr double kStored = 0x1p-10 * (1 + 0x1p-11);  // two factors, each within 2⁻¹¹
@@ -320,4 +320,4 @@ TEST(PackedTensor, tiny_times_huge_is_neither_lost_nor_infinite) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::packed_tensor_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::scene_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -172,4 +172,4 @@ TEST_F(SceneFile, a_failed_write_leaves_the_old_file) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::scene_file_test

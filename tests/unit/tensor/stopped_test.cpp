@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::stopped_test {
 namespace {
 
 /// T = identity, and 1/8 between all pixels of two blocks of level 1, stored by single entries.
@@ -73,4 +73,4 @@ TEST(StoppedCapture, merged_leaves_count_as_cut_further) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::stopped_test

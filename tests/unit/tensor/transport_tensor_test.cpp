@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::transport_tensor_test {
 namespace {
 
 using tests::RandomTensor;
@@ -204,4 +204,4 @@ TEST(TransportTensor, leaves_are_counted_by_level_and_kind) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::transport_tensor_test

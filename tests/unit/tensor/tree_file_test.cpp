@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace symrig {
+namespace symrig::tree_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -89,4 +89,4 @@ TEST_P(TreeFile, a_flipped_bit_never_becomes_another_tree) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::tree_file_test

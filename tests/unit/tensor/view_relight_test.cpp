@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::view_relight_test {
 namespace {
 
 using tests::RandomTensor;
@@ -110,4 +110,4 @@ TEST(ViewLayout, tiles_cover_the_grid_once_and_differ_by_a_pixel_at_most) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::view_relight_test

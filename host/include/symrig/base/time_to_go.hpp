@@ -14,7 +14,7 @@ namespace symrig {
 class TimeToGo {
  public:
   /// seconds: time since the job began; must not decrease.
-  void tell(const ProgressEvent& event, double seconds);
+  void report(const ProgressEvent& event, double seconds);
 
   /// The remaining seconds. Nothing if they are not known: no rate yet, later stages of unknown length, or
   /// only the work after the last unit remains.

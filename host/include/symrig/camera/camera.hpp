@@ -15,33 +15,33 @@
 
 namespace symrig {
 
-/// What a camera can do with its shutter.
+/// The limits of a camera's shutter.
 struct CameraTiming {
   Nanoseconds min_exposure{20'000};
   Nanoseconds max_exposure{30'000'000'000};
   Nanoseconds readout{3'000'000};  ///< from the end of an exposure to the next possible trigger
 };
 
-/// What the time-stamp of a frame tells.
+/// Which moment a frame's time stamp marks.
 enum class StampOf : std::uint8_t {
-  nothing,  ///< the camera has no clock that we share
+  nothing,  ///< the camera shares no clock with the host
   exposure_begin,
-  exposure_end  ///< end of the exposure or later, up to the end of the readout
+  exposure_end  ///< the end of the exposure or later, at the latest the end of the readout
 };
 
-/// One frame as the camera hands it over. raw: channels × grid codes, planar, raster order.
+/// One frame as the camera delivers it. raw: channels × grid codes, planar, raster order.
 struct CameraFrame {
-  std::uint64_t sequence = 0;  ///< the camera's own count of frames, with those it lost on the way
+  std::uint64_t sequence = 0;  ///< the camera's own frame count; lost frames count too
   SteadyTime stamp;
   StampOf stamp_of = StampOf::nothing;
-  bool damaged = false;  ///< the driver says that its contents are not whole
+  bool damaged = false;  ///< the driver reports that the contents are incomplete
   std::vector<std::uint16_t> raw;
-  /// What a camera adds for a FrameReading of its own, such as chunk data; empty for most.
+  /// Extra data for the camera's own FrameReading, such as chunk data. Most cameras leave it empty.
   std::any attachment = {};
 };
 
-/// A camera that exposes while its trigger line is high. The board times the exposures; the camera only
-/// hands over what it saw. Not thread-safe.
+/// A camera that exposes while its trigger line is high. The board times the exposures. The camera only
+/// delivers the frames. Not thread-safe.
 class Camera {
  public:
   Camera() = default;
@@ -53,11 +53,12 @@ class Camera {
   virtual int channels() const = 0;
   virtual CameraTiming timing() const = 0;
   virtual const NoiseModel& noise() const = 0;
-  /// Pixels never to be trusted: 1 = dead, grid × 1. nullptr: none known.
+  /// Defective pixels: 1 = dead, grid × 1. nullptr: none known.
   virtual const Image<std::uint8_t>* dead() const = 0;
-  /// All frames since the last take(), in order of arrival. Waits until there are `count` of them or none has
-  /// come for `patience`: may be fewer than asked for, or more. Which belongs to which exposure is the
-  /// ledger's to say.  fails: device_lost.
+  /// Returns all frames since the last take(), in order of arrival. Waits for `count` frames, but stops
+  /// waiting after `patience` without a new frame. The result may have fewer or more than `count` frames. The
+  /// ledger decides which frame belongs to which exposure.
+  /// fails: device_lost.
   virtual Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) = 0;
   /// One line for reports.
   virtual std::string describe() const = 0;

@@ -7,14 +7,14 @@
 
 namespace symrig {
 
-/// The colours of a sensor's pixels: the first two of its top row, then the first two of the row below.
-/// none: every pixel sees the same light.
+/// The colour filters of a sensor: the first two pixels of its top row, then the first two of the second row.
+/// none: the sensor has no colour filters.
 enum class Mosaic : std::uint8_t { none, rggb, grbg, gbrg, bggr };
 
-/// The same sensor seen from pixel (rows, cols) on: what a region that begins there has in its corner.
+/// The mosaic of the sensor's region that begins at pixel (rows, cols).
 constexpr Mosaic shifted(Mosaic mosaic, int rows, int cols) {
   if (mosaic == Mosaic::none) return mosaic;
-  // In the order of the enumeration, one column further swaps 0↔1 and 2↔3, one row further 0↔2 and 1↔3.
+  // In the order of the enumeration, one more column swaps 0↔1 and 2↔3. One more row swaps 0↔2 and 1↔3.
   const int index = (static_cast<int>(mosaic) - 1) ^ (cols & 1) ^ (2 * (rows & 1));
   return static_cast<Mosaic>(index + 1);
 }

@@ -11,43 +11,43 @@
 
 namespace symrig {
 
-/// How the samples of one row lie in memory [Linux media, userspace-api/media/v4l/pixfmt].
+/// How the samples of one row are stored in memory [Linux media, userspace-api/media/v4l/pixfmt].
 enum class Packing : std::uint8_t {
-  bytes,             ///< a byte a sample
-  words,             ///< two bytes a sample, the low one first
-  words_high_first,  ///< two bytes a sample, the high one first
-  mipi10,            ///< 4 samples in 5 bytes: four high bytes, then four times 2 low bits, the first lowest
-  mipi12,            ///< 2 samples in 3 bytes: two high bytes, then twice 4 low bits, the first lowest
-  mipi14,            ///< 4 samples in 7 bytes: four high bytes, then four times 6 low bits, the first lowest
-  stream10,          ///< 4 samples in 5 bytes as one stream of bits, the highest first
-  luma_first,        ///< 4:2:2, the luma in the even bytes
-  luma_second        ///< 4:2:2, the luma in the odd bytes
+  bytes,             ///< one byte per sample
+  words,             ///< two bytes per sample, little-endian
+  words_high_first,  ///< two bytes per sample, big-endian
+  mipi10,            ///< 4 samples in 5 bytes: four high bytes, then 4 × 2 low bits, the first sample lowest
+  mipi12,            ///< 2 samples in 3 bytes: two high bytes, then 2 × 4 low bits, the first sample lowest
+  mipi14,            ///< 4 samples in 7 bytes: four high bytes, then 4 × 6 low bits, the first sample lowest
+  stream10,          ///< 4 samples in 5 bytes as one bit stream, the highest bit first
+  luma_first,        ///< 4:2:2, luma in the even bytes
+  luma_second        ///< 4:2:2, luma in the odd bytes
 };
 
-/// A pixel format of V4L2 that is read here: one sample a pixel, of `bits` bits.
+/// A V4L2 pixel format that symrig can read: one sample per pixel, of `bits` bits.
 struct PixelFormat {
   std::uint32_t fourcc = 0;
   std::string_view name;  ///< V4L2_PIX_FMT_<name>
   int bits = 8;
   Packing packing = Packing::bytes;
   Mosaic mosaic = Mosaic::none;
-  int shift = 0;       ///< bits below the sample in its word
-  bool linear = true;  ///< false: a picture for people; codes are no measure of light
+  int shift = 0;       ///< unused bits below the sample in its word
+  bool linear = true;  ///< false: codes are not proportional to light (gamma)
 };
 
-/// All that are read, the preferred ones first: linear before not linear, deep before shallow, one colour
-/// before a mosaic, samples in words before packed ones.
+/// All readable formats, in order of preference: linear before nonlinear, more bits before fewer, monochrome
+/// before mosaic, words before packed samples.
 std::span<const PixelFormat> pixel_formats();
-/// nullptr: not one of them.
+/// nullptr: not a readable format.
 const PixelFormat* find_pixel_format(std::uint32_t fourcc);
-/// By V4L2's name ("SRGGB10") or by FourCC ("RG10"), upper and lower case as there. nullptr: none.
+/// Finds a format by V4L2's name ("SRGGB10") or by FourCC ("RG10"). Case matters. nullptr: none.
 const PixelFormat* find_pixel_format(std::string_view name);
 
-/// "Y10", "RG10", "Y16-BE": the four characters without blanks at the end, "-BE" for V4L2's big-endian mark;
-/// what is no printable character becomes '?'.
+/// "Y10", "RG10", "Y16-BE": the four characters without trailing blanks. "-BE" stands for V4L2's big-endian
+/// flag. Unprintable characters become '?'.
 std::string fourcc_text(std::uint32_t fourcc);
 
-/// Bytes that a row of `cols` samples takes; whole groups where samples are packed in groups.
+/// Bytes of a row of `cols` samples. Samples that are packed in groups take whole groups.
 std::size_t row_bytes(const PixelFormat& format, int cols);
 
 }  // namespace symrig

@@ -8,36 +8,37 @@
 
 namespace symrig {
 
-/// The pixels of a camera's picture that are kept, and how many of them become one.
+/// The part of a camera's picture that is kept, and its binning.
 struct Region {
-  int row = 0, col = 0;  ///< its corner in the picture
-  Grid size;             ///< {0, 0}: from the corner to the end of the picture
-  int binning = 1;       ///< binning × binning samples of one colour are summed
+  int row = 0, col = 0;  ///< corner in the picture
+  Grid size;             ///< {0, 0}: from the corner to the opposite end of the picture
+  int binning = 1;       ///< sums binning × binning samples of one colour
 
   bool operator==(const Region&) const = default;
 };
 
-/// What comes out: the grid of sums and its colours. A mosaic stays one: samples of one colour stand two
-/// pixels apart, so that squares of 2·binning pixels become 2 × 2 sums.
+/// The grid after binning, and its colours. A mosaic stays a mosaic: samples of one colour are two pixels
+/// apart, so a square of 2·binning pixels becomes 2 × 2 sums.
 struct BinnedGrid {
   Grid grid;
   Mosaic mosaic = Mosaic::none;
 };
 
-/// picture: the driver's.  fails: bad_argument (outside of the picture; not a whole number of squares: the
-/// hint names the largest region that is).
+/// picture: the size of the driver's picture.
+/// fails: bad_argument (outside the picture, or not a whole number of squares; the hint gives the largest
+/// region that fits).
 Result<BinnedGrid> binned_grid(Grid picture, Mosaic mosaic, const Region& region);
 
-/// The region with its size filled in.
+/// The region with its real size instead of {0, 0}.
 Region resolved(Grid picture, Region region);
 
-/// Bits that are taken off the sum of n = binning² samples of `bits` bits so that it fits into 16.
+/// How many bits the sum of n = binning² samples of `bits` bits is shifted right to fit into 16 bits.
 int binning_shift(int bits, int binning);
 
-/// The sensor that the sums come from: code = (Σ of n samples) / 2^s, rounded, with s = binning_shift().
+/// The noise model of the binned codes: code = (Σ of n samples) / 2^s, rounded, with s = binning_shift().
 ///   gain' = gain / 2^s,  pedestal' = n pedestal / 2^s,  full well' = (2^bits' − 1 − pedestal') / gain'
-///   Var'[code] = n Var[code] / 4^s + (1 − 4^−s) / 12            rounding off s bits
-/// noise must be valid(). A bin with a saturated sample is the largest code, as FrameReader makes it.
+///   Var'[code] = n Var[code] / 4^s + (1 − 4^−s) / 12            the last term: s bits rounded off
+/// noise must be valid(). A bin with a saturated sample gets the largest code; FrameReader does this.
 NoiseModel binned(const NoiseModel& noise, int binning);
 
 }  // namespace symrig

@@ -18,75 +18,77 @@
 
 namespace symrig {
 
-/// A control and the value that it shall have: a number, a menu entry's text, on or off.
+/// A control and its new value: a number, a menu entry's text, on or off.
 struct ControlSetting {
   std::string name;
   std::string value;
 };
 
-/// Where the sample stands in the words of a 16-bit format, for a camera that has fewer bits.
+/// Where a sample of fewer bits lies in the 16-bit word.
 enum class Justified : std::uint8_t { low, high };
 
-/// What is wanted of a camera.
+/// How to set up a camera.
 struct CameraSettings {
-  std::string device;  ///< as choose_camera(); empty: the only one there is
-  std::string format;  ///< V4L2's name or FourCC; empty: the deepest linear one of the camera
-  Grid size;           ///< of the driver's picture; {0, 0}: the size that it has now
-  double rate = 0;     ///< pictures a second, set and verified within 1 %; 0: as it is
-  int bits = 0;        ///< significant bits in a 16-bit format; 0: all that the format has
+  std::string device;  ///< as choose_camera(); empty: the only camera
+  std::string format;  ///< V4L2's name or FourCC; empty: the camera's linear format with the most bits
+  Grid size;           ///< of the driver's picture; {0, 0}: the current size
+  double rate = 0;     ///< pictures a second, set and verified within 1 %; 0: do not change
+  int bits = 0;        ///< significant bits in a 16-bit format; 0: all 16
   Justified justified = Justified::high;  ///< used with `bits` only
-  Region region;                          ///< what is kept of the picture, and its binning
+  Region region;                          ///< which part of the picture is kept, and its binning
   std::vector<ControlSetting> controls;   ///< set in this order, after the format
-  /// Of one sample of the sensor, before binning, with as many bits. None: gain 1 DN/e⁻, no pedestal, no
-  /// read noise: a stand-in for looking at codes, not for merging.
+  /// Of a single sample, before binning, in the same number of bits. None: gain 1 DN/e⁻, no pedestal, no read
+  /// noise. That is enough to look at codes, but not to merge.
   std::optional<NoiseModel> noise;
   CameraTiming timing;
   Image<std::uint8_t> dead;  ///< grid of the frames × 1, 1 = dead; empty: none known
   int buffers = 8;           ///< shared with the driver, 2 to 32
-  /// Frames that wait for take(), at least 1; more are lost and counted. A take() that asks for more makes
-  /// room for them.
+  /// Longest queue of frames for take(), at least 1. Frames beyond it are lost and counted. A take() of more
+  /// frames lengthens the queue.
   std::size_t waiting = 64;
 };
 
-/// A camera behind V4L2. Frames come as soon as it is open, in a thread of its own, as codes of the settings'
-/// region and binning; a mosaic stays one (channels() = 1). Stamps are CLOCK_MONOTONIC or StampOf::nothing.
+/// A camera that a V4L2 driver runs. Frames arrive from the moment it is open, in a thread of its own. They
+/// hold the codes of the selected region, binned. A mosaic stays a mosaic (channels() = 1). Stamps are
+/// CLOCK_MONOTONIC or StampOf::nothing.
 ///
-/// After device_lost the object stays: reopen() finds the same camera again, by bus and serial number, also
-/// under another /dev/video. Sequence numbers go on with a gap.
+/// After device_lost the object stays valid. reopen() finds the same camera by bus and serial number, even
+/// under another /dev/video. Sequence numbers continue after a gap.
 class V4l2Camera final : public Camera {
  public:
-  /// Every setting is read back: a driver that makes something else of one is an error, which lists what the
-  /// camera offers.
-  /// fails: as choose_camera(); device_refused (held by another program, no permission, format, size or rate
-  /// not taken), bad_argument (settings that contradict each other), unknown_name (format, control).
+  /// Reads every setting back. It is an error if the driver changed one; the error lists what the camera
+  /// offers.
+  /// fails: as choose_camera(); device_refused (another program uses it, no permission, format, size or rate
+  /// not accepted), bad_argument (contradicting settings), unknown_name (format, control).
   static Result<std::unique_ptr<V4l2Camera>> open(CameraSettings settings);
-  /// The same on another system, which must outlive the camera: for tests.
+  /// The same with another VideoSystem, for tests. The system must outlive the camera.
   static Result<std::unique_ptr<V4l2Camera>> open(CameraSettings settings, camera::VideoSystem& system);
   ~V4l2Camera() override;
 
   Grid grid() const override;
   int channels() const override { return 1; }
   CameraTiming timing() const override;
-  /// Of the codes handed over: binning is in it.
+  /// Of the delivered codes, after binning.
   const NoiseModel& noise() const override;
   const Image<std::uint8_t>* dead() const override;
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override;
-  /// "Y12 1280x1024 from /dev/video0 (Basler daA1280-54um), 640x512 of 2x2 binned"
+  /// "Y12 1280x1024 from /dev/video0 (Basler daA1280-54um), 640x512 bins of 2x2"
   std::string describe() const override;
 
-  /// Colours of the frames' pixels.
+  /// The mosaic of the frames.
   Mosaic mosaic() const;
   const PixelFormat& format() const;
-  /// Which camera it is.
+  /// Path, name, driver, bus and serial number of this camera.
   const FoundCamera& found() const;
   StreamReport report() const;
 
-  /// Sets a control and reads it back.  fails: as CameraSettings::controls, device_lost.
+  /// Sets a control and reads it back.
+  /// fails: as CameraSettings::controls, device_lost.
   Result<void> set_control(std::string_view name, std::string_view value);
   Result<std::int64_t> control(std::string_view name);
 
-  /// Opens the camera again with the same settings: after device_lost, or to drop all frames on the way.
-  /// fails: device_lost (it is not back), as open().
+  /// Opens the camera again with the same settings, after device_lost or to drop all pending frames.
+  /// fails: device_lost (the camera is not back), as open().
   Result<void> reopen();
 
  private:

@@ -12,7 +12,7 @@ namespace symrig {
 /// The ratio of two frames of a bracket, from pixels that both see well.
 struct ExposureRatio {
   std::size_t shorter = 0, longer = 0;  ///< numbers of the frames
-  double told = 1;                      ///< ratio of their stated exposures
+  double stated = 1;                    ///< ratio of their stated exposures
   double seen = 1;                      ///< ratio of their pixels
   double sigma = 0;                     ///< standard error of seen, relative
   std::int64_t pixels = 0;              ///< number of pixels that both see well

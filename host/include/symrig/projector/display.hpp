@@ -10,33 +10,32 @@
 
 namespace symrig {
 
-/// A size and rate in which a display can be driven.
+/// A size and refresh rate that a display supports.
 struct DisplayMode {
   Grid grid;                ///< rows x columns of pixels
-  Nanoseconds period{};     ///< of a refresh, from the mode's timings
-  bool preferred = false;   ///< the display's own wish: on a projector its native size
-  bool interlaced = false;  ///< every refresh shows half the rows: never used for patterns
+  Nanoseconds period{};     ///< of a refresh, computed from the mode's timings
+  bool preferred = false;   ///< the display's preferred mode; for a projector its native size
+  bool interlaced = false;  ///< each refresh shows only half the rows; never used for patterns
   bool operator==(const DisplayMode&) const = default;
 };
 
-/// "1920x1080@60", "1280x720@59.94": columns x rows @ refreshes a second, as people name modes.
+/// "1920x1080@60", "1280x720@59.94": the usual form, columns x rows @ refreshes a second.
 std::string to_string(const DisplayMode& mode);
 
-/// A place where a projector can be plugged in, and what is there.
+/// A connector for a projector, and the display that is connected to it.
 struct Display {
-  std::string connector;    ///< as the kernel calls it: "card0-HDMI-A-1"
-  std::string driver = {};  ///< of the card: "i915"
+  std::string connector;    ///< the kernel's name: "card0-HDMI-A-1"
+  std::string driver = {};  ///< of the graphics card: "i915"
   bool connected = false;
-  std::string model = {};  ///< from its EDID; empty if it has none
+  std::string model = {};  ///< from its EDID; empty without an EDID
   std::vector<DisplayMode> modes =
-      {};  ///< the kernel's order: preferred first; empty if nothing is connected
-  /// Why the card could not be asked; connector is then the card alone, "card0".
+      {};  ///< in the kernel's order, preferred mode first; empty if nothing is connected
+  /// Why the card could not be queried. Then `connector` is only the card's name, "card0".
   std::string error = {};
 };
 
-/// All connectors of all cards of this machine, in the kernel's order. Changes nothing on any screen. While
-/// another program drives a card, its modes are those that the program found. A machine without a card has
-/// none.
+/// Lists all connectors of all graphics cards of this computer, in the kernel's order. Changes nothing on any
+/// screen. If another program drives a card, the modes are those that it found. Empty if there is no card.
 std::vector<Display> find_displays();
 
 }  // namespace symrig

@@ -16,31 +16,32 @@ class Cards;
 class Screen;
 }  // namespace projector::drm
 
-/// Which screen, and how patterns lie on it.
+/// Which screen to use, and where patterns lie on it.
 struct DrmProjectorOptions {
-  std::string connector;  ///< "card0-HDMI-A-1", "HDMI-A-1"; empty: the only one that is plugged in
-  std::string mode;       ///< "1920x1080@60", "912x1140R" (computed); empty: the display's preferred one
+  std::string connector;  ///< "card0-HDMI-A-1", "HDMI-A-1"; empty: the only connected one
+  std::string mode;       ///< "1920x1080@60", "912x1140R" (computed timings); empty: the display's preference
   Placement placement;
-  std::optional<Grid> grid;  ///< of the patterns; none: as many cells as fit
+  std::optional<Grid> grid;  ///< of the patterns; none: as many whole cells as fit
   CodeTable codes;
-  int buffers = 3;      ///< 3: the next pattern is drawn while one is waited for; 2: where memory is short
-  bool legacy = false;  ///< without atomic commits, even where the driver has them
-  Nanoseconds patience{3'000'000'000};  ///< for a refresh
+  int buffers = 3;      ///< 3: draws the next pattern while waiting for a refresh; 2: needs less memory
+  bool legacy = false;  ///< true: never uses atomic commits
+  Nanoseconds patience{3'000'000'000};  ///< longest wait for a refresh
 };
 
-/// A projector that is a screen of this machine, driven through the kernel (DRM/KMS) without a desktop.
+/// A projector that is a screen of this computer, driven through the kernel (DRM/KMS) without a desktop.
 ///
-/// From open() until it is destroyed the screen is ours: in the mode asked for, black at first, never
-/// blanked, cursor and overlays off, everything between memory and wire set to identity (tables, matrices,
-/// scalers, RGB range, dithering, rotation) and read back. Then it is as it was before. If the process is
-/// killed, the kernel puts its text console there; properties of the connector stay as we set them.
+/// The object owns the screen from open() until it is destroyed. The screen shows the requested mode, is
+/// black at first, and never blanks. Cursor and overlays are off. Everything between memory and cable is set
+/// to identity (tables, matrices, scalers, RGB range, dithering, rotation) and read back. The destructor
+/// restores the earlier state. If the process is killed, the kernel shows its text console, and the connector
+/// keeps the properties that were set.
 class DrmProjector final : public Projector {
  public:
-  /// fails: unknown_name, bad_argument (no such connector or mode, or not clear which), device_refused (a
-  /// desktop holds the card, or it cannot show pictures as they are), device_lost (nothing plugged in, no
-  /// permission), size_mismatch (the patterns do not fit), limit (memory of the card).
+  /// fails: unknown_name, bad_argument (no such connector or mode, or several match), device_refused (a
+  /// desktop uses the card, or the card cannot show pictures unchanged), device_lost (nothing connected, no
+  /// permission), size_mismatch (the patterns do not fit), limit (not enough memory on the card).
   static Result<std::unique_ptr<DrmProjector>> open(const DrmProjectorOptions& options);
-  /// The same on other cards than this machine's.
+  /// The same with other cards than this computer's, for tests.
   static Result<std::unique_ptr<DrmProjector>> open(projector::drm::Cards& cards,
                                                     const DrmProjectorOptions& options);
   ~DrmProjector() override;
@@ -48,17 +49,17 @@ class DrmProjector final : public Projector {
   Grid grid() const override { return grid_; }
   Nanoseconds refresh_period() const override;
   Pacing pacing() const override { return Pacing::host; }
-  /// fails: size_mismatch, bad_value (a pattern leaves [0, 1]). What is on the screen stays there.
+  /// fails: size_mismatch, bad_value (a pattern has values outside [0, 1]). The screen does not change.
   Result<void> load(std::span<const Pattern> patterns) override;
-  /// Also fails: timeout (no refresh came), limit, device_refused. After any of these and device_lost every
-  /// call fails with the same again: destroy this one and open another.
+  /// fails: also timeout (no refresh), limit, device_refused. After one of these or device_lost, every later
+  /// call fails in the same way. Destroy this object and open a new one.
   Result<Shown> show(std::size_t index) override;
   std::string describe() const override;
 
   Grid screen() const;
-  /// Does the display count refreshes (Shown::counted)?
+  /// true: the display counts refreshes (Shown::counted).
   bool counts_refreshes() const;
-  /// What could not be set to identity and may matter, each a line.
+  /// Properties that could not be set to identity and may matter, one per line.
   const std::vector<std::string>& warnings() const;
 
  private:
@@ -72,8 +73,8 @@ class DrmProjector final : public Projector {
   CodeTable table_;
   Grid grid_;
   std::vector<Image<std::uint8_t>> codes_;
-  std::vector<std::optional<std::size_t>> drawn_;  // which pattern each buffer holds
-  std::size_t front_ = 0;                          // the buffer on the screen
+  std::vector<std::optional<std::size_t>> drawn_;  // the pattern in each buffer
+  std::size_t front_ = 0;                          // the buffer that the screen shows
   std::optional<Error> lost_;
 };
 

@@ -11,9 +11,8 @@
 
 namespace symrig {
 
-/// How the three devices of a rig are opened, at first and again when one was lost. Each may be called any
-/// number of times; what it gave before is gone by then. At first in the
-/// order board, camera, projector.
+/// Functions that open the three devices of a rig, at first and again after one was lost. Each may be called
+/// many times; the previous object is destroyed before the call. The first order is board, camera, projector.
 struct RigDevices {
   std::function<Result<Board>()> board;
   std::function<Result<std::unique_ptr<Projector>>()> projector;

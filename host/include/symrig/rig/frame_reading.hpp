@@ -12,15 +12,16 @@
 
 namespace symrig {
 
-/// What turns the frames of one photograph into radiance, besides the frames.
+/// What converts the frames of one photograph to radiance.
 struct PhotographUnits {
   double scale = 1;                 ///< radiance of one electron per second
-  double lamp = 1;                  ///< brightness of the lamp, in units of the first reference photograph
-  const Radiance* black = nullptr;  ///< the dark projector, subtracted; none: nothing is subtracted
+  double lamp = 1;                  ///< the lamp's brightness, in units of the first reference photograph
+  const Radiance* black = nullptr;  ///< dark projector, to subtract; nullptr: nothing
 };
 
-/// How a rig reads its camera's frames. This class reads codes by the camera's noise model. A rig with other
-/// frames (a simulated camera without noise) brings its own. Called by several threads at a time.
+/// Converts the camera's frames to radiance. This class uses the camera's noise model. A rig with other
+/// frames, such as a simulated camera without noise, has its own class. Several threads call it at the same
+/// time.
 class FrameReading {
  public:
   FrameReading() = default;
@@ -28,20 +29,21 @@ class FrameReading {
   FrameReading& operator=(const FrameReading&) = delete;
   virtual ~FrameReading() = default;
 
-  /// Electrons per second of the brightest live pixel. Nothing if it is saturated.
-  /// The largest of n noisy samples lies a few sigmas high: the estimate errs to the safe side.
+  /// Electrons per second of the brightest live pixel. None if it is saturated. The estimate is a few sigmas
+  /// too high, because it is the largest of n noisy samples. This error is on the safe side.
   virtual std::optional<double> brightest_rate(const CameraFrame& frame, Nanoseconds exposure,
                                                const Camera& camera, double scale) const;
-  /// One photograph from the frames of its bracket.  fails: as merge().
+  /// Merges the frames of a bracket into one photograph.
+  /// fails: as merge().
   virtual Result<Radiance> photograph(std::span<const CameraFrame> frames,
                                       std::span<const Nanoseconds> exposures, const Camera& camera,
                                       const PhotographUnits& units) const;
-  /// How the frames of a bracket contradict their exposures, worst first; empty: they do not, or nothing
-  /// shows it.
+  /// Describes how the frames of a bracket contradict their exposure times, worst first. Empty: no
+  /// contradiction, or no frame can show one.
   virtual std::string contradicted_exposures(std::span<const CameraFrame> frames,
                                              std::span<const Nanoseconds> exposures,
                                              const NoiseModel& noise) const;
-  /// One frame has no noise: a photograph gains nothing from more.
+  /// true: frames have no noise, so one frame is as good as several.
   virtual bool exact() const { return false; }
 };
 

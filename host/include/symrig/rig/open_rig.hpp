@@ -7,10 +7,10 @@
 
 namespace symrig {
 
-/// How the devices that a rig file names are opened.
+/// Functions that open the devices of a rig file.
 RigDevices devices_of(const RigDescription& file);
 
-/// Opens the devices that a file names, and opens them again when they were lost.
+/// Opens the devices of a rig file, and opens them again after a loss.
 /// fails: as Rig::open() and the devices' own open().
 Result<std::unique_ptr<Rig>> open_rig_file(RigDescription file);
 

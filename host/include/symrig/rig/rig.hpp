@@ -24,68 +24,70 @@ namespace symrig {
 
 /// How a Rig takes its photographs.
 struct RigOptions {
-  /// The lines that are wired, and the timing of projector and camera. Without a strobe line, the camera's
-  /// trigger line shows the exposures.
+  /// The connected lines, and the timing of projector and camera. Without a strobe line, the camera's trigger
+  /// line shows the exposures.
   RigSetup setup = default_rig_setup();
-  /// From the end of an exposure to the next trigger; none: the shortest that the camera allows.
+  /// From the end of an exposure to the next trigger. None: the camera's minimum.
   std::optional<Nanoseconds> gap;
-  /// A strobe rises at most this long after its mark.
+  /// How long after its mark a strobe may rise.
   Nanoseconds strobe_tolerance{1'000'000};
-  /// Frames a photograph, shortest first. 0: planned for each photograph by what is expected of it
-  /// (Probe::measure_expected); those of which nothing is expected take four.
+  /// Frames of a photograph, shortest first. 0: planned for each photograph from its expectation
+  /// (Probe::measure_expected). Photographs without an expectation then get four frames.
   int exposures = 4;
-  /// Where exposures are planned: the exposure time that a frame more must save to be worth its transfer,
-  /// memory and merging.
+  /// For planned exposures: a further frame must save at least this exposure time. This is the cost of
+  /// transferring, storing and merging a frame.
   Nanoseconds frame_cost{500'000'000};
-  double ratio = 8;  ///< each exposure to the one before it
+  double ratio = 8;  ///< each exposure divided by the previous one
   /// The brightest pixel of the flood-lit scene fills 1 / headroom of the range of the shortest exposure.
   double headroom = 1.25;
-  double scale = 1;           ///< radiance per unit of projector light that one electron per second means
-  int black_photographs = 8;  ///< of the dark projector, averaged and subtracted from all that follow
-  std::size_t batch = 16;     ///< photographs a run of the board: bounds the memory for raw frames
-  /// Photographs between two flood-lit references that tell how bright the lamp is, 0 = none. While it holds
-  /// still they come up to eight times more rarely.
+  double scale = 1;           ///< radiance per unit of projector light, for one electron per second
+  int black_photographs = 8;  ///< photographs of the dark projector; later ones subtract their average
+  std::size_t batch = 16;     ///< photographs in one run of the board; limits the memory for raw frames
+  /// Photographs between two flood-lit references, which measure the lamp's brightness. 0 = none. If the lamp
+  /// is stable, the distance grows up to eight times.
   int reference_every = 50;
-  double lamp_drift = 0.02;  ///< the lamp's relative change over 1,000 photographs, one sigma, as expected
+  double lamp_drift = 0.02;  ///< expected relative change of the lamp over 1,000 photographs, one sigma
   LedgerOptions ledger;      ///< when a frame is trusted
-  int retakes = 5;           ///< of one photograph, before the rig gives up
-  /// A camera that has sent nothing for so long after a run will send nothing more.
+  int retakes = 5;           ///< of one photograph, before the rig reports an error
+  /// After a run, the rig stops waiting after this time without a frame.
   Nanoseconds frame_patience{1'000'000'000};
-  /// How long a photograph is held back for a frame too many that would put it in doubt.
+  /// After the last expected frame, the rig waits this long for an extra frame. An extra frame puts the
+  /// photograph in doubt.
   Nanoseconds linger{20'000'000};
-  /// How long a device that was lost is waited for, if the rig knows how to open it again.
+  /// How long the rig waits for a lost device, if it can open it again.
   Nanoseconds device_patience{30'000'000'000};
-  /// Asked while the rig waits for a device; false: give up. Empty: never.
-  std::function<bool()> wanted;
-  /// Waits between two looks for a lost device. Empty: sleeps.
+  /// The rig calls it while it waits for a device. false: stop waiting. Empty: wait for all of
+  /// device_patience.
+  std::function<bool()> keep_waiting;
+  /// Waits between two attempts to open a lost device. Empty: sleeps.
   std::function<void(Nanoseconds)> pause;
-  /// How frames are read.
+  /// Converts frames to radiance.
   std::shared_ptr<const FrameReading> reading = std::make_shared<FrameReading>();
-  ViewLayout views;            ///< that tile the grid: mirrors in one picture, or pairs side by side
+  ViewLayout views;            ///< views that tile the grid: mirrors in one picture, or pairs side by side
   std::string name = "a rig";  ///< for describe()
 };
 
 /// The exposures of one photograph, shortest first.
 using Exposures = std::vector<Nanoseconds>;
 
-/// How bright the lamp is, in units of the first reference photograph.
+/// The lamp's brightness, in units of the first reference photograph.
 struct LampLevel {
   double value = 1;
   double sigma = 0;
 };
 
-/// What went wrong and was put right.
+/// Problems that the rig found and solved.
 struct RigTrouble {
-  FrameCounts frames;                ///< by verdict, those of all runs; `certain` ones were used
-  std::int64_t retaken = 0;          ///< photographs taken again, as often as they were
-  std::int64_t unanswered = 0;       ///< triggers that the camera did not answer
-  std::int64_t unasked = 0;          ///< exposures that no trigger asked for
-  std::int64_t spoiled_runs = 0;     ///< the board was late or lost events
-  std::int64_t patterns_late = 0;    ///< the screen did not say that the pattern was there in time
-  std::int64_t boards_reopened = 0;  ///< or configured anew after a restart
+  FrameCounts frames;                ///< by verdict, over all runs; only `certain` frames were used
+  std::int64_t retaken = 0;          ///< how many photographs were taken again, counting each retake
+  std::int64_t unanswered = 0;       ///< triggers without an exposure
+  std::int64_t unasked = 0;          ///< exposures without a trigger
+  std::int64_t spoiled_runs = 0;     ///< runs in which the board was late or lost events
+  std::int64_t patterns_late = 0;    ///< the screen did not report the pattern in time
+  std::int64_t boards_reopened = 0;  ///< reopened, or configured again after a restart
   std::int64_t cameras_reopened = 0;
   std::int64_t projectors_reopened = 0;
-  /// How frames of the metered scene contradict the exposures that came with them; empty: they do not.
+  /// How the frames of the flood-lit scene contradict their exposure times. Empty: no contradiction.
   std::string exposures;
 };
 
@@ -94,30 +96,33 @@ class DeviceSet;
 class LampLog;
 struct TakenBracket;
 
-/// base, base · ratio, … base · ratio^(count − 1), each in whole nanoseconds. The base is the longest one, at
-/// most `wanted` (what just does not saturate), whose last exposure the camera can hold.
+/// Exposures base, base · ratio, … base · ratio^(count − 1), each in whole nanoseconds. The base is at most
+/// `wanted`, which just does not saturate. It is smaller if the last exposure would exceed the camera's
+/// maximum.
 /// fails: limit (the shortest would be below the camera's minimum).
 Result<std::vector<Nanoseconds>> plan_exposures(Nanoseconds wanted, int count, double ratio,
                                                 const CameraTiming& timing);
 
-/// A board, a projector and a camera that answer patterns as a Probe. Each batch: the projector takes the
-/// patterns, the board runs a bracket program and reports marks and strobe edges, the ledger ties frames to
-/// marks, hdr merges each bracket with the exposure times that the board measured. A projector paced by the
-/// host is shown each pattern by itself, and the board runs one bracket.
-/// No photograph is ever returned unless every frame of its bracket is certain (CameraLedger): others are
-/// taken again. A device that was lost is waited for and opened again, if the rig knows how.
-/// Photographs are in units of the light of the first reference: each is divided by the lamp level that the
-/// references before it foretell. The level's own error, camera noise over √pixels, is common to a photograph
-/// and not added to its variance: it is below 1 % of it from 32 × 32 pixels on.
+/// A board, a projector and a camera that measure patterns as a Probe. For each batch, the projector loads
+/// the patterns. The board runs a bracket program and reports marks and strobe edges. The ledger assigns
+/// frames to marks. Then hdr merges each bracket with the exposure times that the board measured. With a
+/// projector of Pacing::host, the rig shows one pattern at a time, and the board runs one bracket.
+///
+/// The rig returns a photograph only if every frame of its bracket is certain (CameraLedger). It takes other
+/// photographs again. It waits for a lost device and opens it again, if it can.
+///
+/// Photographs are in units of the light of the first reference. Each one is divided by the lamp level that
+/// earlier references predict. The level's error is camera noise over √pixels. All pixels of a photograph
+/// share it, so it is not in the variance. From 32 × 32 pixels on it is below 1 % of the variance.
 class Rig final : public Probe {
  public:
   /// Opens the devices, configures the board, meters the flood-lit scene to set the exposures, and
-  /// photographs the dark projector. fails: size_mismatch (camera and projector grids differ: such a rig
-  /// needs calibration), device errors, limit (the scene is too bright for the shortest exposure),
-  /// frame_missing (a photograph was not certain after all retakes; the message says what was wrong with its
-  /// frames).
+  /// photographs the dark projector.
+  /// fails: size_mismatch (camera and projector have different grids, so the rig needs calibration), device
+  /// errors, limit (the scene is too bright for the shortest exposure), frame_missing (a photograph was not
+  /// certain after all retakes; the message describes its frames).
   static Result<std::unique_ptr<Rig>> open(RigDevices devices, RigOptions options);
-  /// The same of devices that are open already, and that nobody can open again.
+  /// The same with open devices. The rig cannot open them again after a loss.
   static Result<std::unique_ptr<Rig>> open(Board board, std::unique_ptr<Projector> projector,
                                            std::unique_ptr<Camera> camera, RigOptions options);
 
@@ -132,26 +137,27 @@ class Rig final : public Probe {
     return measure_expected(patterns, {});
   }
   bool plans_exposures(std::size_t /*photographs*/) const override { return planned(); }
-  /// expected: one a pattern, or none at all.
+  /// expected: one per pattern, or empty.
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) override;
-  /// Metering, black, reference and retaken photographs and guard frames count as frames and rig time, not as
-  /// photographs. rig_seconds is the time the board's programs ran, on its clock.
+  /// Metering, black, reference, retaken and guard frames count as frames and rig time, not as photographs.
+  /// rig_seconds: the run time of the board's programs, on the board's clock.
   ProbeCost cost() const override;
   std::string describe() const override { return options_.name; }
 
-  /// Of photographs of which nothing is expected.
+  /// Exposures of a photograph without an expectation.
   std::span<const Nanoseconds> exposures() const { return exposures_; }
-  /// What the dark projector leaves, already subtracted from every photograph.
+  /// Photograph of the dark projector. It is already subtracted from every photograph.
   const std::optional<Radiance>& black() const { return black_; }
-  /// Where the references put the lamp now.
+  /// The lamp's present level, from the references.
   LampLevel lamp() const;
-  /// What went wrong so far and was put right.
+  /// The problems that the rig has found and solved so far.
   const RigTrouble& trouble() const;
 
-  /// Counts photographs of an earlier session as if this one had taken them, on a rig that can repeat time:
-  /// the references that came between them are taken again, each at its place. passed: called with the
-  /// number of photographs in a row that are left out.  fails: as measure().
+  /// For a rig that can repeat time: counts photographs of an earlier run of symrig as its own. Takes the
+  /// references between them again, each at its place. passed: called with the number of consecutive
+  /// photographs that are skipped.
+  /// fails: as measure().
   Result<void> pass_over(std::int64_t photographs, const std::function<void(std::int64_t)>& passed);
 
  private:
@@ -173,13 +179,13 @@ class Rig final : public Probe {
   Result<std::vector<Radiance>> merge_all(std::span<const TakenBracket> brackets, const LampLog* lamp);
 
   RigOptions options_;
-  std::unique_ptr<BracketTaker> taker_;  // looks at options_
+  std::unique_ptr<BracketTaker> taker_;  // uses options_
   Exposures exposures_;
   std::optional<Radiance> black_;
-  double black_for_ = std::numeric_limits<double>::infinity();  // noise of photographs it was refined for
-  std::unique_ptr<LampLog> lamp_;                               // none: photographs stay as they are
-  std::int64_t shown_ = 0;        // photographs since it was opened, references included
-  std::int64_t photographs_ = 0;  // answered
+  double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
+  std::unique_ptr<LampLog> lamp_;                               // none: photographs are not divided
+  std::int64_t shown_ = 0;        // photographs since open(), references included
+  std::int64_t photographs_ = 0;  // returned to the caller
   double merge_seconds_ = 0;
 };
 

@@ -25,46 +25,48 @@ namespace projector {
 class ProjectorSource;
 }
 
-/// The camera of a rig: its driver's own settings, and what any camera needs.
+/// The camera of a rig: the settings of its driver, and the settings of every camera.
 struct CameraEntry {
-  std::shared_ptr<const camera::CameraSource> source;  ///< which camera, by which driver
-  bool strobe = true;                                  ///< its strobe line is wired to the board
+  std::shared_ptr<const camera::CameraSource> source;  ///< camera and driver
+  bool strobe = true;                                  ///< its strobe line is connected to the board
   Nanoseconds max_exposure{30'000'000'000};
-  std::string sensor;               ///< a sensor.toml beside the rig file, in place of the sensor's numbers
-  int bits = 0;                     ///< significant ones of a sample; 0: all of the format
+  std::string sensor;               ///< a sensor.toml beside the rig file; replaces the sensor's numbers
+  int bits = 0;                     ///< significant bits of a sample; 0: all bits of the format
   std::optional<NoiseModel> noise;  ///< of one sample of the sensor
-  Image<std::uint8_t> defects;      ///< of the sensor's picture, 1 = never to be trusted; empty: none known
+  Image<std::uint8_t> defects;      ///< in the sensor's picture, 1 = defective; empty: none known
 };
 
-/// The projector of a rig: its driver's own settings, and what any projector needs.
+/// The projector of a rig: the settings of its driver, and the settings of every projector.
 struct ProjectorEntry {
-  std::shared_ptr<const projector::ProjectorSource> source;  ///< which projector, by which driver
-  Placement placement;                                       ///< of patterns on its pixels
-  bool vsync = true;                                         ///< its vsync is wired to the board
-  std::string levels;  ///< the projector's measured response, from the rig file's folder on; empty: none
-  CodeTable codes;     ///< made of it
+  std::shared_ptr<const projector::ProjectorSource> source;  ///< projector and driver
+  Placement placement;                                       ///< where patterns lie on its pixels
+  bool vsync = true;                                         ///< its vsync is connected to the board
+  std::string levels;  ///< path of its measured response, relative to the rig file; empty: none
+  CodeTable codes;     ///< from `levels`
 };
 
-/// A rig as people write it (docs/rig-file.md): board, lines, camera, projector, and how photographs are
+/// The content of a rig file (docs/rig-file.md): board, lines, camera, projector, and how photographs are
 /// taken.
 struct RigDescription {
-  std::string path;  ///< for messages
+  std::string path;  ///< for error messages
   std::string name;
   DeviceUri board;
   RigSetup setup;  ///< lines and timing, as in a program file
   CameraEntry camera;
   ProjectorEntry projector;
-  std::optional<Grid> grid;  ///< of patterns and photographs; none: what the camera's region has
-  std::string map;           ///< where `symrig calibrate` keeps the pixel map, .exr or .pfm; empty: nowhere
-  RigOptions options;        ///< with what of `setup` is wired
+  std::optional<Grid> grid;  ///< of patterns and photographs; none: the grid of the camera's region
+  std::string map;           ///< where `symrig calibrate` stores the pixel map, .exr or .pfm; empty: nowhere
+  RigOptions options;        ///< with the connected part of `setup`
 
-  /// What photographs depend on, in one line: a capture is continued only on a rig with the same.
+  /// All settings that affect photographs, in one line. A capture continues only on a rig with the same
+  /// identity.
   std::string identity() const;
 };
 
-/// fails: not_found, io; bad_format: "rig.toml:12: key: what; what is legal"; bad_argument (a board's URI).
+/// fails: not_found, io; bad_format: "rig.toml:12: key: problem; what is legal"; bad_argument (a board's
+/// URI).
 Result<RigDescription> read_rig_file(const std::filesystem::path& path);
-/// The same from text. Profiles named by a path are looked for in `folder`.
+/// The same from text. Paths of profiles are relative to `folder`.
 Result<RigDescription> parse_rig_file(std::string_view text, const std::string& name,
                                       const std::filesystem::path& folder);
 

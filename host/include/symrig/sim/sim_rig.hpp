@@ -9,11 +9,11 @@
 
 namespace symrig {
 
-/// A board in virtual time with a projector and a camera wired to it as said: on these lines, with
-/// their polarity and the projector's refresh. The link owns all of it.
+/// A board in virtual time with a projector and a camera. wiring gives their lines and polarity, and the
+/// projector's refresh. The link owns all of it.
 std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring);
 
-/// What such a board says of itself, to compile and lint against without one at hand.
+/// The board's self-description, for compiling and linting without a board.
 Result<BoardInfo> sim_board_info();
 
 }  // namespace symrig

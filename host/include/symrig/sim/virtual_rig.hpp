@@ -15,26 +15,26 @@ class SimBoard;
 
 namespace symrig {
 
-/// A whole rig in virtual time: the real firmware core on boards/sim, spoken to in bytes; a 60 Hz projector
-/// and a triggered camera on its lines; a scene in front of them; frames merged by hdr. Answers patterns as a
-/// Probe.
+/// A complete rig in virtual time. The real firmware core runs on boards/sim and talks in bytes to the host.
+/// On its lines are a 60 Hz projector and a triggered camera in front of a scene. hdr merges the frames.
+/// Measures patterns as a Probe.
 class VirtualRig : public Probe {
  public:
-  /// The scene itself, to measure errors against (`symrig evaluate`).
+  /// The scene, to compute errors (`symrig evaluate`).
   virtual const Scene& truth() const = 0;
   virtual const SceneUri& uri() const = 0;
-  /// The rig inside, for its trouble.
+  /// The rig inside, for its trouble().
   virtual const Rig& rig() const = 0;
 };
 
-/// What stands between a virtual rig and its devices: for trying what a rig does when they misbehave. Each
-/// opener is called again when the rig opens a device again; the devices live as long as the virtual rig.
+/// Functions between a virtual rig and its devices, to test a rig with misbehaving devices. The rig calls an
+/// opener again when it opens a device again. The devices live as long as the virtual rig.
 struct VirtualRigHooks {
   std::function<Result<std::unique_ptr<Camera>>(Camera& camera)> camera;
   std::function<Result<std::unique_ptr<Projector>>(Projector& projector)> projector;
   std::function<Result<Board>(board_sim::SimBoard& board)> board;
   std::function<void(RigOptions& options)> options;
-  /// host: the projector is a screen that the rig shows each pattern on by itself.
+  /// host: the projector is a screen, and the rig shows each pattern itself.
   Pacing pacing = Pacing::trigger;
 };
 

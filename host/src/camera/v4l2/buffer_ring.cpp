@@ -11,7 +11,7 @@
 namespace symrig::camera {
 namespace {
 
-/// A buffer's description for a call: single- and multi-planar alike, one plane.
+/// A buffer's description for V4L2 calls: single-planar, or multi-planar with one plane.
 struct Description {
   Description(const OpenNode& driver, std::uint32_t index) : multiplanar(driver.identity().multiplanar) {
     buffer.index = index;
@@ -34,13 +34,13 @@ struct Description {
   bool multiplanar;
 };
 
-/// What of the memory a driver says it has filled; never more than there is.
+/// The part of the buffer that the driver reports as filled, limited to the buffer's size.
 std::span<const std::byte> filled_part(std::span<const std::byte> memory, const Description& description) {
   const std::size_t used = std::min(description.used(), memory.size());
   return memory.first(used).subspan(std::min(description.begin(), used));
 }
 
-/// A stamp that no clock can have is some other time that it cannot have: nothing overflows.
+/// Clamps impossible stamps, so that the conversion does not overflow.
 Nanoseconds time_of(const timeval& stamp) {
   constexpr std::int64_t kMostSeconds = 9'000'000'000;  // 285 years
   const std::int64_t whole = std::clamp<std::int64_t>(stamp.tv_sec, -kMostSeconds, kMostSeconds);
@@ -62,7 +62,7 @@ BufferRing::~BufferRing() {
   v4l2_requestbuffers none{};
   none.type = driver_->buffer_type();
   none.memory = V4L2_MEMORY_MMAP;
-  driver_->call(VIDIOC_REQBUFS, &none);  // a node that is gone has freed them already
+  driver_->call(VIDIOC_REQBUFS, &none);  // a lost node has already freed them
 }
 
 Result<BufferRing> BufferRing::make(OpenNode& driver, int count, std::size_t least) {
@@ -75,20 +75,20 @@ Result<BufferRing> BufferRing::make(OpenNode& driver, int count, std::size_t lea
   SYMRIG_CHECK(ring.map(request.count, least));
   if (ring.size() < 2)
     return Error{ErrorCode::device_refused,
-                 fmt::format("camera {} has memory for {} buffer(s) only", driver.path(), ring.size()),
-                 "a stream needs 2; take a smaller picture"};
+                 fmt::format("camera {} has memory for only {} buffer(s)", driver.path(), ring.size()),
+                 "a stream needs 2; choose a smaller picture"};
   return ring;
 }
 
 Result<void> BufferRing::map(std::uint32_t count, std::size_t least) {
   for (std::uint32_t index = 0; index < count; ++index) {
     Description description(*driver_, index);
-    SYMRIG_CHECK(driver_->ask(VIDIOC_QUERYBUF, &description.buffer, "looking at a buffer"));
+    SYMRIG_CHECK(driver_->ask(VIDIOC_QUERYBUF, &description.buffer, "querying a buffer"));
     if (description.length() < least)
       return Error{ErrorCode::device_refused,
-                   fmt::format("camera {} has buffers of {} bytes, its format needs {}", driver_->path(),
+                   fmt::format("camera {} has buffers of {} bytes, but its format needs {}", driver_->path(),
                                description.length(), least),
-                   "the driver is wrong about this format; take another"};
+                   "the driver is wrong about this format; choose another format"};
     std::span<const std::byte> memory;
     if (const int reason = driver_->node().map(description.length(), description.map_offset(), memory);
         reason != 0)
@@ -110,7 +110,7 @@ Result<void> BufferRing::start() {
 void BufferRing::stop() {
   if (!std::exchange(streaming_, false)) return;
   int type = static_cast<int>(driver_->buffer_type());
-  driver_->call(VIDIOC_STREAMOFF, &type);  // of a node that is gone the stream has ended already
+  driver_->call(VIDIOC_STREAMOFF, &type);  // the stream of a lost node has already ended
 }
 
 int BufferRing::take(FilledBuffer& filled) {

@@ -11,32 +11,34 @@
 
 namespace symrig::camera {
 
-/// A buffer that the driver has filled.
+/// A buffer that the driver filled.
 struct FilledBuffer {
-  std::uint32_t index = 0;  ///< to give it back by
+  std::uint32_t index = 0;  ///< give_back() needs it
   std::uint32_t sequence = 0;
   DriverStamp stamp;
-  bool error = false;               ///< the driver says that its contents are not whole
-  std::span<const std::byte> data;  ///< until it is given back
+  bool error = false;               ///< the driver reports that the contents are incomplete
+  std::span<const std::byte> data;  ///< valid until the buffer is given back
 };
 
-/// Buffers shared with the driver (V4L2_MEMORY_MMAP) and the stream through them. The driver must outlive
-/// the ring.
+/// Buffers that are shared with the driver (V4L2_MEMORY_MMAP), and their stream. The driver must outlive the
+/// ring.
 class BufferRing {
  public:
-  /// count: as many as wanted; the driver may give more or fewer. least: bytes that a buffer must hold.
-  /// fails: device_lost, device_refused (held by another program, no memory, fewer than 2, too small ones).
+  /// count: how many to ask for; the driver may give more or fewer. least: bytes that a buffer must hold.
+  /// fails: device_lost, device_refused (another program uses it, no memory, fewer than 2 buffers, buffers
+  /// too small).
   static Result<BufferRing> make(OpenNode& driver, int count, std::size_t least);
   BufferRing(BufferRing&& other) noexcept;
   BufferRing& operator=(BufferRing&&) = delete;
   ~BufferRing();
 
   int size() const { return static_cast<int>(memory_.size()); }
-  /// Gives the driver all buffers and starts the stream.  fails: as make().
+  /// Queues all buffers and starts the stream.
+  /// fails: as make().
   Result<void> start();
-  /// The oldest filled buffer. 0, EAGAIN (none yet), or the errno of a driver in trouble.
+  /// Takes the oldest filled buffer. Returns 0, EAGAIN (none yet), or the driver's errno.
   int take(FilledBuffer& filled);
-  /// errno, 0 = done.
+  /// Returns errno, 0 = success.
   int give_back(std::uint32_t index);
 
  private:

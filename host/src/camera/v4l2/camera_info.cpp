@@ -35,7 +35,7 @@ std::string list(const std::vector<FoundCamera>& cameras) {
   return text;
 }
 
-/// "did you mean 'FLIR'? ", or nothing.
+/// "did you mean 'FLIR'? ", or an empty text.
 std::string nearest_camera(const std::vector<FoundCamera>& all, std::string_view wanted) {
   std::vector<std::string_view> names;
   for (const FoundCamera& camera : all)
@@ -48,15 +48,14 @@ Result<std::string> only_one(const std::vector<FoundCamera>& fitting, const std:
                              std::string_view wanted) {
   if (fitting.size() == 1) return fitting.front().path;
   if (all.empty())
-    return Error{ErrorCode::device_lost, "no camera is there",
-                 "plug one in; `symrig list` shows what is seen"};
+    return Error{ErrorCode::device_lost, "no camera found", "connect one; `symrig list` shows the cameras"};
   if (fitting.empty())
     return Error{ErrorCode::unknown_name, fmt::format("no camera is called '{}'", wanted),
                  nearest_camera(all, wanted) + "there are " + list(all)};
   return Error{ErrorCode::bad_argument,
-               wanted.empty() ? std::string("several cameras are there")
+               wanted.empty() ? std::string("several cameras found")
                               : fmt::format("several cameras are called '{}'", wanted),
-               "name one by its path: " + list(fitting)};
+               "choose one by its path: " + list(fitting)};
 }
 
 }  // namespace

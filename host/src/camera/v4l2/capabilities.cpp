@@ -27,7 +27,7 @@ std::string FormatOffer::name() const {
 namespace symrig::camera {
 namespace {
 
-// A driver that never says "no more" shall not hang the caller.
+// Stops an endless list if the driver never ends it.
 constexpr std::uint32_t kMostAnswers = 256;
 
 int whole(std::uint32_t value) {
@@ -42,7 +42,8 @@ double rate(const v4l2_fract& interval) {
   return interval.numerator == 0 ? 0 : static_cast<double>(interval.denominator) / interval.numerator;
 }
 
-/// Adds the rates of the smallest size.  fails: device_lost.
+/// Adds the rates of the smallest picture size.
+/// fails: device_lost.
 Result<void> read_rates(OpenNode& driver, std::uint32_t fourcc, SizeOffer& size) {
   for (std::uint32_t index = 0; index < kMostAnswers; ++index) {
     v4l2_frmivalenum answer{};
@@ -51,7 +52,7 @@ Result<void> read_rates(OpenNode& driver, std::uint32_t fourcc, SizeOffer& size)
     answer.width = static_cast<std::uint32_t>(size.least.cols);
     answer.height = static_cast<std::uint32_t>(size.least.rows);
     if (const int reason = driver.call(VIDIOC_ENUM_FRAMEINTERVALS, &answer); reason != 0)
-      return is_gone(reason) ? Result<void>(driver.error(reason, "reading its rates")) : Result<void>();
+      return is_gone(reason) ? Result<void>(driver.error(reason, "reading its frame rates")) : Result<void>();
     const bool single = answer.type == V4L2_FRMIVAL_TYPE_DISCRETE;
     const double slow = rate(single ? answer.discrete : answer.stepwise.max);
     const double fast = rate(single ? answer.discrete : answer.stepwise.min);
@@ -126,7 +127,7 @@ std::string capabilities_text(const std::vector<FormatOffer>& offers) {
     for (const SizeOffer& size : offer.sizes) sizes += (sizes.empty() ? "" : ", ") + size_text(size);
     text += (text.empty() ? "" : ", ") + offer.name() + (sizes.empty() ? "" : " (" + sizes + ")");
   }
-  return text.empty() ? "no format that is read here" : text;
+  return text.empty() ? "no format that symrig can read" : text;
 }
 
 }  // namespace symrig::camera

@@ -25,7 +25,7 @@ std::string ControlInfo::range() const {
       return text;
     }
     case ControlKind::button:
-      return "1 presses it";
+      return "1 to press it";
     case ControlKind::other:
       return "no number";
     case ControlKind::integer:
@@ -40,7 +40,7 @@ std::string ControlInfo::range() const {
 namespace symrig::camera {
 namespace {
 
-constexpr int kMostControls = 1024;  // a driver that never says "no more" shall not hang the caller
+constexpr int kMostControls = 1024;  // stops an endless list if the driver never ends it
 
 constexpr std::int64_t kMostMenuIndex = INT32_MAX;
 
@@ -69,7 +69,7 @@ ControlKind kind_of(std::uint32_t type) {
   }
 }
 
-/// As v4l2-ctl writes it: lower case, one '_' for what is no letter or digit, none at the end.
+/// As v4l2-ctl writes it: lower case, one '_' for each run of other characters, none at the end.
 std::string control_name(std::string_view title) {
   std::string name;
   for (const char c : title) {
@@ -90,7 +90,7 @@ std::vector<MenuItem> read_menu(OpenNode& driver, const v4l2_query_ext_ctrl& con
     v4l2_querymenu answer{};
     answer.id = control.id;
     answer.index = static_cast<std::uint32_t>(index);
-    if (driver.call(VIDIOC_QUERYMENU, &answer) != 0) continue;  // entries that the driver leaves out
+    if (driver.call(VIDIOC_QUERYMENU, &answer) != 0) continue;  // the driver has no entry with this number
     const bool number = control.type == V4L2_CTRL_TYPE_INTEGER_MENU;
     items.push_back({index, number ? std::to_string(answer.value) : text(answer.name)});
   }
@@ -105,7 +105,7 @@ ControlInfo to_info(OpenNode& driver, const v4l2_query_ext_ctrl& answer) {
   info.kind = kind_of(answer.type);
   info.wide = answer.type == V4L2_CTRL_TYPE_INTEGER64;
   info.least = answer.minimum;
-  info.most = std::max(answer.minimum, answer.maximum);  // a driver may have them the wrong way round
+  info.most = std::max(answer.minimum, answer.maximum);  // some drivers swap the two limits
   info.step = static_cast<std::int64_t>(std::clamp<std::uint64_t>(answer.step, 1, INT64_MAX));
   info.preset = answer.default_value;
   info.read_only = (answer.flags & V4L2_CTRL_FLAG_READ_ONLY) != 0;
@@ -139,7 +139,7 @@ struct Access {
   v4l2_ext_controls list{};
 };
 
-/// The value that may be set and lies nearest; the ends of a range may lie off its steps.
+/// The nearest value that the control accepts. The upper end of a range may lie between two steps.
 std::int64_t nearest_value(const ControlInfo& control, std::int64_t value) {
   const std::int64_t inside = std::clamp(value, control.least, control.most);
   const auto steps = static_cast<std::uint64_t>(control.step);
@@ -159,8 +159,8 @@ Error not_a_value(const ControlInfo& control, std::string_view text) {
 
 Result<std::int64_t> checked(const ControlInfo& control, std::int64_t value, std::string_view text) {
   if (control.kind == ControlKind::other)
-    return Error{ErrorCode::bad_argument, fmt::format("control {} holds no number", control.name),
-                 "leave it out"};
+    return Error{ErrorCode::bad_argument, fmt::format("control {} does not hold a number", control.name),
+                 "remove it from the settings"};
   if (control.kind == ControlKind::button) return value;
   if (control.kind == ControlKind::menu) {
     const bool known = std::any_of(control.menu.begin(), control.menu.end(),
@@ -187,7 +187,7 @@ Result<std::vector<ControlInfo>> read_controls(OpenNode& driver) {
       if (is_gone(reason)) return driver.error(reason, "reading its controls");
       break;
     }
-    if (answer.id <= id) break;  // the driver does not go on: it would answer so for ever
+    if (answer.id <= id) break;  // the driver does not advance and would repeat this control for ever
     id = answer.id;
     const bool header = answer.type == V4L2_CTRL_TYPE_CTRL_CLASS;
     if (!header && (answer.flags & V4L2_CTRL_FLAG_DISABLED) == 0) controls.push_back(to_info(driver, answer));
@@ -230,22 +230,23 @@ Result<void> set_control(OpenNode& driver, const ControlInfo& control, std::int6
   SYMRIG_CHECK(checked(control, value, std::to_string(value)));
   if (control.read_only)
     return Error{ErrorCode::device_refused,
-                 fmt::format("control {} of camera {} can only be read", control.name, driver.path()),
-                 "leave it out"};
+                 fmt::format("control {} of camera {} is read-only", control.name, driver.path()),
+                 "remove it from the settings"};
   Access access(control, value);
   if (const int reason = driver.call(VIDIOC_S_EXT_CTRLS, &access.list); reason != 0) {
     Error error = driver.error(reason, fmt::format("setting control {} to {}", control.name, value));
     if (control.inactive && !is_gone(reason))
-      error.hint = "another control rules it now: switch its automatic off first";
+      error.hint = "another control overrides it now: switch off the automatic control first";
     return error;
   }
   if (control.kind == ControlKind::button) return {};
   SYMRIG_TRY(const std::int64_t now, get_control(driver, control));
   if (now == value) return {};
-  return Error{ErrorCode::device_refused,
-               fmt::format("camera {} made {} of control {} = {}", driver.path(), now, control.name, value),
-               control.inactive ? "another control rules it now: switch its automatic off first"
-                                : "give a value that it keeps"};
+  return Error{
+      ErrorCode::device_refused,
+      fmt::format("camera {}: control {} became {}, not {}", driver.path(), control.name, now, value),
+      control.inactive ? "another control overrides it now: switch off the automatic control first"
+                       : "choose another value"};
 }
 
 }  // namespace symrig::camera

@@ -12,18 +12,20 @@
 
 namespace symrig::camera {
 
-/// All formats with their sizes and rates, in the driver's order.  fails: device_lost.
+/// All formats with their sizes and rates, in the driver's order.
+/// fails: device_lost.
 Result<std::vector<FormatOffer>> read_capabilities(OpenNode& driver);
 
-/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": what can be read here, for error lines.
+/// "Y10 (640x480, 1280x1024), GREY (16x16 to 1024x4096)": the formats that symrig can read, for error
+/// messages.
 std::string capabilities_text(const std::vector<FormatOffer>& offers);
 
 /// "640x480" or "16x16 to 1024x4096".
 std::string size_text(const SizeOffer& size);
 
-/// Sets the format, size and rate of the settings and checks what the driver made of them.
-/// fails: unknown_name (format), bad_argument (bits), device_refused (anything not taken as asked, or a
-/// layout in memory that the format cannot have: the error says what the camera offers), device_lost.
+/// Sets the format, size and rate of the settings, and checks what the driver set.
+/// fails: unknown_name (format), bad_argument (bits), device_refused (the driver set something else, or
+/// reports an impossible layout; the error lists what the camera offers), device_lost.
 Result<PictureLayout> negotiate(OpenNode& driver, const CameraSettings& settings);
 
 }  // namespace symrig::camera

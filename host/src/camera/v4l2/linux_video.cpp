@@ -33,7 +33,7 @@ class LinuxNode final : public VideoNode {
   }
 
   int map(std::size_t length, std::int64_t offset, std::span<const std::byte>& memory) override {
-    // Written by nobody here, but drivers may insist on both rights [Linux media, mmap()].
+    // Nothing here writes to it, but drivers may demand both rights [Linux media, mmap()].
     void* const start = ::mmap(nullptr, length, PROT_READ | PROT_WRITE, MAP_SHARED, video_.get(), offset);
     if (start == MAP_FAILED) return errno;
     memory = {static_cast<const std::byte*>(start), length};
@@ -52,7 +52,7 @@ class LinuxNode final : public VideoNode {
     if (::poll(files.data(), files.size(), static_cast<int>(ms)) <= 0) return Wake::nothing;
     if (files[0].revents != 0) {
       std::uint64_t calls = 0;
-      // Nothing to do if it fails: the counter was at zero then.
+      // A failed read needs no action: the counter was zero.
       [[maybe_unused]] const auto got = ::read(wake_.get(), &calls, sizeof calls);
       return Wake::interrupted;
     }
@@ -75,7 +75,7 @@ class LinuxNode final : public VideoNode {
   Fd video_, wake_;
 };
 
-/// The number at the end of "video12"; -1: it is no such name.
+/// The number at the end of "video12". -1: the name has another form.
 int node_number(std::string_view name) {
   constexpr std::string_view kBegin = "video";
   if (!name.starts_with(kBegin)) return -1;
@@ -107,7 +107,7 @@ class LinuxVideo final : public VideoSystem {
     return paths;
   }
 
-  /// The nearest "serial" on the way up from the node's device: a USB device has one in sysfs.
+  /// The "serial" of the node's device or of its nearest parent that has one. USB devices have it in sysfs.
   std::string serial(const std::string& path) override {
     std::error_code failed;
     const fs::path node = fs::canonical(path, failed).filename();
@@ -116,7 +116,7 @@ class LinuxVideo final : public VideoSystem {
     for (; folder.has_relative_path(); folder = folder.parent_path()) {
       std::string line = first_line(folder / "serial");
       if (!line.empty()) return line;
-      if (fs::exists(folder / "idVendor", failed)) return {};  // a USB device without one; above it are hubs
+      if (fs::exists(folder / "idVendor", failed)) return {};  // USB, no serial number; parents are hubs
     }
     return {};
   }

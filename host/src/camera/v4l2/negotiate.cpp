@@ -30,19 +30,18 @@ bool offered(const Offers& offers, const PixelFormat& format) {
                      [&](const FormatOffer& offer) { return offer.fourcc == format.fourcc; });
 }
 
-/// The one that the settings name, or the first of ours, which stand in order of preference, that is linear.
+/// The format that the settings name. Without a name: the first linear format in our order of preference.
 Result<const PixelFormat*> choose_format(const OpenNode& driver, std::string_view name,
                                          const Offers& offers) {
   if (!name.empty()) {
     const PixelFormat* const format = find_pixel_format(name);
     if (format == nullptr) return no_format(name);
-    if (!offered(offers, *format))
-      return refused(driver, fmt::format("it does not have the format {}", name), offers);
+    if (!offered(offers, *format)) return refused(driver, fmt::format("it has no format {}", name), offers);
     return format;
   }
   for (const PixelFormat& format : pixel_formats())
     if (format.linear && offered(offers, format)) return &format;
-  return refused(driver, "it has no linear format that is read here", offers);
+  return refused(driver, "it has no linear format that symrig can read", offers);
 }
 
 Result<SampleDepth> sample_depth(const PixelFormat& format, const CameraSettings& settings) {
@@ -51,11 +50,11 @@ Result<SampleDepth> sample_depth(const PixelFormat& format, const CameraSettings
   if (!words || format.bits != 16)
     return Error{
         ErrorCode::bad_argument,
-        fmt::format("{} bits were told for {}, which has {}", settings.bits, format.name, format.bits),
-        "leave the bits out: only a format of 16 bits may hold fewer"};
+        fmt::format("the settings say {} bits for {}, which has {}", settings.bits, format.name, format.bits),
+        "remove the bits: only a 16-bit format may hold fewer"};
   if (settings.bits < 8 || settings.bits > 16)
-    return Error{ErrorCode::bad_argument, fmt::format("{} significant bits are out of range", settings.bits),
-                 "8 to 16"};
+    return Error{ErrorCode::bad_argument, fmt::format("{} significant bits is out of range", settings.bits),
+                 "give 8 to 16"};
   return SampleDepth{settings.bits, settings.justified == Justified::high ? 16 - settings.bits : 0};
 }
 
@@ -63,32 +62,30 @@ std::string as_asked(const PixelFormat& format, Grid size) {
   return fmt::format("{} {}", format.name, to_string(size));
 }
 
-/// The driver's answer is what was asked for, and can be.
+/// Checks that the driver's format is the requested one, and that it is possible.
 Result<PictureLayout> accept(const OpenNode& driver, const PixelFormat& format, Grid size, DriverFormat got,
                              const Offers& offers) {
   if (got.fourcc != format.fourcc || got.size != size)
     return refused(driver,
-                   fmt::format("{} was asked for, the driver made {} {} of it", as_asked(format, size),
+                   fmt::format("it was asked for {}, but the driver set {} {}", as_asked(format, size),
                                fourcc_text(got.fourcc), to_string(got.size)),
                    offers);
-  if (!size.valid())
-    return refused(driver, fmt::format("a picture of {} cannot be read", to_string(size)), offers);
-  if (got.interlaced) return refused(driver, "it gives half pictures (interlaced)", offers);
+  if (!size.valid()) return refused(driver, fmt::format("{} is not a picture size", to_string(size)), offers);
+  if (got.interlaced) return refused(driver, "it gives interlaced pictures", offers);
   if (got.planes != 1)
     return refused(driver, fmt::format("it gives {} in {} planes", format.name, got.planes), offers);
   const std::size_t row = row_bytes(format, size.cols);
   const PictureLayout layout{&format, {}, size, got.stride == 0 ? row : got.stride};
   if (layout.stride < row)
     return refused(driver,
-                   fmt::format("the driver says {} bytes a row, {} needs {}: it is wrong about this format",
-                               layout.stride, as_asked(format, size), row),
+                   fmt::format("the driver reports {} bytes per row, but {} needs {}", layout.stride,
+                               as_asked(format, size), row),
                    offers);
   if (got.bytes < layout.bytes())
-    return refused(
-        driver,
-        fmt::format("the driver says {} bytes a picture, {} needs {}: it is wrong about this format",
-                    got.bytes, as_asked(format, size), layout.bytes()),
-        offers);
+    return refused(driver,
+                   fmt::format("the driver reports {} bytes per picture, but {} needs {}", got.bytes,
+                               as_asked(format, size), layout.bytes()),
+                   offers);
   return layout;
 }
 
@@ -100,8 +97,8 @@ double rate_of(const v4l2_streamparm& parameters) {
 Result<void> set_rate(OpenNode& driver, double rate, const Offers& offers) {
   if (rate == 0) return {};
   if (!(rate > 0) || rate > 1e6)
-    return Error{ErrorCode::bad_argument, fmt::format("{} pictures a second are out of range", rate),
-                 "above 0, up to 1e6"};
+    return Error{ErrorCode::bad_argument, fmt::format("{} pictures a second is out of range", rate),
+                 "give a rate above 0, up to 1e6"};
   v4l2_streamparm parameters{};
   parameters.type = driver.buffer_type();
   parameters.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(std::lround(1000 * rate))};
@@ -109,7 +106,7 @@ Result<void> set_rate(OpenNode& driver, double rate, const Offers& offers) {
   const double got = rate_of(parameters);
   if (std::abs(got - rate) <= 0.01 * rate) return {};
   return refused(
-      driver, fmt::format("{} pictures a second were asked for, the driver gives {:.6g}", rate, got), offers);
+      driver, fmt::format("{} pictures a second requested, but the driver gives {:.6g}", rate, got), offers);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace symrig::camera {
 namespace {
 
-/// A field of fixed length that need not end with a zero.
+/// The text of a fixed-length field, which may lack the final zero.
 template <std::size_t N>
 std::string text(const std::uint8_t (&field)[N]) {
   const auto* const end = std::find(field, field + N, std::uint8_t{0});
@@ -26,16 +26,16 @@ Error cannot_open(const std::string& path, int reason) {
     case ENOENT:
     case ENXIO:
     case ENODEV:
-      return {ErrorCode::device_lost, fmt::format("camera {} is not there ({})", path, std::strerror(reason)),
-              "check cable and supply; `symrig list` shows the cameras"};
+      return {ErrorCode::device_lost, fmt::format("camera {} is missing ({})", path, std::strerror(reason)),
+              "check cable and power; `symrig list` shows the cameras"};
     case EACCES:
     case EPERM:
       return {ErrorCode::device_refused,
-              fmt::format("camera {} may not be opened ({})", path, std::strerror(reason)),
+              fmt::format("no permission to open camera {} ({})", path, std::strerror(reason)),
               "join the group video: sudo usermod -aG video \"$USER\", then log in again"};
     case EBUSY:
-      return {ErrorCode::device_refused, fmt::format("camera {} is held by another program", path),
-              fmt::format("close it; `fuser -v {}` names it", path)};
+      return {ErrorCode::device_refused, fmt::format("another program uses camera {}", path),
+              fmt::format("close that program; `fuser -v {}` shows its name", path)};
     default:
       return {ErrorCode::device_refused,
               fmt::format("camera {} cannot be opened ({})", path, std::strerror(reason)),
@@ -67,7 +67,7 @@ DriverFormat from_v4l2(const v4l2_format& format, bool multiplanar) {
           interlaced(pix.field), 1};
 }
 
-/// Lines and bytes of a picture are the driver's to say: they are asked for as 0.
+/// The driver fills in the fields that are 0: bytes per line and bytes per picture.
 void put(v4l2_format& format, bool multiplanar, std::uint32_t fourcc, Grid size) {
   const auto cols = static_cast<std::uint32_t>(size.cols), rows = static_cast<std::uint32_t>(size.rows);
   if (multiplanar) {
@@ -100,7 +100,7 @@ Result<OpenNode> OpenNode::open_camera(VideoSystem& system, const std::string& p
   SYMRIG_TRY(auto driver, open(system, path));
   if (driver.identity().captures) return driver;
   return Error{ErrorCode::device_refused,
-               fmt::format("{} ({}) hands out no pictures by streaming", path, driver.identity().name),
+               fmt::format("{} ({}) does not stream pictures", path, driver.identity().name),
                "`symrig list` shows the cameras"};
 }
 
@@ -110,7 +110,7 @@ std::uint32_t OpenNode::buffer_type() const {
 
 int OpenNode::call(unsigned long request, void* argument) {
   int reason = EINTR;
-  // A signal cannot interrupt for ever; a driver that says so every time shall not hang the caller.
+  // A driver that always reports EINTR must not hang the caller, so the attempts are limited.
   for (int attempt = 0; reason == EINTR && attempt < 1000; ++attempt)
     reason = node_->control(request, argument);
   return reason;
@@ -125,22 +125,22 @@ Error OpenNode::error(int reason, std::string_view doing) const {
   const std::string camera = identity_.name.empty() ? path_ : fmt::format("{} ({})", path_, identity_.name);
   if (is_gone(reason))
     return {ErrorCode::device_lost,
-            fmt::format("camera {} is gone: {}: {}", camera, doing, std::strerror(reason)),
-            "check cable and supply, plug it in again"};
+            fmt::format("camera {} is lost: {}: {}", camera, doing, std::strerror(reason)),
+            "check cable and power, then connect it again"};
   if (reason == EBUSY)
     return {ErrorCode::device_refused,
-            fmt::format("camera {} is held by another program: {}: {}", camera, doing, std::strerror(reason)),
-            fmt::format("close it; `fuser -v {}` names it", path_)};
+            fmt::format("another program uses camera {}: {}: {}", camera, doing, std::strerror(reason)),
+            fmt::format("close that program; `fuser -v {}` shows its name", path_)};
   return {ErrorCode::device_refused, fmt::format("camera {}: {}: {}", camera, doing, std::strerror(reason)),
-          "the kernel's log (dmesg) may say more"};
+          "look for the cause in the kernel log (dmesg)"};
 }
 
 Result<void> OpenNode::identify() {
   v4l2_capability answer{};
   if (const int reason = call(VIDIOC_QUERYCAP, &answer); reason != 0) {
-    if (is_gone(reason)) return error(reason, "asking what it is");
+    if (is_gone(reason)) return error(reason, "querying its type");
     return Error{ErrorCode::device_refused,
-                 fmt::format("{} is no V4L2 device ({})", path_, std::strerror(reason)),
+                 fmt::format("{} is not a V4L2 device ({})", path_, std::strerror(reason)),
                  "`symrig list` shows the cameras"};
   }
   const std::uint32_t able =

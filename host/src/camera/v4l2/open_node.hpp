@@ -14,48 +14,49 @@
 
 namespace symrig::camera {
 
-/// VIDIOC_QUERYCAP, as text and as what matters here.
+/// The useful part of VIDIOC_QUERYCAP.
 struct DriverIdentity {
   std::string name, driver, bus;
-  bool captures = false;     ///< hands out pictures through streaming buffers
-  bool multiplanar = false;  ///< by the multi-planar calls
+  bool captures = false;     ///< can stream pictures
+  bool multiplanar = false;  ///< needs the multi-planar calls
 };
 
-/// A picture format as a driver tells of it.
+/// A picture format as the driver reports it.
 struct DriverFormat {
   std::uint32_t fourcc = 0;
   Grid size;
-  std::size_t stride = 0;  ///< bytes a row
-  std::size_t bytes = 0;   ///< a picture
+  std::size_t stride = 0;  ///< bytes per row
+  std::size_t bytes = 0;   ///< bytes per picture
   bool interlaced = false;
   int planes = 1;
 };
 
-/// One open camera node: the V4L2 calls that are needed, in the words of this library. Calls that a signal
-/// interrupted are made again.
+/// One open camera node: the V4L2 calls that symrig needs. Repeats calls that a signal interrupted.
 class OpenNode {
  public:
-  /// fails: device_lost (not there), device_refused (no permission, held by others, no V4L2 device).
+  /// fails: device_lost (missing), device_refused (no permission, used by another program, not a V4L2
+  /// device).
   static Result<OpenNode> open(VideoSystem& system, const std::string& path);
 
-  /// The same, and it hands out pictures.  fails: also device_refused (it does not).
+  /// The same, but the node must stream pictures.
+  /// fails: also device_refused (it does not).
   static Result<OpenNode> open_camera(VideoSystem& system, const std::string& path);
 
   const std::string& path() const { return path_; }
   const DriverIdentity& identity() const { return identity_; }
   VideoNode& node() { return *node_; }
-  /// V4L2_BUF_TYPE_VIDEO_CAPTURE, or the multi-planar one.
+  /// V4L2_BUF_TYPE_VIDEO_CAPTURE or its multi-planar form.
   std::uint32_t buffer_type() const;
 
-  /// errno of the call, 0 = done.
+  /// Returns the errno of the call, 0 = success.
   int call(unsigned long request, void* argument);
-  /// fails: device_lost (the node is gone), device_refused (any other reason): "PATH: DOING: REASON".
+  /// fails: device_lost (the node is lost), device_refused (any other reason): "PATH: DOING: REASON".
   Result<void> ask(unsigned long request, void* argument, std::string_view doing);
-  /// The error that an errno of this node means.
+  /// The error for an errno of this node.
   Error error(int reason, std::string_view doing) const;
 
   Result<DriverFormat> format();
-  /// Asks for a format and returns what the driver made of it, which may be something else.
+  /// Requests a format and returns the format that the driver set, which may differ.
   Result<DriverFormat> set_format(std::uint32_t fourcc, Grid size);
 
  private:
@@ -68,7 +69,7 @@ class OpenNode {
   DriverIdentity identity_;
 };
 
-/// The node is no longer there, or no longer the one that was opened.
+/// The errno means that the node is missing, or that another device has its place.
 bool is_gone(int reason);
 
 }  // namespace symrig::camera

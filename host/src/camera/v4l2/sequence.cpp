@@ -14,7 +14,7 @@ SequenceCount::Reading SequenceCount::read(std::uint32_t driver) {
   if (!begun_) return begin(driver);
   const auto ahead = static_cast<std::int32_t>(driver - last_driver_);
   if (ahead == 0) return {last_, Step::repeated, 0};
-  // Below the stream's first number there is nothing to go back to: such a jump can only be forwards.
+  // No number is below the stream's first one. A jump that would go below it must be a forward jump.
   const bool back =
       ahead < 0 && last_ - base_ >= static_cast<std::uint64_t>(-static_cast<std::int64_t>(ahead));
   const std::uint64_t distance = back ? 0 : driver - last_driver_;

@@ -30,7 +30,7 @@ StampVerdict StampJudge::judge(const DriverStamp& stamp, Nanoseconds now, bool d
   const bool monotonic = (stamp.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
   const bool start = (stamp.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
   if (damaged && !plausible(stamp.at, now)) return {};
-  // A clock that names itself something else may still be this one: old frames are told by any stamp.
+  // Old frames are found with any stamp: a clock with another name may still be CLOCK_MONOTONIC.
   if (stamp.at < begin_ && stamp.at > Nanoseconds{} && leftovers_ > 0) {
     --leftovers_;
     return {StampOf::nothing, true, {}};
@@ -38,11 +38,11 @@ StampVerdict StampJudge::judge(const DriverStamp& stamp, Nanoseconds now, bool d
   leftovers_ = 0;
   if (!trusted_) return {};
   if (!monotonic)
-    return distrust("the driver does not say that its stamps are on CLOCK_MONOTONIC: they are not used");
+    return distrust("the driver does not mark its stamps as CLOCK_MONOTONIC: they are not used");
   if (stamp.at < begin_)
-    return distrust("the driver's stamps lie before the start of the stream: they are not used");
+    return distrust("the driver's stamps are from before the start of the stream: they are not used");
   if (stamp.at > now + kFutureTolerance)
-    return distrust(fmt::format("the driver's stamps lie in the future, one by {:.1f} ms: they are not used",
+    return distrust(fmt::format("a stamp of the driver is {:.1f} ms in the future: its stamps are not used",
                                 milliseconds(stamp.at - now)));
   if (stamp.at <= std::exchange(last_, stamp.at)) return {};
   return {start ? StampOf::exposure_begin : StampOf::exposure_end, false, {}};

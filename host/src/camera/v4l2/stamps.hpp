@@ -8,32 +8,34 @@
 
 namespace symrig::camera {
 
-/// A buffer's stamp as the driver gives it.
+/// A buffer's time stamp from the driver.
 struct DriverStamp {
   Nanoseconds at{};
-  std::uint32_t flags = 0;  ///< of the buffer: which clock, which moment
+  std::uint32_t flags = 0;  ///< buffer flags: which clock, which moment
 };
 
-/// What a stamp is worth.
+/// What a stamp can be used for.
 struct StampVerdict {
   StampOf of = StampOf::nothing;
-  bool stale = false;  ///< the frame is older than the stream: throw it away
-  std::string note;    ///< what has just been found out about the driver's clock; mostly empty
+  bool stale = false;  ///< the frame is older than the stream: discard it
+  std::string note;    ///< a new finding about the driver's clock; usually empty
 };
 
-/// Tells stamps on CLOCK_MONOTONIC from others. A driver whose stamps cannot be on that clock, whatever its
-/// flags say, is not believed again until the next stream:
-///   flags name another clock, or none;
-///   a stamp later than the moment when its frame was taken, by more than 1 ms (which a driver may err that
-///   reckons them from a camera's own clock);
-///   stamps before the start of the stream, in more frames than could have been left from before.
-/// A single stamp that is not after the one before it tells nothing, for that frame alone.
+/// Finds out if a driver's stamps are on CLOCK_MONOTONIC. If not, its stamps are ignored until the next
+/// stream. The reasons are:
+///   the flags name another clock, or none;
+///   a stamp is more than 1 ms later than the moment when its frame was taken. A driver that converts a
+///   camera's own clock may be wrong by 1 ms;
+///   more frames have stamps before the start of the stream than there are buffers.
+/// A single stamp that is not later than the previous one is ignored for that frame only.
 class StampJudge {
  public:
-  /// begin: when the stream was started. leftovers: frames that may be older than it, one a buffer.
+  /// begin: the start of the stream. leftovers: the greatest number of frames that may be older, one per
+  /// buffer.
   StampJudge(Nanoseconds begin, int leftovers) : begin_(begin), leftovers_(leftovers) {}
 
-  /// now: CLOCK_MONOTONIC when the frame was taken. A damaged frame is never stale and convicts nobody.
+  /// now: CLOCK_MONOTONIC when the frame was taken. A damaged frame is never stale, and never makes the
+  /// driver distrusted.
   StampVerdict judge(const DriverStamp& stamp, Nanoseconds now, bool damaged);
 
  private:

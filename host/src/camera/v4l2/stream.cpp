@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMostErrorsInARow = 16;
 constexpr std::size_t kMostNotes = 32;
-constexpr Nanoseconds kLook = std::chrono::seconds(1);  // so often a silent stream is looked at
+constexpr Nanoseconds kLook = std::chrono::seconds(1);  // interval of the checks while no frame arrives
 
 }  // namespace
 
@@ -66,13 +66,13 @@ void Stream::run() {
       const std::lock_guard lock(mutex_);
       if (stopping_) return;
     }
-    // A hangup, too, is asked for its reason: the call that takes a buffer has it.
+    // After a hangup, too, the call that takes a buffer reports the reason.
     if ((wake == Wake::frame || wake == Wake::hangup) && !drain()) return;
     if (wake == Wake::hangup && !handle_error(EIO)) return;
   }
 }
 
-/// Takes all that is there. false: the stream has ended.
+/// Takes all filled buffers. false: the stream has ended.
 bool Stream::drain() {
   for (;;) {
     FilledBuffer filled;
@@ -85,7 +85,8 @@ bool Stream::drain() {
   }
 }
 
-/// EIO may pass [Linux media, VIDIOC_DQBUF]: only a row of them ends the stream, as does anything else.
+/// EIO may be temporary [Linux media, VIDIOC_DQBUF]: only several in a row end the stream. Any other error
+/// ends it.
 bool Stream::handle_error(int reason) {
   if (!is_gone(reason)) {
     const std::lock_guard lock(mutex_);
@@ -95,7 +96,7 @@ bool Stream::handle_error(int reason) {
   return lose(reason, "taking a frame");
 }
 
-/// One buffer: to a frame, to the queue, back to the driver. false: the stream has ended.
+/// Makes a frame from one buffer, queues it, and gives the buffer back. false: the stream has ended.
 bool Stream::accept(const FilledBuffer& filled) {
   const bool damaged = filled.error || filled.data.size() < plan_.layout.bytes();
   const StampVerdict verdict = judge_->judge(filled.stamp, driver_.node().now(), damaged);
@@ -106,7 +107,7 @@ bool Stream::accept(const FilledBuffer& filled) {
     const std::lock_guard lock(mutex_);
     ++report_.stale;
   } else {
-    // What lies between an old frame and the first of the stream was never the stream's.
+    // A gap between an old frame and the stream's first frame is no loss of this stream.
     if (!std::exchange(after_stale_, false)) count(reading);
     CameraFrame frame = develop(filled, damaged);
     frame.sequence = reading.number;
@@ -119,7 +120,7 @@ bool Stream::accept(const FilledBuffer& filled) {
   else if (is_gone(reason) || buffers_out_ == 0)
     return lose(reason, "giving a buffer back");
   else
-    note(fmt::format("the driver does not take a buffer back ({})", std::strerror(reason)));
+    note(fmt::format("the driver refuses to take a buffer back ({})", std::strerror(reason)));
   return true;
 }
 
@@ -138,10 +139,10 @@ CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
   const auto& [bits, shift] = plan_.layout.depth;
   if (damaged) return frame;
   if (seen >> (bits + shift) != 0)
-    note(fmt::format("samples have bits above the {} that were told; such samples count as saturated", bits));
+    note(fmt::format("samples have bits above the stated {}; they count as saturated", bits));
   if ((seen & ((1U << shift) - 1)) != 0)
     note(fmt::format(
-        "samples have bits below the upper {}: the depth told is too small, or they stand in the lower bits",
+        "samples have bits below the upper {}: the stated depth is too small, or samples are in the low bits",
         bits));
   return frame;
 }
@@ -160,7 +161,7 @@ void Stream::keep(CameraFrame frame) {
   changed_.notify_all();
 }
 
-/// Ends the stream, whatever the reason: to the caller the camera is lost.
+/// Ends the stream. For any reason, the caller gets device_lost.
 bool Stream::lose(int reason, std::string_view doing) {
   Error error = driver_.error(reason, doing);
   error.code = ErrorCode::device_lost;

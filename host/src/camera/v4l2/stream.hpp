@@ -20,21 +20,22 @@
 
 namespace symrig::camera {
 
-/// How a stream runs.
+/// The settings of a stream.
 struct StreamPlan {
   PictureLayout layout;
   Region region;
   int saturation = 0;        ///< as FrameReader
   int buffers = 8;           ///< shared with the driver
-  std::size_t waiting = 64;  ///< frames that wait for take() at most, or as many as it has asked for at once
+  std::size_t waiting = 64;  ///< longest queue for take(); a take() of more frames lengthens it
 };
 
-/// A running stream: a thread takes each buffer as soon as it is filled, turns it into a frame, and gives it
-/// back at once. Frames wait in a queue of fixed length; one that finds it full is counted and leaves a gap.
-/// take() and report() may be called while the thread works, by one thread.
+/// A running stream. A thread takes each filled buffer, makes a frame from it, and gives it back at once.
+/// Frames wait in a queue of limited length. A frame that finds the queue full is dropped and counted, and
+/// leaves a gap. One other thread may call take() and report() at any time.
 class Stream {
  public:
-  /// counts: of the streams of this camera before it.  fails: as BufferRing::make and start.
+  /// counts: from this camera's earlier streams.
+  /// fails: as BufferRing::make() and start().
   static Result<std::unique_ptr<Stream>> start(OpenNode driver, const StreamPlan& plan, SequenceCount counts,
                                                StreamReport report);
   Stream(const Stream&) = delete;
@@ -42,12 +43,13 @@ class Stream {
   /// Stops the stream and closes the node.
   ~Stream();
 
-  /// As Camera::take(); frames that came before the stream ended are handed over first.  fails: device_lost.
+  /// As Camera::take(). Frames that came before the end of the stream are returned first.
+  /// fails: device_lost.
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience);
   StreamReport report() const;
-  /// For controls: these calls go well beside the thread's.
+  /// For controls. Its calls may run beside the thread's calls.
   OpenNode& driver() { return driver_; }
-  /// Ends the thread; what the next stream of this camera must know.
+  /// Ends the thread. Returns the frame count for this camera's next stream.
   SequenceCount finish();
 
  private:
@@ -67,17 +69,17 @@ class Stream {
   StreamPlan plan_;
   FrameReader reader_;
   std::optional<BufferRing> ring_;
-  SequenceCount counts_;  // the thread's, as all above
+  SequenceCount counts_;  // used by the thread, as all members above
   std::optional<StampJudge> judge_;
   bool after_stale_ = false;
   int errors_in_a_row_ = 0;
-  int buffers_out_ = 0;  // with the driver
+  int buffers_out_ = 0;  // buffers that the driver has
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<CameraFrame> queue_;
-  std::uint64_t arrived_ = 0;  // frames kept, ever
-  std::size_t room_;           // frames that the queue holds
+  std::uint64_t arrived_ = 0;  // frames kept since the start
+  std::size_t room_;           // greatest length of the queue
   StreamReport report_;
   std::optional<Error> lost_;
   bool stopping_ = false;

@@ -18,7 +18,7 @@ using camera::PictureLayout;
 using camera::Stream;
 using camera::VideoSystem;
 
-/// Everything of an open camera. The stream is missing while the camera is lost.
+/// State of an open camera. There is no stream while the camera is lost.
 struct V4l2Camera::Inside {
   Inside(CameraSettings wanted, VideoSystem& on) : settings(std::move(wanted)), system(&on) {}
 
@@ -26,7 +26,7 @@ struct V4l2Camera::Inside {
   Result<OpenNode> prepare(const std::string& path, PictureLayout& picture);
   Result<void> check(const PictureLayout& picture) const;
   NoiseModel sample_noise(int bits) const;
-  /// Closes the node: only then does the kernel give its number to the camera that comes back.
+  /// Closes the node. The kernel can then give the same number to the returning camera.
   void close();
   Result<std::string> path_now() const;
   void remark(const std::string& line);
@@ -52,31 +52,31 @@ NoiseModel V4l2Camera::Inside::sample_noise(int bits) const {
   return NoiseModel::from_variance_line({.offset = 1.0 / 12, .slope = 1, .bits = bits, .pedestal = 0});
 }
 
-/// What the settings say fits to the picture that the camera gives.
+/// Checks the settings against the picture that the camera gives.
 Result<void> V4l2Camera::Inside::check(const PictureLayout& picture) const {
   SYMRIG_TRY(const BinnedGrid to, binned_grid(picture.size, picture.format->mosaic, settings.region));
   if (settings.buffers < 2 || settings.buffers > 32)
-    return Error{ErrorCode::bad_argument, fmt::format("{} buffers are out of range", settings.buffers),
+    return Error{ErrorCode::bad_argument, fmt::format("{} buffers is out of range", settings.buffers),
                  "2 to 32"};
   if (settings.waiting < 1)
-    return Error{ErrorCode::bad_argument, "a queue of 0 frames holds none", "at least 1"};
+    return Error{ErrorCode::bad_argument, "a queue of 0 frames holds nothing", "give at least 1"};
   if (settings.noise && !settings.noise->valid())
-    return Error{ErrorCode::bad_argument,
-                 "the camera's noise model cannot be: " + settings.noise->to_string(), "correct its numbers"};
+    return Error{ErrorCode::bad_argument, "the camera's noise model is wrong: " + settings.noise->to_string(),
+                 "correct its numbers"};
   if (settings.noise && settings.noise->bits() != picture.depth.bits)
     return Error{ErrorCode::bad_argument,
-                 fmt::format("the camera's noise model has {} bits, {} gives {}", settings.noise->bits(),
+                 fmt::format("the camera's noise model has {} bits, but {} has {}", settings.noise->bits(),
                              picture.format->name, picture.depth.bits),
-                 "give the model of a single sample in this format"};
+                 "give the noise model of a single sample in this format"};
   if (!settings.dead.empty() && settings.dead.grid() != to.grid)
     return Error{ErrorCode::size_mismatch,
                  fmt::format("the map of dead pixels is {}, frames are {}", to_string(settings.dead.grid()),
                              to_string(to.grid)),
-                 "make it on the grid that region and binning give"};
+                 "make the map for the region and binning in use"};
   return {};
 }
 
-/// A note about the settings, once, also over restarts.
+/// Adds a note about the settings once, even if the stream restarts.
 void V4l2Camera::Inside::remark(const std::string& line) {
   auto& notes = report.notes;
   if (std::find(notes.begin(), notes.end(), line) == notes.end()) notes.push_back(line);
@@ -101,9 +101,9 @@ Result<void> V4l2Camera::Inside::start(const std::string& path) {
   const NoiseModel sample = sample_noise(layout.depth.bits);
   SYMRIG_TRY(binned_to, binned_grid(layout.size, layout.format->mosaic, settings.region));
   noise = binned(sample, settings.region.binning);
-  if (!settings.noise) remark("no noise model was given: codes count as electrons, which is no measure");
+  if (!settings.noise) remark("no noise model was given: codes count as electrons; do not measure with them");
   if (!layout.format->linear)
-    remark(fmt::format("{} is a picture for people: its codes are not linear in light", layout.format->name));
+    remark(fmt::format("the codes of {} are not linear in light", layout.format->name));
   SYMRIG_TRY(stream, Stream::start(std::move(driver),
                                    {layout, settings.region, sample.saturation_code(), settings.buffers,
                                     settings.waiting},
@@ -120,19 +120,19 @@ void V4l2Camera::Inside::close() {
   stream.reset();
 }
 
-/// Where the camera is now: the same bus and name, and the same serial number if it has one.
+/// The camera's current path: same bus and name, and same serial number if it has one.
 Result<std::string> V4l2Camera::Inside::path_now() const {
   std::string elsewhere;
   for (const FoundCamera& camera : find_cameras(*system)) {
     const bool same = camera.bus == found.bus && camera.name == found.name && camera.serial == found.serial;
     if (same && camera.path == found.path) return camera.path;
-    // Another socket of the same machine, if the serial number leaves no doubt.
+    // It may be in another socket if the serial number identifies it.
     if (same || (!found.serial.empty() && camera.serial == found.serial && camera.name == found.name))
       elsewhere = camera.path;
   }
   if (!elsewhere.empty()) return elsewhere;
   return Error{ErrorCode::device_lost, fmt::format("camera {} ({}) is not back", found.path, found.name),
-               "plug it in again"};
+               "connect it again"};
 }
 
 V4l2Camera::V4l2Camera(std::unique_ptr<Inside> inside) : inside_(std::move(inside)) {}
@@ -147,11 +147,11 @@ Result<std::unique_ptr<V4l2Camera>> V4l2Camera::open(CameraSettings settings, Vi
   auto inside = std::make_unique<Inside>(std::move(settings), system);
   if (!inside->settings.noise)
     inside->report.notes.emplace_back(
-        "no noise model was given: codes count as electrons, which is no measure");
+        "no noise model was given: codes count as electrons; do not measure with them");
   SYMRIG_CHECK(inside->start(path));
   if (!inside->layout.format->linear)
-    inside->report.notes.push_back(fmt::format(
-        "{} is a picture for people: its codes are not linear in light", inside->layout.format->name));
+    inside->report.notes.push_back(
+        fmt::format("the codes of {} are not linear in light", inside->layout.format->name));
   return std::unique_ptr<V4l2Camera>(new V4l2Camera(std::move(inside)));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// V4L2's keys of `[camera]`: docs/rig-file.md.
+// The keys of `[camera]` for the V4L2 driver: docs/rig-file.md.
 #include "camera/v4l2/v4l2_driver.hpp"
 
 #include "camera/v4l2/video_system.hpp"
@@ -49,8 +49,8 @@ class V4l2Source final : public CameraSource {
   }
 
  private:
-  /// Defects of the sensor's picture as pixels of the frames. A sum of binned samples is dead if one of them
-  /// is. Which samples are summed depends on whether the picture is a mosaic, so all of the square count.
+  /// Maps the sensor's defects to pixels of the frames. A sum is dead if any of its samples is dead. Which
+  /// samples are summed depends on the mosaic, so every sample of the square counts.
   Image<std::uint8_t> dead_pixels(const Image<std::uint8_t>& defects) const {
     if (std::ranges::none_of(defects.values(), [](std::uint8_t d) { return d != 0; })) return {};
     const Region region = resolved(defects.grid(), settings_.region);
@@ -84,7 +84,7 @@ void read_region(TableReader& table, Region& region) {
   keys.finish();
 }
 
-/// Values of the driver's own controls, as text: numbers, menu entries, on or off.
+/// Values of the camera's controls, as text: numbers, menu entries, on or off.
 void read_controls(TableReader& table, std::vector<ControlSetting>& controls) {
   const TomlNode* node = table.find("controls");
   if (node == nullptr) return;

@@ -8,9 +8,9 @@ namespace symrig::camera {
 std::unique_ptr<CameraSource> read_v4l2_camera(base::TableReader& table);
 std::vector<FoundCamera> find_v4l2_cameras();
 
-/// Cameras behind the kernel's V4L2.
+/// Cameras with a V4L2 driver.
 constexpr CameraDriver v4l2_driver() {
-  return {"v4l2", "cameras that the kernel drives (/dev/video0)", read_v4l2_camera, find_v4l2_cameras};
+  return {"v4l2", "cameras with a kernel driver (/dev/video0)", read_v4l2_camera, find_v4l2_cameras};
 }
 
 }  // namespace symrig::camera

@@ -16,7 +16,7 @@ constexpr int kHorizontalBlank = 160, kHorizontalFront = 48, kHorizontalSync = 3
 constexpr int kVerticalFront = 3, kMinVerticalBack = 6;
 constexpr double kClockStep = 250;  // kHz
 
-/// The width of the vertical sync tells the aspect ratio (CVT 1.2, table 3-2); 10 is any other.
+/// The width of the vertical sync encodes the aspect ratio (CVT 1.2, table 3-2). 10 means any other ratio.
 int vertical_sync(Grid grid) {
   const auto is = [&](int width, int height) { return grid.cols * height == grid.rows * width; };
   if (is(4, 3)) return 4;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A screen's keys of `[projector]`: docs/rig-file.md.
+// The keys of `[projector]` for a screen: docs/rig-file.md.
 #include "projector/drm/drm_driver.hpp"
 
 #include "symrig/projector/drm_projector.hpp"
@@ -36,8 +36,8 @@ class DrmSource final : public ProjectorSource {
   }
 
  private:
-  std::string connector_;  // "HDMI-A-1"; empty: the only one that is plugged in
-  std::string mode_;       // "1920x1080@60"; empty: the preferred one
+  std::string connector_;  // "HDMI-A-1"; empty: the only connected one
+  std::string mode_;       // "1920x1080@60"; empty: the preferred mode
 };
 
 }  // namespace

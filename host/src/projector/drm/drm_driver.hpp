@@ -7,9 +7,9 @@ namespace symrig::projector {
 
 std::unique_ptr<ProjectorSource> read_drm_projector(base::TableReader& table);
 
-/// Projectors that are screens of this machine.
+/// Projectors that are screens of this computer.
 constexpr ProjectorDriver drm_driver() {
-  return {"drm", "a screen of this machine", "", read_drm_projector};
+  return {"drm", "a screen of this computer", "", read_drm_projector};
 }
 
 }  // namespace symrig::projector

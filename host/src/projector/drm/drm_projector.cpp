@@ -14,7 +14,7 @@ Result<std::unique_ptr<DrmProjector>> DrmProjector::open(const DrmProjectorOptio
 Result<std::unique_ptr<DrmProjector>> DrmProjector::open(projector::drm::Cards& cards,
                                                          const DrmProjectorOptions& options) {
   if (options.buffers < 2 || options.buffers > 3)
-    return Error{ErrorCode::bad_argument, fmt::format("{} buffers were asked for", options.buffers),
+    return Error{ErrorCode::bad_argument, fmt::format("a projector cannot use {} buffers", options.buffers),
                  "give 2 or 3"};
   const projector::drm::ScreenOptions how{static_cast<std::size_t>(options.buffers), options.legacy,
                                           options.patience};
@@ -65,15 +65,16 @@ Result<Shown> DrmProjector::show(std::size_t index) {
   if (lost_) return *lost_;
   if (index >= codes_.size())
     return Error{ErrorCode::bad_argument,
-                 fmt::format("pattern {} is not among the {} that are loaded", index, codes_.size()),
+                 fmt::format("pattern {} is not one of the {} loaded patterns", index, codes_.size()),
                  "load it first"};
   auto shown = flip_to(index);
-  // Which buffer is on the screen now cannot be known: nothing may be drawn into any.
+  // After a failure it is unknown which buffer the screen shows, so none of them may be drawn into.
   if (!shown) lost_ = shown.error();
   return shown;
 }
 
-/// Asked before, so that no pattern goes to nobody, and after: an unplugged connector may well flip.
+/// Checks the connection before, so that no pattern is lost, and after, because flips may succeed without a
+/// display.
 Result<Shown> DrmProjector::flip_to(std::size_t index) {
   SYMRIG_CHECK(screen_->check());
   const std::size_t back = buffer_with(index);
@@ -85,7 +86,8 @@ Result<Shown> DrmProjector::flip_to(std::size_t index) {
   return shown;
 }
 
-/// A buffer off the screen that holds pattern `index`, drawn now if it was not drawn ahead.
+/// Returns a buffer that the screen does not show and that holds pattern `index`. Draws the pattern if
+/// draw_ahead() did not.
 std::size_t DrmProjector::buffer_with(std::size_t index) {
   std::size_t back = front_;
   for (std::size_t k = 0; k < drawn_.size(); ++k)
@@ -96,7 +98,7 @@ std::size_t DrmProjector::buffer_with(std::size_t index) {
   return back;
 }
 
-/// The refresh that is waited for leaves time to draw what will most likely be asked for next.
+/// Draws the most likely next pattern while the caller would wait for the refresh.
 void DrmProjector::draw_ahead(std::size_t index, std::size_t waiting) {
   if (index >= codes_.size()) return;
   for (std::size_t k = 0; k < drawn_.size(); ++k) {

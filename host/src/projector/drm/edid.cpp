@@ -19,7 +19,7 @@ bool begins_with(std::span<const std::byte> bytes, std::span<const std::uint8_t>
                     [](std::uint8_t a, std::byte b) { return a == std::to_integer<std::uint8_t>(b); });
 }
 
-/// Printable characters up to the end mark, without blanks behind.
+/// The printable characters up to the end mark, without trailing blanks.
 std::string text(std::span<const std::byte> bytes) {
   std::string name;
   for (const std::byte byte : bytes) {

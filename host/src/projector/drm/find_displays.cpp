@@ -30,12 +30,12 @@ std::vector<Display> find_displays(Cards& cards) {
   std::vector<Display> displays;
   for (const std::string& card : cards.names()) {
     const auto kms = cards.open(card);
-    if (!kms && kms.error().code == ErrorCode::device_refused) continue;  // it only computes
+    if (!kms && kms.error().code == ErrorCode::device_refused) continue;  // a card without display outputs
     if (!kms) {
       displays.push_back({.connector = card, .error = kms.error().line()});
       continue;
     }
-    // Whoever opens a card that nobody drives becomes its master; only a master may look at its wires.
+    // The first program to open an idle card becomes its master. Only a master may probe its connectors.
     const auto resources = (*kms)->resources();
     for (const std::uint32_t id : resources.value.connectors)
       if (const auto connector = (*kms)->connector(id, true))

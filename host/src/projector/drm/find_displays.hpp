@@ -10,11 +10,11 @@
 
 namespace symrig::projector::drm {
 
-/// symrig::find_displays() on these cards.
+/// symrig::find_displays() for these cards.
 std::vector<Display> find_displays(Cards& cards);
 
-/// The name that a display gives itself (VESA E-EDID 1.4 §3.10.3, display product name descriptor); empty if
-/// it gives none or this is no EDID.
+/// The display's name from its EDID (VESA E-EDID 1.4 §3.10.3, display product name descriptor). Empty if the
+/// EDID has no name or is invalid.
 std::string display_name(std::span<const std::byte> edid);
 
 }  // namespace symrig::projector::drm

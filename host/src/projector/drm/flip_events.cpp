@@ -24,7 +24,7 @@ FlipEvent decode(const drm_event_vblank& raw) {
 Answer<FlipEvent> FlipEvents::next(int card, Nanoseconds patience) {
   const Deadline deadline(patience);
   while (waiting_.empty()) {
-    // Rounded up, or the last millisecond would be spent turning round.
+    // Rounded up: otherwise the loop would spin during the last millisecond.
     const Nanoseconds left = deadline.left();
     pollfd wanted{.fd = card, .events = POLLIN, .revents = 0};
     const int ready = ::poll(&wanted, 1, static_cast<int>((left.count() + 999'999) / 1'000'000));
@@ -45,7 +45,7 @@ Errno FlipEvents::read_some(int card) {
   std::array<std::byte, 1024> bytes{};
   const ssize_t got = ::read(card, bytes.data(), bytes.size());
   if (got < 0) return errno == EINTR || errno == EAGAIN ? 0 : errno;
-  if (got == 0) return ENODEV;  // end of file: the card is gone
+  if (got == 0) return ENODEV;  // end of file: the card was removed
   std::size_t at = 0;
   const std::size_t length = got;
   while (at + sizeof(drm_event) <= length) {

@@ -7,10 +7,10 @@
 
 namespace symrig::projector::drm {
 
-/// Reads what the kernel says of flips from a card's file. Several may come at once.
+/// Reads the kernel's flip events from a card's file. One read may return several events.
 class FlipEvents {
  public:
-  /// As Kms::next_flip.
+  /// As Kms::next_flip().
   Answer<FlipEvent> next(int card, Nanoseconds patience);
 
  private:

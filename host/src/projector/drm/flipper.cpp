@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kLearningFlips = 4;
 constexpr Nanoseconds kBusyPause{1'000'000};
-/// A stamp may be this share of a period away from a whole number of periods after the one before.
+/// Greatest distance of a stamp from a whole number of periods after the previous stamp, as a share of a
+/// period.
 constexpr double kStampTolerance = 0.25;
 
 std::uint32_t property_id(Kms& kms, std::uint32_t object, Kind kind, std::string_view name) {
@@ -20,7 +21,7 @@ std::uint32_t property_id(Kms& kms, std::uint32_t object, Kind kind, std::string
   return 0;
 }
 
-/// Does the count of refreshes agree with the time between two flips?
+/// true: the refresh count agrees with the time between two flips.
 bool agrees(const Shown& before, const Shown& after, Nanoseconds period) {
   if (after.refresh <= before.refresh) return false;
   const auto count = static_cast<double>(after.refresh - before.refresh);
@@ -39,8 +40,7 @@ Result<void> Flipper::learn(std::span<const std::uint32_t> fbs, std::string& war
   const Errno error = kms_.counts_refreshes(route_.crtc);
   counted_ = error == 0;
   if (!counted_)
-    warning =
-        "the driver counts no refreshes: times of patterns are those of handing them over, not of light";
+    warning = "the driver does not count refreshes: pattern times are hand-over times, not light times";
   std::optional<Shown> before;
   for (std::size_t k = 0; k < kLearningFlips; ++k) {
     SYMRIG_CHECK(submit(fbs[k % fbs.size()]));
@@ -48,8 +48,8 @@ Result<void> Flipper::learn(std::span<const std::uint32_t> fbs, std::string& war
     if (counted_ && before && !agrees(*before, shown, route_.period())) {
       counted_ = false;
       warning = fmt::format(
-          "the driver's stamps of refreshes do not agree with its mode ({:.3f} ms for {} of {:.3f} ms): "
-          "times of patterns are those of handing them over",
+          "the driver's refresh stamps do not agree with its mode ({:.3f} ms for {} of {:.3f} ms): "
+          "pattern times are hand-over times",
           1e3 * seconds(shown.since - before->since), shown.refresh - before->refresh,
           1e3 * seconds(route_.period()));
     }
@@ -68,16 +68,16 @@ Result<void> Flipper::submit(std::uint32_t fb) {
   ++token_;
   const SteadyTime deadline = kms_.now() + patience_;
   Errno error = send(fb);
-  // Some drivers tell of a flip a little before they are ready for the next one.
+  // Some drivers report a flip shortly before they accept the next one.
   while (error == EBUSY && kms_.now() < deadline) {
     kms_.next_flip(kBusyPause);
     error = send(fb);
   }
   if (error == 0) return {};
-  return refusal(route_.connector_name, "the next picture was not taken", error);
+  return refusal(route_.connector_name, "the next picture was not accepted", error);
 }
 
-/// Passes over events of flips that were given up on.
+/// Skips events of flips whose wait timed out.
 Answer<FlipEvent> Flipper::event_of_current() {
   const SteadyTime deadline = kms_.now() + patience_;
   while (true) {
@@ -93,13 +93,13 @@ Result<Shown> Flipper::await() {
   if (event.error == ETIMEDOUT)
     return refusal(route_.connector_name, fmt::format("no refresh came within {:.3g} s", seconds(patience_)),
                    ETIMEDOUT);
-  if (!event) return refusal(route_.connector_name, "its refreshes cannot be followed", event.error);
+  if (!event) return refusal(route_.connector_name, "cannot read its refresh events", event.error);
   if (!counted_) return Shown{++refresh_, event.value.stamp, false};
   SYMRIG_TRY(refresh_, extend(event.value.sequence));
   return Shown{refresh_, event.value.stamp, true};
 }
 
-/// The kernel's 32-bit count, continued beyond its end (two years at 60 Hz).
+/// Extends the kernel's 32-bit refresh count, which wraps after two years at 60 Hz.
 Result<std::uint64_t> Flipper::extend(std::uint32_t sequence) {
   if (!began_) {
     began_ = true;
@@ -108,7 +108,7 @@ Result<std::uint64_t> Flipper::extend(std::uint32_t sequence) {
   const std::uint32_t step = sequence - static_cast<std::uint32_t>(refresh_);
   if (step != 0 && step < 0x8000'0000U) return refresh_ + step;
   return Error{ErrorCode::device_lost,
-               fmt::format("{}: its count of refreshes went from {} to {}", route_.connector_name,
+               fmt::format("{}: its refresh count went from {} to {}", route_.connector_name,
                            static_cast<std::uint32_t>(refresh_), sequence),
                "keep other programs off this card, and open the projector again"};
 }

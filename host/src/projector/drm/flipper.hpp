@@ -6,21 +6,23 @@
 
 namespace symrig::projector::drm {
 
-/// Puts framebuffers on a screen at a refresh, one after the other, and tells at which.
+/// Shows framebuffers one after the other, each at a refresh, and reports that refresh.
 class Flipper {
  public:
-  /// patience: how long a refresh may be waited for.
+  /// patience: longest wait for a refresh.
   Flipper(Kms& kms, const Route& route, bool atomic, Nanoseconds patience);
 
-  /// Finds out whether the card counts refreshes, by a few flips to framebuffers that show the same. Without
-  /// this, nothing counts as counted. warning: why not.  fails: as submit() and await().
+  /// Finds out if the card counts refreshes, with a few flips between framebuffers of equal content. Until
+  /// this is called, counted() is false. warning: why the card does not count.
+  /// fails: as submit() and await().
   Result<void> learn(std::span<const std::uint32_t> fbs, std::string& warning);
 
-  /// Asks for fb at the next refresh; no other flip may be on its way.
-  /// fails: device_lost, limit, device_refused, timeout (the one before never ended).
+  /// Requests fb for the next refresh. No other flip may be pending.
+  /// fails: device_lost, limit, device_refused, timeout (the previous flip never ended).
   Result<void> submit(std::uint32_t fb);
-  /// Waits until it is there.  fails: timeout (no refresh came), device_lost (also if the count of refreshes
-  /// went back: somebody else has set the mode).
+  /// Waits until the screen shows it.
+  /// fails: timeout (no refresh), device_lost (also if the refresh count went back: another program has set
+  /// the mode).
   Result<Shown> await();
 
   bool counted() const { return counted_; }

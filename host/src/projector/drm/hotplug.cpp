@@ -13,7 +13,7 @@
 namespace symrig::projector::drm {
 namespace {
 
-constexpr unsigned kKernelGroup = 1;  // 2 are udev's own messages
+constexpr unsigned kKernelGroup = 1;  // group 2 has udev's own messages
 
 Fd listen() {
   Fd fd(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_KOBJECT_UEVENT));
@@ -26,7 +26,7 @@ Fd listen() {
 
 }  // namespace
 
-bool tells_of_plug(std::string_view text, const std::string& card, std::uint32_t connector) {
+bool is_hotplug_message(std::string_view text, const std::string& card, std::uint32_t connector) {
   bool drm = false, hotplug = false, ours = false, other = false;
   const std::string device = "DEVNAME=dri/" + card;
   const std::string own = "CONNECTOR=" + std::to_string(connector);
@@ -41,9 +41,9 @@ bool tells_of_plug(std::string_view text, const std::string& card, std::uint32_t
   return drm && hotplug && ours && !other;
 }
 
-HotplugEar::HotplugEar(std::string card) : card_(std::move(card)), socket_(listen()) {}
+HotplugListener::HotplugListener(std::string card) : card_(std::move(card)), socket_(listen()) {}
 
-bool HotplugEar::heard(std::uint32_t connector) {
+bool HotplugListener::received(std::uint32_t connector) {
   if (!socket_) return false;
   std::array<char, 8192> message{};
   bool plug = false;
@@ -53,14 +53,14 @@ bool HotplugEar::heard(std::uint32_t connector) {
     const ssize_t got = ::recvfrom(socket_.get(), message.data(), message.size(), 0,
                                    reinterpret_cast<sockaddr*>(&from), &length);
     if (got < 0 && errno == EINTR) continue;
-    if (got < 0 && errno == ENOBUFS) {  // more came than the socket holds: what was lost cannot be known
+    if (got < 0 && errno == ENOBUFS) {  // overflow: assume a lost hot-plug message
       plug = true;
       continue;
     }
     if (got <= 0) return plug;
-    // Only the kernel itself is port 0: any program may send to this group otherwise.
+    // Only the kernel has port 0. Other programs may send to this group, too.
     if (from.nl_pid == 0)
-      plug |= tells_of_plug({message.data(), static_cast<std::size_t>(got)}, card_, connector);
+      plug |= is_hotplug_message({message.data(), static_cast<std::size_t>(got)}, card_, connector);
   }
 }
 

@@ -9,18 +9,17 @@
 
 namespace symrig::projector::drm {
 
-/// Does this message of the kernel tell that a plug of `card` ("card0") came in or went out? Messages about
-/// one connector that is not `connector`, and about a changed property, do not. text: the uevent as the
-/// kernel sends it, lines that end with a zero byte (Documentation/ABI: sysfs uevents;
-/// drm_sysfs_hotplug_event).
-bool tells_of_plug(std::string_view text, const std::string& card, std::uint32_t connector);
+/// true: the message reports that a display of `card` ("card0") was connected or disconnected. Messages about
+/// a property, or about a connector other than `connector`, do not count. text: a uevent from the kernel,
+/// lines that end with a zero byte (Documentation/ABI: sysfs uevents; drm_sysfs_hotplug_event).
+bool is_hotplug_message(std::string_view text, const std::string& card, std::uint32_t connector);
 
-/// Listens to the kernel's uevents. Where that is not allowed it hears nothing.
-class HotplugEar {
+/// Receives the kernel's uevents. Without permission it never receives any.
+class HotplugListener {
  public:
-  explicit HotplugEar(std::string card);
-  /// Anything since the last call?
-  bool heard(std::uint32_t connector);
+  explicit HotplugListener(std::string card);
+  /// true: a hot-plug message has come since the last call.
+  bool received(std::uint32_t connector);
 
  private:
   std::string card_;

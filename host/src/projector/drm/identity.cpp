@@ -13,17 +13,17 @@ namespace {
 struct Rule {
   Kind kind;
   std::string_view property;
-  std::string_view choice;  // by name; empty: `value`
+  std::string_view choice;  // the value's name; empty: use `value`
   std::uint64_t value = 0;
   bool must = false;
 };
 
 constexpr std::uint64_t kOpaque = 0xFFFF;
-// nouveau counts hue from 90 and vibrance from 150, both "unchanged".
+// In nouveau, hue 90 and vibrance 150 mean "unchanged".
 constexpr std::uint64_t kNoHue = 90, kNoVibrance = 150;
 
 constexpr auto kRules = std::to_array<Rule>({
-    // Tables and matrices of the CRTC: none of them means that codes pass through.
+    // Tables and matrices of the CRTC. Without them codes pass through unchanged.
     {Kind::crtc, "DEGAMMA_LUT", "", 0, true},
     {Kind::crtc, "CTM", "", 0, true},
     {Kind::crtc, "GAMMA_LUT", "", 0, true},
@@ -31,7 +31,7 @@ constexpr auto kRules = std::to_array<Rule>({
     // Geometry and transparency.
     {Kind::plane, "rotation", "rotate-0", 0, true},
     {Kind::plane, "alpha", "", kOpaque, true},
-    // What goes over the wire: full-range RGB, eight bits for eight bits.
+    // The signal on the cable: full-range RGB, 8 bits per code.
     {Kind::connector, "Broadcast RGB", "Full"},
     {Kind::connector, "max bpc", "", 8},
     {Kind::connector, "Colorspace", "Default"},
@@ -42,7 +42,7 @@ constexpr auto kRules = std::to_array<Rule>({
     {Kind::connector, "abm level", "", 0},
     {Kind::connector, "vibrant hue", "", kNoHue},
     {Kind::connector, "color vibrance", "", kNoVibrance},
-    // Scalers: a mode is shown pixel by pixel.
+    // Scalers: off, so that the mode is shown pixel by pixel.
     {Kind::connector, "scaling mode", "None"},
     {Kind::connector, "underscan", "off"},
     {Kind::connector, "underscan hborder", "", 0},
@@ -51,7 +51,7 @@ constexpr auto kRules = std::to_array<Rule>({
     {Kind::connector, "right margin", "", 0},
     {Kind::connector, "top margin", "", 0},
     {Kind::connector, "bottom margin", "", 0},
-    // Asks the display itself to leave the picture alone (CTA-861 IT content).
+    // Asks the display to leave the picture unchanged (CTA-861 IT content).
     {Kind::connector, "content type", "Graphics"},
     {Kind::connector, "DPMS", "On"},
 });
@@ -74,31 +74,33 @@ std::string value_name(const Property& property) {
   return std::to_string(property.value);
 }
 
-Wish make_wish(const Rule& rule, std::uint32_t object, const Property& property) {
-  Wish wish{{object, rule.kind, property.id, rule.value}, property, std::string(rule.choice), rule.must};
+IdentityValue make_identity(const Rule& rule, std::uint32_t object, const Property& property) {
+  IdentityValue identity{
+      {object, rule.kind, property.id, rule.value}, property, std::string(rule.choice), rule.must};
   if (rule.choice.empty()) {
-    wish.wanted = std::to_string(rule.value);
+    identity.wanted = std::to_string(rule.value);
     if (property.range)
-      wish.possible = property.range->first <= rule.value && rule.value <= property.range->second;
+      identity.possible = property.range->first <= rule.value && rule.value <= property.range->second;
   } else {
     const auto choice = std::find_if(property.choices.begin(), property.choices.end(),
                                      [&](const auto& each) { return each.first == rule.choice; });
-    wish.possible = choice != property.choices.end();
-    if (wish.possible) wish.setting.value = choice->second;
+    identity.possible = choice != property.choices.end();
+    if (identity.possible) identity.setting.value = choice->second;
   }
-  if (property.immutable && property.value != wish.setting.value) wish.possible = false;
-  return wish;
+  if (property.immutable && property.value != identity.setting.value) identity.possible = false;
+  return identity;
 }
 
 }  // namespace
 
-std::vector<Wish> identity_wishes(std::uint32_t object, Kind kind, std::span<const Property> properties) {
-  std::vector<Wish> wishes;
+std::vector<IdentityValue> identity_values(std::uint32_t object, Kind kind,
+                                           std::span<const Property> properties) {
+  std::vector<IdentityValue> identities;
   for (const Rule& rule : kRules)
     for (const Property& property : properties)
       if (rule.kind == kind && rule.property == property.name)
-        wishes.push_back(make_wish(rule, object, property));
-  return wishes;
+        identities.push_back(make_identity(rule, object, property));
+  return identities;
 }
 
 Gamma straight_gamma(int size) {
@@ -109,9 +111,9 @@ Gamma straight_gamma(int size) {
   return {ramp, ramp, ramp};
 }
 
-std::string complaint(const Wish& wish) {
-  return fmt::format("{} property '{}' is '{}' and cannot be '{}'", kind_name(wish.setting.kind),
-                     wish.property.name, value_name(wish.property), wish.wanted);
+std::string complaint(const IdentityValue& identity) {
+  return fmt::format("{} property '{}' is '{}' and cannot be '{}'", kind_name(identity.setting.kind),
+                     identity.property.name, value_name(identity.property), identity.wanted);
 }
 
 }  // namespace symrig::projector::drm

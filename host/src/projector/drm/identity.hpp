@@ -8,23 +8,25 @@
 
 namespace symrig::projector::drm {
 
-/// A property between a picture in memory and the light, and the value with which it changes nothing.
-struct Wish {
+/// A property that can change pictures on their way from memory to light, and its identity value.
+struct IdentityValue {
   Setting setting;
-  Property property;     // as it was found
-  std::string wanted;    // the value by name: "Full", "0"
-  bool must = false;     // without it pixels are not what was asked for: an error, else a warning
-  bool possible = true;  // the property has such a value and can be set
+  Property property;     // its state before
+  std::string wanted;    // the value's name: "Full", "0"
+  bool must = false;     // true: without it pixels would be wrong, which is an error; false: a warning
+  bool possible = true;  // the property has this value and can be set
 };
 
-/// What must be set on one object to make it pass pictures through unchanged; only properties that it has.
-/// Docs: Linux, Documentation/gpu/drm-kms.rst (standard properties), and the drivers for their own.
-std::vector<Wish> identity_wishes(std::uint32_t object, Kind kind, std::span<const Property> properties);
+/// The identity values for all known properties of one object.
+/// Documentation: Linux, Documentation/gpu/drm-kms.rst (standard properties); the driver's sources for its
+/// own properties.
+std::vector<IdentityValue> identity_values(std::uint32_t object, Kind kind,
+                                           std::span<const Property> properties);
 
-/// The codes of a table that changes nothing: v(i) = 65535·i / (size − 1), rounded.
+/// The identity table: v(i) = 65535·i / (size − 1), rounded.
 Gamma straight_gamma(int size);
 
 /// "connector property 'Broadcast RGB' is 'Limited 16:235' and cannot be 'Full'"
-std::string complaint(const Wish& wish);
+std::string complaint(const IdentityValue& identity);
 
 }  // namespace symrig::projector::drm

@@ -17,10 +17,10 @@
 
 #include <xf86drmMode.h>
 
-/// The kernel's mode setting (KMS), as much of it as a projector needs.
+/// The part of the kernel's mode setting (KMS) that a projector needs.
 namespace symrig::projector::drm {
 
-/// What the kernel answered: 0, or the errno with which it refused.
+/// The kernel's answer: 0, or an errno.
 using Errno = int;
 
 template <class T>
@@ -46,8 +46,8 @@ struct Connector {
   std::string name;  // without the card: "HDMI-A-1"
   bool connected = false;
   std::vector<drmModeModeInfo> modes;
-  std::uint32_t possible_crtcs = 0;  // bit k: the k-th of Resources::crtcs
-  std::uint32_t crtc = 0;            // that drives it now, 0 = none
+  std::uint32_t possible_crtcs = 0;  // bit k: the connector can use Resources::crtcs[k]
+  std::uint32_t crtc = 0;            // the CRTC that drives it now, 0 = none
 };
 
 struct Crtc {
@@ -61,7 +61,7 @@ struct Crtc {
 struct Plane {
   std::uint32_t id = 0;
   std::uint32_t possible_crtcs = 0;
-  std::uint32_t crtc = 0;  // that shows it now, 0 = none
+  std::uint32_t crtc = 0;  // the CRTC that shows it now, 0 = none
   std::vector<std::uint32_t> formats;
 };
 
@@ -70,13 +70,13 @@ struct Property {
   std::string name = {};
   std::uint64_t value = 0;
   bool immutable = false;
-  bool blob = false;  // the value is the id of one, 0 = none
+  bool blob = false;  // the value is a blob's id, 0 = none
   std::vector<std::pair<std::string, std::uint64_t>> choices =
-      {};  // name and value, of enumerations and bit masks
+      {};  // name and value, for enumerations and bit masks
   std::optional<std::pair<std::uint64_t, std::uint64_t>> range = {};
 };
 
-/// One value of one property of one object.
+/// A value for one property of one object.
 struct Setting {
   std::uint32_t object = 0;
   Kind kind = Kind::crtc;
@@ -84,11 +84,11 @@ struct Setting {
   std::uint64_t value = 0;
 };
 
-/// Memory of the card that the CPU can write and a plane can show. Lives until destroy_buffer.
+/// Graphics memory that the CPU can write and a plane can show. Valid until destroy_buffer().
 struct Buffer {
   std::uint32_t handle = 0;
   std::uint32_t fb = 0;
-  std::size_t pitch = 0;                // words a row
+  std::size_t pitch = 0;                // words per row
   std::span<std::uint32_t> words = {};  // XRGB8888
 };
 
@@ -99,9 +99,9 @@ struct FlipEvent {
 };
 
 enum class Commit : std::uint8_t {
-  test,     // would it do? nothing changes
-  modeset,  // at once, may blank the screen
-  flip      // at the next refresh, with an event
+  test,     // checks the commit, changes nothing
+  modeset,  // takes effect at once, may blank the screen
+  flip      // takes effect at the next refresh and sends an event
 };
 
 struct Gamma {
@@ -109,8 +109,8 @@ struct Gamma {
   bool operator==(const Gamma&) const = default;
 };
 
-/// One card, opened. Not thread-safe. Its destructor closes the file: the kernel then takes back what is
-/// still there.
+/// An open graphics card. Not thread-safe. The destructor closes the file, and the kernel then frees all
+/// remaining objects.
 class Kms {
  public:
   Kms() = default;
@@ -122,11 +122,11 @@ class Kms {
   virtual Errno become_master() = 0;
   virtual bool is_master() = 0;
   virtual void drop_master() = 0;
-  /// Shows all planes, and asks for atomic commits: false where the driver has none.
+  /// Makes all planes visible and asks for atomic commits. false: the driver has no atomic commits.
   virtual bool enable_atomic() = 0;
 
   virtual Answer<Resources> resources() = 0;
-  /// probe: looks at the wire anew (tens of milliseconds), else what the kernel knows.
+  /// probe = true: queries the display again (tens of milliseconds). false: returns what the kernel knows.
   virtual Answer<Connector> connector(std::uint32_t id, bool probe) = 0;
   virtual Answer<Crtc> crtc(std::uint32_t id) = 0;
   virtual Answer<std::vector<Plane>> planes() = 0;
@@ -139,7 +139,7 @@ class Kms {
   virtual void destroy_buffer(const Buffer& buffer) = 0;
 
   virtual Errno commit(std::span<const Setting> settings, Commit how, std::uint64_t token) = 0;
-  /// crtc.mode none: off.
+  /// Without crtc.mode: switches the CRTC off.
   virtual Errno set_crtc(const Crtc& crtc, std::span<const std::uint32_t> connectors) = 0;
   virtual Errno set_property(const Setting& setting) = 0;
   virtual Errno page_flip(std::uint32_t crtc, std::uint32_t fb, std::uint64_t token) = 0;
@@ -148,18 +148,18 @@ class Kms {
   virtual Answer<Gamma> gamma(std::uint32_t crtc, int size) = 0;
   virtual Errno set_gamma(std::uint32_t crtc, const Gamma& gamma) = 0;
 
-  /// Does the card count refreshes? 0, or EOPNOTSUPP.
+  /// Asks if the card counts refreshes: 0, or EOPNOTSUPP.
   virtual Errno counts_refreshes(std::uint32_t crtc) = 0;
-  /// The next event of a flip; ETIMEDOUT after `patience`.
+  /// The next flip event. ETIMEDOUT after `patience`.
   virtual Answer<FlipEvent> next_flip(Nanoseconds patience) = 0;
-  /// Has the kernel told since the last call that something was plugged in or out at this card, at
-  /// `connector` or at one that it did not name?
+  /// true: since the last call, the kernel has reported a hot-plug at this card, at `connector` or at an
+  /// unnamed connector.
   virtual bool hotplugged(std::uint32_t connector) = 0;
   virtual SteadyTime now() = 0;
   virtual void sleep_until(SteadyTime time) = 0;
 };
 
-/// The cards of a machine.
+/// The graphics cards of a computer.
 class Cards {
  public:
   Cards() = default;
@@ -169,13 +169,13 @@ class Cards {
 
   /// "card0", …
   virtual std::vector<std::string> names() = 0;
-  /// fails: device_lost (no permission, gone), device_refused (it drives no display).
+  /// fails: device_lost (no permission, removed), device_refused (no display outputs).
   virtual Result<std::unique_ptr<Kms>> open(const std::string& card) = 0;
-  /// Programs that have the card open, as far as this user may see: "Xorg (1234)".
+  /// Programs that have the card open, as far as this user may see them: "Xorg (1234)".
   virtual std::vector<std::string> holders(const std::string& card) = 0;
 };
 
-/// Those of this machine: /dev/dri.
+/// This computer's cards: /dev/dri.
 std::unique_ptr<Cards> machine_cards();
 
 }  // namespace symrig::projector::drm

@@ -15,7 +15,7 @@
 namespace symrig::projector::drm {
 namespace {
 
-/// libdrm answers −errno in most places, and −1 with errno in some.
+/// Most libdrm functions return −errno. Some return −1 and set errno.
 Errno errno_of(int answer) {
   if (answer >= 0) return 0;
   return answer == -1 ? errno : -answer;
@@ -38,14 +38,14 @@ std::uint32_t flags_of(Commit how) {
   return 0;
 }
 
-/// The kernel hands user data back as it was: a number does as well as a pointer.
+/// The kernel returns user data unchanged, so it need not be a valid pointer.
 void* as_user_data(std::uint64_t token) {
   return reinterpret_cast<void*>(token);  // NOLINT(performance-no-int-to-ptr)
 }
 
 }  // namespace
 
-LibdrmKms::LibdrmKms(Fd card, const std::string& name) : card_(std::move(card)), ear_(name) {}
+LibdrmKms::LibdrmKms(Fd card, const std::string& name) : card_(std::move(card)), hotplug_(name) {}
 
 LibdrmKms::~LibdrmKms() = default;
 
@@ -163,7 +163,7 @@ Answer<Gamma> LibdrmKms::gamma(std::uint32_t crtc, int size) {
 }
 
 Errno LibdrmKms::set_gamma(std::uint32_t crtc, const Gamma& gamma) {
-  Gamma copy = gamma;  // libdrm asks for tables that it could write to
+  Gamma copy = gamma;  // libdrm takes pointers to non-const tables
   return errno_of(drmModeCrtcSetGamma(fd(), crtc, static_cast<std::uint32_t>(copy.red.size()),
                                       copy.red.data(), copy.green.data(), copy.blue.data()));
 }
@@ -178,7 +178,7 @@ Answer<FlipEvent> LibdrmKms::next_flip(Nanoseconds patience) {
 }
 
 bool LibdrmKms::hotplugged(std::uint32_t connector) {
-  return ear_.heard(connector);
+  return hotplug_.received(connector);
 }
 
 SteadyTime LibdrmKms::now() {

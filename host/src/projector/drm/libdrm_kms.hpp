@@ -10,7 +10,7 @@
 
 namespace symrig::projector::drm {
 
-/// A card of this machine, through libdrm.
+/// A card of this computer, through libdrm.
 class LibdrmKms final : public Kms {
  public:
   LibdrmKms(Fd card, const std::string& name);
@@ -56,8 +56,8 @@ class LibdrmKms final : public Kms {
 
   Fd card_;
   FlipEvents events_;
-  HotplugEar ear_;
-  std::map<std::uint32_t, Property> kinds_;  // of properties that were asked for, without their values
+  HotplugListener hotplug_;
+  std::map<std::uint32_t, Property> kinds_;  // properties that were read before, without their values
 };
 
 }  // namespace symrig::projector::drm

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a card has: connectors, CRTCs, planes and their properties. libdrm's lists are freed at once; only
-// copies leave this file.
+// The objects of a card: connectors, CRTCs, planes and their properties. This file copies libdrm's lists and
+// frees them at once.
 #include "projector/drm/libdrm_kms.hpp"
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace symrig::projector::drm {
 namespace {
 
-/// Frees what libdrm allocated, with the function that libdrm has for it.
+/// Frees what libdrm allocated, with libdrm's own function.
 template <auto free_it>
 struct Freer {
   template <class T>
@@ -24,7 +24,7 @@ struct Freer {
 template <class T, auto free_it>
 using Owned = std::unique_ptr<T, Freer<free_it>>;
 
-/// A list of libdrm; its count is an int in some structures, unsigned in others.
+/// A list from libdrm. Its count is an int in some structures and unsigned in others.
 template <class T, class Count>
 std::span<const T> list(const T* items, Count count) {
   return {items, items == nullptr ? 0 : static_cast<std::size_t>(count)};
@@ -36,7 +36,7 @@ std::vector<T> copy(const T* items, Count count) {
   return {all.begin(), all.end()};
 }
 
-/// errno of a libdrm call that has just answered with null.
+/// errno of a libdrm call that has just returned null.
 Errno last_error() {
   return errno != 0 ? errno : EIO;
 }

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 const fs::path kFolder = "/dev/dri";
 
-/// The number of "card12"; none for other files there.
+/// The number of "card12". None for other file names.
 std::optional<int> card_number(const std::string& name) {
   constexpr std::string_view kHead = "card";
   if (!name.starts_with(kHead)) return std::nullopt;
@@ -38,11 +38,11 @@ Error cannot_open(const std::string& card, int error) {
     return {ErrorCode::device_lost, card + ": no permission to open " + (kFolder / card).string(),
             "add yourself to the group 'video' (sudo usermod -aG video $USER) and log in again"};
   return {ErrorCode::device_lost,
-          fmt::format("{} cannot be opened ({})", card, std::generic_category().message(error)),
-          "symrig list shows what is there"};
+          fmt::format("cannot open {} ({})", card, std::generic_category().message(error)),
+          "`symrig list` shows the connectors"};
 }
 
-/// Has this process the file open? Of other users' processes we are told nothing.
+/// true: this process has the file open. The kernel hides the files of other users' processes.
 bool has_open(const fs::path& process, const fs::path& file) {
   std::error_code error;
   for (fs::directory_iterator at(process / "fd", error), end; !error && at != end; at.increment(error)) {
@@ -70,7 +70,7 @@ class MachineCards final : public Cards {
     Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     if (!fd) return cannot_open(card, errno);
     if (drmIsKMS(fd.get()) == 0)
-      return Error{ErrorCode::device_refused, card + " drives no display", "symrig list shows those that do"};
+      return Error{ErrorCode::device_refused, card + " has no displays", "`symrig list` shows others"};
     return std::unique_ptr<Kms>(std::make_unique<LibdrmKms>(std::move(fd), card));
   }
 

@@ -13,7 +13,7 @@ namespace symrig {
 
 std::string to_string(const DisplayMode& mode) {
   const double rate = mode.period.count() > 0 ? 1 / seconds(mode.period) : 0;
-  // 60.0004 is what a mode called 60 has for want of a finer clock.
+  // A mode called 60 may have 60.0004, because the pixel clock has steps.
   const double shown = std::abs(rate - std::round(rate)) < 0.01 ? std::round(rate) : rate;
   return fmt::format("{}x{}@{}{}", mode.grid.cols, mode.grid.rows, std::round(100 * shown) / 100,
                      mode.interlaced ? "i" : "");
@@ -22,7 +22,7 @@ std::string to_string(const DisplayMode& mode) {
 namespace projector::drm {
 namespace {
 
-constexpr double kRateTolerance = 0.5;  // 60 means 59.94 too where that is all there is
+constexpr double kRateTolerance = 0.5;  // 60 also matches 59.94 if there is no closer mode
 constexpr std::size_t kListed = 12;
 constexpr double kSlowest = 1, kFastest = 1'000, kUsual = 60;  // refreshes a second
 constexpr int kMostComputed = 16'384;                          // rows or columns
@@ -55,7 +55,7 @@ bool parse(std::string_view text, ModeRequest& request) {
   return text.empty();
 }
 
-/// Lines a refresh, as the clock counts them.
+/// Lines per refresh, in units of the pixel clock's count.
 double lines(const drmModeModeInfo& mode) {
   double count = mode.vtotal;
   if ((mode.flags & DRM_MODE_FLAG_INTERLACE) != 0) count /= 2;
@@ -72,7 +72,7 @@ double rate_of(const drmModeModeInfo& mode) {
   return 1 / seconds(describe(mode).period);
 }
 
-/// Is `mode` what was asked for, and a better answer than `best`?
+/// true: `mode` matches the request, and better than `best`.
 bool better(const drmModeModeInfo& mode, const drmModeModeInfo* best, const ModeRequest& request) {
   if (!progressive(mode)) return false;
   if (request.grid && describe(mode).grid != *request.grid) return false;
@@ -105,9 +105,9 @@ std::string text(const ModeRequest& request) {
 Result<ModeRequest> parse_mode(const std::string& text) {
   ModeRequest request;
   if (text.empty() || parse(text, request)) return request;
-  return Error{ErrorCode::bad_argument, "'" + text + "' is no mode",
-               "give COLUMNSxROWS or COLUMNSxROWS@RATE, such as 1920x1080@60; with an R behind the size it "
-               "need not be offered"};
+  return Error{ErrorCode::bad_argument, "'" + text + "' is not a mode",
+               "give COLUMNSxROWS or COLUMNSxROWS@RATE, such as 1920x1080@60; an R after the size "
+               "computes timings that the display does not list"};
 }
 
 DisplayMode describe(const drmModeModeInfo& mode) {
@@ -115,7 +115,7 @@ DisplayMode describe(const drmModeModeInfo& mode) {
   described.grid = {mode.vdisplay, mode.hdisplay};
   described.preferred = (mode.type & DRM_MODE_TYPE_PREFERRED) != 0;
   described.interlaced = (mode.flags & DRM_MODE_FLAG_INTERLACE) != 0;
-  const double pixels = mode.htotal * lines(mode);  // a refresh; the clock is in kHz
+  const double pixels = mode.htotal * lines(mode);  // per refresh; the clock is in kHz
   const double fallback = 1e9 / (mode.vrefresh > 0 ? mode.vrefresh : 60);
   described.period =
       Nanoseconds(std::llround(mode.clock > 0 && pixels > 0 ? pixels * 1e6 / mode.clock : fallback));
@@ -126,8 +126,8 @@ Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, cons
                                     const std::string& connector) {
   if (request.computed) return reduced_blanking_mode(*request.grid, request.rate.value_or(kUsual));
   if (modes.empty())
-    return Error{ErrorCode::device_lost, connector + ": what is plugged in there tells no mode",
-                 "switch the projector on and plug it in again"};
+    return Error{ErrorCode::device_lost, connector + ": the connected display reports no modes",
+                 "switch the projector on and connect it again"};
   const drmModeModeInfo* best = nullptr;
   for (const auto& mode : modes)
     if (better(mode, best, request)) best = &mode;

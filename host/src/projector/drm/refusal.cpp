@@ -13,21 +13,21 @@ Error refusal(const std::string& name, const std::string& what, Errno error) {
   switch (error) {
     case EACCES:
     case EPERM:
-      return {ErrorCode::device_lost, name + ": another program has taken the screen over",
+      return {ErrorCode::device_lost, name + ": another program has taken over the screen",
               "keep desktops and other viewers off this card, and open the projector again"};
     case ENODEV:
     case ENXIO:
     case ENOENT:
     case EIO:
-      return {ErrorCode::device_lost, name + ": the display or its card is gone",
-              "plug it in, and open the projector again"};
+      return {ErrorCode::device_lost, name + ": the display or its card is lost",
+              "connect it, and open the projector again"};
     case ENOMEM:
     case ENOSPC:
       return {ErrorCode::limit, cause,
               "the card has too little memory for pictures of this size: use a smaller mode"};
     case EBUSY:
     case ETIMEDOUT:
-      return {ErrorCode::timeout, cause, "see whether the projector is awake, and open it again"};
+      return {ErrorCode::timeout, cause, "check that the projector is on, and open it again"};
     default:
       return {ErrorCode::device_refused, cause,
               "the driver cannot do this: try another mode or another card"};

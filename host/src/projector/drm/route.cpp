@@ -9,13 +9,13 @@
 namespace symrig::projector::drm {
 namespace {
 
-/// A CRTC that can drive a connector, and its place in the card's list: plane masks count places.
+/// A CRTC that can drive a connector, and its index in the card's list. Plane masks use this index.
 struct ChosenCrtc {
   std::uint32_t id = 0;
   std::size_t place = 0;
 };
 
-/// Connector → the CRTC that drives it now, for all that are driven.
+/// Pairs of a connector and the CRTC that drives it now.
 using Driven = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
 Driven driven_connectors(Kms& kms, const Resources& resources) {
@@ -26,7 +26,7 @@ Driven driven_connectors(Kms& kms, const Resources& resources) {
   return driven;
 }
 
-/// The lower the better: it drives this connector, it is free, it drives another.
+/// Lower is better: the CRTC drives this connector, is free, or drives another connector.
 int cost(std::uint32_t crtc, const Connector& connector, const Driven& driven) {
   if (connector.crtc == crtc) return 0;
   return std::any_of(driven.begin(), driven.end(), [&](const auto& each) { return each.second == crtc; }) ? 2
@@ -55,7 +55,8 @@ bool shows_pictures(const Plane& plane) {
   return std::find(plane.formats.begin(), plane.formats.end(), DRM_FORMAT_XRGB8888) != plane.formats.end();
 }
 
-/// Primary planes can often go to any CRTC; the one that is there already, or the first unused one.
+/// Many primary planes can go to any CRTC. Prefers the plane that the CRTC shows now, then the first unused
+/// one.
 void choose_planes(Kms& kms, const ChosenCrtc& crtc, Route& route) {
   const auto planes = kms.planes();
   const Plane* best = nullptr;
@@ -77,7 +78,7 @@ Result<Route> choose_route(Kms& kms, const FoundConnector& found, const ModeRequ
   route.connector = found.connector.id;
   SYMRIG_TRY(route.mode, choose_mode(found.connector.modes, request, route.connector_name));
   const auto resources = kms.resources();
-  if (!resources) return refusal(route.connector_name, "its card does not answer", resources.error);
+  if (!resources) return refusal(route.connector_name, "its card does not respond", resources.error);
   const Driven driven = driven_connectors(kms, resources.value);
   const auto crtc = choose_crtc(resources.value, found.connector, driven);
   if (!crtc)

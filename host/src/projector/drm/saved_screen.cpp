@@ -14,11 +14,11 @@ SavedScreen SavedScreen::take(Kms& kms, const Route& route) {
   return saved;
 }
 
-void SavedScreen::remember(Kms& kms, const Wish& wish) {
-  SavedProperty saved{wish.setting, {}};
-  saved.setting.value = wish.property.value;
-  if (wish.property.blob && wish.property.value != 0)
-    saved.blob = kms.blob(static_cast<std::uint32_t>(wish.property.value)).value;
+void SavedScreen::remember(Kms& kms, const IdentityValue& identity) {
+  SavedProperty saved{identity.setting, {}};
+  saved.setting.value = identity.property.value;
+  if (identity.property.blob && identity.property.value != 0)
+    saved.blob = kms.blob(static_cast<std::uint32_t>(identity.property.value)).value;
   properties_.push_back(std::move(saved));
 }
 
@@ -37,7 +37,7 @@ void SavedScreen::restore(Kms& kms) const {
   const bool was_on = crtc_.mode && crtc_.fb != 0 && !connectors_.empty();
   if (!was_on || kms.set_crtc(crtc_, connectors_) != 0) kms.set_crtc(Crtc{.id = crtc_.id}, {});
   if (gamma_) kms.set_gamma(crtc_.id, *gamma_);
-  for (const std::uint32_t blob : blobs) kms.destroy_blob(blob);  // the CRTC holds what it uses
+  for (const std::uint32_t blob : blobs) kms.destroy_blob(blob);  // the CRTC keeps the blobs that it uses
 }
 
 }  // namespace symrig::projector::drm

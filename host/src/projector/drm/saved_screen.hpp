@@ -6,17 +6,17 @@
 
 namespace symrig::projector::drm {
 
-/// What a screen was before we took it, and how to give it back.
+/// The state of a screen before symrig took it. It can be restored.
 class SavedScreen {
  public:
-  /// Remembers mode, picture and connectors of a route's CRTC.
+  /// Saves mode, picture and connectors of a route's CRTC.
   static SavedScreen take(Kms& kms, const Route& route);
-  /// Remembers a property that is about to be set; of a blob its bytes, because its owner may be gone by
-  /// then.
-  void remember(Kms& kms, const Wish& wish);
+  /// Saves a property before it is set. Copies a blob's bytes, because its owner may have ended before the
+  /// restore.
+  void remember(Kms& kms, const IdentityValue& identity);
   void remember(Gamma gamma) { gamma_ = std::move(gamma); }
-  /// As far as the kernel lets it: a picture whose owner is gone leaves the screen off, and the kernel's
-  /// console takes it once the card is closed.
+  /// Restores as much as the kernel allows. If the owner of the picture has ended, the screen goes off. The
+  /// kernel's console then takes it when the card is closed.
   void restore(Kms& kms) const;
 
  private:

@@ -11,7 +11,7 @@
 namespace symrig::projector::drm {
 namespace {
 
-/// symrig list may hold a card for a moment while it looks at its wires.
+/// `symrig list` may hold a card for a moment while it probes the connectors.
 constexpr int kMasterAttempts = 5;
 constexpr Nanoseconds kMasterPause{100'000'000};
 constexpr std::size_t kFewestBuffers = 2;
@@ -26,7 +26,7 @@ Result<void> become_master(Cards& cards, const FoundConnector& found) {
                fmt::format("{} is in use by {}", found.card,
                            holders.empty() ? "a desktop or another program"
                                            : fmt::format("{}", fmt::join(holders, ", "))),
-               "end it first; a desktop: sudo systemctl stop display-manager"};
+               "end that program first; for a desktop: sudo systemctl stop display-manager"};
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ Screen::~Screen() {
   for (const std::uint32_t blob : blobs_) kms_->destroy_blob(blob);
 }
 
-/// Two will do where there is no memory for more.
+/// Two buffers are enough if there is no memory for more.
 Result<void> Screen::make_buffers(std::size_t count) {
   while (buffers_.size() < count) {
     auto buffer = kms_->create_buffer(grid());
@@ -72,12 +72,12 @@ Result<void> Screen::light_up(const ScreenOptions& options) {
   const std::uint32_t first = buffers_.front().fb;
   SYMRIG_CHECK(atomic_ ? takeover.atomic(first) : takeover.legacy(first));
   flipper_.emplace(*kms_, route_, atomic_, options.patience);
-  // Buffer 0 must be the one that stays: flips are even in number and go 1, 0, 1, 0.
+  // The number of flips is even and the order is 1, 0, 1, 0. So buffer 0 is on the screen afterwards.
   const std::uint32_t fbs[] = {buffers_[1].fb, buffers_[0].fb};
   std::string warning;
   SYMRIG_CHECK(flipper_->learn(fbs, warning));
   if (!warning.empty()) warnings_.push_back(std::move(warning));
-  kms_->hotplugged(route_.connector);  // what switching on has stirred up is no news
+  kms_->hotplugged(route_.connector);  // discards hot-plug messages that switching on has caused
   return {};
 }
 
@@ -87,8 +87,8 @@ ScreenMemory Screen::memory(std::size_t buffer) const {
 
 Result<Shown> Screen::await() {
   SYMRIG_TRY(const Shown shown, flipper_->await());
-  // Drivers may tell of a flip at the beginning of the blanking; its refresh begins at its end. A stamp that
-  // is further ahead is nonsense, and not waited for.
+  // Some drivers report a flip at the beginning of the blanking, but its refresh begins at the end of the
+  // blanking. A stamp further in the future is wrong; there is no wait for it.
   if (shown.since > kms_->now() && shown.since - kms_->now() < period()) kms_->sleep_until(shown.since);
   return shown;
 }
@@ -103,15 +103,15 @@ Result<void> Screen::check() {
   const bool moved = kms_->hotplugged(route_.connector);
   const auto connector = kms_->connector(route_.connector, moved);
   const std::string& name = route_.connector_name;
-  if (!connector) return refusal(name, "it cannot be asked", connector.error);
+  if (!connector) return refusal(name, "it does not respond", connector.error);
   if (!connector.value.connected)
     return Error{ErrorCode::device_lost, "the projector at " + name + " is unplugged or off",
                  "connect it, and open it again"};
   if (moved)
-    return Error{ErrorCode::device_lost, "something was plugged in or out at " + name + " or beside it",
+    return Error{ErrorCode::device_lost, "a display was plugged in or out at " + name + " or nearby",
                  "open it again: the projector may have lost its picture for a while"};
   if (link_is_bad())
-    return Error{ErrorCode::device_lost, name + ": the link to the projector broke down",
+    return Error{ErrorCode::device_lost, name + ": the link to the projector failed",
                  "use a better or shorter cable, or a smaller mode; open it again"};
   return {};
 }

@@ -14,15 +14,15 @@ namespace symrig::projector::drm {
 
 struct ScreenOptions {
   std::size_t buffers = 3;  // 2 or 3
-  bool legacy = false;      // no atomic commits even where there are some
+  bool legacy = false;      // never uses atomic commits
   Nanoseconds patience{3'000'000'000};
 };
 
-/// A screen that is ours: black when taken, given back by the destructor.
+/// A screen that symrig owns. It is black at first. The destructor restores the earlier state.
 class Screen {
  public:
-  /// fails: device_refused (a desktop holds the card; the mode or an identity cannot be had), device_lost,
-  /// unknown_name and bad_argument (connector or mode), limit (memory).
+  /// fails: device_refused (a desktop uses the card; the mode or an identity value is not possible),
+  /// device_lost, unknown_name and bad_argument (connector or mode), limit (memory).
   static Result<std::unique_ptr<Screen>> take(Cards& cards, const std::string& connector,
                                               const std::string& mode, const ScreenOptions& options);
   ~Screen();
@@ -37,14 +37,17 @@ class Screen {
   const std::string& driver() const { return driver_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// Buffers that are not on the screen may be drawn into.
+  /// Only buffers that the screen does not show may be drawn into.
   std::size_t buffers() const { return buffers_.size(); }
   ScreenMemory memory(std::size_t buffer) const;
-  /// Asks for a buffer at the next refresh.  fails: as Flipper::submit.
+  /// Requests a buffer for the next refresh.
+  /// fails: as Flipper::submit().
   Result<void> submit(std::size_t buffer) { return flipper_->submit(buffers_[buffer].fb); }
-  /// Waits until it is there and its refresh has begun.  fails: as Flipper::await.
+  /// Waits until the screen shows it and its refresh has begun.
+  /// fails: as Flipper::await().
   Result<Shown> await();
-  /// Is the projector still plugged in, without a break since the last call?  fails: device_lost.
+  /// Checks that the projector was connected without a break since the last call.
+  /// fails: device_lost.
   Result<void> check();
 
  private:

@@ -16,12 +16,12 @@ struct Object {
   Kind kind;
 };
 
-/// The properties of the objects of a takeover, read once.
+/// Properties of the objects in a takeover, each object read once.
 class PropertyTable {
  public:
   explicit PropertyTable(Kms& kms) : kms_(kms) {}
 
-  /// A setting of the property of that name; none if the object has no such property.
+  /// A setting for the named property. None if the object does not have it.
   std::optional<Setting> setting(Object object, std::string_view name, std::uint64_t value) {
     for (const Property& property : of(object))
       if (property.name == name) return Setting{object.id, object.kind, property.id, value};
@@ -54,49 +54,49 @@ bool same_timings(const drmModeModeInfo& a, const drmModeModeInfo& b) {
   return key(a) == key(b);
 }
 
-/// In atomic commits ACTIVE does what this one does, and it is refused there.
-bool only_legacy(const Wish& wish) {
-  return wish.property.name == "DPMS";
+/// In atomic commits ACTIVE replaces this property, and the kernel refuses it.
+bool only_legacy(const IdentityValue& identity) {
+  return identity.property.name == "DPMS";
 }
 
-bool to_be_set(const Wish& wish) {
-  return wish.possible && wish.property.value != wish.setting.value;
+bool to_be_set(const IdentityValue& identity) {
+  return identity.possible && identity.property.value != identity.setting.value;
 }
 
 }  // namespace
 
-/// An error if pixels would be wrong, else a warning.
-Result<void> Takeover::cannot(const Wish& wish) {
-  const std::string text = complaint(wish);
-  if (wish.must)
+/// Returns an error if pixels would be wrong, else adds a warning.
+Result<void> Takeover::cannot(const IdentityValue& identity) {
+  const std::string text = complaint(identity);
+  if (identity.must)
     return Error{ErrorCode::device_refused, route.connector_name + ": " + text,
-                 "pictures would not be shown as they are: use another connector or card"};
+                 "pictures would be changed on the way: use another connector or card"};
   warnings.push_back(text);
   return {};
 }
 
-Result<std::vector<Wish>> Takeover::wishes() {
-  std::vector<Wish> all;
+Result<std::vector<IdentityValue>> Takeover::identities() {
+  std::vector<IdentityValue> all;
   const Object objects[] = {
       {route.crtc, Kind::crtc}, {route.connector, Kind::connector}, {route.plane, Kind::plane}};
   for (const Object object : objects) {
     if (object.id == 0) continue;
     const auto properties = kms.properties(object.id, object.kind);
-    if (!properties) return refusal(route.connector_name, "its properties cannot be read", properties.error);
-    for (Wish& wish : identity_wishes(object.id, object.kind, properties.value)) {
-      if (!wish.possible)
-        SYMRIG_CHECK(cannot(wish));
+    if (!properties) return refusal(route.connector_name, "cannot read its properties", properties.error);
+    for (IdentityValue& identity : identity_values(object.id, object.kind, properties.value)) {
+      if (!identity.possible)
+        SYMRIG_CHECK(cannot(identity));
       else
-        all.push_back(std::move(wish));
+        all.push_back(std::move(identity));
     }
   }
   return all;
 }
 
-/// Plane, CRTC and connector tied together, everything else off this CRTC.
+/// Connects plane, CRTC and connector, and switches off everything else on this CRTC.
 Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
   const auto blob = kms.create_blob(std::as_bytes(std::span(&route.mode, 1)));
-  if (!blob) return refusal(route.connector_name, "its mode cannot be set", blob.error);
+  if (!blob) return refusal(route.connector_name, "cannot set its mode", blob.error);
   blobs.push_back(blob.value);
   PropertyTable table(kms);
   std::vector<Setting> settings;
@@ -110,7 +110,7 @@ Result<std::vector<Setting>> Takeover::base_settings(std::uint32_t fb) {
   set(crtc, "ACTIVE", 1);
   set(plane, "FB_ID", fb);
   set(plane, "CRTC_ID", route.crtc);
-  // One pixel of the picture a pixel of the screen; positions in the picture have 16 bits after the point.
+  // One picture pixel per screen pixel. Positions in the picture are fixed-point with 16 fractional bits.
   for (const auto& [name, value] : {std::pair("SRC_X", std::uint64_t{0}),
                                     {"SRC_Y", 0},
                                     {"SRC_W", width << 16U},
@@ -133,20 +133,20 @@ Result<void> Takeover::atomic(std::uint32_t fb) {
   const std::string mode = "its mode " + to_string(describe(route.mode)) + " cannot be set";
   if (const Errno error = kms.commit(settings, Commit::test, 0); error != 0)
     return refusal(route.connector_name, mode, error);
-  SYMRIG_TRY(const auto all, wishes());
-  std::vector<Wish> kept;
-  for (const Wish& wish : all) {
-    if (only_legacy(wish)) continue;
-    if (to_be_set(wish)) {
-      settings.push_back(wish.setting);
+  SYMRIG_TRY(const auto all, identities());
+  std::vector<IdentityValue> kept;
+  for (const IdentityValue& identity : all) {
+    if (only_legacy(identity)) continue;
+    if (to_be_set(identity)) {
+      settings.push_back(identity.setting);
       if (kms.commit(settings, Commit::test, 0) != 0) {
         settings.pop_back();
-        SYMRIG_CHECK(cannot(wish));
+        SYMRIG_CHECK(cannot(identity));
         continue;
       }
-      saved.remember(kms, wish);
+      saved.remember(kms, identity);
     }
-    kept.push_back(wish);
+    kept.push_back(identity);
   }
   SYMRIG_CHECK(straighten_gamma());
   if (const Errno error = kms.commit(settings, Commit::modeset, 0); error != 0)
@@ -161,24 +161,24 @@ Result<void> Takeover::legacy(std::uint32_t fb) {
   if (const Errno error = kms.set_crtc(crtc, connectors); error != 0)
     return refusal(route.connector_name, "its mode " + to_string(describe(route.mode)) + " cannot be set",
                    error);
-  kms.hide_cursor(route.crtc);  // one that was never shown cannot be hidden: not an error
-  SYMRIG_TRY(const auto all, wishes());
-  std::vector<Wish> kept;
-  for (const Wish& wish : all) {
-    if (to_be_set(wish)) {
-      saved.remember(kms, wish);
-      if (kms.set_property(wish.setting) != 0) {
-        SYMRIG_CHECK(cannot(wish));
+  kms.hide_cursor(route.crtc);  // fails if the cursor was never shown, which is no error
+  SYMRIG_TRY(const auto all, identities());
+  std::vector<IdentityValue> kept;
+  for (const IdentityValue& identity : all) {
+    if (to_be_set(identity)) {
+      saved.remember(kms, identity);
+      if (kms.set_property(identity.setting) != 0) {
+        SYMRIG_CHECK(cannot(identity));
         continue;
       }
     }
-    kept.push_back(wish);
+    kept.push_back(identity);
   }
   SYMRIG_CHECK(straighten_gamma());
   return verify({}, kept);
 }
 
-/// Old drivers have a table of codes and no property for it.
+/// Old drivers have a gamma table, but no property for it.
 Result<void> Takeover::straighten_gamma() {
   const auto crtc = kms.crtc(route.crtc);
   if (!crtc || crtc.value.gamma_size <= 1) return {};
@@ -191,18 +191,18 @@ Result<void> Takeover::straighten_gamma() {
   const Errno error = kms.set_gamma(route.crtc, straight);
   const auto after = kms.gamma(route.crtc, crtc.value.gamma_size);
   if (error == 0 && after && after.value == straight) return {};
-  warnings.emplace_back("the CRTC's gamma table cannot be set straight");
+  warnings.emplace_back("cannot set the CRTC's gamma table to identity");
   return {};
 }
 
-/// What the kernel says now must be what was asked for.
-Result<void> Takeover::verify(std::span<const Setting> settings, std::span<const Wish> kept) {
+/// Checks that the kernel reports what was requested.
+Result<void> Takeover::verify(std::span<const Setting> settings, std::span<const IdentityValue> kept) {
   const auto crtc = kms.crtc(route.crtc);
-  if (!crtc) return refusal(route.connector_name, "its state cannot be read back", crtc.error);
+  if (!crtc) return refusal(route.connector_name, "cannot read back its state", crtc.error);
   if (!crtc.value.mode || !same_timings(*crtc.value.mode, route.mode))
     return Error{
         ErrorCode::device_refused,
-        route.connector_name + ": it was set to " + to_string(describe(route.mode)) + " and is not in it",
+        route.connector_name + ": it was set to " + to_string(describe(route.mode)) + " but has another mode",
         "try another mode"};
   PropertyTable now(kms);
   const auto holds = [&](const Setting& setting) {
@@ -212,15 +212,15 @@ Result<void> Takeover::verify(std::span<const Setting> settings, std::span<const
     });
   };
   for (const Setting& setting : settings)
-    if (!holds(setting) && std::none_of(kept.begin(), kept.end(), [&](const Wish& wish) {
-          return wish.setting.object == setting.object && wish.setting.property == setting.property;
+    if (!holds(setting) && std::none_of(kept.begin(), kept.end(), [&](const IdentityValue& identity) {
+          return identity.setting.object == setting.object && identity.setting.property == setting.property;
         }))
       return Error{ErrorCode::device_refused,
-                   fmt::format("{}: property {} of object {} was set to {} and is not", route.connector_name,
+                   fmt::format("{}: property {} of object {} did not take the value {}", route.connector_name,
                                setting.property, setting.object, setting.value),
-                   "the driver does not keep what it accepts: use another card"};
-  for (const Wish& wish : kept)
-    if (!holds(wish.setting)) SYMRIG_CHECK(cannot(wish));
+                   "the driver ignores values that it accepts: use another card"};
+  for (const IdentityValue& identity : kept)
+    if (!holds(identity.setting)) SYMRIG_CHECK(cannot(identity));
   return {};
 }
 

@@ -9,9 +9,9 @@
 
 namespace symrig::projector::drm {
 
-/// Makes a route show framebuffer `fb` in its mode, with everything between it and the wire set to identity,
-/// and reads all of it back. What cannot be identity and only may matter is added to `warnings`. blobs: made
-/// on the way, to be destroyed by the caller.
+/// Makes a route show framebuffer `fb` in its mode. Sets everything between framebuffer and cable to
+/// identity, and reads it all back. Less important properties that cannot be identity become `warnings`.
+/// blobs: created here; the caller destroys them.
 /// fails: device_refused (the mode, or a property that changes pixels), device_lost, limit.
 struct Takeover {
   Kms& kms;
@@ -20,16 +20,16 @@ struct Takeover {
   std::vector<std::string>& warnings;
   std::vector<std::uint32_t>& blobs;
 
-  /// In one atomic commit, tried before it is done.
+  /// With one atomic commit, which is tested first.
   Result<void> atomic(std::uint32_t fb);
-  /// Call by call, for drivers without atomic commits.
+  /// With single calls, for drivers without atomic commits.
   Result<void> legacy(std::uint32_t fb);
 
  private:
-  Result<std::vector<Wish>> wishes();
+  Result<std::vector<IdentityValue>> identities();
   Result<std::vector<Setting>> base_settings(std::uint32_t fb);
-  Result<void> cannot(const Wish& wish);
-  Result<void> verify(std::span<const Setting> settings, std::span<const Wish> kept);
+  Result<void> cannot(const IdentityValue& identity);
+  Result<void> verify(std::span<const Setting> settings, std::span<const IdentityValue> kept);
   Result<void> straighten_gamma();
 };
 

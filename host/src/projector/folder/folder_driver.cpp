@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A folder's keys of `[projector]`: docs/rig-file.md.
+// The keys of `[projector]` for a folder: docs/rig-file.md.
 #include "projector/folder/folder_driver.hpp"
 
 #include "image/size_text.hpp"
@@ -13,9 +13,9 @@ namespace symrig::projector {
 namespace {
 
 struct FolderKeys {
-  std::string folder;  // patterns go here
+  std::string folder;  // where patterns are written
   Grid screen;         // the projector's pixels
-  std::string push;    // a shell command that brings the pictures to the projector; may be empty
+  std::string push;    // shell command that transfers the pictures to the projector; may be empty
 };
 
 class FolderSource final : public ProjectorSource {
@@ -53,7 +53,7 @@ std::unique_ptr<ProjectorSource> read_folder_projector(base::TableReader& table)
   table.read("folder", keys.folder);
   for (const char* const key : {"connector", "mode"})
     if (table.has(key))
-      table.fail("folder", "stands beside a screen's keys", "give either a folder or a connector");
+      table.fail("folder", "cannot be combined with a screen's keys", "give either a folder or a connector");
   image::read_picture_size(table, "screen", keys.screen);
   table.read("push", keys.push);
   table.require("screen", "the projector's pixels, columns x rows, such as \"1280x800\"");

@@ -7,7 +7,7 @@ namespace symrig::projector {
 
 std::unique_ptr<ProjectorSource> read_folder_projector(base::TableReader& table);
 
-/// Projectors with a memory of their own, which get their patterns as a folder of pictures.
+/// Projectors with their own memory. They get patterns as a folder of pictures.
 constexpr ProjectorDriver folder_driver() {
   return {"folder", "a folder of pictures for a projector with its own memory", "folder",
           read_folder_projector};

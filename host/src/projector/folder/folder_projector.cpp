@@ -25,7 +25,7 @@ std::string file_name(std::size_t number) {
   return fmt::format("{}{:05}{}", kHead, number, kTail);
 }
 
-/// pattern-00000.png and its like: ours to replace.
+/// true for pattern-00000.png and so on: files that load() may replace.
 bool is_picture_of_ours(const std::string& name) {
   if (!name.starts_with(kHead) || !name.ends_with(kTail) || name.size() <= kHead.size() + kTail.size())
     return false;
@@ -33,7 +33,7 @@ bool is_picture_of_ours(const std::string& name) {
   return std::all_of(digits.begin(), digits.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-/// Takes away the manifest first: what is left never looks like a complete set.
+/// Removes the manifest first, so that a partly cleared folder never looks complete.
 Result<void> clear(const fs::path& folder) {
   std::error_code error;
   fs::remove(folder / kManifest, error);
@@ -43,18 +43,18 @@ Result<void> clear(const fs::path& folder) {
   for (const fs::path& path : old)
     if (!error) fs::remove(path, error);
   if (!error) return {};
-  return Error{ErrorCode::io, folder.string() + ": cannot be cleared (" + error.message() + ")",
-               "check that it is a folder and may be written to"};
+  return Error{ErrorCode::io, folder.string() + ": cannot clear the folder (" + error.message() + ")",
+               "check that it is a folder and that you may write to it"};
 }
 
-/// One picture on the disk, as its manifest tells of it.
+/// Writes one picture and returns its entry in the manifest.
 Result<Json> write_picture(const fs::path& folder, std::size_t number, const Image<std::uint8_t>& picture) {
   const auto values = picture.values();
   const bool binary = std::all_of(values.begin(), values.end(), [](auto v) { return v == 0 || v == 255; });
   const auto png = binary ? encode_bit_png(picture) : encode_png(picture);
   const std::string name = file_name(number);
   if (png.empty())
-    return Error{ErrorCode::io, (folder / name).string() + ": cannot be made", "use a smaller screen"};
+    return Error{ErrorCode::io, (folder / name).string() + ": cannot be written", "use a smaller screen"};
   SYMRIG_CHECK(write_file_atomically(folder / name, std::as_bytes(std::span(png))));
   return Json{{"file", name}, {"bits", binary ? 1 : 8}, {"sha256", board::sha256(png)}};
 }
@@ -103,8 +103,8 @@ Result<std::unique_ptr<FolderProjector>> FolderProjector::open(FolderProjectorOp
   if (error || !fs::is_directory(options.folder, error))
     return Error{
         ErrorCode::io,
-        options.folder.string() + ": the folder cannot be made" + (error ? " (" + error.message() + ")" : ""),
-        "name another folder for patterns"};
+        options.folder.string() + ": cannot create the folder" + (error ? " (" + error.message() + ")" : ""),
+        "choose another folder for patterns"};
   return std::unique_ptr<FolderProjector>(new FolderProjector(std::move(options), grid));
 }
 
@@ -119,7 +119,7 @@ Result<void> FolderProjector::load(std::span<const Pattern> patterns) {
   }
   SYMRIG_CHECK(clear(options_.folder));
   if (auto written = write_set(options_, grid_, codes); !written) {
-    (void)clear(options_.folder);  // the first error is the one to tell
+    (void)clear(options_.folder);  // reports the first error, not this one
     return written;
   }
   return options_.push ? options_.push(options_.folder) : Result<void>();

@@ -16,12 +16,11 @@ namespace symrig {
 namespace {
 
 Error cannot_run(const std::string& command, int error) {
-  return {ErrorCode::io,
-          fmt::format("'{}' cannot be run ({})", command, std::generic_category().message(error)),
+  return {ErrorCode::io, fmt::format("cannot run '{}' ({})", command, std::generic_category().message(error)),
           "check the command that pushes patterns"};
 }
 
-/// The last line with something in it; control characters of it become blanks.
+/// The last line that is not blank. Its control characters become blanks.
 std::string last_line(std::string text) {
   text.erase(text.find_last_not_of(" \r\n\t") + 1);
   text.erase(0, text.find_last_of('\n') + 1);
@@ -30,7 +29,7 @@ std::string last_line(std::string text) {
   return text;
 }
 
-/// All that comes until the other end closes; of much only the end.
+/// Reads until the other end closes. Keeps only the end of a long output.
 std::string read_end(int fd) {
   constexpr std::size_t kKept = 4096;
   std::string text;
@@ -51,7 +50,7 @@ int wait_for(pid_t child) {
   return status;
 }
 
-/// Standard output and error of the child go into `out`.
+/// The child's standard output and error go to `out`.
 int spawn_shell(const std::string& command, const std::string& folder, int out, pid_t& child) {
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
@@ -82,7 +81,7 @@ Result<void> push(const std::string& command, const std::filesystem::path& folde
                                             : fmt::format("signal {}", WTERMSIG(status));
   return Error{ErrorCode::device_refused,
                fmt::format("'{}' ended with {}{}", command, end, said.empty() ? "" : ": " + said),
-               "the projector may not have its patterns: run it by hand on " + folder.string()};
+               "the projector may lack its patterns: run the command by hand on " + folder.string()};
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0
 /*
- * One test camera from plug to the last close: it outlives being unplugged for as long as somebody has its
- * node open.
+ * One test camera, from plug to the last close. After an unplug it exists as long as a process has its node
+ * open.
  *
  * Locks, in the order of taking: plug (module.c) before lock before inject. queued_lock is innermost.
  */

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0
-/* /dev/testcam-inject: frames in by write(), the camera's settings out, plug and unplug. See testcam.h. */
+/* /dev/testcam-inject: write() sends frames, ioctl() reads the camera's settings, plugs and unplugs. See
+ * testcam.h. */
 #include "camera.h"
 
 #include <linux/fs.h>

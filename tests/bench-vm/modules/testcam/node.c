@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0
-/* The camera's video node and its controls. Controls only hold what was set: exposure and gain are the
- * injector's to obey. */
+/* The camera's video node and its controls. Controls only store their values; the injector applies exposure
+ * and gain. */
 #include "camera.h"
 
 #include <linux/module.h>
@@ -26,7 +26,7 @@ static const struct v4l2_ctrl_config trigger_mode = {
     .qmenu = trigger_modes,
 };
 
-/* As a webcam comes out of its box: automatic, and running free. */
+/* The defaults of a new webcam: automatic, and running free. */
 static int add_controls(struct camera* camera) {
   struct v4l2_ctrl_handler* controls = &camera->controls;
 
@@ -42,7 +42,7 @@ static int add_controls(struct camera* camera) {
   return controls->error;
 }
 
-/* The last user is gone: the node is unregistered and closed. */
+/* The last user has closed the unregistered node. */
 static void release(struct v4l2_device* device) {
   struct camera* camera = container_of(device, struct camera, device);
 

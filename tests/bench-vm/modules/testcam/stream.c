@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0
-/* Buffers and the frames that fill them. A frame that finds no buffer is lost, and its sequence number with
- * it. */
+/* Buffers and the frames that fill them. A frame without a buffer is lost, and so is its sequence number. */
 #include "camera.h"
 
 #include <linux/module.h>
@@ -8,7 +7,7 @@
 #include <media/videobuf2-vmalloc.h>
 
 struct buffer {
-  struct vb2_v4l2_buffer vb; /* first: vb2 asks for it */
+  struct vb2_v4l2_buffer vb; /* must be first, for vb2 */
   struct list_head link;
 };
 

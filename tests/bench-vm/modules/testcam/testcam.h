@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-2.0 WITH Linux-syscall-note
 /*
- * The test camera as user space sees it beside V4L2: what is written to /dev/testcam-inject becomes frames.
+ * The test camera's interface for user space, in addition to V4L2. Data written to /dev/testcam-inject become
+ * frames.
  *
- * One write() is one frame: a struct testcam_frame and then exactly as many bytes of pixels as the format
- * that is set (sizeimage). It returns the number of bytes, also for a frame that was lost because no buffer
- * was queued, as on a real camera. Errors: EMSGSIZE not one frame of the format that is set; EPIPE nobody
- * streams; ENODEV the camera is unplugged.
+ * One write() is one frame: a struct testcam_frame, then exactly sizeimage bytes of pixels in the present
+ * format. It returns the number of bytes. It does so also for a frame that was lost because no buffer was
+ * queued, as on a real camera. Errors: EMSGSIZE not one frame of the present format; EPIPE not streaming;
+ * ENODEV the camera is unplugged.
  */
 #ifndef SYMRIG_TESTCAM_H
 #define SYMRIG_TESTCAM_H
@@ -18,17 +19,17 @@
 struct testcam_frame {
   __u64 stamp_ns; /* CLOCK_MONOTONIC; of the start or the end of the exposure, as the module's parameter says;
                      0: now */
-  __u32 skip;     /* so many sequence numbers are lost before this frame */
+  __u32 skip;     /* sequence numbers to skip before this frame */
   __u32 flags;    /* TESTCAM_... */
 };
 
-#define TESTCAM_DAMAGED 1u /* the buffer is handed out marked as in error */
+#define TESTCAM_DAMAGED 1u /* the buffer is delivered with the error flag */
 
 /* The control "Trigger Mode": a number of this driver alone, so look for the name. V4L2_CID_USER_BASE |
  * 0x1f00. */
 #define TESTCAM_CID_TRIGGER_MODE 0x00981f00
 
-/* What the camera is set to, for the process that makes its pictures. */
+/* The camera's present settings, for the process that makes its pictures. */
 struct testcam_state {
   __u32 width, height; /* pixels */
   __u32 pixelformat;   /* V4L2_PIX_FMT_... */
@@ -47,11 +48,11 @@ struct testcam_state {
 };
 
 #define TESTCAM_GET_STATE _IOR('T', 0xe0, struct testcam_state)
-#define TESTCAM_UNPLUG _IO('T', 0xe1) /* the video node goes away, whoever streams gets ENODEV */
-#define TESTCAM_PLUG _IO('T', 0xe2)   /* and comes back, see below */
+#define TESTCAM_UNPLUG _IO('T', 0xe1) /* removes the video node; a streaming process gets ENODEV */
+#define TESTCAM_PLUG _IO('T', 0xe2)   /* adds it again, see below */
 /*
- * As a camera that had no power it comes back with its defaults, and as any camera under another number if
- * somebody still has its old node open.
+ * The camera comes back with its default settings. It gets another number if a process still has its old node
+ * open.
  */
 
 #endif

@@ -9,12 +9,12 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::audit_test {
 namespace {
 
 constexpr std::size_t kPhotographs = 24;
 
-/// With the first whole bracket only.
+/// Tampers only with the first complete bracket.
 std::function<void(std::vector<CameraFrame>&)> once(std::function<void(std::vector<CameraFrame>&)> tamper) {
   return [tamper = std::move(tamper), done = false](std::vector<CameraFrame>& frames) mutable {
     if (frames.size() != 4 || std::exchange(done, true)) return;
@@ -22,12 +22,12 @@ std::function<void(std::vector<CameraFrame>&)> once(std::function<void(std::vect
   };
 }
 
-/// A session of photographs of random patterns, logged; in the run of photograph `from`, frames are tampered
-/// with.
+/// A session of photographs of random patterns, with a log. In the run of photograph `from`, frames are
+/// tampered with.
 struct Session {
   LoopedRig rig{"sim:vgroove-textured?size=20x24"};
   std::unique_ptr<PhotographLog> log = make_memory_log({20, 24}, 1);
-  double lamp_error = 0;  // what the rig thinks of its lamp is off by so much, to and fro
+  double lamp_error = 0;  // alternating error of the rig's lamp estimate
 
   Result<void> capture(std::size_t from, std::function<void(std::vector<CameraFrame>&)> tamper) {
     SYMRIG_TRY(const auto opened, rig.open());
@@ -43,11 +43,11 @@ struct Session {
     return {};
   }
   Result<Audit> audited(const AuditOptions& options = {}) const {
-    return audit(*log, rig.truth, rig.studio(), options);
+    return audit(*log, rig.truth, rig.formation(), options);
   }
 };
 
-// The exposures are known exactly here, hence the strict limit.
+// Here the exposures are known exactly, so the limit is strict.
 TEST(Audit, finds_every_photograph_of_a_clean_capture_right) {
   Session session;
   ASSERT_OK(session.capture(0, [](auto&) {}));
@@ -60,13 +60,13 @@ TEST(Audit, finds_every_photograph_of_a_clean_capture_right) {
   EXPECT_EQ(audit->unseen, 0);
   EXPECT_LT(audit->farthest_right, 0.02);
   EXPECT_GT(audit->planted, 90);
-  // A few change the photograph by more than a tenth of the limit and by less than the limit.
+  // A few change the photograph by between a tenth of the limit and the limit.
   EXPECT_LE(audit->planted - audit->found - audit->harmless, 3);
   EXPECT_GT(audit->found, audit->planted * 3 / 4);
 }
 
-// Two frames of a bracket in each other's place, and one in place of another: the numbers and stamps are
-// right, only the pixels are another frame's. One code is changed, or the rig would find the copy.
+// Two frames of a bracket are exchanged, or one replaces another. Numbers and stamps are correct, only the
+// pixels are wrong. One code is changed, else the rig would detect the copy.
 TEST(Audit, finds_frames_in_the_wrong_place) {
   const std::vector<std::function<void(std::vector<CameraFrame>&)>> tampers{
       [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); },
@@ -85,7 +85,7 @@ TEST(Audit, finds_frames_in_the_wrong_place) {
   }
 }
 
-// An estimate of the lamp that is off by thousandths is no wrong frame, and hides none.
+// A lamp estimate that is wrong by thousandths makes no frame wrong, and hides no wrong frame.
 TEST(Audit, finds_a_frame_in_the_wrong_place_beside_errors_of_the_lamp) {
   Session session;
   session.lamp_error = 0.005;
@@ -102,9 +102,9 @@ TEST(Audit, finds_another_shot_of_the_same_pattern) {
   Session session;
   const Session* seen = &session;
   ASSERT_OK(session.capture(11, [seen](auto& frames) {
-    const auto light = seen->rig.studio().light_of(random_pattern({20, 24}, 11), 0);
-    frames[2].raw =
-        seen->rig.studio().expose(*light, seconds(seen->rig.truth.back().open) / 8, frames[2].sequence + 1);
+    const auto light = seen->rig.formation().light_of(random_pattern({20, 24}, 11), 0);
+    frames[2].raw = seen->rig.formation().expose(*light, seconds(seen->rig.truth.back().open) / 8,
+                                                 frames[2].sequence + 1);
   }));
   const auto audit = session.audited();
   ASSERT_OK(audit);
@@ -125,4 +125,4 @@ TEST(Audit, finds_a_pattern_that_was_never_shown) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::audit_test

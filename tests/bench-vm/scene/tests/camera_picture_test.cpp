@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::camera_picture_test {
 namespace {
 
 TEST(CameraPicture, puts_the_grid_where_it_is_asked_for) {
@@ -29,4 +29,4 @@ TEST(CameraPicture, refuses_a_grid_that_does_not_fit) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::camera_picture_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::delivery_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -86,7 +86,7 @@ TEST(Delivery, duplicates_frames_with_their_stamp) {
   }
 }
 
-// A late frame is late in both arrival and stamp, and those behind it wait.
+// A late frame arrives late and has a late stamp. Frames behind it wait.
 TEST(Delivery, delays_frames_and_what_waits_behind_them) {
   FaultRates rates = with(&FaultRates::late, 0.2);
   rates.late_by = 50ms;
@@ -119,7 +119,7 @@ TEST(Delivery, swaps_a_frame_with_the_one_after_it) {
   EXPECT_GT(swapped, 10);
 }
 
-// Nobody follows the last one: it comes after all.
+// The last frame has no successor, and is delivered anyway.
 TEST(Delivery, does_not_keep_the_last_frame) {
   const auto all = deliver(with(&FaultRates::swap, 1), 1);
   ASSERT_EQ(all.size(), 1U);
@@ -132,7 +132,7 @@ TEST(Delivery, tears_and_marks_damaged_frames) {
   EXPECT_EQ(*all[2].codes, (std::vector<std::uint16_t>{2, 2, 0, 0}));
 }
 
-// Shares and jitter over many frames, 5 sigmas each; equal seeds, equal faults.
+// Shares and jitter over many frames, within 5 sigmas. Equal seeds give equal faults.
 TEST(FrameFaults, come_as_often_as_asked_for) {
   FaultRates rates{.drop = 0.01, .duplicate = 0.005, .late = 0.01, .swap = 0.002, .damage = 0.003};
   rates.jitter = 100us;
@@ -169,4 +169,4 @@ TEST(FrameFaults, knows_shares_that_cannot_be) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::delivery_test

@@ -13,7 +13,7 @@
 
 namespace symrig::bench_vm {
 
-/// Files where the guest has devices: what is written to them can be read; the trace is a named pipe.
+/// Files in place of the guest's devices. Tests read what was written to them. The trace is a named pipe.
 class FakeGuest {
  public:
   FakeGuest() {

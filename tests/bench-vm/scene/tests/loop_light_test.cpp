@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loop that is closed outside the product makes the frames that the product's own virtual rig makes.
+// The loop outside the product makes the same frames as the product's virtual rig.
 #include "bench-vm/scene/tests/looped_rig.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -8,10 +8,10 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::loop_light_test {
 namespace {
 
-// Same patterns, same times, same frame numbers: the same photographs, bit for bit, noise and all.
+// Same patterns, times and frame numbers give the same photographs, bit for bit, including noise.
 TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
   for (const std::string uri : {"sim:vgroove-textured?size=20x24", "sim:gummy?size=17x13&seed=4&black=0.01",
                                 "sim:mirror?size=24x20&flare=0.1&misalign=0.5"}) {
@@ -32,21 +32,22 @@ TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
   }
 }
 
-// An exposure over a change of the picture sees both, each for its time, as one of the sum of both would.
+// An exposure during a change of the picture sees both pictures, each for its time.
 TEST(LoopLight, mixes_light_by_time) {
   const auto uri = *parse_scene_uri("sim:vgroove-textured?size=20x24&black=0");
   const auto scene = *make_scene(uri);
-  const sim::Studio studio(uri, *scene);
+  const sim::ImageFormation formation(uri, *scene);
   const Pattern a = random_pattern(uri.size, 1), b = random_pattern(uri.size, 2);
   Pattern mixed(uri.size);
   for (std::size_t i = 0; i < mixed.values().size(); ++i)
     mixed.values()[i] = 0.25F * a.values()[i] + 0.5F * b.values()[i];
-  const sim::Studio::Share shares[] = {{studio.light_of(a, 0), 0.25}, {studio.light_of(b, 1), 0.5}};
-  const auto seen = studio.during(shares);
-  const auto expected = studio.light_of(mixed, 0);
+  const sim::ImageFormation::Share shares[] = {{formation.light_of(a, 0), 0.25},
+                                               {formation.light_of(b, 1), 0.5}};
+  const auto seen = formation.during(shares);
+  const auto expected = formation.light_of(mixed, 0);
   for (std::size_t i = 0; i < mixed.values().size(); ++i)  // sums of a few hundred terms below 1 in float
     EXPECT_NEAR(seen->values()[i], expected->values()[i], 1e-5) << i;
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::loop_light_test

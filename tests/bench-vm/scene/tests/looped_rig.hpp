@@ -3,9 +3,9 @@
 
 #include "bench-vm/scene/screen_timeline.hpp"
 #include "bench-vm/scene/truth_file.hpp"
+#include "sim/image_formation.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
-#include "sim/studio.hpp"
 #include "symrig/base/random.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
@@ -21,32 +21,32 @@ namespace symrig::bench_vm {
 
 inline constexpr std::int64_t kTickNs = 8;  // board_sim::SimBoard runs at 125 MHz
 
-/// The virtual rig's board, projector and camera, but the light goes by way of the screen's timeline.
+/// The virtual rig's board, projector and camera, but with the light of the screen's timeline.
 class LoopedRig {
  public:
   explicit LoopedRig(const std::string& text)
-      : uri_(*parse_scene_uri(text)), scene_(*make_scene(uri_)), studio_(uri_, *scene_) {
+      : uri_(*parse_scene_uri(text)), scene_(*make_scene(uri_)), formation_(uri_, *scene_) {
     board_.attach(raster_);
     board_.attach(shutter_);
   }
 
   Result<std::unique_ptr<Rig>> open() {
     RigOptions options;
-    options.scale = studio_.scale();
-    options.ledger.guards = 0;  // as in the virtual rig, whose camera has no past
+    options.scale = formation_.scale();
+    options.ledger.guards = 0;  // as in the virtual rig, whose camera loses no frames at its start
     auto projector =
         std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
     const sim::SimulatedProjector* screen = projector.get();
-    sim::SimulatedCameraSpec spec{uri_.size, 1, {}, studio_.noise(), {}, board_.config().tick_hz};
+    sim::SimulatedCameraSpec spec{uri_.size, 1, {}, formation_.noise(), {}, board_.config().tick_hz};
     auto camera = std::make_unique<sim::SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
     SYMRIG_TRY(auto board, Board::connect(make_sim_link(board_)));
     return Rig::open(std::move(board), std::move(projector), std::move(camera), options);
   }
 
-  const sim::Studio& studio() const { return studio_; }
+  const sim::ImageFormation& formation() const { return formation_; }
   std::vector<TrueExposure> truth;  ///< of all exposures so far
-  /// May do to the frames of a run what it likes before they are handed over.
+  /// May change the frames of a run before they are delivered.
   std::function<void(std::vector<CameraFrame>&)> tamper = [](std::vector<CameraFrame>&) {};
 
  private:
@@ -54,7 +54,7 @@ class LoopedRig {
     return Nanoseconds{static_cast<std::int64_t>(tick) * kTickNs};
   }
 
-  /// What the screen's watcher would have seen.
+  /// The timeline that the screen's watcher would have recorded.
   ScreenTimeline timeline(const sim::SimulatedProjector& screen) const {
     ScreenTimeline timeline;
     for (const auto& change : raster_.changes())
@@ -68,17 +68,17 @@ class LoopedRig {
     const ScreenTimeline shown = timeline(screen);
     std::vector<CameraFrame> frames;
     for (const auto& exposure : exposures) {
-      std::vector<sim::Studio::Share> shares;
+      std::vector<sim::ImageFormation::Share> shares;
       const auto lit = shown.during(time(exposure.begin), time(exposure.end));
       for (const auto& part : lit)
-        shares.push_back({studio_.light_of(*part.pattern, part.number), part.share});
+        shares.push_back({formation_.light_of(*part.pattern, part.number), part.share});
       const Nanoseconds open = time(exposure.end) - time(exposure.begin);
       TrueExposure known{exposure.sequence, open, 0, lit.size() == 1};
       if (known.pure) known.picture = picture_key(*lit.front().pattern);
       truth.push_back(known);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
-      frame.raw = studio_.expose(*studio_.during(shares), seconds(open), exposure.sequence);
+      frame.raw = formation_.expose(*formation_.during(shares), seconds(open), exposure.sequence);
       frames.push_back(std::move(frame));
     }
     tamper(frames);
@@ -87,7 +87,7 @@ class LoopedRig {
 
   SceneUri uri_;
   std::unique_ptr<Scene> scene_;
-  sim::Studio studio_;
+  sim::ImageFormation formation_;
   board_sim::SimBoard board_;
   board_sim::SimProjector raster_{board_};
   board_sim::SimCamera shutter_{board_};

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::ports_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -72,10 +72,10 @@ TEST(CameraPort, hands_over_head_and_pixels_in_one_piece) {
   EXPECT_EQ(skip, 7U);
   EXPECT_EQ(flags, 1U);
   EXPECT_EQ(written.substr(16), "\x01\x02\x03");
-  EXPECT_EQ(port->state().error().code, ErrorCode::io);  // a file has no state and no cable
+  EXPECT_EQ(port->state().error().code, ErrorCode::io);  // a plain file has no camera state
   EXPECT_EQ(port->plug(false).error().code, ErrorCode::io);
   EXPECT_EQ(CameraPort::open("/nowhere/inject").error().code, ErrorCode::io);
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::ports_test

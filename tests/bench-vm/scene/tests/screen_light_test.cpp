@@ -7,10 +7,10 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::screen_light_test {
 namespace {
 
-/// A screen in memory whose rows are longer than what is shown.
+/// A screen in memory whose rows are longer than the visible part.
 struct FakeScreen {
   int rows, cols;
   std::size_t pitch;
@@ -35,7 +35,7 @@ struct FakeScreen {
   }
 };
 
-// All 256 codes of a grey pixel come out as code/255, to the last bit.
+// All 256 codes of a grey pixel give exactly code/255.
 TEST(ScreenLight, reads_every_code_exactly) {
   const Placement placement{{16, 16}, 3, 2, 5};
   FakeScreen screen(60, 70);
@@ -46,7 +46,7 @@ TEST(ScreenLight, reads_every_code_exactly) {
   for (int i = 0; i < 256; ++i) EXPECT_EQ(light.values()[i], static_cast<float>(i / 255.0)) << i;
 }
 
-// A pattern that is one pixel off its place is not taken for the pattern: cells mix.
+// A pattern that is shifted by one pixel gives mixed cells, not the pattern.
 TEST(ScreenLight, is_the_mean_of_a_cell) {
   const Placement placement{{2, 2}, 4, 0, 0};
   FakeScreen screen(8, 9);
@@ -73,16 +73,16 @@ TEST(ScreenLight, a_glance_sees_a_changed_cell) {
   FakeScreen screen(11, 14);
   std::vector<int> codes(12, 7);
   screen.show(placement, codes);
-  const std::uint64_t before = glance(screen.pixels(), placement);
+  const std::uint64_t before = cell_checksum(screen.pixels(), placement);
   for (std::size_t i = 0; i < codes.size(); ++i) {
     auto other = codes;
     other[i] = 8;
     screen.show(placement, other);
-    EXPECT_NE(glance(screen.pixels(), placement), before) << i;
+    EXPECT_NE(cell_checksum(screen.pixels(), placement), before) << i;
   }
   screen.show(placement, codes);
-  EXPECT_EQ(glance(screen.pixels(), placement), before);
+  EXPECT_EQ(cell_checksum(screen.pixels(), placement), before);
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::screen_light_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::screen_timeline_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -32,7 +32,7 @@ ScreenTimeline three() {
 TEST(ScreenTimeline, mixes_pictures_by_their_share_of_the_time) {
   const ScreenTimeline timeline = three();
   EXPECT_EQ(shares(timeline, 22ms, 38ms), (Shares{{1, 1.0}}));
-  EXPECT_EQ(shares(timeline, 20ms, 40ms), (Shares{{1, 1.0}}));  // an end is not inside
+  EXPECT_EQ(shares(timeline, 20ms, 40ms), (Shares{{1, 1.0}}));  // the end does not count
   EXPECT_EQ(shares(timeline, 15ms, 55ms), (Shares{{0, 0.125}, {1, 0.5}, {2, 0.375}}));
   EXPECT_EQ(shares(timeline, 5ms, 15ms), (Shares{{0, 0.5}}));  // before the first picture there is no light
   EXPECT_EQ(shares(timeline, 1ms, 9ms), (Shares{}));
@@ -51,7 +51,7 @@ TEST(ScreenTimeline, is_dark_while_the_screen_is_off) {
   ScreenTimeline timeline = three();
   EXPECT_TRUE(timeline.change(60ms, nullptr));
   EXPECT_FALSE(timeline.change(65ms, nullptr));
-  EXPECT_TRUE(timeline.change(80ms, picture(0.5F)));  // the same as before, yet it was gone
+  EXPECT_TRUE(timeline.change(80ms, picture(0.5F)));  // the same picture again, after none
   EXPECT_EQ(shares(timeline, 50ms, 90ms), (Shares{{2, 0.25}, {3, 0.25}}));
   EXPECT_EQ(timeline.newest().number, 3U);
 }
@@ -67,4 +67,4 @@ TEST(ScreenTimeline, forgets_only_what_was_gone) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::screen_timeline_test

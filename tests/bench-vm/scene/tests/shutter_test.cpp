@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::shutter_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -11,13 +11,13 @@ using Move = Shutter::Move;
 
 TEST(Shutter, is_open_while_the_trigger_is_high) {
   Shutter shutter(3ms);
-  EXPECT_EQ(shutter.trigger(false, 1ms), Move::none);  // low it was
+  EXPECT_EQ(shutter.trigger(false, 1ms), Move::none);  // it was low
   EXPECT_EQ(shutter.trigger(true, 2ms), Move::open);
   EXPECT_EQ(shutter.trigger(true, 3ms), Move::none);  // the same level set again
   EXPECT_TRUE(shutter.is_open());
   EXPECT_EQ(shutter.trigger(false, 5ms), Move::close);
   EXPECT_FALSE(shutter.is_open());
-  EXPECT_EQ(shutter.trigger(true, 8ms), Move::open);  // read out to the nanosecond
+  EXPECT_EQ(shutter.trigger(true, 8ms), Move::open);  // exactly at the end of the readout
 }
 
 TEST(Shutter, misses_a_trigger_during_readout_and_its_end) {
@@ -25,10 +25,10 @@ TEST(Shutter, misses_a_trigger_during_readout_and_its_end) {
   shutter.trigger(true, 2ms);
   shutter.trigger(false, 5ms);
   EXPECT_EQ(shutter.trigger(true, 7'999'999ns), Move::none);
-  EXPECT_EQ(shutter.trigger(false, 20ms), Move::none);  // long enough, but it never opened
+  EXPECT_EQ(shutter.trigger(false, 20ms), Move::none);  // late enough, but it never opened
   EXPECT_EQ(shutter.missed(), 1U);
   EXPECT_EQ(shutter.trigger(true, 21ms), Move::open);
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::shutter_test

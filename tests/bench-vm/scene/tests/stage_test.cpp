@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::stage_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -21,7 +21,7 @@ TEST(Stage, hands_exposures_on_in_order_once_they_are_ripe) {
   EXPECT_EQ(stage.next_exposure(1s, now), std::nullopt);
 }
 
-// From other threads, as the watchers do it: nothing is lost, and stop() wakes whoever waits.
+// Called from other threads, like the watchers: nothing is lost, and stop() wakes waiting threads.
 TEST(Stage, is_told_by_other_threads) {
   Stage stage;
   const Nanoseconds now = steady_now();
@@ -46,8 +46,8 @@ TEST(Stage, is_told_by_other_threads) {
   ASSERT_TRUE(stage.failure());
   EXPECT_EQ(stage.failure()->what, "first");
   EXPECT_EQ(stage.newest().number, 499U);
-  EXPECT_EQ(stage.next_exposure(0ns, now + 1h), std::nullopt);  // does not wait: it is over
+  EXPECT_EQ(stage.next_exposure(0ns, now + 1h), std::nullopt);  // does not wait, because it was stopped
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::stage_test

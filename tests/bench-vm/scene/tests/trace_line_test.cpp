@@ -6,13 +6,13 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::trace_line_test {
 namespace {
 
 using namespace std::chrono_literals;
 
-// As Linux 6.1 prints them with trace_clock=mono: once from a task with its name, once from one that has
-// ended.
+// As Linux 6.1 prints them with trace_clock=mono: one from a running task with its name, one from a task that
+// has ended.
 constexpr std::string_view kRise =
     "         symrigd-312     [000] d..1.    21.276061: gpio_value: 1009 set 1";
 constexpr std::string_view kFall = "           <...>-77      [000] ..... 12345.000002: gpio_value: 504 set 0";
@@ -38,7 +38,7 @@ TEST(TraceLine, is_deaf_to_everything_else) {
     EXPECT_TRUE(std::holds_alternative<std::monostate>(parse_trace_line(line))) << line;
 }
 
-// Whatever the pieces that read() returns are, the lines are the same.
+// The lines do not depend on how read() splits the text.
 TEST(LineSplitter, puts_lines_together_from_any_pieces) {
   const std::string text = "first\n\nthird line\nfourth";
   const std::vector<std::string> lines{"first", "", "third line"};
@@ -54,4 +54,4 @@ TEST(LineSplitter, puts_lines_together_from_any_pieces) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::trace_line_test

@@ -9,12 +9,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace symrig::bench_vm {
+namespace symrig::bench_vm::trigger_watch_test {
 namespace {
 
 using namespace std::chrono_literals;
 
-/// A watch on a trace that the test writes, in a thread of its own.
+/// A watch, in its own thread, on a trace that the test writes.
 class Watched : public testing::Test {
  protected:
   void SetUp() override {
@@ -52,7 +52,7 @@ TEST_F(Watched, makes_an_exposure_of_each_pulse) {
   const Nanoseconds start = steady_now();
   set(501, 1, 100ms);  // another line
   set(500, 1, 100ms);
-  set(500, 1, 101ms);  // the level it has
+  set(500, 1, 101ms);  // the same level
   set(500, 0, 110ms);
   set(500, 1, 111ms);  // too early
   set(500, 0, 112ms);
@@ -84,7 +84,7 @@ TEST_F(Watched, answers_no_trigger_without_its_cable) {
   EXPECT_EQ(next().frame, 0U);
 }
 
-// A truth with holes is none.
+// An incomplete truth is useless.
 TEST_F(Watched, ends_everything_when_events_were_lost) {
   trace_ << "CPU:0 [LOST 12 EVENTS]\n" << std::flush;
   while (!stage_.stopped()) std::this_thread::sleep_for(1ms);
@@ -93,4 +93,4 @@ TEST_F(Watched, ends_everything_when_events_were_lost) {
 }
 
 }  // namespace
-}  // namespace symrig::bench_vm
+}  // namespace symrig::bench_vm::trigger_watch_test

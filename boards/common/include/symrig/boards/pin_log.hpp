@@ -9,34 +9,34 @@
 
 namespace symrig::board_common {
 
-/// Edges of outputs and inputs until the firmware takes them, in order of time. Outputs are known at once,
-/// inputs perhaps a little later: so edges are handed out only when none that is older can still come.
+/// Keeps edges of outputs and inputs in order of time until the firmware takes them. Output edges are known
+/// at once, input edges possibly later. So an edge is given out only when no older one can still arrive.
 class PinLog {
  public:
-  /// hold: ticks from an input's edge until it is known, at most. one_source: inputs' edges come in order of
-  /// time, so that what is older than the last of them is settled.
+  /// hold: longest time in ticks from an input's edge until it is known. one_source: input edges arrive in
+  /// order of time, so no edge older than the last one can still arrive.
   PinLog(std::size_t room, hal::Tick hold, bool one_source)
       : edges_(room), hold_(hold), one_source_(one_source) {}
 
   void watch(std::uint32_t lines) { watched_ = lines; }
-  /// Sorts the edge in. A full log drops it, which counts as overflow.
+  /// Inserts the edge by its time. A full log drops it and counts an overflow.
   void add(const hal::CapturedEdge& edge);
   void add_input(const hal::CapturedEdge& edge);
-  /// An edge for each line in `changed`, lowest first, to its level in `levels`.
+  /// Adds an edge to its level in `levels` for each line in `changed`, lowest line first.
   void add_changes(std::uint32_t changed, std::uint32_t levels, hal::Tick tick);
   /// Edges were lost elsewhere.
   void lose() { overflow_ = true; }
   /// Takes the oldest edge if it is old enough at `now`.
   bool pop(hal::CapturedEdge& edge, hal::Tick now);
   bool take_overflow();
-  /// When pop() will have something; kNever if there is nothing.
+  /// The time from which pop() returns an edge; kNever if the log is empty.
   hal::Tick ready_at() const;
 
  private:
   Ring<hal::CapturedEdge> edges_;
   hal::Tick hold_;
   bool one_source_;
-  hal::Tick settled_ = 0;  // no edge before it can still come
+  hal::Tick settled_ = 0;  // no older edge can still arrive
   std::uint32_t watched_ = UINT32_MAX;
   bool overflow_ = false;
 };

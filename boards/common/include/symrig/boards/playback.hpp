@@ -11,29 +11,30 @@
 
 namespace symrig::board_common {
 
-/// Where words go.
+/// The outputs that words are written to.
 class WordSink {
  public:
-  /// Puts the word on the outputs. Returns when it stood there.
+  /// Sets the outputs to the word. Returns the tick at which it was there.
   virtual hal::Tick put(std::uint32_t levels) = 0;
-  /// The same for lines that may not stand where they were put: sets every one of them.
+  /// The same, but writes every line, because a line may not have the level that was set.
   virtual hal::Tick put_all(std::uint32_t levels) = 0;
 
  protected:
   ~WordSink() = default;
 };
 
-/// What an engine can keep, in ticks. A board in virtual time: nothing is late, `input` is 0.
+/// The timing that an engine can keep, in ticks. For a board in virtual time, no word is late and `input` is
+/// 0.
 struct Promise {
   std::uint32_t min_dwell = 1;
-  std::uint32_t lateness = 1;      ///< a word may go out so late
-  std::uint32_t wait_latency = 2;  ///< from an awaited edge to the next word; longer than `input`
+  std::uint32_t lateness = 1;      ///< greatest lateness of a word
+  std::uint32_t wait_latency = 2;  ///< from an awaited edge to the next word; must exceed `input`
   std::uint32_t input = 1;         ///< from an edge until it is known here
 };
 
-/// The edge engine's rules (hal/edge_engine.hpp) for boards whose edges software makes. It has no clock and
-/// no threads: its owner tells the time, calls act() when something is due, and tells what the inputs do.
-/// Deterministic. The sink may call input() and inputs_are() while it puts a word out.
+/// The rules of the edge engine (hal/edge_engine.hpp) for boards whose edges software makes. It has no clock
+/// and no threads. Its owner passes the time, calls act() when something is due, and reports input edges.
+/// Deterministic. The sink may call input() and inputs_are() while it writes a word.
 class Playback {
  public:
   Playback(WordSink& sink, const Promise& promise, std::size_t depth)
@@ -54,19 +55,20 @@ class Playback {
   void force(std::uint32_t levels);
   void set_safe(std::uint32_t levels) { safe_ = levels; }
   std::uint32_t safe() const { return safe_; }
-  /// inputs: levels now.
+  /// inputs: their present levels.
   void set_trips(std::uint32_t lines, std::uint32_t levels, std::uint32_t inputs);
   std::uint32_t tripped() const { return tripped_; }
 
   /// When act() is due next; kNever while idle.
   hal::Tick due() const;
-  /// Does what is due at `now` (nothing if it is too early): the next word, the end of a wait, the end.
+  /// Does what is due at `now`: the next word, the end of a wait, or the end of the run. Does nothing if it
+  /// is too early.
   void act(hal::Tick now);
-  /// An input has changed. Edges of one line come in order of time.
+  /// An input changed. Edges of one line must come in order of time.
   void input(const hal::CapturedEdge& edge);
-  /// The inputs were read because edges may have been lost.
+  /// The inputs were read again, because edges may have been lost.
   void inputs_are(std::uint32_t levels);
-  /// Whoever should keep the queue filled stands still: safe word, as after an underrun.
+  /// The firmware no longer fills the queue: goes to the safe word, as after an underrun.
   void fall();
 
  private:
@@ -91,7 +93,7 @@ class Playback {
   bool waiting_ = false;
   hal::Segment wait_;
   hal::Tick wait_begin_ = 0;
-  hal::Tick next_ = 0;  // plan of the next word; while waiting: when the time runs out
+  hal::Tick next_ = 0;  // planned tick of the next word; in a wait: its time-out
   std::uint64_t played_ = 0;
   std::uint32_t late_ = 0;
   std::uint32_t levels_ = 0;
@@ -99,7 +101,7 @@ class Playback {
   std::uint32_t trip_lines_ = 0;
   std::uint32_t trip_levels_ = 0;
   std::uint32_t tripped_ = 0;
-  // Edges that may turn out to lie after the begin of a wait that was begun late.
+  // Recent edges. A wait that begins late may have had its edge already.
   std::array<hal::CapturedEdge, kRecent> recent_{};
   std::size_t recent_count_ = 0;
 };

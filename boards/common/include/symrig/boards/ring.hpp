@@ -6,7 +6,7 @@
 
 namespace symrig::board_common {
 
-/// A queue of fixed room that never allocates after it was made: the player must not wait for memory.
+/// A queue of fixed length. It allocates only when it is made, because the player must not wait for memory.
 template <class T>
 class Ring {
  public:
@@ -17,16 +17,16 @@ class Ring {
   std::size_t room() const { return slots_.size() - count_; }
   bool empty() const { return count_ == 0; }
   const T& front() const { return slots_[first_]; }
-  /// The k-th from the front, k < size().
+  /// Element k from the front, k < size().
   T& operator[](std::size_t k) { return slots_[(first_ + k) % slots_.size()]; }
 
-  /// false: no room.
+  /// false: the queue is full.
   bool push(const T& value) {
     if (room() == 0) return false;
     slots_[(first_ + count_++) % slots_.size()] = value;
     return true;
   }
-  /// false: empty.
+  /// false: the queue is empty.
   bool pop(T& value) {
     if (empty()) return false;
     value = front();

@@ -16,11 +16,12 @@ struct SimProjectorConfig {
   std::uint32_t vsync_pulse_us = 100;
 };
 
-/// A projector that draws `refresh_hz` pictures a second. A rising edge on its trigger line asks for the next
-/// pattern; the pattern changes at the next rising vsync. Asking twice within a refresh advances twice.
+/// A projector that draws `refresh_hz` pictures a second. A rising edge on its trigger line requests the next
+/// pattern, which appears at the next rising vsync. Two edges in one refresh advance by two patterns.
 class SimProjector final : public Peripheral {
  public:
-  /// From `tick` on (until the next change) pattern `index` is on the screen. Before the first: nothing.
+  /// Pattern `index` is on the screen from `tick` to the next change. Nothing is shown before the first
+  /// change.
   struct Change {
     std::uint64_t tick;
     std::int64_t index;
@@ -32,16 +33,15 @@ class SimProjector final : public Peripheral {
   std::uint64_t next_event() const override;
   void on_event(std::uint64_t tick, SimBoard& board) override;
 
-  /// All pattern changes so far, in order; index counts from 0.
+  /// All pattern changes so far, in order. index counts from 0.
   const std::vector<Change>& changes() const { return changes_; }
-  /// Pattern on the screen at `tick`: -1 before the first advance.
+  /// The pattern on the screen at `tick`, -1 before the first advance.
   std::int64_t pattern_at(std::uint64_t tick) const;
-  /// A host puts pattern `index` on the screen: runs the board to the next refresh, from which on it is
-  /// shown.
+  /// Shows pattern `index` for a host: runs the board to the next refresh, at which the pattern appears.
   void show(std::int64_t index, SimBoard& board);
-  /// Refreshes so far.
+  /// Number of refreshes so far.
   std::uint64_t refreshes() const { return refreshes_; }
-  /// Starts counting again from nothing on the screen.
+  /// Starts counting again, with nothing on the screen.
   void reset();
 
  private:
@@ -64,14 +64,14 @@ class SimProjector final : public Peripheral {
 struct SimCameraConfig {
   std::string trigger_line = "camera_trigger";
   std::string strobe_line = "camera_strobe";
-  std::uint64_t readout_us = 3'000;  ///< busy after each exposure
+  std::uint64_t readout_us = 3'000;  ///< busy time after each exposure
 };
 
-/// A camera in trigger-width mode: it exposes while its trigger line is high, and answers on its strobe line.
-/// A rising trigger while it reads out the previous frame is missed, as real ones do.
+/// A camera in trigger-width mode: it exposes while its trigger line is high, and its strobe line follows. It
+/// misses a rising trigger while it reads out the previous frame, as real cameras do.
 class SimCamera final : public Peripheral {
  public:
-  /// One frame: exposed during [begin, end) in board ticks.
+  /// One frame, exposed during [begin, end) in board ticks.
   struct Frame {
     std::uint64_t begin;
     std::uint64_t end;

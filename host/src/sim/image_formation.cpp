@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/studio.hpp"
+#include "sim/image_formation.hpp"
 
 #include "sim/camera_optics.hpp"
 #include "symrig/projector/placement.hpp"
@@ -9,7 +9,7 @@
 
 namespace symrig::sim {
 
-Studio::Studio(const SceneUri& uri, const Scene& scene)
+ImageFormation::ImageFormation(const SceneUri& uri, const Scene& scene)
     : scene_(scene),
       gamma_(uri.gamma),
       misalign_(uri.misalign),
@@ -21,15 +21,16 @@ Studio::Studio(const SceneUri& uri, const Scene& scene)
   leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
 }
 
-/// The light that a projector which answers its levels by a power makes of a pattern.
-Image<float> Studio::projected(const Image<float>& pattern) const {
+/// The light of a pattern from a projector whose light is a power of its level.
+Image<float> ImageFormation::projected(const Image<float>& pattern) const {
   const CodeTable codes;
   Image<float> light = pattern;
   for (float& value : light.values()) value = static_cast<float>(std::pow(codes.code(value) / 255.0, gamma_));
   return light;
 }
 
-Studio::Light Studio::light_of(const Image<float>& pattern, std::uint64_t shown_before) const {
+ImageFormation::Light ImageFormation::light_of(const Image<float>& pattern,
+                                               std::uint64_t shown_before) const {
   Image<float> light = scene_.apply(gamma_ == 1 ? pattern : projected(pattern));
   for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
   for (int c = 0; c < light.channels(); ++c) {
@@ -42,7 +43,7 @@ Studio::Light Studio::light_of(const Image<float>& pattern, std::uint64_t shown_
   return std::make_shared<const Image<float>>(std::move(light));
 }
 
-Studio::Light Studio::during(std::span<const Share> shares) const {
+ImageFormation::Light ImageFormation::during(std::span<const Share> shares) const {
   if (shares.size() == 1 && shares[0].share == 1) return shares[0].light;
   Image<float> sum(scene_.grid(), scene_.channels());
   for (const Share& part : shares)
@@ -51,8 +52,8 @@ Studio::Light Studio::during(std::span<const Share> shares) const {
   return std::make_shared<const Image<float>>(std::move(sum));
 }
 
-std::vector<std::uint16_t> Studio::expose(const Image<float>& light, double seconds,
-                                          std::uint64_t frame) const {
+std::vector<std::uint16_t> ImageFormation::expose(const Image<float>& light, double seconds,
+                                                  std::uint64_t frame) const {
   std::vector<std::uint16_t> codes(light.values().size());
   sensor_.expose(light.values(), seconds, frame, codes);
   return codes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "bench-vm/projector/looks.hpp"
+#include "bench-vm/projector/expected_screens.hpp"
 
 #include "symrig/projector/display.hpp"
 
@@ -70,7 +70,7 @@ Pattern pattern_number(std::size_t number, Grid grid) {
   std::size_t i = 0;
   for (int row = 0; row < grid.rows; ++row)
     for (int col = 0; col < grid.cols; ++col, ++i) {
-      // Multiplicative hashing of place and number: even patterns binary, odd ones any of the 256 greys.
+      // Multiplicative hash of position and number: even patterns are binary, odd ones have all 256 greys.
       const std::uint64_t hash = (i + 1) * 0x9E37'79B9'7F4A'7C15ULL ^ number * 0xD1B5'4A32'D192'ED03ULL;
       const auto byte = static_cast<float>((hash ^ hash >> 29U) * 0xBF58'476D'1CE4'E5B9ULL >> 56U);
       pattern.values()[i] = number < kStructured ? structured(number, row, col, grid)

@@ -17,8 +17,7 @@ struct GuestDisplay {
   std::string connector;  ///< "card0-Virtual-1"
 };
 
-/// The display behind an environment variable of the bench: BENCH_VKMS, BENCH_VGA. Fails the test if it is
-/// not there.
+/// The display of a bench variable: BENCH_VKMS, BENCH_VGA. Fails the test if it does not exist.
 GuestDisplay display_of(const char* variable);
 
 /// Opens a projector or fails the test with the error's line.
@@ -28,7 +27,7 @@ std::unique_ptr<DrmProjector> open_projector(const DrmProjectorOptions& options)
 inline constexpr std::size_t kPatterns = 24;
 Pattern pattern_number(std::size_t number, Grid grid);
 
-/// What a screen must show, from the law in placement.hpp alone, pixel by pixel.
+/// The expected pixels of a screen, computed only from the rule in placement.hpp.
 ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement, Grid screen);
 
 }  // namespace symrig::bench_vm

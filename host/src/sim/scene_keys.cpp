@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of scene keys. A new key is a member of SceneUri, and a line of the table.
+#include "sim/scene_keys.hpp"
+
+#include "sim/scenes.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <type_traits>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::sim {
+namespace {
+
+Error bad_value(std::string_view key, std::string_view value, std::string_view values) {
+  return {ErrorCode::bad_argument, fmt::format("the scene key {} cannot be '{}'", key, value),
+          fmt::format("give {} as {}", key, values)};
+}
+
+Error too_large(std::string_view size) {
+  return {ErrorCode::bad_argument, fmt::format("the scene key size cannot be '{}': that is too large", size),
+          fmt::format("give {} pixels at most, such as 4096x4096", kLargestScene)};
+}
+
+template <class T>
+std::optional<T> parse_number(std::string_view text) {
+  T value{};
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+template <class Number>
+KeyRow number_key(std::string_view name, std::string_view meaning, Number SceneUri::*member, Number lowest,
+                  Number highest) {
+  const char* kind = std::is_integral_v<Number> ? "whole number" : "number";
+  const std::string values = fmt::format("a {} from {} to {}", kind, lowest, highest);
+  return {name, meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            const auto value = parse_number<Number>(text);
+            if (!value || !(*value >= lowest && *value <= highest)) return bad_value(name, text, values);
+            uri.*member = *value;
+            return {};
+          },
+          [=](const SceneUri& uri) { return fmt::format("{}", uri.*member); }};
+}
+
+/// A word or number that stands for one value of a member.
+template <class Value>
+struct Word {
+  std::string_view text;
+  Value value;
+};
+
+/// A member that can be one of two words.
+template <class Value>
+KeyRow choice_key(std::string_view name, std::string_view meaning, Value SceneUri::*member, Word<Value> one,
+                  Word<Value> other) {
+  const std::string values = fmt::format("{} or {}", one.text, other.text);
+  return {name, meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            if (text != one.text && text != other.text) return bad_value(name, text, values);
+            uri.*member = text == one.text ? one.value : other.value;
+            return {};
+          },
+          [=](const SceneUri& uri) { return std::string(uri.*member == one.value ? one.text : other.text); }};
+}
+
+/// A number, or a word that is 0 in the member.
+KeyRow number_or_word_key(std::string_view word, KeyRow key, int SceneUri::*member) {
+  const std::string values = fmt::format("{}, or {}", word, key.values);
+  return {key.name, key.meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            if (text != word) return key.read(text, uri) ? Result<void>() : bad_value(key.name, text, values);
+            uri.*member = 0;
+            return {};
+          },
+          [=](const SceneUri& uri) { return uri.*member == 0 ? std::string(word) : key.print(uri); }};
+}
+
+constexpr std::int64_t kLargestSide = 1'000'000'000;
+
+/// 0: no side. Digits that no number holds are a side, but too large a one.
+std::int64_t parse_side(std::string_view text) {
+  const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+  return digits ? parse_number<std::int64_t>(text).value_or(kLargestSide + 1) : 0;
+}
+
+/// Sides up to kLargestSide. What fits no picture at all: what fits one, but no scene, make_scene() refuses.
+bool fits(std::int64_t rows, std::int64_t cols) {
+  return Grid{static_cast<int>(rows), static_cast<int>(cols)}.valid();
+}
+
+KeyRow size_key(std::string_view name, std::string_view meaning, Grid SceneUri::*member) {
+  const std::string values = "ROWSxCOLUMNS, both at least 1, such as 128x96";
+  return {name, meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            const std::size_t cross = text.find('x');
+            const std::string_view after = cross == std::string_view::npos ? "" : text.substr(cross + 1);
+            const std::int64_t rows = parse_side(text.substr(0, cross)), cols = parse_side(after);
+            if (rows <= 0 || cols <= 0) return bad_value(name, text, values);
+            if (std::max(rows, cols) > kLargestSide || !fits(rows, cols)) return too_large(text);
+            uri.*member = {static_cast<int>(rows), static_cast<int>(cols)};
+            return {};
+          },
+          [=](const SceneUri& uri) { return symrig::to_string(uri.*member); }};
+}
+
+constexpr int kHighestSeed = 2'147'483'647;
+
+}  // namespace
+
+std::span<const KeyRow> key_table() {
+  using S = SceneUri;
+  static const std::vector<KeyRow> all{
+      size_key("size", "rows x columns of the grid", &S::size),
+      number_key("seed", "textures and noise", &S::seed, 0, kHighestSeed),
+      choice_key("channels", "colour channels", &S::channels, {"1", 1}, {"3", 3}),
+      choice_key("noise", "noise of the camera", &S::camera_noise, {"off", false}, {"camera", true}),
+      number_key("black", "black level of the projector as a share of white; 0 with noise=off", &S::black,
+                 0.0, 0.1),
+      number_key("psf", "blur [A, 1-2A, A] on both sides", &S::psf, 0.0, 0.25),
+      number_key("misalign", "shift of the camera in pixels", &S::misalign, -8.0, 8.0),
+      number_key("flare", "share of light in a camera flare", &S::flare, 0.0, 0.5),
+      number_key("dead", "share of dead camera pixels", &S::dead, 0.0, 0.5),
+      number_key("indirect", "factor on all light but the direct", &S::indirect, 0.0, 10.0),
+      number_or_word_key(
+          "auto",
+          number_key("exposures", "frames a photograph; auto: as many as it needs", &S::exposures, 1, 8),
+          &S::exposures),
+      number_key("ratio", "between exposures", &S::ratio, 1.5, 64.0),
+      number_key("drift", "change of the lamp over 1,000 photographs", &S::drift, -0.5, 0.5),
+      number_key("gamma", "other than 1: 256 levels, light is (level / 255)^gamma", &S::gamma, 0.25, 4.0),
+      number_key("light", "what a grey filter before the camera lets through", &S::light, 1e-3, 1.0),
+  };
+  return all;
+}
+
+}  // namespace symrig::sim
+
+namespace symrig {
+
+std::span<const SceneKey> scene_keys() {
+  static const std::vector<SceneKey> all = [] {
+    std::vector<SceneKey> list;
+    for (const sim::KeyRow& key : sim::key_table())
+      list.push_back({key.name, key.print(SceneUri()), key.meaning, key.values});
+    return list;
+  }();
+  return all;
+}
+
+}  // namespace symrig

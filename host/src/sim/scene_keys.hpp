@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/sim/scene.hpp"
+
+#include <functional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace symrig::sim {
+
+/// One key of `sim:NAME?key=value`. Its default is that of its member of SceneUri.
+struct KeyRow {
+  std::string_view name;
+  std::string_view meaning;
+  std::string values;  ///< what it can be
+  std::function<Result<void>(std::string_view text, SceneUri& uri)> read;
+  std::function<std::string(const SceneUri& uri)> print;
+};
+
+/// All keys. The canonical text of a rig has them in this order.
+std::span<const KeyRow> key_table();
+
+}  // namespace symrig::sim
