@@ -2,30 +2,28 @@
 #include "bench_case.hpp"
 
 #include "rig.hpp"
+#include "symrig/base/stopwatch.hpp"
 
-#include <chrono>
 #include <memory>
 #include <utility>
 
 namespace symrig::apps {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 /// The true scene of an open rig. It keeps the rig alive.
-std::shared_ptr<const sim::Scene> scene_of(const std::shared_ptr<sim::VirtualRig>& rig) {
+std::shared_ptr<const Scene> scene_of(const std::shared_ptr<VirtualRig>& rig) {
   return {rig, &rig->truth()};
 }
 
 }  // namespace
 
 Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, const Progress& progress) {
-  const auto start = Clock::now();
-  SYMRIG_TRY(std::unique_ptr<sim::VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
-  const std::shared_ptr<sim::VirtualRig> rig = std::move(opened);
+  const Stopwatch watch;
+  SYMRIG_TRY(std::unique_ptr<VirtualRig> opened, open_simulated_rig(bench_rig(plan, what)));
+  const std::shared_ptr<VirtualRig> rig = std::move(opened);
   SYMRIG_TRY(CaptureResult result,
              capture(*rig, {.algorithm = what.algorithm, .tolerance = what.tolerance, .progress = progress}));
-  const std::chrono::duration<double> wall = Clock::now() - start;
+  const double wall_seconds = watch.seconds();
   const ProbeCost cost = rig->cost();
   SYMRIG_TRY(const TransportErrors error, evaluate(result.tensor, truth_of(scene_of(rig), progress)));
   BenchCapture capture{.what = what,
@@ -36,7 +34,7 @@ Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, con
                        .process_seconds = result.process_seconds,
                        .merge_seconds = cost.merge_seconds,
                        .simulate_seconds = cost.simulate_seconds,
-                       .wall_seconds = wall.count(),
+                       .wall_seconds = wall_seconds,
                        .error = error,
                        .failure = {}};
   return BenchedTensor{std::move(capture), std::move(result.tensor)};

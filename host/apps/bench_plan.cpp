@@ -27,7 +27,7 @@ std::vector<T> each_once(const std::vector<T>& all) {
 
 std::vector<std::string> scenes_of(const BenchChoice& choice) {
   if (!choice.scenes.empty()) return each_once(choice.scenes);
-  return {sim::scene_names().begin(), sim::scene_names().end()};
+  return {scene_names().begin(), scene_names().end()};
 }
 
 std::vector<std::string> sizes_of(const BenchChoice& choice) {
@@ -51,7 +51,7 @@ Result<void> read_rigs(const BenchChoice& choice, BenchPlan& plan) {
     for (const std::string& scene : plan.scenes) {
       const std::string rig =
           fmt::format("sim:{}?size={}&noise={}&channels={}", scene, size, choice.noise, choice.channels);
-      SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(rig));
+      SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
       plan.camera_noise = uri.camera_noise;
       plan.channels = uri.channels;
       if (scene == plan.scenes.front()) plan.sizes.push_back(uri.size);

@@ -49,11 +49,7 @@ bool interrupted() {
 }
 
 Meter::Meter(std::string command, std::string unit)
-    : command_(std::move(command)),
-      unit_(std::move(unit)),
-      terminal_(isatty(STDERR_FILENO) == 1),
-      start_(Clock::now()),
-      next_(start_) {}
+    : command_(std::move(command)), unit_(std::move(unit)), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 Meter::~Meter() {
   if (shown_) write_standard_error("\r\033[K");
@@ -65,13 +61,12 @@ Progress Meter::progress() {
 
 bool Meter::report(const ProgressEvent& event) {
   if (!terminal_) return !interrupted();
-  const auto now = Clock::now();
-  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double seconds = watch_.seconds();
   to_go_.report(event, seconds);
   const bool new_stage = event.stage != stage_;
-  if (now < next_ && !new_stage) return !interrupted();
+  if (!next_.passed() && !new_stage) return !interrupted();
   stage_ = event.stage;
-  next_ = now + std::chrono::milliseconds(100);
+  next_ = Deadline(std::chrono::milliseconds(100));
   shown_ = true;
   write_standard_error(fmt::format("\r\033[K{}", line(event, seconds)));
   return !interrupted();

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "symrig/base/progress.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/base/time_to_go.hpp"
 
-#include <chrono>
 #include <string>
 
 namespace symrig::apps {
@@ -28,7 +28,6 @@ class Meter {
   Progress progress();
 
  private:
-  using Clock = std::chrono::steady_clock;
   bool report(const ProgressEvent& event);
   std::string line(const ProgressEvent& event, double seconds) const;
 
@@ -36,7 +35,8 @@ class Meter {
   bool terminal_;
   bool shown_ = false;
   TimeToGo to_go_;
-  Clock::time_point start_, next_;
+  Stopwatch watch_;
+  Deadline next_{Nanoseconds{0}};  ///< the line is rewritten from then on
 };
 
 }  // namespace symrig::apps

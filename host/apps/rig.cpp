@@ -19,14 +19,13 @@ Error not_simulated(const std::string& rig) {
 
 std::string scene_help() {
   std::string text;
-  for (const sim::SceneInfo& scene : sim::scenes())
-    text += fmt::format("  {:<16}  {}\n", scene.name, scene.about);
+  for (const SceneInfo& scene : scenes()) text += fmt::format("  {:<16}  {}\n", scene.name, scene.about);
   return text;
 }
 
 std::string scene_key_help() {
   std::string text;
-  for (const sim::SceneKey& key : sim::scene_keys())
+  for (const SceneKey& key : scene_keys())
     text += fmt::format("  {:<16}  {} ({})\n", fmt::format("{}={}", key.name, key.standard), key.meaning,
                         key.values);
   return text;
@@ -36,7 +35,7 @@ std::string scene_key_help() {
 std::string meant_scene(const std::string& rig) {
   const std::size_t colon = rig.find(':');
   const std::string name = rig.substr(colon == std::string::npos ? 0 : colon + 1);
-  const auto nearest = nearest_name(name.substr(0, name.find('?')), sim::scene_names());
+  const auto nearest = nearest_name(name.substr(0, name.find('?')), scene_names());
   return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
 }
 
@@ -62,14 +61,14 @@ JobFiles rig_files(const std::string& rig) {
   return is_simulated(rig) ? JobFiles() : JobFiles().reads_settings("the rig file or a file of it", rig);
 }
 
-Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig) {
+Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
   if (!is_simulated(rig)) return not_simulated(rig);
-  return sim::open_virtual_rig(rig);
+  return open_virtual_rig(rig);
 }
 
 Result<OpenedRig> open_rig(const std::string& rig) {
   if (is_simulated(rig)) {
-    SYMRIG_TRY(auto simulated, sim::open_virtual_rig(rig));
+    SYMRIG_TRY(auto simulated, open_virtual_rig(rig));
     const Rig* inside = &simulated->rig();
     const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
     return OpenedRig{std::move(simulated), inside, noise};
@@ -101,14 +100,14 @@ std::string trouble_text(const RigTrouble& trouble) {
   return text;
 }
 
-Result<std::shared_ptr<const sim::Scene>> open_truth(const std::string& rig) {
+Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig) {
   if (!is_simulated(rig)) return not_simulated(rig);
-  SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(rig));
-  SYMRIG_TRY(std::unique_ptr<sim::Scene> scene, sim::make_scene(uri));
-  return std::shared_ptr<const sim::Scene>(std::move(scene));
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(std::unique_ptr<Scene> scene, make_scene(uri));
+  return std::shared_ptr<const Scene>(std::move(scene));
 }
 
-TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progress) {
+TrueTransport truth_of(std::shared_ptr<const Scene> scene, Progress progress) {
   return [scene = std::move(scene), progress = std::move(progress),
           done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Image<float>> {
     if (progress && !progress({"comparing with the true transport", done++, 0}))
@@ -124,7 +123,7 @@ TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progres
 }
 
 std::string known_scenes() {
-  return listed(sim::scene_names());
+  return listed(scene_names());
 }
 
 std::string rig_help() {

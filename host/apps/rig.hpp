@@ -30,15 +30,15 @@ JobFiles rig_files(const std::string& rig);
 Result<OpenedRig> open_rig(const std::string& rig);
 
 /// As open_rig, for simulated rigs only. These know the exact transport.
-Result<std::unique_ptr<sim::VirtualRig>> open_simulated_rig(const std::string& rig);
+Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig);
 
 /// The scene of a `sim:` rig, without board, camera or noise, as the truth.
 /// fails: as open_simulated_rig.
-Result<std::shared_ptr<const sim::Scene>> open_truth(const std::string& rig);
+Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig);
 
 /// The scene as a function for evaluate() and for reports. It keeps the scene alive. Each call is one step of
 /// `progress`, which may be empty.
-TrueTransport truth_of(std::shared_ptr<const sim::Scene> scene, Progress progress = {});
+TrueTransport truth_of(std::shared_ptr<const Scene> scene, Progress progress = {});
 
 /// The names of all scenes, for help texts: "plane, vgroove-white, …".
 std::string known_scenes();

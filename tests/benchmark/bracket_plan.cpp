@@ -48,7 +48,7 @@ double each(const Run& run) {
 }
 
 Run capture_once(const std::string& uri, double goal) {
-  auto rig = sim::open_virtual_rig(uri);
+  auto rig = open_virtual_rig(uri);
   if (!rig) give_up(rig.error());
   CaptureOptions options;
   options.rule = default_rule(options.algorithm);
@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   for (int k = 3; k < argc; ++k)
     ways.push_back({fmt::format("planned x{}", argv[k]), "auto", std::strtod(argv[k], nullptr)});
   if (argc <= 3) ways.push_back({"planned", "auto"});
-  for (const std::string_view name : sim::scene_names()) {
+  for (const std::string_view name : scene_names()) {
     const std::string scene(name);
     for (Way& way : ways) {
       const Run run = capture_mean(scene, size, way.exposures, seeds, way.goal);
@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
       print(scene, way.name, run);
     }
   }
-  const auto scenes = static_cast<double>(sim::scene_names().size());
+  const auto scenes = static_cast<double>(scene_names().size());
   std::vector<Run> planned;
   std::printf("geometric means over %.0f scenes, against four fixed exposures:\n", scenes);
   for (std::size_t k = 1; k < ways.size(); ++k) {

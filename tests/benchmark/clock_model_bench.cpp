@@ -2,10 +2,11 @@
 // What the clock model's bound is worth: the table of docs/clock.md. Seeded, in simulated time: the numbers
 // are the same on every run; only the cost of a call is measured on this machine.
 #include "clock_world.hpp"
+#include "symrig/base/quantile.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/board/clock_model.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -65,12 +66,6 @@ void session(const Row& row, double interval, std::uint64_t seed, Outcome& outco
   }
 }
 
-double quantile(std::vector<double>& values, double share) {
-  const auto k = static_cast<std::size_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return values[k];
-}
-
 void print_row(const Row& row, double interval) {
   Outcome outcome;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) session(row, interval, seed, outcome);
@@ -85,10 +80,9 @@ template <class Call>
 double cost(Call call) {
   std::vector<double> times;
   for (int k = 0; k < 301; ++k) {
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     call();
-    times.push_back(
-        std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - begin).count());
+    times.push_back(1e6 * watch.seconds());
   }
   return quantile(times, 0.5);
 }

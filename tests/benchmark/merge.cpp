@@ -8,6 +8,8 @@
 // busy machine disturbs all alike. Bytes are counted as STREAM does: what is named, not what a cache fetches.
 #include "symrig/hdr/merge.hpp"
 
+#include "symrig/base/quantile.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 #include "unit/hdr/merge_contest.hpp"
 
@@ -30,7 +32,6 @@
 namespace {
 
 using namespace symrig;
-using Clock = std::chrono::steady_clock;
 
 const NoiseModel kSensor = NoiseModel::from_electrons({});
 
@@ -88,8 +89,7 @@ struct Item {
   double best() const { return *std::min_element(times.begin(), times.end()); }
   double median() const {
     std::vector<double> sorted = times;
-    std::nth_element(sorted.begin(), sorted.begin() + std::ssize(sorted) / 2, sorted.end());
-    return sorted[sorted.size() / 2];
+    return symrig::median(sorted);
   }
 };
 
@@ -166,9 +166,9 @@ void measure(Grid grid, int channels, int frames, int rounds) {
   items.push_back({"batch 2 threads", kBatch * bytes, [&] { two.execute(batch); }});
   for (int round = 0; round < rounds; ++round)
     for (Item& item : items) {
-      const auto start = Clock::now();
+      const Stopwatch watch;
       item.run();
-      item.times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+      item.times.push_back(watch.seconds());
     }
   const auto of = [&](std::size_t a, std::size_t b) { return items[b].best() / items[a].best(); };
   std::printf("%d x %d x %d, %d exposures, %d rounds, %.1f MB: error %.1e sigma\n", grid.rows, grid.cols,
@@ -205,9 +205,9 @@ void measure_stream(Grid grid, int frames, int rounds) {
               }};
   for (int round = 0; round < rounds; ++round)
     for (Item* item : {&ceiling, &stream}) {
-      const auto start = Clock::now();
+      const Stopwatch watch;
       item->run();
-      item->times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+      item->times.push_back(watch.seconds());
     }
   const double pixels = static_cast<double>(values) * frames;
   std::printf("frame by frame, %d x %d, %d frames: %.0f MPix/s best, %.0f median; %.2f of triad's speed\n",

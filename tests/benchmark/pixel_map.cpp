@@ -2,11 +2,11 @@
 // How well a folder of real Gray-code photographs is decoded, and how much that hangs on what decoding takes
 // as given: one line a decoder, then (--sensitivity) one a constant at half and at twice its value, on the
 // photographs and on simulated ones with a known map.
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/map_quality.hpp"
 #include "unit/calibration/synthetic_photographs.hpp"
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
@@ -58,10 +58,6 @@ void print(const char* name, const PixelMap& map, int stride) {
               100 * q.valid_share, 100 * q.outlier_share, 100 * q.axis_outlier_share, q.rms,
               100 * q.alone_share);
   std::fflush(stdout);
-}
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// Error of a pair that decoding and fit have not seen, % of mean white.
@@ -149,10 +145,10 @@ void print_sensitivity(const CodePhotographs& photographs) {
 int run(const char* folder, std::string_view what) {
   const auto photographs = symrig::read_gray_code_folder(folder);
   if (!photographs) return std::fprintf(stderr, "%s\n", photographs.error().line().c_str()), 4;
-  const auto start = std::chrono::steady_clock::now();
+  const symrig::Stopwatch watch;
   const auto map = symrig::decode(*photographs);
   if (!map) return std::fprintf(stderr, "%s\n", map.error().line().c_str()), 4;
-  std::printf("decode: %.1f s\n", seconds_since(start));
+  std::printf("decode: %.1f s\n", watch.seconds());
   print("decode", *map, 1);
   if (const auto alone = symrig::decode(*photographs, {.neighbours = false}))
     print("decode, pixel by pixel", *alone, 1);

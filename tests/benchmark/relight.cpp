@@ -2,33 +2,23 @@
 // bench_relight scene.h5: time of one relit photograph against the machine's memory speed, both measured in
 // this run, alternating.
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/quantile.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <vector>
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 /// a = b + s c over three arrays far larger than any cache: bytes a second, as STREAM counts them (12 a
 /// element).
 double triad_rate(std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& c) {
-  const auto start = Clock::now();
+  const symrig::Stopwatch watch;
   for (std::size_t i = 0; i < a.size(); ++i) a[i] = b[i] + 3.0F * c[i];
-  return 12.0 * static_cast<double>(a.size()) / seconds_since(start);
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  return values[values.size() / 2];
+  return 12.0 * static_cast<double>(a.size()) / watch.seconds();
 }
 
 int print_speed(const char* path) {
@@ -45,12 +35,12 @@ int print_speed(const char* path) {
   constexpr int kRounds = 15;
   for (int round = 0; round < kRounds; ++round) {
     triad.push_back(triad_rate(a, b, c));
-    const auto start = Clock::now();  // the triad has just swept the caches: a cold tensor
+    const symrig::Stopwatch watch;  // the triad has just swept the caches: a cold tensor
     const auto photograph = tensor.apply(pattern);
-    relight.push_back(seconds_since(start));
+    relight.push_back(watch.seconds());
     if (!photograph) return 4;
   }
-  const double cold = median(relight);
+  const double cold = symrig::median(relight);
   const double fastest = *std::max_element(triad.begin(), triad.end());
   std::printf(
       "{\"relight_ms\": %.3f, \"relight_best_ms\": %.3f, \"tensor_mb\": %.3f, \"gb_per_s\": %.2f, "

@@ -50,7 +50,7 @@ struct Case {
 };
 
 /// Σ ‖M (T̃ − T) M z‖² / Σ ‖M T M z‖² over random signs z, square root; M leaves out what no photograph saw.
-double live_error(const TransportTensor& tensor, const sim::Scene& truth, const Image<std::uint8_t>& live) {
+double live_error(const TransportTensor& tensor, const Scene& truth, const Image<std::uint8_t>& live) {
   Random random(5);
   double error = 0, size = 0;
   for (int probe = 0; probe < 12; ++probe) {
@@ -70,9 +70,9 @@ double live_error(const TransportTensor& tensor, const sim::Scene& truth, const 
 }
 
 void run(const std::string& uri, const Case& one) {
-  auto rig = sim::open_virtual_rig(uri);
+  auto rig = open_virtual_rig(uri);
   if (!rig) return static_cast<void>(std::printf("%s\n", rig.error().line().c_str()));
-  const sim::Scene& scene = (*rig)->truth();
+  const Scene& scene = (*rig)->truth();
   Spoiled probe(**rig, one.spoil);
   CaptureOptions options;
   options.rule = default_rule(options.algorithm);
@@ -146,7 +146,7 @@ void only_noise(Radiance& photograph, std::int64_t number) {
   }
 }
 
-std::vector<Case> cases_of(const sim::VirtualRig& rig, const Image<float>& leak) {
+std::vector<Case> cases_of(const VirtualRig& rig, const Image<float>& leak) {
   const Image<float> flood = rig.truth().apply(Image<float>(rig.grid(), 1, 1.0F));
   const float brightest = std::ranges::max(flood.values());
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -171,7 +171,7 @@ std::vector<Case> cases_of(const sim::VirtualRig& rig, const Image<float>& leak)
 }
 
 int measure(const std::string& uri, bool check) {
-  const auto rig = sim::open_virtual_rig(uri);
+  const auto rig = open_virtual_rig(uri);
   if (!rig) {
     std::printf("%s\n", rig.error().line().c_str());
     return exit_code(rig.error().code);

@@ -23,7 +23,7 @@ using test::Listener, test::read_some, test::write_all;
 
 /// What the simulated board says of its firmware.
 BoardInfo simulated() {
-  boards::SimBoard sim;
+  board_sim::SimBoard sim;
   const auto board = Board::connect(make_sim_link(sim));
   EXPECT_TRUE(board.ok());
   return board->info();
@@ -64,13 +64,13 @@ class FlashableBoard {
   void run_for_a_millisecond() {
     board_->advance_to(board_->now() + 125'000);
     if (!board_->in_bootloader() || !fs::exists(drive_ / "symrig.uf2")) return;
-    board_ = std::make_unique<boards::SimBoard>();
+    board_ = std::make_unique<board_sim::SimBoard>();
     ++starts_;
   }
 
   Listener listener_;
   fs::path drive_;
-  std::unique_ptr<boards::SimBoard> board_ = std::make_unique<boards::SimBoard>();
+  std::unique_ptr<board_sim::SimBoard> board_ = std::make_unique<board_sim::SimBoard>();
   std::atomic<bool> stop_{false};
   std::atomic<int> starts_{1};
   std::thread thread_;

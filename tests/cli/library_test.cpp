@@ -24,7 +24,7 @@ class Library : public CommandTest {
   }
   /// Writes library.h5, without provenance.
   CaptureResult by_library(const std::string& rig, const CaptureOptions& options) const {
-    auto opened = sim::open_virtual_rig(rig);
+    auto opened = open_virtual_rig(rig);
     EXPECT_TRUE(opened.ok()) << rig;
     auto result = capture(**opened, options);
     EXPECT_TRUE(result.ok()) << rig << ": " << result.error().line();
@@ -46,7 +46,7 @@ class Library : public CommandTest {
 
   /// The library refuses by itself, before it measures.
   static void expect_refused(const CaptureOptions& options, const std::string& begins) {
-    auto rig = sim::open_virtual_rig(kSmall);
+    auto rig = open_virtual_rig(kSmall);
     ASSERT_TRUE(rig.ok());
     const auto result = capture(**rig, options);
     ASSERT_FALSE(result.ok()) << begins;

@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-namespace symrig::test::misspelling_test::misspelling_test {
+namespace symrig::test::misspelling_test {
 namespace {
 
 using Misspelling = CommandTest;
@@ -120,4 +120,4 @@ TEST_F(Misspelling, lint_proposes_exposures_that_differ) {
 }
 
 }  // namespace
-}  // namespace symrig::test::misspelling_test::misspelling_test
+}  // namespace symrig::test::misspelling_test

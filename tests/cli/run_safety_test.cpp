@@ -64,7 +64,7 @@ class LastingBoard {
 
   test::Listener listener_;
   std::mutex mutex_;
-  boards::SimBoard board_;
+  board_sim::SimBoard board_;
   std::chrono::nanoseconds passed_{0};
   std::atomic<bool> stop_{false};
   std::thread thread_;

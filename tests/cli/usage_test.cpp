@@ -51,8 +51,8 @@ TEST_F(Usage, capture_help_has_every_row_of_the_tables) {
     const std::string rest = help.substr(line + 1, help.find('\n', line + 1) - line - 1);
     EXPECT_NE(rest.find(text), std::string::npos) << rest;
   };
-  for (const sim::SceneInfo& scene : sim::scenes()) expect_row(scene.name, scene.about);
-  for (const sim::SceneKey& key : sim::scene_keys()) {
+  for (const SceneInfo& scene : scenes()) expect_row(scene.name, scene.about);
+  for (const SceneKey& key : scene_keys()) {
     expect_row(std::string(key.name) + "=" + key.standard, key.meaning);
     expect_row(std::string(key.name) + "=" + key.standard, "(" + key.values + ")");
   }

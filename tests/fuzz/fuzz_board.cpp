@@ -22,16 +22,16 @@ constexpr int kMostEvents = 3000;  // of the board, a move
 
 /// Sees that the lamp keeps to its limits: the guard may be one tick late, and cannot see while the firmware
 /// stands still.
-class LampWatch final : public boards::Peripheral {
+class LampWatch final : public board_sim::Peripheral {
  public:
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     const bool on = (levels & kLamp) != 0;
     if (on_ && !on) require(tick <= std::max(since_ + kMaxOn, blind_until_) + 1, "a lamp keeps to its limit");
     if (on != on_) since_ = tick;
     on_ = on;
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 
   void blind_until(std::uint64_t tick) { blind_until_ = std::max(blind_until_, tick); }
   /// The lamp is not on beyond its limit now.
@@ -216,7 +216,7 @@ class BoardPlayer {
 
   /// A stuck main loop, until it comes back or the watchdog resets it.
   void stall(std::uint64_t ticks) {
-    const std::uint64_t patience = board_.config().tick_hz * boards::kSimWatchdogMs / 1000;
+    const std::uint64_t patience = board_.config().tick_hz * board_sim::kSimWatchdogMs / 1000;
     stalled_until_ = board_.now() + std::min(ticks, patience);
     watch_.blind_until(stalled_until_);
     board_.stall_firmware_until(board_.now() + ticks);
@@ -256,15 +256,15 @@ class BoardPlayer {
             "status is answered");
   }
 
-  static boards::SimBoardConfig small() {
-    boards::SimBoardConfig config;
+  static board_sim::SimBoardConfig small() {
+    board_sim::SimBoardConfig config;
     config.program_records = 256;
     return config;
   }
 
   Input input_;
   LampWatch watch_;
-  boards::SimBoard board_{small()};
+  board_sim::SimBoard board_{small()};
   test::RawHost host_{board_};
   bool attached_ = true;
   std::uint64_t stalled_until_ = 0;

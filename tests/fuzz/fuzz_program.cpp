@@ -25,9 +25,9 @@ protocol::BoardConfig config_of(std::uint8_t byte) {
 
 void expect_run(const std::vector<std::uint8_t>& program, const protocol::BoardConfig& config,
                 const protocol::ProgramTiming& timing) {
-  boards::SimBoardConfig small;
+  board_sim::SimBoardConfig small;
   small.program_records = static_cast<std::uint32_t>(program.size() / protocol::kRecordSize);
-  boards::SimBoard board(small);
+  board_sim::SimBoard board(small);
   test::RawHost host(board);
   host.hello();
   require(host.configure(config) == 0, "the configuration is sound");

@@ -105,14 +105,14 @@ class Liar final : public Link {
     put_frame(frame.header.kind, frame.header.seq, frame.header.ack, frame.header.flags, body, out);
   }
 
-  static boards::SimBoardConfig small() {
-    boards::SimBoardConfig config;
+  static board_sim::SimBoardConfig small() {
+    board_sim::SimBoardConfig config;
     config.program_records = 128;
     return config;
   }
 
   Input& input_;
-  boards::SimBoard board_{small()};
+  board_sim::SimBoard board_{small()};
   protocol::FrameDecoder host_, theirs_;
   Bytes forged_;
   std::uint16_t event_ = 0;

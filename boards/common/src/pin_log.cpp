@@ -5,7 +5,7 @@
 #include <bit>
 #include <utility>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 void PinLog::add(const hal::CapturedEdge& edge) {
   if ((watched_ >> edge.line & 1U) == 0) return;
@@ -43,4 +43,4 @@ bool PinLog::take_overflow() {
   return std::exchange(overflow_, false);
 }
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 using hal::Segment;
 using hal::Tick;
@@ -140,4 +140,4 @@ void Playback::force(std::uint32_t levels) {
   sink_.put_all(levels_);
 }
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

@@ -12,7 +12,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 Result<AioQueue> AioQueue::make(unsigned transfers) {
   aio_context_t context = 0;
@@ -65,4 +65,4 @@ void AioQueue::quiet() const {
   [[maybe_unused]] const ssize_t got = ::read(bell_.get(), &count, sizeof count);
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 
 #include <array>
@@ -12,7 +12,7 @@
 
 #include <linux/aio_abi.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A transfer and its memory. It must not move while the transfer runs.
 struct Transfer {
@@ -56,4 +56,4 @@ class AioQueue {
   std::array<Completed, 32> completed_{};
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -13,7 +13,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr std::size_t kMaxLines = 32;
@@ -234,4 +234,4 @@ Result<BoardFile> read_board_file(const std::filesystem::path& path) {
   return parse_board_file(text, path.string());
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A line of the board and its GPIO line.
 struct BoardLine {
@@ -52,4 +52,4 @@ Result<BoardFile> parse_board_file(std::string_view text, const std::string& sou
 /// fails: not_found, io, bad_format.
 Result<BoardFile> read_board_file(const std::filesystem::path& path);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

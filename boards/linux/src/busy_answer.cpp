@@ -3,7 +3,7 @@
 
 #include "symrig/protocol/messages.hpp"
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 using protocol::Kind;
@@ -32,4 +32,4 @@ std::vector<std::uint8_t> BusyAnswer::take(std::span<const std::uint8_t> bytes) 
   return {};
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

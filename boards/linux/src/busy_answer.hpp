@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The answer to a host while another one uses the board: code 19 (busy) to its first request.
 class BusyAnswer {
@@ -19,4 +19,4 @@ class BusyAnswer {
   protocol::FrameDecoder decoder_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <ctime>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 inline constexpr std::uint64_t kTickHz = 1'000'000'000;  ///< one tick is one nanosecond
 inline constexpr hal::Tick kMicrosecond = 1'000;
@@ -24,4 +24,4 @@ class MonotonicClock final : public hal::Clock {
   hal::Tick now() const override { return monotonic_now(); }
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

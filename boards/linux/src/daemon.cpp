@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr hal::Tick kPlayingPause =
@@ -220,4 +220,4 @@ std::uint32_t kept_safe_levels(const BoardFile& file) {
   return firmware::load_config(settings, traits, config, label) ? config.safe_levels() : 0;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

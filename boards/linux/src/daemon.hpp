@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Runs the firmware core on this computer's lines and links.
 class Daemon final : private hal::System {
@@ -95,4 +95,4 @@ class Daemon final : private hal::System {
 /// The safe levels at the start: those of the last daemon, else those of the stored configuration, else low.
 std::uint32_t kept_safe_levels(const BoardFile& file);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <csignal>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr std::array<int, 5> kBreakdowns{SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
@@ -41,4 +41,4 @@ void Emergency::set_safe(std::uint32_t levels) {
   emergency_levels = levels;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

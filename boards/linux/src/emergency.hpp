@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Sets the outputs to their safe levels if the process crashes: SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT
 /// (including std::terminate). It cannot help against SIGKILL, a stopped kernel, or power loss.
@@ -20,4 +20,4 @@ class Emergency {
   static void set_safe(std::uint32_t levels);
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

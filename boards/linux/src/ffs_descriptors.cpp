@@ -5,7 +5,7 @@
 
 #include <linux/usb/functionfs.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr std::string_view kInterface = "symrig";
@@ -104,4 +104,4 @@ std::vector<std::uint8_t> ffs_strings() {
   return out.take();
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

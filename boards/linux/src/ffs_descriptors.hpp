@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The first data to write to a FunctionFS's ep0. They describe the vendor interface of every symrig board:
 /// one bulk endpoint in each direction, full and high speed. They also select the WinUSB driver on Windows.
@@ -15,4 +15,4 @@ std::vector<std::uint8_t> ffs_descriptors(unsigned microsoft);
 /// The interface's name.
 std::vector<std::uint8_t> ffs_strings();
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -16,7 +16,7 @@
 #include <grp.h>
 #include <sys/stat.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 namespace fs = std::filesystem;
@@ -157,4 +157,4 @@ Result<std::unique_ptr<KernelGpio>> take_lines(const std::vector<BoardLine>& lin
   return std::make_unique<KernelGpio>(std::move(taken_outputs), std::move(taken_inputs));
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Finds the lines by name on all chips, and requests them: outputs at `levels` from the first moment, inputs
 /// with edge events.
@@ -16,4 +16,4 @@ namespace symrig::sbc {
 /// user; no permission for a chip, with its group), io.
 Result<std::unique_ptr<KernelGpio>> take_lines(const std::vector<BoardLine>& lines, std::uint32_t levels);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

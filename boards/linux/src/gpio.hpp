@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The board's lines, numbered as on the wire: bit k of a word is line k.
 class Gpio {
@@ -30,4 +30,4 @@ class Gpio {
   virtual std::size_t read_edges(std::span<hal::CapturedEdge> out, bool& lost) = 0;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 void append_crc(std::vector<std::uint8_t>& out, const std::vector<std::uint8_t>& bytes) {
@@ -42,4 +42,4 @@ std::string hexadecimal(const std::vector<std::uint8_t>& bytes) {
   return text;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The board's unique id: the file's id, else 8 bytes that are computed from this computer's id and the
 /// board's name. machine-id(5) forbids publishing the id itself.
@@ -16,4 +16,4 @@ Result<std::vector<std::uint8_t>> unique_id(const BoardFile& file);
 /// In hexadecimal, as the serial number of the USB device.
 std::string hexadecimal(const std::vector<std::uint8_t>& bytes);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -13,7 +13,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 namespace fs = std::filesystem;
@@ -91,4 +91,4 @@ bool SafeLevelsFile::save(std::uint32_t levels) const {
   return write_file_atomically(path_, fmt::format("{:08x}\n", levels)).ok();
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

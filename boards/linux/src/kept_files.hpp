@@ -10,7 +10,7 @@
 #include <functional>
 #include <optional>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The stored configuration and label. The file is always replaced as a whole. Writing to a memory card can
 /// take seconds, so `before` is called before and `after` after it.
@@ -62,4 +62,4 @@ class SafeLevelsFile {
   std::filesystem::path path_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -10,7 +10,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr std::size_t kEventsAtOnce = 64;
@@ -84,4 +84,4 @@ std::size_t KernelGpio::read_edges(std::span<hal::CapturedEdge> out, bool& lost)
   return count;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// GPIO lines of this computer. They are released when the object is destroyed.
 class KernelGpio final : public Gpio {
@@ -26,4 +26,4 @@ class KernelGpio final : public Gpio {
   std::vector<int> edge_fds_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/hal/indicator.hpp"
 
 #include <string>
 
 #include <fcntl.h>
+#include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// One of the kernel's LEDs (/sys/class/leds/.../brightness), or none.
 class Led final : public hal::Indicator {
@@ -28,4 +29,4 @@ class Led final : public hal::Indicator {
   bool on_ = false;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -7,7 +7,7 @@
 #include <linux/gpio.h>
 #include <sys/ioctl.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr char kConsumer[] = "symrigd";
@@ -49,4 +49,4 @@ Result<LineRequest> request_inputs(int chip, const std::vector<ChipLine>& lines)
   return ask(chip, lines, request);
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

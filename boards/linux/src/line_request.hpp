@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A line of a chip, and its number on the board.
 struct ChipLine {
@@ -33,4 +33,4 @@ Result<LineRequest> request_outputs(int chip, const std::vector<ChipLine>& lines
 /// fails: io.
 Result<LineRequest> request_inputs(int chip, const std::vector<ChipLine>& lines);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

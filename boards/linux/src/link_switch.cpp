@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link_switch.hpp"
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 std::size_t LinkSwitch::read(std::uint8_t* out, std::size_t room) {
   return holder_ != nullptr ? holder_->read(out, room) : 0;
@@ -43,4 +43,4 @@ bool LinkSwitch::serve(hal::Tick now) {
   return false;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Joins all links to one. The first host that sends something gets the board until it disconnects; others
 /// get "busy". USB and serial links do not show that a program has ended. So their host loses the board if it
@@ -43,4 +43,4 @@ class LinkSwitch final : public hal::ByteLink {
   hal::Tick heard_ = 0;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

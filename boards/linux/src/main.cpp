@@ -23,7 +23,7 @@
 #include <fmt/format.h>
 #include <sys/signalfd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr unsigned kQuickWakes = 300;    // at every start: takes a third of a second
@@ -137,12 +137,12 @@ int finish(const Result<void>& done) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux
 
 int main(int argc, char** argv) {
   symrig::reserve_standard_streams();
   try {
-    symrig::sbc::Arguments arguments;
+    symrig::board_linux::Arguments arguments;
     CLI::App app(
         "A Linux computer with GPIO lines as symrig's trigger board (best effort: it measures what it can "
         "keep, and refuses what it cannot)",
@@ -165,13 +165,13 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
       std::ostringstream text;
       const bool asked = app.exit(error, text, text) == 0;
-      if (asked) return symrig::sbc::finish(symrig::write_standard_output(text.str()));
+      if (asked) return symrig::board_linux::finish(symrig::write_standard_output(text.str()));
       symrig::write_standard_error(symrig::printable(text.str()));
       return 2;
     }
-    return symrig::sbc::finish(symrig::sbc::run(arguments));
+    return symrig::board_linux::finish(symrig::board_linux::run(arguments));
   } catch (const std::exception& error) {
-    symrig::sbc::log_line(error.what());
+    symrig::board_linux::log_line(error.what());
     return 5;
   }
 }

@@ -13,7 +13,7 @@
 
 #include <poll.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr hal::Tick kNap = 500 * kMicrosecond;
@@ -102,7 +102,7 @@ Spread time_nudges(unsigned count, int priority) {
   return spread_of(times);
 }
 
-class NoWords final : public boards::WordSink {
+class NoWords final : public board_common::WordSink {
  public:
   hal::Tick put(std::uint32_t) override { return 0; }
   hal::Tick put_all(std::uint32_t) override { return 0; }
@@ -110,7 +110,7 @@ class NoWords final : public boards::WordSink {
 
 Spread time_pushes() {
   NoWords sink;
-  boards::Playback playback(sink, {}, kPushes);
+  board_common::Playback playback(sink, {}, kPushes);
   PriorityMutex mutex;
   std::vector<std::uint64_t> times;
   for (unsigned k = 0; k < kPushes; ++k) {
@@ -171,4 +171,4 @@ Abilities abilities(const Measured& measured, std::uint32_t lateness, std::size_
   return out;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The smallest, the median and the largest of several times, in ticks.
 struct Spread {
@@ -40,7 +40,7 @@ Measured worse(const Measured& a, const Measured& b);
 
 /// The abilities that a board on such a computer can promise.
 struct Abilities {
-  boards::Promise promise;
+  board_common::Promise promise;
   std::uint64_t spin = 0;  ///< time of watching the clock before each word
   std::uint32_t output_stamp = 1;
   std::uint32_t input_stamp = 1;
@@ -63,4 +63,4 @@ Result<void> save_measured(const std::filesystem::path& path, const Measured& me
 /// All zeros without a file.
 Measured load_measured(const std::filesystem::path& path);
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

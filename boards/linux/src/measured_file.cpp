@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 struct Row {
@@ -43,7 +43,7 @@ std::string measured_text(const Measured& measured, const Abilities& abilities) 
     text += fmt::format("  {:<42} {:>10.1f}{:>10.1f}{:>10.1f}\n", row.what, us(spread.least),
                         us(spread.median), us(spread.most));
   }
-  const boards::Promise& promise = abilities.promise;
+  const board_common::Promise& promise = abilities.promise;
   return text + fmt::format(
                     "so the board promises (us)\n"
                     "  words of at least {:.1f}, each at most {:.1f} late\n"
@@ -80,4 +80,4 @@ Measured load_measured(const std::filesystem::path& path) {
   return out;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "notify.hpp"
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/printable.hpp"
 #include "symrig/base/standard_streams.hpp"
 
@@ -13,7 +13,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 void notify_manager(std::string_view state) {
   const char* place = std::getenv("NOTIFY_SOCKET");  // NOLINT(concurrency-mt-unsafe): nobody sets it
@@ -33,4 +33,4 @@ void log_line(std::string_view text) {
   write_standard_error("symrigd: " + printable_line(text) + "\n");
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

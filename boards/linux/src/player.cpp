@@ -11,7 +11,7 @@
 
 #include <poll.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr std::size_t kEdgesAtOnce = 256;
@@ -285,4 +285,4 @@ hal::Tick PinCapture::ready_at() const {
   return player_.log_.ready_at();
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

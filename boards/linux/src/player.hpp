@@ -17,10 +17,10 @@
 #include <thread>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 struct PlayerOptions {
-  boards::Promise promise;
+  board_common::Promise promise;
   std::size_t depth = 4096;          ///< segments
   std::size_t captured = 4096;       ///< capacity for edges until the firmware takes them
   std::uint32_t output_mask = 0;     ///< the lines that are outputs
@@ -34,7 +34,7 @@ struct PlayerOptions {
 /// the queue is empty or the main loop stops feeding it. All this works without the main loop.
 ///
 /// One other thread, the main loop's, may call it. Of these calls, only force() and start() drive outputs.
-class Player final : public hal::EdgeEngine, public hal::Watchdog, private boards::WordSink {
+class Player final : public hal::EdgeEngine, public hal::Watchdog, private board_common::WordSink {
  public:
   Player(Gpio& gpio, const PlayerOptions& options);
   ~Player();
@@ -96,8 +96,8 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   Gpio& gpio_;
   PlayerOptions options_;
   mutable PriorityMutex mutex_;
-  boards::Playback playback_;  // guarded by mutex_, as is log_
-  boards::PinLog log_;
+  board_common::Playback playback_;  // guarded by mutex_, as is log_
+  board_common::PinLog log_;
   std::uint32_t shown_ = 0;
   bool half_told_ = false;
   std::vector<hal::CapturedEdge> edges_;  // used only by the thread
@@ -129,4 +129,4 @@ class PinCapture final : public hal::Capture {
   Player& player_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

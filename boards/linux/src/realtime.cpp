@@ -8,7 +8,7 @@
 #include <sched.h>
 #include <sys/mman.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 PriorityMutex::PriorityMutex() {
   pthread_mutexattr_t attributes{};
@@ -33,4 +33,4 @@ std::string lock_memory() {
                      std::strerror(errno));
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A mutex with priority inheritance. While the player waits for it, its holder (the main loop) runs at the
 /// player's priority, so that no thread in between delays it.
@@ -30,4 +30,4 @@ std::string run_first(int priority);
 /// Locks all memory of the process in RAM. Returns an empty text, or the obstacle and how to remove it.
 std::string lock_memory();
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

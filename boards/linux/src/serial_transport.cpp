@@ -14,7 +14,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 Error cannot_open(const std::string& path, int error) {
@@ -69,8 +69,8 @@ void SerialTransport::flush() {
 }
 
 void SerialTransport::hang_up() {
-  port_.reset();
+  port_.close();
   forget();
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

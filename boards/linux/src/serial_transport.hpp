@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "transport.hpp"
 
@@ -9,7 +9,7 @@
 #include <memory>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A serial port in raw mode: a UART, or a gadget's (/dev/ttyGS0). The host counts as attached while the port
 /// exists.
@@ -32,4 +32,4 @@ class SerialTransport final : public BufferedTransport {
   std::string name_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

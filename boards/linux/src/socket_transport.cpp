@@ -17,7 +17,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 constexpr int kQueue = 8;
@@ -156,7 +156,7 @@ void SocketTransport::flush() {
 }
 
 void SocketTransport::hang_up() {
-  peer_.reset();
+  peer_.close();
   left_ = true;
   forget();
 }
@@ -179,4 +179,4 @@ void SocketTransport::answer_guests() {
   });
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

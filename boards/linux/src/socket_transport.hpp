@@ -2,7 +2,7 @@
 #pragma once
 
 #include "busy_answer.hpp"
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "transport.hpp"
 
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A listening socket that serves one host at a time. Other hosts may connect, get "busy", and are
 /// disconnected.
@@ -53,4 +53,4 @@ class SocketTransport final : public BufferedTransport {
   bool left_ = false;  // a host disconnected after the last serve()
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

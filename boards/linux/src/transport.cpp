@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 std::size_t BufferedTransport::read(std::uint8_t* out, std::size_t room) {
   const std::size_t count = std::min(room, in_.size());
@@ -32,4 +32,4 @@ void BufferedTransport::turn_away() {
   write(answer.data(), answer.size());
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

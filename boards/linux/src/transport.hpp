@@ -9,7 +9,7 @@
 
 #include <poll.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// A link to the host. No call blocks: the main loop sleeps on the descriptors of watch(), then calls
 /// serve().
@@ -55,4 +55,4 @@ class BufferedTransport : public Transport {
   std::vector<std::uint8_t> out_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -14,7 +14,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 namespace {
 
 Error no_gadget(const std::string& path, int error) {
@@ -167,4 +167,4 @@ bool UsbTransport::write_piece() {
   return true;
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "aio.hpp"
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "transport.hpp"
 
@@ -11,7 +11,7 @@
 #include <memory>
 #include <string>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// The board as a USB device, through a mounted FunctionFS (libexec/symrig-gadget sets it up). Attached while
 /// a host has configured the device and has not suspended it.
@@ -58,4 +58,4 @@ class UsbTransport final : public BufferedTransport {
   bool asleep_ = false;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

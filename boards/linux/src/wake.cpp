@@ -10,7 +10,7 @@
 #include <sys/timerfd.h>
 #include <unistd.h>
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 Alarm::Alarm() : fd_(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {}
 
@@ -37,4 +37,4 @@ void Bell::quiet() const {
   [[maybe_unused]] const ssize_t got = ::read(fd_.get(), &count, sizeof count);
 }
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

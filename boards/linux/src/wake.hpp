@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/hal/types.hpp"
 
-namespace symrig::sbc {
+namespace symrig::board_linux {
 
 /// Readable from an absolute moment of CLOCK_MONOTONIC on. An absolute time is not delayed by events between
 /// reading the clock and going to sleep. Unlike poll(), it has no timer slack.
@@ -33,4 +33,4 @@ class Bell {
   Fd fd_;
 };
 
-}  // namespace symrig::sbc
+}  // namespace symrig::board_linux

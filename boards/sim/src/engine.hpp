@@ -8,13 +8,13 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 
 /// The edge engine in virtual time: exact. An empty queue is an underrun, as in the real one.
 class Engine final : public hal::EdgeEngine {
  public:
   /// depth: segments. wait_latency: ticks from an awaited edge, or from its time-out, to the next word.
-  Engine(WordSink& sink, const hal::Clock& clock, const hal::Capture& pins, std::size_t depth,
+  Engine(board_common::WordSink& sink, const hal::Clock& clock, const hal::Capture& pins, std::size_t depth,
          std::uint32_t wait_latency)
       : clock_(clock),
         pins_(pins),
@@ -49,7 +49,7 @@ class Engine final : public hal::EdgeEngine {
  private:
   const hal::Clock& clock_;
   const hal::Capture& pins_;
-  Playback playback_;
+  board_common::Playback playback_;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_sim

@@ -10,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 namespace {
 
 constexpr std::size_t kLinkRoom = std::size_t{1} << 16U;  // bytes to the host that are not read yet
@@ -35,7 +35,7 @@ class SimCapture final : public hal::Capture {
   bool pending() const { return log_.ready_at() != hal::kNever; }
 
  private:
-  PinLog log_{kCaptureDepth, 0, true};  // edges are known at once
+  board_common::PinLog log_{kCaptureDepth, 0, true};  // edges are known at once
   std::uint32_t levels_ = 0;
 };
 
@@ -152,7 +152,7 @@ std::vector<SimLine> default_sim_lines() {
           {"camera_strobe", false},    {"interlock", false}};
 }
 
-struct SimBoard::Impl final : WordSink {
+struct SimBoard::Impl final : board_common::WordSink {
   Impl(SimBoard& board, SimBoardConfig wanted)
       : self(board),
         config(std::move(wanted)),
@@ -386,4 +386,4 @@ void SimBoard::force_segment(std::uint32_t levels, std::uint32_t ticks) {
   impl_->wake = true;
 }
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_sim

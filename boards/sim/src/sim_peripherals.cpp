@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 namespace {
 
 bool level_of(std::uint32_t levels, int line) {
@@ -98,4 +98,4 @@ void SimCamera::reset() {
   missed_ = 0;
 }
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_sim

@@ -13,11 +13,11 @@
 #include "numbers.hpp"
 #include "rig.hpp"
 #include "symrig/base/nearest_name.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
 
-#include <chrono>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -28,8 +28,6 @@
 
 namespace symrig::apps {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 struct CaptureArguments {
   std::string rig, output, json, algorithm = std::string(algorithm_names().front());
@@ -66,10 +64,6 @@ std::string described_algorithms() {
     text += line + "\n";
   }
   return text;
-}
-
-double since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
 std::int64_t peak_memory() {
@@ -190,7 +184,7 @@ struct Measured {
 
 /// Runs the capture on a rig, through the log if there is one.
 Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& log) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   Probe& rig = *opened.probe;
   std::optional<LoggedProbe> logged;
   if (log.log() != nullptr) logged.emplace(rig, *log.log(), rig.together());
@@ -205,7 +199,7 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
                                .dual_threshold = settings.dual_threshold,
                                .noise = opened.noise,
                                .cost = probe.cost(),
-                               .measure_seconds = since(start) - result->process_seconds,
+                               .measure_seconds = watch.seconds() - result->process_seconds,
                                .peak_memory_bytes = peak_memory(),
                                .replayed = logged ? logged->replayed() : 0,
                                .trouble = opened.rig->trouble(),
@@ -229,12 +223,12 @@ Result<void> check_axis(Probe& rig) {
 
 /// Captures and saves everything to the disk. Returns the text to print.
 Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options,
-                                     OpenedRig& opened, CaptureLog& log, Clock::time_point start) {
+                                     OpenedRig& opened, CaptureLog& log, const Stopwatch& watch) {
   std::optional<Meter> meter(std::in_place, "capture", "photographs");
   options.progress = meter->progress();
   SYMRIG_TRY(Measured measured, measure(opened, options, log));
   meter.reset();
-  measured.summary.total_seconds = since(start);
+  measured.summary.total_seconds = watch.seconds();
   const std::string json = capture_json(measured.summary, measured.result);
   std::string text = result_text(measured.summary, measured.result, arguments.output);
   SYMRIG_CHECK(save(arguments, std::move(measured), json));
@@ -248,7 +242,7 @@ JobFiles files_of(const CaptureArguments& arguments) {
 }
 
 Result<void> run(const CaptureArguments& arguments) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
   const Result<CaptureSettings> settings = settings_of(options);
   if (!settings) return in_command_words(settings.error());
@@ -262,7 +256,7 @@ Result<void> run(const CaptureArguments& arguments) {
   SYMRIG_TRY(CaptureLog log,
              CaptureLog::open(arguments.output, arguments.log, log_identity(*rig, *settings)));
   const Result<std::string> text =
-      guarded([&] { return measure_and_save(arguments, options, opened, log, start); });
+      guarded([&] { return measure_and_save(arguments, options, opened, log, watch); });
   if (!text) return log.broken_off(text.error());
   SYMRIG_CHECK(log.finished());
   return is_standard_output(arguments.json) ? Result<void>() : print(*text);

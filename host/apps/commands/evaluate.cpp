@@ -40,7 +40,7 @@ struct Judged {
 };
 
 Result<Judged> against_truth(const TransportTensor& tensor, const std::string& rig) {
-  SYMRIG_TRY(const std::shared_ptr<const sim::Scene> truth, open_truth(rig));
+  SYMRIG_TRY(const std::shared_ptr<const Scene> truth, open_truth(rig));
   const bool fits = truth->grid() == tensor.camera_grid() && truth->grid() == tensor.projector_grid() &&
                     truth->channels() == tensor.channels();
   if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());

@@ -6,10 +6,10 @@
 #include "invocation.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/report/calibration_summary.hpp"
 #include "symrig/tensor/file.hpp"
 
-#include <chrono>
 #include <memory>
 #include <optional>
 
@@ -75,7 +75,7 @@ std::string result_text(const FitArguments& arguments, const FirstBounceFit& fit
 }
 
 Result<void> run(const FitArguments& arguments) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   SYMRIG_CHECK(JobFiles()
                    .reads_folder("a photograph", arguments.from.folder)
                    .writes("-o", arguments.output, FileFormat::scene)
@@ -91,9 +91,8 @@ Result<void> run(const FitArguments& arguments) {
   meter.reset();
   if (interrupted())
     return Error{ErrorCode::interrupted, "stopped before the scene was written", "run it again"};
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const std::string json =
-      fit_json(folder_name(arguments.from.folder), photographs, fit, errors, seconds, made_now());
+      fit_json(folder_name(arguments.from.folder), photographs, fit, errors, watch.seconds(), made_now());
   const std::string text = result_text(arguments, fit, errors);
   SYMRIG_CHECK(save_scene(arguments.output, {std::move(fit.tensor), json, std::move(fit.held_out)}));
   SYMRIG_CHECK(write_text(arguments.json, json));

@@ -6,6 +6,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/base/job_files.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/board/boot_drive.hpp"
 #include "symrig/board/firmware_file.hpp"
 
@@ -53,12 +54,12 @@ std::string describe(const FlashArguments& arguments, const FirmwareFile& file) 
 /// fails: the last error of `ask`, interrupted.
 template <class T>
 Result<T> wait_for(const char* what, double seconds, const std::function<Result<T>()>& ask) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   Meter meter("flash", "seconds");
   const Progress progress = meter.progress();
   while (true) {
     Result<T> answer = ask();
-    const double waited = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double waited = watch.seconds();
     if (answer || waited >= seconds) return answer;
     progress({what, static_cast<std::int64_t>(waited), static_cast<std::int64_t>(std::ceil(seconds))});
     if (interrupted())

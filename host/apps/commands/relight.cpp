@@ -6,6 +6,7 @@
 #include "files.hpp"
 #include "light.hpp"
 #include "numbers.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
@@ -121,9 +122,7 @@ Result<void> check_exposure(const RelightArguments& arguments) {
 /// The factor that maps all values but the brightest half percent below white.
 double automatic_exposure(const Image<float>& picture) {
   std::vector<float> values(picture.values().begin(), picture.values().end());
-  const auto rank = static_cast<std::ptrdiff_t>(0.995 * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  const float white = values[rank];
+  const float white = quantile(values, 0.995);
   return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 

@@ -2,6 +2,7 @@
 #include "symrig/base/atomic_file.hpp"
 
 #include "base/file_place.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <atomic>
 #include <cerrno>
@@ -33,16 +34,16 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
-    if (fd_ < 0) return;
-    ::close(fd_);
+    if (!fd_) return;
+    fd_.close();
     if (!committed_) ::unlink(path_.c_str());
   }
 
-  bool is_open() const { return fd_ >= 0; }
+  bool is_open() const { return static_cast<bool>(fd_); }
 
   bool write(std::span<const std::byte> bytes) const {
     while (!bytes.empty()) {
-      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+      const ssize_t written = ::write(fd_.get(), bytes.data(), bytes.size());
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) return false;
       bytes = bytes.subspan(written);
@@ -52,7 +53,7 @@ class TemporaryFile {
 
   /// asked: the target as the user named it, for messages.
   Result<void> commit(const fs::path& asked, const fs::path& target) {
-    if (::fsync(fd_) != 0) return io_error(asked, "cannot be written", errno);
+    if (::fsync(fd_.get()) != 0) return io_error(asked, "cannot be written", errno);
     SYMRIG_CHECK(replace_file(path_, target));
     committed_ = true;
     return {};
@@ -60,16 +61,14 @@ class TemporaryFile {
 
  private:
   fs::path path_;
-  int fd_;
+  Fd fd_;
   bool committed_ = false;
 };
 
 /// Makes the rename durable. It is no error if the file system cannot do that.
 void sync_folder(const fs::path& target) {
-  const int fd = ::open(base::folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return;
-  ::fsync(fd);
-  ::close(fd);
+  const Fd folder(::open(base::folder_of(target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder) ::fsync(folder.get());
 }
 
 Error read_error(const fs::path& path, int error) {
@@ -92,18 +91,13 @@ class OpenFile {
   explicit OpenFile(const fs::path& path)
       : special_(is_special(path)),
         fd_(special_ ? -1 : ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile() {
-    if (fd_ >= 0) ::close(fd_);
-  }
 
-  int fd() const { return fd_; }
+  int fd() const { return fd_.get(); }
   bool special() const { return special_; }
 
  private:
   bool special_;
-  int fd_;
+  Fd fd_;
 };
 
 /// Size in bytes of a file that was just opened. errno must still be that of open().

@@ -1,45 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cerrno>
-#include <chrono>
-#include <cstring>
-#include <ctime>
 #include <utility>
 
-#include <fmt/format.h>
-#include <poll.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
-namespace symrig::base {
-namespace {
-
-constexpr std::size_t kPiece = 4096;
-
-Error lost(const std::string& name, std::string_view why) {
-  return {ErrorCode::device_lost, fmt::format("{}: {}", name, why),
-          "check the board's cable and power supply, then connect again"};
-}
-
-bool again(int error) {
-  return error == EAGAIN || error == EWOULDBLOCK || error == EINTR;
-}
-
-/// write() without SIGPIPE on a socket that the other end has closed.
-ssize_t put(int fd, std::span<const std::uint8_t> bytes) {
-  const ssize_t sent = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-  return sent < 0 && errno == ENOTSOCK ? ::write(fd, bytes.data(), bytes.size()) : sent;
-}
-
-timespec to_timespec(Nanoseconds time) {
-  const auto whole = std::chrono::floor<std::chrono::seconds>(time);
-  return {static_cast<time_t>(whole.count()), static_cast<long>((time - whole).count())};
-}
-
-}  // namespace
+namespace symrig {
 
 Fd::Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
 
@@ -49,50 +15,12 @@ Fd& Fd::operator=(Fd&& other) noexcept {
 }
 
 Fd::~Fd() {
-  if (fd_ >= 0) ::close(fd_);
+  close();
 }
 
-Nanoseconds steady_now() {
-  return std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch());
+bool Fd::close() {
+  const int fd = std::exchange(fd_, -1);
+  return fd < 0 || ::close(fd) == 0;
 }
 
-/// Waits for one of `events` or the end of the stream. Returns whether it came within `timeout`.
-Result<bool> ByteStream::wait(short events, Nanoseconds timeout) const {
-  const Nanoseconds deadline = steady_now() + timeout;
-  while (true) {
-    pollfd one{fd_.get(), events, 0};
-    const timespec left = to_timespec(std::max(deadline - steady_now(), Nanoseconds{0}));
-    const int ready = ::ppoll(&one, 1, &left, nullptr);
-    if (ready >= 0) return ready > 0;
-    if (errno != EINTR) return lost(name_, std::strerror(errno));
-  }
-}
-
-Result<void> ByteStream::send(std::span<const std::uint8_t> bytes, Nanoseconds patience) const {
-  while (!bytes.empty()) {
-    const ssize_t sent = put(fd_.get(), bytes);
-    if (sent > 0) {
-      bytes = bytes.subspan(sent);
-      continue;
-    }
-    if (sent < 0 && !again(errno)) return lost(name_, std::strerror(errno));
-    SYMRIG_TRY(const bool ready, wait(POLLOUT, patience));
-    if (!ready) return lost(name_, fmt::format("accepted no bytes for {:.3g} s", seconds(patience)));
-  }
-  return {};
-}
-
-Result<std::vector<std::uint8_t>> ByteStream::receive(Nanoseconds timeout) const {
-  std::vector<std::uint8_t> bytes;
-  SYMRIG_TRY(const bool ready, wait(POLLIN, timeout));
-  if (!ready) return bytes;
-  bytes.resize(kPiece);
-  const ssize_t count = ::read(fd_.get(), bytes.data(), bytes.size());
-  if (count == 0) return lost(name_, "the other end has closed");
-  if (count < 0 && !again(errno))
-    return lost(name_, errno == EIO ? "the device is gone" : std::strerror(errno));
-  bytes.resize(std::max<ssize_t>(count, 0));
-  return bytes;
-}
-
-}  // namespace symrig::base
+}  // namespace symrig

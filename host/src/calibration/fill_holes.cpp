@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/raw_map.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <optional>
 #include <vector>
@@ -22,9 +23,7 @@ std::optional<double> median_of(const Image<float>& position, const Image<std::u
     }
   }
   if (static_cast<int>(values.size()) < hood.least) return std::nullopt;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return static_cast<double>(*middle);
+  return static_cast<double>(median(values));
 }
 
 std::optional<float> foretold(const RawMap& map, std::size_t axis, int row, int col,

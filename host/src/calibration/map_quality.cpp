@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/map_quality.hpp"
 
+#include "symrig/base/quantile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,9 +47,7 @@ std::optional<Affine> weighted_fit(const std::vector<Neighbour>& all, const std:
 double median_distance(const std::vector<Neighbour>& all, std::vector<double>& scratch) {
   scratch.clear();
   for (const Neighbour& q : all) scratch.push_back(q.distance);
-  const auto middle = scratch.begin() + static_cast<std::ptrdiff_t>(scratch.size() / 2);
-  std::ranges::nth_element(scratch, middle);
-  return *middle;
+  return median(scratch);
 }
 
 /// Sets q.distance of all from a fit.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/photograph_noise.hpp"
 
+#include "symrig/base/quantile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -10,21 +12,10 @@ namespace {
 
 constexpr std::size_t kBins = 8;
 
-/// Median; reorders its argument. 0 if it is empty.
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 /// Mean square of the values within three robust sigmas of 0. The median alone would be quantised as coarsely
 /// as 8-bit codes.
 double robust_square(const std::vector<double>& values) {
-  std::vector<double> sizes;
-  sizes.reserve(values.size());
-  for (const double v : values) sizes.push_back(std::abs(v));
-  const double limit = 3 * 1.4826 * median(sizes);
+  const double limit = 3 * robust_sigma(values, 0);
   double sum = 0, count = 0;
   for (const double v : values) {
     sum += std::abs(v) <= limit ? v * v : 0;

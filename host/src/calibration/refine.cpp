@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/raw_map.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <array>
 #include <optional>
@@ -20,9 +21,7 @@ std::optional<double> median_around(const Image<float>& position, const Image<st
     for (int c = std::max(col - 2, 0); c <= std::min(col + 2, grid.cols - 1); ++c)
       if (mask.at(r, c)) values[count++] = position.at(r, c);
   if (count < 13) return std::nullopt;  // fewer than half are decoded: the hole is not small
-  float* const middle = values.data() + count / 2;
-  std::nth_element(values.data(), middle, values.data() + count);
-  return static_cast<double>(*middle);
+  return static_cast<double>(median(std::span(values).first(count)));
 }
 
 /// The refined position of one axis; nullopt where the neighbourhood does not support the pixel.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/sequence_check.hpp"
 
-#include "calibration/sequence_order.hpp"
-#include "calibration/sequence_sums.hpp"
+#include "calibration/sequence_verdicts.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -82,12 +82,6 @@ Match match(const CodePhotographs& photographs, int pair, const Sample& sample) 
           std::sqrt(left) / (mean / count)};
 }
 
-double middle_value(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
 constexpr double kShift = 0.25, kShiftSigmas = 10;  // camera pixels; a larger shift counts as a movement
 constexpr double kLargestMisfit = 0.1;  // interreflection and the projector's edges cost a few percent
 
@@ -126,7 +120,7 @@ Result<void> check_shifts(const SequenceLight& light) {
     found[pair] = match(photographs, pair, sample);
     misfits.push_back(found[pair].misfit);
   }
-  const double usual = misfits.empty() ? 0 : middle_value(misfits);
+  const double usual = median(misfits);
   for (Match& one : found)
     if (foreign(one, usual)) one = {};  // its shift has no meaning
   return check_movement(photographs, found);

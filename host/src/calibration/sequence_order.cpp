@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/sequence_order.hpp"
+#include "calibration/sequence_verdicts.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <array>
@@ -266,9 +267,7 @@ Reach::Axis reach_beyond(const SequenceLight& light, StripeAxis axis, int size) 
   }
   constexpr std::size_t kFewest = 10;
   if (beyond.size() < kFewest || static_cast<double>(beyond.size()) < kLeast * clear) return {};
-  const auto far = beyond.begin() + static_cast<std::ptrdiff_t>(beyond.size() * 9 / 10);
-  std::ranges::nth_element(beyond, far);
-  return {*far, mirrored < kMostMirrored * clear};
+  return {ranked(beyond, std::ssize(beyond) * 9 / 10), mirrored < kMostMirrored * clear};
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calibration/sequence_sums.hpp"
+#include "calibration/sequence_verdicts.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -83,9 +84,7 @@ class Sums {
     for (std::size_t a = 0; a < size(); ++a)
       for (std::size_t b = a + 1; b < size(); ++b)
         all.push_back(apart(a, b) = apart(b, a) = distance(sums_[a], sums_[b], 4));
-    const auto quarter = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 4);
-    std::ranges::nth_element(all, quarter);
-    limit_ = std::max(kMisfit, 3 * *quarter);
+    limit_ = std::max(kMisfit, 3 * ranked(all, std::ssize(all) / 4));
   }
   /// Chooses the largest set of sums that agree with one of them.
   void choose_consensus() {
@@ -106,8 +105,7 @@ class Sums {
     for (std::size_t i = 0; i < light_.sample.size(); ++i) {
       at.clear();
       for (const std::size_t b : group) at.push_back(sums_[b][i]);
-      std::ranges::nth_element(at, at.begin() + static_cast<std::ptrdiff_t>(at.size() / 2));
-      usual_.push_back(at[at.size() / 2]);
+      usual_.push_back(median(at));
     }
   }
 

@@ -8,8 +8,9 @@
 
 namespace symrig::calibration {
 
-/// The upper median of up to N numbers. It makes N² comparisons without a branch. For a few dozen numbers
-/// this is several times faster than partitioning them.
+/// The upper median of up to N numbers, as median() of symrig/base/quantile.hpp gives it. It makes N²
+/// comparisons without a branch. For support.cpp, which takes four of 28 numbers for each pixel, this takes
+/// half the time: 61 against 112 ns for 10 numbers, 194 against 366 ns for 28 (g++ 12 -O3, 2026-11-23).
 template <std::size_t N>
 class SmallMedian {
  public:

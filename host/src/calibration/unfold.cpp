@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/raw_map.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <vector>
 
@@ -7,15 +8,6 @@
 
 namespace symrig::calibration {
 namespace {
-
-/// Value at `share` of the sorted order; reorders its argument.
-double quantile(std::vector<double>& values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
-}
 
 /// det ∂(col, row) / ∂(camera col, camera row).
 double determinant(const Plane& col, const Plane& row) {

@@ -2,6 +2,7 @@
 #include "symrig/hdr/sensor.hpp"
 
 #include "hdr/sensor_statistics.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -51,9 +52,9 @@ Result<void> check(const SensorFrames& frames) {
 /// Marks pixels whose dark level or dark noise differs from the others'.
 void find_hot(const hdr::PixelMoments& dark, std::size_t frames, std::span<std::uint8_t> defects) {
   std::vector<double> means = dark.mean, noises = dark.variance;
-  const double middle = hdr::median(means);
-  const double spread = std::max(hdr::robust_sigma(dark.mean), 0.3);
-  const double noise = std::max(hdr::median(noises), 1.0 / 12);
+  const double middle = median(means);
+  const double spread = std::max(robust_sigma(dark.mean), 0.3);
+  const double noise = std::max(median(noises), 1.0 / 12);
   // A χ² of few degrees of freedom has a long tail: with fewer frames the threshold is higher.
   const double noisy = kNoisy * (1 + 8 / static_cast<double>(frames - 1));
   for (std::size_t i = 0; i < defects.size(); ++i)
@@ -132,8 +133,8 @@ int clipping_code(const SensorFrames& frames, double dark_noise) {
   int clipped = largest;
   for (const auto& level : frames.flat) {
     std::vector<double> codes(level.front().begin(), level.front().end());
-    const double spread = hdr::robust_sigma(codes);
-    const double middle = hdr::median(codes);
+    const double spread = robust_sigma(codes);
+    const double middle = median(codes);
     if (middle > 0.25 * largest && spread <= kPiledUp * std::max(dark_noise, 0.5))
       clipped = std::min(clipped, static_cast<int>(middle));
   }
@@ -159,7 +160,7 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   find_hot(dark, frames.dark.size(), defects);
   const double pedestal = mean_of(dark.mean, defects);
   std::vector<double> noises = dark.variance;
-  const int clipping = clipping_code(frames, std::sqrt(hdr::median(noises)));
+  const int clipping = clipping_code(frames, std::sqrt(median(noises)));
   const std::vector<Codes>* brightest = nullptr;
   double most = 0;
   for (const auto& level : frames.flat) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hdr/sensor_statistics.hpp"
 
+#include "symrig/base/quantile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -67,20 +69,6 @@ TransferPoint point_of(const Tile& tile) {
 }
 
 }  // namespace
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + std::ssize(values) / 2;
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-double robust_sigma(const std::vector<double>& values) {
-  std::vector<double> copy = values;
-  const double middle = median(copy);
-  for (double& v : copy) v = std::abs(v - middle);
-  return 1.4826 * median(copy);
-}
 
 PixelMoments moments(std::span<const Codes> frames) {
   const std::size_t pixels = frames.front().size();

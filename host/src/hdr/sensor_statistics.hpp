@@ -11,11 +11,6 @@ namespace symrig::hdr {
 
 using Codes = std::span<const std::uint16_t>;
 
-/// The median. Reorders the values.
-double median(std::vector<double>& values);
-/// 1.4826 × median |x − median|: σ of a normal distribution, robust against a minority of outliers.
-double robust_sigma(const std::vector<double>& values);
-
 /// Per-pixel mean and variance (n − 1) of frames.
 struct PixelMoments {
   std::vector<double> mean, variance;

@@ -12,7 +12,7 @@
 
 /// One pair of functions for each format, all in memory. Decoders check the header's size before they
 /// allocate; read_image tests for NaN. Encoders get 1 or 3 channels of finite values.
-namespace symrig::codec {
+namespace symrig::image {
 
 using Bytes = std::span<const std::byte>;
 using Buffer = std::vector<std::byte>;
@@ -39,4 +39,4 @@ Error damaged(const std::string& name, const std::string& what);
 /// Refuses a header with more than kMaxPicturePixels, or with no pixels.
 Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::string& name);
 
-}  // namespace symrig::codec
+}  // namespace symrig::image

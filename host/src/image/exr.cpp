@@ -17,7 +17,7 @@
 #include <ImfVersion.h>
 #include <ImfXdr.h>
 
-namespace symrig::codec {
+namespace symrig::image {
 namespace {
 
 class MemoryInput : public Imf::IStream {
@@ -159,4 +159,4 @@ Result<Buffer> encode_exr(const Image<float>& image, const std::string& name) {
   }
 }
 
-}  // namespace symrig::codec
+}  // namespace symrig::image

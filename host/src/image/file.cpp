@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 
 namespace symrig {
-namespace codec {
+namespace image {
 
 Error damaged(const std::string& name, const std::string& what) {
   return {ErrorCode::bad_format, name + ": " + what, "use a complete OpenEXR, PNG or PFM picture"};
@@ -26,7 +26,7 @@ Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::strin
   return Grid{static_cast<int>(rows), static_cast<int>(cols)};
 }
 
-}  // namespace codec
+}  // namespace image
 
 namespace {
 
@@ -52,10 +52,10 @@ Result<void> check_writable(const Image<float>& image, const std::string& name) 
 }
 
 Result<Image<float>> decode_by_content(std::span<const std::byte> bytes, const std::string& name) {
-  if (codec::is_exr(bytes)) return codec::decode_exr(bytes, name);
-  if (codec::is_png(bytes)) return codec::decode_png(bytes, name);
-  if (codec::is_pfm(bytes)) return codec::decode_pfm(bytes, name);
-  return codec::damaged(name, bytes.empty() ? "is empty" : "is not a picture of a known format");
+  if (image::is_exr(bytes)) return image::decode_exr(bytes, name);
+  if (image::is_png(bytes)) return image::decode_png(bytes, name);
+  if (image::is_pfm(bytes)) return image::decode_pfm(bytes, name);
+  return image::damaged(name, bytes.empty() ? "is empty" : "is not a picture of a known format");
 }
 
 std::string lower_suffix(const std::filesystem::path& path) {
@@ -78,12 +78,12 @@ double srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
-Result<void> write_png_bytes(const std::filesystem::path& path, const codec::Buffer& bytes) {
+Result<void> write_png_bytes(const std::filesystem::path& path, const image::Buffer& bytes) {
   if (bytes.empty()) return Error{ErrorCode::io, path.string() + ": PNG cannot be made"};
   return write_file_atomically(path, bytes);
 }
 
-std::vector<std::uint8_t> octets(const codec::Buffer& bytes) {
+std::vector<std::uint8_t> octets(const image::Buffer& bytes) {
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   return {data, data + bytes.size()};
 }
@@ -104,10 +104,10 @@ Result<Image<float>> read_image(const std::filesystem::path& path) {
 Result<void> write_image(const std::filesystem::path& path, const Image<float>& image) {
   SYMRIG_CHECK(check_writable(image, path.string()));
   const std::string suffix = lower_suffix(path);
-  if (suffix == ".png") return write_png_bytes(path, codec::encode_png_codes(to_16_bits(image)));
-  if (suffix == ".pfm") return write_file_atomically(path, codec::encode_pfm(image));
+  if (suffix == ".png") return write_png_bytes(path, image::encode_png_codes(to_16_bits(image)));
+  if (suffix == ".pfm") return write_file_atomically(path, image::encode_pfm(image));
   if (suffix == ".exr") {
-    SYMRIG_TRY(const auto bytes, codec::encode_exr(image, path.string()));
+    SYMRIG_TRY(const auto bytes, image::encode_exr(image, path.string()));
     return write_file_atomically(path, bytes);
   }
   return Error{ErrorCode::bad_argument,
@@ -120,7 +120,7 @@ Result<void> write_display_png(const std::filesystem::path& path, const Image<fl
   SYMRIG_CHECK(check_writable(image, path.string()));
   if (!std::isfinite(exposure) || exposure <= 0)
     return Error{ErrorCode::bad_argument, fmt::format("exposure = {}; must be a positive number", exposure)};
-  return write_png_bytes(path, codec::encode_png_codes(to_display(image, exposure)));
+  return write_png_bytes(path, image::encode_png_codes(to_display(image, exposure)));
 }
 
 Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {
@@ -135,12 +135,12 @@ Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
   if (!image.grid().valid() || (image.channels() != 1 && image.channels() != 3)) return {};
-  return octets(codec::encode_png_codes(image));
+  return octets(image::encode_png_codes(image));
 }
 
 std::vector<std::uint8_t> encode_bit_png(const Image<std::uint8_t>& image) {
   if (!image.grid().valid() || image.channels() != 1) return {};
-  return octets(codec::encode_png_bits(image));
+  return octets(image::encode_png_bits(image));
 }
 
 }  // namespace symrig

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-namespace symrig::codec {
+namespace symrig::image {
 namespace {
 
 /// The next word of a text header. It also consumes the single white-space byte after the word.
@@ -97,4 +97,4 @@ Buffer encode_pfm(const Image<float>& image) {
   return bytes;
 }
 
-}  // namespace symrig::codec
+}  // namespace symrig::image

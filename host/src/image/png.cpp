@@ -11,7 +11,7 @@
 
 #include <png.h>
 
-namespace symrig::codec {
+namespace symrig::image {
 namespace {
 
 /// libpng's message; it survives the jump.
@@ -226,4 +226,4 @@ Buffer encode_png_bits(const Image<std::uint8_t>& image) {
   return buffer;
 }
 
-}  // namespace symrig::codec
+}  // namespace symrig::image

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/check_scan.hpp"
-
 #include "base/duration.hpp"
 #include "board/session/names.hpp"
 #include "program/longer_bracket.hpp"
+#include "program/passes.hpp"
 #include "program/timing.hpp"
 #include "symrig/hdr/beat.hpp"
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/check_steps.hpp"
-
 #include "base/duration.hpp"
 #include "board/session/names.hpp"
+#include "program/passes.hpp"
 #include "program/timing.hpp"
 
 #include <cstdlib>

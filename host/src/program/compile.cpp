@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/program/compile.hpp"
 
-#include "program/check_lines.hpp"
-#include "program/check_scan.hpp"
-#include "program/check_steps.hpp"
-#include "program/durations.hpp"
-#include "program/emit.hpp"
-#include "program/lower.hpp"
+#include "program/passes.hpp"
 #include "program/timing.hpp"
 #include "symrig/board/lint.hpp"
 #include "symrig/program/timeline.hpp"

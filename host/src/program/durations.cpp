@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/durations.hpp"
-
 #include "board/session/line_setup.hpp"
+#include "program/passes.hpp"
 #include "symrig/protocol/check_program.hpp"
 
 namespace symrig::program {

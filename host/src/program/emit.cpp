@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/emit.hpp"
-
 #include "board/session/names.hpp"
+#include "program/passes.hpp"
 
 #include <algorithm>
 #include <array>

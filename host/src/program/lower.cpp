@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/lower.hpp"
-
+#include "program/passes.hpp"
 #include "program/timing.hpp"
 #include "symrig/program/bracket.hpp"
 #include "symrig/program/compile.hpp"

@@ -2,7 +2,7 @@
 #include "symrig/program/profile.hpp"
 
 #include "program/builtin_profiles.hpp"
-#include "program/profile_keys.hpp"
+#include "program/file_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/nearest_name.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/profile_keys.hpp"
+#include "program/file_keys.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/program/program_file.hpp"
 
-#include "program/rig_keys.hpp"
-#include "program/scan_keys.hpp"
-#include "program/step_keys.hpp"
+#include "program/file_keys.hpp"
 #include "symrig/base/atomic_file.hpp"
 
 #include <algorithm>

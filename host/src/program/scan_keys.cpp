@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/scan_keys.hpp"
+#include "program/file_keys.hpp"
 
 #include <array>
 #include <cmath>

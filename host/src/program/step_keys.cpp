@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/step_keys.hpp"
-
+#include "program/file_keys.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <array>

@@ -5,7 +5,7 @@
 #include "board/session/board_json.hpp"
 #include "board/session/line_setup.hpp"
 #include "board/session/names.hpp"
-#include "program/durations.hpp"
+#include "program/passes.hpp"
 #include "symrig/protocol/crc32c.hpp"
 #include "symrig/protocol/types.hpp"
 

@@ -45,7 +45,7 @@ std::vector<BenchCase> bench_cases(const BenchPlan& plan) {
 }
 
 std::string bench_rig(const BenchPlan& plan, const BenchCase& what) {
-  sim::SceneUri uri;
+  SceneUri uri;
   uri.name = what.scene;
   uri.size = what.grid;
   uri.seed = what.seed;

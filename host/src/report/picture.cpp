@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report/picture.hpp"
 
+#include "symrig/base/quantile.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 
@@ -61,9 +62,7 @@ float white_level(const Image<float>& image, double share) {
   for (const float v : image.values())
     if (std::isfinite(v)) values.push_back(v);
   if (values.empty()) return 0;
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  const float level = values[rank];
+  const float level = quantile(values, share);
   return level > 0 ? level : std::max(0.0F, *std::max_element(values.begin(), values.end()));
 }
 

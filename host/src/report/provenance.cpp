@@ -16,10 +16,10 @@ bool simulated(const std::string& rig) {
 }
 
 /// True if both scenes answer a random pattern equally, except for rounding.
-bool same_light(const sim::SceneUri& a, const sim::SceneUri& b) {
+bool same_light(const SceneUri& a, const SceneUri& b) {
   if (a.size != b.size || a.channels != b.channels) return false;
-  const auto one = sim::make_scene(a);
-  const auto two = sim::make_scene(b);
+  const auto one = make_scene(a);
+  const auto two = make_scene(b);
   if (!one || !two) return true;  // not known
   constexpr unsigned kSeed = 3;
   constexpr double kRounding = 1e-5;
@@ -35,7 +35,7 @@ bool same_light(const sim::SceneUri& a, const sim::SceneUri& b) {
   return difference <= kRounding * kRounding * light;
 }
 
-std::vector<std::string> differences(const sim::SceneUri& file, const sim::SceneUri& rig) {
+std::vector<std::string> differences(const SceneUri& file, const SceneUri& rig) {
   std::vector<std::string> found;
   const auto compare = [&](const char* what, const auto& was, const auto& is) {
     if (!(was == is)) found.push_back(fmt::format("{} is {}, the file's is {}", what, is, was));
@@ -55,8 +55,8 @@ std::vector<std::string> differences_of_scene(const std::string& captured, const
   if (captured.empty() || captured == rig) return {};
   if (!simulated(captured) || !simulated(rig))
     return {fmt::format("the rig is {}, the file's is {}", rig, captured)};
-  const auto file = sim::parse_scene_uri(captured);
-  const auto given = sim::parse_scene_uri(rig);
+  const auto file = parse_scene_uri(captured);
+  const auto given = parse_scene_uri(rig);
   if (!file || !given) return {fmt::format("the rig is {}, the file's is {}", rig, captured)};
   if (same_light(*file, *given)) return {};
   return differences(*file, *given);

@@ -2,9 +2,10 @@
 #include "symrig/report/relight_speed.hpp"
 
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/quantile.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <fstream>
 #include <memory>
@@ -21,12 +22,6 @@
 
 namespace symrig {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// The size for the first processor, "32768K" in the file. sysconf gives the sum over caches that one core
 /// cannot use. 0 if the system does not report it.
@@ -65,9 +60,9 @@ class Triad {
 
   /// One pass; returns bytes per second.
   double rate() {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     over_elements([this](std::size_t i) { a_[i] = b_[i] + 3.0F * c_[i]; });
-    return 3.0 * sizeof(float) * static_cast<double>(elements_) / since(start);
+    return 3.0 * sizeof(float) * static_cast<double>(elements_) / watch.seconds();
   }
 
  private:
@@ -105,16 +100,13 @@ class Rounds {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                     static_cast<std::size_t>(threads_));
     best_rate_ = std::max(best_rate_, triad.rate());  // this also clears the caches of the tensor
-    const auto start = Clock::now();
+    const Stopwatch watch;
     SYMRIG_TRY(const Image<float> photograph, tensor.apply(pattern));
-    relight_.push_back(since(start));
+    relight_.push_back(watch.seconds());
     return {};
   }
 
-  ThreadSpeed speed() {
-    std::nth_element(relight_.begin(), relight_.begin() + std::ssize(relight_) / 2, relight_.end());
-    return {threads_, best_rate_, relight_[relight_.size() / 2]};
-  }
+  ThreadSpeed speed() { return {threads_, best_rate_, median(relight_)}; }
 
  private:
   int threads_;

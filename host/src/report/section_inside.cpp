@@ -2,6 +2,7 @@
 #include "report/html.hpp"
 #include "report/picture.hpp"
 #include "report/sections.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/image/resample.hpp"
 
 #include <algorithm>
@@ -92,9 +93,7 @@ float top_of_scale(const Image<float>& slice) {
     for (int col = 0; col < slice.grid().cols; ++col)
       if (row != col && slice.at(row, col) > 0) values.push_back(slice.at(row, col));
   if (values.empty()) return *std::max_element(slice.values().begin(), slice.values().end());
-  const auto rank = static_cast<std::ptrdiff_t>(kShare * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + rank, values.end());
-  return values[rank];
+  return quantile(values, kShare);
 }
 
 std::string slice_caption(const TransportTensor& tensor, int row) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exposure_choice.hpp"
 
+#include "symrig/base/quantile.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -52,9 +54,8 @@ double black_level(const std::optional<Radiance>& black) {
   for (std::size_t i = 0; i < black->mean.values().size(); ++i)
     if (black->valid.values()[i] != 0) valid.push_back(black->mean.values()[i]);
   if (valid.empty()) return 0;
-  const auto rank = valid.begin() + static_cast<std::ptrdiff_t>(valid.size() - 1 - valid.size() / 1000);
-  std::nth_element(valid.begin(), rank, valid.end());
-  return std::max(0.0, static_cast<double>(*rank));
+  const auto size = std::ssize(valid);
+  return std::max(0.0, static_cast<double>(ranked(valid, size - 1 - size / 1000)));
 }
 
 double mean_variance(const Radiance& photograph) {

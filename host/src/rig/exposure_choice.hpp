@@ -5,9 +5,11 @@
 #include "symrig/camera/camera.hpp"
 #include "symrig/hdr/bracket_plan.hpp"
 #include "symrig/image/radiance.hpp"
+#include "symrig/rig/frame_reading.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <optional>
+#include <span>
 
 namespace symrig {
 
@@ -33,5 +35,14 @@ double least_noise(const Expectation& expected);
 /// The expectation for photographs of the dark projector. With it, the error of their average adds at most
 /// 1/16 to the expected noise of other photographs.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
+
+/// Electrons per second of the brightest live pixel, from a geometric bracket with the shortest frame first.
+/// Uses the longest unsaturated frame.
+std::optional<double> brightest_rate(const FrameReading& reading, std::span<const CameraFrame> frames,
+                                     std::span<const Nanoseconds> exposures, const Camera& camera,
+                                     double scale);
+
+/// The exposure in which a pixel with this rate [e⁻/s] fills 1 / headroom of the range.
+Nanoseconds exposure_for(double rate, double headroom, const NoiseModel& noise);
 
 }  // namespace symrig

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rig/metering.hpp"
-
+#include "rig/exposure_choice.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>

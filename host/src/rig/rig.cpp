@@ -4,12 +4,11 @@
 #include "rig/bracket_taker.hpp"
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
-#include "rig/metering.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -22,16 +21,6 @@ namespace {
 
 /// Frames of a photograph without an expectation, on a rig that plans exposures.
 constexpr int kUnplanned = 4;
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 Result<void> check_values(const Pattern& pattern, std::size_t number) {
   const auto values = pattern.values();

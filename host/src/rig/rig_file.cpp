@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "program/rig_keys.hpp"
+#include "program/file_keys.hpp"
 #include "program/timing.hpp"
 #include "projector/driver.hpp"
 #include "rig/rig_file_keys.hpp"

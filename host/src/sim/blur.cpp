@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/blur.hpp"
+#include "sim/transport.hpp"
 
 #include <algorithm>
 #include <cstddef>

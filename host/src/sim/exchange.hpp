@@ -3,6 +3,7 @@
 
 #include "sim/groove.hpp"
 
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -33,5 +34,38 @@ inline constexpr double kExchangeRounding = 4e-6;
 /// are dropped.
 /// error: every entry within kGaussianSumError + kExchangeRounding of point_form_factor, relative.
 std::unique_ptr<Exchange> open_exchange(const Groove& groove);
+
+/// True if a point s from the crease on the left plane sees a point t from the crease on the right plane.
+using Sight = std::function<bool(double s, double t)>;
+
+/// Exchange of a groove with a blocker along the whole crease, so that visibility depends only on the two
+/// columns. M[s, t] is a convolution along y. It is stored as its real spectrum for each pair of columns that
+/// see each other. High frequencies are kept only near the crease, because the spectrum of 1/(a² + y²)² falls
+/// as (1 + aω) e^{−aω}.
+/// cost: one FFT of 2.5 rows per column and direction, then the stored products.
+/// error: every entry within 3e-6 of the largest entry of its pair of columns, plus 2e-8 because two columns
+/// share a transform. Entries may be negative by the same amounts. Visibility itself is exact.
+/// source: form factors of groove.hpp.
+std::unique_ptr<Exchange> masked_exchange(const Groove& groove, const Sight& sees);
+
+/// One part of a groove that opaque fins cut into chambers. No light passes between chambers.
+struct Chamber {
+  int row_begin, row_end;
+  std::unique_ptr<Exchange> exchange;  ///< for the rows of the chamber
+};
+std::unique_ptr<Exchange> chambered_exchange(Grid grid, std::vector<Chamber> chambers);
+
+/// Exchange of a groove with two thin opaque fins. The rig sees both edge-on, so they are invisible and shade
+/// no direct light:
+///   - one across the groove at 37 % of its height, as tall as the groove: no light passes it;
+///   - one below it along the crease, between 4 % and 15 % of the width above the crease. It hides (s, t) if
+///     their connecting line crosses the plane of the crease in this range, at height 2 s t / (s + t).
+/// Light passes below the second fin near the crease, and above it far from the crease.
+std::unique_ptr<Exchange> occluded_exchange(const Groove& groove);
+
+/// True if the second fin does not hide s and t from each other.
+bool passes_hovering_fin(const Groove& groove, double s, double t);
+/// First row below the fin across the groove.
+int row_of_cross_fin(const Groove& groove);
 
 }  // namespace symrig::sim

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/masked_exchange.hpp"
-
+#include "sim/exchange.hpp"
 #include "sim/lane_fft.hpp"
 
 #include <algorithm>

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/occluder.hpp"
-
-#include "sim/masked_exchange.hpp"
+#include "sim/exchange.hpp"
 
 #include <utility>
 

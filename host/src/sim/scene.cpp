@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/sim/scene.hpp"
 
-#include "sim/blur.hpp"
 #include "sim/scenes.hpp"
 
 #include <cassert>
@@ -10,7 +9,6 @@
 #include <fmt/format.h>
 
 namespace symrig::sim {
-
 namespace {
 
 /// A scene with one operator per channel.
@@ -30,6 +28,9 @@ class ComposedScene final : public Scene {
 };
 
 }  // namespace
+}  // namespace symrig::sim
+
+namespace symrig {
 
 Image<float> Scene::apply(const Image<float>& pattern) const {
   assert(pattern.grid() == grid() && pattern.channels() == 1);
@@ -39,7 +40,7 @@ Image<float> Scene::apply(const Image<float>& pattern) const {
 }
 
 ViewLayout views_of(const SceneUri& uri) {
-  const SceneRow* row = find_scene(uri.name);
+  const sim::SceneRow* row = sim::find_scene(uri.name);
   return row == nullptr ? ViewLayout() : row->views;
 }
 
@@ -47,16 +48,16 @@ Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri) {
   if (!uri.size.valid())
     return Error{ErrorCode::bad_argument, fmt::format("size={} is empty or too large", to_string(uri.size)),
                  "give at least 1x1"};
-  if (uri.size.size() > kLargestScene)
+  if (uri.size.size() > sim::kLargestScene)
     return Error{ErrorCode::limit,
-                 fmt::format("size={} has more than {} pixels", to_string(uri.size), kLargestScene),
+                 fmt::format("size={} has more than {} pixels", to_string(uri.size), sim::kLargestScene),
                  "give a smaller grid, such as 4096x4096"};
-  const SceneRow* row = find_scene(uri.name);
-  if (row == nullptr) return unknown_scene(uri.name);
-  Channels channels = row->make(uri);
+  const sim::SceneRow* row = sim::find_scene(uri.name);
+  if (row == nullptr) return sim::unknown_scene(uri.name);
+  sim::Channels channels = row->make(uri);
   if (uri.psf > 0)
-    for (auto& channel : channels) channel = blurred(uri.size, uri.psf, std::move(channel));
-  return std::unique_ptr<Scene>(std::make_unique<ComposedScene>(uri.size, std::move(channels)));
+    for (auto& channel : channels) channel = sim::blurred(uri.size, uri.psf, std::move(channel));
+  return std::unique_ptr<Scene>(std::make_unique<sim::ComposedScene>(uri.size, std::move(channels)));
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

@@ -13,7 +13,6 @@
 #include <fmt/format.h>
 
 namespace symrig::sim {
-
 namespace {
 
 Error bad_value(std::string_view key, std::string_view value, std::string_view values) {
@@ -141,14 +140,18 @@ std::span<const KeyRow> key_table() {
   return all;
 }
 
+}  // namespace symrig::sim
+
+namespace symrig {
+
 std::span<const SceneKey> scene_keys() {
   static const std::vector<SceneKey> all = [] {
     std::vector<SceneKey> list;
-    for (const KeyRow& key : key_table())
+    for (const sim::KeyRow& key : sim::key_table())
       list.push_back({key.name, key.print(SceneUri()), key.meaning, key.values});
     return list;
   }();
   return all;
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

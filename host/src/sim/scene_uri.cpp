@@ -8,13 +8,12 @@
 
 #include <fmt/format.h>
 
-namespace symrig::sim {
-
+namespace symrig {
 namespace {
 
-Result<const KeyRow*> find_key(std::string_view name) {
+Result<const sim::KeyRow*> find_key(std::string_view name) {
   std::vector<std::string_view> names;
-  for (const KeyRow& key : key_table()) {
+  for (const sim::KeyRow& key : sim::key_table()) {
     if (key.name == name) return &key;
     names.push_back(key.name);
   }
@@ -29,7 +28,7 @@ Result<void> read_item(std::string_view item, std::vector<std::string_view>& see
     return Error{ErrorCode::bad_argument, fmt::format("'{}' is not key=value", item),
                  "write keys as sim:plane?size=64x64&seed=2"};
   const std::string_view name = item.substr(0, equals);
-  SYMRIG_TRY(const KeyRow* key, find_key(name));
+  SYMRIG_TRY(const sim::KeyRow* key, find_key(name));
   if (std::find(seen.begin(), seen.end(), name) != seen.end())
     return Error{ErrorCode::bad_argument, fmt::format("the key '{}' appears twice", name), "give it once"};
   seen.push_back(name);
@@ -56,7 +55,7 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
   uri.remove_prefix(kScheme.size());
   const std::size_t question = uri.find('?');
   const std::string_view name = uri.substr(0, question);
-  if (find_scene(name) == nullptr) return unknown_scene(name);
+  if (sim::find_scene(name) == nullptr) return sim::unknown_scene(name);
   SceneUri parsed;
   parsed.name = name;
   if (question != std::string_view::npos) SYMRIG_CHECK(read_items(uri.substr(question + 1), parsed));
@@ -68,11 +67,11 @@ std::string SceneUri::to_string() const {
   SceneUri defaults;
   if (!camera_noise) defaults.black = 0;  // always 0 then, so it is not printed
   std::string text = fmt::format("sim:{}?size={}", name, symrig::to_string(size));
-  for (const KeyRow& key : key_table()) {
+  for (const sim::KeyRow& key : sim::key_table()) {
     const std::string value = key.print(*this);
     if (key.name != "size" && value != key.print(defaults)) text += fmt::format("&{}={}", key.name, value);
   }
   return text;
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

@@ -2,10 +2,10 @@
 // The table of scenes. A new scene is a function that makes its channels, and a line of the table.
 #include "sim/scenes.hpp"
 
+#include "sim/exchange.hpp"
 #include "sim/groove_transport.hpp"
 #include "sim/gummy.hpp"
 #include "sim/hash.hpp"
-#include "sim/occluder.hpp"
 #include "sim/optics.hpp"
 #include "sim/texture.hpp"
 #include "symrig/base/nearest_name.hpp"
@@ -17,7 +17,6 @@
 #include <fmt/format.h>
 
 namespace symrig::sim {
-
 namespace {
 
 /// Paints one plane of the groove white.
@@ -150,12 +149,16 @@ Error unknown_scene(std::string_view name) {
   return {ErrorCode::unknown_name, fmt::format("no scene is called '{}'", name), nearest_hint(name, kNames)};
 }
 
+}  // namespace symrig::sim
+
+namespace symrig {
+
 std::span<const SceneInfo> scenes() {
-  return kInfos;
+  return sim::kInfos;
 }
 
 std::span<const std::string_view> scene_names() {
-  return kNames;
+  return sim::kNames;
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

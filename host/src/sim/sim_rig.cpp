@@ -12,24 +12,24 @@ namespace symrig {
 namespace {
 
 /// A device with active-low lines: it sees these lines inverted.
-class InvertedLines final : public boards::Peripheral {
+class InvertedLines final : public board_sim::Peripheral {
  public:
-  InvertedLines(boards::Peripheral& device, std::uint32_t lines) : device_(device), lines_(lines) {}
+  InvertedLines(board_sim::Peripheral& device, std::uint32_t lines) : device_(device), lines_(lines) {}
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard& board) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard& board) override {
     device_.outputs_changed(tick, levels ^ lines_, board);
   }
   std::uint64_t next_event() const override { return device_.next_event(); }
-  void on_event(std::uint64_t tick, boards::SimBoard& board) override { device_.on_event(tick, board); }
+  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override { device_.on_event(tick, board); }
 
  private:
-  boards::Peripheral& device_;
+  board_sim::Peripheral& device_;
   std::uint32_t lines_;
 };
 
-boards::SimProjectorConfig projector_config(const RigWiring& wiring) {
+board_sim::SimProjectorConfig projector_config(const RigWiring& wiring) {
   constexpr std::int64_t kSecond = 1'000'000'000;
-  boards::SimProjectorConfig config;
+  board_sim::SimProjectorConfig config;
   config.trigger_line = wiring.projector;
   config.vsync_line = wiring.vsync;
   const std::int64_t period = wiring.refresh.count();
@@ -39,14 +39,14 @@ boards::SimProjectorConfig projector_config(const RigWiring& wiring) {
   return config;
 }
 
-boards::SimCameraConfig camera_config(const RigWiring& wiring) {
-  boards::SimCameraConfig config;
+board_sim::SimCameraConfig camera_config(const RigWiring& wiring) {
+  board_sim::SimCameraConfig config;
   config.trigger_line = wiring.camera;
   config.strobe_line = wiring.strobe;
   return config;
 }
 
-std::uint32_t active_low_lines(const RigWiring& wiring, const boards::SimBoard& board) {
+std::uint32_t active_low_lines(const RigWiring& wiring, const board_sim::SimBoard& board) {
   std::uint32_t lines = 0;
   for (const std::string& line : wiring.active_low)
     if (const int k = board.line(line); k >= 0) lines |= 1U << static_cast<unsigned>(k);
@@ -71,9 +71,9 @@ class SimRigLink final : public Link {
   SteadyTime opened() const override { return link_->opened(); }
 
  private:
-  boards::SimBoard board_;
-  boards::SimProjector projector_;
-  boards::SimCamera camera_;
+  board_sim::SimBoard board_;
+  board_sim::SimProjector projector_;
+  board_sim::SimCamera camera_;
   InvertedLines seen_by_projector_, seen_by_camera_;
   std::unique_ptr<Link> link_;
 };
@@ -85,7 +85,7 @@ std::unique_ptr<Link> make_sim_rig(const RigWiring& wiring) {
 }
 
 Result<BoardInfo> sim_board_info() {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   SYMRIG_TRY(const Board session, Board::connect(make_sim_link(board)));
   return session.info();
 }

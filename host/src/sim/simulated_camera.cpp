@@ -7,7 +7,7 @@
 
 namespace symrig::sim {
 
-SimulatedCamera::SimulatedCamera(SimulatedCameraSpec spec, boards::SimCamera& shutter, Develop develop)
+SimulatedCamera::SimulatedCamera(SimulatedCameraSpec spec, board_sim::SimCamera& shutter, Develop develop)
     : spec_(std::move(spec)), shutter_(shutter), develop_(std::move(develop)) {}
 
 /// In virtual time all frames of a run exist when it has ended, so there is no wait.

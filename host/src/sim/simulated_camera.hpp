@@ -26,15 +26,15 @@ struct SimulatedCameraSpec {
   std::uint64_t tick_hz = 0;
 };
 
-/// The pictures of boards::SimCamera, which does the timing. The function Develop turns light into codes, so
-/// this class does not depend on a scene.
+/// The pictures of board_sim::SimCamera, which does the timing. The function Develop turns light into codes,
+/// so this class does not depend on a scene.
 class SimulatedCamera final : public Camera {
  public:
   /// Makes the frames of the given exposures, in the same order.
   using Develop = std::function<std::vector<CameraFrame>(std::span<const SimulatedExposure>)>;
 
   /// shutter must outlive the camera.
-  SimulatedCamera(SimulatedCameraSpec spec, boards::SimCamera& shutter, Develop develop);
+  SimulatedCamera(SimulatedCameraSpec spec, board_sim::SimCamera& shutter, Develop develop);
 
   Grid grid() const override { return spec_.grid; }
   int channels() const override { return spec_.channels; }
@@ -49,7 +49,7 @@ class SimulatedCamera final : public Camera {
 
  private:
   SimulatedCameraSpec spec_;
-  boards::SimCamera& shutter_;
+  board_sim::SimCamera& shutter_;
   Develop develop_;
   std::uint64_t taken_ = 0;
 };

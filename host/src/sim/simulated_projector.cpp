@@ -9,7 +9,7 @@
 
 namespace symrig::sim {
 
-SimulatedProjector::SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period)
+SimulatedProjector::SimulatedProjector(Grid grid, board_sim::SimProjector& raster, Nanoseconds refresh_period)
     : grid_(grid), raster_(raster), refresh_period_(refresh_period) {}
 
 Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {

@@ -9,13 +9,13 @@
 
 namespace symrig::sim {
 
-/// The pictures of boards::SimProjector, which does the timing: knows when each pattern was on the screen.
+/// The pictures of board_sim::SimProjector, which does the timing: knows when each pattern was on the screen.
 class SimulatedProjector final : public Projector {
  public:
   /// raster must outlive the projector.
-  SimulatedProjector(Grid grid, boards::SimProjector& raster, Nanoseconds refresh_period);
+  SimulatedProjector(Grid grid, board_sim::SimProjector& raster, Nanoseconds refresh_period);
   /// From now on the host shows the patterns: Pacing::host. board must outlive the projector.
-  void pace_by_host(boards::SimBoard& board) { host_board_ = &board; }
+  void pace_by_host(board_sim::SimBoard& board) { host_board_ = &board; }
 
   Grid grid() const override { return grid_; }
   Nanoseconds refresh_period() const override { return refresh_period_; }
@@ -51,8 +51,8 @@ class SimulatedProjector final : public Projector {
 
  private:
   Grid grid_;
-  boards::SimProjector& raster_;
-  boards::SimBoard* host_board_ = nullptr;
+  board_sim::SimProjector& raster_;
+  board_sim::SimBoard* host_board_ = nullptr;
   Nanoseconds refresh_period_;
   std::vector<Pattern> sequence_;
   std::vector<Place> places_;

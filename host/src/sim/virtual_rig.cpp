@@ -7,6 +7,7 @@
 #include "sim/image_formation.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
@@ -14,13 +15,11 @@
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 
 namespace symrig::sim {
-
 namespace {
 
 /// Makes the frames of the simulated camera: which patterns lit each exposure, and the resulting codes.
@@ -115,13 +114,13 @@ std::vector<std::uint64_t> FrameMaker::noise_keys(std::span<const SimulatedExpos
 }
 
 std::vector<CameraFrame> FrameMaker::develop(std::span<const SimulatedExposure> exposures) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const std::vector<ImageFormation::Light> lights = lights_of(exposures);
   const std::vector<std::uint64_t> keys = noise_keys(exposures);
   std::vector<CameraFrame> frames(exposures.size());
   tbb::parallel_for(std::size_t{0}, frames.size(),
                     [&](std::size_t i) { frames[i] = frame(exposures[i], keys[i], lights); });
-  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds_ += watch.seconds();
   return frames;
 }
 
@@ -201,9 +200,9 @@ class SimulatedRig final : public VirtualRig {
   SceneUri uri_;
   std::unique_ptr<Scene> scene_;
   VirtualRigHooks hooks_;
-  std::unique_ptr<boards::SimBoard> board_;
-  boards::SimProjector raster_;
-  boards::SimCamera shutter_;
+  std::unique_ptr<board_sim::SimBoard> board_;
+  board_sim::SimProjector raster_;
+  board_sim::SimCamera shutter_;
   std::unique_ptr<FrameMaker> frame_maker_;
   std::unique_ptr<SimulatedProjector> projector_;
   std::unique_ptr<SimulatedCamera> camera_;
@@ -214,7 +213,7 @@ SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRi
     : uri_(std::move(uri)),
       scene_(std::move(scene)),
       hooks_(std::move(hooks)),
-      board_(std::make_unique<boards::SimBoard>()),
+      board_(std::make_unique<board_sim::SimBoard>()),
       raster_(*board_),
       shutter_(*board_) {
   board_->attach(raster_);
@@ -298,13 +297,16 @@ Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text, Vi
 }
 
 }  // namespace
+}  // namespace symrig::sim
+
+namespace symrig {
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri) {
-  return SimulatedRig::open(uri, {});
+  return sim::SimulatedRig::open(uri, {});
 }
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks) {
-  return SimulatedRig::open(uri, std::move(hooks));
+  return sim::SimulatedRig::open(uri, std::move(hooks));
 }
 
-}  // namespace symrig::sim
+}  // namespace symrig

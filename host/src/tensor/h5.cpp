@@ -5,7 +5,7 @@
 #include <functional>
 #include <numeric>
 
-namespace symrig::h5 {
+namespace symrig::tensor::h5 {
 namespace {
 
 Error broken(const char* name, const std::string& why) {
@@ -178,4 +178,4 @@ Result<void> read_into(hid_t place, const char* name, hid_t type, void* data) {
   return {};
 }
 
-}  // namespace symrig::h5
+}  // namespace symrig::tensor::h5

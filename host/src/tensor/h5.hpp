@@ -13,7 +13,7 @@
 
 #include <hdf5.h>
 
-namespace symrig::h5 {
+namespace symrig::tensor::h5 {
 
 /// An HDF5 identifier and the function that closes it.
 class Handle {
@@ -113,4 +113,4 @@ Result<std::vector<T>> read_dataset(hid_t place, const char* name, std::size_t r
   return values;
 }
 
-}  // namespace symrig::h5
+}  // namespace symrig::tensor::h5

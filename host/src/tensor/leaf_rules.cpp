@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 bool range_ok(std::int32_t begin, std::int32_t end, std::int64_t size) {
   return 0 <= begin && begin < end && end <= size;
@@ -99,4 +99,4 @@ bool leaf_values_ok(std::span<const float> factors, const Leaf& leaf, const Head
   return true;
 }
 
-}  // namespace symrig::scene_file
+}  // namespace symrig::tensor

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 struct Trees {
   const BlockTree* camera;
@@ -32,4 +32,4 @@ bool leaf_in_place(const Leaf& leaf, const Head& head, const Trees& trees);
 /// symmetric file they must also give a symmetric block.
 bool leaf_values_ok(std::span<const float> factors, const Leaf& leaf, const Head& head);
 
-}  // namespace symrig::scene_file
+}  // namespace symrig::tensor

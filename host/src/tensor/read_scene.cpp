@@ -5,7 +5,6 @@
 #include "tensor/h5.hpp"
 #include "tensor/read_tensor.hpp"
 #include "tensor/scene_file.hpp"
-#include "tensor/tree_file.hpp"
 
 #include <algorithm>
 
@@ -13,7 +12,9 @@ namespace symrig {
 namespace {
 
 namespace fs = std::filesystem;
-using namespace scene_file;
+namespace h5 = tensor::h5;
+using tensor::Head;
+using tensor::Source;
 
 Result<void> readable(const fs::path& path) {
   auto can = check_readable(path);
@@ -59,7 +60,7 @@ Result<Head> read_head(const Source& source) {
   if (format != "symrig-scene")
     return Error{ErrorCode::bad_format, "attribute 'format' is not 'symrig-scene'", "is this a scene.h5?"};
   SYMRIG_TRY(const std::vector<std::int32_t> major, h5::read_integers(file, "version_major", 1));
-  if (major[0] < 1 || major[0] > kVersionMajor)
+  if (major[0] < 1 || major[0] > tensor::kVersionMajor)
     return Error{ErrorCode::bad_format,
                  "file version " + std::to_string(major[0]) + ", this program reads versions 1 and 2",
                  "use the symrig release that wrote it"};
@@ -87,8 +88,8 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
   if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
       c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
     return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
-  SYMRIG_CHECK(check_values(pattern, "'" + path + "/pattern'", kBrightest));
-  SYMRIG_CHECK(check_values(photograph, "'" + path + "/photograph'", kLargest));
+  SYMRIG_CHECK(tensor::check_values(pattern, "'" + path + "/pattern'", tensor::kBrightest));
+  SYMRIG_CHECK(tensor::check_values(photograph, "'" + path + "/photograph'", tensor::kLargest));
   HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};
   std::copy(pattern.begin(), pattern.end(), held.pattern.values().begin());
   std::copy(photograph.begin(), photograph.end(), held.photograph.values().begin());
@@ -107,8 +108,8 @@ Result<StoredScene> read_all(const Source& source) {
              tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
-  SYMRIG_CHECK(read_tensor(source, head, camera, projector, builder));
-  SYMRIG_TRY(const std::int32_t held_out_count, read_count(source, "held_out_count", "held_out"));
+  SYMRIG_CHECK(tensor::read_tensor(source, head, camera, projector, builder));
+  SYMRIG_TRY(const std::int32_t held_out_count, tensor::read_count(source, "held_out_count", "held_out"));
   std::vector<HeldOut> held_out;
   for (std::int32_t k = 0; k < held_out_count; ++k) {
     SYMRIG_TRY(HeldOut one_of, read_held_out(source, head, "held_out/" + std::to_string(k)));
@@ -120,7 +121,7 @@ Result<StoredScene> read_all(const Source& source) {
 }  // namespace
 
 Result<StoredScene> load_scene(const fs::path& path) {
-  const std::scoped_lock lock(hdf5_mutex());
+  const std::scoped_lock lock(tensor::hdf5_mutex());
   h5::be_quiet();
   SYMRIG_CHECK(readable(path));
   std::error_code failed;

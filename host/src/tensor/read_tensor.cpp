@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 bool all_finite(std::span<const float> values) {
   return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
@@ -285,4 +285,4 @@ Result<void> read_tensor(const Source& source, const Head& head, const BlockTree
   return read_bands(source, head, builder);
 }
 
-}  // namespace symrig::scene_file
+}  // namespace symrig::tensor

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 /// An open scene file and its size. Every size in the file is checked against it.
 struct Source {
@@ -42,4 +42,4 @@ Result<std::int32_t> read_count(const Source& source, const char* attribute, con
 Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
                          const BlockTree& projector, TensorBuilder& builder);
 
-}  // namespace symrig::scene_file
+}  // namespace symrig::tensor

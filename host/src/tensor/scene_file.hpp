@@ -3,14 +3,17 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/tensor/block_tree.hpp"
+#include "tensor/h5.hpp"
 
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <mutex>
+#include <string>
 
-namespace symrig::scene_file {
+namespace symrig::tensor {
 
 constexpr std::int32_t kVersionMajor = 2;  ///< version 1 can also be read
 constexpr std::int32_t kVersionMinor = 0;
@@ -21,4 +24,12 @@ inline std::mutex& hdf5_mutex() {
   return mutex;
 }
 
-}  // namespace symrig::scene_file
+/// Writes the tree of one side ("camera" or "projector"): dataset <side>_order, and for a grid of several
+/// views the attributes <side>_views, <side>_split and, unless flat, the dataset <side>_boundaries.
+bool write_tree(hid_t file, const std::string& side, const BlockTree& tree);
+
+/// The inverse of write_tree(). Without <side>_split the tree is the flat tree of one view.
+/// fails: bad_format (missing, damaged, or not a tree).
+Result<BlockTree> read_tree(hid_t file, const std::string& side, Grid grid, std::uint64_t file_bytes);
+
+}  // namespace symrig::tensor

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tensor/tree_file.hpp"
+#include "tensor/scene_file.hpp"
 
 #include <algorithm>
 #include <array>

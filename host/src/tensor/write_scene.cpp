@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
 #include "tensor/half.hpp"
 #include "tensor/scene_file.hpp"
-#include "tensor/tree_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -13,8 +13,7 @@ namespace symrig {
 namespace {
 
 namespace fs = std::filesystem;
-using scene_file::kVersionMajor;
-using scene_file::kVersionMinor;
+namespace h5 = tensor::h5;
 using tensor::Half;
 
 /// The largest half of a column in the file is near 1, because h5py shows such numbers best.
@@ -52,8 +51,8 @@ bool write_root(hid_t file, const StoredScene& scene) {
   const std::array<std::int32_t, 2> camera{t.camera_grid().rows, t.camera_grid().cols};
   const std::array<std::int32_t, 2> projector{t.projector_grid().rows, t.projector_grid().cols};
   return h5::write_attribute(file, "format", std::string("symrig-scene")) &&
-         h5::write_attribute(file, "version_major", one(kVersionMajor)) &&
-         h5::write_attribute(file, "version_minor", one(kVersionMinor)) &&
+         h5::write_attribute(file, "version_major", one(tensor::kVersionMajor)) &&
+         h5::write_attribute(file, "version_minor", one(tensor::kVersionMinor)) &&
          h5::write_attribute(file, "symmetric", one(t.symmetric() ? 1 : 0)) &&
          h5::write_attribute(file, "channels", one(t.channels())) &&
          h5::write_attribute(file, "camera_grid", camera) &&
@@ -211,10 +210,10 @@ h5::Handle file_access() {
 }
 
 bool sync_file(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return false;
-  const bool ok = ::fsync(fd) == 0;
-  return (::close(fd) == 0) && ok;
+  Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) return false;
+  const bool ok = ::fsync(file.get()) == 0;
+  return file.close() && ok;
 }
 
 /// Writes a complete file and syncs it to the disk.
@@ -228,7 +227,7 @@ bool write_file(const fs::path& path, const StoredScene& scene) {
 }  // namespace
 
 Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
-  const std::scoped_lock lock(scene_file::hdf5_mutex());
+  const std::scoped_lock lock(tensor::hdf5_mutex());
   h5::be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/audit.hpp"
 
+#include "symrig/base/quantile.hpp"
 #include "symrig/hdr/merge.hpp"
 
 #include <algorithm>
@@ -185,10 +186,7 @@ double misfit(std::span<const Suspect> suspects, int session, const Values& blac
     if (suspect.brackets.empty() || suspect.brackets.back().session != session) continue;
     distances.push_back(distance(suspect.brackets.back().photograph, black, suspect.logged));
   }
-  if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return median(distances);
 }
 
 /// The black that the rig subtracted in a session: the mean of options.blacks of its dark brackets. Some were

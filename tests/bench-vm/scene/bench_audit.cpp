@@ -44,8 +44,8 @@ void print(const Audit& audit) {
 }
 
 Result<bool> run(const Options& options) {
-  SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(options.scene));
-  SYMRIG_TRY(const auto scene, sim::make_scene(uri));
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
+  SYMRIG_TRY(const auto scene, make_scene(uri));
   const sim::ImageFormation formation(uri, *scene);
   SYMRIG_TRY(const auto truth, read_true_exposures(options.truth));
   SYMRIG_TRY(const auto log, open_any_log(options.log));

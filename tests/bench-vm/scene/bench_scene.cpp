@@ -153,12 +153,12 @@ void report(const Watching& watching, const DeliveryTally& tally) {
 }
 
 Result<void> close_loop(const Options& options) {
-  SYMRIG_TRY(const sim::SceneUri uri, sim::parse_scene_uri(options.scene));
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
   if (uri.channels != 1 || !uri.camera_noise)
     return Error{ErrorCode::bad_argument, "the test camera is grey and has noise",
                  "remove the keys channels and noise"};
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
-  SYMRIG_TRY(const auto scene, sim::make_scene(uri));
+  SYMRIG_TRY(const auto scene, make_scene(uri));
   const sim::ImageFormation formation(uri, *scene);
   SYMRIG_TRY(const Grid camera, camera_size(options.camera, uri.size));
   const CameraPicture picture{camera, uri.size, options.camera_top, options.camera_left,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/developer.hpp"
 
+#include "symrig/base/stopwatch.hpp"
+
 #include <algorithm>
 #include <memory>
 #include <utility>
@@ -31,7 +33,7 @@ Result<DeliveryTally> Developer::run() {
     if (const auto newest = stage_.newest(); newest.pattern) light_of(newest);
     if (const auto exposure = stage_.next_exposure(habits_.readout, next_look()))
       SYMRIG_CHECK(develop(*exposure));
-    for (const DeliveredFrame& frame : delivery_.take_due(base::steady_now())) SYMRIG_CHECK(hand_over(frame));
+    for (const DeliveredFrame& frame : delivery_.take_due(steady_now())) SYMRIG_CHECK(hand_over(frame));
     SYMRIG_CHECK(move_cable());
   }
   tally_.faults += delivery_.dropped();
@@ -41,7 +43,7 @@ Result<DeliveryTally> Developer::run() {
 }
 
 Nanoseconds Developer::next_look() const {
-  const Nanoseconds soon = base::steady_now() + kLookAgain;
+  const Nanoseconds soon = steady_now() + kLookAgain;
   return std::min(soon, delivery_.next_due().value_or(soon));
 }
 

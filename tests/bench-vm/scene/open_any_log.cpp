@@ -40,7 +40,7 @@ Result<std::unique_ptr<PhotographLog>> open_any_log(const std::string& path) {
   if (!file.read(head.data(), static_cast<std::streamsize>(bytes))) return not_a_log(path);
   std::istringstream text(head);
   LogIdentity identity;
-  const auto scene = sim::parse_scene_uri("sim:plane?size=" + take_line(text, "grid"));  // reads the numbers
+  const auto scene = parse_scene_uri("sim:plane?size=" + take_line(text, "grid"));  // reads the numbers
   if (!scene) return not_a_log(path);
   identity.grid = scene->size;
   identity.channels = take_line(text, "channels") == "3" ? 3 : 1;

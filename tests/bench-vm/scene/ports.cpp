@@ -2,6 +2,8 @@
 #include "bench-vm/scene/ports.hpp"
 
 #include "bench-vm/modules/testcam/testcam.h"
+#include "symrig/base/fd.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,8 +42,8 @@ std::vector<std::string> words(const std::string& text) {
   return all;
 }
 
-Result<base::Fd> open_to_write(const std::string& path) {
-  base::Fd file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
+Result<Fd> open_to_write(const std::string& path) {
+  Fd file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
   if (!file) return system_error(fmt::format("cannot open {}", path), "needs root in the guest");
   return file;
 }
@@ -78,22 +80,22 @@ Result<int> BenchPlaces::line(std::string_view name) const {
 
 Result<InputWire> InputWire::open(const BenchPlaces& places, std::string_view line) {
   SYMRIG_TRY(const int offset, places.line(line));
-  SYMRIG_TRY(base::Fd file, open_to_write(fmt::format("{}/sim_gpio{}/pull", places.gpio_sysfs, offset)));
+  SYMRIG_TRY(Fd file, open_to_write(fmt::format("{}/sim_gpio{}/pull", places.gpio_sysfs, offset)));
   return InputWire(std::move(file), std::string(line));
 }
 
 Result<Moment> InputWire::pull(bool high) const {
   const std::string_view word = high ? "pull-up" : "pull-down";
-  const Nanoseconds before = base::steady_now();
+  const Nanoseconds before = steady_now();
   const ssize_t written = ::pwrite(file_.get(), word.data(), word.size(), 0);
-  const Nanoseconds after = base::steady_now();
+  const Nanoseconds after = steady_now();
   if (written != static_cast<ssize_t>(word.size()))
     return system_error(fmt::format("cannot set the line {}", name_), "");
   return Moment{before + (after - before) / 2, (after - before + Nanoseconds{1}) / 2};
 }
 
 Result<CameraPort> CameraPort::open(const std::string& path) {
-  SYMRIG_TRY(base::Fd file, open_to_write(path));
+  SYMRIG_TRY(Fd file, open_to_write(path));
   return CameraPort(std::move(file));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 
@@ -45,9 +45,9 @@ class InputWire {
   Result<Moment> pull(bool high) const;
 
  private:
-  InputWire(base::Fd file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
+  InputWire(Fd file, std::string name) : file_(std::move(file)), name_(std::move(name)) {}
 
-  base::Fd file_;
+  Fd file_;
   std::string name_;
 };
 
@@ -82,9 +82,9 @@ class CameraPort {
   Result<void> plug(bool in) const;
 
  private:
-  explicit CameraPort(base::Fd file) : file_(std::move(file)) {}
+  explicit CameraPort(Fd file) : file_(std::move(file)) {}
 
-  base::Fd file_;
+  Fd file_;
   std::vector<std::uint8_t> buffer_;
 };
 

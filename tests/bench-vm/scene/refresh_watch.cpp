@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/watchers.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <chrono>
 #include <thread>
@@ -11,7 +12,7 @@ namespace {
 
 /// Below the trigger's watcher, because an exposure must not wait for a picture.
 constexpr int kPriority = 47;
-constexpr std::chrono::microseconds kPulse{100};  // as boards::SimProjectorConfig
+constexpr std::chrono::microseconds kPulse{100};  // as board_sim::SimProjectorConfig
 constexpr std::chrono::milliseconds kScreenOff{5};
 
 }  // namespace
@@ -31,7 +32,7 @@ void RefreshWatch::run() {
 Result<void> RefreshWatch::follow() {
   const auto refresh = screen_.wait_refresh();
   if (!refresh) {  // no mode is set yet, or no longer
-    stage_.show(base::steady_now(), nullptr);
+    stage_.show(steady_now(), nullptr);
     last_.reset();
     std::this_thread::sleep_for(kScreenOff);
     return {};

@@ -2,6 +2,7 @@
 #include "bench-vm/scene/screen_reader.hpp"
 
 #include "bench-vm/scene/ports.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <memory>
 #include <utility>
@@ -48,7 +49,7 @@ void close_handle(int card, std::uint32_t handle) {
 }  // namespace
 
 Result<ScreenReader> ScreenReader::open(const std::string& card, const Placement& placement) {
-  base::Fd file(::open(card.c_str(), O_RDWR | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
+  Fd file(::open(card.c_str(), O_RDWR | O_CLOEXEC));  // NOLINT(cppcoreguidelines-pro-type-vararg)
   if (!file) return system_error(fmt::format("{} cannot be opened", card), "needs root in the guest");
   drmDropMaster(file.get());  // the first program to open a card becomes its master, but this one only reads
   const Resources resources(drmModeGetResources(file.get()));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
 #include "bench-vm/scene/screen_timeline.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/grid.hpp"
 
@@ -57,12 +57,12 @@ class ScreenReader {
   Picture read();
 
  private:
-  ScreenReader(base::Fd card, std::uint32_t crtc, const Placement& placement)
+  ScreenReader(Fd card, std::uint32_t crtc, const Placement& placement)
       : card_(std::move(card)), crtc_(crtc), placement_(placement) {}
   void unmap();
   bool map(std::uint32_t framebuffer);
 
-  base::Fd card_;
+  Fd card_;
   std::uint32_t crtc_;
   Placement placement_;
   std::uint32_t framebuffer_ = 0;

@@ -7,8 +7,8 @@
 
 namespace symrig::bench_vm {
 
-/// The timing of a camera in trigger-width mode, as boards::SimCamera has in virtual time. It exposes while
-/// its trigger line is high. It misses a trigger that rises while it reads out the previous frame.
+/// The timing of a camera in trigger-width mode, as board_sim::SimCamera has in virtual time. It exposes
+/// while its trigger line is high. It misses a trigger that rises while it reads out the previous frame.
 class Shutter {
  public:
   enum class Move : std::uint8_t { none, open, close };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/stage.hpp"
 
+#include "symrig/base/stopwatch.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -43,7 +45,7 @@ ScreenTimeline::Lit Stage::newest() {
 
 std::optional<Exposure> Stage::next_exposure(Nanoseconds age, Nanoseconds until) {
   std::unique_lock lock(mutex_);
-  const Nanoseconds now = base::steady_now();
+  const Nanoseconds now = steady_now();
   if (exposures_.empty()) {
     if (now < until && !stopped_) changed_.wait_for(lock, until - now);
     return std::nullopt;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/watchers.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 #include <array>
@@ -26,7 +27,7 @@ Result<TriggerWatch> TriggerWatch::open(const BenchPlaces& places, Nanoseconds r
   SYMRIG_TRY(InputWire strobe, InputWire::open(places, "camera_strobe"));
   const std::string path = places.tracefs + "/trace_pipe";
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg)
-  base::Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  Fd trace(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   if (!trace) return system_error(fmt::format("cannot open {}", path), "only one reader at a time");
   return TriggerWatch(std::move(trace), std::move(strobe), places.gpio_base + line, readout, stage);
 }

@@ -5,6 +5,7 @@
 #include "bench-vm/scene/shutter.hpp"
 #include "bench-vm/scene/stage.hpp"
 #include "bench-vm/scene/trace_line.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -30,13 +31,13 @@ class TriggerWatch {
   Nanoseconds slowest() const { return slowest_; }
 
  private:
-  TriggerWatch(base::Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
+  TriggerWatch(Fd trace, InputWire strobe, int gpio, Nanoseconds readout, Stage& stage)
       : trace_(std::move(trace)), strobe_(std::move(strobe)), gpio_(gpio), shutter_(readout), stage_(stage) {}
   Result<void> read_on();
   Result<void> take(const TraceEvent& event);
   Result<void> move(const LineSet& set);
 
-  base::Fd trace_;
+  Fd trace_;
   InputWire strobe_;
   int gpio_;
   Shutter shutter_;

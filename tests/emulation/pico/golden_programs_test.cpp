@@ -71,21 +71,23 @@ Played run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
 }
 
 /// Replays vsync and writes down what the outputs do.
-class Wiring final : public boards::Peripheral {
+class Wiring final : public board_sim::Peripheral {
  public:
   Wiring(int line, std::uint64_t origin, std::vector<std::int64_t> edges)
       : line_(line), origin_(origin), edges_(std::move(edges)) {}
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     for (unsigned k = 0; k < kOutputs; ++k)
       if ((((levels ^ levels_) >> k) & 1U) != 0)
         changes.push_back({static_cast<std::int64_t>(tick - origin_), k, ((levels >> k) & 1U) != 0});
     levels_ = levels;
   }
   std::uint64_t next_event() const override {
-    return next_ < edges_.size() ? origin_ + static_cast<std::uint64_t>(edges_[next_]) : boards::kNever;
+    return next_ < edges_.size() ? origin_ + static_cast<std::uint64_t>(edges_[next_]) : board_sim::kNever;
   }
-  void on_event(std::uint64_t, boards::SimBoard& board) override { board.set_input(line_, next_++ % 2 == 0); }
+  void on_event(std::uint64_t, board_sim::SimBoard& board) override {
+    board.set_input(line_, next_++ % 2 == 0);
+  }
 
   std::vector<Change> changes;
 
@@ -98,13 +100,13 @@ class Wiring final : public boards::Peripheral {
 };
 
 Played run_on_sim(const BoardInfo& info, const Program& program, const std::vector<std::int64_t>& vsync) {
-  boards::SimBoardConfig config;
+  board_sim::SimBoardConfig config;
   config.lines.clear();
   for (const LineInfo& line : info.lines) config.lines.push_back({line.name, line.output});
   config.min_dwell = static_cast<std::uint32_t>(info.min_dwell.count);
   config.wait_latency = static_cast<std::uint32_t>(info.wait_latency.count);
   config.engine_segments = info.queue_segments;
-  boards::SimBoard sim(config);
+  board_sim::SimBoard sim(config);
   constexpr std::uint64_t kBegin = 10'000'000;
   // Pulses from before the run began do not matter to it.
   std::vector<std::int64_t> seen;

@@ -29,7 +29,7 @@ TEST_P(CapturedScenes, are_read_again) {
   const auto& [rig, algorithm] = GetParam();
   const test::Scratch folder;
   for (const int polish : {0, 2}) {
-    auto probe = sim::open_virtual_rig(rig);
+    auto probe = open_virtual_rig(rig);
     ASSERT_TRUE(probe.ok()) << probe.error().line();
     auto captured = capture(**probe, options_of(algorithm, polish));
     ASSERT_TRUE(captured.ok()) << captured.error().line();

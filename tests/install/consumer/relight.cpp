@@ -28,7 +28,7 @@ int explain(const symrig::Error& error) {
 }  // namespace
 
 int main() {
-  auto rig = symrig::sim::open_virtual_rig("sim:vgroove-textured?size=24x32&noise=off");
+  auto rig = symrig::open_virtual_rig("sim:vgroove-textured?size=24x32&noise=off");
   if (!rig) return explain(rig.error());
 
   auto captured = symrig::capture(**rig, {});

@@ -83,12 +83,12 @@ inline void expect_same(const ProbeCost& a, const ProbeCost& b, double refreshes
 /// A rig that fails after some photographs, behind a log.
 struct Session {
   Session(const char* uri, std::size_t together, std::size_t limit = kNever)
-      : rig(*sim::open_virtual_rig(uri)),
+      : rig(*open_virtual_rig(uri)),
         log(make_memory_log(rig->grid(), rig->channels())),
         failing(std::make_unique<FailingProbe>(*rig, limit)),
         probe(std::make_unique<LoggedProbe>(*failing, *log, together)) {}
 
-  std::unique_ptr<sim::VirtualRig> rig;
+  std::unique_ptr<VirtualRig> rig;
   std::unique_ptr<PhotographLog> log;
   std::unique_ptr<FailingProbe> failing;
   std::unique_ptr<LoggedProbe> probe;
@@ -109,7 +109,7 @@ inline void expect_continued_is_the_same(const char* uri) {
       ASSERT_EQ(capture(*first.probe, options).error().code, ErrorCode::device_lost);
       ASSERT_LE(first.log->size(), static_cast<std::int64_t>(limit));
       ASSERT_GT(first.log->size() + static_cast<std::int64_t>(together), static_cast<std::int64_t>(limit));
-      const auto rig = sim::open_virtual_rig(uri);
+      const auto rig = open_virtual_rig(uri);
       LoggedProbe continued(**rig, *first.log, together);
       const auto result = capture(continued, options);
       ASSERT_TRUE(result.ok()) << result.error().line();

@@ -58,7 +58,7 @@ TEST(ErrorEstimate, a_target_counts_as_reached_when_the_whole_interval_is_below_
 
 TEST(MeasuredErrors, say_how_far_twelve_random_vectors_may_be_off) {
   const Judged judged = judge("sim:mirror?size=32x32&seed=915&noise=off");
-  const auto scene = sim::make_scene(*sim::parse_scene_uri("sim:mirror?size=32x32&seed=915&noise=off"));
+  const auto scene = make_scene(*parse_scene_uri("sim:mirror?size=32x32&seed=915&noise=off"));
   const TrueTransport truth = [&](const Image<float>& p) -> Result<Image<float>> {
     return (*scene)->apply(p);
   };

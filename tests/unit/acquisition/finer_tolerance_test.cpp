@@ -19,11 +19,11 @@ using tests::default_options;
 TEST(Scenes, a_finer_tolerance_does_not_drown_in_noise) {
   for (const int seed : {1, 2, 3}) {
     const std::string uri = "sim:occluder?size=64x64&noise=camera&seed=" + std::to_string(seed);
-    const auto scene = sim::make_scene(*sim::parse_scene_uri(uri));
+    const auto scene = make_scene(*parse_scene_uri(uri));
     ASSERT_TRUE(scene.ok());
     double before = 1;
     for (const double tolerance : {3e-4, 1e-4, 4e-5, 2e-5}) {
-      const auto rig = sim::open_virtual_rig(uri);
+      const auto rig = open_virtual_rig(uri);
       ASSERT_TRUE(rig.ok());
       CaptureOptions options = default_options();
       options.rule->flood_fraction = options.rule->empty_fraction = tolerance;

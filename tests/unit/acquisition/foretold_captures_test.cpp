@@ -20,7 +20,7 @@ struct Moment {
 
 /// Every moment at which progress was told.
 std::vector<Moment> captured(const std::string& uri, Algorithm algorithm) {
-  auto rig = sim::open_virtual_rig(uri);
+  auto rig = open_virtual_rig(uri);
   EXPECT_TRUE(rig.ok()) << uri;
   if (!rig) return {};
   CaptureOptions options;

@@ -20,13 +20,13 @@ struct Judged {
 };
 
 inline Judged judge(const std::string& uri, std::int64_t most = 0) {
-  const auto rig = sim::open_virtual_rig(uri);
+  const auto rig = open_virtual_rig(uri);
   EXPECT_TRUE(rig.ok()) << uri;
   CaptureOptions options = default_options();
   options.max_patterns = most;
   auto result = capture(**rig, options);
   EXPECT_TRUE(result.ok()) << uri;
-  const sim::Scene& scene = (*rig)->truth();
+  const Scene& scene = (*rig)->truth();
   const auto truth =
       evaluate(result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return scene.apply(p); });
   return {*std::move(result), *truth};

@@ -34,7 +34,7 @@ TEST(NoiseCheck, honest_noise_is_not_complained_about) {
     for (const char* keys : {"?size=32x40&seed=921", "?size=20x20&seed=922&channels=3",
                              "?size=24x32&seed=923&exposures=1", "?size=24x32&seed=924&noise=off"}) {
       const std::string uri = std::string("sim:") + scene + keys;
-      const auto rig = sim::open_virtual_rig(uri);
+      const auto rig = open_virtual_rig(uri);
       ASSERT_TRUE(rig.ok());
       const auto result = capture(**rig, default_options());
       ASSERT_TRUE(result.ok());

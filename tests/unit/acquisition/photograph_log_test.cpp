@@ -12,16 +12,23 @@ namespace {
 
 using namespace tests;  // NOLINT(google-build-using-namespace): the fixture and its helpers
 
+void expect_the_protocols(std::span<const std::byte> part) {
+  const std::uint32_t expected =
+      protocol::crc32c({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
+  EXPECT_EQ(acquisition::portable_crc32c(part), expected) << part.size();
+  EXPECT_EQ(acquisition::fast_crc32c(part), expected) << part.size();
+}
+
+/// Both take eight bytes at a time: every length and every offset to a multiple of eight, and long ones.
 TEST(Crc, is_the_protocols) {
   Random random(3);
-  std::vector<std::byte> bytes(200);
+  std::vector<std::byte> bytes(100'000);
   for (std::byte& b : bytes) b = static_cast<std::byte>(random.bits() & 0xFFU);
-  for (std::size_t size = 0; size <= bytes.size(); ++size) {
-    const auto part = std::span(bytes).first(size);
-    const std::uint32_t expected =
-        protocol::crc32c({reinterpret_cast<const std::uint8_t*>(part.data()), part.size()});
-    EXPECT_EQ(acquisition::portable_crc32c(part), expected) << size;
-    EXPECT_EQ(acquisition::fast_crc32c(part), expected) << size;
+  for (std::size_t offset = 0; offset < 16; ++offset) {
+    for (std::size_t size = 0; size <= 200; ++size)
+      expect_the_protocols(std::span(bytes).subspan(offset, size));
+    expect_the_protocols(std::span(bytes).subspan(offset));
+    expect_the_protocols(std::span(bytes).subspan(offset, bytes.size() - 16 - offset));
   }
 }
 

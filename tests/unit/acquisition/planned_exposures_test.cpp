@@ -13,14 +13,14 @@ namespace symrig::planned_exposures_test {
 namespace {
 
 Result<TransportErrors> errors_of(const std::string& uri) {
-  SYMRIG_TRY(const auto rig, sim::open_virtual_rig(uri));
+  SYMRIG_TRY(const auto rig, open_virtual_rig(uri));
   CaptureOptions options;
   options.rule = default_rule(options.algorithm);
   options.economy = default_economy(options.algorithm);
   options.rule->flood_fraction = options.rule->empty_fraction = 1e-7;
   options.exposure.longest_seconds = 60;
   SYMRIG_TRY(const CaptureResult result, capture(*rig, options));
-  const sim::Scene& scene = rig->truth();
+  const Scene& scene = rig->truth();
   return evaluate(result.tensor,
                   [&](const Image<float>& p) -> Result<Image<float>> { return scene.apply(p); });
 }

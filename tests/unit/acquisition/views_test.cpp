@@ -21,14 +21,14 @@ Radiance exact(Image<float> mean) {
   return {std::move(mean), Image<float>(grid, channels), Image<std::uint8_t>(grid, channels, 1)};
 }
 
-sim::SceneUri uri_of(const std::string& text) {
-  auto uri = sim::parse_scene_uri(text + "&noise=off");
+SceneUri uri_of(const std::string& text) {
+  auto uri = parse_scene_uri(text + "&noise=off");
   EXPECT_TRUE(uri.ok()) << uri.error().line();
   return *std::move(uri);
 }
 
-Radiance flood_lit(const sim::SceneUri& uri) {
-  const auto scene = sim::make_scene(uri);
+Radiance flood_lit(const SceneUri& uri) {
+  const auto scene = make_scene(uri);
   return exact((*scene)->apply(Image<float>(uri.size, 1, 1.0F)));
 }
 
@@ -106,8 +106,8 @@ INSTANTIATE_TEST_SUITE_P(Rigs, SimulatedViews,
                          [](const auto& rig) { return "case" + std::to_string(rig.index); });
 
 TEST_P(SimulatedViews, are_matched_to_half_a_pixel_of_the_known_parallax) {
-  const sim::SceneUri uri = uri_of(GetParam().scene);
-  ASSERT_EQ(sim::views_of(uri), GetParam().views);
+  const SceneUri uri = uri_of(GetParam().scene);
+  ASSERT_EQ(views_of(uri), GetParam().views);
   const auto matched = match_views(flood_lit(uri), GetParam().views);
   ASSERT_TRUE(matched.ok()) << matched.error().line();
   const auto errors =
@@ -117,7 +117,7 @@ TEST_P(SimulatedViews, are_matched_to_half_a_pixel_of_the_known_parallax) {
 }
 
 TEST_P(SimulatedViews, survive_noise_brightness_and_dead_pixels) {
-  const sim::SceneUri uri = uri_of(GetParam().scene);
+  const SceneUri uri = uri_of(GetParam().scene);
   Radiance flood = flood_lit(uri);
   const ViewLayout views = GetParam().views;
   Random random(3);
@@ -143,7 +143,7 @@ TEST_P(SimulatedViews, survive_noise_brightness_and_dead_pixels) {
 }
 
 TEST_P(SimulatedViews, tell_how_large_their_parallax_is) {
-  const sim::SceneUri uri = uri_of(GetParam().scene);
+  const SceneUri uri = uri_of(GetParam().scene);
   const ViewLayout views = GetParam().views;
   const auto matched = match_views(flood_lit(uri), views);
   const ViewsFound found = judge_views(*matched, views);
@@ -158,10 +158,10 @@ TEST_P(SimulatedViews, tell_how_large_their_parallax_is) {
 
 TEST(Views, chosen_order_follows_the_parallax) {
   const auto order = [](const std::string& text) {
-    const sim::SceneUri uri = uri_of(text);
-    const auto split = choose_split(flood_lit(uri), sim::views_of(uri));
+    const SceneUri uri = uri_of(text);
+    const auto split = choose_split(flood_lit(uri), views_of(uri));
     EXPECT_TRUE(split.ok());
-    EXPECT_EQ(split->views, sim::views_of(uri));
+    EXPECT_EQ(split->views, views_of(uri));
     EXPECT_TRUE(BlockTree::make(uri.size, *split).ok());
     return split->order;
   };
@@ -184,7 +184,7 @@ TEST(Views, without_anything_in_common_stay_flat) {
 }
 
 TEST(Views, an_order_that_is_asked_for_is_taken) {
-  const sim::SceneUri uri = uri_of("sim:views2?size=40x40");
+  const SceneUri uri = uri_of("sim:views2?size=40x40");
   for (const SplitOrder wanted : {SplitOrder::flat, SplitOrder::views_first, SplitOrder::views_last,
                                   SplitOrder::all_at_once, SplitOrder::compensated}) {
     const auto split = choose_split(flood_lit(uri), {2, 2}, wanted);

@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
   using Clock = std::chrono::steady_clock;
   if (argc < 2) return 2;
-  auto rig = symrig::sim::open_virtual_rig(argv[1]);
+  auto rig = symrig::open_virtual_rig(argv[1]);
   const auto algorithm = symrig::parse_algorithm(argc > 2 ? argv[2] : "symrig");
   if (!rig || !algorithm) return 2;
   symrig::CaptureOptions options;

@@ -15,9 +15,9 @@ namespace symrig::test {
 
 /// A board with a projector and a camera on its lines.
 struct Bench {
-  boards::SimBoard sim;
-  boards::SimProjector projector{sim};
-  boards::SimCamera camera{sim};
+  board_sim::SimBoard sim;
+  board_sim::SimProjector projector{sim};
+  board_sim::SimCamera camera{sim};
 
   Bench() {
     sim.attach(projector);

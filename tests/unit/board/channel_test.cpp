@@ -19,15 +19,15 @@ namespace {
 using namespace std::chrono_literals;
 
 /// Every change of the outputs.
-class Scribe final : public boards::Peripheral {
+class Scribe final : public board_sim::Peripheral {
  public:
   std::vector<std::pair<std::uint64_t, std::uint32_t>> changes;
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     changes.emplace_back(tick, levels & 7U);
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 };
 
 /// More chunks than the window holds, marks and captured edges all along.
@@ -70,7 +70,7 @@ struct Outcome {
 
 /// Two runs of one program in one session.
 void run_over(const test::Faults& faults, Outcome& outcome) {
-  boards::SimBoard sim;
+  board_sim::SimBoard sim;
   Scribe scribe;
   sim.attach(scribe);
   auto link = std::make_unique<test::FaultyLink>(make_sim_link(sim), faults);
@@ -126,7 +126,7 @@ TEST(Channel, whatever_comes_through_is_the_run_of_a_clean_one) {
 /// A board that cannot keep its events names every one that it lost.
 TEST(Channel, nothing_is_lost_without_being_named) {
   for (const unsigned rounds : {900U, 1100U, 3000U}) {
-    boards::SimBoard sim;
+    board_sim::SimBoard sim;
     auto board = Board::connect(make_sim_link(sim));
     ASSERT_OK(board);
     ASSERT_OK(board->configure({}));

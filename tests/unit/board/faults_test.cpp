@@ -31,18 +31,18 @@ const std::vector<LineConfig> kLines{{.line = "camera_trigger", .safe_level = tr
                                      {.line = "lamp_enable", .hazard = Hazard::lamp, .max_on = 1s}};
 
 /// When the outputs came to their safe levels for the last time.
-class Watch final : public boards::Peripheral {
+class Watch final : public board_sim::Peripheral {
  public:
   std::uint64_t safe_since = 0;
   bool safe = false;
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     const bool now = (levels & kOutputs) == kSafe;
     if (now && !safe) safe_since = tick;
     safe = now;
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 };
 
 /// A second with the lamp on now and then, or what is left of it; ends with projector_trigger high.
@@ -57,7 +57,7 @@ Program blinking(const BoardInfo& info, std::uint64_t rounds) {
 
 /// A board with a host, brought into a state in which it is not safe where the state allows that.
 struct Rig {
-  boards::SimBoard sim;
+  board_sim::SimBoard sim;
   Watch watch;
   Board board = Bench::connect(make_sim_link(sim), {.keep_alive = 60ms});
 
@@ -126,7 +126,7 @@ TEST(Standstill, the_watchdog_makes_safe_in_every_state_and_is_told) {
     rig.enter(state);
     const std::uint64_t stands = rig.sim.now();
     rig.sim.stall_firmware_until(stands + 2000 * kMs);
-    rig.sim.advance_to(stands + (boards::kSimWatchdogMs + 1) * kMs);
+    rig.sim.advance_to(stands + (board_sim::kSimWatchdogMs + 1) * kMs);
     EXPECT_EQ(rig.sim.supervisor_state(), static_cast<int>(BoardState::safe)) << name(state);
     EXPECT_EQ(rig.sim.levels() & kOutputs, 0U) << name(state);  // power-up levels: nothing is stored
     auto again = Board::connect(make_sim_link(rig.sim));
@@ -143,9 +143,9 @@ TEST(Standstill, the_watchdog_makes_safe_in_every_state_and_is_told) {
 /// dry.
 TEST(Standstill, an_underrun_is_safe_in_its_tick_and_named) {
   for (const std::uint64_t stall : {1ULL, 5ULL, 20ULL, 60ULL, 200ULL}) {
-    boards::SimBoardConfig config;
+    board_sim::SimBoardConfig config;
     config.engine_segments = 64;  // 6.4 ms of this program
-    boards::SimBoard sim(config);
+    board_sim::SimBoard sim(config);
     Watch watch;
     sim.attach(watch);
     auto board = Board::connect(make_sim_link(sim));
@@ -179,9 +179,9 @@ constexpr std::array<std::uint64_t, 5> kBegins{
 TEST(Clock, running_over_changes_nothing) {
   std::vector<StepMark> first;
   for (const std::uint64_t begin : kBegins) {
-    boards::SimBoardConfig config;
+    board_sim::SimBoardConfig config;
     config.start_tick = begin;
-    boards::SimBoard sim(config);
+    board_sim::SimBoard sim(config);
     auto board = Board::connect(make_sim_link(sim), {.keep_alive = 20ms});
     ASSERT_OK(board);
     ASSERT_OK(board->configure(kLines));
@@ -209,7 +209,7 @@ TEST(Clock, running_over_changes_nothing) {
 /// Two crystals that disagree by 100 ppm: no keep-alive comes late, no run ends early, no tick moves.
 TEST(Clock, drift_changes_nothing) {
   for (const int ppm : {-100, 0, 100}) {
-    boards::SimBoard sim;
+    board_sim::SimBoard sim;
     auto board =
         Board::connect(std::make_unique<test::DriftingLink>(make_sim_link(sim), ppm), {.keep_alive = 30ms});
     ASSERT_OK(board);
@@ -257,7 +257,7 @@ TEST(LimitsAlone, the_linter_without_a_board) {
 
 TEST(LimitsAlone, the_commit_without_the_linter) {
   for (const Limit& limit : limits()) {
-    boards::SimBoard sim;
+    board_sim::SimBoard sim;
     auto board = Board::connect(make_sim_link(sim));
     ASSERT_OK(board);
     const std::vector<LineConfig> lines{limit.line};
@@ -273,7 +273,7 @@ TEST(LimitsAlone, the_commit_without_the_linter) {
 /// Words fed to the engine behind the firmware's back, as if linter and commit had let them pass.
 TEST(LimitsAlone, the_guard_without_linter_and_commit) {
   for (const Limit& limit : limits()) {
-    boards::SimBoard sim;
+    board_sim::SimBoard sim;
     auto board = Board::connect(make_sim_link(sim));
     ASSERT_OK(board);
     const std::vector<LineConfig> lines{limit.line};

@@ -82,27 +82,27 @@ TEST(SelfTest, something_else_on_the_input_is_named) {
 }
 
 /// A wire with a delay that differs for rising and falling edges, as a slow opto-coupler has.
-class SlowWire final : public boards::Peripheral {
+class SlowWire final : public board_sim::Peripheral {
  public:
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     const bool level = (levels >> 2U & 1U) != 0;
     if (level == level_) return;
     level_ = level;
     at_ = tick + (level ? 0 : 5);
   }
   std::uint64_t next_event() const override { return at_; }
-  void on_event(std::uint64_t, boards::SimBoard& board) override {
+  void on_event(std::uint64_t, board_sim::SimBoard& board) override {
     board.set_input(3, level_);
-    at_ = boards::kNever;
+    at_ = board_sim::kNever;
   }
 
  private:
   bool level_ = false;
-  std::uint64_t at_ = boards::kNever;
+  std::uint64_t at_ = board_sim::kNever;
 };
 
 TEST(SelfTest, wrong_widths_are_named) {
-  boards::SimBoard sim;
+  board_sim::SimBoard sim;
   SlowWire wire;
   sim.attach(wire);
   Board board = test::Bench::connect(make_sim_link(sim));

@@ -8,9 +8,9 @@ namespace symrig::sim_link_test {
 namespace {
 
 TEST(SimLink, waits_no_shorter_than_asked) {
-  boards::SimBoardConfig config;
+  board_sim::SimBoardConfig config;
   config.tick_hz = 1'000'000;
-  boards::SimBoard board(config);
+  board_sim::SimBoard board(config);
   const auto link = make_sim_link(board);
   for (const std::int64_t wait : {1, 333, 499, 1000, 1499, 2'000'001}) {
     const Nanoseconds before = link->now();

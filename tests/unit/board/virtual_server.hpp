@@ -16,7 +16,7 @@ namespace symrig::test {
 
 /// A simulated board behind the virtual link, as docs/howto-boards.md writes it down: the pins are the lines,
 /// 8 ns a cycle. What a client may expect of any such server, an emulator's included.
-class VirtualServer final : public boards::Peripheral {
+class VirtualServer final : public board_sim::Peripheral {
  public:
   explicit VirtualServer(std::uint32_t version = 1) : version_(version) { board_.attach(*this); }
 
@@ -33,7 +33,7 @@ class VirtualServer final : public boards::Peripheral {
     }
   }
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     for (std::uint8_t pin = 0; pin < 28; ++pin) {
       if (((levels ^ levels_) >> pin & 1U) == 0) continue;
       const bool level = (levels >> pin & 1U) != 0;
@@ -42,8 +42,8 @@ class VirtualServer final : public boards::Peripheral {
     }
     levels_ = levels;
   }
-  std::uint64_t next_event() const override { return pulse_ ? pulse_->next : boards::kNever; }
-  void on_event(std::uint64_t tick, boards::SimBoard&) override {
+  std::uint64_t next_event() const override { return pulse_ ? pulse_->next : board_sim::kNever; }
+  void on_event(std::uint64_t tick, board_sim::SimBoard&) override {
     pulse_->high = !pulse_->high;
     drive(tick, pulse_->pin, pulse_->high);
     pulse_->next += pulse_->high ? pulse_->width : pulse_->period - pulse_->width;
@@ -170,7 +170,7 @@ class VirtualServer final : public boards::Peripheral {
   }
 
   std::uint32_t version_;
-  boards::SimBoard board_;
+  board_sim::SimBoard board_;
   std::uint32_t levels_ = 0;
   std::map<std::uint8_t, std::uint8_t> jumpers_;
   std::optional<Pulse> pulse_;

@@ -13,7 +13,7 @@ namespace symrig::test {
 
 /// A simulated board on a descriptor, its clock driven by the wall's, until the other end closes.
 inline void serve_board(int fd, const std::atomic<bool>& stop) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   const auto begin = std::chrono::steady_clock::now();
   std::vector<std::uint8_t> bytes;
   while (!stop && read_some(fd, bytes)) {

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::boards::test::pin_log_test {
+namespace symrig::board_common::test::pin_log_test {
 namespace {
 
 constexpr hal::Tick kHold = 100;
@@ -80,4 +80,4 @@ TEST(PinLog, WithoutHoldAnEdgeIsThereInItsTick) {
 }
 
 }  // namespace
-}  // namespace symrig::boards::test::pin_log_test
+}  // namespace symrig::board_common::test::pin_log_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::boards::test::playback_test {
+namespace symrig::board_common::test::playback_test {
 namespace {
 
 using hal::Until;
@@ -342,4 +342,4 @@ TEST_F(ExactPlaybackTest, ALineThatStillStandsAtItsTripLevelTripsWhenInputsAreRe
 }
 
 }  // namespace
-}  // namespace symrig::boards::test::playback_test
+}  // namespace symrig::board_common::test::playback_test

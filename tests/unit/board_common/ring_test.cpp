@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::boards::test::ring_test {
+namespace symrig::board_common::test::ring_test {
 namespace {
 
 TEST(Ring, GivesWhatWasPushedInOrderRoundItsEnd) {
@@ -34,4 +34,4 @@ TEST(Ring, RefusesWhatItHasNoRoomForAndKeepsTheRest) {
 }
 
 }  // namespace
-}  // namespace symrig::boards::test::ring_test
+}  // namespace symrig::board_common::test::ring_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::board_file_test {
+namespace symrig::board_linux::test::board_file_test {
 namespace {
 
 Result<BoardFile> parse(std::string_view text) {
@@ -109,4 +109,4 @@ TEST(BoardFile, AMissingOneIsNamed) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::board_file_test
+}  // namespace symrig::board_linux::test::board_file_test

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::daemon_test {
+namespace symrig::board_linux::test::daemon_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -215,4 +215,4 @@ TEST_F(DaemonTest, EndsWithANameWhenLinesDoNotObey) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::daemon_test
+}  // namespace symrig::board_linux::test::daemon_test

@@ -13,7 +13,7 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-namespace symrig::sbc::test {
+namespace symrig::board_linux::test {
 
 /// Lines in memory. Keeps every word that was put out, and gives edges that the test makes.
 class FakeGpio final : public Gpio {
@@ -97,4 +97,4 @@ class FakeGpio final : public Gpio {
   bool broken_ = false;
 };
 
-}  // namespace symrig::sbc::test
+}  // namespace symrig::board_linux::test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::kept_files_test {
+namespace symrig::board_linux::test::kept_files_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -82,4 +82,4 @@ TEST_F(KeptFiles, SafeLevelsComeBack) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::kept_files_test
+}  // namespace symrig::board_linux::test::kept_files_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::links_test {
+namespace symrig::board_linux::test::links_test {
 namespace {
 
 using protocol::Kind;
@@ -149,4 +149,4 @@ TEST_F(Links, ASilentOneGivesWay) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::links_test
+}  // namespace symrig::board_linux::test::links_test

@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::measure_test {
+namespace symrig::board_linux::test::measure_test {
 namespace {
 
 Measured made_up() {
@@ -84,4 +84,4 @@ TEST(Measure, IsKeptAndTheWorseCounts) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::measure_test
+}  // namespace symrig::board_linux::test::measure_test

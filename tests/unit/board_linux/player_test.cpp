@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::player_test {
+namespace symrig::board_linux::test::player_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -209,4 +209,4 @@ TEST_F(HungryPlayer, IsExcusedForSomethingLong) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::player_test
+}  // namespace symrig::board_linux::test::player_test

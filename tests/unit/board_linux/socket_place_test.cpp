@@ -8,7 +8,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sbc::test::socket_place_test {
+namespace symrig::board_linux::test::socket_place_test {
 namespace {
 
 using symrig::test::Scratch;
@@ -34,4 +34,4 @@ TEST(SocketPlace, a_socket_that_nobody_serves_is_replaced) {
 }
 
 }  // namespace
-}  // namespace symrig::sbc::test::socket_place_test
+}  // namespace symrig::board_linux::test::socket_place_test

@@ -15,7 +15,7 @@ namespace symrig::coaxial_check_test {
 namespace {
 
 CoaxialCheck check(const std::string& uri) {
-  auto rig = sim::open_virtual_rig(uri);
+  auto rig = open_virtual_rig(uri);
   EXPECT_TRUE(rig.ok()) << rig.error().line();
   auto found = check_coaxial(**rig);
   EXPECT_TRUE(found.ok()) << found.error().line();
@@ -157,7 +157,7 @@ class DoubleImage : public testing::TestWithParam<Second> {};
 // third at most, as of a flare; where it falls over the border a quarter of one stripe in four is lost.
 TEST_P(DoubleImage, is_told_from_the_others_with_its_place) {
   const Second& p = GetParam();
-  auto rig = sim::open_virtual_rig(p.scene);
+  auto rig = open_virtual_rig(p.scene);
   ASSERT_TRUE(rig.ok()) << rig.error().line();
   SecondPicture probe(*std::move(rig), p.share, p.rows, p.cols);
   const auto found = check_coaxial(probe);

@@ -77,7 +77,7 @@ class Spoilt final : public Probe {
 };
 
 CoaxialCheck check(const std::string& uri, double rows, double cols) {
-  auto rig = sim::open_virtual_rig(uri);
+  auto rig = open_virtual_rig(uri);
   EXPECT_TRUE(rig.ok()) << uri;
   Spoilt probe(*std::move(rig), rows, cols);
   auto found = check_coaxial(probe);
@@ -120,7 +120,7 @@ class ShiftTable : public testing::TestWithParam<Case> {};
 TEST_P(ShiftTable, measured_is_true_within_three_stated_errors) {
   const Case& p = GetParam();
   Tally tally;
-  for (const std::string_view scene : sim::scene_names()) {
+  for (const std::string_view scene : scene_names()) {
     if (scene.starts_with("views") && p.size < 100) continue;
     for (const int seed : {1, 2})
       for (const double rows : {0.0, 0.1, -0.1, 0.8, -1.3, 2.0, -2.6, 4.0, -5.0}) {
@@ -159,7 +159,7 @@ TEST(CoaxialRange, a_shift_beyond_it_is_told_without_a_small_error) {
 TEST(CoaxialRange, an_asymmetry_is_named_with_all_causes_that_fit) {
   for (const std::string scene : {"vgroove-white", "vgroove-textured", "gummy"})
     for (const bool falls_off : {true, false}) {
-      auto rig = sim::open_virtual_rig("sim:" + scene + "?size=64x64");
+      auto rig = open_virtual_rig("sim:" + scene + "?size=64x64");
       ASSERT_TRUE(rig.ok());
       Spoilt probe(*std::move(rig), 0, 0);
       (falls_off ? probe.falls_off : probe.defocused) = true;

@@ -8,7 +8,7 @@
 #include <algorithm>
 
 int make_scene(const char* path, const float* pattern, float* photograph) {
-  auto rig = symrig::sim::open_virtual_rig("sim:vgroove-textured?size=9x11&noise=off");
+  auto rig = symrig::open_virtual_rig("sim:vgroove-textured?size=9x11&noise=off");
   if (!rig) return 1;
   auto captured = symrig::capture(**rig, {});
   if (!captured) return 2;

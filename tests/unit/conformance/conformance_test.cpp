@@ -29,14 +29,14 @@ using test::Broken;
 using test::BrokenLink;
 
 /// A wire from output 0 to an input.
-class Wire final : public boards::Peripheral {
+class Wire final : public board_sim::Peripheral {
  public:
   explicit Wire(int input) : input_(input) {}
-  void outputs_changed(std::uint64_t, std::uint32_t levels, boards::SimBoard& board) override {
+  void outputs_changed(std::uint64_t, std::uint32_t levels, board_sim::SimBoard& board) override {
     board.set_input(input_, (levels & 1U) != 0);
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 
  private:
   int input_;
@@ -44,7 +44,7 @@ class Wire final : public boards::Peripheral {
 
 /// What fails on a board behind those breaks.
 std::set<std::string> failures(const Breaks& breaks, const std::string& filter = "", bool jumper = false) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   Wire wire(board.line("interlock"));
   if (jumper) board.attach(wire);
   ConformanceOptions options;
@@ -61,7 +61,7 @@ std::set<std::string> failures(const Breaks& breaks, const std::string& filter =
 }
 
 TEST(Conformance, simulated_board_passes) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   const auto report = check_conformance(make_sim_link(board));
   ASSERT_TRUE(report.ok()) << report.error().line();
   for (const CheckResult& result : report->results)
@@ -104,7 +104,7 @@ TEST(Conformance, each_check_can_fail) {
        {test::broken_wires(), test::broken_refusals(), test::broken_words(), test::broken_watches()})
     found.merge(expect_found(boards));
   // A jumper that is told of but not there.
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   ConformanceOptions options;
   options.filter = "^jumper|^interlock.trips";
   options.jumper = Jumper{"projector_trigger", "interlock"};
@@ -130,12 +130,12 @@ TEST(Conformance, best_effort_board_passes_with_late_words_that_it_tells) {
 }
 
 /// Takes the processor from the firmware amid a run, as a busy machine does: the engine runs dry.
-class BusyMachine final : public boards::Peripheral {
+class BusyMachine final : public board_sim::Peripheral {
  public:
   explicit BusyMachine(int times) : times_(times) {}
-  void outputs_changed(std::uint64_t, std::uint32_t, boards::SimBoard&) override {}
+  void outputs_changed(std::uint64_t, std::uint32_t, board_sim::SimBoard&) override {}
   std::uint64_t next_event() const override { return next_; }
-  void on_event(std::uint64_t tick, boards::SimBoard& board) override {
+  void on_event(std::uint64_t tick, board_sim::SimBoard& board) override {
     const std::uint64_t ms = board.config().tick_hz / 1000;
     next_ = tick + 10 * ms;
     const bool running = board.supervisor_state() == symrig_wire_State_STATE_RUNNING;
@@ -155,7 +155,7 @@ class BusyMachine final : public boards::Peripheral {
 
 /// The outcome of a long run where the machine is busy so many times.
 CheckOutcome long_run(int busy, const Breaks& breaks) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   BusyMachine machine(busy);
   board.attach(machine);
   ConformanceOptions options;
@@ -175,7 +175,7 @@ TEST(Conformance, an_underrun_of_a_best_effort_board_is_looked_at_again_but_not_
 }
 
 TEST(Conformance, an_underrun_of_a_board_in_hardware_is_a_failure) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   BusyMachine machine(1);
   board.attach(machine);
   ConformanceOptions options;
@@ -188,13 +188,13 @@ TEST(Conformance, an_underrun_of_a_board_in_hardware_is_a_failure) {
 
 /// A board whose firmware takes time, and says so.
 TEST(Conformance, slow_board_passes) {
-  boards::SimBoardConfig config;
+  board_sim::SimBoardConfig config;
   config.refill_ticks = 100;
   config.poll_ticks = 2000;
   config.tick_hz = 1'000'000;
   config.min_dwell = 2;
   config.wait_latency = 3;
-  boards::SimBoard board(config);
+  board_sim::SimBoard board(config);
   const auto report = check_conformance(make_sim_link(board));
   ASSERT_TRUE(report.ok()) << report.error().line();
   for (const CheckResult& result : report->results)
@@ -202,7 +202,7 @@ TEST(Conformance, slow_board_passes) {
 }
 
 TEST(Conformance, wrong_options_are_refused) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   const auto error = [&](const ConformanceOptions& options) {
     const auto report = check_conformance(make_sim_link(board), options);
     return report.ok() ? "" : report.error().line();
@@ -218,7 +218,7 @@ TEST(Conformance, wrong_options_are_refused) {
 }
 
 TEST(Conformance, ends_safe_when_stopped) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   int left = 60;
   ConformanceOptions options;
   options.stop = [&] { return --left == 0; };

@@ -32,7 +32,7 @@ std::vector<std::uint8_t> long_program(std::uint32_t levels, std::uint32_t ticks
 }
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host{board};
 
   explicit Bench(const protocol::BoardConfig& config) {
@@ -56,7 +56,7 @@ TEST(ByHand, sets_what_the_mask_names_and_nothing_else) {
 }
 
 TEST(ByHand, not_before_lines_are_configured_and_not_in_a_run) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   EXPECT_EQ(host.set_by_hand(1, 1), symrig_wire_Code_CODE_BAD_STATE);
@@ -99,7 +99,7 @@ TEST(ByHand, the_guard_watches_it) {
 }
 
 TEST(HostLoss, a_laser_needs_a_short_keep_alive_and_a_limit) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   protocol::LineConfig laser = config_of(symrig_wire_Hazard_HAZARD_LASER).lines[2];

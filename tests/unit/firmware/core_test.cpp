@@ -19,7 +19,7 @@ using protocol::Op;
 using test::RawHost;
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host{board};
   Bench() { host.hello(); }
 };
@@ -32,7 +32,7 @@ std::vector<std::uint8_t> short_program() {
 }
 
 TEST(Core, hello_tells_who_the_board_is) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   const auto reply = host.hello();
   ASSERT_TRUE(reply.has_value());

@@ -36,7 +36,7 @@ std::vector<std::uint8_t> long_program() {
 }
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   Recorder recorder;
   RawHost host{board};
 
@@ -135,7 +135,7 @@ TEST(Interlock, after_the_fault_is_cleared_everything_works_again) {
 }
 
 TEST(Interlock, only_inputs_can_be_one_and_only_they_have_a_trip_level) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   protocol::LineConfig output;

@@ -47,7 +47,7 @@ protocol::Record end(std::uint32_t levels) {
 }
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   Recorder recorder;
   RawHost host{board};
 

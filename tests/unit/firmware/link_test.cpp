@@ -16,7 +16,7 @@ using test::RawHost;
 namespace flag = protocol::flag;
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host{board};
 };
 
@@ -205,7 +205,7 @@ TEST(Link, random_bytes_never_harm_and_a_session_can_begin_after_them) {
 }
 
 TEST(Link, half_a_frame_is_forgotten_when_the_cable_is_pulled) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   const std::vector<std::uint8_t> half{9, 1, 1, 7, 7};
   board.write(half);

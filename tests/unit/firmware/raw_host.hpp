@@ -23,7 +23,7 @@ struct Received {
 /// The least that can speak to a board, frame by frame, so that tests can break each rule on purpose.
 class RawHost {
  public:
-  explicit RawHost(boards::SimBoard& board) : board_(board) {}
+  explicit RawHost(board_sim::SimBoard& board) : board_(board) {}
 
   std::uint16_t seq = 1;  // of the next frame
   std::uint16_t ack = 0;  // event expected next
@@ -221,7 +221,7 @@ class RawHost {
   std::uint32_t program_hash = 0;
 
  private:
-  boards::SimBoard& board_;
+  board_sim::SimBoard& board_;
   protocol::FrameDecoder decoder_;
 };
 
@@ -236,7 +236,7 @@ inline protocol::BoardConfig plain_config() {
 }
 
 /// Every change of the outputs, as something wired to them sees it.
-class Recorder final : public boards::Peripheral {
+class Recorder final : public board_sim::Peripheral {
  public:
   struct Change {
     std::uint64_t tick;
@@ -245,11 +245,11 @@ class Recorder final : public boards::Peripheral {
   };
   std::vector<Change> changes;
 
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, boards::SimBoard&) override {
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
     changes.push_back({tick, levels & 7U});
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 };
 
 }  // namespace symrig::test

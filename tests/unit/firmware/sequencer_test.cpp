@@ -20,12 +20,16 @@ using test::Step;
 constexpr std::uint32_t kLatency = 20;
 
 /// Drives an input line at given ticks, beginning low: rising, falling, rising, ...
-class Toggler final : public boards::Peripheral {
+class Toggler final : public board_sim::Peripheral {
  public:
   Toggler(int line, std::vector<std::uint64_t> ticks) : line_(line), ticks_(std::move(ticks)) {}
-  void outputs_changed(std::uint64_t, std::uint32_t, boards::SimBoard&) override {}
-  std::uint64_t next_event() const override { return next_ < ticks_.size() ? ticks_[next_] : boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard& board) override { board.set_input(line_, next_++ % 2 == 0); }
+  void outputs_changed(std::uint64_t, std::uint32_t, board_sim::SimBoard&) override {}
+  std::uint64_t next_event() const override {
+    return next_ < ticks_.size() ? ticks_[next_] : board_sim::kNever;
+  }
+  void on_event(std::uint64_t, board_sim::SimBoard& board) override {
+    board.set_input(line_, next_++ % 2 == 0);
+  }
   const std::vector<std::uint64_t>& ticks() const { return ticks_; }
 
  private:
@@ -92,20 +96,20 @@ std::vector<std::uint64_t> random_edges(test::Random& random) {
 }
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   Recorder recorder;
   Toggler toggler;
   RawHost host{board};
 
-  Bench(boards::SimBoardConfig config, std::vector<std::uint64_t> edges)
+  Bench(board_sim::SimBoardConfig config, std::vector<std::uint64_t> edges)
       : board(std::move(config)), toggler(3, std::move(edges)) {
     board.attach(recorder);
     board.attach(toggler);
   }
 };
 
-boards::SimBoardConfig small_board(std::uint64_t start_tick, std::uint32_t segments) {
-  boards::SimBoardConfig config;
+board_sim::SimBoardConfig small_board(std::uint64_t start_tick, std::uint32_t segments) {
+  board_sim::SimBoardConfig config;
   config.start_tick = start_tick;
   config.engine_segments = segments;
   config.wait_latency = kLatency;

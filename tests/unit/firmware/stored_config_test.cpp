@@ -39,7 +39,7 @@ std::string label_of(RawHost& host) {
 }
 
 TEST(StoredConfig, safe_levels_and_name_hold_from_power_up_on) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   ASSERT_EQ(host.configure(config_with_a_high_line()), 0U);
@@ -56,7 +56,7 @@ TEST(StoredConfig, safe_levels_and_name_hold_from_power_up_on) {
 }
 
 TEST(StoredConfig, without_it_all_lines_start_low) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   ASSERT_EQ(host.configure(config_with_a_high_line()), 0U);
@@ -68,7 +68,7 @@ TEST(StoredConfig, without_it_all_lines_start_low) {
 }
 
 TEST(StoredConfig, only_with_lines_configured_and_at_rest) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   EXPECT_EQ(store(host, "x"), symrig_wire_Code_CODE_BAD_STATE);
@@ -80,7 +80,7 @@ TEST(StoredConfig, only_with_lines_configured_and_at_rest) {
 }
 
 TEST(StoredConfig, a_memory_that_takes_nothing_is_told) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   host.hello();
   ASSERT_EQ(host.configure(test::plain_config()), 0U);

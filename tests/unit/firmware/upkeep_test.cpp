@@ -25,7 +25,7 @@ std::vector<std::uint8_t> program_of(std::uint32_t words) {
 }
 
 struct Bench {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host{board};
 
   Bench() {
@@ -57,7 +57,7 @@ TEST(Upkeep, firmware_that_stands_still_is_reset_and_says_so) {
   ASSERT_EQ(bench.host.start(), 0U);
   const std::uint64_t stuck = bench.board.now();
   bench.board.stall_firmware_until(stuck + 10'000 * kMs);
-  bench.board.advance_to(stuck + (boards::kSimWatchdogMs + 1) * kMs);
+  bench.board.advance_to(stuck + (board_sim::kSimWatchdogMs + 1) * kMs);
   EXPECT_EQ(bench.board.levels() & 7U, 0U);
   const auto hello = bench.host.hello();
   ASSERT_TRUE(hello);
@@ -186,7 +186,7 @@ TEST(Upkeep, a_line_says_how_hard_the_program_works_it) {
 }
 
 TEST(Upkeep, a_time_ping_may_be_urgent_and_needs_no_session) {
-  boards::SimBoard board;
+  board_sim::SimBoard board;
   RawHost host(board);
   symrig_wire_Request request = RawHost::make(symrig_wire_Request_time_ping_tag);
   request.body.time_ping.host_ns = 77;

@@ -116,7 +116,7 @@ TEST(Bracket, a_gap_shorter_than_the_readout_is_refused) {
 }
 
 TEST(Bracket, without_vsync_the_run_ends_with_a_time_out) {
-  boards::SimBoard sim;  // nothing is wired to it
+  board_sim::SimBoard sim;  // nothing is wired to it
   Board board = test::Bench::connect(make_sim_link(sim));
   ASSERT_OK(board.configure({}));
   const RigSetup rig = default_rig_setup();

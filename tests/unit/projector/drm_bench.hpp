@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::drm::test {
+namespace symrig::projector::drm::test {
 
 /// A machine with one card and one display, and patterns for it.
 class DrmBench : public ::testing::Test {
@@ -49,4 +49,4 @@ class DrmBench : public ::testing::Test {
   DrmProjectorOptions options;
 };
 
-}  // namespace symrig::drm::test
+}  // namespace symrig::projector::drm::test

@@ -6,7 +6,7 @@
 
 #include <cerrno>
 
-namespace symrig::drm::test::drm_faults_test {
+namespace symrig::projector::drm::test::drm_faults_test {
 namespace {
 
 class Faults : public DrmBench, public ::testing::WithParamInterface<bool> {
@@ -199,4 +199,4 @@ INSTANTIATE_TEST_SUITE_P(Both, Faults, ::testing::Bool(),
                          [](const auto& atomic) { return std::string(atomic.param ? "atomic" : "legacy"); });
 
 }  // namespace
-}  // namespace symrig::drm::test::drm_faults_test
+}  // namespace symrig::projector::drm::test::drm_faults_test

@@ -4,7 +4,7 @@
 #include "drm_bench.hpp"
 #include "projector/drm/identity.hpp"
 
-namespace symrig::drm::test::drm_identity_test {
+namespace symrig::projector::drm::test::drm_identity_test {
 namespace {
 
 class Identity : public DrmBench, public ::testing::WithParamInterface<bool> {
@@ -120,4 +120,4 @@ TEST(StraightGamma, goes_from_0_to_all_ones_in_equal_steps) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::drm_identity_test
+}  // namespace symrig::projector::drm::test::drm_identity_test

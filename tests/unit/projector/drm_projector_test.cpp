@@ -4,7 +4,7 @@
 #include "projector/drm/find_displays.hpp"
 #include "projector_laws.hpp"
 
-namespace symrig::drm::test::drm_projector_test {
+namespace symrig::projector::drm::test::drm_projector_test {
 namespace {
 
 /// Both ways of driving a card, with two and with three buffers.
@@ -231,4 +231,4 @@ TEST_F(DrmBench, displays_are_listed) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::drm_projector_test
+}  // namespace symrig::projector::drm::test::drm_projector_test

@@ -6,7 +6,7 @@
 #include <drm_fourcc.h>
 #include <gtest/gtest.h>
 
-namespace symrig::drm::test::drm_route_test {
+namespace symrig::projector::drm::test::drm_route_test {
 namespace {
 
 std::shared_ptr<FakeCard> a_card() {
@@ -112,4 +112,4 @@ TEST_F(TwoHeads, no_crtc_is_an_error) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::drm_route_test
+}  // namespace symrig::projector::drm::test::drm_route_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/edid.hpp"
+#include "projector/drm/find_displays.hpp"
 
 #include <algorithm>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::drm::test::edid_test {
+namespace symrig::projector::drm::test::edid_test {
 namespace {
 
 /// An EDID block with one descriptor, at place 0 to 3, of this type and text.
@@ -42,4 +42,4 @@ TEST(Edid, nothing_in_a_name_can_move_a_cursor) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::edid_test
+}  // namespace symrig::projector::drm::test::edid_test

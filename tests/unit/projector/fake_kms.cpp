@@ -10,7 +10,7 @@
 
 #include <drm_fourcc.h>
 
-namespace symrig::drm::test {
+namespace symrig::projector::drm::test {
 namespace {
 
 constexpr std::uint32_t kCrtc = 11, kConnector = 21, kPlane = 31, kCursor = 32;
@@ -311,4 +311,4 @@ Result<std::unique_ptr<Kms>> FakeCards::open(const std::string& card) {
   return std::unique_ptr<Kms>(std::make_unique<FakeKms>(cards_.at(std::stoul(card.substr(4)))));
 }
 
-}  // namespace symrig::drm::test
+}  // namespace symrig::projector::drm::test

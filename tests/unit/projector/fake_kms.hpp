@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm::test {
+namespace symrig::projector::drm::test {
 
 /// A mode with round timings: a quarter and a third of blanking.
 drmModeModeInfo make_mode(int cols, int rows, double rate, bool preferred = false, std::uint32_t flags = 0);
@@ -129,4 +129,4 @@ class FakeCards final : public Cards {
   std::vector<std::shared_ptr<FakeCard>> cards_;
 };
 
-}  // namespace symrig::drm::test
+}  // namespace symrig::projector::drm::test

@@ -11,7 +11,7 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
-namespace symrig::drm::test::flip_events_test {
+namespace symrig::projector::drm::test::flip_events_test {
 namespace {
 
 /// A pipe in place of a card's file: what is written comes out as the kernel's events do.
@@ -79,4 +79,4 @@ TEST_F(Events, a_file_that_ends_is_a_card_that_is_gone) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::flip_events_test
+}  // namespace symrig::projector::drm::test::flip_events_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::drm::test::hotplug_test {
+namespace symrig::projector::drm::test::hotplug_test {
 namespace {
 
 using namespace std::string_literals;
@@ -39,4 +39,4 @@ TEST(Hotplug, other_messages_are_passed_over) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::hotplug_test
+}  // namespace symrig::projector::drm::test::hotplug_test

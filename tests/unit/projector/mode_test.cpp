@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::drm::test::mode_test {
+namespace symrig::projector::drm::test::mode_test {
 namespace {
 
 /// CTA-861 VIC 16: 148.5 MHz, 2200 x 1125.
@@ -117,4 +117,4 @@ TEST_F(Choice, an_error_lists_what_there_is) {
 }
 
 }  // namespace
-}  // namespace symrig::drm::test::mode_test
+}  // namespace symrig::projector::drm::test::mode_test

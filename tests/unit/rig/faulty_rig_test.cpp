@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim::faulty_rig_test {
+namespace symrig::faulty_rig_test {
 namespace {
 
 using test::CameraMischief;
@@ -31,7 +31,7 @@ struct Workshop {
   std::shared_ptr<ProjectorMischief> projector = std::make_shared<ProjectorMischief>();
   Pacing pacing = Pacing::trigger;
   std::function<void(RigOptions&)> options;
-  std::function<Result<Board>(boards::SimBoard&)> board;
+  std::function<Result<Board>(board_sim::SimBoard&)> board;
   Nanoseconds waited{0};
 
   VirtualRigHooks hooks() {
@@ -203,8 +203,8 @@ TEST_P(FaultyRig, gives_up_with_the_cause_after_so_many_tries) {
 TEST_P(FaultyRig, a_board_that_was_restarted_is_configured_again) {
   Workshop shop;
   shop.pacing = GetParam();
-  boards::SimBoard* simulated = nullptr;
-  shop.board = [&simulated](boards::SimBoard& board) {
+  board_sim::SimBoard* simulated = nullptr;
+  shop.board = [&simulated](board_sim::SimBoard& board) {
     simulated = &board;
     return Board::connect(make_sim_link(board));
   };
@@ -313,4 +313,4 @@ TEST(EvaluateByPhotographs, comes_to_what_the_truth_says) {
 }
 
 }  // namespace
-}  // namespace symrig::sim::faulty_rig_test
+}  // namespace symrig::faulty_rig_test

@@ -13,9 +13,9 @@ constexpr std::uint32_t kCamera = 1U << 1U;
 
 /// Peripherals on a board that nobody programs: the test moves time and lines by itself.
 struct Bench {
-  boards::SimBoard board;
-  boards::SimProjector raster{board};
-  boards::SimCamera shutter{board};
+  board_sim::SimBoard board;
+  board_sim::SimProjector raster{board};
+  board_sim::SimCamera shutter{board};
   SimulatedProjector projector{{2, 2}, raster, Nanoseconds{16'666'667}};
 
   Bench() {

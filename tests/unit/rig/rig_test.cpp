@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/rig.hpp"
 
-#include "rig/metering.hpp"
+#include "rig/exposure_choice.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "symrig/board/link.hpp"
@@ -49,7 +49,7 @@ TEST(ExposureFor, leaves_the_headroom) {
 /// A board with a projector and a camera that looks at a grey wall: rate electrons a second at full light.
 class Wall {
  public:
-  explicit Wall(double rate, const boards::SimCameraConfig& shutter = {}, Image<std::uint8_t> dead = {})
+  explicit Wall(double rate, const board_sim::SimCameraConfig& shutter = {}, Image<std::uint8_t> dead = {})
       : raster_(board_), shutter_(board_, shutter), rate_(rate), dead_(std::move(dead)) {
     board_.attach(raster_);
     board_.attach(shutter_);
@@ -90,17 +90,17 @@ class Wall {
     return frames;
   }
 
-  boards::SimBoard board_;
-  boards::SimProjector raster_;
-  boards::SimCamera shutter_;
+  board_sim::SimBoard board_;
+  board_sim::SimProjector raster_;
+  board_sim::SimCamera shutter_;
   double rate_;
   Image<std::uint8_t> dead_;
 };
 
 TEST(Laws, simulated_devices_keep_those_of_projectors_and_cameras) {
-  boards::SimBoard board;
-  boards::SimProjector raster(board);
-  boards::SimCamera shutter(board);
+  board_sim::SimBoard board;
+  board_sim::SimProjector raster(board);
+  board_sim::SimCamera shutter(board);
   board.attach(raster);
   board.attach(shutter);
   SimulatedProjector projector(Grid{3, 4}, raster, 10ms);
@@ -268,7 +268,7 @@ TEST(Rig, refuses_grids_that_differ) {
 
 // A camera that is still reading out when the next trigger comes: the ledger notices, nothing is merged.
 TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
-  boards::SimCameraConfig slow;
+  board_sim::SimCameraConfig slow;
   slow.readout_us = 9'000;  // the profile allows 4 ms
   Wall wall(2e6, slow);
   const auto rig = wall.open();

@@ -3,8 +3,6 @@
 
 #include "sim/gaussian_sum.hpp"
 #include "sim/lane_fft.hpp"
-#include "sim/masked_exchange.hpp"
-#include "sim/occluder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -81,7 +79,7 @@ TEST(OpenExchange, matches_every_point_to_point_form_factor) {
   }
 }
 
-// Bound of masked_exchange.hpp: 3e-6 of the largest entry of the pair of columns, whose energy may sit in
+// Bound of exchange.hpp: 3e-6 of the largest entry of the pair of columns, whose energy may sit in
 // another column of the same row; transforms mix rows, not columns.
 TEST(MaskedExchange, matches_every_visible_form_factor) {
   for (const Grid grid : {Grid{19, 23}, Grid{33, 12}, Grid{1, 30}, Grid{5, 2}}) {

@@ -58,7 +58,7 @@ TEST_P(EveryScene, is_symmetric_with_blur_and_strong_indirect_light) {
 }
 
 // Light is never negative. The occluder's exchange goes through a Fourier transform, which leaves entries of
-// F below zero by 3e-6 of the largest, 0.23, and 2e-8 at most (masked_exchange.hpp), times cos 45° and two
+// F below zero by 3e-6 of the largest, 0.23, and 2e-8 at most (exchange.hpp), times cos 45° and two
 // albedos.
 TEST_P(EveryScene, has_no_negative_entry) {
   const float floor = GetParam() == "occluder" ? -4e-7F : 0.F;

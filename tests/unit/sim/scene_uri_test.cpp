@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::sim::scene_uri_test {
+namespace symrig::scene_uri_test {
 namespace {
 
 TEST(SceneUri, has_the_documented_defaults) {
@@ -154,4 +154,4 @@ TEST(KeyTable, each_key_reads_its_default_and_refuses_with_its_values) {
 }
 
 }  // namespace
-}  // namespace symrig::sim::scene_uri_test
+}  // namespace symrig::scene_uri_test

@@ -7,8 +7,8 @@
 namespace {
 
 using symrig::Image;
-using symrig::sim::make_scene;
-using symrig::sim::parse_scene_uri;
+using symrig::make_scene;
+using symrig::parse_scene_uri;
 
 std::string uri_of(std::string_view name) {
   return "sim:" + std::string(name) + "?size=310x350";
@@ -31,7 +31,7 @@ void make(benchmark::State& state, const std::string& uri) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  for (const auto name : symrig::sim::scene_names()) {
+  for (const auto name : symrig::scene_names()) {
     benchmark::RegisterBenchmark(("apply/" + std::string(name)).c_str(), apply, uri_of(name))
         ->Unit(benchmark::kMillisecond);
     benchmark::RegisterBenchmark(("make/" + std::string(name)).c_str(), make, uri_of(name))

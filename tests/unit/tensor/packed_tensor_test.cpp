@@ -38,7 +38,7 @@ class Everything {
 
  private:
   std::vector<float> values(std::int64_t n) {
-    std::vector<float> v(n);
+    std::vector<float> v(static_cast<std::size_t>(n));
     for (float& x : v) x = static_cast<float>(random_.uniform());
     return v;
   }

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 class SimBoard;
 }
 
@@ -38,7 +38,7 @@ class Link {
 
 /// A link to a board in virtual time in this process. Waiting advances the board's clock. The board must
 /// outlive the link.
-std::unique_ptr<Link> make_sim_link(boards::SimBoard& board);
+std::unique_ptr<Link> make_sim_link(board_sim::SimBoard& board);
 
 /// A link to the board at `uri`. sim: makes a new board with a 60 Hz projector and a camera on its lines; it
 /// lives as long as the link. The link locks a serial port or a USB interface: no other program of symrig can

@@ -11,10 +11,10 @@
 
 namespace symrig {
 
-namespace drm {
+namespace projector::drm {
 class Cards;
 class Screen;
-}  // namespace drm
+}  // namespace projector::drm
 
 /// Which screen to use, and where patterns lie on it.
 struct DrmProjectorOptions {
@@ -42,7 +42,8 @@ class DrmProjector final : public Projector {
   /// permission), size_mismatch (the patterns do not fit), limit (not enough memory on the card).
   static Result<std::unique_ptr<DrmProjector>> open(const DrmProjectorOptions& options);
   /// The same with other cards than this computer's, for tests.
-  static Result<std::unique_ptr<DrmProjector>> open(drm::Cards& cards, const DrmProjectorOptions& options);
+  static Result<std::unique_ptr<DrmProjector>> open(projector::drm::Cards& cards,
+                                                    const DrmProjectorOptions& options);
   ~DrmProjector() override;
 
   Grid grid() const override { return grid_; }
@@ -62,12 +63,12 @@ class DrmProjector final : public Projector {
   const std::vector<std::string>& warnings() const;
 
  private:
-  DrmProjector(std::unique_ptr<drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);
+  DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);
   Result<Shown> flip_to(std::size_t index);
   std::size_t buffer_with(std::size_t index);
   void draw_ahead(std::size_t index, std::size_t waiting);
 
-  std::unique_ptr<drm::Screen> screen_;
+  std::unique_ptr<projector::drm::Screen> screen_;
   Placement placement_;
   CodeTable table_;
   Grid grid_;

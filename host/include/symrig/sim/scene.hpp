@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-namespace symrig::sim {
+namespace symrig {
 
 /// A parsed `sim:<name>[?key=value&...]`. docs/command-line.md lists names, keys and defaults.
 struct SceneUri {
@@ -85,4 +85,4 @@ class Scene {
 /// fails: limit (a grid too large for this scene), bad_argument.
 Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri);
 
-}  // namespace symrig::sim
+}  // namespace symrig

@@ -9,11 +9,11 @@
 #include <memory>
 #include <string_view>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 class SimBoard;
 }
 
-namespace symrig::sim {
+namespace symrig {
 
 /// A complete rig in virtual time. The real firmware core runs on boards/sim and talks in bytes to the host.
 /// On its lines are a 60 Hz projector and a triggered camera in front of a scene. hdr merges the frames.
@@ -32,7 +32,7 @@ class VirtualRig : public Probe {
 struct VirtualRigHooks {
   std::function<Result<std::unique_ptr<Camera>>(Camera& camera)> camera;
   std::function<Result<std::unique_ptr<Projector>>(Projector& projector)> projector;
-  std::function<Result<Board>(boards::SimBoard& board)> board;
+  std::function<Result<Board>(board_sim::SimBoard& board)> board;
   std::function<void(RigOptions& options)> options;
   /// host: the projector is a screen, and the rig shows each pattern itself.
   Pacing pacing = Pacing::trigger;
@@ -42,4 +42,4 @@ struct VirtualRigHooks {
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri);
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks);
 
-}  // namespace symrig::sim
+}  // namespace symrig

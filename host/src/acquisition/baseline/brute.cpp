@@ -2,14 +2,14 @@
 #include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/sparse_column.hpp"
 #include "acquisition/search/photographer.hpp"
+#include "symrig/base/stopwatch.hpp"
 
-#include <chrono>
 #include <string>
 
 namespace symrig::acquisition {
 
 Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const BlockTree tree(probe.grid());
   const std::int64_t pixels = tree.grid().size();
   const std::int64_t bytes =
@@ -38,7 +38,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
     builder.add_column(begin, begin + 1, columns[k].pixels, columns[k].values);
     columns[k] = {};
   }
-  const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double total = watch.seconds();
   return CaptureResult{std::move(builder).finish(),
                        photographer.taken(),
                        {photographer.taken()},

@@ -5,10 +5,10 @@
 #include "acquisition/algorithms.hpp"
 #include "acquisition/baseline/sparse_column.hpp"
 #include "acquisition/search/photographer.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -43,12 +43,12 @@ class Dual {
         builder_(tree_, tree_, channels_) {}
 
   Result<CaptureResult> run() {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     SYMRIG_TRY(std::vector<Active> active, photograph_flood());
     for (int level = 0; !active.empty(); ++level) {
       SYMRIG_TRY(active, refine(level, active));
     }
-    const double total = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double total = watch.seconds();
     return CaptureResult{std::move(builder_).finish(), photographer_.taken(), std::move(patterns_per_level_),
                          total - photographer_.measure_seconds()};
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/errors/checks.hpp"
 
+#include "symrig/base/quantile.hpp"
 #include "symrig/base/random.hpp"
 
 #include <algorithm>
@@ -51,8 +52,7 @@ std::vector<std::vector<char>> lit_pixels(Grid grid) {
   lit[kBar] = above(bar_pattern(grid), 0);
   const Image<float> picture = natural_pattern(grid, kSeed);
   std::vector<float> values(picture.values().begin(), picture.values().end());
-  std::nth_element(values.begin(), values.begin() + std::ssize(values) / 2, values.end());
-  lit[kNatural] = above(picture, values[values.size() / 2]);
+  lit[kNatural] = above(picture, median(values));
   return lit;
 }
 

@@ -2,6 +2,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 
 #include "symrig/acquisition/measured_errors.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/base/random.hpp"
 
 #include <algorithm>
@@ -125,9 +126,8 @@ Truth photographed(Probe& probe, const Progress& progress, std::int64_t photogra
 /// The brighter half of a picture, fully lit.
 Image<float> cut_at_median(Image<float> picture) {
   std::vector<float> sorted(picture.values().begin(), picture.values().end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  for (float& value : picture.values()) value = value >= *middle ? 1.F : 0.F;
+  const float middle = median(sorted);
+  for (float& value : picture.values()) value = value >= middle ? 1.F : 0.F;
   return picture;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <cerrno>
 #include <system_error>
-#include <utility>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -62,37 +61,30 @@ iovec part_of(std::span<const std::byte> bytes) {
 
 Result<AppendedFile> AppendedFile::create(const fs::path& path) {
   AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.fd_ < 0) return open_error(path, errno);
+  if (!file.fd_) return open_error(path, errno);
   return locked(std::move(file));
 }
 
 Result<AppendedFile> AppendedFile::open(const fs::path& path) {
   AppendedFile file(path, ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
-  if (file.fd_ < 0) return open_error(path, errno);
+  if (!file.fd_) return open_error(path, errno);
   struct stat status {};
-  if (::fstat(file.fd_, &status) != 0) return file.failure("cannot be read");
+  if (::fstat(file.fd_.get(), &status) != 0) return file.failure("cannot be read");
   if (!S_ISREG(status.st_mode))
     return Error{ErrorCode::io, path.string() + ": is not a regular file", "give the name of a file"};
   SYMRIG_TRY(AppendedFile mine, locked(std::move(file)));
   // Only now: another process may have written to it until it let go of the lock.
-  if (::fstat(mine.fd_, &status) != 0) return mine.failure("cannot be read");
+  if (::fstat(mine.fd_.get(), &status) != 0) return mine.failure("cannot be read");
   mine.size_ = static_cast<std::uint64_t>(status.st_size);
   return mine;
 }
 
 Result<AppendedFile> AppendedFile::locked(AppendedFile file) {
-  if (::flock(file.fd_, LOCK_EX | LOCK_NB) == 0) return file;
+  if (::flock(file.fd_.get(), LOCK_EX | LOCK_NB) == 0) return file;
   if (errno == EWOULDBLOCK)
     return Error{ErrorCode::io, file.path_.string() + ": another process is writing to it",
                  "wait until it has finished"};
   return file.failure("cannot be locked");
-}
-
-AppendedFile::AppendedFile(AppendedFile&& other) noexcept
-    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)), size_(other.size_) {}
-
-AppendedFile::~AppendedFile() {
-  if (fd_ >= 0) ::close(fd_);
 }
 
 Error AppendedFile::failure(const char* what) const {
@@ -101,7 +93,7 @@ Error AppendedFile::failure(const char* what) const {
 
 Result<void> AppendedFile::read(std::uint64_t offset, std::span<std::byte> bytes) const {
   while (!bytes.empty()) {
-    const ssize_t got = ::pread(fd_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    const ssize_t got = ::pread(fd_.get(), bytes.data(), bytes.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return failure("cannot be read");
     if (got == 0) return Error{ErrorCode::io, path_.string() + ": ends too early", "it was cut by someone"};
@@ -112,7 +104,7 @@ Result<void> AppendedFile::read(std::uint64_t offset, std::span<std::byte> bytes
 }
 
 Result<void> AppendedFile::append(std::span<const std::byte> first, std::span<const std::byte> second) {
-  if (!write_all(fd_, size_, {part_of(first), part_of(second)})) {
+  if (!write_all(fd_.get(), size_, {part_of(first), part_of(second)})) {
     const Error error = failure("cannot be written");
     SYMRIG_CHECK(cut(size_));
     return error;
@@ -122,13 +114,13 @@ Result<void> AppendedFile::append(std::span<const std::byte> first, std::span<co
 }
 
 Result<void> AppendedFile::cut(std::uint64_t size) {
-  if (::ftruncate(fd_, static_cast<off_t>(size)) != 0) return failure("cannot be cut");
+  if (::ftruncate(fd_.get(), static_cast<off_t>(size)) != 0) return failure("cannot be cut");
   size_ = size;
   return {};
 }
 
 Result<void> AppendedFile::sync() const {
-  if (::fdatasync(fd_) != 0) return failure("cannot be synced to the disk");
+  if (::fdatasync(fd_.get()) != 0) return failure("cannot be synced to the disk");
   return {};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 
 #include <cstddef>
@@ -18,12 +19,6 @@ class AppendedFile {
   static Result<AppendedFile> create(const std::filesystem::path& path);
   /// fails: also not_found.
   static Result<AppendedFile> open(const std::filesystem::path& path);
-
-  AppendedFile(AppendedFile&& other) noexcept;
-  AppendedFile& operator=(AppendedFile&&) = delete;
-  AppendedFile(const AppendedFile&) = delete;
-  AppendedFile& operator=(const AppendedFile&) = delete;
-  ~AppendedFile();
 
   const std::filesystem::path& path() const { return path_; }
   std::uint64_t size() const { return size_; }
@@ -43,7 +38,7 @@ class AppendedFile {
   Error failure(const char* what) const;
 
   std::filesystem::path path_;
-  int fd_ = -1;
+  Fd fd_;
   std::uint64_t size_ = 0;
 };
 

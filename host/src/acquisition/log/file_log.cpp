@@ -4,6 +4,7 @@
 #include "acquisition/log/log_head.hpp"
 #include "acquisition/log/photograph_record.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -20,7 +21,6 @@ using acquisition::AppendedFile;
 using acquisition::HeadState;
 using acquisition::PhotographShape;
 using acquisition::Record;
-using Clock = std::chrono::steady_clock;
 
 constexpr std::uint32_t kRecordMagic = 0x544F4850;  // "PHOT"
 
@@ -36,15 +36,12 @@ static_assert(sizeof(RecordFront) == 16);
 /// of the time.
 class SyncTimer {
  public:
-  bool due() const { return Clock::now() >= next_; }
-  void took(Clock::time_point start) {
-    const auto end = Clock::now();
-    next_ = end + std::max<Clock::duration>(kPeriod, 20 * (end - start));
-  }
+  bool due() const { return next_.passed(); }
+  void took(Nanoseconds time) { next_ = Deadline(std::max<Nanoseconds>(kPeriod, 20 * time)); }
 
  private:
   static constexpr std::chrono::seconds kPeriod{5};
-  Clock::time_point next_ = Clock::now() + kPeriod;
+  Deadline next_{kPeriod};
 };
 
 class FileLog final : public PhotographLog {
@@ -166,9 +163,9 @@ Result<void> FileLog::forget(std::int64_t first, std::int64_t differs) {
 
 Result<void> FileLog::sync() {
   if (!sync_timer_.due()) return {};
-  const auto start = Clock::now();
+  const Stopwatch watch;
   SYMRIG_CHECK(file_.sync());
-  sync_timer_.took(start);
+  sync_timer_.took(watch.elapsed());
   return {};
 }
 

@@ -16,9 +16,9 @@
 #include "acquisition/search/short_range.hpp"
 #include "acquisition/search/sparseness.hpp"
 #include "symrig/acquisition/views.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -26,10 +26,6 @@
 
 namespace symrig::acquisition {
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// More photographs than any log holds.
 constexpr std::size_t kEndless = std::size_t{1} << 40;
@@ -75,10 +71,10 @@ class Hierarchy {
 };
 
 Result<CaptureResult> Hierarchy::run(bool plans_exposures) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const double measured_before = photographer_.measure_seconds();
   const auto processed = [&] {
-    return seconds_since(start) - (photographer_.measure_seconds() - measured_before);
+    return watch.seconds() - (photographer_.measure_seconds() - measured_before);
   };
   place_root();
   if (plans_exposures) SYMRIG_CHECK(begin_forecast());

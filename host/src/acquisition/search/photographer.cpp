@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/search/photographer.hpp"
 
+#include "symrig/base/stopwatch.hpp"
 #include "tensor/kernels.hpp"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -60,10 +60,10 @@ Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> p
   tbb::parallel_for(std::size_t{0}, count,
                     [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
   const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, preview);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   SYMRIG_TRY(std::vector<Radiance> answers,
              expected.empty() ? probe_.measure(pictures) : probe_.measure_expected(pictures, expected));
-  measure_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  measure_seconds_ += watch.seconds();
   if (answers.size() != pictures.size())
     return Error{ErrorCode::frame_missing,
                  "the rig answered " + std::to_string(pictures.size()) + " patterns with " +

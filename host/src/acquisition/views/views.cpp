@@ -2,6 +2,7 @@
 #include "symrig/acquisition/views.hpp"
 
 #include "acquisition/views/views_match.hpp"
+#include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -85,15 +86,6 @@ void for_each_view(ViewLayout views, const Use& use) {
     for (int col = 0; col < views.cols; ++col) use(View{row, col});
 }
 
-/// The value that a share of all values lies below.
-double quantile(std::vector<float>& values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return static_cast<double>(*at);
-}
-
 /// 5th to 95th percentile of the shift of one view along one axis. The 5 % at either end are where matches
 /// go wrong first, at edges and behind them.
 double spread(const MatchedViews& matched, const Tile& tile, int axis) {
@@ -102,8 +94,8 @@ double spread(const MatchedViews& matched, const Tile& tile, int axis) {
     for (int col = 0; col < tile.grid.cols; ++col)
       shifts.push_back(matched.surface.at(tile.row + row, tile.col + col, axis) -
                        static_cast<float>(axis == 0 ? row : col));
-  const double low = quantile(shifts, 0.05);
-  return quantile(shifts, 0.95) - low;
+  const auto low = static_cast<double>(quantile(shifts, 0.05));
+  return static_cast<double>(quantile(shifts, 0.95)) - low;
 }
 
 /// What the shift over `steps` views is to be multiplied by for the shift over all of them.
@@ -148,7 +140,7 @@ ViewsFound judge_views(const MatchedViews& matched, ViewLayout views) {
       for (int col = 0; col < tile.grid.cols; ++col)
         confidence.push_back(matched.confidence.at(tile.row + row, tile.col + col));
   });
-  found.confidence = quantile(confidence, 0.5);
+  found.confidence = static_cast<double>(quantile(confidence, 0.5));
   return found;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/views/views_match.hpp"
 
+#include "symrig/base/quantile.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -132,10 +134,7 @@ Image<float> median_filtered(const Image<float>& picture) {
         for (int r = std::max(row - 1, 0); r <= std::min(row + 1, grid.rows - 1); ++r)
           for (int c = std::max(col - 1, 0); c <= std::min(col + 1, grid.cols - 1); ++c)
             around[n++] = picture.at(r, c, channel);
-        const auto half = static_cast<std::ptrdiff_t>(n / 2);
-        std::nth_element(around.begin(), around.begin() + half,
-                         around.begin() + static_cast<std::ptrdiff_t>(n));
-        out.at(row, col, channel) = around[n / 2];
+        out.at(row, col, channel) = median(std::span(around).first(n));
       }
   return out;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/boot_drive.hpp"
 
-#include "base/fd.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/job_files.hpp"
 
 #include <algorithm>
@@ -37,7 +37,7 @@ std::string unescape(const std::string& text) {
   return result;
 }
 
-Result<void> write_all(const base::Fd& file, std::span<const std::byte> bytes, const fs::path& path) {
+Result<void> write_all(const Fd& file, std::span<const std::byte> bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(file.get(), bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
@@ -85,7 +85,7 @@ Result<void> copy_to_boot_drive(const fs::path& uf2, const fs::path& drive) {
   SYMRIG_TRY(const auto bytes, read_file(uf2));
   const fs::path path = drive / "symrig.uf2";
   SYMRIG_CHECK(JobFiles().reads("the firmware", uf2).writes("the copy", path, FileFormat::program).check());
-  const base::Fd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644));
+  const Fd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, 0644));
   if (!file)
     return Error{ErrorCode::io, fmt::format("{} cannot be written ({})", path.string(), std::strerror(errno)),
                  "mount the drive so that you may write to it"};

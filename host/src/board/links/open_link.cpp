@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/serial_port.hpp"
-#include "board/links/sim_device.hpp"
-#include "board/links/socket.hpp"
-#include "board/links/stream_link.hpp"
-#include "board/links/usb_link.hpp"
+#include "board/links/links.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/board/virtual_bench.hpp"
 
@@ -15,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 constexpr Nanoseconds kDialPatience = 5s;
 
-Result<std::unique_ptr<Link>> over(Result<base::Fd> fd, const DeviceUri& uri) {
+Result<std::unique_ptr<Link>> over(Result<Fd> fd, const DeviceUri& uri) {
   if (!fd) return std::move(fd).error();
   return board::make_stream_link(std::move(fd).value(), uri.text());
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/serial_port.hpp"
-
+#include "board/links/links.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/base/serial_line.hpp"
 
 #include <cerrno>
@@ -24,7 +24,7 @@ Error cannot_open(const std::string& path, int error) {
   return {ErrorCode::device_lost, fmt::format("{} cannot be opened ({})", path, std::strerror(error)), hint};
 }
 
-Result<void> make_raw(const base::Fd& port, const std::string& path, std::uint32_t speed) {
+Result<void> make_raw(const Fd& port, const std::string& path, std::uint32_t speed) {
   if (make_raw_line(port.get(), speed)) return {};
   if (::isatty(port.get()) == 0)
     return Error{ErrorCode::bad_argument, fmt::format("{} is not a serial port", path),
@@ -33,16 +33,16 @@ Result<void> make_raw(const base::Fd& port, const std::string& path, std::uint32
 }
 
 /// DTR tells a board that a host is connected. A port without modem lines (a pseudo-terminal) has no DTR.
-void raise_lines(const base::Fd& port) {
+void raise_lines(const Fd& port) {
   int lines = TIOCM_DTR | TIOCM_RTS;
   ::ioctl(port.get(), TIOCMBIS, &lines);
 }
 
 }  // namespace
 
-Result<base::Fd> open_serial(const std::string& path, std::uint32_t baud) {
+Result<Fd> open_serial(const std::string& path, std::uint32_t baud) {
   SYMRIG_TRY(const std::uint32_t code, serial_speed(baud));
-  base::Fd port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  Fd port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   if (!port) return cannot_open(path, errno);
   // The lock excludes other programs of symrig; TIOCEXCL excludes all others (except root).
   if (::flock(port.get(), LOCK_EX | LOCK_NB) != 0) return cannot_open(path, errno);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/sim_device.hpp"
-
+#include "board/links/links.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
@@ -15,14 +14,14 @@ namespace symrig::board {
 namespace {
 
 /// A wire from an output to an input.
-class Jumper final : public boards::Peripheral {
+class Jumper final : public board_sim::Peripheral {
  public:
   Jumper(int from, int to) : from_(from), to_(to) {}
-  void outputs_changed(std::uint64_t, std::uint32_t levels, boards::SimBoard& board) override {
+  void outputs_changed(std::uint64_t, std::uint32_t levels, board_sim::SimBoard& board) override {
     board.set_input(to_, ((levels >> from_) & 1U) != 0);
   }
-  std::uint64_t next_event() const override { return boards::kNever; }
-  void on_event(std::uint64_t, boards::SimBoard&) override {}
+  std::uint64_t next_event() const override { return board_sim::kNever; }
+  void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 
  private:
   int from_, to_;
@@ -55,16 +54,16 @@ class OwningSimLink final : public Link {
     const int found = board_.line(name);
     if (found >= 0 && board_.config().lines[found].output == output) return found;
     std::vector<std::string> known;
-    for (const boards::SimLine& one : board_.config().lines)
+    for (const board_sim::SimLine& one : board_.config().lines)
       if (one.output == output) known.push_back(one.name);
     const char* kind = output ? "output" : "input";
     return Error{ErrorCode::unknown_name, fmt::format("the simulated board has no {} '{}'", kind, name),
                  nearest_hint(name, known)};
   }
 
-  boards::SimBoard board_;
-  std::optional<boards::SimProjector> projector_;
-  std::optional<boards::SimCamera> camera_;
+  board_sim::SimBoard board_;
+  std::optional<board_sim::SimProjector> projector_;
+  std::optional<board_sim::SimCamera> camera_;
   std::optional<Jumper> jumper_;
   std::unique_ptr<Link> link_;
 };

@@ -10,7 +10,7 @@ namespace {
 
 class SimLink final : public Link {
  public:
-  explicit SimLink(boards::SimBoard& board)
+  explicit SimLink(board_sim::SimBoard& board)
       : board_(board), rate_{board.config().tick_hz}, opened_(board.now()) {}
 
   Result<void> send(std::span<const std::uint8_t> bytes) override {
@@ -35,14 +35,14 @@ class SimLink final : public Link {
   SteadyTime opened() const override { return {rate_.nanoseconds(Ticks{opened_})}; }
 
  private:
-  boards::SimBoard& board_;
+  board_sim::SimBoard& board_;
   TickRate rate_;
   std::uint64_t opened_;
 };
 
 }  // namespace
 
-std::unique_ptr<Link> make_sim_link(boards::SimBoard& board) {
+std::unique_ptr<Link> make_sim_link(board_sim::SimBoard& board) {
   return std::make_unique<SimLink>(board);
 }
 

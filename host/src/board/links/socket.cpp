@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/socket.hpp"
+#include "board/links/links.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <cerrno>
 #include <cstring>
@@ -49,14 +50,14 @@ struct FreeAddresses {
 
 }  // namespace
 
-Result<base::Fd> connect_unix(const std::string& path) {
+Result<Fd> connect_unix(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof(address.sun_path))
     return Error{ErrorCode::bad_argument, fmt::format("unix:{}: the path is too long for a socket", path),
                  fmt::format("use one of at most {} bytes", sizeof(address.sun_path) - 1)};
   std::memcpy(address.sun_path, path.data(), path.size());
-  base::Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  Fd fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd) return unreachable(path, std::strerror(errno));
   // A local socket connects at once or fails; if its queue of waiting clients is full, it fails with EAGAIN.
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): how sockets take addresses
@@ -65,7 +66,7 @@ Result<base::Fd> connect_unix(const std::string& path) {
   return fd;
 }
 
-Result<base::Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds patience) {
+Result<Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds patience) {
   const std::string place = fmt::format("{}:{}", host, port);
   addrinfo wanted{};
   wanted.ai_socktype = SOCK_STREAM;
@@ -75,7 +76,7 @@ Result<base::Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanose
   const std::unique_ptr<addrinfo, FreeAddresses> addresses(found);
   int error = EADDRNOTAVAIL;
   for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
-    base::Fd fd(::socket(one->ai_family, one->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, one->ai_protocol));
+    Fd fd(::socket(one->ai_family, one->ai_socktype | SOCK_CLOEXEC | SOCK_NONBLOCK, one->ai_protocol));
     error = fd ? connect_within(fd.get(), one->ai_addr, one->ai_addrlen, patience) : errno;
     if (error != 0) continue;
     const int on = 1;

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/stream_link.hpp"
+#include "base/byte_stream.hpp"
+#include "board/links/links.hpp"
+#include "symrig/base/fd.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <utility>
 
@@ -11,13 +14,13 @@ constexpr Nanoseconds kSendPatience = 2s;  // a board accepts its bytes within m
 
 class StreamLink final : public Link {
  public:
-  explicit StreamLink(base::ByteStream stream) : stream_(std::move(stream)), opened_(base::steady_now()) {}
+  explicit StreamLink(base::ByteStream stream) : stream_(std::move(stream)), opened_(steady_now()) {}
 
   Result<void> send(std::span<const std::uint8_t> bytes) override {
     return stream_.send(bytes, kSendPatience);
   }
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override { return stream_.receive(timeout); }
-  Nanoseconds now() const override { return base::steady_now() - opened_; }
+  Nanoseconds now() const override { return steady_now() - opened_; }
   SteadyTime opened() const override { return {opened_}; }
 
  private:
@@ -27,7 +30,7 @@ class StreamLink final : public Link {
 
 }  // namespace
 
-std::unique_ptr<Link> make_stream_link(base::Fd fd, std::string name) {
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name) {
   return std::make_unique<StreamLink>(base::ByteStream(std::move(fd), std::move(name)));
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "board/links/usb_link.hpp"
-
-#include "base/fd.hpp"
+#include "board/links/links.hpp"
 #include "board/links/usb.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <algorithm>
 #include <array>
@@ -39,7 +38,7 @@ class UsbLink final : public Link {
   Result<void> begin();
   Result<void> send(std::span<const std::uint8_t> bytes) override;
   Result<std::vector<std::uint8_t>> receive(Nanoseconds timeout) override;
-  Nanoseconds now() const override { return base::steady_now() - opened_; }
+  Nanoseconds now() const override { return steady_now() - opened_; }
   SteadyTime opened() const override { return {opened_}; }
 
  private:
@@ -65,7 +64,7 @@ class UsbLink final : public Link {
   usb::Handle handle_;
   usb::Pipes pipes_;
   std::string name_;
-  Nanoseconds opened_ = base::steady_now();
+  Nanoseconds opened_ = steady_now();
   std::array<Slot, kReads> reads_;
   std::array<Slot, kWrites> writes_;
   std::vector<std::uint8_t> received_;
@@ -138,15 +137,14 @@ UsbLink::Slot* UsbLink::free_write() {
 }
 
 Result<UsbLink::Slot*> UsbLink::wait_for_write() {
-  const Nanoseconds deadline = base::steady_now() + kUsbSendPatience;
+  const Deadline deadline(kUsbSendPatience);
   while (!gone_) {
     if (Slot* slot = free_write()) return slot;
-    const Nanoseconds left = deadline - base::steady_now();
-    if (left.count() <= 0)
+    if (deadline.passed())
       return Error{ErrorCode::device_lost,
                    fmt::format("{}: accepts no bytes for {:.3g} s", name_, seconds(kUsbSendPatience)),
                    "unplug the board and plug it in again"};
-    run_events(left);
+    run_events(deadline.left());
   }
   return lost();
 }
@@ -164,11 +162,11 @@ Result<void> UsbLink::send(std::span<const std::uint8_t> bytes) {
 }
 
 Result<std::vector<std::uint8_t>> UsbLink::receive(Nanoseconds timeout) {
-  const Nanoseconds deadline = base::steady_now() + timeout;
+  const Deadline deadline(timeout);
   while (received_.empty() && !gone_) {
-    const Nanoseconds left = deadline - base::steady_now();
+    const Nanoseconds left = deadline.left();
     run_events(left);
-    if (left.count() <= 0) break;
+    if (left.count() == 0) break;
   }
   if (received_.empty() && gone_) return lost();
   return std::exchange(received_, {});
@@ -182,16 +180,16 @@ bool UsbLink::any_busy() const {
 /// First gives frames in flight some time to leave: one may be an abort. Then cancels all transfers, because
 /// a transfer in flight must not be freed.
 UsbLink::~UsbLink() {
-  const Nanoseconds flushed = base::steady_now() + 100ms;
+  const Deadline flushed(100ms);
   const auto busy = [](const Slot& slot) { return slot.busy; };
-  while (!gone_ && base::steady_now() < flushed && std::any_of(writes_.begin(), writes_.end(), busy))
-    run_events(flushed - base::steady_now());
+  while (!gone_ && !flushed.passed() && std::any_of(writes_.begin(), writes_.end(), busy))
+    run_events(flushed.left());
   for (Slot& slot : reads_)
     if (slot.busy) libusb_cancel_transfer(slot.transfer.get());
   for (Slot& slot : writes_)
     if (slot.busy) libusb_cancel_transfer(slot.transfer.get());
-  const Nanoseconds deadline = base::steady_now() + 1s;
-  while (any_busy() && base::steady_now() < deadline) run_events(10ms);
+  const Deadline deadline(1s);
+  while (any_busy() && !deadline.passed()) run_events(10ms);
   libusb_release_interface(handle_.get(), pipes_.interface);
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/board/virtual_bench.hpp"
 
-#include "board/links/socket.hpp"
+#include "board/links/links.hpp"
 #include "board/links/virtual_connection.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 
@@ -51,7 +52,7 @@ Nanoseconds time_or_zero(const Result<Nanoseconds>& now) {
   return now ? *now : Nanoseconds{0};
 }
 
-Result<base::Fd> dial(const DeviceUri& uri) {
+Result<Fd> dial(const DeviceUri& uri) {
   if (uri.transport == Transport::virtual_unix) return board::connect_unix(uri.place);
   if (uri.transport == Transport::virtual_tcp) return board::connect_tcp(uri.place, uri.port, 5s);
   return Error{ErrorCode::bad_argument, fmt::format("{} is not a board in virtual time", uri.text()),
@@ -61,7 +62,7 @@ Result<base::Fd> dial(const DeviceUri& uri) {
 }  // namespace
 
 Result<VirtualBench> VirtualBench::connect(const DeviceUri& uri) {
-  SYMRIG_TRY(base::Fd fd, dial(uri));
+  SYMRIG_TRY(Fd fd, dial(uri));
   VirtualBench bench(std::make_shared<Connection>(base::ByteStream(std::move(fd), uri.text())));
   SYMRIG_TRY(const auto hello, bench.connection_->ask('h', {}, 12));
   const auto version = board::unpack<std::uint32_t>(hello, 0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/camera/camera_info.hpp"
 
-#include "camera/v4l2/capabilities.hpp"
 #include "camera/v4l2/controls.hpp"
+#include "camera/v4l2/formats.hpp"
 #include "camera/v4l2/open_node.hpp"
 #include "symrig/base/nearest_name.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/v4l2/capabilities.hpp"
+#include "camera/v4l2/formats.hpp"
 
 #include <algorithm>
 #include <cerrno>

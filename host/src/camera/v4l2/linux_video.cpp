@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/v4l2/video_system.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,24 +24,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file descriptor, closed once.
-class Descriptor {
- public:
-  explicit Descriptor(int fd) : fd_(fd) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  int get() const { return fd_; }
-
- private:
-  int fd_;
-};
-
 class LinuxNode final : public VideoNode {
  public:
-  LinuxNode(int video, int wake) : video_(video), wake_(wake) {}
+  LinuxNode(Fd video, Fd wake) : video_(std::move(video)), wake_(std::move(wake)) {}
 
   int control(unsigned long request, void* argument) override {
     return ::ioctl(video_.get(), request, argument) < 0 ? errno : 0;
@@ -86,7 +72,7 @@ class LinuxNode final : public VideoNode {
   }
 
  private:
-  Descriptor video_, wake_;
+  Fd video_, wake_;
 };
 
 /// The number at the end of "video12". -1: the name has another form.
@@ -136,15 +122,11 @@ class LinuxVideo final : public VideoSystem {
   }
 
   int open(const std::string& path, std::unique_ptr<VideoNode>& node) override {
-    const int video = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (video < 0) return errno;
-    const int wake = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    if (wake < 0) {
-      const int reason = errno;
-      ::close(video);
-      return reason;
-    }
-    node = std::make_unique<LinuxNode>(video, wake);
+    Fd video(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+    if (!video) return errno;
+    Fd wake(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+    if (!wake) return errno;
+    node = std::make_unique<LinuxNode>(std::move(video), std::move(wake));
     return 0;
   }
 };

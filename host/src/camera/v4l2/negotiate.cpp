@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "camera/v4l2/negotiate.hpp"
-
-#include "camera/v4l2/capabilities.hpp"
+#include "camera/v4l2/formats.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>

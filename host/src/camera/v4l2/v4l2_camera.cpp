@@ -2,7 +2,7 @@
 #include "symrig/camera/v4l2_camera.hpp"
 
 #include "camera/v4l2/controls.hpp"
-#include "camera/v4l2/negotiate.hpp"
+#include "camera/v4l2/formats.hpp"
 #include "camera/v4l2/open_node.hpp"
 #include "camera/v4l2/stream.hpp"
 

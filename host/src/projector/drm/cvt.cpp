@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/cvt.hpp"
+#include "projector/drm/mode.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 // VESA CVT 1.2, chapter 5.4: reduced blanking.
@@ -53,4 +53,4 @@ drmModeModeInfo reduced_blanking_mode(Grid grid, double rate) {
   return mode;
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -8,21 +8,23 @@
 namespace symrig {
 
 Result<std::unique_ptr<DrmProjector>> DrmProjector::open(const DrmProjectorOptions& options) {
-  return open(*drm::machine_cards(), options);
+  return open(*projector::drm::machine_cards(), options);
 }
 
-Result<std::unique_ptr<DrmProjector>> DrmProjector::open(drm::Cards& cards,
+Result<std::unique_ptr<DrmProjector>> DrmProjector::open(projector::drm::Cards& cards,
                                                          const DrmProjectorOptions& options) {
   if (options.buffers < 2 || options.buffers > 3)
     return Error{ErrorCode::bad_argument, fmt::format("a projector cannot use {} buffers", options.buffers),
                  "give 2 or 3"};
-  const drm::ScreenOptions how{static_cast<std::size_t>(options.buffers), options.legacy, options.patience};
-  SYMRIG_TRY(auto screen, drm::Screen::take(cards, options.connector, options.mode, how));
+  const projector::drm::ScreenOptions how{static_cast<std::size_t>(options.buffers), options.legacy,
+                                          options.patience};
+  SYMRIG_TRY(auto screen, projector::drm::Screen::take(cards, options.connector, options.mode, how));
   SYMRIG_TRY(const Grid grid, placed_grid(screen->grid(), options.placement, options.grid));
   return std::unique_ptr<DrmProjector>(new DrmProjector(std::move(screen), options, grid));
 }
 
-DrmProjector::DrmProjector(std::unique_ptr<drm::Screen> screen, const DrmProjectorOptions& options, Grid grid)
+DrmProjector::DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const DrmProjectorOptions& options,
+                           Grid grid)
     : screen_(std::move(screen)),
       placement_(options.placement),
       table_(options.codes),
@@ -107,9 +109,9 @@ void DrmProjector::draw_ahead(std::size_t index, std::size_t waiting) {
 }
 
 std::string DrmProjector::describe() const {
-  const drm::Route& route = screen_->route();
+  const projector::drm::Route& route = screen_->route();
   return fmt::format("{} ({}) {}, patterns {} in cells of {}{}", route.connector_name, screen_->driver(),
-                     to_string(drm::describe(route.mode)), to_string(grid_), placement_.cell,
+                     to_string(projector::drm::describe(route.mode)), to_string(grid_), placement_.cell,
                      screen_->counted() ? "" : ", refreshes not counted");
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/drm/edid.hpp"
+#include "projector/drm/find_displays.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 constexpr std::size_t kBlock = 128;
@@ -42,4 +42,4 @@ std::string display_name(std::span<const std::byte> edid) {
   return {};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// What the search has found so far.
@@ -86,4 +86,4 @@ Result<FoundConnector> find_connector(Cards& cards, const std::string& wanted) {
                    : fmt::format("a display is connected to {}", fmt::join(search.connected, ", "))};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/find_displays.hpp"
 
-#include "projector/drm/edid.hpp"
 #include "projector/drm/mode.hpp"
 
 namespace symrig {
-namespace drm {
+namespace projector::drm {
 namespace {
 
 std::string model_of(Kms& kms, std::uint32_t connector) {
@@ -46,10 +45,10 @@ std::vector<Display> find_displays(Cards& cards) {
   return displays;
 }
 
-}  // namespace drm
+}  // namespace projector::drm
 
 std::vector<Display> find_displays() {
-  return drm::find_displays(*drm::machine_cards());
+  return projector::drm::find_displays(*projector::drm::machine_cards());
 }
 
 }  // namespace symrig

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/flip_events.hpp"
 
-#include "base/fd.hpp"
+#include "symrig/base/stopwatch.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
@@ -12,7 +11,7 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 FlipEvent decode(const drm_event_vblank& raw) {
@@ -23,10 +22,10 @@ FlipEvent decode(const drm_event_vblank& raw) {
 }  // namespace
 
 Answer<FlipEvent> FlipEvents::next(int card, Nanoseconds patience) {
-  const Nanoseconds deadline = base::steady_now() + patience;
+  const Deadline deadline(patience);
   while (waiting_.empty()) {
     // Rounded up: otherwise the loop would spin during the last millisecond.
-    const Nanoseconds left = std::max(Nanoseconds{0}, deadline - base::steady_now());
+    const Nanoseconds left = deadline.left();
     pollfd wanted{.fd = card, .events = POLLIN, .revents = 0};
     const int ready = ::poll(&wanted, 1, static_cast<int>((left.count() + 999'999) / 1'000'000));
     if (ready < 0 && errno != EINTR) return {errno, {}};
@@ -63,4 +62,4 @@ Errno FlipEvents::read_some(int card) {
   return 0;
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -5,7 +5,7 @@
 
 #include <deque>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Reads the kernel's flip events from a card's file. One read may return several events.
 class FlipEvents {
@@ -19,4 +19,4 @@ class FlipEvents {
   std::deque<FlipEvent> waiting_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 constexpr int kLearningFlips = 4;
@@ -113,4 +113,4 @@ Result<std::uint64_t> Flipper::extend(std::uint32_t sequence) {
                "keep other programs off this card, and open the projector again"};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

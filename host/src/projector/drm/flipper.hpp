@@ -4,7 +4,7 @@
 #include "projector/drm/route.hpp"
 #include "symrig/projector/projector.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Shows framebuffers one after the other, each at a refresh, and reports that refresh.
 class Flipper {
@@ -43,4 +43,4 @@ class Flipper {
   std::uint64_t refresh_ = 0;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

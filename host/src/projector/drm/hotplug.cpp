@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/hotplug.hpp"
 
+#include "symrig/base/fd.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -8,13 +10,13 @@
 #include <linux/netlink.h>
 #include <sys/socket.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 constexpr unsigned kKernelGroup = 1;  // group 2 has udev's own messages
 
-base::Fd listen() {
-  base::Fd fd(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_KOBJECT_UEVENT));
+Fd listen() {
+  Fd fd(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_KOBJECT_UEVENT));
   sockaddr_nl address{};
   address.nl_family = AF_NETLINK;
   address.nl_groups = kKernelGroup;
@@ -62,4 +64,4 @@ bool HotplugListener::received(std::uint32_t connector) {
   }
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

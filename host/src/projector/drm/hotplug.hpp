@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// true: the message reports that a display of `card` ("card0") was connected or disconnected. Messages about
 /// a property, or about a connector other than `connector`, do not count. text: a uevent from the kernel,
@@ -23,7 +23,7 @@ class HotplugListener {
 
  private:
   std::string card_;
-  base::Fd socket_;
+  Fd socket_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

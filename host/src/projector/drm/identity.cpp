@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 struct Rule {
@@ -116,4 +116,4 @@ std::string complaint(const IdentityValue& identity) {
                      identity.property.name, value_name(identity.property), identity.wanted);
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

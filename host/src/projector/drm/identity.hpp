@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// A property that can change pictures on their way from memory to light, and its identity value.
 struct IdentityValue {
@@ -29,4 +29,4 @@ Gamma straight_gamma(int size);
 /// "connector property 'Broadcast RGB' is 'Limited 16:235' and cannot be 'Full'"
 std::string complaint(const IdentityValue& identity);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -18,7 +18,7 @@
 #include <xf86drmMode.h>
 
 /// The part of the kernel's mode setting (KMS) that a projector needs.
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// The kernel's answer: 0, or an errno.
 using Errno = int;
@@ -178,4 +178,4 @@ class Cards {
 /// This computer's cards: /dev/dri.
 std::unique_ptr<Cards> machine_cards();
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
 
+#include "symrig/base/fd.hpp"
+#include "symrig/base/stopwatch.hpp"
+
 #include <algorithm>
 #include <cerrno>
 #include <ctime>
@@ -9,7 +12,7 @@
 #include <sys/mman.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// Most libdrm functions return −errno. Some return −1 and set errno.
@@ -42,7 +45,7 @@ void* as_user_data(std::uint64_t token) {
 
 }  // namespace
 
-LibdrmKms::LibdrmKms(base::Fd card, const std::string& name) : card_(std::move(card)), hotplug_(name) {}
+LibdrmKms::LibdrmKms(Fd card, const std::string& name) : card_(std::move(card)), hotplug_(name) {}
 
 LibdrmKms::~LibdrmKms() = default;
 
@@ -179,7 +182,7 @@ bool LibdrmKms::hotplugged(std::uint32_t connector) {
 }
 
 SteadyTime LibdrmKms::now() {
-  return {base::steady_now()};
+  return {steady_now()};
 }
 
 void LibdrmKms::sleep_until(SteadyTime time) {
@@ -189,4 +192,4 @@ void LibdrmKms::sleep_until(SteadyTime time) {
   }
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "base/fd.hpp"
 #include "projector/drm/flip_events.hpp"
 #include "projector/drm/hotplug.hpp"
 #include "projector/drm/kms.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <map>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// A card of this computer, through libdrm.
 class LibdrmKms final : public Kms {
  public:
-  LibdrmKms(base::Fd card, const std::string& name);
+  LibdrmKms(Fd card, const std::string& name);
   ~LibdrmKms() override;
 
   std::string driver() override;
@@ -54,10 +54,10 @@ class LibdrmKms final : public Kms {
   Answer<Plane> plane(std::uint32_t id);
   const Property& kind_of(std::uint32_t property);
 
-  base::Fd card_;
+  Fd card_;
   FlipEvents events_;
   HotplugListener hotplug_;
   std::map<std::uint32_t, Property> kinds_;  // properties that were read before, without their values
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// Frees what libdrm allocated, with libdrm's own function.
@@ -149,4 +149,4 @@ Answer<std::vector<std::byte>> LibdrmKms::blob(std::uint32_t id) {
   return {0, copy(static_cast<const std::byte*>(raw->data), raw->length)};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

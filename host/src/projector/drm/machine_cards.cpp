@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/libdrm_kms.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -14,7 +15,7 @@
 #include <unistd.h>
 #include <xf86drm.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 namespace fs = std::filesystem;
@@ -66,7 +67,7 @@ class MachineCards final : public Cards {
 
   Result<std::unique_ptr<Kms>> open(const std::string& card) override {
     const fs::path path = kFolder / card;
-    base::Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
+    Fd fd(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK));
     if (!fd) return cannot_open(card, errno);
     if (drmIsKMS(fd.get()) == 0)
       return Error{ErrorCode::device_refused, card + " has no displays", "`symrig list` shows others"};
@@ -96,4 +97,4 @@ std::unique_ptr<Cards> machine_cards() {
   return std::make_unique<MachineCards>();
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

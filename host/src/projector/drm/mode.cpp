@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/mode.hpp"
 
-#include "projector/drm/cvt.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -21,7 +19,7 @@ std::string to_string(const DisplayMode& mode) {
                      mode.interlaced ? "i" : "");
 }
 
-namespace drm {
+namespace projector::drm {
 namespace {
 
 constexpr double kRateTolerance = 0.5;  // 60 also matches 59.94 if there is no closer mode
@@ -138,5 +136,5 @@ Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, cons
                "it has " + offered(modes)};
 }
 
-}  // namespace drm
+}  // namespace projector::drm
 }  // namespace symrig

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/image/grid.hpp"
 #include "symrig/projector/display.hpp"
 
 #include <optional>
@@ -10,7 +11,7 @@
 
 #include <xf86drmMode.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// The mode that the user asks for.
 struct ModeRequest {
@@ -33,4 +34,9 @@ DisplayMode describe(const drmModeModeInfo& mode);
 Result<drmModeModeInfo> choose_mode(std::span<const drmModeModeInfo> modes, const ModeRequest& request,
                                     const std::string& connector);
 
-}  // namespace symrig::drm
+/// Timings for a size and rate that the display does not list: VESA Coordinated Video Timings 1.2, reduced
+/// blanking (version 1). The pixel clock is a multiple of 0.25 MHz, rounded down, so the rate may be slightly
+/// low. rate: refreshes a second, positive.
+drmModeModeInfo reduced_blanking_mode(Grid grid, double rate);
+
+}  // namespace symrig::projector::drm

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 Error refusal(const std::string& name, const std::string& what, Errno error) {
   const std::string cause = fmt::format("{}: {} ({})", name, what, std::generic_category().message(error));
@@ -34,4 +34,4 @@ Error refusal(const std::string& name, const std::string& what, Errno error) {
   }
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -6,7 +6,7 @@
 
 #include <drm_fourcc.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// A CRTC that can drive a connector, and its index in the card's list. Plane masks use this index.
@@ -91,4 +91,4 @@ Result<Route> choose_route(Kms& kms, const FoundConnector& found, const ModeRequ
   return route;
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -4,7 +4,7 @@
 #include "projector/drm/kms.hpp"
 #include "projector/drm/mode.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// The path of a picture to a projector: plane → CRTC → connector, in one mode.
 struct Route {
@@ -40,4 +40,4 @@ Result<Route> choose_route(Kms& kms, const FoundConnector& found, const ModeRequ
 /// The error for a call that the kernel refused: `what` failed on connector `name`.
 Error refusal(const std::string& name, const std::string& what, Errno error);
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

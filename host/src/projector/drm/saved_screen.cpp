@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/drm/saved_screen.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 SavedScreen SavedScreen::take(Kms& kms, const Route& route) {
   SavedScreen saved;
@@ -40,4 +40,4 @@ void SavedScreen::restore(Kms& kms) const {
   for (const std::uint32_t blob : blobs) kms.destroy_blob(blob);  // the CRTC keeps the blobs that it uses
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -4,7 +4,7 @@
 #include "projector/drm/identity.hpp"
 #include "projector/drm/route.hpp"
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// The state of a screen before symrig took it. It can be restored.
 class SavedScreen {
@@ -31,4 +31,4 @@ class SavedScreen {
   std::vector<SavedProperty> properties_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

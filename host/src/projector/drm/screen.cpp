@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 /// `symrig list` may hold a card for a moment while it probes the connectors.
@@ -116,4 +116,4 @@ Result<void> Screen::check() {
   return {};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 struct ScreenOptions {
   std::size_t buffers = 3;  // 2 or 3
@@ -67,4 +67,4 @@ class Screen {
   std::vector<std::string> warnings_;
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

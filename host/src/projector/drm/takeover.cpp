@@ -8,7 +8,7 @@
 
 #include <fmt/format.h>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 namespace {
 
 struct Object {
@@ -224,4 +224,4 @@ Result<void> Takeover::verify(std::span<const Setting> settings, std::span<const
   return {};
 }
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

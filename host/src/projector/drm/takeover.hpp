@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::drm {
+namespace symrig::projector::drm {
 
 /// Makes a route show framebuffer `fb` in its mode. Sets everything between framebuffer and cable to
 /// identity, and reads it all back. Less important properties that cannot be identity become `warnings`.
@@ -33,4 +33,4 @@ struct Takeover {
   Result<void> straighten_gamma();
 };
 
-}  // namespace symrig::drm
+}  // namespace symrig::projector::drm

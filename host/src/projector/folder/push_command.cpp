@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "base/fd.hpp"
+#include "symrig/base/fd.hpp"
 #include "symrig/projector/folder_projector.hpp"
 
 #include <array>
@@ -68,8 +68,8 @@ int spawn_shell(const std::string& command, const std::string& folder, int out, 
 Result<void> push(const std::string& command, const std::filesystem::path& folder) {
   int ends[2] = {-1, -1};
   if (::pipe2(ends, O_CLOEXEC) != 0) return cannot_run(command, errno);
-  const base::Fd in(ends[0]);
-  base::Fd out(ends[1]);
+  const Fd in(ends[0]);
+  Fd out(ends[1]);
   pid_t child = -1;
   if (const int error = spawn_shell(command, folder.string(), out.get(), child); error != 0)
     return cannot_run(command, error);

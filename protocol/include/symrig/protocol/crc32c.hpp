@@ -7,6 +7,9 @@ namespace symrig::protocol {
 
 /// CRC-32C: polynomial 0x1EDC6F41 (reflected 0x82F63B78), start and final xor all ones, bits reflected.
 /// Check value over "123456789": 0xE3069283.
+/// For frames, programs and settings, on boards and on the host: a table of 64 bytes, 0.14 GiB/s. For files
+/// of megabytes the host has acquisition::fast_crc32c (8.9 GiB/s; both measured on a server's core,
+/// 2026-11-23). A test holds the two equal.
 class Crc32c {
  public:
   constexpr void add(uint8_t byte) {

@@ -15,7 +15,7 @@ namespace {
 TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
   for (const std::string uri : {"sim:vgroove-textured?size=20x24", "sim:gummy?size=17x13&seed=4&black=0.01",
                                 "sim:mirror?size=24x20&flare=0.1&misalign=0.5"}) {
-    const auto virtual_rig = sim::open_virtual_rig(uri);
+    const auto virtual_rig = open_virtual_rig(uri);
     ASSERT_TRUE(virtual_rig.ok()) << virtual_rig.error().line();
     LoopedRig looped(uri);
     const auto rig = looped.open();
@@ -34,8 +34,8 @@ TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
 
 // An exposure during a change of the picture sees both pictures, each for its time.
 TEST(LoopLight, mixes_light_by_time) {
-  const auto uri = *sim::parse_scene_uri("sim:vgroove-textured?size=20x24&black=0");
-  const auto scene = *sim::make_scene(uri);
+  const auto uri = *parse_scene_uri("sim:vgroove-textured?size=20x24&black=0");
+  const auto scene = *make_scene(uri);
   const sim::ImageFormation formation(uri, *scene);
   const Pattern a = random_pattern(uri.size, 1), b = random_pattern(uri.size, 2);
   Pattern mixed(uri.size);

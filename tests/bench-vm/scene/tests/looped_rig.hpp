@@ -19,13 +19,13 @@
 
 namespace symrig::bench_vm {
 
-inline constexpr std::int64_t kTickNs = 8;  // boards::SimBoard runs at 125 MHz
+inline constexpr std::int64_t kTickNs = 8;  // board_sim::SimBoard runs at 125 MHz
 
 /// The virtual rig's board, projector and camera, but with the light of the screen's timeline.
 class LoopedRig {
  public:
   explicit LoopedRig(const std::string& text)
-      : uri_(*sim::parse_scene_uri(text)), scene_(*sim::make_scene(uri_)), formation_(uri_, *scene_) {
+      : uri_(*parse_scene_uri(text)), scene_(*make_scene(uri_)), formation_(uri_, *scene_) {
     board_.attach(raster_);
     board_.attach(shutter_);
   }
@@ -85,12 +85,12 @@ class LoopedRig {
     return frames;
   }
 
-  sim::SceneUri uri_;
-  std::unique_ptr<sim::Scene> scene_;
+  SceneUri uri_;
+  std::unique_ptr<Scene> scene_;
   sim::ImageFormation formation_;
-  boards::SimBoard board_;
-  boards::SimProjector raster_{board_};
-  boards::SimCamera shutter_{board_};
+  board_sim::SimBoard board_;
+  board_sim::SimProjector raster_{board_};
+  board_sim::SimCamera shutter_{board_};
 };
 
 inline Pattern random_pattern(Grid grid, std::uint64_t seed) {

@@ -3,6 +3,7 @@
 
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/fake_guest.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <cstdlib>
 #include <cstring>
@@ -40,9 +41,9 @@ TEST(InputWire, writes_levels_and_says_when) {
   const FakeGuest guest;
   const auto wire = InputWire::open(guest.places(), "camera_strobe");
   ASSERT_OK(wire);
-  const Nanoseconds before = base::steady_now();
+  const Nanoseconds before = steady_now();
   const auto up = wire->pull(true);
-  const Nanoseconds after = base::steady_now();
+  const Nanoseconds after = steady_now();
   ASSERT_OK(up);
   EXPECT_EQ(guest.pulled("camera_strobe"), "pull-up");
   EXPECT_GE(up->time - up->doubt, before - 1ns);

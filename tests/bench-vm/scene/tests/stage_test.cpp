@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/stage.hpp"
 
+#include "symrig/base/stopwatch.hpp"
+
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -12,7 +14,7 @@ using namespace std::chrono_literals;
 
 TEST(Stage, hands_exposures_on_in_order_once_they_are_ripe) {
   Stage stage;
-  const Nanoseconds now = base::steady_now();
+  const Nanoseconds now = steady_now();
   stage.exposed({0, {now - 3s, 0ns}, {now - 2s, 0ns}});
   stage.exposed({1, {now - 1s, 0ns}, {now + 1h, 0ns}});
   ASSERT_TRUE(stage.next_exposure(1s, now));
@@ -22,7 +24,7 @@ TEST(Stage, hands_exposures_on_in_order_once_they_are_ripe) {
 // Called from other threads, like the watchers: nothing is lost, and stop() wakes waiting threads.
 TEST(Stage, is_told_by_other_threads) {
   Stage stage;
-  const Nanoseconds now = base::steady_now();
+  const Nanoseconds now = steady_now();
   std::thread watcher([&stage, now] {
     for (std::uint64_t i = 0; i < 500; ++i) {
       stage.show(now + Nanoseconds{static_cast<std::int64_t>(i)},

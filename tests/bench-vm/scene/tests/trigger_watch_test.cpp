@@ -2,6 +2,7 @@
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/fake_guest.hpp"
 #include "bench-vm/scene/watchers.hpp"
+#include "symrig/base/stopwatch.hpp"
 
 #include <thread>
 
@@ -36,7 +37,7 @@ class Watched : public testing::Test {
   }
   Exposure next() {
     for (;;)
-      if (const auto exposure = stage_.next_exposure(0ns, base::steady_now() + 1s)) return *exposure;
+      if (const auto exposure = stage_.next_exposure(0ns, steady_now() + 1s)) return *exposure;
   }
 
   FakeGuest guest_;
@@ -48,7 +49,7 @@ class Watched : public testing::Test {
 };
 
 TEST_F(Watched, makes_an_exposure_of_each_pulse) {
-  const Nanoseconds start = base::steady_now();
+  const Nanoseconds start = steady_now();
   set(501, 1, 100ms);  // another line
   set(500, 1, 100ms);
   set(500, 1, 101ms);  // the same level

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 /// Keeps edges of outputs and inputs in order of time until the firmware takes them. Output edges are known
 /// at once, input edges possibly later. So an edge is given out only when no older one can still arrive.
@@ -41,4 +41,4 @@ class PinLog {
   bool overflow_ = false;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

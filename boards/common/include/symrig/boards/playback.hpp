@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 /// The outputs that words are written to.
 class WordSink {
@@ -106,4 +106,4 @@ class Playback {
   std::size_t recent_count_ = 0;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace symrig::boards {
+namespace symrig::board_common {
 
 /// A queue of fixed length. It allocates only when it is made, because the player must not wait for memory.
 template <class T>
@@ -42,4 +42,4 @@ class Ring {
   std::size_t count_ = 0;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_common

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 
 class SimBoard;
 
@@ -127,4 +127,4 @@ class SimBoard {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_sim

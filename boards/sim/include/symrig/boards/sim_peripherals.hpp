@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace symrig::boards {
+namespace symrig::board_sim {
 
 struct SimProjectorConfig {
   std::string trigger_line = "projector_trigger";
@@ -100,4 +100,4 @@ class SimCamera final : public Peripheral {
   std::vector<Frame> frames_;
 };
 
-}  // namespace symrig::boards
+}  // namespace symrig::board_sim

@@ -1,34 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/fd.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig::base {
-
-/// A file descriptor that closes itself.
-class Fd {
- public:
-  Fd() = default;
-  explicit Fd(int fd) : fd_(fd) {}
-  Fd(Fd&& other) noexcept;
-  Fd& operator=(Fd&& other) noexcept;
-  ~Fd();
-
-  int get() const { return fd_; }
-  explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  int fd_ = -1;
-};
-
-/// Time of the host's steady clock (CLOCK_MONOTONIC), which every link to a real board uses.
-Nanoseconds steady_now();
 
 /// A two-way byte stream on a non-blocking descriptor. name: as the user gave it, for messages.
 class ByteStream {

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ways to a board. open_link() chooses one by the uri.
+#pragma once
+
+#include "symrig/base/fd.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/units.hpp"
+#include "symrig/board/device_uri.hpp"
+#include "symrig/board/link.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace symrig::board {
+
+/// Raw wire bytes over a descriptor, in real time.
+std::unique_ptr<Link> make_stream_link(Fd fd, std::string name);
+
+/// Opens a serial port raw (8N1, no echo, no flow control by characters), for this program only, with DTR and
+/// RTS on. Discards bytes that arrived before. fails: device_lost (missing, no permission, in use),
+/// bad_argument (not a serial port, an unknown baud rate).
+Result<Fd> open_serial(const std::string& path, std::uint32_t baud);
+
+/// A non-blocking connection to a listening local socket. fails: device_lost, bad_argument (path too long).
+Result<Fd> connect_unix(const std::string& path);
+
+/// A non-blocking connection to a TCP port, with Nagle's delay off. Tries every address of the host, each for
+/// at most `patience`. fails: device_lost (no such host, refused, no answer).
+Result<Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds patience);
+
+/// Claims the vendor interface of the board whose serial number begins with `serial`. fails: device_lost (no
+/// such board, no permission, in use), bad_argument (several match), io (no USB).
+Result<std::unique_ptr<Link>> open_usb(const std::string& serial);
+
+/// A link that owns a new simulated board. The board has a projector and a camera, or instead of them the
+/// uri's jumper. fails: unknown_name (a line of the jumper).
+Result<std::unique_ptr<Link>> open_sim_device(const DeviceUri& uri);
+
+}  // namespace symrig::board
