@@ -17,7 +17,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig::protocol {
+namespace symrig::protocol::golden_wire_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -403,4 +403,4 @@ TEST(GoldenWire, chunks_are_written_and_read_as_the_vectors_say) {
 }
 
 }  // namespace
-}  // namespace symrig::protocol
+}  // namespace symrig::protocol::golden_wire_test

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-namespace symrig {
+namespace symrig::fd_test {
 namespace {
 
 int open_null() {
@@ -56,4 +56,4 @@ TEST(Fd, close_says_whether_the_system_agrees) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::fd_test

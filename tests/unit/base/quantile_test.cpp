@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::quantile_test {
 namespace {
 
 /// Different numbers in no order, with two that are the same.
@@ -90,4 +90,4 @@ TEST(Quantile, robust_sigma_is_that_of_a_normal_distribution) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::quantile_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace symrig {
+namespace symrig::stopwatch_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -54,4 +54,4 @@ TEST(Deadline, has_less_left_until_it_has_passed) {
 }
 
 }  // namespace
-}  // namespace symrig
+}  // namespace symrig::stopwatch_test
