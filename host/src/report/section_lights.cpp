@@ -66,7 +66,7 @@ std::string relit_row(const Context& context, const Relit& relit, float white, c
   return row_of(figures, relit.truth ? 210 : 280);
 }
 
-/// The radiance that is relit_figure as white if only the pixels outside the light set the exposure.
+/// The radiance that is shown as white if only the pixels outside the light set the exposure.
 float white_outside(const Relit& relit) {
   Image<float> outside = relit.best();
   for (int c = 0; c < outside.channels(); ++c)
@@ -147,7 +147,7 @@ Result<std::string> lights_section(const Context& context) {
   SYMRIG_TRY(const std::string html, context.has_truth() ? compared(context) : more_lights(context));
   const std::string intro =
       context.has_truth()
-          ? "The bar and the letters were not relit_figure during the capture. Ground truth is the simulated "
+          ? "The bar and the letters were not shown during the capture. Ground truth is the simulated "
             "scene itself, free of noise. Relative error: ‖relit − truth‖ / ‖truth‖."
           : "The scene under new light, computed from the tensor.";
   return section("lights", "Under new light", paragraph(intro) + html);
