@@ -21,7 +21,7 @@ Error bad_value(std::string_view key, std::string_view value, std::string_view v
 }
 
 Error too_large(std::string_view size) {
-  return {ErrorCode::bad_argument, fmt::format("the scene key size cannot be '{}': that is too large", size),
+  return {ErrorCode::bad_argument, fmt::format("the scene key size cannot be '{}': it is too large", size),
           fmt::format("give {} pixels at most, such as 4096x4096", kLargestScene)};
 }
 
@@ -70,7 +70,7 @@ KeyRow choice_key(std::string_view name, std::string_view meaning, Value SceneUr
           [=](const SceneUri& uri) { return std::string(uri.*member == one.value ? one.text : other.text); }};
 }
 
-/// A number, or a word that is 0 in the member.
+/// A number, or a word. The word is 0 in the member.
 KeyRow number_or_word_key(std::string_view word, KeyRow key, int SceneUri::*member) {
   const std::string values = fmt::format("{}, or {}", word, key.values);
   return {key.name, key.meaning, values,
@@ -84,13 +84,14 @@ KeyRow number_or_word_key(std::string_view word, KeyRow key, int SceneUri::*memb
 
 constexpr std::int64_t kLargestSide = 1'000'000'000;
 
-/// 0: no side. Digits that no number holds are a side, but too large a one.
+/// 0: not a side length. A number that does not fit is treated as too large.
 std::int64_t parse_side(std::string_view text) {
   const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
   return digits ? parse_number<std::int64_t>(text).value_or(kLargestSide + 1) : 0;
 }
 
-/// Sides up to kLargestSide. What fits no picture at all: what fits one, but no scene, make_scene() refuses.
+/// True if a picture of this size can exist. Both sides are at most kLargestSide. make_scene() refuses
+/// pictures that are too large for a scene.
 bool fits(std::int64_t rows, std::int64_t cols) {
   return Grid{static_cast<int>(rows), static_cast<int>(cols)}.valid();
 }
@@ -130,12 +131,12 @@ std::span<const KeyRow> key_table() {
       number_key("indirect", "factor on all light but the direct", &S::indirect, 0.0, 10.0),
       number_or_word_key(
           "auto",
-          number_key("exposures", "frames a photograph; auto: as many as it needs", &S::exposures, 1, 8),
+          number_key("exposures", "frames of a photograph; auto: as many as it needs", &S::exposures, 1, 8),
           &S::exposures),
-      number_key("ratio", "between exposures", &S::ratio, 1.5, 64.0),
+      number_key("ratio", "ratio between the exposures of a photograph", &S::ratio, 1.5, 64.0),
       number_key("drift", "change of the lamp over 1,000 photographs", &S::drift, -0.5, 0.5),
-      number_key("gamma", "other than 1: 256 levels, light is (level / 255)^gamma", &S::gamma, 0.25, 4.0),
-      number_key("light", "what a grey filter before the camera lets through", &S::light, 1e-3, 1.0),
+      number_key("gamma", "if not 1: 256 levels, light is (level / 255)^gamma", &S::gamma, 0.25, 4.0),
+      number_key("light", "transmission of a grey filter before the camera", &S::light, 1e-3, 1.0),
   };
   return all;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the table of scenes holds.
+// The table of scenes: its rows, and how to find one.
 #pragma once
 
 #include "sim/transport.hpp"
@@ -12,10 +12,10 @@
 
 namespace symrig::sim {
 
-/// One operator a channel.
+/// One operator per channel.
 using Channels = std::vector<std::unique_ptr<Transport>>;
 
-/// A scene: what `sim:NAME` chooses.
+/// A scene that `sim:NAME` chooses.
 struct SceneRow {
   std::string_view name;
   std::string_view about;  ///< one line
@@ -26,12 +26,12 @@ struct SceneRow {
 /// All scenes.
 std::span<const SceneRow> scene_table();
 
-/// The scene of that name; none: nullptr.
+/// The scene of that name. nullptr: none has it.
 const SceneRow* find_scene(std::string_view name);
 
-/// unknown_name, with the nearest scene and all that are known.
+/// The error unknown_name. It names the nearest scene, and all scenes.
 Error unknown_scene(std::string_view name);
 
-inline constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB a picture
+inline constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB per picture
 
 }  // namespace symrig::sim

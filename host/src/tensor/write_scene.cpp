@@ -20,9 +20,9 @@ using tensor::Half;
 constexpr int kUnscaledTop = 0;
 
 /// Groups of values that share an exponent: values ≈ halves · 2^exponent.
-class HalfPlanes {
+class HalfValues {
  public:
-  explicit HalfPlanes(std::size_t size) { halves_.reserve(size); }
+  explicit HalfValues(std::size_t size) { halves_.reserve(size); }
 
   void add(std::span<const float> group) {
     halves_.resize(halves_.size() + group.size());
@@ -63,9 +63,9 @@ bool write_root(hid_t file, const StoredScene& scene) {
 }
 
 /// The factors of all leaves, an exponent for each column.
-HalfPlanes factors_of(const TransportTensor& t) {
+HalfValues factors_of(const TransportTensor& t) {
   const std::vector<float> factors = t.factors();
-  HalfPlanes halves(factors.size());
+  HalfValues halves(factors.size());
   const float* at = factors.data();
   for (const Leaf& leaf : t.leaves()) {
     for (int channel = 0; channel < t.channels(); ++channel) {
@@ -86,7 +86,7 @@ bool write_leaves(hid_t group, const TransportTensor& t) {
     level.push_back(leaf.level);
   }
   const hsize_t n = rank.size();
-  const HalfPlanes factors = factors_of(t);
+  const HalfValues factors = factors_of(t);
   return h5::write_dataset<std::int32_t>(group, "range", {n, 4}, range) &&
          h5::write_dataset<std::int32_t>(group, "rank", {n}, rank) &&
          h5::write_dataset<std::int32_t>(group, "level", {n}, level) &&
@@ -116,7 +116,7 @@ bool write_scalars(hid_t diagonal, hid_t others, const TransportTensor& t) {
     on ? pixels.push_back(scalar.row) : static_cast<void>(at.insert(at.end(), {scalar.row, scalar.col}));
     for (std::size_t c = 0; c < channels; ++c, ++k) (on ? on_diagonal : planes[c]).push_back(values[k]);
   }
-  HalfPlanes halves(at.size() / 2 * channels);
+  HalfValues halves(at.size() / 2 * channels);
   for (const std::vector<float>& plane : planes) halves.add(plane);
   const hsize_t count = channels;
   return h5::write_dataset<std::int32_t>(diagonal, "at", {pixels.size()}, pixels) &&
@@ -151,7 +151,7 @@ bool write_bands(hid_t group, const TransportTensor& t) {
   const std::vector<BandLeaf> bands = t.bands();
   for (std::size_t k = 0; k < bands.size(); ++k) {
     const h5::Handle place = new_group(group, std::to_string(k));
-    HalfPlanes halves(bands[k].values.size());
+    HalfValues halves(bands[k].values.size());
     for (std::size_t at = 0; at < bands[k].values.size(); at += pixels)
       halves.add(std::span(bands[k].values).subspan(at, pixels));
     const hsize_t channels = hsize_t(t.channels()), offsets = halves.exponents().size() / channels;

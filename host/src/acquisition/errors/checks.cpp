@@ -56,7 +56,7 @@ std::vector<std::vector<char>> lit_pixels(Grid grid) {
   return lit;
 }
 
-/// CheckSquares of a signed sum of check photographs, over the pixels that count.
+/// Squares of a signed sum of check photographs, over the pixels that count.
 struct CheckSquares {
   double error = 0, photograph = 0, noise = 0, noise_squared = 0;
 
