@@ -12,8 +12,25 @@ import tempfile
 import unittest
 
 TOOLS = pathlib.Path(__file__).resolve().parents[2] / "tools"
-GOOD_REPORT = '<testsuite tests="3" failures="0" disabled="0" skipped="0"></testsuite>'
-FAILED_REPORT = '<testsuite tests="3" failures="1" disabled="0" skipped="0"></testsuite>'
+
+
+def case(name, status, printed=""):
+    """A test in ctest's JUnit file."""
+    return f'<testcase name="{name}" classname="{name}" time="1" status="{status}">\n<system-out>{printed}</system-out>\n</testcase>\n'
+
+
+def report(*cases):
+    return "<testsuite>\n" + "".join(cases) + "</testsuite>"
+
+
+# A program of GoogleTest counts its cases. A job of the bench counts as one, although it prints the same lines.
+PASSED = "Running main()\n[==========] 6 tests from 2 test suites ran. (1 ms total)\n[  PASSED  ] 5 tests.\n[  SKIPPED ] 1 test.\n"
+FAILED = "[==========] 6 tests from 2 test suites ran. (1 ms total)\n[  PASSED  ] 4 tests.\n[  FAILED  ] 2 tests, listed below:\n"
+GOOD_REPORT = report(case("test_tensor", "run", PASSED), case("bench.projector", "run", PASSED), case("checks.words", "run"))
+FAILED_REPORT = report(
+    case("test_tensor", "fail", FAILED), case("test_that_crashed", "fail", "Segmentation fault\n"),
+    case("bench.no_such_machine", "notrun"), case("checks.words", "run"),
+)  # fmt: skip
 
 
 class Tree:
@@ -60,14 +77,14 @@ class StagesTest(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(called.count("ctest"), 2)
         self.assertIn("check-tidy", called)
-        self.assertEqual(last, "8 passed, 0 failed, 0 skipped")
+        self.assertEqual(last, "16 passed, 0 failed, 2 skipped")
 
     def test_tests_that_fail_do_not_hide_the_stages_after_them(self):
         self.tree.ctest(FAILED_REPORT, 8)
         code, called, last = self.tree.run()
         self.assertEqual(code, 1)
         self.assertEqual(called.count("ctest"), 2)
-        self.assertEqual(last, "6 passed, 2 failed, 0 skipped")
+        self.assertEqual(last, "12 passed, 6 failed, 2 skipped")
 
     def test_an_interrupted_build_ends_the_run(self):
         self.tree.program(self.tree.bin / "ninja", "ninja", code=130)

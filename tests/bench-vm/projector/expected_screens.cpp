@@ -3,7 +3,6 @@
 
 #include "symrig/projector/display.hpp"
 
-#include <cmath>
 #include <cstdlib>
 
 namespace symrig::bench_vm {
@@ -85,6 +84,7 @@ ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement,
   pixels.rows = screen.rows;
   pixels.cols = screen.cols;
   pixels.rgb.reserve(screen.size());
+  constexpr float kRound = 0.5F;
   for (int y = 0; y < screen.rows; ++y)
     for (int x = 0; x < screen.cols; ++x) {
       const int row = (placement.mirror_rows ? screen.rows - 1 - y : y) - placement.top;
@@ -92,7 +92,7 @@ ScreenPixels expected_screen(const Pattern& pattern, const Placement& placement,
       const bool inside = row >= 0 && col >= 0 && row / placement.cell < pattern.grid().rows &&
                           col / placement.cell < pattern.grid().cols;
       const float value = inside ? pattern.at(row / placement.cell, col / placement.cell) : 0.F;
-      pixels.rgb.push_back(0x010101U * static_cast<std::uint32_t>(std::lround(255 * double{value})));
+      pixels.rgb.push_back(0x010101U * static_cast<std::uint32_t>(255 * value + kRound));
     }
   return pixels;
 }

@@ -16,7 +16,7 @@ namespace symrig::bench_vm {
 
 namespace {
 
-using Codes = std::vector<std::uint16_t>;
+using FrameCodes = std::vector<std::uint16_t>;
 using Values = std::vector<float>;
 constexpr double kHarmless = 0.1;    // of the limit
 constexpr double kLampError = 0.01;  // the bench's lamp is stable, so a larger error is not an estimate of it
@@ -28,7 +28,7 @@ constexpr std::size_t kWitnesses = 15;    // photographs that distinguish two bl
 struct Bracket {
   std::size_t first = 0;  // index into the list of true exposures
   int session = 0;        // number of sessions that began before it
-  std::vector<Codes> codes;
+  std::vector<FrameCodes> codes;
   Radiance photograph;
 };
 
@@ -80,7 +80,7 @@ class Auditor {
     return brackets;
   }
 
-  Result<Radiance> merged(std::size_t first, std::span<const Codes> codes) const {
+  Result<Radiance> merged(std::size_t first, std::span<const FrameCodes> codes) const {
     std::vector<Frame> frames;
     for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
     MergeOptions merging;
@@ -239,7 +239,7 @@ Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket
                    double limit, Audit& audit) {
   const Bracket& own = suspect.brackets.front();
   for (std::size_t j = 0; j < own.codes.size(); ++j) {
-    std::vector<Codes> codes = own.codes;
+    std::vector<FrameCodes> codes = own.codes;
     codes[j] = other.codes[j];
     SYMRIG_TRY(const Radiance wrong, auditor.merged(own.first, codes));
     ++audit.planted;
