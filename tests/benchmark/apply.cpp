@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_apply scene.h5 [rounds]: what applying a stored tensor costs, against the machine's memory speed in
-// the same run. JSON on standard output.
+// benchmark_apply scene.h5 [rounds]: what applying a stored tensor costs, against the machine's memory speed
+// in the same run. JSON on standard output.
 //
 // One thread is timed by the processor time of the process, which other programs on the machine disturb
 // least; two threads by the wall clock, with one thread by the wall clock beside it. Cold: an array eight
@@ -163,7 +163,7 @@ int main(int argc, char** argv) {
   try {
     if (argc > 1)
       return print_times(argv[1], argc > 2 ? static_cast<int>(std::strtol(argv[2], nullptr, 10)) : 15);
-    static_cast<void>(std::fprintf(stderr, "usage: bench_apply scene.h5 [rounds]\n"));
+    static_cast<void>(std::fprintf(stderr, "usage: benchmark_apply scene.h5 [rounds]\n"));
     return 2;
   } catch (const std::exception& error) {
     static_cast<void>(std::fprintf(stderr, "%s\n", error.what()));

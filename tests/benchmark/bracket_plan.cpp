@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_bracket_plan [ROWSxCOLS [seeds [goal ...]]]: frames that a photograph takes with planned exposures
-// against fixed brackets of 3, 4 and 5, on every scene with camera noise, in one run, errors beside. Planned
-// captures are run once for each goal, a factor on all that ExposureGoal allows, the same for all scenes: 1
-// is what a capture does by default. The last lines are geometric means over the scenes of frames and errors
-// against four fixed exposures, and between the goals the frames at which the errors are equal.
+// benchmark_bracket_plan [ROWSxCOLS [seeds [goal ...]]]: frames that a photograph takes with planned
+// exposures against fixed brackets of 3, 4 and 5, on every scene with camera noise, in one run, errors
+// beside. Planned captures are run once for each goal, a factor on all that ExposureGoal allows, the same for
+// all scenes: 1 is what a capture does by default. The last lines are geometric means over the scenes of
+// frames and errors against four fixed exposures, and between the goals the frames at which the errors are
+// equal.
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/sim/virtual_rig.hpp"

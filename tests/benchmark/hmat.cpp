@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_hmat: one symmetric T of 4096 pixels (two facing planes with albedo, one bounce of light between
+// benchmark_hmat: one symmetric T of 4096 pixels (two facing planes with albedo, one bounce of light between
 // them, and the direct light on the diagonal) as a tensor and as an H-matrix of hmat-oss; error, bytes and
 // time of one apply side by side, one thread, processor time. JSON lines on standard output. Run it with
 // OPENBLAS_NUM_THREADS=1, so that the threads of hmat-oss's BLAS do not count against it.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_merge [rounds [keep]]: HDR merge speed against the machine's memory speed, both measured in this run,
-// alternating, and against the same formulas in double; frames added one by one likewise; and what other
+// benchmark_merge [rounds [keep]]: HDR merge speed against the machine's memory speed, both measured in this
+// run, alternating, and against the same formulas in double; frames added one by one likewise; and what other
 // weights cost. keep: freed memory stays with the program, as a command that photographs for minutes may ask
 // of malloc; without it every large photograph is paged in anew.
 //

@@ -167,6 +167,6 @@ int run(const char* folder, std::string_view what) {
 
 int main(int argc, char** argv) {
   if (argc < 2 || argc > 3)
-    return std::fprintf(stderr, "usage: bench_pixel_map FOLDER [--held-out | --sensitivity]\n"), 2;
+    return std::fprintf(stderr, "usage: benchmark_pixel_map FOLDER [--held-out | --sensitivity]\n"), 2;
   return run(argv[1], argc == 3 ? argv[2] : "");
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_relight scene.h5: time of one relit photograph against the machine's memory speed, both measured in
-// this run, alternating.
+// benchmark_relight scene.h5: time of one relit photograph against the machine's memory speed, both measured
+// in this run, alternating.
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/quantile.hpp"
 #include "symrig/base/stopwatch.hpp"
@@ -57,7 +57,7 @@ int print_speed(const char* path) {
 int main(int argc, char** argv) {
   try {
     if (argc == 2) return print_speed(argv[1]);
-    static_cast<void>(std::fprintf(stderr, "usage: bench_relight scene.h5\n"));
+    static_cast<void>(std::fprintf(stderr, "usage: benchmark_relight scene.h5\n"));
     return 2;
   } catch (const std::exception& error) {
     static_cast<void>(std::fprintf(stderr, "%s\n", error.what()));

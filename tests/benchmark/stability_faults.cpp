@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// bench_stability_faults RIG [check]: captures a simulated rig whose photographs are spoiled on their way to
-// the algorithm, in ways that no key of a scene asks for. One JSON line a case. check: says instead what the
-// coaxial check finds on that rig. tests/benchmark/stability runs it.
+// benchmark_stability_faults RIG [check]: captures a simulated rig whose photographs are spoiled on their way
+// to the algorithm, in ways that no key of a scene asks for. One JSON line a case. check: says instead what
+// the coaxial check finds on that rig. tests/benchmark/stability runs it.
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/random.hpp"
@@ -192,7 +192,7 @@ int measure(const std::string& uri, bool check) {
 int main(int argc, char** argv) {
   try {
     if (argc == 2 || argc == 3) return measure(argv[1], argc == 3);
-    std::printf("usage: bench_stability_faults sim:NAME?... [check]\n");
+    std::printf("usage: benchmark_stability_faults sim:NAME?... [check]\n");
     return 2;
   } catch (const std::exception& error) {
     std::printf("%s\n", error.what());

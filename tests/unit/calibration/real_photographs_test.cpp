@@ -62,7 +62,7 @@ TEST_F(RealPhotographs, AreASequenceOf768x1024) {
 }
 
 // Bars of the pixel map; every valid pixel of every fourth row and column is judged (all of them by
-// bench_pixel_map).
+// benchmark_pixel_map).
 TEST_F(RealPhotographs, MapMeetsItsBars) {
   const MapQuality quality = judge_map(map(), {.stride = 4});
   RecordProperty("valid_share_of_lit", std::to_string(quality.valid_share));

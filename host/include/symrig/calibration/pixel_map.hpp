@@ -22,7 +22,7 @@ struct PixelMap {
 
 /// The constants of decoding, each with its reason. Most values were found on the 42 real photographs that
 /// also measure the accuracy, and the reasons were written afterwards. So those figures are no independent
-/// proof. `bench_pixel_map --sensitivity` shows the cost of half and twice each value.
+/// proof. `benchmark_pixel_map --sensitivity` shows the cost of half and twice each value.
 struct DecodePolicy {
   /// A pixel is in shadow if white − black is below this many of its standard deviations. One shadow pixel in
   /// 700 passes.

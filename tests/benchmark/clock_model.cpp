@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the clock model's bound is worth: the table of docs/clock.md. Seeded, in simulated time: the numbers
 // are the same on every run; only the cost of a call is measured on this machine.
+#include "symrig/board/clock_model.hpp"
+
 #include "clock_world.hpp"
 #include "symrig/base/quantile.hpp"
 #include "symrig/base/stopwatch.hpp"
-#include "symrig/board/clock_model.hpp"
 
 #include <algorithm>
 #include <cstdio>
