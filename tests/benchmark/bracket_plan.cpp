@@ -44,7 +44,7 @@ double each(const Run& run) {
 }
 
 [[noreturn]] void give_up(const Error& error) {
-  std::fprintf(stderr, "%s\n", error.line().c_str());
+  (void)std::fprintf(stderr, "%s\n", error.line().c_str());
   std::exit(4);
 }
 
@@ -94,7 +94,7 @@ void print(const std::string& scene, const std::string& how, const Run& run) {
       "flood %.2e\n",
       scene.c_str(), how.c_str(), std::exp(run[patterns]), std::exp(run[frames]), each(run),
       std::exp(run[exposed]), std::exp(run[frobenius]), std::exp(run[indirect]), std::exp(run[flood]));
-  std::fflush(stdout);
+  (void)std::fflush(stdout);
 }
 
 /// Frames a photograph against four where an error is that of four, between two of the ratios (logarithms,

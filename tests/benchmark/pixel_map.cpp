@@ -57,7 +57,7 @@ void print(const char* name, const PixelMap& map, int stride) {
   std::printf("%-34s valid %6.2f %%   off %6.3f %% (an axis %6.3f %%)   rms %.4f px   alone %.3f %%\n", name,
               100 * q.valid_share, 100 * q.outlier_share, 100 * q.axis_outlier_share, q.rms,
               100 * q.alone_share);
-  std::fflush(stdout);
+  (void)std::fflush(stdout);
 }
 
 /// Error of a pair that decoding and fit have not seen, % of mean white.
@@ -66,7 +66,7 @@ void predict(const CodePhotographs& photographs, int pair) {
   if (!fit) return (void)std::printf("%s\n", fit.error().line().c_str());
   std::printf("held out %-16s %5.2f / %5.2f %% of mean white\n", photographs.code.pair(pair).name.c_str(),
               100 * fit->errors[0].rms_lit, 100 * fit->errors[1].rms_lit);
-  std::fflush(stdout);
+  (void)std::fflush(stdout);
 }
 
 struct Constant {
@@ -108,7 +108,7 @@ void print_against_truth(const char* name, const symrig::test::SyntheticScene& s
   std::printf("%-34s valid %6.2f %%   off %6.3f %%   rms %.4f px   in shadow %5.2f %%\n", name,
               100 * decoded / lit, 100 * off / decoded, std::sqrt(squares / (decoded - off)),
               100 * invented / shadow);
-  std::fflush(stdout);
+  (void)std::fflush(stdout);
 }
 
 template <class Show>
@@ -118,7 +118,7 @@ void for_each_change(const CodePhotographs& photographs, Show show) {
       DecodeOptions options;
       options.policy.*constant.value *= factor;
       char name[64];
-      std::snprintf(name, sizeof name, "%s x %.1f", constant.name, factor);
+      (void)std::snprintf(name, sizeof name, "%s x %.1f", constant.name, factor);
       if (const auto map = symrig::decode(photographs, options))
         show(name, *map);
       else

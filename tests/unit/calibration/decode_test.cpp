@@ -71,7 +71,6 @@ TEST(Decode, ShadowIsLeftOut) {
 
 TEST(Decode, NoiseIsEstimated) {
   // Noise of 0.004 and rounding to 1/255 (rms 1/255/√12 = 0.00113).
-  const SyntheticScene scene;
   const auto map = decode(test::default_photographs());
   ASSERT_TRUE(map.ok());
   EXPECT_NEAR(map->noise, std::hypot(0.004, 0.00113), 0.1 * 0.004);
@@ -91,7 +90,7 @@ class DecodeWithoutAPair : public testing::TestWithParam<int> {};
 
 TEST_P(DecodeWithoutAPair, FindsThePositionsFromOrientation) {
   const SyntheticScene scene;
-  const auto photographs = test::default_photographs();
+  const auto& photographs = test::default_photographs();
   const auto map = decode(photographs, {.held_out_pair = GetParam()});
   ASSERT_TRUE(map.ok()) << map.error().line();
   const MapError error = compare(*map, scene);

@@ -24,7 +24,6 @@ double rms(const Image<float>& a, const Image<float>& b) {
 class FirstBounceWithoutAPair : public testing::TestWithParam<int> {};
 
 TEST_P(FirstBounceWithoutAPair, PredictsIt) {
-  const SyntheticScene scene;
   const auto fit = fit_first_bounce(test::default_photographs(), {.decode = {.held_out_pair = GetParam()}});
   ASSERT_TRUE(fit.ok()) << fit.error().line();
   ASSERT_EQ(fit->errors.size(), 2U);
@@ -53,7 +52,6 @@ TEST_P(FirstBounceWithoutAPair, NeverLooksAtIt) {
 INSTANTIATE_TEST_SUITE_P(Pairs, FirstBounceWithoutAPair, testing::Values(0, 1, 3, 7, 8, 10));
 
 TEST(FirstBounce, FindsBlurAndShares) {
-  const SyntheticScene scene;
   const auto fit = fit_first_bounce(test::default_photographs());
   ASSERT_TRUE(fit.ok()) << fit.error().line();
   // The scene's footprint has blur 0.6; the fit's is integrated over a projector pixel as the scene's is.

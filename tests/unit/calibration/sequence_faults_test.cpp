@@ -74,9 +74,8 @@ TEST_P(GoodSequence, is_not_refused) {
   static const CodePhotographs scene = clean({});
   const Kind& p = GetParam();
   CodePhotographs photographs = within(scene, p.share, p.ambient);
-  for (std::size_t k = 0; k < photographs.images.size(); ++k)
-    for (std::size_t i = 17; i < photographs.images[k].values().size(); i += 997)
-      photographs.images[k].values()[i] = 1;
+  for (auto& image : photographs.images)
+    for (std::size_t i = 17; i < image.values().size(); i += 997) image.values()[i] = 1;
   expose(photographs, p.noise, p.bits, 3);
   EXPECT_EQ(refusal(photographs), "");
 }

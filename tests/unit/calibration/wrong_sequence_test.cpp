@@ -14,7 +14,7 @@ std::string refusal(const CodePhotographs& photographs) {
   const auto map = decode(photographs);
   if (map) return {};
   EXPECT_EQ(map.error().code, ErrorCode::bad_value);
-  const std::string line = map.error().line();
+  std::string line = map.error().line();
   EXPECT_EQ(line.find('\n'), std::string::npos);
   return line;
 }
@@ -27,7 +27,7 @@ class SwappedPair : public testing::TestWithParam<int> {};
 
 TEST_P(SwappedPair, IsNamed) {
   auto photographs = test::default_photographs();
-  const std::size_t first = 2 * GetParam();
+  const std::size_t first = 2 * static_cast<std::size_t>(GetParam());
   std::swap(photographs.images[first], photographs.images[first + 1]);
   const std::string line = refusal(photographs);
   EXPECT_TRUE(names(line, photographs.names[first] + " and ")) << line;
