@@ -9,6 +9,8 @@
 #include <functional>
 #include <string>
 
+#include <gtest/gtest.h>
+
 namespace symrig::tests {
 
 constexpr Grid kSpoiledGrid{24, 32};
