@@ -30,11 +30,7 @@ function(symrig_options target)
   if(SYMRIG_WERROR)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
-  if(arg_FREESTANDING)
-    symrig_sanitize(${target} FREESTANDING)
-  else()
-    symrig_sanitize(${target})
-  endif()
+  symrig_sanitize(${target} ${ARGN})
 endfunction()
 
 # symrig_quick_to_compile(target): commands, tests and modules that do not compute spend their time in the modules that do.
