@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/footprint_shape.hpp"
 
+#include "calibration/non_negative.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -8,17 +10,22 @@ namespace symrig::calibration {
 
 void ShapeFit::add(const StripeLight& light, std::optional<int> left_out, double position,
                    const Differences& seen, float contrast) {
-  const double weight =
-      static_cast<double>(contrast) * static_cast<double>(contrast) / static_cast<double>(seen.variance);
+  // One pixel has few terms, so floats keep enough digits.
+  std::array<ScaleLanes, kMaxBits> m;
+  Bits d;
+  int terms = 0;
   for (int bit = 0; bit < light.bits(); ++bit) {
     if (bit == left_out) continue;
-    const Shape m = light.contrasts(position, bit);
-    const double d = static_cast<double>(seen.value[bit]) / static_cast<double>(contrast);
-    for (std::size_t i = 0; i < kSize; ++i) {
-      const double weighted = weight * static_cast<double>(m[i]);
-      for (std::size_t j = 0; j < kSize; ++j) a_[i][j] += weighted * static_cast<double>(m[j]);
-      b_[i] += weighted * d;
-    }
+    const Shape contrasts = light.contrasts(position, bit);
+    std::ranges::copy(contrasts, m[terms].begin());
+    m[terms].back() = 0;
+    d[terms++] = seen.value[bit] / contrast;
+  }
+  ShapeSums sums;
+  sum_shape(m.data(), d.data(), terms, contrast * contrast / seen.variance, sums);
+  for (std::size_t i = 0; i < kSize; ++i) {
+    for (std::size_t j = 0; j < kSize; ++j) a_[i][j] += static_cast<double>(sums.a[i][j]);
+    b_[i] += static_cast<double>(sums.b[i]);
   }
   pixels_ += 1;
 }
@@ -38,33 +45,18 @@ double ShapeFit::information() const {
   return pixels_ > 0 ? trace / static_cast<double>(kSize) / pixels_ : 0;
 }
 
-/// Cyclic coordinate descent on the non-negative quadratic programme. `left`: b − A x. It stops after a fixed
-/// number of sweeps: shares that the bits hardly distinguish then stay near the prior, which is acceptable.
 Shape ShapeFit::solve(const Shape& usual, double pull) const {
   if (pixels_ == 0) return usual;
-  Matrix a = a_;
-  Vector x{}, left = b_, per_diagonal{};
+  // The prior adds pull · (x − usual)². The usual shape is also a near starting point.
+  Vector b = b_;
+  NonNegative<kSize>::Point from;
   for (std::size_t i = 0; i < kSize; ++i) {
-    a[i][i] += pull;
-    per_diagonal[i] = 1 / a[i][i];
-    x[i] = static_cast<double>(usual[i]);
-    left[i] += pull * x[i];
+    from.x[i] = static_cast<double>(usual[i]);
+    if (usual[i] > 0) from.active |= 1U << i;
+    b[i] += pull * from.x[i];
   }
-  for (std::size_t i = 0; i < kSize; ++i)
-    for (std::size_t j = 0; j < kSize; ++j) left[j] -= x[i] * a[i][j];
-  constexpr int kSweeps = 50;
-  constexpr double kSettled = 1e-10;  // far below the precision of a float
-  double change = 1;
-  for (int sweep = 0; sweep < kSweeps && change > kSettled; ++sweep) {
-    change = 0;
-    for (std::size_t i = 0; i < kSize; ++i) {
-      const double step = std::max(-x[i], left[i] * per_diagonal[i]);
-      if (step == 0) continue;
-      x[i] += step;
-      for (std::size_t j = 0; j < kSize; ++j) left[j] -= step * a[i][j];
-      change = std::max(change, std::abs(step));
-    }
-  }
+  const NonNegative<kSize> solver(a_, b, pull);
+  const Vector x = solver.minimum(NonNegative<kSize>::kAll, from).x;
   Shape shape{};
   std::ranges::transform(x, shape.begin(), [](double share) { return static_cast<float>(share); });
   return shape;

@@ -81,9 +81,13 @@ Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const Stripe
   return direct;
 }
 
-bool trusted(const AxisSightings& axis, std::size_t i, const DecodePolicy& policy) {
-  return axis.clear.values()[i] && axis.sigma.values()[i] <= policy.largest_sigma &&
-         axis.misfit.values()[i] <= policy.largest_misfit * policy.largest_misfit;
+/// Removes pixels from the mask whose position along an axis is not certain.
+void keep_trusted(Image<std::uint8_t>& mask, const AxisSightings& axis, const DecodePolicy& policy) {
+  const double largest_misfit = policy.largest_misfit * policy.largest_misfit;
+  for (std::size_t i = 0; i < mask.values().size(); ++i)
+    if (!axis.clear.values()[i] || axis.sigma.values()[i] > policy.largest_sigma ||
+        axis.misfit.values()[i] > largest_misfit)
+      mask.values()[i] = 0;
 }
 
 /// Whether positions of an axis mostly decrease where they should increase: columns to the right, rows
@@ -165,12 +169,13 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
   map.noise = light.noise.rms;
   const StripeDecoder columns(photographs, StripeAxis::columns, options, light.noise, light.lit);
   const StripeDecoder rows(photographs, StripeAxis::rows, options, light.noise, light.lit);
-  AxisSightings x = columns.decode(), y = rows.decode();
-  RawMap raw{{std::move(x.position), std::move(y.position)},
-             find_direct_light(columns, rows, light.lit, options.policy.direct_sigmas)};
-  for (std::size_t i = 0; i < raw.mask.values().size(); ++i)
-    if (raw.mask.values()[i] && !(trusted(x, i, options.policy) && trusted(y, i, options.policy)))
-      raw.mask.values()[i] = 0;
+  // A pixel must pass each test. So the later ones see only what the earlier ones left.
+  auto mask = find_direct_light(columns, rows, light.lit, options.policy.direct_sigmas);
+  AxisSightings x = columns.decode(mask);
+  keep_trusted(mask, x, options.policy);
+  AxisSightings y = rows.decode(mask);
+  keep_trusted(mask, y, options.policy);
+  RawMap raw{{std::move(x.position), std::move(y.position)}, std::move(mask)};
   const double orientation = options.mirrored ? -1 : 1;
   if (options.held_out_pair) {
     const StripePair pair = code.pair(*options.held_out_pair);

@@ -19,6 +19,18 @@ constexpr Shape kGuess{0, 0.5F, 0.15F, 0, 0.1F, 0.1F, 0.1F};
 constexpr double kOwnMisfit = 2.3;
 constexpr int kOwnRounds = 3;
 
+/// Calls use(pixel) for every stride-th pixel of a tile where the mask is set.
+template <class Use>
+void for_tile(const Image<std::uint8_t>& mask, int tile_row, int tile_col, int stride, Use use) {
+  constexpr int kTile = StripeDecoder::kTile;
+  const Grid grid = mask.grid();
+  for (int row = tile_row * kTile; row < std::min((tile_row + 1) * kTile, grid.rows); row += stride)
+    for (int col = tile_col * kTile; col < std::min((tile_col + 1) * kTile, grid.cols); col += stride)
+      if (mask.at(row, col))
+        use(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
+            static_cast<std::size_t>(col));
+}
+
 }  // namespace
 
 StripeDecoder::StripeDecoder(const CodePhotographs& photographs, StripeAxis axis,
@@ -66,22 +78,12 @@ float StripeDecoder::fine_energy(std::size_t pixel) const {
   return static_cast<float>(sum / (2 * noise_.variance(level)));
 }
 
-template <class Use>
-void StripeDecoder::for_tile(int tile_row, int tile_col, int stride, Use use) const {
-  const Grid grid = lit_.grid();
-  for (int row = tile_row * kTile; row < std::min((tile_row + 1) * kTile, grid.rows); row += stride)
-    for (int col = tile_col * kTile; col < std::min((tile_col + 1) * kTile, grid.cols); col += stride)
-      if (lit_.at(row, col))
-        use(static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.cols) +
-            static_cast<std::size_t>(col));
-}
-
 ShapeFit StripeDecoder::fit_tile(ShapedLight& light, int tile_row, int tile_col) const {
   ShapeFit fit;
-  for_tile(tile_row, tile_col, 2, [&](std::size_t pixel) {
+  for_tile(lit_, tile_row, tile_col, 2, [&](std::size_t pixel) {
     const Differences seen = differences(pixel);
     // Both values of a left-out bit fit equally well, and give the same shape.
-    if (const auto found = find_position(light, seen); found && found->chi2 < found->rival)
+    if (const auto found = find_position(light, seen, 0); found && found->chi2 < found->rival)
       fit.add(light_, left_out_, static_cast<double>(found->position), seen, contrast(pixel));
   });
   return fit;
@@ -128,46 +130,40 @@ float StripeDecoder::reflected(float position) const {
   return 2 * begin + block - 1 - position;
 }
 
-std::optional<Sighting> StripeDecoder::sight(std::size_t pixel, const Differences& seen, const Shape& shape,
-                                             ShapedLight& light, ShapedLight& own) const {
-  // Try both values of a left-out bit. The photographs distinguish them only near the border of the block.
-  bool value = false;
-  auto found = find_position(light, seen, value);
-  if (left_out_)
-    if (const auto other = find_position(light, seen, true); other && (!found || other->chi2 < found->chi2)) {
-      found = other;
-      value = true;
-    }
-  Shape mine = shape;
+/// Tries both values of a left-out bit. The photographs distinguish them only near the border of the block.
+std::optional<Sighting> StripeDecoder::sight(const Differences& seen, ShapedLight& light) const {
+  const auto found = find_position(light, seen, evidence());
+  if (!left_out_) return found;
+  const auto other = find_position(light, seen, evidence(), true);
+  return other && (!found || other->chi2 < found->chi2) ? other : found;
+}
+
+void StripeDecoder::decode_pixel(std::size_t pixel, const Shape& shape, ShapedLight& light, ShapedLight& own,
+                                 AxisSightings& out) const {
+  const Differences seen = differences(pixel);
+  auto found = sight(seen, light);
+
+  // A pixel that the tile's shape does not explain gets its own shape.
+  ShapedLight* used = &light;
   for (int round = 0;
        round < kOwnRounds && found && static_cast<double>(found->chi2) > kOwnMisfit * freedom(); ++round) {
     ShapeFit fit;
     fit.add(light_, left_out_, static_cast<double>(found->position), seen, contrast(pixel));
-    mine = fit.solve(shape, 1 / std::pow(options_.policy.shape_spread, 2));
-    own.set_shape(mine);
-    found = find_position(own, seen, value);
+    own.set_shape(fit.solve(shape, 1 / std::pow(options_.policy.shape_spread, 2)));
+    found = find_position(own, seen, evidence(), found->bit_value);
+    used = &own;
   }
-  if (found && value) found->position = reflected(found->position);
-  return found;
+  if (!found) return;
+
+  out.position.values()[pixel] = found->bit_value ? reflected(found->position) : found->position;
+  const float misfit = found->chi2 / freedom();
+  // A position that does not fit well is less certain than its noise says [Birge32].
+  out.sigma.values()[pixel] = deviation(*used, seen, found->index) * std::sqrt(std::max(misfit, 1.0F));
+  out.misfit.values()[pixel] = misfit;
+  out.clear.values()[pixel] = found->rival - found->chi2 > evidence() ? 1 : 0;
 }
 
-void StripeDecoder::decode_tile(const Shape& shape, ShapedLight& light, ShapedLight& own, int tile_row,
-                                int tile_col, AxisSightings& out) const {
-  light.set_shape(shape);
-  for_tile(tile_row, tile_col, 1, [&](std::size_t pixel) {
-    const Differences seen = differences(pixel);
-    const auto found = sight(pixel, seen, shape, light, own);
-    if (!found) return;
-    out.position.values()[pixel] = found->position;
-    const float misfit = found->chi2 / freedom();
-    // A position that does not fit well is less certain than its noise says [Birge32].
-    out.sigma.values()[pixel] = found->sigma * std::sqrt(std::max(misfit, 1.0F));
-    out.misfit.values()[pixel] = misfit;
-    out.clear.values()[pixel] = found->rival - found->chi2 > options_.policy.evidence ? 1 : 0;
-  });
-}
-
-AxisSightings StripeDecoder::decode() const {
+AxisSightings StripeDecoder::decode(const Image<std::uint8_t>& wanted) const {
   const Grid grid = lit_.grid();
   Tiles tiles = fit_tiles();
   AxisSightings out{Image<float>(grid), Image<float>(grid, 1, std::numeric_limits<float>::infinity()),
@@ -176,7 +172,10 @@ AxisSightings StripeDecoder::decode() const {
     ShapedLight light(light_, left_out_), own(light_, left_out_);
     for (int row = range.begin(); row != range.end(); ++row)
       for (int col = 0; col < tiles.cols; ++col) {
-        decode_tile(tiles.at(row, col), light, own, row, col, out);
+        const Shape& shape = tiles.at(row, col);
+        light.set_shape(shape);
+        for_tile(wanted, row, col, 1,
+                 [&](std::size_t pixel) { decode_pixel(pixel, shape, light, own, out); });
       }
   });
   return out;

@@ -26,7 +26,8 @@ class StripeDecoder {
   StripeDecoder(const CodePhotographs& photographs, StripeAxis axis, const DecodeOptions& options,
                 const NoiseLine& noise, const Image<std::uint8_t>& lit);
 
-  AxisSightings decode() const;
+  /// Only pixels of `wanted` (1) are decoded; the others keep sigma = infinity and clear = 0.
+  AxisSightings decode(const Image<std::uint8_t>& wanted) const;
   const Shape& usual_shape() const { return usual_; }
 
   Differences differences(std::size_t pixel) const;
@@ -44,17 +45,15 @@ class StripeDecoder {
     }
   };
 
-  template <class Use>
-  void for_tile(int tile_row, int tile_col, int stride, Use use) const;
   Shape fit_usual_shape(const Shape& guess) const;
   ShapeFit fit_tile(ShapedLight& light, int tile_row, int tile_col) const;
   Tiles fit_tiles() const;
+  std::optional<Sighting> sight(const Differences& seen, ShapedLight& light) const;
   /// light: set to the tile's shape. own: storage for the pixel's own shape.
-  std::optional<Sighting> sight(std::size_t pixel, const Differences& seen, const Shape& shape,
-                                ShapedLight& light, ShapedLight& own) const;
-  void decode_tile(const Shape& shape, ShapedLight& light, ShapedLight& own, int tile_row, int tile_col,
-                   AxisSightings& out) const;
+  void decode_pixel(std::size_t pixel, const Shape& shape, ShapedLight& light, ShapedLight& own,
+                    AxisSightings& out) const;
   float reflected(float position) const;
+  float evidence() const { return static_cast<float>(options_.policy.evidence); }
   float freedom() const { return static_cast<float>(std::max(light_.bits() - (left_out_ ? 3 : 2), 1)); }
   float contrast(std::size_t pixel) const {
     return photographs_.white().values()[pixel] - photographs_.black().values()[pixel];

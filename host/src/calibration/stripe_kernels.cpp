@@ -44,6 +44,21 @@ void explain(const Bits& seen, const ShapedPixel& light, std::size_t bits, Steps
   }
 }
 
+void sum_shape(const ScaleLanes* m, const float* d, std::size_t bits, float weight, ShapeSums& to) {
+  const hn::CappedTag<float, kScales.size() + 1> lanes;
+  for (std::size_t part = 0; part < kScales.size() + 1; part += hn::Lanes(lanes)) {
+    const auto row = [&](auto factor) {
+      auto sum = hn::Zero(lanes);
+      for (std::size_t bit = 0; bit < bits; ++bit)
+        sum = hn::MulAdd(hn::Set(lanes, weight * factor(bit)), hn::LoadU(lanes, m[bit].data() + part), sum);
+      return sum;
+    };
+    for (std::size_t i = 0; i < kScales.size(); ++i)
+      hn::StoreU(row([&](std::size_t bit) { return m[bit][i]; }), lanes, to.a[i].data() + part);
+    hn::StoreU(row([&](std::size_t bit) { return d[bit]; }), lanes, to.b.data() + part);
+  }
+}
+
 }  // namespace symrig::calibration::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -52,6 +67,7 @@ namespace symrig::calibration {
 
 HWY_EXPORT(shape_pixel);
 HWY_EXPORT(explain);
+HWY_EXPORT(sum_shape);
 
 void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
                  ShapedPixel& to) {
@@ -61,6 +77,10 @@ void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optiona
 
 void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to) {
   HWY_DYNAMIC_DISPATCH(explain)(seen, light, static_cast<std::size_t>(bits), to);
+}
+
+void sum_shape(const ScaleLanes* m, const float* d, int bits, float weight, ShapeSums& to) {
+  HWY_DYNAMIC_DISPATCH(sum_shape)(m, d, static_cast<std::size_t>(bits), weight, to);
 }
 
 }  // namespace symrig::calibration

@@ -2,7 +2,9 @@
 #include "calibration/stripe_search.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace symrig::calibration {
@@ -17,19 +19,28 @@ float dot(const Bits& a, const Bits& b) {
   return sum;
 }
 
-/// The bits with the smallest differences.
+/// The bits with the smallest |D|, the smallest first; −1 beyond the last bit. Without branches: which bit is
+/// smallest cannot be predicted.
 std::array<int, kDoubtful> doubtful_bits(const Differences& seen, int bits, std::optional<int> left_out) {
-  std::array<int, kDoubtful> least{-1, -1, -1};
+  // Positive floats are in the order of their bits. The last four, which matter to no one, hold the bit's
+  // number.
+  static_assert(kMaxBits == 16);
+  constexpr std::uint32_t kNone = 0xFFFFFFFF, kNumber = 15;
+  std::array<std::uint32_t, kDoubtful> least;
+  least.fill(kNone);
   for (int bit = 0; bit < bits; ++bit) {
-    if (bit == left_out) continue;
-    int mine = bit;
-    for (int& other : least)
-      if (other < 0 || std::abs(seen.value[mine]) < std::abs(seen.value[other]))
-        std::swap(mine, other);
-      else
-        continue;
+    const auto size = std::bit_cast<std::uint32_t>(std::abs(seen.value[bit]));
+    std::uint32_t mine = bit == left_out ? kNone : (size & ~kNumber) | static_cast<std::uint32_t>(bit);
+    for (std::uint32_t& other : least) {
+      const std::uint32_t smaller = std::min(other, mine);
+      mine = std::max(other, mine);
+      other = smaller;
+    }
   }
-  return least;
+  std::array<int, kDoubtful> found;
+  for (std::size_t k = 0; k < kDoubtful; ++k)
+    found[k] = least[k] == kNone ? -1 : static_cast<int>(least[k] & kNumber);
+  return found;
 }
 
 /// The position of a Gray code.
@@ -43,31 +54,46 @@ unsigned mask_of(int bit, int bits) {
   return bit < 0 ? 0U : 1U << (bits - 1 - bit);
 }
 
-/// All candidate positions, in order, without repetition.
-std::vector<int>& candidates(const Differences& seen, int bits, int size, std::optional<int> left_out,
-                             bool bit_value) {
-  thread_local std::vector<int> found;
-  found.clear();
-  unsigned gray = 0;
-  for (int bit = 0; bit < bits; ++bit) {
-    const bool set = bit == left_out ? bit_value : seen.value[bit] > 0;
-    if (set) gray |= mask_of(bit, bits);
+/// The positions that a pixel may see: as its signs say, or with doubtful bits reversed.
+class Candidates {
+ public:
+  Candidates(const Differences& seen, int bits, std::optional<int> left_out, bool bit_value) {
+    unsigned gray = 0;
+    for (int bit = 0; bit < bits; ++bit) {
+      const bool set = bit == left_out ? bit_value : seen.value[bit] > 0;
+      if (set) gray |= mask_of(bit, bits);
+    }
+    // The position is linear in the bits, modulo 2.
+    as_seen_ = spelt(gray, bits);
+    for (const int bit : doubtful_bits(seen, bits, left_out)) {
+      if (bit < 0) continue;
+      turned_[count_] = spelt(mask_of(bit, bits), bits);
+      price_[count_++] = seen.value[bit] * seen.value[bit] / seen.variance;
+    }
   }
-  const auto doubtful = doubtful_bits(seen, bits, left_out);
-  // The position is linear in the bits, modulo 2.
-  const int as_seen = spelt(gray, bits);
-  std::array<int, kDoubtful> turned{};
-  for (std::size_t k = 0; k < kDoubtful; ++k) turned[k] = spelt(mask_of(doubtful[k], bits), bits);
-  for (unsigned flips = 0; flips < 1U << kDoubtful; ++flips) {
-    int at = as_seen;
-    for (std::size_t k = 0; k < kDoubtful; ++k)
-      if (flips >> k & 1U) at ^= turned[k];
-    if (at < size) found.push_back(at);
+
+  /// Candidate 0 is as seen. Bit k of a number says whether the doubtful bit k is reversed.
+  unsigned size() const { return 1U << count_; }
+  int position(unsigned number) const {
+    int at = as_seen_;
+    for (std::size_t k = 0; k < count_; ++k)
+      if (number >> k & 1U) at ^= turned_[k];
+    return at;
   }
-  std::sort(found.begin(), found.end());
-  found.erase(std::unique(found.begin(), found.end()), found.end());
-  return found;
-}
+  /// The least χ² of a candidate: all of its reversed differences are left.
+  float least_chi2(unsigned number) const {
+    float sum = 0;
+    for (std::size_t k = 0; k < count_; ++k)
+      if (number >> k & 1U) sum += price_[k];
+    return sum;
+  }
+
+ private:
+  int as_seen_ = 0;
+  std::size_t count_ = 0;
+  std::array<int, kDoubtful> turned_{};
+  std::array<float, kDoubtful> price_{};
+};
 
 /// A minimum of χ² over a range of steps.
 struct Valley {
@@ -120,8 +146,8 @@ class Explained {
   ShapedLight& light_;
   const Differences& seen_;
   float square_;
-  // Candidates come in order and are often neighbours, so the same pixels are needed again soon.
-  std::array<Pixel, 4> remembered_;
+  // Candidates are often neighbours, so the same pixels are needed again soon.
+  std::array<Pixel, 8> remembered_;
 };
 
 /// Vertex of the parabola through three equidistant values, in steps from the middle one.
@@ -130,7 +156,9 @@ float vertex(float left, float middle, float right) {
   return bend > 0 ? std::clamp((left - right) / (2 * bend), -0.5F, 0.5F) : 0;
 }
 
-/// Standard deviation of the position: 1 / √(a² (Σ m'² − (Σ m m')² / Σ m²) / V).
+}  // namespace
+
+/// 1 / √(a² (Σ m'² − (Σ m m')² / Σ m²) / V)
 float deviation(ShapedLight& light, const Differences& seen, int index) {
   const int last = light.light().positions() - 1;
   const int low = std::max(index - 1, 0), high = std::min(index + 1, last);
@@ -144,8 +172,6 @@ float deviation(ShapedLight& light, const Differences& seen, int index) {
   const float information = a * a * (dot(slope, slope) - ms * ms / mm) / seen.variance;
   return information > 0 ? 1 / std::sqrt(information) : std::numeric_limits<float>::infinity();
 }
-
-}  // namespace
 
 ShapedLight::ShapedLight(const StripeLight& light, std::optional<int> left_out)
     : light_(light),
@@ -171,27 +197,38 @@ Bits ShapedLight::at(int index) {
   return all;
 }
 
-std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, bool bit_value) {
+std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
+                                      bool bit_value) {
   const StripeLight& table = light.light();
-  const auto& tried = candidates(seen, table.bits(), table.size(), light.left_out(), bit_value);
-  if (tried.empty()) return std::nullopt;
+  const Candidates candidates(seen, table.bits(), light.left_out(), bit_value);
   Explained explains(light, seen);
-  thread_local std::vector<Valley> valleys;
-  valleys.clear();
-  for (const int at : tried) valleys.push_back(explains.valley(at));
-  const Valley best = *std::ranges::max_element(valleys, {}, &Valley::explained);
+  // The best step of each candidate that can still matter.
+  std::array<Valley, 1U << kDoubtful> valleys;
+  std::size_t count = 0;
+  Valley best;
+  for (unsigned number = 0; number < candidates.size(); ++number) {
+    const int at = candidates.position(number);
+    if (at >= table.size()) continue;
+    if (count > 0 && candidates.least_chi2(number) > explains.chi2(best.explained) + evidence) continue;
+    valleys[count] = explains.valley(at);
+    if (count == 0 || valleys[count].explained > best.explained) best = valleys[count];
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+
   Sighting found;
+  found.index = best.index;
+  found.bit_value = bit_value;
   found.chi2 = explains.chi2(best.explained);
   found.rival = std::numeric_limits<float>::infinity();
-  for (const Valley& v : valleys)
-    if (std::abs(v.index - best.index) > static_cast<int>(kRivalDistance * kSteps))
-      found.rival = std::min(found.rival, explains.chi2(v.explained));
+  for (std::size_t i = 0; i < count; ++i)
+    if (std::abs(valleys[i].index - best.index) > static_cast<int>(kRivalDistance * kSteps))
+      found.rival = std::min(found.rival, explains.chi2(valleys[i].explained));
   float offset = 0;
   if (best.index > 0 && best.index < table.positions() - 1)
     offset =
         vertex(explains.chi2(explains(best.index - 1)), found.chi2, explains.chi2(explains(best.index + 1)));
   found.position = (static_cast<float>(best.index) + offset) / kSteps;
-  found.sigma = deviation(light, seen, best.index);
   return found;
 }
 

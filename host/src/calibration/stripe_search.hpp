@@ -11,9 +11,11 @@ namespace symrig::calibration {
 /// The position that a pixel sees along one axis, by maximum likelihood.
 struct Sighting {
   float position = 0;  ///< [projector pixels]
-  float sigma = 0;     ///< its standard deviation [projector pixels]; infinity without information
+  int index = 0;       ///< the step next to it, position ≈ index / kSteps
   float chi2 = 0;      ///< of the fit, bits − 2 degrees of freedom
-  float rival = 0;     ///< χ² of the best position more than two pixels away; infinity if there is none
+  float rival =
+      0;  ///< χ² of the best position more than two pixels away; infinity if none is near `evidence`
+  bool bit_value = false;  ///< the value of a left-out bit
 };
 
 /// The contrast of the stripes in a footprint of one shape, cached.
@@ -53,8 +55,14 @@ struct Differences {
 /// The position that explains the differences best: min over x and a ≥ 0 of Σ_k (D_k − a m_k(x))² / V, with m
 /// the shaped contrast. The candidates are the positions that the signs of D give, and those with any of the
 /// three smallest |D_k| reversed. Each is searched ± 1 pixel in steps of an eighth, then with a parabola.
-/// sigma: Fisher information of x with a unknown. bit_value: the value of a left-out bit. nullopt: no
-/// candidate lies on the projector.
-std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, bool bit_value = false);
+/// A candidate is skipped if its reversed bits alone cost more χ² than the best one and `evidence`: no
+/// position with the wrong sign of bit k explains any of D_k. bit_value: the value of a left-out bit.
+/// nullopt: no candidate lies on the projector.
+std::optional<Sighting> find_position(ShapedLight& light, const Differences& seen, float evidence,
+                                      bool bit_value = false);
+
+/// Standard deviation of a found position [projector pixels], from the Fisher information of x with a
+/// unknown; infinity without information.
+float deviation(ShapedLight& light, const Differences& seen, int index);
 
 }  // namespace symrig::calibration

@@ -2,8 +2,10 @@
 // The fast parts of the decoder against slow ones that share nothing with them.
 #include "calibration/footprint_shape.hpp"
 #include "calibration/non_negative.hpp"
-#include "calibration/small_median.hpp"
+#include "calibration/raw_map.hpp"
 #include "calibration/stripe_kernels.hpp"
+#include "calibration/support_kernels.hpp"
+#include "symrig/base/quantile.hpp"
 #include "synthetic_photographs.hpp"
 
 #include <algorithm>
@@ -121,19 +123,66 @@ TEST(NonNegative, StartsAnywhereAndKeepsOutWhatIsNotAllowed) {
   }
 }
 
-TEST(SmallMedian, IsTheMiddleOfTheSorted) {
-  std::uint64_t counter = 3;
-  for (std::size_t count = 1; count <= 28; ++count)
-    for (const bool ties : {false, true}) {
-      SmallMedian<28> median;
-      std::vector<float> values;
-      for (std::size_t i = 0; i < count; ++i) {
-        const auto v = static_cast<float>(normal(counter));
-        values.push_back(ties ? std::round(v) : v);
-        median.add(values.back());
+/// Median change of the decoded pairs in the 7 × 7 pixels around, for each camera pixel.
+double slow_slope(const RawMap& map, std::size_t axis, int row, int col, int rows, int cols) {
+  const auto decoded = [&](int r, int c) {
+    return std::abs(r - row) <= kSupportReach && std::abs(c - col) <= kSupportReach && r >= 0 && c >= 0 &&
+           r < map.grid().rows && c < map.grid().cols && map.mask.at(r, c) != 0;
+  };
+  std::vector<double> changes;
+  for (int r = row - kSupportReach; r <= row + kSupportReach; ++r)
+    for (int c = col - kSupportReach; c <= col + kSupportReach; ++c)
+      if (decoded(r, c) && decoded(r + rows, c + cols))
+        changes.push_back(static_cast<double>(map.position[axis].at(r + rows, c + cols)) -
+                          static_cast<double>(map.position[axis].at(r, c)));
+  return median(changes) / kSlopeApart;
+}
+
+bool slowly_supported(const RawMap& map, int row, int col, const DecodePolicy& policy) {
+  int decoded = 0, agreeing = 0;
+  for (int r = std::max(row - kSupportReach, 0); r <= std::min(row + kSupportReach, map.grid().rows - 1); ++r)
+    for (int c = std::max(col - kSupportReach, 0); c <= std::min(col + kSupportReach, map.grid().cols - 1);
+         ++c) {
+      if ((r == row && c == col) || !map.mask.at(r, c)) continue;
+      double square = 0;
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double off = static_cast<double>(map.position[axis].at(r, c)) -
+                           static_cast<double>(map.position[axis].at(row, col)) -
+                           slow_slope(map, axis, row, col, kSlopeApart, 0) * (r - row) -
+                           slow_slope(map, axis, row, col, 0, kSlopeApart) * (c - col);
+        square += off * off;
       }
-      std::ranges::sort(values);
-      EXPECT_EQ(median.value(), values[count / 2]) << count;
+      ++decoded;
+      agreeing += square <= policy.support_distance * policy.support_distance ? 1 : 0;
+    }
+  return agreeing >= 6 && agreeing >= policy.support_share * decoded;
+}
+
+// Rows of one pixel, of one more than a vector of any instruction set, and of several vectors; from few
+// decoded pixels to all. Positions are random multiples of 2⁻⁷, so both sides compute the same slopes, except
+// for a third of a sum that floats round; no distance is that close to the limit.
+TEST(DropUnsupported, AsksTheNeighboursOfEachPixel) {
+  std::uint64_t counter = 3;
+  const DecodePolicy policy;
+  for (const Grid grid : {Grid{1, 1}, Grid{5, 17}, Grid{20, 53}})
+    for (const double share : {0.2, 0.6, 1.0}) {
+      RawMap map{{Image<float>(grid), Image<float>(grid)}, Image<std::uint8_t>(grid)};
+      for (int row = 0; row < grid.rows; ++row)
+        for (int col = 0; col < grid.cols; ++col) {
+          const double off = normal(counter) > 1 ? 3 : 0.3;
+          map.mask.at(row, col) = std::abs(normal(counter)) < 3 * share - 0.4 ? 1 : 0;
+          const double at[] = {0.9 * col + 0.1 * row + off * normal(counter),
+                               0.8 * row - 0.1 * col + off * normal(counter)};
+          for (std::size_t axis = 0; axis < 2; ++axis)
+            map.position[axis].at(row, col) = static_cast<float>(std::round(128 * at[axis]) / 128);
+        }
+      RawMap found = map;
+      drop_unsupported(found, policy);
+      for (int row = 0; row < grid.rows; ++row)
+        for (int col = 0; col < grid.cols; ++col)
+          EXPECT_EQ(found.mask.at(row, col) != 0,
+                    map.mask.at(row, col) && slowly_supported(map, row, col, policy))
+              << grid.cols << " " << share << " " << row << " " << col;
     }
 }
 
