@@ -20,6 +20,7 @@ Result<CaptureResult> capture(Probe& probe, const CaptureOptions& options) {
   SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
   if (!probe.grid().valid() || probe.channels() < 1)
     return Error{ErrorCode::bad_argument, "the rig has no pixels or no channels", "check its calibration"};
+  SYMRIG_CHECK(check_aligned(probe));
   // With a log this has been asked of the rig itself: a log that is continued plans no exposures, whatever
   // the rig does.
   if (settings.log == nullptr) SYMRIG_CHECK(check_rig(options, probe));

@@ -55,7 +55,8 @@ Result<void> DeviceSet::open() {
   if (!camera_) SYMRIG_CHECK(of(Part::camera, open_camera()));
   if (!projector_) SYMRIG_CHECK(of(Part::projector, open_projector()));
   SYMRIG_CHECK(check_grids());
-  grid_ = camera_->grid();
+  camera_grid_ = camera_->grid();
+  projector_grid_ = projector_->grid();
   return of(Part::board, configure());
 }
 
@@ -76,16 +77,16 @@ Result<void> DeviceSet::open_camera() {
 }
 
 Result<void> DeviceSet::check_grids() const {
-  if (grid_ && *grid_ != camera_->grid())
+  const auto check = [](std::string_view device, const std::optional<Grid>& before,
+                        Grid now) -> Result<void> {
+    if (!before || *before == now) return {};
     return Error{ErrorCode::size_mismatch,
-                 fmt::format("the camera came back with a grid of {}, it had {}", to_string(camera_->grid()),
-                             to_string(*grid_)),
-                 "connect the camera that the capture began with"};
-  if (projector_->grid() == camera_->grid()) return {};
-  return Error{ErrorCode::size_mismatch,
-               fmt::format("the projector is {}, but the camera is {}", to_string(projector_->grid()),
-                           to_string(camera_->grid())),
-               "both need the same grid: calibrate the rig first"};
+                 fmt::format("the {} came back with a grid of {}, it had {}", device, to_string(now),
+                             to_string(*before)),
+                 fmt::format("connect the {} that the capture began with", device)};
+  };
+  SYMRIG_CHECK(check("camera", camera_grid_, camera_->grid()));
+  return check("projector", projector_grid_, projector_->grid());
 }
 
 /// Ends what an earlier run of symrig left: stops its program, and clears a fault that only reports a lost

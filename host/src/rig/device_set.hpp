@@ -64,7 +64,7 @@ class DeviceSet {
   std::unique_ptr<Projector> projector_;
   std::unique_ptr<Camera> camera_;
   SteadyClock clock_;
-  std::optional<Grid> grid_;  // of the first camera that was opened
+  std::optional<Grid> camera_grid_, projector_grid_;  // of the first devices that were opened
   Part failed_ = Part::none;
 };
 

@@ -70,6 +70,10 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
 }
 
 Grid Rig::grid() const {
+  return taker_->projector().grid();
+}
+
+Grid Rig::camera_grid() const {
   return taker_->camera().grid();
 }
 

@@ -59,6 +59,7 @@ class Wall {
     auto projector =
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.setup.projector.refresh);
     const SimulatedProjector* screen = projector.get();
+    pixels_ = static_cast<std::size_t>(camera.size());
     SimulatedCameraSpec spec{camera, 1, {}, NoiseModel::from_electrons({}), dead_, 125'000'000};
     auto eye = std::make_unique<SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
@@ -83,7 +84,7 @@ class Wall {
       const double code = std::min(noise.pedestal() + noise.gain() * rate_ * lamp * light * open, 4095.0);
       CameraFrame frame;
       frame.sequence = exposure.sequence;
-      frame.raw.assign(12, static_cast<std::uint16_t>(std::lround(code)));
+      frame.raw.assign(pixels_, static_cast<std::uint16_t>(std::lround(code)));
       if (!dead_.empty()) frame.raw[5] = 4095;
       frames.push_back(std::move(frame));
     }
@@ -95,6 +96,7 @@ class Wall {
   board_sim::SimCamera shutter_;
   double rate_;
   Image<std::uint8_t> dead_;
+  std::size_t pixels_ = 0;
 };
 
 TEST(Laws, simulated_devices_keep_those_of_projectors_and_cameras) {
@@ -259,11 +261,20 @@ TEST(Rig, refuses_a_scene_that_blinds_the_camera) {
   EXPECT_EQ(rig.error().code, ErrorCode::limit) << rig.error().line();
 }
 
-TEST(Rig, refuses_grids_that_differ) {
+// Patterns have the projector's grid, photographs the camera's. Only a capture needs one grid.
+TEST(Rig, photographs_with_a_camera_that_has_a_grid_of_its_own) {
   Wall wall(2e6);
-  const auto rig = wall.open({}, {3, 5});
-  ASSERT_FALSE(rig.ok());
-  EXPECT_EQ(rig.error().code, ErrorCode::size_mismatch);
+  const auto rig = wall.open({}, {6, 5});
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  EXPECT_EQ((*rig)->grid(), (Grid{3, 4}));
+  EXPECT_EQ((*rig)->camera_grid(), (Grid{6, 5}));
+  const Pattern flood({3, 4}, 1, 1.F);
+  const auto photographs = (*rig)->measure({&flood, 1});
+  ASSERT_TRUE(photographs.ok()) << photographs.error().line();
+  EXPECT_EQ(photographs->front().mean.grid(), (Grid{6, 5}));
+  const Error error = check_aligned(**rig).error();
+  EXPECT_EQ(error.code, ErrorCode::size_mismatch);
+  EXPECT_NE(error.line().find("symrig calibrate"), std::string::npos) << error.line();
 }
 
 // A camera that is still reading out when the next trigger comes: the ledger notices, nothing is merged.

@@ -107,6 +107,7 @@ class LoggedProbe final : public Probe {
       : inner_(inner), log_(log), together_(together > 0 ? together : 1) {}
 
   Grid grid() const override { return inner_.grid(); }
+  Grid camera_grid() const override { return inner_.camera_grid(); }
   int channels() const override { return inner_.channels(); }
   ViewLayout views() const override { return inner_.views(); }
   /// Where a smaller budget chose the log's next photographs and this capture asks for others, it measures on

@@ -32,15 +32,18 @@ class Probe {
   Probe& operator=(const Probe&) = delete;
   virtual ~Probe() = default;
 
-  /// The pixel-aligned grid of patterns and photographs.
+  /// The grid of patterns, and of the tensor.
   virtual Grid grid() const = 0;
+  /// The grid of photographs. It differs from grid() if the camera has pixels of its own. Such a rig needs a
+  /// registration (RegisteredProbe); a capture refuses it.
+  virtual Grid camera_grid() const { return grid(); }
   /// The coaxial views that tile the grid; one by default.
   virtual ViewLayout views() const { return {}; }
   /// Channels of each photograph (patterns always have one: white light).
   virtual int channels() const = 0;
 
   /// Shows each pattern and returns what the camera saw, as radiance per unit of projector light.
-  /// patterns: one channel, values in [0,1] on grid(). Result: one Radiance a pattern, on the same grid,
+  /// patterns: one channel, values in [0,1] on grid(). Result: one Radiance a pattern, on camera_grid(),
   /// channels() channels. The noise of each photograph has the variance that it states. It is independent of
   /// that of other photographs and of other pixels. So black frames or lamp readings that several photographs
   /// share must be far more precise. Errors, rank tests and weights rely on it; noise that all photographs
@@ -73,5 +76,9 @@ class Probe {
   /// One line for reports: "sim:vgroove-textured?size=64x64".
   virtual std::string describe() const = 0;
 };
+
+/// Whether patterns and photographs of a probe have one grid.
+/// fails: size_mismatch (the rig needs a registration).
+Result<void> check_aligned(const Probe& probe);
 
 }  // namespace symrig

@@ -118,9 +118,8 @@ class Rig final : public Probe {
  public:
   /// Opens the devices, configures the board, meters the flood-lit scene to set the exposures, and
   /// photographs the dark projector.
-  /// fails: size_mismatch (camera and projector have different grids, so the rig needs calibration), device
-  /// errors, limit (the scene is too bright for the shortest exposure), frame_missing (a photograph was not
-  /// certain after all retakes; the message describes its frames).
+  /// fails: device errors, limit (the scene is too bright for the shortest exposure), frame_missing (a
+  /// photograph was not certain after all retakes; the message describes its frames).
   static Result<std::unique_ptr<Rig>> open(RigDevices devices, RigOptions options);
   /// The same with open devices. The rig cannot open them again after a loss.
   static Result<std::unique_ptr<Rig>> open(Board board, std::unique_ptr<Projector> projector,
@@ -131,6 +130,7 @@ class Rig final : public Probe {
   Rig& operator=(const Rig&) = delete;
 
   Grid grid() const override;
+  Grid camera_grid() const override;
   ViewLayout views() const override { return options_.views; }
   int channels() const override;
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
