@@ -35,24 +35,6 @@ void blur_across_rows(Grid grid, std::span<float> image, float a) {
   }
 }
 
-class Blurred final : public Transport {
- public:
-  Blurred(Grid grid, double a, std::unique_ptr<Transport> inner)
-      : grid_(grid), a_(static_cast<float>(a)), inner_(std::move(inner)) {}
-
-  void apply(std::span<const float> x, std::span<float> y) const override {
-    std::vector<float> light(x.begin(), x.end());
-    blur_3tap(grid_, a_, light);
-    inner_->apply(light, y);
-    blur_3tap(grid_, a_, y);
-  }
-
- private:
-  Grid grid_;
-  float a_;
-  std::unique_ptr<Transport> inner_;
-};
-
 }  // namespace
 
 void blur_3tap(Grid grid, float a, std::span<float> image) {
@@ -60,10 +42,6 @@ void blur_3tap(Grid grid, float a, std::span<float> image) {
   for (std::size_t row = 0; row < static_cast<std::size_t>(grid.rows); ++row)
     blur_along_row(image.subspan(row * cols, cols), a);
   blur_across_rows(grid, image, a);
-}
-
-std::unique_ptr<Transport> blurred(Grid grid, double a, std::unique_ptr<Transport> transport) {
-  return std::make_unique<Blurred>(grid, a, std::move(transport));
 }
 
 }  // namespace symrig::sim

@@ -9,16 +9,17 @@
 
 namespace symrig::sim {
 
-ImageFormation::ImageFormation(const SceneUri& uri, const Scene& scene)
-    : scene_(scene),
+ImageFormation::ImageFormation(const SceneUri& uri, const View& view)
+    : view_(view),
+      cells_(uri.size),
       gamma_(uri.gamma),
-      misalign_(uri.misalign),
+      black_(static_cast<float>(uri.black)),
+      misalign_(is_bench(uri) ? 0 : uri.misalign),
       flare_(uri.flare),
       drift_(uri.drift),
       sensor_{NoiseModel::from_electrons({}), kSensitivity * uri.light,
               static_cast<std::uint64_t>(uri.seed)} {
-  if (uri.black <= 0) return;
-  leak_ = scene.apply(Image<float>(scene.grid(), 1, static_cast<float>(uri.black)));
+  if (uri.black > 0 && !view.moves()) leak_ = view.see(Image<float>(cells_, 1, black_), 0);
 }
 
 /// The light of a pattern from a projector whose light is a power of its level.
@@ -31,7 +32,10 @@ Image<float> ImageFormation::projected(const Image<float>& pattern) const {
 
 ImageFormation::Light ImageFormation::light_of(const Image<float>& pattern,
                                                std::uint64_t shown_before) const {
-  Image<float> light = scene_.apply(gamma_ == 1 ? pattern : projected(pattern));
+  Image<float> sent = gamma_ == 1 ? pattern : projected(pattern);
+  if (view_.moves())
+    for (float& value : sent.values()) value += black_;
+  Image<float> light = view_.see(sent, shown_before);
   for (std::size_t i = 0; i < leak_.values().size(); ++i) light.values()[i] += leak_.values()[i];
   for (int c = 0; c < light.channels(); ++c) {
     if (misalign_ != 0) shift(light.grid(), misalign_, light.plane(c));
@@ -45,7 +49,7 @@ ImageFormation::Light ImageFormation::light_of(const Image<float>& pattern,
 
 ImageFormation::Light ImageFormation::during(std::span<const Share> shares) const {
   if (shares.size() == 1 && shares[0].share == 1) return shares[0].light;
-  Image<float> sum(scene_.grid(), scene_.channels());
+  Image<float> sum(view_.camera(), view_.channels());
   for (const Share& part : shares)
     for (std::size_t i = 0; i < sum.values().size(); ++i)
       sum.values()[i] += static_cast<float>(part.share) * part.light->values()[i];

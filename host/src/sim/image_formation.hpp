@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/sensor.hpp"
+#include "sim/view.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/sim/scene.hpp"
 
@@ -27,10 +28,10 @@ class ImageFormation {
     double share = 0;
   };
 
-  /// scene must outlive this object.
-  ImageFormation(const SceneUri& uri, const Scene& scene);
+  /// view must outlive this object.
+  ImageFormation(const SceneUri& uri, const View& view);
 
-  /// Radiance on the sensor while a pattern is lit: lamp · flare(shift(T p + black T 1)).
+  /// Radiance on the sensor while a pattern is lit: lamp · flare(shift(see(p) + see(black))).
   /// shown_before: number of patterns shown before, for the drift of the lamp.
   Light light_of(const Image<float>& pattern, std::uint64_t shown_before) const;
   /// Mean radiance of an exposure: Σ share · light. The screen is dark for the rest, up to 1.
@@ -38,21 +39,24 @@ class ImageFormation {
   /// The codes of frame number `frame` for this exposure time (> 0). Equal arguments give equal codes.
   std::vector<std::uint16_t> expose(const Image<float>& light, double seconds, std::uint64_t frame) const;
 
+  Grid cells() const { return cells_; }
+  Grid camera() const { return view_.camera(); }
   const NoiseModel& noise() const { return sensor_.noise; }
   /// Radiance of one electron per second, behind the filter.
   double scale() const { return 1 / sensor_.sensitivity; }
-  const Scene& scene() const { return scene_; }
 
  private:
   Image<float> projected(const Image<float>& pattern) const;
 
-  const Scene& scene_;
+  const View& view_;
+  Grid cells_;
   double gamma_;
+  float black_;
   double misalign_;
   double flare_;
   double drift_;
   Sensor sensor_;
-  Image<float> leak_;  // the light of the projector's black level; empty: none
+  Image<float> leak_;  // the light of the projector's black level; empty: none, or the view changes
 };
 
 }  // namespace symrig::sim

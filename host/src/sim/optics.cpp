@@ -134,11 +134,13 @@ struct TilePosition {
   double at;      ///< scene coordinate
 };
 
-/// View k has the pixels [k n / views, (k + 1) n / views) of n.
-TilePosition tile_position(std::int64_t pixel, std::int64_t n, std::int64_t views, int scene) {
-  const std::int64_t k = ((pixel + 1) * views - 1) / n;
-  const std::int64_t begin = k * n / views;
-  const std::int64_t end = (k + 1) * n / views;
+/// View k has the cells [k n / views, (k + 1) n / views) of n. A cell has `fine` pixels.
+TilePosition tile_position(std::int64_t pixel, std::int64_t pixels, std::int64_t views, int scene,
+                           std::int64_t fine) {
+  const std::int64_t n = pixels / fine;
+  const std::int64_t k = ((pixel / fine + 1) * views - 1) / n;
+  const std::int64_t begin = k * n / views * fine;
+  const std::int64_t end = (k + 1) * n / views * fine;
   const double scale = scene / static_cast<double>(end - begin);
   return {static_cast<double>(k) - 0.5 * static_cast<double>(views - 1),
           (static_cast<double>(pixel - begin) + 0.5) * scale};
@@ -179,16 +181,16 @@ Optics mirror_patch(const Groove& groove) {
   return optics;
 }
 
-TiledViews tiled_views(Grid grid, ViewLayout views) {
+TiledViews tiled_views(Grid grid, ViewLayout views, int fine) {
   const Grid scene{(grid.rows + views.rows - 1) / views.rows, (grid.cols + views.cols - 1) / views.cols};
   const auto share = static_cast<float>(1 / std::sqrt(static_cast<double>(views.count())));
   const Groove groove(scene);
   const double mean = 0.25 * scene.cols;  // depth at which parallax is zero
   TiledViews tiled{scene, Optics(static_cast<std::size_t>(scene.size())), Image<float>(grid, 2)};
   for (int row = 0; row < grid.rows; ++row) {
-    const TilePosition v = tile_position(row, grid.rows, views.rows, scene.rows);
+    const TilePosition v = tile_position(row, grid.rows, views.rows, scene.rows, fine);
     for (int col = 0; col < grid.cols; ++col) {
-      const TilePosition u = tile_position(col, grid.cols, views.cols, scene.cols);
+      const TilePosition u = tile_position(col, grid.cols, views.cols, scene.cols, fine);
       const double x = seen_column(u.at, groove.crease, mean, kParallax * u.offset);
       const double y = v.at - kParallax * v.offset * (std::abs(x - groove.crease) - mean);
       if (y >= 0 && y <= scene.rows && x >= 0 && x <= scene.cols)

@@ -53,8 +53,9 @@ bool on_mirror(const Groove& groove, int row, int col);
 
 /// V × W coaxial views of one groove, tiled in one picture. View (i, j) has the offset (i − (V − 1)/2, j − (W
 /// − 1)/2). It sees a point at depth z shifted by offset · parallax · (z − mean depth), parallax = 0.12.
-/// Tiles differ by at most one pixel if the grid is not divisible. A pixel that looks past the groove sees
-/// nothing. Each view has 1/(V W) of the light, so row sums are the same as for one view.
+/// Tiles consist of whole cells of fine × fine pixels, and differ by at most one cell if the grid is not
+/// divisible. A pixel that looks past the groove sees nothing. Each view has 1/(V W) of the light, so row
+/// sums are the same as for one view.
 struct TiledViews {
   Grid scene;  ///< of the single groove behind the views
   Optics optics;
@@ -62,6 +63,6 @@ struct TiledViews {
   /// groove.
   Image<float> surface;
 };
-TiledViews tiled_views(Grid grid, ViewLayout views);
+TiledViews tiled_views(Grid grid, ViewLayout views, int fine = 1);
 
 }  // namespace symrig::sim

@@ -27,7 +27,79 @@ class ComposedScene final : public Scene {
   Channels channels_;
 };
 
+/// The cells of a scene that has fine × fine points in each.
+class CellScene final : public Scene {
+ public:
+  CellScene(Grid cells, int fine, double psf, std::shared_ptr<const Scene> points)
+      : cells_(cells), fine_(fine), psf_(static_cast<float>(psf)), points_(std::move(points)) {}
+
+  Grid grid() const override { return cells_; }
+  int channels() const override { return points_->channels(); }
+  void apply(std::span<const float> p, std::span<float> y, int channel) const override {
+    const Grid points = points_->grid();
+    std::vector<float> sharp(p.begin(), p.end());
+    if (psf_ > 0) blur_3tap(cells_, psf_, sharp);
+    std::vector<float> lit(static_cast<std::size_t>(points.size())), radiance(lit.size());
+    for (std::size_t i = 0; i < lit.size(); ++i) lit[i] = sharp[cell_of(i)];
+    points_->apply(lit, radiance, channel);
+    std::vector<double> sum(y.size());
+    for (std::size_t i = 0; i < lit.size(); ++i) sum[cell_of(i)] += static_cast<double>(radiance[i]);
+    for (std::size_t i = 0; i < y.size(); ++i) y[i] = static_cast<float>(sum[i] / (fine_ * fine_));
+    if (psf_ > 0) blur_3tap(cells_, psf_, y);
+  }
+
+ private:
+  std::size_t cell_of(std::size_t point) const {
+    const std::size_t cols = points_->grid().cols, fine = fine_;
+    return point / cols / fine * static_cast<std::size_t>(cells_.cols) + point % cols / fine;
+  }
+
+  Grid cells_;
+  int fine_;
+  float psf_;
+  std::shared_ptr<const Scene> points_;
+};
+
+/// The grid of a scene's points.
+Grid points_of(const SceneUri& uri) {
+  return {uri.size.rows * uri.fine, uri.size.cols * uri.fine};
+}
+
+Result<void> check_size(const SceneUri& uri) {
+  if (!uri.size.valid())
+    return Error{ErrorCode::bad_argument, fmt::format("size={} is empty or too large", to_string(uri.size)),
+                 "give at least 1x1"};
+  if (uri.own_camera() && uri.camera.size() > kLargestScene)
+    return Error{ErrorCode::limit,
+                 fmt::format("camera={} has more than {} pixels", to_string(uri.camera), kLargestScene),
+                 "give a smaller camera, such as 4096x4096"};
+  const std::int64_t per_cell = std::int64_t{uri.fine} * uri.fine;
+  if (uri.size.size() <= kLargestScene / per_cell) return {};
+  if (uri.fine == 1)
+    return Error{ErrorCode::limit,
+                 fmt::format("size={} has more than {} pixels", to_string(uri.size), kLargestScene),
+                 "give a smaller grid, such as 4096x4096"};
+  return Error{ErrorCode::limit,
+               fmt::format("size={} with fine={} has more than {} points", to_string(uri.size), uri.fine,
+                           kLargestScene),
+               "give a smaller grid, or fewer points a cell"};
+}
+
 }  // namespace
+
+Result<std::unique_ptr<Scene>> make_points(const SceneUri& uri) {
+  SYMRIG_CHECK(check_size(uri));
+  const SceneRow* row = find_scene(uri.name);
+  if (row == nullptr) return unknown_scene(uri.name);
+  SceneUri points = uri;
+  points.size = points_of(uri);
+  return std::unique_ptr<Scene>(std::make_unique<ComposedScene>(points.size, row->make(points)));
+}
+
+std::unique_ptr<Scene> cell_scene(const SceneUri& uri, std::shared_ptr<const Scene> points) {
+  return std::make_unique<CellScene>(uri.size, uri.fine, uri.psf, std::move(points));
+}
+
 }  // namespace symrig::sim
 
 namespace symrig {
@@ -45,19 +117,9 @@ ViewLayout views_of(const SceneUri& uri) {
 }
 
 Result<std::unique_ptr<Scene>> make_scene(const SceneUri& uri) {
-  if (!uri.size.valid())
-    return Error{ErrorCode::bad_argument, fmt::format("size={} is empty or too large", to_string(uri.size)),
-                 "give at least 1x1"};
-  if (uri.size.size() > sim::kLargestScene)
-    return Error{ErrorCode::limit,
-                 fmt::format("size={} has more than {} pixels", to_string(uri.size), sim::kLargestScene),
-                 "give a smaller grid, such as 4096x4096"};
-  const sim::SceneRow* row = sim::find_scene(uri.name);
-  if (row == nullptr) return sim::unknown_scene(uri.name);
-  sim::Channels channels = row->make(uri);
-  if (uri.psf > 0)
-    for (auto& channel : channels) channel = sim::blurred(uri.size, uri.psf, std::move(channel));
-  return std::unique_ptr<Scene>(std::make_unique<sim::ComposedScene>(uri.size, std::move(channels)));
+  if (uri.fine == 1 && uri.psf == 0) return sim::make_points(uri);
+  SYMRIG_TRY(auto points, sim::make_points(uri));
+  return sim::cell_scene(uri, std::move(points));
 }
 
 }  // namespace symrig

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -111,6 +113,72 @@ KeyRow size_key(std::string_view name, std::string_view meaning, Grid SceneUri::
           [=](const SceneUri& uri) { return symrig::to_string(uri.*member); }};
 }
 
+/// A size, or a word for the empty grid.
+KeyRow size_or_word_key(std::string_view word, KeyRow key, Grid SceneUri::*member) {
+  const std::string values = fmt::format("{}, or {}", word, key.values);
+  return {key.name, key.meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            if (text != word) return key.read(text, uri) ? Result<void>() : bad_value(key.name, text, values);
+            uri.*member = {0, 0};
+            return {};
+          },
+          [=](const SceneUri& uri) { return (uri.*member).rows == 0 ? std::string(word) : key.print(uri); }};
+}
+
+/// "FIRST,SECOND". parts: the two numbers of the member.
+template <class Value>
+KeyRow pair_key(std::string_view name, std::string_view meaning, Value SceneUri::*member,
+                std::pair<double Value::*, double Value::*> parts, std::string_view letters, double lowest,
+                double highest) {
+  const std::string values = fmt::format("{}, two numbers from {} to {}", letters, lowest, highest);
+  return {
+      name, meaning, values,
+      [=](std::string_view text, SceneUri& uri) -> Result<void> {
+        const std::size_t comma = text.find(',');
+        const std::string_view after = comma == std::string_view::npos ? "" : text.substr(comma + 1);
+        const auto first = parse_number<double>(text.substr(0, comma)), second = parse_number<double>(after);
+        const auto legal = [=](const std::optional<double>& v) { return v && *v >= lowest && *v <= highest; };
+        if (!legal(first) || !legal(second)) return bad_value(name, text, values);
+        (uri.*member).*parts.first = *first;
+        (uri.*member).*parts.second = *second;
+        return {};
+      },
+      [=](const SceneUri& uri) {
+        return fmt::format("{},{}", (uri.*member).*parts.first, (uri.*member).*parts.second);
+      }};
+}
+
+/// "SHARE@ROW,COLUMN", or 0 for none.
+KeyRow ghost_key(std::string_view name, std::string_view meaning) {
+  const std::string values =
+      "SHARE@ROW,COLUMN, a share from 0 to 0.5 and two numbers from -1000 to 1000; 0: none";
+  return {name, meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            const std::size_t at = text.find('@');
+            const auto share = parse_number<double>(text.substr(0, at));
+            if (!share || !(*share >= 0 && *share <= 0.5)) return bad_value(name, text, values);
+            Ghost ghost{*share, {}};
+            if (at != std::string_view::npos) {
+              const std::string_view place = text.substr(at + 1);
+              const std::size_t comma = place.find(',');
+              const std::string_view after = comma == std::string_view::npos ? "" : place.substr(comma + 1);
+              const auto row = parse_number<double>(place.substr(0, comma)),
+                         col = parse_number<double>(after);
+              if (!row || !col || !(std::max(std::abs(*row), std::abs(*col)) <= 1000))
+                return bad_value(name, text, values);
+              ghost.at = {*row, *col};
+            } else if (*share != 0) {
+              return bad_value(name, text, values);
+            }
+            uri.ghost = ghost;
+            return {};
+          },
+          [](const SceneUri& uri) {
+            const Ghost& g = uri.ghost;
+            return g.share == 0 ? std::string("0") : fmt::format("{}@{},{}", g.share, g.at.row, g.at.col);
+          }};
+}
+
 constexpr int kHighestSeed = 2'147'483'647;
 
 }  // namespace
@@ -137,6 +205,25 @@ std::span<const KeyRow> key_table() {
       number_key("drift", "change of the lamp over 1,000 photographs", &S::drift, -0.5, 0.5),
       number_key("gamma", "if not 1: 256 levels, light is (level / 255)^gamma", &S::gamma, 0.25, 4.0),
       number_key("light", "transmission of a grey filter before the camera", &S::light, 1e-3, 1.0),
+      number_key("fine", "points of the scene along the side of a cell", &S::fine, 1, 16),
+      size_or_word_key("cells",
+                       size_key("camera", "pixels of the camera; cells: it shares the cells", &S::camera),
+                       &S::camera),
+      number_key("turn", "turn of the camera in degrees", &S::turn, -180.0, 180.0),
+      number_key("zoom", "size of the cells' picture in the camera's; 1: it just fits", &S::zoom, 0.05, 20.0),
+      pair_key("shift", "shift of the camera in cells", &S::shift, {&Offset::row, &Offset::col}, "ROW,COLUMN",
+               -1000.0, 1000.0),
+      number_key("distortion", "radial distortion at the corner of the cells, as a share", &S::distortion,
+                 -0.2, 0.2),
+      number_key("parallax", "shift in cells between the nearest and the farthest point", &S::parallax, -8.0,
+                 8.0),
+      pair_key("vignetting", "light lost at the corner, as shares", &S::vignetting,
+               {&BothOptics::camera, &BothOptics::projector}, "CAMERA,PROJECTOR", 0.0, 0.9),
+      pair_key("defocus", "blur of the optics in cells, rms", &S::defocus,
+               {&BothOptics::camera, &BothOptics::projector}, "CAMERA,PROJECTOR", 0.0, 8.0),
+      number_key("colour", "lateral colour in cells: red against blue at the corner", &S::colour, -2.0, 2.0),
+      ghost_key("ghost", "second image of the camera: share of light, and how far away in cells"),
+      number_key("moves", "shift of the camera in cells over 1,000 photographs", &S::moves, -100.0, 100.0),
   };
   return all;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/scene_keys.hpp"
 #include "sim/scenes.hpp"
+#include "sim/view.hpp"
 #include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
@@ -60,6 +61,10 @@ Result<SceneUri> parse_scene_uri(std::string_view uri) {
   parsed.name = name;
   if (question != std::string_view::npos) SYMRIG_CHECK(read_items(uri.substr(question + 1), parsed));
   if (!parsed.camera_noise) parsed.black = 0;
+  if (parsed.psf > 0 && sim::is_bench(parsed))
+    return Error{ErrorCode::bad_argument,
+                 "the scene key psf blurs whole cells, so the camera must share the cells",
+                 "give defocus=CAMERA,PROJECTOR instead of psf"};
   return parsed;
 }
 

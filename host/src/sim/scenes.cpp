@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -89,7 +90,7 @@ Channels mirror_channels(const SceneUri& uri) {
 }
 
 Channels views_channels(const SceneUri& uri) {
-  TiledViews tiled = tiled_views(uri.size, views_of(uri));
+  TiledViews tiled = tiled_views(uri.size, views_of(uri), uri.fine);
   const std::shared_ptr<const Exchange> exchange = open_exchange(Groove(tiled.scene));
   const auto optics = std::make_shared<const Optics>(std::move(tiled.optics));
   Channels channels;
@@ -107,16 +108,46 @@ Channels gummy_channels(const SceneUri& uri) {
   return channels;
 }
 
+double flat(Grid /*cells*/, Point /*at*/) {
+  return 0;
+}
+
+/// Of a groove whose crease is nearest: the distance from the crease.
+double groove_depth(Grid cells, Point at) {
+  const double crease = 0.47 * cells.cols;
+  return std::abs(at.col - crease) / (cells.cols - crease) - 0.5;
+}
+
+/// A dome.
+double dome_depth(Grid cells, Point at) {
+  const double y = 2 * at.row / cells.rows - 1, x = 2 * at.col / cells.cols - 1;
+  return 0.5 * (y * y + x * x) - 0.5;
+}
+
+/// Of a groove in each of `views` × `views` tiles.
+template <int views>
+double tiled_depth(Grid cells, Point at) {
+  const double width = static_cast<double>(cells.cols) / views;
+  const double col = at.col - width * std::clamp(std::floor(at.col / width), 0.0, views - 1.0);
+  return std::abs(col / width - 0.47) / 0.53 - 0.5;
+}
+
 constexpr std::array kScenes{
-    SceneRow{"plane", "one textured plane: direct light only", plane_channels},
-    SceneRow{"vgroove-white", "two white planes that form a V-groove", groove_channels<White::both>},
-    SceneRow{"vgroove-mixed", "a V-groove of a white plane and a textured one", groove_channels<White::left>},
-    SceneRow{"vgroove-textured", "a V-groove of two textured planes", groove_channels<White::neither>},
-    SceneRow{"gummy", "three translucent blobs on a dim ground", gummy_channels},
-    SceneRow{"occluder", "a textured V-groove with two fins that block light", occluder_channels},
-    SceneRow{"mirror", "a textured V-groove with a curved mirror: caustics", mirror_channels},
-    SceneRow{"views2", "a textured V-groove, seen from 2x2 coaxial views", views_channels, {2, 2}},
-    SceneRow{"views3", "a textured V-groove, seen from 3x3 coaxial views", views_channels, {3, 3}},
+    SceneRow{"plane", "one textured plane: direct light only", plane_channels, flat},
+    SceneRow{"vgroove-white", "two white planes that form a V-groove", groove_channels<White::both>,
+             groove_depth},
+    SceneRow{"vgroove-mixed", "a V-groove of a white plane and a textured one", groove_channels<White::left>,
+             groove_depth},
+    SceneRow{"vgroove-textured", "a V-groove of two textured planes", groove_channels<White::neither>,
+             groove_depth},
+    SceneRow{"gummy", "three translucent blobs on a dim ground", gummy_channels, dome_depth},
+    SceneRow{"occluder", "a textured V-groove with two fins that block light", occluder_channels,
+             groove_depth},
+    SceneRow{"mirror", "a textured V-groove with a curved mirror: caustics", mirror_channels, groove_depth},
+    SceneRow{
+        "views2", "a textured V-groove, seen from 2x2 coaxial views", views_channels, tiled_depth<2>, {2, 2}},
+    SceneRow{
+        "views3", "a textured V-groove, seen from 3x3 coaxial views", views_channels, tiled_depth<3>, {3, 3}},
 };
 
 constexpr auto kInfos = [] {

@@ -2,6 +2,7 @@
 // The table of scenes: its rows, and how to find one.
 #pragma once
 
+#include "sim/bench_map.hpp"
 #include "sim/transport.hpp"
 #include "symrig/sim/scene.hpp"
 
@@ -19,7 +20,9 @@ using Channels = std::vector<std::unique_ptr<Transport>>;
 struct SceneRow {
   std::string_view name;
   std::string_view about;  ///< one line
+  /// uri.size: the grid of the scene's points, uri.fine of them along the side of a cell.
   Channels (*make)(const SceneUri& uri);
+  Depth depth;
   ViewLayout views = {};  ///< coaxial views that tile its grid
 };
 
@@ -31,6 +34,14 @@ const SceneRow* find_scene(std::string_view name);
 
 /// The error unknown_name. It names the nearest scene, and all scenes.
 Error unknown_scene(std::string_view name);
+
+/// The scene with its fine points as the grid: uri.size × uri.fine. make_scene() averages them over the
+/// cells. fails: as make_scene.
+Result<std::unique_ptr<Scene>> make_points(const SceneUri& uri);
+
+/// T of the cells, from the scene's points: y = Uᵀ S U p / fine². U: the light of a cell falls on all of its
+/// points.
+std::unique_ptr<Scene> cell_scene(const SceneUri& uri, std::shared_ptr<const Scene> points);
 
 inline constexpr std::int64_t kLargestScene = std::int64_t{1} << 24;  // pixels: 16 Mi, 64 MiB per picture
 

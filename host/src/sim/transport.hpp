@@ -36,7 +36,4 @@ class Diagonal final : public Transport {
 /// lost, which keeps B symmetric.
 void blur_3tap(Grid grid, float a, std::span<float> image);
 
-/// B T Bᵀ: projector and camera have equal lens blur.
-std::unique_ptr<Transport> blurred(Grid grid, double a, std::unique_ptr<Transport> transport);
-
 }  // namespace symrig::sim

@@ -25,11 +25,10 @@ namespace {
 /// Makes the frames of the simulated camera: which patterns lit each exposure, and the resulting codes.
 class FrameMaker {
  public:
-  FrameMaker(const SceneUri& uri, const Scene& scene, const SimulatedProjector& projector,
-             double tick_seconds)
+  FrameMaker(const SceneUri& uri, const View& view, const SimulatedProjector& projector, double tick_seconds)
       : noisy_(uri.camera_noise),
         planned_(uri.exposures == 0),
-        formation_(uri, scene),
+        formation_(uri, view),
         projector_(projector),
         tick_seconds_(tick_seconds) {}
 
@@ -167,9 +166,10 @@ class SimulatedRig final : public VirtualRig {
   SimulatedRig(const SimulatedRig&) = delete;
   SimulatedRig& operator=(const SimulatedRig&) = delete;
 
-  Grid grid() const override { return scene_->grid(); }
+  Grid grid() const override { return bench_.truth->grid(); }
+  Grid camera_grid() const override { return bench_.view->camera(); }
   ViewLayout views() const override { return views_of(uri_); }
-  int channels() const override { return scene_->channels(); }
+  int channels() const override { return bench_.truth->channels(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return rig_->measure(patterns);
   }
@@ -186,19 +186,23 @@ class SimulatedRig final : public VirtualRig {
   }
   Result<void> continue_after(const ProbeCost& spent) override;
   std::string describe() const override { return rig_->describe(); }
-  const Scene& truth() const override { return *scene_; }
+  const Scene& truth() const override { return *bench_.truth; }
   const SceneUri& uri() const override { return uri_; }
+  std::vector<CornerMap> exact_corners() const override { return bench_.view->corners(); }
+  Image<float> ideal_photograph(const Image<float>& pattern) const override {
+    return bench_.view->see(pattern, 0);
+  }
   const Rig& rig() const override { return *rig_; }
 
  private:
-  SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRigHooks hooks);
+  SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks);
   Result<void> start();
   std::unique_ptr<SimulatedCamera> make_camera();
   RigOptions rig_options() const;
   RigDevices devices();
 
   SceneUri uri_;
-  std::unique_ptr<Scene> scene_;
+  Bench bench_;
   VirtualRigHooks hooks_;
   std::unique_ptr<board_sim::SimBoard> board_;
   board_sim::SimProjector raster_;
@@ -209,9 +213,9 @@ class SimulatedRig final : public VirtualRig {
   std::unique_ptr<Rig> rig_;
 };
 
-SimulatedRig::SimulatedRig(SceneUri uri, std::unique_ptr<Scene> scene, VirtualRigHooks hooks)
+SimulatedRig::SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks)
     : uri_(std::move(uri)),
-      scene_(std::move(scene)),
+      bench_(std::move(bench)),
       hooks_(std::move(hooks)),
       board_(std::make_unique<board_sim::SimBoard>()),
       raster_(*board_),
@@ -235,11 +239,11 @@ RigOptions SimulatedRig::rig_options() const {
 
 std::unique_ptr<SimulatedCamera> SimulatedRig::make_camera() {
   const std::uint64_t key = combine(0xdead, static_cast<std::uint64_t>(uri_.seed));
-  SimulatedCameraSpec spec{scene_->grid(),
-                           scene_->channels(),
+  SimulatedCameraSpec spec{bench_.view->camera(),
+                           bench_.view->channels(),
                            CameraTiming{},
                            frame_maker_->noise(),
-                           dead_pixels(scene_->grid(), uri_.dead, key),
+                           dead_pixels(bench_.view->camera(), uri_.dead, key),
                            board_->config().tick_hz};
   return std::make_unique<SimulatedCamera>(
       std::move(spec), shutter_,
@@ -264,10 +268,10 @@ RigDevices SimulatedRig::devices() {
 
 Result<void> SimulatedRig::start() {
   const RigOptions options = rig_options();
-  projector_ = std::make_unique<SimulatedProjector>(scene_->grid(), raster_, options.setup.projector.refresh);
+  projector_ = std::make_unique<SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
   if (hooks_.pacing == Pacing::host) projector_->pace_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
-  frame_maker_ = std::make_unique<FrameMaker>(uri_, *scene_, *projector_, tick_seconds);
+  frame_maker_ = std::make_unique<FrameMaker>(uri_, *bench_.view, *projector_, tick_seconds);
   camera_ = make_camera();
   SYMRIG_TRY(rig_, Rig::open(devices(), options));
   return {};
@@ -290,8 +294,8 @@ Result<void> SimulatedRig::continue_after(const ProbeCost& spent) {
 
 Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text, VirtualRigHooks hooks) {
   SYMRIG_TRY(SceneUri uri, parse_scene_uri(text));
-  SYMRIG_TRY(auto scene, make_scene(uri));
-  std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(scene), std::move(hooks)));
+  SYMRIG_TRY(auto bench, make_bench(uri));
+  std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(bench), std::move(hooks)));
   SYMRIG_CHECK(rig->start());
   return std::unique_ptr<VirtualRig>(std::move(rig));
 }

@@ -50,14 +50,14 @@ class Auditor {
     number_sessions();
   }
 
-  std::size_t pixels() const { return formation_.scene().grid().size(); }
+  std::size_t pixels() const { return formation_.camera().size(); }
 
   /// The last dark brackets at the begin of a session.
   Result<std::vector<Radiance>> dark_photographs(int session) const {
     std::vector<Radiance> photographs;
     const auto found = dark_.find(session);
     if (found == dark_.end()) return photographs;
-    const auto light = formation_.light_of(Image<float>(formation_.scene().grid(), 1), 0);
+    const auto light = formation_.light_of(Image<float>(formation_.cells(), 1), 0);
     const std::vector<std::size_t>& begins = found->second;
     for (std::size_t k = begins.size() - std::min(begins.size(), kMostDark); k < begins.size(); ++k) {
       SYMRIG_TRY(Bracket bracket, expose(begins[k], *light));
@@ -85,12 +85,12 @@ class Auditor {
     for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
     MergeOptions merging;
     merging.scale = formation_.scale();
-    return merge(frames, formation_.scene().grid(), 1, formation_.noise(), merging);
+    return merge(frames, formation_.camera(), 1, formation_.noise(), merging);
   }
 
  private:
   void number_sessions() {
-    const std::uint64_t dark = picture_key(Image<float>(formation_.scene().grid(), 1));
+    const std::uint64_t dark = picture_key(Image<float>(formation_.cells(), 1));
     std::size_t row = 0;
     int sessions = 0;
     for (std::size_t i = 0; i < truth_.size(); ++i) {

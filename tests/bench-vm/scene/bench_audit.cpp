@@ -45,8 +45,8 @@ void print(const Audit& audit) {
 
 Result<bool> run(const Options& options) {
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
-  SYMRIG_TRY(const auto scene, make_scene(uri));
-  const sim::ImageFormation formation(uri, *scene);
+  SYMRIG_TRY(const auto bench, sim::make_bench(uri));
+  const sim::ImageFormation formation(uri, *bench.view);
   SYMRIG_TRY(const auto truth, read_true_exposures(options.truth));
   SYMRIG_TRY(const auto log, open_any_log(options.log));
   SYMRIG_TRY(const Audit audited, audit(*log, truth, formation, options.audit));

@@ -158,8 +158,8 @@ Result<void> close_loop(const Options& options) {
     return Error{ErrorCode::bad_argument, "the test camera is grey and has noise",
                  "remove the keys channels and noise"};
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
-  SYMRIG_TRY(const auto scene, make_scene(uri));
-  const sim::ImageFormation formation(uri, *scene);
+  SYMRIG_TRY(const auto bench, sim::make_bench(uri));
+  const sim::ImageFormation formation(uri, *bench.view);
   SYMRIG_TRY(const Grid camera, camera_size(options.camera, uri.size));
   const CameraPicture picture{camera, uri.size, options.camera_top, options.camera_left,
                               static_cast<std::uint16_t>(formation.noise().pedestal())};

@@ -52,6 +52,28 @@ TEST(SceneUri, reads_every_key) {
   EXPECT_EQ(uri->light, 0.25);
 }
 
+TEST(SceneUri, reads_the_keys_of_a_bench) {
+  const std::string text =
+      "sim:plane?size=8x9&fine=4&camera=64x72&turn=-1.5&zoom=0.93&shift=7.3,-4&distortion=0.02&parallax=0.3&"
+      "vignetting=0.2,0.35&defocus=0.15,0.3&colour=0.1&ghost=0.01@2.5,-3&moves=1";
+  const auto uri = parse_scene_uri(text);
+  ASSERT_TRUE(uri.ok()) << uri.error().line();
+  EXPECT_EQ(uri->fine, 4);
+  EXPECT_TRUE(uri->own_camera());
+  EXPECT_EQ(uri->camera, (Grid{64, 72}));
+  EXPECT_EQ(uri->turn, -1.5);
+  EXPECT_EQ(uri->zoom, 0.93);
+  EXPECT_EQ(uri->shift, (Offset{7.3, -4}));
+  EXPECT_EQ(uri->distortion, 0.02);
+  EXPECT_EQ(uri->parallax, 0.3);
+  EXPECT_EQ(uri->vignetting, (BothOptics{0.2, 0.35}));
+  EXPECT_EQ(uri->defocus, (BothOptics{0.15, 0.3}));
+  EXPECT_EQ(uri->colour, 0.1);
+  EXPECT_EQ(uri->ghost, (Ghost{0.01, {2.5, -3}}));
+  EXPECT_EQ(uri->moves, 1);
+  EXPECT_EQ(uri->to_string(), text);
+}
+
 TEST(SceneUri, exposures_may_be_planned) {
   const auto uri = parse_scene_uri("sim:plane?exposures=auto");
   ASSERT_TRUE(uri.ok()) << uri.error().line();
@@ -119,7 +141,15 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"sim:plane?exposures=0", kBad, "exposures"}, Refused{"sim:plane?ratio=1", kBad, "ratio"},
         Refused{"sim:plane?ratio=8x", kBad, "'8x'"}, Refused{"sim:plane?drift=inf", kBad, "drift"},
         Refused{"sim:plane?light=0", kBad, "light"}, Refused{"sim:plane?light=2", kBad, "light"},
-        Refused{"sim:plane?misalign=1e9", kBad, "misalign"}));
+        Refused{"sim:plane?misalign=1e9", kBad, "misalign"}, Refused{"sim:plane?fine=0", kBad, "fine"},
+        Refused{"sim:plane?camera=cell", kBad, "cells, or ROWSxCOLUMNS"},
+        Refused{"sim:plane?shift=1", kBad, "ROW,COLUMN"}, Refused{"sim:plane?shift=1,2,3", kBad, "'1,2,3'"},
+        Refused{"sim:plane?shift=,", kBad, "','"},
+        Refused{"sim:plane?vignetting=0.2,1", kBad, "CAMERA,PROJECTOR"},
+        Refused{"sim:plane?defocus=nan,0", kBad, "defocus"}, Refused{"sim:plane?ghost=0.1", kBad, "SHARE@"},
+        Refused{"sim:plane?ghost=0.1@1", kBad, "ghost"}, Refused{"sim:plane?ghost=0.6@1,1", kBad, "0.5"},
+        Refused{"sim:plane?ghost=0.1@1,1e9", kBad, "1000"},
+        Refused{"sim:plane?psf=0.1&zoom=2", kBad, "defocus"}));
 
 TEST(SceneTable, each_row_is_a_scene_with_its_text) {
   ASSERT_EQ(scenes().size(), scene_names().size());

@@ -13,6 +13,25 @@
 
 namespace symrig {
 
+/// A displacement on the projector [cells].
+struct Offset {
+  double row = 0, col = 0;
+  bool operator==(const Offset&) const = default;
+};
+
+/// A property of both optics.
+struct BothOptics {
+  double camera = 0, projector = 0;
+  bool operator==(const BothOptics&) const = default;
+};
+
+/// A second, weaker image.
+struct Ghost {
+  double share = 0;  ///< of the light
+  Offset at;         ///< the second image shows the point this far away
+  bool operator==(const Ghost&) const = default;
+};
+
 /// A parsed `sim:<name>[?key=value&...]`. docs/command-line.md lists names, keys and defaults.
 struct SceneUri {
   std::string name = "plane";
@@ -31,6 +50,23 @@ struct SceneUri {
   double drift = 0;
   double gamma = 1;  ///< if not 1: the projector has 256 levels, and light = (level / 255)^gamma
   double light = 1;  ///< transmission of a grey filter before the camera; exposures are 1 / light longer
+
+  // A bench whose camera has pixels of its own. docs/command-line.md defines each key.
+  int fine = 1;           ///< the scene has fine × fine points in each cell
+  Grid camera{0, 0};      ///< empty: the camera shares the projector's cells
+  double turn = 0;        ///< of the camera about the axis [degrees]
+  double zoom = 1;        ///< size of the projector's picture in the camera's; 1: it just fits
+  Offset shift;           ///< of what the camera looks at [cells]
+  double distortion = 0;  ///< radial, share of the distance at the projector's corner
+  double parallax = 0;    ///< shift between the nearest and the farthest point of the scene [cells]
+  BothOptics vignetting;  ///< light lost at the corner, share
+  BothOptics defocus;     ///< rms of a Gaussian [cells]
+  double colour = 0;      ///< lateral colour: red against blue at the projector's corner [cells]
+  Ghost ghost;            ///< in the camera
+  double moves = 0;       ///< the camera's shift over 1,000 photographs, along both axes [cells]
+
+  /// True if the camera has a pixel grid of its own.
+  bool own_camera() const { return camera.rows > 0; }
 
   std::string to_string()
       const;  ///< canonical: "sim:name?size=…&…", only keys that differ from their default (size always)

@@ -2,12 +2,14 @@
 #pragma once
 
 #include "symrig/acquisition/probe.hpp"
+#include "symrig/image/outline.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/scene.hpp"
 
 #include <functional>
 #include <memory>
 #include <string_view>
+#include <vector>
 
 namespace symrig::board_sim {
 class SimBoard;
@@ -23,6 +25,13 @@ class VirtualRig : public Probe {
   /// The scene, to compute errors (`symrig evaluate`).
   virtual const Scene& truth() const = 0;
   virtual const SceneUri& uri() const = 0;
+  /// Where the corners of the camera's pixels look, exactly, when the rig starts: one map for each channel if
+  /// they differ. Empty: the camera shares the projector's cells. For tests: a rig on a bench has no such
+  /// thing.
+  virtual std::vector<CornerMap> exact_corners() const = 0;
+  /// What the camera sees of a pattern without noise, black level and faults, on its own grid, before it
+  /// moves.
+  virtual Image<float> ideal_photograph(const Image<float>& pattern) const = 0;
   /// The rig inside, for its trouble().
   virtual const Rig& rig() const = 0;
 };

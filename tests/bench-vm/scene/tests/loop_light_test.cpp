@@ -35,8 +35,8 @@ TEST(LoopLight, makes_the_frames_of_the_virtual_rig) {
 // An exposure during a change of the picture sees both pictures, each for its time.
 TEST(LoopLight, mixes_light_by_time) {
   const auto uri = *parse_scene_uri("sim:vgroove-textured?size=20x24&black=0");
-  const auto scene = *make_scene(uri);
-  const sim::ImageFormation formation(uri, *scene);
+  const auto bench = *sim::make_bench(uri);
+  const sim::ImageFormation formation(uri, *bench.view);
   const Pattern a = random_pattern(uri.size, 1), b = random_pattern(uri.size, 2);
   Pattern mixed(uri.size);
   for (std::size_t i = 0; i < mixed.values().size(); ++i)

@@ -25,7 +25,7 @@ inline constexpr std::int64_t kTickNs = 8;  // board_sim::SimBoard runs at 125 M
 class LoopedRig {
  public:
   explicit LoopedRig(const std::string& text)
-      : uri_(*parse_scene_uri(text)), scene_(*make_scene(uri_)), formation_(uri_, *scene_) {
+      : uri_(*parse_scene_uri(text)), bench_(*sim::make_bench(uri_)), formation_(uri_, *bench_.view) {
     board_.attach(raster_);
     board_.attach(shutter_);
   }
@@ -86,7 +86,7 @@ class LoopedRig {
   }
 
   SceneUri uri_;
-  std::unique_ptr<Scene> scene_;
+  sim::Bench bench_;
   sim::ImageFormation formation_;
   board_sim::SimBoard board_;
   board_sim::SimProjector raster_{board_};

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/image/outline.hpp"
+#include "symrig/sim/scene.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace symrig::sim {
+
+/// What the camera sees of the light that the projector sends, without noise. Linear in the light.
+/// Thread-safe.
+class View {
+ public:
+  View() = default;
+  View(const View&) = delete;
+  View& operator=(const View&) = delete;
+  virtual ~View() = default;
+
+  /// The camera's grid.
+  virtual Grid camera() const = 0;
+  virtual int channels() const = 0;
+  /// light: on the projector's cells, one channel. shown_before: number of patterns shown before, for a rig
+  /// that moves. Result: radiance on the camera's grid.
+  virtual Image<float> see(const Image<float>& light, std::uint64_t shown_before) const = 0;
+  /// Where the corners of the camera's pixels look at the start; as VirtualRig::exact_corners().
+  virtual std::vector<CornerMap> corners() const { return {}; }
+  /// True if the view changes while patterns are shown.
+  virtual bool moves() const { return false; }
+};
+
+/// True if the scene's keys describe another bench than a coaxial one with shared cells.
+bool is_bench(const SceneUri& uri);
+
+/// A simulated bench.
+struct Bench {
+  std::shared_ptr<const Scene> truth;  ///< make_scene(): T of the ideal coaxial rig
+  std::unique_ptr<const View> view;
+};
+/// fails: as make_scene.
+Result<Bench> make_bench(const SceneUri& uri);
+
+/// A bench with the optics that the scene's keys describe. points: the scene's fine points.
+///
+///   see = C A G_c S G_p P U light
+///
+/// U: the light of a cell falls on all of its points. P, C: vignetting. G_p, G_c: defocus of projector and
+/// camera. S: the scene. A: each camera pixel averages the points inside its outline (bench_map.hpp), and
+/// those inside the outline of its ghost. Points outside the picture are dark.
+std::unique_ptr<const View> bench_view(const SceneUri& uri, std::shared_ptr<const Scene> points);
+
+}  // namespace symrig::sim
