@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/image/outline.hpp"
+#include "symrig/image/radiance.hpp"
+
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace symrig {
+
+/// How camera pixels become the cells of the projector.
+enum class Weighting : std::uint8_t {
+  /// A cell is the mean over its area: z = Σ A y / Σ A, with A the area of each camera pixel inside the cell.
+  /// Pixels
+  /// on a border count for both cells, so direct light spreads by about a sixth of a pixel's width.
+  area,
+  /// Only pixels that lie wholly inside a cell, at least `margin` from its border, count. So no direct light
+  /// spreads,
+  /// if the projector is sharp. The flood-lit photograph W says what the border shows: the ratio y / W is a
+  /// plane over
+  /// the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. A cell without such pixels is weighted by
+  /// area.
+  cores,
+};
+
+std::string_view to_string(Weighting weighting);
+
+struct WeightOptions {
+  Weighting weighting = Weighting::cores;
+  /// [cells] Of a core from the border of its cell: three times the rms error of the corner map.
+  double margin = 0.02;
+  /// A cell of which the camera sees a smaller share is not valid.
+  double least_cover = 0.5;
+};
+
+/// A sparse matrix from the camera's pixels to the projector's cells. Immutable; thread-safe.
+class CellWeights {
+ public:
+  /// cells: the projector's cells. corners: where the camera's pixels lie on them, one map for each channel
+  /// or one for all. flood: photograph of the flood-lit scene on the camera's grid, without noise worth
+  /// mentioning; its channels are those of the photographs. cost: 1 (cores) to 2 (area) weights for each
+  /// camera pixel. fails: size_mismatch; bad_value (a corner is not finite).
+  static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
+                                  const WeightOptions& options = {});
+
+  Grid cells() const { return cells_; }
+  Grid camera() const { return camera_; }
+  int channels() const { return channels_; }
+
+  /// The photograph on the cells. Invalid pixels are left out. A cell without a valid pixel is not valid. The
+  /// variance is that of independent pixels. With area weights, neighbouring cells share pixels and their
+  /// noise. fails: size_mismatch.
+  Result<Radiance> gather(const Radiance& photograph) const;
+
+  /// Cells that the camera sees.
+  std::int64_t valid_cells() const;
+  /// Valid cells without a core, which are weighted by area.
+  std::int64_t cells_without_core() const { return without_core_; }
+  /// The variance of a cell divided by that of a camera pixel of the same radiance, mean over the valid
+  /// cells.
+  double noise_share() const { return noise_share_; }
+
+ private:
+  /// The camera pixels of all cells: those of cell i are [first[i], first[i + 1]).
+  struct Rows {
+    std::vector<std::uint32_t> first, pixel;
+  };
+  /// One channel: cell = scale · Σ weight y / Σ weight reference.
+  struct Channel {
+    std::size_t rows = 0;          ///< index of its pixels
+    std::vector<float> weight;     ///< of each pixel
+    std::vector<float> reference;  ///< of each pixel: W, or 1
+    std::vector<float> scale;      ///< of each cell; 0: the camera does not see it
+
+    double noise_share(std::size_t begin, std::size_t end) const;
+  };
+
+  CellWeights() = default;
+
+  Grid cells_, camera_;
+  int channels_ = 0;
+  std::vector<Rows> rows_;
+  std::vector<Channel> channel_;
+  std::int64_t without_core_ = 0;
+  double noise_share_ = 1;
+
+  friend class CellWeightsBuilder;
+};
+
+}  // namespace symrig

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/calibration/cell_weights.hpp"
+
+namespace symrig {
+
+/// A rig whose camera has pixels of its own, as a probe whose photographs are on the projector's cells.
+class RegisteredProbe final : public Probe {
+ public:
+  /// rig must outlive this. weights: from the rig's camera grid to its grid.
+  RegisteredProbe(Probe& rig, CellWeights weights) : rig_(rig), weights_(std::move(weights)) {}
+
+  Grid grid() const override { return weights_.cells(); }
+  ViewLayout views() const override { return rig_.views(); }
+  int channels() const override { return rig_.channels(); }
+  /// fails: also size_mismatch (the registration is of another camera).
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  bool plans_exposures(std::size_t photographs) const override { return rig_.plans_exposures(photographs); }
+  /// expected: of the cells. A camera pixel may be noisier than its cell.
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override;
+  std::size_t together() const override { return rig_.together(); }
+  ProbeCost cost() const override;
+  Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
+  std::string describe() const override { return rig_.describe(); }
+
+  const CellWeights& weights() const { return weights_; }
+
+ private:
+  Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
+
+  Probe& rig_;
+  CellWeights weights_;
+  double gather_seconds_ = 0;
+};
+
+}  // namespace symrig

@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/cell_weights.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig {
+
+/// Builds the weights of one corner map, then of the channels that use it.
+class CellWeightsBuilder {
+ public:
+  CellWeightsBuilder(Grid cells, const WeightOptions& options) : cells_(cells), options_(options) {}
+
+  /// A camera pixel and a cell that it overlaps.
+  struct Part {
+    std::uint32_t cell, pixel;
+    float area;
+    bool core;
+    float row, col;  ///< the middle of the pixel, from the middle of the cell
+  };
+  /// All overlaps, ordered by cell, then by pixel.
+  std::vector<Part> overlaps(const CornerMap& corners) const;
+  /// The weights of the cells, and which cells have a core.
+  CellWeights::Rows rows(const std::vector<Part>& parts, std::vector<std::uint8_t>& has_core) const;
+  CellWeights::Channel channel(const std::vector<Part>& parts, const CellWeights::Rows& rows,
+                               std::size_t index, const std::vector<std::uint8_t>& has_core,
+                               const Radiance& flood, int number) const;
+
+ private:
+  std::size_t cells() const { return static_cast<std::size_t>(cells_.size()); }
+  bool is_core(const Outline& outline, int row, int col) const;
+  static float add_core(std::span<const Part> parts, std::span<const float> light,
+                        std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out);
+  static float add_nothing(std::span<const Part> parts, CellWeights::Channel& out);
+
+  Grid cells_;
+  WeightOptions options_;
+};
+
+bool CellWeightsBuilder::is_core(const Outline& outline, int row, int col) const {
+  const double m = options_.margin;
+  return std::ranges::all_of(outline, [&](const Point& p) {
+    return p.row >= row + m && p.row <= row + 1 - m && p.col >= col + m && p.col <= col + 1 - m;
+  });
+}
+
+std::vector<CellWeightsBuilder::Part> CellWeightsBuilder::overlaps(const CornerMap& corners) const {
+  const Grid camera{corners.grid().rows - 1, corners.grid().cols - 1};
+  std::vector<std::vector<Part>> of_row(static_cast<std::size_t>(camera.rows));
+  tbb::parallel_for(0, camera.rows, [&](int row) {
+    std::vector<Overlap> scratch;
+    for (int col = 0; col < camera.cols; ++col) {
+      const Outline outline = outline_of(corners, row, col);
+      cut_outline(outline, cells_, scratch);
+      const auto pixel = static_cast<std::uint32_t>(std::int64_t{row} * camera.cols + col);
+      Point middle;
+      for (const Point& p : outline) middle = {middle.row + p.row / 4, middle.col + p.col / 4};
+      for (const Overlap& o : scratch)
+        of_row[static_cast<std::size_t>(row)].push_back(
+            {static_cast<std::uint32_t>(std::int64_t{o.row} * cells_.cols + o.col), pixel,
+             static_cast<float>(o.area), scratch.size() == 1 && is_core(outline, o.row, o.col),
+             static_cast<float>(middle.row - o.row - 0.5), static_cast<float>(middle.col - o.col - 0.5)});
+    }
+  });
+
+  // Counting sort by cell; pixels come in order already.
+  std::vector<std::size_t> next(cells() + 1);
+  for (const auto& parts : of_row)
+    for (const Part& part : parts) ++next[part.cell + 1];
+  for (std::size_t i = 0; i < cells(); ++i) next[i + 1] += next[i];
+  std::vector<Part> sorted(next.back());
+  for (const auto& parts : of_row)
+    for (const Part& part : parts) sorted[next[part.cell]++] = part;
+  return sorted;
+}
+
+CellWeights::Rows CellWeightsBuilder::rows(const std::vector<Part>& parts,
+                                           std::vector<std::uint8_t>& has_core) const {
+  has_core.assign(cells(), 0);
+  if (options_.weighting == Weighting::cores)
+    for (const Part& part : parts)
+      if (part.core) has_core[part.cell] = 1;
+  CellWeights::Rows rows;
+  rows.first.assign(cells() + 1, 0);
+  for (const Part& part : parts) {
+    if (has_core[part.cell] && !part.core) continue;
+    ++rows.first[part.cell + 1];
+    rows.pixel.push_back(part.pixel);
+  }
+  for (std::size_t i = 0; i < cells(); ++i) rows.first[i + 1] += rows.first[i];
+  return rows;
+}
+
+CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
+                                                 const CellWeights::Rows& rows, std::size_t index,
+                                                 const std::vector<std::uint8_t>& has_core,
+                                                 const Radiance& flood, int number) const {
+  const auto light = flood.mean.plane(number);
+  const auto valid = flood.valid.plane(number);
+  CellWeights::Channel out{index, {}, {}, std::vector<float>(cells())};
+  out.weight.reserve(rows.pixel.size());
+  out.reference.reserve(rows.pixel.size());
+  for (auto begin = parts.begin(); begin != parts.end();) {
+    const std::uint32_t cell = begin->cell;
+    const auto end = std::find_if(begin, parts.end(), [&](const Part& p) { return p.cell != cell; });
+    double seen = 0, area = 0;
+    for (auto p = begin; p != end; ++p) {
+      seen += static_cast<double>(p->area);
+      if (valid[p->pixel]) area += static_cast<double>(p->area);
+    }
+    const bool good = seen >= options_.least_cover && area > 0;
+    if (has_core[cell])
+      out.scale[cell] =
+          good ? add_core({begin, end}, light, valid, area, out) : add_nothing({begin, end}, out);
+    else
+      for (auto p = begin; p != end; ++p) {
+        out.weight.push_back(p->area);
+        out.reference.push_back(1);
+        out.scale[cell] = good ? 1.F : 0.F;
+      }
+    begin = end;
+  }
+  return out;
+}
+
+/// The weights of a cell's core: the least noise of Σ k y, with a variance of y ∝ W, such that Σ k W φ = Σ A
+/// W φ / Σ A for φ = 1, row, col. So k = λ · φ. Where the core lies on a line, for φ = 1 only. Returns Σ k W.
+float CellWeightsBuilder::add_core(std::span<const Part> parts, std::span<const float> light,
+                                   std::span<const std::uint8_t> valid, double area,
+                                   CellWeights::Channel& out) {
+  Eigen::Matrix3d core = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d whole = Eigen::Vector3d::Zero();
+  const auto shape = [](const Part& p) {
+    return Eigen::Vector3d(1, static_cast<double>(p.row), static_cast<double>(p.col));
+  };
+  for (const Part& p : parts) {
+    if (!valid[p.pixel]) continue;
+    const auto w = static_cast<double>(light[p.pixel]);
+    whole += static_cast<double>(p.area) / area * w * shape(p);
+    if (p.core) core.noalias() += w * shape(p) * shape(p).transpose();
+  }
+  const Eigen::LDLT<Eigen::Matrix3d> factor(core);
+  const bool plane = factor.vectorD().minCoeff() > 1e-3 * core(0, 0);
+  const Eigen::Vector3d k =
+      plane ? Eigen::Vector3d(factor.solve(whole)) : Eigen::Vector3d(whole[0] / core(0, 0), 0, 0);
+  float sum = 0;
+  for (const Part& p : parts) {
+    if (!p.core) continue;
+    const float w = valid[p.pixel] ? light[p.pixel] : 0.F;
+    out.weight.push_back(valid[p.pixel] ? static_cast<float>(k.dot(shape(p))) : 0.F);
+    out.reference.push_back(w);
+    sum += out.weight.back() * w;
+  }
+  return core(0, 0) > 0 ? sum : 0.F;
+}
+
+/// A cell that is not valid.
+float CellWeightsBuilder::add_nothing(std::span<const Part> parts, CellWeights::Channel& out) {
+  const auto cores = static_cast<std::size_t>(std::ranges::count_if(parts, &Part::core));
+  out.weight.insert(out.weight.end(), cores, 0.F);
+  out.reference.insert(out.reference.end(), cores, 0.F);
+  return 0;
+}
+
+/// Of the cell with these weights: Σ k² / (Σ k)².
+double CellWeights::Channel::noise_share(std::size_t begin, std::size_t end) const {
+  double sum = 0, squares = 0;
+  for (std::size_t j = begin; j < end; ++j) {
+    sum += static_cast<double>(weight[j]);
+    squares += std::pow(static_cast<double>(weight[j]), 2);
+  }
+  return squares / (sum * sum);
+}
+
+std::string_view to_string(Weighting weighting) {
+  return weighting == Weighting::area ? "area" : "cores";
+}
+
+namespace {
+
+Result<void> check(Grid cells, std::span<const CornerMap> corners, const Radiance& flood) {
+  const int channels = flood.mean.channels();
+  if (!cells.valid() || corners.empty() ||
+      (corners.size() != 1 && std::cmp_not_equal(corners.size(), channels)))
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} corner maps for photographs with {} channels", corners.size(), channels),
+                 "give one map, or one for each channel"};
+  const Grid camera = flood.mean.grid();
+  for (const CornerMap& map : corners) {
+    if (map.grid() != Grid{camera.rows + 1, camera.cols + 1} || map.channels() != 2)
+      return Error{ErrorCode::size_mismatch,
+                   fmt::format("a corner map is {}, but the flood-lit photograph is {}",
+                               to_string(map.grid()), to_string(camera)),
+                   "a corner map has one row and one column more than the photograph"};
+    if (!std::ranges::all_of(map.values(), [](double v) { return std::isfinite(v); }))
+      return Error{ErrorCode::bad_value, "a corner of a camera pixel is not a finite number",
+                   "register the camera again"};
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
+                                      const WeightOptions& options) {
+  SYMRIG_CHECK(check(cells, corners, flood));
+  CellWeights weights;
+  weights.cells_ = cells;
+  weights.camera_ = flood.mean.grid();
+  weights.channels_ = flood.mean.channels();
+  const CellWeightsBuilder builder(cells, options);
+  double noise = 0;
+  std::int64_t counted = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const auto parts = builder.overlaps(corners[k]);
+    std::vector<std::uint8_t> has_core;
+    weights.rows_.push_back(builder.rows(parts, has_core));
+    const Rows& rows = weights.rows_.back();
+    for (int c = 0; c < weights.channels_; ++c)
+      if (corners.size() == 1 || std::cmp_equal(k, c))
+        weights.channel_.push_back(builder.channel(parts, rows, k, has_core, flood, c));
+    const Channel& last = weights.channel_.back();
+    for (std::size_t i = 0; i < last.scale.size(); ++i) {
+      if (last.scale[i] == 0) continue;
+      if (k == 0 && options.weighting == Weighting::cores && !has_core[i]) ++weights.without_core_;
+      noise += last.noise_share(rows.first[i], rows.first[i + 1]);
+      ++counted;
+    }
+  }
+  if (counted > 0) weights.noise_share_ = noise / static_cast<double>(counted);
+  return weights;
+}
+
+std::int64_t CellWeights::valid_cells() const {
+  return std::ranges::count_if(channel_.front().scale, [](float s) { return s > 0; });
+}
+
+Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
+  if (photograph.mean.grid() != camera_ || photograph.mean.channels() != channels_)
+    return Error{
+        ErrorCode::size_mismatch,
+        fmt::format("the photograph is {} with {} channels, but the camera was registered with {} and {}",
+                    to_string(photograph.mean.grid()), photograph.mean.channels(), to_string(camera_),
+                    channels_),
+        "register the camera again"};
+  Radiance cells{Image<float>(cells_, channels_), Image<float>(cells_, channels_),
+                 Image<std::uint8_t>(cells_, channels_)};
+  for (int c = 0; c < channels_; ++c) {
+    const Channel& channel = channel_[static_cast<std::size_t>(c)];
+    const Rows& rows = rows_[channel.rows];
+    const auto mean = photograph.mean.plane(c);
+    const auto variance = photograph.variance.plane(c);
+    const auto valid = photograph.valid.plane(c);
+    const auto to_mean = cells.mean.plane(c);
+    const auto to_variance = cells.variance.plane(c);
+    const auto to_valid = cells.valid.plane(c);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, channel.scale.size(), 1024), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        float light = 0, reference = 0, noise = 0;
+        for (std::size_t k = rows.first[i]; k < rows.first[i + 1]; ++k) {
+          const std::size_t pixel = rows.pixel[k];
+          if (!valid[pixel]) continue;
+          const float w = channel.weight[k];
+          light += w * mean[pixel];
+          noise += w * w * variance[pixel];
+          reference += w * channel.reference[k];
+        }
+        if (channel.scale[i] == 0 || !(reference > 0)) continue;
+        const float scale = channel.scale[i] / reference;
+        to_mean[i] = scale * light;
+        to_variance[i] = scale * scale * noise;
+        to_valid[i] = 1;
+      }
+    });
+  }
+  return cells;
+}
+
+}  // namespace symrig

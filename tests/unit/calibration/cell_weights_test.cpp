@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/cell_weights.hpp"
+
+#include "synthetic_photographs.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace symrig::cell_weights_test {
+namespace {
+
+using test::normal;
+
+/// A camera with this many pixels along the side of a cell, turned, and shifted in cells.
+CornerMap corners_of(Grid camera, double per_cell, double degrees, Point shift) {
+  CornerMap corners({camera.rows + 1, camera.cols + 1}, 2);
+  const double c = std::cos(degrees * std::numbers::pi / 180), s = std::sin(degrees * std::numbers::pi / 180);
+  for (int row = 0; row <= camera.rows; ++row)
+    for (int col = 0; col <= camera.cols; ++col) {
+      corners.at(row, col, 0) = (c * row + s * col) / per_cell + shift.row;
+      corners.at(row, col, 1) = (c * col - s * row) / per_cell + shift.col;
+    }
+  return corners;
+}
+
+Radiance photograph(Grid camera, int channels, float value) {
+  return {Image<float>(camera, channels, value), Image<float>(camera, channels, 1e-4F),
+          Image<std::uint8_t>(camera, channels, 1)};
+}
+
+/// The mean of a function of the cells' coordinates over the part of each camera pixel that is in a cell.
+template <class Function>
+Radiance seen(const CornerMap& corners, Function function) {
+  const Grid camera{corners.grid().rows - 1, corners.grid().cols - 1};
+  Radiance out = photograph(camera, 1, 0);
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col) {
+      Point middle;
+      for (const Point& p : outline_of(corners, row, col))
+        middle = {middle.row + p.row / 4, middle.col + p.col / 4};
+      out.mean.at(row, col) = static_cast<float>(function(middle));
+    }
+  return out;
+}
+
+CellWeights weights_of(Grid cells, const CornerMap& corners, const Radiance& flood,
+                       const WeightOptions& options = {}) {
+  auto weights = CellWeights::make(cells, {&corners, 1}, flood, options);
+  EXPECT_TRUE(weights.ok()) << weights.error().line();
+  return *std::move(weights);
+}
+
+constexpr Grid kCells{6, 8};
+
+// Four pixels of 1/2 cell, sixteen of 1/4: every pixel counts, and the cell is their mean.
+TEST(CellWeights, aligned_pixels_give_their_mean) {
+  for (const auto weighting : {Weighting::area, Weighting::cores})
+    for (const int per_cell : {2, 4}) {
+      const Grid camera{kCells.rows * per_cell, kCells.cols * per_cell};
+      const CornerMap corners = corners_of(camera, per_cell, 0, {});
+      std::uint64_t counter = 1;
+      Radiance some = photograph(camera, 1, 0);
+      for (float& v : some.mean.values()) v = static_cast<float>(normal(counter));
+      const CellWeights weights = weights_of(kCells, corners, photograph(camera, 1, 0.5F), {weighting, 0});
+      const auto cells = weights.gather(some);
+      ASSERT_TRUE(cells.ok());
+      for (int row = 0; row < kCells.rows; ++row)
+        for (int col = 0; col < kCells.cols; ++col) {
+          double sum = 0;
+          for (int i = 0; i < per_cell * per_cell; ++i)
+            sum += static_cast<double>(
+                some.mean.at(row * per_cell + i / per_cell, col * per_cell + i % per_cell));
+          EXPECT_NEAR(cells->mean.at(row, col), sum / (per_cell * per_cell), 1e-6);
+          EXPECT_NEAR(cells->variance.at(row, col), 1e-4 / (per_cell * per_cell), 1e-8);
+        }
+      EXPECT_NEAR(weights.noise_share(), 1.0 / (per_cell * per_cell), 1e-6);
+      EXPECT_EQ(weights.valid_cells(), kCells.size());
+      EXPECT_EQ(weights.cells_without_core(), 0);
+    }
+}
+
+// A turned camera sees a surface whose albedo is anything, under light that is a plane. The ratio to the
+// flood-lit photograph is that plane, so the core finds the mean of albedo · light over the cell as the
+// camera's pixels show it: exactly that of area weights. Rounding of 32 bits.
+TEST(CellWeights, a_plane_of_light_on_any_albedo_is_exact) {
+  const Grid camera{40, 50};
+  const CornerMap corners = corners_of(camera, 5, 10, {-1, -0.7});
+  std::uint64_t counter = 2;
+  Radiance flood = photograph(camera, 1, 0);
+  for (float& v : flood.mean.values()) v = static_cast<float>(0.5 + 0.1 * normal(counter));
+  Radiance lit = seen(corners, [](Point p) { return 0.3 + 0.05 * p.row - 0.04 * p.col; });
+  for (std::size_t i = 0; i < lit.mean.values().size(); ++i) lit.mean.values()[i] *= flood.mean.values()[i];
+  const CellWeights core = weights_of(kCells, corners, flood, {Weighting::cores, 0.03}),
+                    area = weights_of(kCells, corners, flood, {Weighting::area});
+  const auto by_core = core.gather(lit), by_area = area.gather(lit);
+  ASSERT_TRUE(by_core.ok() && by_area.ok());
+  int compared = 0;
+  for (int row = 0; row < kCells.rows; ++row)
+    for (int col = 0; col < kCells.cols; ++col) {
+      EXPECT_EQ(by_core->valid.at(row, col), by_area->valid.at(row, col));
+      if (!by_core->valid.at(row, col)) continue;
+      EXPECT_NEAR(by_core->mean.at(row, col), by_area->mean.at(row, col), 2e-6);
+      ++compared;
+    }
+  EXPECT_GT(compared, kCells.size() / 2);
+}
+
+// One cell is lit, nothing else: cores do not see it from next door, area weights do.
+TEST(CellWeights, cores_keep_direct_light_in_its_cell) {
+  const Grid camera{40, 50};
+  const CornerMap corners = corners_of(camera, 5, 10, {-1, -0.7});
+  Radiance lit = photograph(camera, 1, 0);
+  std::vector<Overlap> overlaps;
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col) {
+      cut_outline(outline_of(corners, row, col), kCells, overlaps);
+      for (const Overlap& o : overlaps)
+        if (o.row == 3 && o.col == 4) lit.mean.at(row, col) = static_cast<float>(25 * o.area);
+    }
+  const Radiance flood = photograph(camera, 1, 1);
+  const auto core = weights_of(kCells, corners, flood).gather(lit),
+             area = weights_of(kCells, corners, flood, {Weighting::area}).gather(lit);
+  ASSERT_TRUE(core.ok() && area.ok());
+  EXPECT_NEAR(core->mean.at(3, 4), 1, 1e-5);
+  EXPECT_LT(area->mean.at(3, 4), 0.9);
+  EXPECT_EQ(core->mean.at(3, 5), 0);
+  EXPECT_GT(area->mean.at(3, 5), 0.02);
+}
+
+TEST(CellWeights, invalid_pixels_are_left_out) {
+  const Grid camera{24, 32};
+  const CornerMap corners = corners_of(camera, 4, 0, {});
+  Radiance lit = photograph(camera, 1, 0.25F);
+  lit.valid.at(5, 5) = 0, lit.mean.at(5, 5) = 100;
+  for (int i = 0; i < 16; ++i) lit.valid.at(8 + i / 4, 8 + i % 4) = 0;
+  const auto cells = weights_of(kCells, corners, photograph(camera, 1, 1), {Weighting::cores, 0}).gather(lit);
+  ASSERT_TRUE(cells.ok());
+  EXPECT_NEAR(cells->mean.at(1, 1), 0.25, 1e-6);
+  EXPECT_NEAR(cells->variance.at(1, 1), 1e-4 / 15, 1e-9);
+  EXPECT_EQ(cells->valid.at(1, 1), 1);
+  EXPECT_EQ(cells->valid.at(2, 2), 0);
+  EXPECT_EQ(cells->mean.at(2, 2), 0);
+}
+
+// Pixels that are dead in the flood-lit photograph never count.
+TEST(CellWeights, dead_pixels_of_the_flood_lit_photograph_do_not_count) {
+  const Grid camera{24, 32};
+  const CornerMap corners = corners_of(camera, 4, 0, {});
+  Radiance flood = photograph(camera, 1, 1), lit = photograph(camera, 1, 0.25F);
+  flood.valid.at(5, 6) = 0, flood.mean.at(5, 6) = 0;
+  lit.mean.at(5, 6) = 7;
+  for (const auto weighting : {Weighting::area, Weighting::cores}) {
+    lit.valid.at(5, 6) = weighting == Weighting::area ? 0 : 1;  // area weights know no flood-lit photograph
+    const auto cells = weights_of(kCells, corners, flood, {weighting, 0}).gather(lit);
+    ASSERT_TRUE(cells.ok());
+    EXPECT_NEAR(cells->mean.at(1, 1), 0.25, 1e-6);
+  }
+}
+
+TEST(CellWeights, cells_that_the_camera_does_not_see_are_not_valid) {
+  const Grid camera{24, 32};
+  const CornerMap corners = corners_of(camera, 4, 0, {3, 0.6});  // rows 3 to 9, columns 0.6 to 8.6
+  const CellWeights weights = weights_of(kCells, corners, photograph(camera, 1, 1));
+  const auto cells = weights.gather(photograph(camera, 1, 1));
+  ASSERT_TRUE(cells.ok());
+  EXPECT_EQ(cells->valid.at(2, 4), 0);
+  EXPECT_EQ(cells->valid.at(3, 4), 1);
+  EXPECT_EQ(cells->valid.at(4, 0), 0);  // 0.4 of it is seen
+  EXPECT_EQ(cells->valid.at(4, 1), 1);
+  EXPECT_EQ(weights.valid_cells(), 3 * 7);
+}
+
+TEST(CellWeights, a_coarse_camera_falls_back_to_area) {
+  const Grid camera{12, 16};
+  const CornerMap corners = corners_of(camera, 1.5, 3, {-0.4, -0.3});
+  const CellWeights weights = weights_of(kCells, corners, photograph(camera, 1, 1));
+  EXPECT_GT(weights.cells_without_core(), 0);
+  const auto cells = weights.gather(photograph(camera, 1, 0.5F));
+  ASSERT_TRUE(cells.ok());
+  for (std::size_t i = 0; i < cells->mean.values().size(); ++i)
+    EXPECT_NEAR(cells->mean.values()[i], cells->valid.values()[i] ? 0.5 : 0, 1e-6);
+}
+
+TEST(CellWeights, each_channel_has_its_map) {
+  const Grid camera{24, 32};
+  const std::vector<CornerMap> corners{corners_of(camera, 4, 0, {}), corners_of(camera, 4, 0, {}),
+                                       corners_of(camera, 4, 0, {0, 1})};
+  Radiance lit = photograph(camera, 3, 0);
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 16; ++i) lit.mean.at(8 + i / 4, 8 + i % 4, c) = 1;
+  const auto weights = CellWeights::make(kCells, corners, photograph(camera, 3, 1), {Weighting::cores, 0});
+  ASSERT_TRUE(weights.ok());
+  const auto cells = weights->gather(lit);
+  ASSERT_TRUE(cells.ok());
+  EXPECT_EQ(cells->mean.at(2, 2, 0), 1);
+  EXPECT_EQ(cells->mean.at(2, 2, 1), 1);
+  EXPECT_EQ(cells->mean.at(2, 2, 2), 0);
+  EXPECT_EQ(cells->mean.at(2, 3, 2), 1);
+}
+
+TEST(CellWeights, refuses_sizes_that_differ) {
+  const CornerMap corners = corners_of({24, 32}, 4, 0, {});
+  EXPECT_EQ(CellWeights::make(kCells, {&corners, 1}, photograph({24, 31}, 1, 1)).error().code,
+            ErrorCode::size_mismatch);
+  const std::vector<CornerMap> two(2, corners);
+  EXPECT_EQ(CellWeights::make(kCells, two, photograph({24, 32}, 3, 1)).error().code,
+            ErrorCode::size_mismatch);
+  CornerMap broken = corners;
+  broken.at(3, 3, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(CellWeights::make(kCells, {&broken, 1}, photograph({24, 32}, 1, 1)).error().code,
+            ErrorCode::bad_value);
+  const CellWeights weights = weights_of(kCells, corners, photograph({24, 32}, 1, 1));
+  EXPECT_EQ(weights.gather(photograph({24, 32}, 3, 1)).error().code, ErrorCode::size_mismatch);
+  EXPECT_EQ(weights.gather(photograph({32, 24}, 1, 1)).error().code, ErrorCode::size_mismatch);
+}
+
+}  // namespace
+}  // namespace symrig::cell_weights_test
