@@ -1,0 +1,342 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/camera_map.hpp"
+
+#include "calibration/registration/stripe_pixels.hpp"
+#include "symrig/base/quantile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig {
+
+using calibration::SeenValue;
+using calibration::SplineSurface;
+using calibration::StripePixels;
+
+struct CameraMap::Surfaces {
+  SplineSurface row, col;
+};
+
+namespace {
+
+/// Knots along the longer side of the picture: one for about three cells, so that a crease bends the map only
+/// near itself. More than this many cost time and gain nothing.
+constexpr int kMostIntervals = 48;
+int intervals_for(Grid cells) {
+  return std::clamp(std::max(cells.rows, cells.cols) / 3, 4, kMostIntervals);
+}
+
+/// Smoothness that is tried, from the smoothest: there the map is nearly one cubic polynomial.
+constexpr std::array<double, 6> kSmoothing{1e3, 1e1, 1e-1, 1e-2, 1e-3, 1e-4};
+/// Of the decoded cells, whose error is ± ½.
+constexpr double kDecodedSmoothing = 1e1;
+/// Only these balances count: the middle of an edge, where it is straight.
+constexpr double kStraight = 0.6;
+/// [pixels] Error of an edge by the texture inside a pixel: a pixel whose halves differ by a fifth.
+constexpr double kTexture = 0.05;
+constexpr int kEdgeRounds = 3, kRobustRounds = 3;
+/// Fewer do not tell more than the decoded cells.
+constexpr std::size_t kFewestEdges = 100;
+
+/// A value, and the weight that it has by its noise alone.
+double tukey(double off) {
+  const double u = off / 4.685;
+  return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
+}
+
+/// Fits a surface robustly: values far from it count less, and those beyond 4.7 robust sigmas not at all.
+/// Returns the share of those; nothing if the fit fails.
+std::optional<double> fit_robustly(SplineSurface& surface, std::span<const SeenValue> values,
+                                   double smoothing, int rounds) {
+  std::vector<SeenValue> weighted(values.begin(), values.end());
+  double left_out = 0;
+  for (int round = 0;; ++round) {
+    if (!surface.fit(weighted, smoothing)) return std::nullopt;
+    if (round == rounds) return left_out;
+    std::vector<double> off(values.size());
+    tbb::parallel_for(std::size_t{0}, values.size(), [&](std::size_t i) {
+      off[i] = (values[i].value - surface(values[i].at)) * std::sqrt(values[i].weight);
+    });
+    std::vector<double> sizes(off.size());
+    std::ranges::transform(off, sizes.begin(), [](double v) { return std::abs(v); });
+    const double sigma = std::max(1.4826 * median(sizes), 1e-9);
+    left_out = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double keep = tukey(off[i] / sigma);
+      weighted[i].weight = values[i].weight * keep;
+      left_out += keep == 0 ? 1 : 0;
+    }
+    left_out /= static_cast<double>(values.size());
+  }
+}
+
+/// Robust rms distance of values from a surface.
+double distance(const SplineSurface& surface, std::span<const SeenValue> values) {
+  std::vector<double> off;
+  off.reserve(values.size());
+  for (const SeenValue& v : values) off.push_back(std::abs(v.value - surface(v.at)));
+  return 1.4826 * median(off);
+}
+
+/// Half of the values, by a lattice of blocks of pixels: neighbours share texture, so they stay together.
+std::vector<SeenValue> half_of(std::span<const SeenValue> values, bool odd) {
+  std::vector<SeenValue> half;
+  half.reserve(values.size() / 2 + 1);
+  constexpr int kBlock = 4;
+  for (const SeenValue& v : values) {
+    const int block = static_cast<int>(v.at.row) / kBlock + static_cast<int>(v.at.col) / kBlock;
+    if ((block % 2 != 0) == odd) half.push_back(v);
+  }
+  return half;
+}
+
+Error too_few(std::size_t pixels, Grid camera) {
+  return {ErrorCode::bad_value,
+          fmt::format("only {} of {} camera pixels see the stripes", pixels, camera.size()),
+          "point the camera at what the projector lights, focus both, or expose longer"};
+}
+
+}  // namespace
+
+/// Fits the map of one channel.
+class CameraMapFit {
+ public:
+  CameraMapFit(Grid cells, const StripePixels& pixels)
+      : cells_(cells), pixels_(pixels), intervals_(intervals_for(cells)) {}
+
+  Result<CameraMap> fit();
+
+ private:
+  struct Axis {
+    StripeAxis axis;
+    SplineSurface surface;
+    std::vector<SeenValue> cells;  // decoded
+    std::vector<SeenValue> edges;
+    double smoothing = kSmoothing.front();
+    double left_out = 0;
+  };
+
+  Axis make(StripeAxis axis) const {
+    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0};
+  }
+  Result<void> decode(Axis& axis) const;
+  Result<void> refine(Axis& axis) const;
+  struct Edge;
+  struct Place;
+
+  std::size_t pixel(int row, int col) const {
+    return static_cast<std::size_t>(std::int64_t{row} * pixels_.camera().cols + col);
+  }
+  static Place place(const Axis& axis, Point at);
+  void add_inside(const Axis& axis, int row, int col, std::vector<Edge>& edges) const;
+  void add_between(const Axis& axis, int row, int col, int down, int right, std::vector<Edge>& edges) const;
+  std::vector<SeenValue> find_edges(const Axis& axis) const;
+  static double best_smoothing(const Axis& axis);
+  static double error_of(const Axis& axis);
+
+  Grid cells_;
+  const StripePixels& pixels_;
+  int intervals_;
+};
+
+Result<void> CameraMapFit::decode(Axis& axis) const {
+  axis.cells = pixels_.decoded(axis.axis);
+  // The position of a pixel in its cell is unknown: the variance of a uniform distribution.
+  for (SeenValue& value : axis.cells) value.weight = 12;
+  if (!fit_robustly(axis.surface, axis.cells, kDecodedSmoothing, kRobustRounds))
+    return too_few(axis.cells.size(), pixels_.camera());
+  return {};
+}
+
+/// The place where an axis of the map crosses the border of two cells, in units of a pixel's width along that
+/// axis.
+struct CameraMapFit::Edge {
+  Point at;
+  double border, width;
+  double balance, sigma;  ///< of the pixel, or the sum of two pixels that share the border
+  double off;             ///< from the border, as the map has it [widths]
+};
+
+/// What a point of the picture is to an axis.
+struct CameraMapFit::Place {
+  double here, width;
+  int border;
+  bool near;  ///< the border may cross the pixel
+};
+
+CameraMapFit::Place CameraMapFit::place(const Axis& axis, Point at) {
+  const double here = axis.surface(at);
+  const double width = std::abs(axis.surface({at.row + 0.5, at.col}) - axis.surface({at.row - 0.5, at.col})) +
+                       std::abs(axis.surface({at.row, at.col + 0.5}) - axis.surface({at.row, at.col - 0.5}));
+  const int border = static_cast<int>(std::lround(here));
+  return {here, width, border, std::abs(here - border) < width};
+}
+
+/// A border that crosses the middle of a pixel: the pixel's balance tells where.
+void CameraMapFit::add_inside(const Axis& axis, int row, int col, std::vector<Edge>& edges) const {
+  const Place p = place(axis, {row + 0.5, col + 0.5});
+  if (!p.near) return;
+  const auto balance = pixels_.balance(pixel(row, col), axis.axis, p.border);
+  if (!balance || std::abs(*balance) > kStraight) return;
+  edges.push_back({{row + 0.5, col + 0.5},
+                   static_cast<double>(p.border),
+                   p.width,
+                   *balance,
+                   pixels_.balance_sigma(pixel(row, col), axis.axis, p.border),
+                   (p.here - p.border) / p.width});
+}
+
+/// A border near the side that two pixels share: one sees almost only the near cell, the other the far one.
+/// What is missing tells how far the border is from the side.
+void CameraMapFit::add_between(const Axis& axis, int row, int col, int down, int right,
+                               std::vector<Edge>& edges) const {
+  const Grid camera = pixels_.camera();
+  if (row + down >= camera.rows || col + right >= camera.cols ||
+      !pixels_.good(pixel(row + down, col + right)))
+    return;
+  const Point side{row + 0.5 + 0.5 * down, col + 0.5 + 0.5 * right};
+  const Place p = place(axis, side);
+  if (!p.near) return;
+  const auto a = pixels_.balance(pixel(row, col), axis.axis, p.border);
+  const auto b = pixels_.balance(pixel(row + down, col + right), axis.axis, p.border);
+  if (!a || !b || *a * *b > 0 || std::abs(*a) < kStraight || std::abs(*b) < kStraight) return;
+  const double sigma = std::hypot(pixels_.balance_sigma(pixel(row, col), axis.axis, p.border),
+                                  pixels_.balance_sigma(pixel(row + down, col + right), axis.axis, p.border));
+  edges.push_back(
+      {side, static_cast<double>(p.border), p.width, *a + *b, sigma, (p.here - p.border) / p.width});
+}
+
+/// A pixel of width w whose middle is d behind a border sees a balance of about s d / w. The slope s of a
+/// picture is that of the regression of d / w, as the map has it, on the balance. So blur of the optics and
+/// indirect light count.
+std::vector<SeenValue> CameraMapFit::find_edges(const Axis& axis) const {
+  const Grid camera = pixels_.camera();
+  std::vector<std::vector<Edge>> of_row(static_cast<std::size_t>(camera.rows));
+  tbb::parallel_for(0, camera.rows, [&](int row) {
+    auto& edges = of_row[static_cast<std::size_t>(row)];
+    for (int col = 0; col < camera.cols; ++col) {
+      if (!pixels_.good(pixel(row, col))) continue;
+      add_inside(axis, row, col, edges);
+      add_between(axis, row, col, 0, 1, edges);
+      add_between(axis, row, col, 1, 0, edges);
+    }
+  });
+  double products = 0, squares = 0;
+  for (const auto& edges : of_row)
+    for (const Edge& e : edges)
+      if (std::abs(e.off) < 0.75) products += e.off * e.balance, squares += e.balance * e.balance;
+  const double per_balance = squares > 0 ? products / squares : 0.5;
+  std::vector<SeenValue> values;
+  for (const auto& edges : of_row)
+    for (const Edge& e : edges) {
+      const double variance =
+          std::pow(e.width, 2) * (std::pow(per_balance * e.sigma, 2) + std::pow(kTexture, 2));
+      values.push_back({e.at, e.border + e.width * per_balance * e.balance, 1 / variance});
+    }
+  return values;
+}
+
+/// The smoothness whose map, from half of the edges, predicts the other half best.
+double CameraMapFit::best_smoothing(const Axis& axis) {
+  const auto known = half_of(axis.edges, false), left_out = half_of(axis.edges, true);
+  double best = kSmoothing.front(), least = std::numeric_limits<double>::infinity();
+  for (const double smoothing : kSmoothing) {
+    SplineSurface surface = axis.surface;
+    if (!fit_robustly(surface, known, smoothing, 1)) continue;
+    // A rougher map must gain more than chance gives it.
+    if (const double off = distance(surface, left_out); off < 0.999 * least) best = smoothing, least = off;
+  }
+  return best;
+}
+
+Result<void> CameraMapFit::refine(Axis& axis) const {
+  for (int round = 0; round < kEdgeRounds; ++round) {
+    axis.edges = find_edges(axis);
+    if (axis.edges.size() < kFewestEdges) return {};  // the decoded cells must do
+    if (round > 0) axis.smoothing = best_smoothing(axis);
+    const auto left_out = fit_robustly(axis.surface, axis.edges, axis.smoothing, kRobustRounds);
+    if (!left_out) return too_few(axis.cells.size(), pixels_.camera());
+    axis.left_out = *left_out;
+  }
+  return {};
+}
+
+/// Half the rms difference of two maps, each from half of the edges, over the decoded pixels.
+double CameraMapFit::error_of(const Axis& axis) {
+  const auto& all = axis.edges.size() < kFewestEdges ? axis.cells : axis.edges;
+  SplineSurface one = axis.surface, other = axis.surface;
+  if (!fit_robustly(one, half_of(all, false), axis.smoothing, kRobustRounds) ||
+      !fit_robustly(other, half_of(all, true), axis.smoothing, kRobustRounds))
+    return std::numeric_limits<double>::infinity();
+  double sum = 0;
+  for (const SeenValue& cell : axis.cells) sum += std::pow(one(cell.at) - other(cell.at), 2);
+  return 0.5 * std::sqrt(sum / static_cast<double>(axis.cells.size()));
+}
+
+Result<CameraMap> CameraMapFit::fit() {
+  Axis rows = make(StripeAxis::rows), cols = make(StripeAxis::columns);
+  for (Axis* axis : {&rows, &cols}) {
+    SYMRIG_CHECK(decode(*axis));
+    SYMRIG_CHECK(refine(*axis));
+  }
+  CameraMap map;
+  map.camera_ = pixels_.camera();
+  map.error_ = std::sqrt((std::pow(error_of(rows), 2) + std::pow(error_of(cols), 2)) / 2);
+  map.edges_ = static_cast<std::int64_t>(rows.edges.size() + cols.edges.size());
+  map.outlier_share_ = (rows.left_out + cols.left_out) / 2;
+  map.surfaces_ = std::make_shared<CameraMap::Surfaces>(
+      CameraMap::Surfaces{std::move(rows.surface), std::move(cols.surface)});
+  return map;
+}
+
+Point CameraMap::look(Point camera) const {
+  return {surfaces_->row(camera), surfaces_->col(camera)};
+}
+
+CornerMap CameraMap::corners() const {
+  CornerMap corners({camera_.rows + 1, camera_.cols + 1}, 2);
+  tbb::parallel_for(0, camera_.rows + 1, [&](int row) {
+    for (int col = 0; col <= camera_.cols; ++col) {
+      const Point at = look({static_cast<double>(row), static_cast<double>(col)});
+      corners.at(row, col, 0) = at.row;
+      corners.at(row, col, 1) = at.col;
+    }
+  });
+  return corners;
+}
+
+double CameraMap::pixels_per_cell() const {
+  const double row = 0.5 * camera_.rows, col = 0.5 * camera_.cols;
+  const Point here = look({row, col}), down = look({row + 1, col}), right = look({row, col + 1});
+  const double area = std::abs((down.row - here.row) * (right.col - here.col) -
+                               (right.row - here.row) * (down.col - here.col));
+  return 1 / std::sqrt(area);
+}
+
+Result<std::vector<CameraMap>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs) {
+  const GrayCode code(cells);
+  if (std::cmp_not_equal(photographs.size(), code.photographs()))
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("{} photographs of a Gray code for {} cells, which has {}", photographs.size(),
+                             to_string(cells), code.photographs()),
+                 "take one photograph of each pattern"};
+  const Image<float>& first = photographs.front().mean;
+  for (const Radiance& one : photographs)
+    if (one.mean.grid() != first.grid() || one.mean.channels() != first.channels())
+      return Error{ErrorCode::size_mismatch, "the photographs of the Gray code have several sizes",
+                   "take all photographs with one camera"};
+  std::vector<CameraMap> maps;
+  for (int c = 0; c < first.channels(); ++c) {
+    const StripePixels pixels(code, photographs, c);
+    if (pixels.count_good() < 100) return too_few(pixels.count_good(), first.grid());
+    SYMRIG_TRY(auto map, CameraMapFit(cells, pixels).fit());
+    maps.push_back(std::move(map));
+  }
+  return maps;
+}
+
+}  // namespace symrig

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Maps that are found from Gray-code photographs of simulated benches, against their exact maps.
+#include "symrig/calibration/camera_map.hpp"
+
+#include "calibration/registration/spline_surface.hpp"
+#include "symrig/calibration/gray_code.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+#include "synthetic_photographs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace symrig::camera_map_test {
+namespace {
+
+using calibration::SeenValue;
+using calibration::SplineSurface;
+using test::normal;
+
+double cubic(Point p) {
+  const double y = p.row / 50, x = p.col / 50;
+  return 3 + 2 * y - x + 0.5 * x * y + 0.1 * x * x * x - 0.2 * y * x * x;
+}
+
+std::vector<SeenValue> seen(double noise, int step) {
+  std::uint64_t counter = 1;
+  std::vector<SeenValue> values;
+  for (int row = 0; row < 60; row += step)
+    for (int col = 0; col < 80; col += step) {
+      const Point at{row + 0.5, col + 0.5};
+      values.push_back({at, cubic(at) + noise * normal(counter), 1});
+    }
+  return values;
+}
+
+// Cubic polynomials have no fourth differences: any smoothing finds them, to the ridge of 1e-10.
+TEST(SplineSurface, finds_a_cubic_polynomial_without_bias) {
+  for (const double smoothing : {1e-4, 1.0, 1e3}) {
+    SplineSurface surface({60, 80}, 12);
+    ASSERT_TRUE(surface.fit(seen(0, 3), smoothing));
+    for (const Point p : {Point{0, 0}, Point{30, 40}, Point{60, 80}, Point{17.3, 71.9}})
+      EXPECT_NEAR(surface(p), cubic(p), 1e-6) << smoothing;
+  }
+}
+
+// Smoothed to a cubic polynomial, sixteen numbers are fitted to n values: rms error = noise · √(16 / n), and
+// three of its standard deviations, 1 / √(2 · 16) each, more.
+TEST(SplineSurface, noise_averages_out) {
+  SplineSurface surface({60, 80}, 12);
+  const auto values = seen(0.1, 1);
+  ASSERT_TRUE(surface.fit(values, 1e5));
+  double sum = 0;
+  for (const SeenValue& v : values) sum += std::pow(surface(v.at) - cubic(v.at), 2);
+  const auto n = static_cast<double>(values.size());
+  EXPECT_LE(std::sqrt(sum / n), 0.1 * std::sqrt(16 / n) * (1 + 3 / std::sqrt(32.0)));
+}
+
+TEST(SplineSurface, too_few_values_change_nothing) {
+  SplineSurface surface({60, 80}, 12);
+  EXPECT_FALSE(surface.fit(std::vector<SeenValue>(3, SeenValue{{1, 1}, 5, 1}), 1));
+  EXPECT_EQ(surface({1, 1}), 0);
+}
+
+std::vector<Radiance> code_photographs(Probe& rig) {
+  auto photographs = rig.measure(gray_code_patterns(rig.grid()));
+  EXPECT_TRUE(photographs.ok()) << photographs.error().line();
+  return *std::move(photographs);
+}
+
+struct MapError {
+  double row = 0, col = 0;  ///< rms over the corners that look at a cell [cells]
+};
+
+MapError error_of(const CornerMap& found, const CornerMap& exact, Grid cells) {
+  double sums[2] = {}, count = 0;
+  for (int row = 0; row < exact.grid().rows; ++row)
+    for (int col = 0; col < exact.grid().cols; ++col) {
+      const double r = exact.at(row, col, 0), c = exact.at(row, col, 1);
+      if (r < 0 || c < 0 || r > cells.rows || c > cells.cols) continue;
+      count += 1;
+      sums[0] += std::pow(found.at(row, col, 0) - r, 2);
+      sums[1] += std::pow(found.at(row, col, 1) - c, 2);
+    }
+  return {std::sqrt(sums[0] / count), std::sqrt(sums[1] / count)};
+}
+
+struct BenchCase {
+  std::string name, scene, bench;
+  double bound;  ///< [cells] rms per axis
+};
+
+class FoundMap : public testing::TestWithParam<BenchCase> {};
+
+// Bounds: an edge errs by the texture inside its pixel, 0.05 pixels of a quarter of a cell. 32 x 32 cells
+// have about 7,000 edges for two axes, and the spline at most 13² numbers for each, so texture alone gives
+// 0.0125 · √(169 / 3500) = 0.0027 cells. The blurred bench has a systematic error too: without noise it is
+// 0.0084 cells. Its bound is 0.01.
+TEST_P(FoundMap, is_the_exact_map_to_its_bound) {
+  const auto rig = open_virtual_rig(GetParam().scene + GetParam().bench);
+  ASSERT_TRUE(rig.ok()) << rig.error().line();
+  const auto photographs = code_photographs(**rig);
+  const auto maps = fit_camera_maps((*rig)->grid(), photographs);
+  ASSERT_TRUE(maps.ok()) << maps.error().line();
+  const auto exact = (*rig)->exact_corners();
+  for (std::size_t c = 0; c < maps->size(); ++c) {
+    const CameraMap& map = (*maps)[c];
+    const MapError error = error_of(map.corners(), exact[exact.size() == 1 ? 0 : c], (*rig)->grid());
+    EXPECT_LE(error.row, GetParam().bound) << "channel " << c;
+    EXPECT_LE(error.col, GetParam().bound) << "channel " << c;
+    EXPECT_GT(map.error(), 0);
+    EXPECT_LE(map.error(), GetParam().bound);
+    EXPECT_GT(map.edges(), 1000);
+  }
+}
+
+constexpr const char* kScene = "sim:vgroove-textured?size=32x32&fine=4";
+constexpr const char* kBenchA = "&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
+
+INSTANTIATE_TEST_SUITE_P(
+    Benches, FoundMap,
+    testing::Values(BenchCase{"A", kScene, kBenchA, 0.003},
+                    BenchCase{"Colours", "sim:plane?size=32x32&fine=4&channels=3&colour=0.2", kBenchA, 0.003},
+                    BenchCase{"OnItsSide", kScene, "&camera=120x150&turn=93&shift=-2,3", 0.003},
+                    BenchCase{"UpsideDown", kScene, "&camera=130x130&turn=180&zoom=0.9", 0.003},
+                    BenchCase{"SeesAPart", kScene, "&camera=100x120&zoom=1.6&shift=4,-3", 0.003},
+                    BenchCase{"Aligned", kScene, "&camera=128x128", 0.003},
+                    BenchCase{"Blurred", kScene,
+                              std::string(kBenchA) + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3",
+                              0.01}),
+    [](const auto& one) { return one.param.name; });
+
+TEST(CameraMap, says_how_many_pixels_a_cell_has) {
+  const auto rig = open_virtual_rig(std::string(kScene) + kBenchA);
+  ASSERT_TRUE(rig.ok());
+  const auto photographs = code_photographs(**rig);
+  const auto maps = fit_camera_maps({32, 32}, photographs);
+  ASSERT_TRUE(maps.ok());
+  EXPECT_NEAR(maps->front().pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
+  EXPECT_LE(maps->front().outlier_share(), 0.02);
+}
+
+TEST(CameraMap, refuses_what_is_no_gray_code) {
+  const auto rig = open_virtual_rig("sim:plane?size=16x16&camera=60x60");
+  ASSERT_TRUE(rig.ok());
+  auto photographs = code_photographs(**rig);
+  EXPECT_EQ(fit_camera_maps({64, 64}, photographs).error().code, ErrorCode::size_mismatch);
+  // A camera that sees no stripes: its pictures are all alike.
+  for (Radiance& one : photographs) one = photographs.front();
+  const auto maps = fit_camera_maps({16, 16}, photographs);
+  ASSERT_FALSE(maps.ok());
+  EXPECT_EQ(maps.error().code, ErrorCode::bad_value);
+  EXPECT_NE(maps.error().line().find("see the stripes"), std::string::npos) << maps.error().line();
+  photographs.back() =
+      Radiance{Image<float>({60, 59}), Image<float>({60, 59}), Image<std::uint8_t>({60, 59})};
+  EXPECT_EQ(fit_camera_maps({16, 16}, photographs).error().code, ErrorCode::size_mismatch);
+}
+
+}  // namespace
+}  // namespace symrig::camera_map_test
