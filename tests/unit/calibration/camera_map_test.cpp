@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -140,6 +141,24 @@ TEST(CameraMap, says_how_many_pixels_a_cell_has) {
   ASSERT_TRUE(maps.ok());
   EXPECT_NEAR(maps->front().pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
   EXPECT_LE(maps->front().outlier_share(), 0.02);
+}
+
+// A sharp edge is as wide as a pixel, 1 / 3.72 cells and a little more because the camera is turned. The
+// middle of a blurred one has the slope of a Gaussian: √(2π) sigmas, with the pixel's own sigma, its side /
+// √12.
+TEST(CameraMap, says_how_wide_an_edge_is) {
+  for (const double blur : {0.0, 0.4}) {
+    const auto rig =
+        open_virtual_rig("sim:plane?size=32x32&fine=4&defocus=" + std::to_string(blur) + ",0" + kBenchA);
+    ASSERT_TRUE(rig.ok()) << rig.error().line();
+    const auto photographs = code_photographs(**rig);
+    const auto maps = fit_camera_maps({32, 32}, photographs);
+    ASSERT_TRUE(maps.ok()) << maps.error().line();
+    const double side = 1 / 3.72;
+    const double expected =
+        blur == 0 ? side : std::sqrt(2 * std::numbers::pi) * std::hypot(blur, side / std::sqrt(12));
+    EXPECT_NEAR(maps->front().edge_width(), expected, 0.15 * expected) << blur;
+  }
 }
 
 TEST(CameraMap, refuses_what_is_no_gray_code) {

@@ -6,8 +6,10 @@
 #include "../rig/probe_laws.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
+#include <cmath>
 #include <memory>
 #include <string>
 
@@ -24,15 +26,12 @@ struct Registered {
   std::unique_ptr<RegisteredProbe> probe;
 };
 
-/// Registers a rig with its exact map and one flood-lit photograph.
 Registered registered(const std::string& uri) {
   auto rig = open_virtual_rig(uri);
   EXPECT_TRUE(rig.ok()) << rig.error().line();
-  const Pattern white((*rig)->grid(), 1, 1.F);
-  const auto flood = (*rig)->measure({&white, 1});
-  EXPECT_TRUE(flood.ok()) << flood.error().line();
-  const auto corners = (*rig)->exact_corners();
-  auto weights = CellWeights::make((*rig)->grid(), corners, flood->front());
+  const auto registration = register_camera(**rig);
+  EXPECT_TRUE(registration.ok()) << registration.error().line();
+  auto weights = registration->weights();
   EXPECT_TRUE(weights.ok()) << weights.error().line();
   auto probe = std::make_unique<RegisteredProbe>(**rig, *std::move(weights));
   return {*std::move(rig), std::move(probe)};
@@ -75,6 +74,73 @@ TEST(RegisteredProbe, captures_as_well_as_the_coaxial_rig) {
       evaluate(found->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return truth.apply(p); });
   ASSERT_TRUE(error.ok());
   EXPECT_LE(error->frobenius, 0.03);
+}
+
+// The flood-lit photograph of a registration is the mean of many.
+TEST(Registration, knows_the_flood_lit_scene_well) {
+  const auto rig = open_virtual_rig(std::string("sim:vgroove-textured?size=32x32&black=0") + kBench);
+  ASSERT_TRUE(rig.ok());
+  const auto found = register_camera(**rig);
+  ASSERT_TRUE(found.ok()) << found.error().line();
+  EXPECT_EQ(found->cells, (Grid{32, 32}));
+  EXPECT_EQ(found->camera(), (Grid{152, 152}));
+  EXPECT_EQ(found->photographs, 2 * (5 + 5) + 2);
+  EXPECT_NEAR(found->pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
+  const Image<float> truth = (*rig)->ideal_photograph(Pattern({32, 32}, 1, 1.F));
+  double square = 0, count = 0;
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    // All photographs share the error of one black photograph. It counts only beside the cells, where it is
+    // dark.
+    if (!found->flood.valid.values()[i] || truth.values()[i] < 0.05F) continue;
+    square += std::pow(static_cast<double>(found->flood.mean.values()[i] - truth.values()[i]), 2) /
+              static_cast<double>(found->flood.variance.values()[i]);
+    count += 1;
+  }
+  // 1 ± √(2 / 14,000) if the variance is right; 4 % for the merge's own error of variance, as in the laws of
+  // probes.
+  EXPECT_NEAR(square / count, 1, 0.04 + 5 * std::sqrt(2 / count));
+}
+
+TEST(Registration, refuses_a_camera_that_is_too_coarse) {
+  const auto rig = open_virtual_rig("sim:plane?size=32x32&fine=4&camera=48x48&turn=2");
+  ASSERT_TRUE(rig.ok());
+  const auto refused = register_camera(**rig);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::limit);
+  EXPECT_NE(refused.error().line().find("1.5 times as large"), std::string::npos) << refused.error().line();
+  RegistrationOptions forced;
+  forced.least_pixels = 0;
+  EXPECT_TRUE(register_camera(**rig, forced).ok());
+}
+
+TEST(Registration, refuses_a_rig_of_several_views) {
+  const auto rig = open_virtual_rig(std::string("sim:views2?size=32x32") + kBench);
+  ASSERT_TRUE(rig.ok());
+  const auto refused = register_camera(**rig);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::bad_argument);
+  EXPECT_NE(refused.error().line().find("4 views"), std::string::npos) << refused.error().line();
+}
+
+// With a blur of three cells the map is wrong by half a cell, which two halves of the edges do not show.
+TEST(Registration, refuses_a_picture_that_is_not_in_focus) {
+  const auto rig =
+      open_virtual_rig(std::string("sim:vgroove-textured?size=32x32&fine=2&defocus=0,3") + kBench);
+  ASSERT_TRUE(rig.ok());
+  const auto refused = register_camera(**rig);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::bad_value);
+  EXPECT_NE(refused.error().line().find("focus"), std::string::npos) << refused.error().line();
+}
+
+TEST(Registration, stops_when_asked) {
+  const auto rig = open_virtual_rig(std::string("sim:plane?size=32x32") + kBench);
+  ASSERT_TRUE(rig.ok());
+  RegistrationOptions options;
+  options.progress = [](const ProgressEvent& event) { return event.done < 3; };
+  const auto stopped = register_camera(**rig, options);
+  ASSERT_FALSE(stopped.ok());
+  EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
 }
 
 TEST(RegisteredProbe, a_rig_without_registration_is_refused) {

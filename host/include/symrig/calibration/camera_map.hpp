@@ -26,6 +26,10 @@ class CameraMap {
   /// each from half of the edges. It contains noise and texture, not a crease that the smooth map does not
   /// follow.
   double error() const { return error_; }
+  /// How far the light of a border between two cells is spread in the picture, along the worse axis [cells]:
+  /// the side of a camera pixel if both optics are sharp, and about 2.5 sigmas of their blur if that is
+  /// larger.
+  double edge_width() const { return edge_width_; }
   /// Edges that the map was fitted to, both axes.
   std::int64_t edges() const { return edges_; }
   /// Share of the edges and decoded pixels that the map does not explain: depth edges, mirrors, dead pixels.
@@ -37,7 +41,7 @@ class CameraMap {
 
   Grid camera_;
   std::shared_ptr<const Surfaces> surfaces_;
-  double error_ = 0, outlier_share_ = 0;
+  double error_ = 0, edge_width_ = 0, outlier_share_ = 0;
   std::int64_t edges_ = 0;
 };
 

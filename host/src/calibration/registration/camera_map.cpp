@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -42,7 +43,17 @@ constexpr int kEdgeRounds = 3, kRobustRounds = 3;
 /// Fewer do not tell more than the decoded cells.
 constexpr std::size_t kFewestEdges = 100;
 
-/// A value, and the weight that it has by its noise alone.
+/// The width of an edge by the contrast of the finest stripes, whose period is four cells: a Gaussian of σ
+/// cells leaves exp(−2 π² σ² / 4²) of it, and the slope of its edge is that of √(2π) σ. 0 for a contrast
+/// above a half: there the slopes of edges tell more, and the pixels' own size counts.
+double width_of_blur(double contrast) {
+  constexpr double kPeriod = 4, kLeast = 1e-6;
+  if (contrast > 0.5) return 0;
+  const double sigma = kPeriod / std::numbers::pi * std::sqrt(-0.5 * std::log(std::max(contrast, kLeast)));
+  return std::sqrt(2 * std::numbers::pi) * sigma;
+}
+
+/// How much a value counts that is this many robust sigmas off.
 double tukey(double off) {
   const double u = off / 4.685;
   return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
@@ -118,10 +129,11 @@ class CameraMapFit {
     std::vector<SeenValue> edges;
     double smoothing = kSmoothing.front();
     double left_out = 0;
+    double edge_width = 0;
   };
 
   Axis make(StripeAxis axis) const {
-    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0};
+    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0, 0};
   }
   Result<void> decode(Axis& axis) const;
   Result<void> refine(Axis& axis) const;
@@ -134,7 +146,7 @@ class CameraMapFit {
   static Place place(const Axis& axis, Point at);
   void add_inside(const Axis& axis, int row, int col, std::vector<Edge>& edges) const;
   void add_between(const Axis& axis, int row, int col, int down, int right, std::vector<Edge>& edges) const;
-  std::vector<SeenValue> find_edges(const Axis& axis) const;
+  std::vector<SeenValue> find_edges(Axis& axis) const;
   static double best_smoothing(const Axis& axis);
   static double error_of(const Axis& axis);
 
@@ -213,7 +225,7 @@ void CameraMapFit::add_between(const Axis& axis, int row, int col, int down, int
 /// A pixel of width w whose middle is d behind a border sees a balance of about s d / w. The slope s of a
 /// picture is that of the regression of d / w, as the map has it, on the balance. So blur of the optics and
 /// indirect light count.
-std::vector<SeenValue> CameraMapFit::find_edges(const Axis& axis) const {
+std::vector<SeenValue> CameraMapFit::find_edges(Axis& axis) const {
   const Grid camera = pixels_.camera();
   std::vector<std::vector<Edge>> of_row(static_cast<std::size_t>(camera.rows));
   tbb::parallel_for(0, camera.rows, [&](int row) {
@@ -231,12 +243,16 @@ std::vector<SeenValue> CameraMapFit::find_edges(const Axis& axis) const {
       if (std::abs(e.off) < 0.75) products += e.off * e.balance, squares += e.balance * e.balance;
   const double per_balance = squares > 0 ? products / squares : 0.5;
   std::vector<SeenValue> values;
+  double widths = 0;
   for (const auto& edges : of_row)
     for (const Edge& e : edges) {
+      widths += 2 * per_balance * e.width;
       const double variance =
           std::pow(e.width, 2) * (std::pow(per_balance * e.sigma, 2) + std::pow(kTexture, 2));
       values.push_back({e.at, e.border + e.width * per_balance * e.balance, 1 / variance});
     }
+  axis.edge_width = std::max(values.empty() ? 0 : widths / static_cast<double>(values.size()),
+                             width_of_blur(pixels_.finest_contrast(axis.axis)));
   return values;
 }
 
@@ -287,6 +303,7 @@ Result<CameraMap> CameraMapFit::fit() {
   map.camera_ = pixels_.camera();
   map.error_ = std::sqrt((std::pow(error_of(rows), 2) + std::pow(error_of(cols), 2)) / 2);
   map.edges_ = static_cast<std::int64_t>(rows.edges.size() + cols.edges.size());
+  map.edge_width_ = std::max(rows.edge_width, cols.edge_width);
   map.outlier_share_ = (rows.left_out + cols.left_out) / 2;
   map.surfaces_ = std::make_shared<CameraMap::Surfaces>(
       CameraMap::Surfaces{std::move(rows.surface), std::move(cols.surface)});

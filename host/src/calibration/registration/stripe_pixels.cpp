@@ -71,6 +71,17 @@ std::vector<SeenValue> StripePixels::decoded(StripeAxis axis) const {
   return values;
 }
 
+double StripePixels::finest_contrast(StripeAxis axis) const {
+  const int finest = first_pair(axis) + code_.bits(axis) - 1, wider = std::max(finest - 2, first_pair(axis));
+  double fine = 0, wide = 0;
+  for (std::size_t pixel = 0; pixel < direct_.size(); ++pixel) {
+    if (!good(pixel)) continue;
+    fine += std::abs(ratio(pixel, finest));
+    wide += std::abs(ratio(pixel, wider));
+  }
+  return wide > 0 ? fine / wide : 0;
+}
+
 /// Exactly one bit of a Gray code changes between neighbours.
 std::optional<int> StripePixels::pair_at(StripeAxis axis, int border) const {
   const int size = axis == StripeAxis::columns ? code_.projector().cols : code_.projector().rows;

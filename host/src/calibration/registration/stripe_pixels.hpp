@@ -26,6 +26,10 @@ class StripePixels {
   /// The middle of the cell that each good pixel sees along an axis, from the signs of its stripes.
   std::vector<SeenValue> decoded(StripeAxis axis) const;
 
+  /// The contrast of the finest stripes divided by that of stripes four times as wide, mean of the good
+  /// pixels. 1: both optics are sharp; indirect light lowers both alike.
+  double finest_contrast(StripeAxis axis) const;
+
   /// What a pixel tells about the border between cells `border` − 1 and `border`: its light from the far side
   /// less that from the near side, as a share of its direct light, −1 to 1. nullopt: no pattern has this
   /// border, or the pixel does not see stripes.

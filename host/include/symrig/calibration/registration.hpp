@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/calibration/camera_map.hpp"
+#include "symrig/calibration/cell_weights.hpp"
+
+#include <vector>
+
+namespace symrig {
+
+/// How a camera with pixels of its own sees the projector's cells.
+struct Registration {
+  Grid cells;
+  std::vector<CameraMap> maps;  ///< one for each channel
+  /// The flood-lit scene on the camera's grid: the mean of white and of all patterns with their complements,
+  /// so its noise is that of many photographs.
+  Radiance flood;
+  std::int64_t photographs = 0;  ///< that it took
+
+  Grid camera() const { return flood.mean.grid(); }
+  /// rms error of the worst channel's map [cells].
+  double error() const;
+  /// Camera pixels along the side of a cell, the fewest of all channels.
+  double pixels_per_cell() const;
+  /// Weights that keep this far from the borders of cells: three times the error of the map.
+  /// fails: as CellWeights::make.
+  Result<CellWeights> weights() const;
+};
+
+struct RegistrationOptions {
+  /// A camera with fewer pixels along the side of a cell is refused. With 2.2, every cell has a pixel that
+  /// lies wholly inside it, however the camera is turned.
+  double least_pixels = 2.2;
+  /// [cells] Wider edges are refused. The finest stripes are two cells wide: then they run into each other,
+  /// and the map is wrong by more than it states (docs/benchmarks/registration.md, Blur).
+  double widest_edge = 1.3;
+  Progress progress = {};
+};
+
+/// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
+/// 2, so 26 for 64 x 64 cells. fails: as fit_camera_maps; limit (the camera is too coarse; the message says
+/// which cells would do); interrupted; as the rig.
+Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
+
+}  // namespace symrig

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/registration.hpp"
+
+#include "symrig/calibration/gray_code.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+/// Errors of the map are normal, so nearly none is three times the rms.
+constexpr double kMarginErrors = 3;
+/// [cells] Of the map. A core would have to keep 0.3 cells from each border, so only its middle would be
+/// left.
+constexpr double kLargestError = 0.1;
+
+/// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
+Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
+  Radiance flood = photographs[code.white()];
+  for (int k = 0; k < code.white(); ++k) {
+    const Radiance& one = photographs[k];
+    for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
+      flood.mean.values()[i] += one.mean.values()[i];
+      flood.variance.values()[i] += one.variance.values()[i];
+      flood.valid.values()[i] &= one.valid.values()[i];
+    }
+  }
+  const auto share = static_cast<float>(1.0 / (code.pairs() + 1));
+  for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
+    const float valid = flood.valid.values()[i] ? share : 0;
+    flood.mean.values()[i] *= valid;
+    flood.variance.values()[i] *= valid * valid;
+  }
+  return flood;
+}
+
+Result<std::vector<Radiance>> photograph_code(Probe& rig, const Progress& progress) {
+  const std::vector<Pattern> patterns = gray_code_patterns(rig.grid());
+  std::vector<Radiance> photographs;
+  photographs.reserve(patterns.size());
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    if (progress && !progress({"Gray code", static_cast<std::int64_t>(k),
+                               static_cast<std::int64_t>(patterns.size()), kNoneToCome}))
+      return Error{ErrorCode::interrupted, fmt::format("registration stopped after {} photographs", k),
+                   "run it again"};
+    SYMRIG_TRY(auto one, rig.measure(std::span(patterns).subspan(k, 1)));
+    photographs.push_back(std::move(one.front()));
+  }
+  return photographs;
+}
+
+}  // namespace
+
+double Registration::error() const {
+  double worst = 0;
+  for (const CameraMap& map : maps) worst = std::max(worst, map.error());
+  return worst;
+}
+
+double Registration::pixels_per_cell() const {
+  double fewest = maps.front().pixels_per_cell();
+  for (const CameraMap& map : maps) fewest = std::min(fewest, map.pixels_per_cell());
+  return fewest;
+}
+
+Result<CellWeights> Registration::weights() const {
+  std::vector<CornerMap> corners;
+  corners.reserve(maps.size());
+  for (const CameraMap& map : maps) corners.push_back(map.corners());
+  WeightOptions options;
+  options.margin = kMarginErrors * error();
+  return CellWeights::make(cells, corners, flood, options);
+}
+
+Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
+  if (rig.views().count() != 1)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("a rig of {} views cannot be registered: a point is lit from all of them",
+                             rig.views().count()),
+                 "register a rig of one view"};
+  SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
+  Registration found;
+  found.cells = rig.grid();
+  found.photographs = static_cast<std::int64_t>(photographs.size());
+  found.flood = mean_flood(GrayCode(found.cells), photographs);
+  SYMRIG_TRY(found.maps, fit_camera_maps(found.cells, photographs));
+  if (!(found.error() <= kLargestError))
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the stripes give a map with an error of {:.2f} cells, and {:.1f} is the most that helps",
+                    found.error(), kLargestError),
+        "focus camera and projector, expose longer, or look for mirrors in the scene"};
+  double width = 0;
+  for (const CameraMap& map : found.maps) width = std::max(width, map.edge_width());
+  if (width > options.widest_edge)
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the borders of cells are blurred over {:.1f} cells, and {:.1f} is the most that helps",
+                    width, options.widest_edge),
+        "focus camera and projector, or make the cells larger"};
+  const double pixels = found.pixels_per_cell();
+  if (pixels >= options.least_pixels) return found;
+  return Error{ErrorCode::limit,
+               fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
+                           pixels, options.least_pixels),
+               fmt::format("make the cells {:.1f} times as large, or move the camera closer",
+                           std::ceil(10 * options.least_pixels / pixels) / 10)};
+}
+
+}  // namespace symrig

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a bench that was aligned by hand costs: each scene captured by the ideal coaxial rig and by a bench,
+// which is registered from its own Gray-code photographs. Errors of both against the ideal T. A ratio of 1 is
+// a perfect bench.
+#include "symrig/calibration/registration.hpp"
+
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace {
+
+using namespace symrig;
+
+/// Four camera pixels along the side of a cell at zoom 1, turn, zoom, shift, distortion. The camera is larger
+/// than the cells, so that it sees all of them.
+std::string bench_of(int size) {
+  const int camera = static_cast<int>(std::lround(size * 3.72 + 66));
+  return fmt::format("&camera={0}x{0}&turn=1.5&zoom={1:.4f}&shift=7.3,-4.1&distortion=0.02", camera,
+                     3.72 * size / camera);
+}
+
+struct Captured {
+  double patterns = 0;
+  TransportErrors errors;
+};
+
+Result<Captured> captured(Probe& probe, const Scene& truth) {
+  SYMRIG_TRY(const CaptureResult result, capture(probe, {}));
+  SYMRIG_TRY(
+      const TransportErrors errors,
+      evaluate(result.tensor, [&](const Image<float>& p) -> Result<Image<float>> { return truth.apply(p); }));
+  return Captured{static_cast<double>(result.patterns), errors};
+}
+
+/// rms per axis of the worst channel, over the corners that look at a cell [cells].
+double map_error(const Registration& found, const std::vector<CornerMap>& exact) {
+  double worst = 0;
+  for (std::size_t c = 0; c < found.maps.size(); ++c) {
+    const CornerMap map = found.maps[c].corners();
+    const CornerMap& truth = exact[exact.size() == 1 ? 0 : c];
+    double square = 0, count = 0;
+    for (int row = 0; row < truth.grid().rows; ++row)
+      for (int col = 0; col < truth.grid().cols; ++col) {
+        const double r = truth.at(row, col, 0), q = truth.at(row, col, 1);
+        if (r < 0 || q < 0 || r > found.cells.rows || q > found.cells.cols) continue;
+        square += std::pow(map.at(row, col, 0) - r, 2) + std::pow(map.at(row, col, 1) - q, 2);
+        count += 2;
+      }
+    worst = std::max(worst, std::sqrt(square / count));
+  }
+  return worst;
+}
+
+Result<void> compare(const std::string& scene, const std::string& bench) {
+  SYMRIG_TRY(const auto ideal_rig, open_virtual_rig(scene));
+  SYMRIG_TRY(const Captured ideal, captured(*ideal_rig, ideal_rig->truth()));
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench));
+  SYMRIG_TRY(const Registration registration, register_camera(*rig));
+  SYMRIG_TRY(CellWeights weights, registration.weights());
+  RegisteredProbe probe(*rig, std::move(weights));
+  SYMRIG_TRY(const Captured found, captured(probe, rig->truth()));
+  const auto ratio = [](double a, double b) {
+    return b > 0 ? fmt::format("{:.2f}", a / b) : std::string("-");
+  };
+  fmt::print("{:<18} {:5.0f} {:5.0f} {:>6}   {:.4f} {:.4f}   {:.4f} {:>6}   {:.4f} {:>6}   {:.5f} {:.5f}\n",
+             rig->uri().name, ideal.patterns, found.patterns, ratio(found.patterns, ideal.patterns),
+             ideal.errors.frobenius, found.errors.frobenius, found.errors.indirect,
+             ratio(found.errors.indirect, ideal.errors.indirect), found.errors.bar_indirect,
+             ratio(found.errors.bar_indirect, ideal.errors.bar_indirect),
+             map_error(registration, rig->exact_corners()), registration.error());
+  (void)std::fflush(stdout);
+  return {};
+}
+
+int run(int size, int seed) {
+  fmt::print("{}x{} cells, seed {}: {}\n", size, size, seed, bench_of(size));
+  fmt::print("{:<18} {:>5} {:>5} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>7} {:>7}\n", "scene",
+             "ideal", "bench", "ratio", "frob", "bench", "indir", "ratio", "bar", "ratio", "map", "stated");
+  for (const std::string_view name : scene_names()) {
+    const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
+    if (const auto done = compare(scene, bench_of(size)); !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  }
+  return 0;
+}
+
+/// The map of a projector out of focus.
+int run_blur() {
+  fmt::print("defocus [cells]  edge [cells]  map [cells]  stated\n");
+  for (const double blur : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 2.0}) {
+    const auto rig = open_virtual_rig(
+        fmt::format("sim:vgroove-textured?size=32x32&fine=4&defocus=0,{}{}", blur, bench_of(32)));
+    if (!rig) return fmt::print("{}\n", rig.error().line()), 4;
+    RegistrationOptions forced;
+    forced.widest_edge = 100;
+    const auto found = register_camera(**rig, forced);
+    if (!found) return fmt::print("{}\n", found.error().line()), 4;
+    fmt::print("{:15.1f} {:13.2f} {:12.4f} {:.4f}\n", blur, found->maps.front().edge_width(),
+               map_error(*found, (*rig)->exact_corners()), found->error());
+  }
+  return 0;
+}
+
+}  // namespace
+
+/// usage: benchmark_registration [SIZE [SEED]], or benchmark_registration blur
+int main(int argc, char** argv) {
+  if (argc == 2 && std::string_view(argv[1]) == "blur") return run_blur();
+  const auto number = [&](int k, int otherwise) {
+    return argc > k ? static_cast<int>(std::strtol(argv[k], nullptr, 10)) : otherwise;
+  };
+  const int size = number(1, 64), seed = number(2, 1);
+  if (size < 8 || size > 1024) {
+    (void)std::fprintf(stderr, "usage: benchmark_registration [SIZE [SEED]], SIZE from 8 to 1024; or blur\n");
+    return 2;
+  }
+  return run(size, seed);
+}
