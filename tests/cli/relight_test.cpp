@@ -9,6 +9,8 @@
 #include <cstring>
 #include <limits>
 
+#include <fmt/format.h>
+
 namespace symrig::test::relight_test {
 namespace {
 
