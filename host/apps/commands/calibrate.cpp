@@ -101,13 +101,17 @@ std::string calibration_text(const Calibration& c) {
       c.summary.mean_black, c.map.noise);
   if (!c.summary.rig) return text;
   const RigSummary& rig = *c.summary.rig;
+  // Positions of a camera with pixels of its own are in other units than those of the projector.
+  if (c.map.camera == c.map.projector)
+    text += fmt::format(
+        "projector - camera position: rows {:+.3f}, columns {:+.3f} pixels (rms deviation from this mean "
+        "{:.3f})\n",
+        rig.offset_row, rig.offset_col, rig.offset_rms);
   return text +
          fmt::format(
-             "projector - camera position: rows {:+.3f}, columns {:+.3f} pixels (rms deviation from this "
-             "mean {:.3f})\n"
              "noise of the flood-lit photograph as the rig predicts it: {:.3g}; {} of its values are not "
              "usable\n",
-             rig.offset_row, rig.offset_col, rig.offset_rms, rig.predicted_noise, percent(rig.invalid_share));
+             rig.predicted_noise, percent(rig.invalid_share));
 }
 
 /// Refuses options that have no effect with the chosen kind of calibration.

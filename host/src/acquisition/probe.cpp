@@ -7,10 +7,11 @@ namespace symrig {
 
 Result<void> check_aligned(const Probe& probe) {
   if (probe.grid() == probe.camera_grid()) return {};
-  return Error{ErrorCode::size_mismatch,
-               fmt::format("the projector shows {} cells, but the camera has {} pixels",
-                           to_string(probe.grid()), to_string(probe.camera_grid())),
-               "register the camera first: symrig calibrate --rig RIG"};
+  return Error{
+      ErrorCode::size_mismatch,
+      fmt::format("the projector shows {} cells, but the camera has {} pixels", to_string(probe.grid()),
+                  to_string(probe.camera_grid())),
+      "use a camera with one pixel for each cell; the library can register others (RegisteredProbe)"};
 }
 
 }  // namespace symrig

@@ -312,6 +312,7 @@ std::string CoaxialCheck::to_string() const {
 }
 
 Result<CoaxialCheck> check_coaxial(Probe& probe, const CoaxialOptions& options) {
+  SYMRIG_CHECK(check_aligned(probe));
   CoaxialCheck check;
   check.options = options;
   SYMRIG_TRY(check.rows, check_axis(probe, Axis::rows, check));

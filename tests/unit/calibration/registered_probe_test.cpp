@@ -6,6 +6,7 @@
 #include "../rig/probe_laws.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -150,6 +151,8 @@ TEST(RegisteredProbe, a_rig_without_registration_is_refused) {
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::size_mismatch);
   EXPECT_NE(result.error().line().find("152x152"), std::string::npos) << result.error().line();
+  // The axis check compares pixels of both grids, so it must not begin.
+  EXPECT_EQ(check_coaxial(**rig).error().code, ErrorCode::size_mismatch);
 }
 
 }  // namespace

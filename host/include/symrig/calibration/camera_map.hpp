@@ -32,7 +32,7 @@ class CameraMap {
   double edge_width() const { return edge_width_; }
   /// Edges that the map was fitted to, both axes.
   std::int64_t edges() const { return edges_; }
-  /// Share of the edges and decoded pixels that the map does not explain: depth edges, mirrors, dead pixels.
+  /// Share of the edges that the map does not explain: depth edges, mirrors, dead pixels.
   double outlier_share() const { return outlier_share_; }
 
  private:
@@ -52,9 +52,9 @@ class CameraMap {
 /// the cells is known to about a fiftieth of a cell. Then the edges count: a pixel across the border of two
 /// cells sees both, and its share of each tells where the border crosses it. That is 5 to 25 times as precise
 /// as the decoded cells. The map is a spline (bicubic, fourth differences penalised), fitted robustly, so it
-/// covers shadows and dark texture. Its smoothness is the one that predicts left-out edges best. photographs:
-/// one of each pattern, in order; black subtracted. fails: size_mismatch; bad_value (too few pixels see the
-/// stripes).
+/// covers shadows and dark texture. Its smoothness is the one that predicts left-out edges best.
+/// photographs: one of each pattern, in order; black subtracted.
+/// fails: size_mismatch; bad_value (too few pixels see the stripes).
 Result<std::vector<CameraMap>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs);
 
 }  // namespace symrig

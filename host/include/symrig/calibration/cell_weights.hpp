@@ -15,15 +15,12 @@ namespace symrig {
 /// How camera pixels become the cells of the projector.
 enum class Weighting : std::uint8_t {
   /// A cell is the mean over its area: z = Σ A y / Σ A, with A the area of each camera pixel inside the cell.
-  /// Pixels
-  /// on a border count for both cells, so direct light spreads by about a sixth of a pixel's width.
+  /// Pixels on a border count for both cells, so direct light spreads by about a sixth of a pixel's width.
   area,
   /// Only pixels that lie wholly inside a cell, at least `margin` from its border, count. So no direct light
-  /// spreads,
-  /// if the projector is sharp. The flood-lit photograph W says what the border shows: the ratio y / W is a
-  /// plane over
-  /// the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. A cell without such pixels is weighted by
-  /// area.
+  /// spreads, if the projector is sharp. The flood-lit photograph W says what the border shows: the ratio
+  /// y / W is a plane over the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. A cell without such
+  /// pixels is weighted by area.
   cores,
 };
 
@@ -42,8 +39,9 @@ class CellWeights {
  public:
   /// cells: the projector's cells. corners: where the camera's pixels lie on them, one map for each channel
   /// or one for all. flood: photograph of the flood-lit scene on the camera's grid, without noise worth
-  /// mentioning; its channels are those of the photographs. cost: 1 (cores) to 2 (area) weights for each
-  /// camera pixel. fails: size_mismatch; bad_value (a corner is not finite).
+  /// mentioning; its channels are those of the photographs.
+  /// cost: 1 (cores) to 2 (area) weights for each camera pixel.
+  /// fails: size_mismatch; bad_value (a corner is not finite).
   static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
                                   const WeightOptions& options = {});
 
@@ -53,7 +51,8 @@ class CellWeights {
 
   /// The photograph on the cells. Invalid pixels are left out. A cell without a valid pixel is not valid. The
   /// variance is that of independent pixels. With area weights, neighbouring cells share pixels and their
-  /// noise. fails: size_mismatch.
+  /// noise.
+  /// fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
   /// Cells that the camera sees.

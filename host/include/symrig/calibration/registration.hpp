@@ -40,8 +40,10 @@ struct RegistrationOptions {
 };
 
 /// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
-/// 2, so 26 for 64 x 64 cells. fails: as fit_camera_maps; limit (the camera is too coarse; the message says
-/// which cells would do); interrupted; as the rig.
+/// 2, so 26 for 64 x 64 cells.
+/// fails: as fit_camera_maps; bad_argument (a rig of several views); bad_value (the map is too uncertain, or
+/// the picture out of focus); limit (the camera is too coarse; the message says which cells would do);
+/// interrupted; as the rig.
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 }  // namespace symrig

@@ -4,6 +4,7 @@
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>

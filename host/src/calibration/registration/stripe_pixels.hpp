@@ -5,7 +5,6 @@
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/image/radiance.hpp"
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
