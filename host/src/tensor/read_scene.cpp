@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/base/atomic_file.hpp"
 #include "symrig/base/nesting.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
+#include "tensor/h5_file.hpp"
 #include "tensor/read_tensor.hpp"
 #include "tensor/scene_file.hpp"
 
@@ -14,35 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 namespace h5 = tensor::h5;
 using tensor::Head;
-using tensor::Source;
+using h5::Source;
 
-Result<void> readable(const fs::path& path) {
-  auto can = check_readable(path);
-  if (can) return can;
-  std::error_code unknown;
-  if (can.error().code == ErrorCode::not_found)
-    return Error{ErrorCode::not_found, can.error().what, "`symrig capture` makes scene files"};
-  if (fs::exists(path, unknown) && !fs::is_regular_file(path, unknown))
-    return Error{ErrorCode::bad_format, can.error().what, "name a scene.h5"};
-  return can;
-}
-
-/// The reason why HDF5 did not open a readable file.
-Error not_opened(const fs::path& path, std::uint64_t bytes) {
-  if (bytes == 0)
-    return {ErrorCode::bad_format, path.string() + ": is empty", "capture or fit the scene again"};
-  if (H5Fis_hdf5(path.c_str()) <= 0)
-    return {ErrorCode::bad_format, path.string() + ": is not an HDF5 file, so it is not a scene",
-            "name a scene.h5"};
-  return {ErrorCode::bad_format,
-          path.string() + ": is an HDF5 file, but cut short or damaged (" + std::to_string(bytes) + " bytes)",
-          "copy it again from its source, or capture the scene again"};
-}
-
-Error named(const fs::path& path, Error error) {
-  error.what = path.string() + ": " + error.what;
-  return error;
-}
+constexpr h5::FileWords kScene{.content = "a scene",
+                               .name_one = "name a scene.h5",
+                               .make_one = "`symrig capture` makes scene files",
+                               .make_again = "capture or fit the scene again"};
 
 Result<Grid> read_grid(const Source& source, const char* name) {
   SYMRIG_TRY(const std::vector<std::int32_t> size, h5::read_integers(source.file.id(), name, 2));
@@ -121,16 +98,7 @@ Result<StoredScene> read_all(const Source& source) {
 }  // namespace
 
 Result<StoredScene> load_scene(const fs::path& path) {
-  const std::scoped_lock lock(tensor::hdf5_mutex());
-  h5::be_quiet();
-  SYMRIG_CHECK(readable(path));
-  std::error_code failed;
-  const std::uint64_t bytes = fs::file_size(path, failed);
-  const Source source{h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose), bytes};
-  if (!source.file.ok()) return not_opened(path, bytes);
-  auto scene = read_all(source);
-  if (!scene) return named(path, std::move(scene).error());
-  return scene;
+  return h5::read_file(path, kScene, read_all);
 }
 
 }  // namespace symrig

@@ -4,18 +4,14 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
-#include "tensor/h5.hpp"
+#include "tensor/h5_file.hpp"
 
 #include <cstdint>
 #include <string>
 
 namespace symrig::tensor {
 
-/// An open scene file and its size. Every size in the file is checked against it.
-struct Source {
-  h5::Handle file;
-  std::uint64_t bytes;
-};
+using h5::Source;
 
 /// The root attributes.
 struct Head {

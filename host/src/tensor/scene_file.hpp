@@ -10,19 +10,12 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
 #include <string>
 
 namespace symrig::tensor {
 
 constexpr std::int32_t kVersionMajor = 2;  ///< version 1 can also be read
 constexpr std::int32_t kVersionMinor = 0;
-
-/// Debian's HDF5 is not thread-safe: only one scene file at a time.
-inline std::mutex& hdf5_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
 
 /// Writes the tree of one side ("camera" or "projector"): dataset <side>_order, and for a grid of several
 /// views the attributes <side>_views, <side>_split and, unless flat, the dataset <side>_boundaries.

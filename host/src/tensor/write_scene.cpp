@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/base/atomic_file.hpp"
-#include "symrig/base/fd.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
+#include "tensor/h5_file.hpp"
 #include "tensor/half.hpp"
 #include "tensor/scene_file.hpp"
-
-#include <fcntl.h>
-#include <unistd.h>
 
 namespace symrig {
 namespace {
@@ -36,11 +32,6 @@ class HalfValues {
   std::vector<Half> halves_;
   std::vector<std::int32_t> exponents_;
 };
-
-Error io_error(const fs::path& path, const std::string& what) {
-  return {ErrorCode::io, path.string() + ": " + what + " (" + std::strerror(errno) + ")",
-          "check the folder, its permissions and the free space"};
-}
 
 std::span<const std::int32_t> one(const std::int32_t& value) {
   return {&value, 1};
@@ -198,45 +189,10 @@ bool write_all(hid_t file, const StoredScene& scene) {
          write_held_out(held_out.id(), scene.held_out);
 }
 
-constexpr std::size_t kGrowBy = std::size_t{1} << 16;
-
-/// The file is built in memory and written when it is closed: otherwise a full disk would end the process
-/// inside the library. Metadata with checksums needs the library's newer file layout (HDF5 ≥ 1.10).
-h5::Handle file_access() {
-  h5::Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_libver_bounds(access.id(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
-  H5Pset_fapl_core(access.id(), kGrowBy, true);
-  return access;
-}
-
-bool sync_file(const fs::path& path) {
-  Fd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (!file) return false;
-  const bool ok = ::fsync(file.get()) == 0;
-  return file.close() && ok;
-}
-
-/// Writes a complete file and syncs it to the disk.
-bool write_file(const fs::path& path, const StoredScene& scene) {
-  const h5::Handle access = file_access();
-  h5::Handle file(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, access.id()), H5Fclose);
-  const bool written = file.ok() && write_all(file.id(), scene);
-  return file.close() && written && sync_file(path);
-}
-
 }  // namespace
 
 Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
-  const std::scoped_lock lock(tensor::hdf5_mutex());
-  h5::be_quiet();
-  SYMRIG_TRY(const fs::path target, replaceable_file(path));
-  const fs::path temporary = temporary_name(target);
-  const Result<void> done = write_file(temporary, scene) ? replace_file(temporary, target)
-                                                         : Result<void>(io_error(path, "cannot be written"));
-  // With a full disk, a part of the file may remain, even if HDF5 could not begin.
-  std::error_code ignored;
-  if (!done) fs::remove(temporary, ignored);
-  return done;
+  return h5::write_file(path, [&](hid_t file) { return write_all(file, scene); });
 }
 
 }  // namespace symrig

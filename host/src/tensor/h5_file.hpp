@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// HDF5 files of symrig: written atomically, and opened with errors that say what to do.
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "tensor/h5.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <mutex>
+#include <string_view>
+#include <utility>
+
+namespace symrig::tensor::h5 {
+
+/// Debian's HDF5 is not thread-safe: one file at a time.
+std::mutex& library_mutex();
+
+/// An open file and its size. Every size in the file is checked against it.
+struct Source {
+  Handle file;
+  std::uint64_t bytes;
+};
+
+/// What messages say of a kind of file.
+struct FileWords {
+  std::string_view content;     ///< "a scene"
+  std::string_view name_one;    ///< what to do if another file was named
+  std::string_view make_one;    ///< what to do if there is none
+  std::string_view make_again;  ///< what to do if it is damaged
+};
+
+/// Opens a file to read it. The caller holds library_mutex().
+/// fails: not_found, io; bad_format (not HDF5, or damaged).
+Result<Source> open_file(const std::filesystem::path& path, const FileWords& words);
+
+/// Fills a new file, syncs it to the disk, and puts it in the place of the old one. `fill` returns false if
+/// the library failed. After a failure, the old file is as it was.
+/// fails: io, not_found.
+Result<void> write_file(const std::filesystem::path& path, const std::function<bool(hid_t file)>& fill);
+
+/// Opens a file, reads it with `read`, and puts its path before each error of that.
+template <class Read>
+auto read_file(const std::filesystem::path& path, const FileWords& words, Read read)
+    -> decltype(read(std::declval<const Source&>())) {
+  const std::scoped_lock lock(library_mutex());
+  SYMRIG_TRY(const Source source, open_file(path, words));
+  auto content = read(source);
+  if (content) return content;
+  Error error = std::move(content).error();
+  error.what = path.string() + ": " + error.what;
+  return error;
+}
+
+}  // namespace symrig::tensor::h5
