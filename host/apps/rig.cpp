@@ -3,6 +3,8 @@
 
 #include "meter.hpp"
 #include "symrig/base/nearest_name.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/calibration/registration_file.hpp"
 #include "symrig/rig/open_rig.hpp"
 
 #include <filesystem>
@@ -66,7 +68,7 @@ Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
   return open_virtual_rig(rig);
 }
 
-Result<OpenedRig> open_rig(const std::string& rig) {
+Result<OpenedRig> open_bare_rig(const std::string& rig) {
   if (is_simulated(rig)) {
     SYMRIG_TRY(auto simulated, open_virtual_rig(rig));
     const Rig* inside = &simulated->rig();
@@ -79,6 +81,30 @@ Result<OpenedRig> open_rig(const std::string& rig) {
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
   return OpenedRig{std::move(real), inside, "camera"};
+}
+
+Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration) {
+  std::string file = registration;
+  if (file.empty() && !is_simulated(rig)) {
+    SYMRIG_CHECK(check_file(rig));
+    SYMRIG_TRY(const RigDescription described, read_rig_file(rig));
+    file = described.registration;
+  }
+  if (file.empty()) return open_bare_rig(rig);
+  // The file first: it takes no time, and the devices may.
+  SYMRIG_TRY(const Registration found, load_registration(file));
+  SYMRIG_TRY(OpenedRig opened, open_bare_rig(rig));
+  SYMRIG_TRY(opened.probe, RegisteredProbe::make(std::move(opened.probe), found));
+  return opened;
+}
+
+void add_registration(CLI::App& command, std::string& registration) {
+  command
+      .add_option(
+          "--registration", registration,
+          "If the camera has pixels of its own: the file of `symrig calibrate --rig` (default: the one "
+          "that the rig file names)")
+      ->type_name("registration.h5");
 }
 
 std::string trouble_text(const RigTrouble& trouble) {

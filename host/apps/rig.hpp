@@ -10,6 +10,8 @@
 #include <memory>
 #include <string>
 
+#include <CLI/CLI.hpp>
+
 namespace symrig::apps {
 
 /// True for "sim:…".
@@ -25,9 +27,18 @@ struct OpenedRig {
 /// The files that opening `--rig RIG` reads: the rig file and the files that it names.
 JobFiles rig_files(const std::string& rig);
 
-/// Opens `--rig RIG`: sim:NAME?key=value&… or a rig file (docs/rig-file.md).
+/// Opens `--rig RIG` as it is: sim:NAME?key=value&… or a rig file (docs/rig-file.md). Its camera may have
+/// pixels of its own.
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors.
-Result<OpenedRig> open_rig(const std::string& rig);
+Result<OpenedRig> open_bare_rig(const std::string& rig);
+
+/// The same, with photographs on the projector's cells. registration: the file to use; empty: the one that
+/// the rig file names, if any.
+/// fails: as open_bare_rig, load_registration and RegisteredProbe::make.
+Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration);
+
+/// Adds `--registration FILE`.
+void add_registration(CLI::App& command, std::string& registration);
 
 /// As open_rig, for simulated rigs only. These know the exact transport.
 Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig);

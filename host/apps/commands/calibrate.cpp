@@ -6,6 +6,7 @@
 #include "files.hpp"
 #include "level_calibration.hpp"
 #include "meter.hpp"
+#include "registration_job.hpp"
 #include "rig.hpp"
 #include "sensor_calibration.hpp"
 #include "symrig/image/file.hpp"
@@ -77,15 +78,13 @@ RigSummary rig_summary(const PixelMap& map, const Radiance& white, const ProbeCo
   return summary;
 }
 
-Result<Calibration> from_rig(const std::string& name) {
-  SYMRIG_TRY(const OpenedRig opened, open_rig(name));
-  const std::unique_ptr<Probe>& rig = opened.probe;
+Result<Calibration> from_rig(Probe& rig) {
   Radiance white;
-  SYMRIG_TRY(const CodePhotographs photographs, photograph_code(*rig, white));
+  SYMRIG_TRY(const CodePhotographs photographs, photograph_code(rig, white));
   SYMRIG_CHECK(check_gray_code(photographs));
   SYMRIG_TRY(PixelMap map, decode(photographs));
-  Calibration calibration{summarize(rig->describe(), photographs, map), std::move(map)};
-  calibration.summary.rig = rig_summary(calibration.map, white, rig->cost());
+  Calibration calibration{summarize(rig.describe(), photographs, map), std::move(map)};
+  calibration.summary.rig = rig_summary(calibration.map, white, rig.cost());
   return calibration;
 }
 
@@ -125,6 +124,10 @@ Result<void> check_calibrate_effects(const CLI::App& command, const CalibrateArg
   return check_effects(command, options);
 }
 
+bool is_registration(const std::string& output) {
+  return output.ends_with(".h5");
+}
+
 Result<void> check_arguments(const CalibrateArguments& arguments) {
   const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
   if (given != 1)
@@ -140,8 +143,11 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
     return Error{ErrorCode::bad_argument, "--levels measures no map",
                  "remove -o, --uncertainty and --report"};
   if (!arguments.sensor.empty()) return {};
+  if (arguments.rig.empty() && is_registration(arguments.output))
+    return Error{ErrorCode::bad_argument, fmt::format("{}: a registration needs --rig", arguments.output),
+                 "give --rig RIG, or a map: -o map.exr"};
   for (const std::string& picture : {arguments.output, arguments.uncertainty}) {
-    if (picture.empty()) continue;
+    if (picture.empty() || is_registration(picture)) continue;
     if (is_png(picture))
       return Error{ErrorCode::bad_argument,
                    fmt::format("{}: PNG cannot store the positions of a map", picture),
@@ -151,25 +157,53 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
   return {};
 }
 
-/// The file for the map: as given, else the one that the rig file names.
-Result<std::string> map_output(const CalibrateArguments& arguments) {
+/// The file for the result: as given, else the one that the rig file names.
+Result<std::string> output_of(const CalibrateArguments& arguments) {
   if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
     return arguments.output;
   SYMRIG_TRY(const RigDescription file, read_rig_file(arguments.rig));
-  return file.map;
+  return file.registration.empty() ? file.map : file.registration;
 }
 
-/// The files of the calibration. It may replace the map that the rig file names.
-JobFiles files_of(const CalibrateArguments& arguments, const std::string& map) {
+/// The files of the calibration. It may replace the result that the rig file names.
+JobFiles files_of(const CalibrateArguments& arguments, const std::string& output) {
   JobFiles files = rig_files(arguments.rig);
   files.reads_folder("a photograph", arguments.from.folder)
-      .writes("-o", map, FileFormat::map)
+      .writes("-o", output, is_registration(output) ? FileFormat::registration : FileFormat::map)
       .writes("--uncertainty", arguments.uncertainty, FileFormat::map)
       .writes("--report", arguments.report, FileFormat::page)
       .writes("--json", arguments.json, FileFormat::json);
   if (arguments.rig.empty() || is_simulated(arguments.rig)) return files;
-  if (const auto rig = read_rig_file(arguments.rig)) files.measures_anew("-o", rig->map);
+  if (const auto rig = read_rig_file(arguments.rig))
+    files.measures_anew("-o", rig->map).measures_anew("-o", rig->registration);
   return files;
+}
+
+Result<void> write_map(const CalibrateArguments& arguments, const std::string& output,
+                       const Calibration& found) {
+  if (!output.empty()) SYMRIG_CHECK(write_image(output, map_picture(found.map)));
+  if (!arguments.uncertainty.empty())
+    SYMRIG_CHECK(write_image(arguments.uncertainty, uncertainty_picture(found.map)));
+  if (!arguments.report.empty())
+    SYMRIG_CHECK(write_text(arguments.report, calibration_page(found.summary, found.map)));
+  SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
+  return is_standard_output(arguments.json) ? Result<void>() : print(calibration_text(found));
+}
+
+/// A camera with pixels of its own is registered, unless a map is asked for.
+Result<void> calibrate_rig(const CalibrateArguments& arguments, const std::string& output) {
+  SYMRIG_TRY(const OpenedRig opened, open_bare_rig(arguments.rig));
+  Probe& rig = *opened.probe;
+  const bool own_pixels = rig.grid() != rig.camera_grid();
+  const bool map_asked = !(arguments.uncertainty + output).empty() && !is_registration(output);
+  if (is_registration(output) || (own_pixels && !map_asked)) {
+    if (!arguments.uncertainty.empty())
+      return Error{ErrorCode::bad_argument, "--uncertainty is of a map, but a registration is measured",
+                   "remove --uncertainty, or give -o map.exr"};
+    return register_rig(rig, {output, arguments.report, arguments.json});
+  }
+  SYMRIG_TRY(const Calibration found, from_rig(rig));
+  return write_map(arguments, output, found);
 }
 
 Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
@@ -178,17 +212,11 @@ Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
   if (!arguments.sensor.empty())
     return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
   if (!arguments.levels.empty()) return calibrate_levels({arguments.rig, arguments.levels, arguments.json});
-  SYMRIG_TRY(const std::string output, map_output(arguments));
+  SYMRIG_TRY(const std::string output, output_of(arguments));
   SYMRIG_CHECK(files_of(arguments, output).check());
-  SYMRIG_TRY(const Calibration found,
-             arguments.rig.empty() ? from_folder(arguments.from) : from_rig(arguments.rig));
-  if (!output.empty()) SYMRIG_CHECK(write_image(output, map_picture(found.map)));
-  if (!arguments.uncertainty.empty())
-    SYMRIG_CHECK(write_image(arguments.uncertainty, uncertainty_picture(found.map)));
-  if (!arguments.report.empty())
-    SYMRIG_CHECK(write_text(arguments.report, calibration_page(found.summary, found.map)));
-  SYMRIG_CHECK(write_text(arguments.json, calibration_json(found.summary, found.map)));
-  return is_standard_output(arguments.json) ? Result<void>() : print(calibration_text(found));
+  if (!arguments.rig.empty()) return calibrate_rig(arguments, output);
+  SYMRIG_TRY(const Calibration found, from_folder(arguments.from));
+  return write_map(arguments, output, found);
 }
 
 }  // namespace
@@ -213,8 +241,8 @@ Job add_calibrate(CLI::App& command) {
       ->type_name("response.toml");
   command
       .add_option("-o,--output", arguments->output,
-                  "Map to write (.exr or .pfm); with --sensor: sensor.toml to write")
-      ->type_name("map.exr");
+                  "Map (.exr or .pfm) or registration (.h5) to write; with --sensor: sensor.toml")
+      ->type_name("FILE");
   command
       .add_option(
           "--uncertainty", arguments->uncertainty,
@@ -224,13 +252,19 @@ Job add_calibrate(CLI::App& command) {
       ->type_name("map.html");
   add_json(command, arguments->json);
   command.footer(
-      std::string("Example:\n"
-                  "  symrig calibrate --from photographs -o map.exr --json -\n"
-                  "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
-                  "  symrig calibrate --rig rig.toml --levels levels.toml\n"
-                  "  symrig calibrate --sensor frames -o sensor.toml\n"
-                  "\n"
-                  "The channels of a map are projector column, projector row, and decoded (1 or 0).\n\n") +
+      std::string(
+          "Example:\n"
+          "  symrig calibrate --from photographs -o map.exr --json -\n"
+          "  symrig calibrate --rig 'sim:plane?misalign=0.5'\n"
+          "  symrig calibrate --rig 'sim:plane?size=64x64&camera=304x304&turn=1.5&zoom=0.78' -o "
+          "registration.h5\n"
+          "  symrig calibrate --rig rig.toml --levels levels.toml\n"
+          "  symrig calibrate --sensor frames -o sensor.toml\n"
+          "\n"
+          "If the camera has pixels of its own, --rig finds where they look on the projector's cells. "
+          "A capture needs\n"
+          "this registration.\n"
+          "The channels of a map are projector column, projector row, and decoded (1 or 0).\n\n") +
       kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
   return [&command, arguments] { return run(command, *arguments); };
 }

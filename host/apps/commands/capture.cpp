@@ -30,7 +30,7 @@ namespace symrig::apps {
 namespace {
 
 struct CaptureArguments {
-  std::string rig, output, json, algorithm = std::string(algorithm_names().front());
+  std::string rig, registration, output, json, algorithm = std::string(algorithm_names().front());
   std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
@@ -237,6 +237,7 @@ Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureO
 
 JobFiles files_of(const CaptureArguments& arguments) {
   JobFiles files = rig_files(arguments.rig);
+  files.reads("the registration", arguments.registration);
   files.writes("-o", arguments.output, FileFormat::scene).writes("--json", arguments.json, FileFormat::json);
   return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
 }
@@ -248,7 +249,7 @@ Result<void> run(const CaptureArguments& arguments) {
   if (!settings) return in_command_words(settings.error());
   SYMRIG_CHECK(files_of(arguments).check());
   SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
-  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig));
+  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig, arguments.registration));
   const std::unique_ptr<Probe>& rig = opened.probe;
   if (const Result<void> fits = check_rig(options, *rig); !fits) return in_command_words(fits.error());
   if (arguments.check_axis && !CaptureLog::goes_on(arguments.output, arguments.log))
@@ -269,6 +270,7 @@ Job add_capture(CLI::App& command) {
   command.add_option("--rig", arguments->rig, "The rig to measure with (see below)")
       ->required()
       ->type_name("RIG");
+  add_registration(command, arguments->registration);
   command.add_option("-o,--output", arguments->output, "Tensor file to write (HDF5)")
       ->required()
       ->type_name("scene.h5");

@@ -8,6 +8,7 @@
 #include "symrig/acquisition/measured_errors.hpp"
 #include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
+#include "symrig/sim/bench_truth.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <memory>
@@ -23,7 +24,7 @@ namespace symrig::apps {
 namespace {
 
 struct EvaluateArguments {
-  std::string scene, rig, json;
+  std::string scene, rig, registration, json;
 };
 
 Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
@@ -37,6 +38,8 @@ Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
 struct Judged {
   ErrorEstimate errors;
   std::string rig;
+  /// If `errors` refer to T of a bench: those against T of the ideal coaxial rig.
+  std::optional<ErrorEstimate> ideal = {};
 };
 
 Result<Judged> against_truth(const TransportTensor& tensor, const std::string& rig) {
@@ -45,13 +48,18 @@ Result<Judged> against_truth(const TransportTensor& tensor, const std::string& r
                     truth->channels() == tensor.channels();
   if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());
   Meter meter("evaluate", "patterns");
-  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, truth_of(truth, meter.progress())));
-  return Judged{std::move(errors), rig};
+  SYMRIG_TRY(ErrorEstimate ideal, measure_errors(tensor, truth_of(truth, meter.progress())));
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(const auto bench, bench_truth(uri));
+  if (!bench) return Judged{std::move(ideal), rig};
+  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, *bench));
+  return Judged{std::move(errors), rig, std::move(ideal)};
 }
 
 /// Compares with new photographs of a real rig.
-Result<Judged> against_rig(const TransportTensor& tensor, const std::string& rig) {
-  SYMRIG_TRY(const OpenedRig opened, open_rig(rig));
+Result<Judged> against_rig(const TransportTensor& tensor, const EvaluateArguments& arguments) {
+  SYMRIG_TRY(const OpenedRig opened, open_rig(arguments.rig, arguments.registration));
+  SYMRIG_CHECK(check_aligned(*opened.probe));
   Probe& probe = *opened.probe;
   const bool fits = probe.grid() == tensor.camera_grid() && probe.grid() == tensor.projector_grid() &&
                     probe.channels() == tensor.channels();
@@ -76,6 +84,11 @@ std::string result_text(const HeldOutError& e) {
       e.rms, grouped(static_cast<double>(e.lit_pixels)), percent(e.relative()), e.mean_white);
 }
 
+std::string_view compared_with(const std::string& rig, const Judged& judged) {
+  if (!is_simulated(rig)) return "new photographs";
+  return judged.ideal ? "the true transport of this bench, through its exact map" : "the true transport";
+}
+
 /// Prints a warning line before the numbers.
 void warn(const std::string& file, const std::vector<std::string>& differs) {
   if (differs.empty()) return;
@@ -88,6 +101,7 @@ void warn(const std::string& file, const std::vector<std::string>& differs) {
 Result<void> run(const EvaluateArguments& arguments) {
   SYMRIG_CHECK(rig_files(arguments.rig)
                    .reads("the scene", arguments.scene)
+                   .reads("the registration", arguments.registration)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
@@ -100,7 +114,7 @@ Result<void> run(const EvaluateArguments& arguments) {
   if (!arguments.rig.empty()) {
     const bool known = is_simulated(arguments.rig);
     SYMRIG_TRY(errors,
-               known ? against_truth(scene.tensor, arguments.rig) : against_rig(scene.tensor, arguments.rig));
+               known ? against_truth(scene.tensor, arguments.rig) : against_rig(scene.tensor, arguments));
     differs = differences_of_scene(captured_scene(scene), errors->rig);
     warn(arguments.scene, differs);
   }
@@ -108,13 +122,16 @@ Result<void> run(const EvaluateArguments& arguments) {
   SYMRIG_CHECK(write_text(
       arguments.json,
       evaluation_json(captured_scene(scene), arguments.rig, errors ? &errors->errors.value : nullptr,
-                      held_out, errors ? &errors->errors.half_width : nullptr, differs)));
+                      held_out, errors ? &errors->errors.half_width : nullptr, differs,
+                      errors && errors->ideal ? &errors->ideal->value : nullptr)));
   if (is_standard_output(arguments.json)) return {};
   std::string text =
-      errors ? fmt::format("relative errors against {}\n",
-                           is_simulated(arguments.rig) ? "the true transport" : "new photographs") +
+      errors ? fmt::format("relative errors against {}\n", compared_with(arguments.rig, *errors)) +
                    error_table(errors->errors)
              : std::string();
+  if (errors && errors->ideal)
+    text +=
+        "relative errors against the true transport of the ideal coaxial rig\n" + error_table(*errors->ideal);
   for (const HeldOutError& one : held_out) text += result_text(one);
   return print(text);
 }
@@ -130,6 +147,7 @@ Job add_evaluate(CLI::App& command) {
       .add_option("--rig", arguments->rig,
                   "Rig to compare with, simulated or real (default: held-out photographs only)")
       ->type_name("RIG");
+  add_registration(command, arguments->registration);
   add_json(command, arguments->json);
   command.footer(
       std::string(
@@ -142,7 +160,10 @@ Job add_evaluate(CLI::App& command) {
           "faults.\n"
           "The truth is the exact transport of the ideal coaxial rig: blurred by psf, but without noise, "
           "misalignment,\n"
-          "flare or dead pixels.\n"
+          "flare or dead pixels. If the camera has pixels of its own, the truth is the exact transport of "
+          "that "
+          "bench\n"
+          "through its exact map, and a second table compares with the ideal coaxial rig.\n"
           "Photographs that `symrig fit --hold-out` kept are compared with and without --rig.\n"
           "\n") +
       kExitCodes);

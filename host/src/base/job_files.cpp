@@ -29,7 +29,8 @@ struct FormatNames {
   bool binary;
 };
 
-constexpr std::array<FormatNames, 10> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
+constexpr std::array<FormatNames, 11> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
+                                                {FileFormat::registration, "a registration", ".h5", true},
                                                 {FileFormat::picture, "a picture", ".exr", true},
                                                 {FileFormat::map, "a map", ".exr", true},
                                                 {FileFormat::program, "a compiled program", ".symprog", true},
@@ -64,6 +65,7 @@ constexpr std::array<Suffix, 21> kSuffixes{{
 bool fits(FileFormat suffix, FileFormat output) {
   if (suffix == output) return true;
   if (suffix == FileFormat::picture && output == FileFormat::map) return true;
+  if (suffix == FileFormat::scene && output == FileFormat::registration) return true;
   return suffix == FileFormat::log && !names_of(output).binary;  // a .log file may contain any text
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/cell_weights.hpp"
 
+#include "acquisition/log/fast_crc32c.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -235,6 +237,16 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
   }
   if (counted > 0) weights.noise_share_ = noise / static_cast<double>(counted);
   return weights;
+}
+
+std::uint32_t CellWeights::digest() const {
+  std::vector<std::uint32_t> parts;
+  const auto add = [&](const auto& values) {
+    parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(values))));
+  };
+  for (const Rows& rows : rows_) add(rows.first), add(rows.pixel);
+  for (const Channel& channel : channel_) add(channel.weight), add(channel.reference), add(channel.scale);
+  return acquisition::fast_crc32c(std::as_bytes(std::span(parts)));
 }
 
 std::int64_t CellWeights::valid_cells() const {

@@ -35,7 +35,7 @@ std::vector<std::size_t> sample_by_level(const CodePhotographs& photographs) {
 }
 
 /// Level and variance of one bin of the sample.
-struct Point {
+struct NoisePoint {
   double level = 0, variance = 0;
 };
 
@@ -54,9 +54,9 @@ class PairSums {
     }
   }
 
-  Point bin(std::size_t begin, std::size_t end) const {
+  NoisePoint bin(std::size_t begin, std::size_t end) const {
     std::vector<double> deviations;
-    Point point;
+    NoisePoint point;
     for (std::size_t at = begin; at < end; ++at) {
       const std::size_t i = sample_[at];
       point.level += level(i) / static_cast<double>(end - begin);
@@ -83,9 +83,9 @@ class PairSums {
 };
 
 /// Relative least squares: every bin knows its variance to the same relative error.
-NoiseLine line_through(const std::vector<Point>& points) {
+NoiseLine line_through(const std::vector<NoisePoint>& points) {
   double n = 0, x = 0, xx = 0, y = 0, xy = 0;
-  for (const Point& p : points) {
+  for (const NoisePoint& p : points) {
     if (!(p.variance > 0)) continue;
     const double w = 1 / (p.variance * p.variance);
     n += w, x += w * p.level, xx += w * p.level * p.level, y += w * p.variance,
@@ -106,11 +106,11 @@ NoiseLine line_through(const std::vector<Point>& points) {
 NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
   const auto sample = sample_by_level(photographs);
   const PairSums sums(photographs, sample, held_out);
-  std::vector<Point> points;
+  std::vector<NoisePoint> points;
   for (std::size_t bin = 0; bin < kBins; ++bin)
     points.push_back(sums.bin(bin * sample.size() / kBins, (bin + 1) * sample.size() / kBins));
   NoiseLine line = line_through(points);
-  for (const Point& p : points) line.rms += p.variance / kBins;
+  for (const NoisePoint& p : points) line.rms += p.variance / kBins;
   line.rms = std::sqrt(line.rms);
   return line;
 }
@@ -142,10 +142,10 @@ NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::o
     return static_cast<double>(photographs.image(2 * pair).values()[i]) +
            static_cast<double>(photographs.image(2 * pair + 1).values()[i]);
   };
-  std::vector<Point> points;
+  std::vector<NoisePoint> points;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     std::vector<double> changes;
-    Point point;
+    NoisePoint point;
     double count = 0;
     for (std::size_t at = bin * sample.size() / kBins; at < (bin + 1) * sample.size() / kBins; ++at)
       for (std::size_t k = 0; k + 1 < pairs.size(); ++k) {

@@ -3,7 +3,33 @@
 
 #include "symrig/base/stopwatch.hpp"
 
+#include <fmt/format.h>
+
 namespace symrig {
+
+Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<Probe> rig,
+                                                               const Registration& registration) {
+  const auto fit = [](const char* what, Grid registered, Grid now) -> Result<void> {
+    if (registered == now) return {};
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the registration is of {} {}, but the rig has {}", to_string(registered), what,
+                             to_string(now)),
+                 "calibrate the rig again"};
+  };
+  SYMRIG_CHECK(fit("cells", registration.cells, rig->grid()));
+  SYMRIG_CHECK(fit("camera pixels", registration.camera(), rig->camera_grid()));
+  if (registration.flood.mean.channels() != rig->channels())
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the registration has {} channels, but the rig has {}",
+                             registration.flood.mean.channels(), rig->channels()),
+                 "calibrate the rig again"};
+  SYMRIG_TRY(CellWeights weights, registration.weights());
+  return std::unique_ptr<RegisteredProbe>(new RegisteredProbe(std::move(rig), std::move(weights)));
+}
+
+std::string RegisteredProbe::identity() const {
+  return fmt::format("{}, registration {:08x}", rig_.identity(), weights_.digest());
+}
 
 Result<std::vector<Radiance>> RegisteredProbe::gather(const Result<std::vector<Radiance>>& photographs) {
   if (!photographs) return photographs.error();

@@ -173,7 +173,7 @@ LogIdentity log_identity(const Probe& rig, const CaptureSettings& settings) {
   const bool any = settings.max_patterns > 0 || settings.max_seconds > 0 || settings.target_error > 0;
   return {rig.grid(),
           rig.channels(),
-          rig.describe(),
+          rig.identity(),
           settings_text(settings),
           {settings.max_patterns, settings.max_seconds, any}};
 }
@@ -202,13 +202,14 @@ std::string settings_text(const CaptureSettings& settings) {
 
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out, const TransportErrors* half_width,
-                            const std::vector<std::string>& differs) {
+                            const std::vector<std::string>& differs, const TransportErrors* ideal) {
   Json json;
   json["command"] = "evaluate";
   json["scene"] = scene;
   json["rig"] = rig.empty() ? Json(nullptr) : Json(rig);
   json["rig_differs"] = differs;
   if (errors != nullptr) json["error"] = stated_errors_json(*errors);
+  if (ideal != nullptr) json["error_ideal"] = stated_errors_json(*ideal);
   if (half_width != nullptr) json["error_uncertainty"] = uncertainty_json(*half_width);
   json["held_out"] = report::held_out_json(held_out);
   return json_text(json);

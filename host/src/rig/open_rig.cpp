@@ -32,10 +32,11 @@ Error wrong_grid(const RigDescription& file, Grid camera) {
 RigDevices devices_of(const RigDescription& file) {
   RigDevices devices;
   devices.board = [file] { return open_board(file); };
-  // Patterns have the camera's grid, which is known only after the camera was opened.
+  // Without a registration, patterns have the camera's grid, which is known only after the camera was opened.
   const auto grid = std::make_shared<std::optional<Grid>>(file.grid);
   devices.camera = [file, grid]() -> Result<std::unique_ptr<Camera>> {
     SYMRIG_TRY(auto camera, file.camera.source->open(sensor_facts(file)));
+    if (!file.registration.empty()) return camera;
     if (file.grid && *file.grid != camera->grid()) return wrong_grid(file, camera->grid());
     *grid = camera->grid();
     return camera;

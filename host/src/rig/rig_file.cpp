@@ -61,6 +61,16 @@ void read_map(TableReader& top, const std::filesystem::path& folder, RigDescript
   file.map = (path.is_absolute() ? path : folder / path).string();
 }
 
+/// Reads the path of the registration, relative to the rig file. The file itself may still be missing.
+void read_registration(TableReader& top, const std::filesystem::path& folder, RigDescription& file) {
+  std::string text;
+  if (!top.read("registration", text)) return;
+  const std::filesystem::path path(text);
+  if (path.extension() != ".h5")
+    return top.fail("registration", "\"" + text + "\" is not an HDF5 file", "give a name that ends in .h5");
+  file.registration = (path.is_absolute() ? path : folder / path).string();
+}
+
 /// Reads the projector's measured response.
 Result<void> read_levels(const std::filesystem::path& folder, ProjectorEntry& projector) {
   if (projector.levels.empty()) return {};
@@ -137,11 +147,14 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   top.read_count("symrig", version, 1, 1);
   top.read("name", file.name);
   read_map(top, folder, file);
+  read_registration(top, folder, file);
   read_board(top, file);
   program::read_rig(top.find("rig"), folder, context, file.setup);
   read_camera_entry(top, file);
   read_projector_entry(top, file);
   read_capture_entry(top, file);
+  if (!file.registration.empty() && !file.grid && context.state)
+    top.fail("registration", "it needs capture.grid", "give the projector's cells: grid = \"ROWSxCOLUMNS\"");
   top.finish();
   if (context.state) check_devices(file, context);
   if (!context.state) return context.state.error();

@@ -8,9 +8,9 @@
 namespace symrig::tensor::h5 {
 namespace {
 
+/// Without a hint: read_file() knows what kind of file it is.
 Error broken(const char* name, const std::string& why) {
-  return {ErrorCode::bad_format, std::string("dataset or attribute '") + name + "' " + why,
-          "the file is damaged or not a scene; capture or fit the scene again"};
+  return {ErrorCode::bad_format, std::string("dataset or attribute '") + name + "' " + why, ""};
 }
 
 }  // namespace
@@ -50,6 +50,12 @@ bool write_attribute(hid_t object, const char* name, std::span<const std::int32_
   Handle attribute(H5Acreate2(object, name, H5T_STD_I32LE, space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
   return attribute.ok() && H5Awrite(attribute.id(), H5T_NATIVE_INT32, values.data()) >= 0 &&
          attribute.close();
+}
+
+bool write_attribute(hid_t object, const char* name, double value) {
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+  Handle attribute(H5Acreate2(object, name, H5T_IEEE_F64LE, space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  return attribute.ok() && H5Awrite(attribute.id(), H5T_NATIVE_DOUBLE, &value) >= 0 && attribute.close();
 }
 
 bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data) {
@@ -143,6 +149,18 @@ Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, 
   std::vector<std::int32_t> values(expected);
   if (H5Aread(attribute.id(), H5T_NATIVE_INT32, values.data()) < 0) return broken(name, "cannot be read");
   return values;
+}
+
+Result<double> read_number(hid_t object, const char* name) {
+  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  if (!attribute.ok()) return broken(name, "is missing");
+  const Handle space(H5Aget_space(attribute.id()), H5Sclose);
+  const Handle type(H5Aget_type(attribute.id()), H5Tclose);
+  double value = 0;
+  if (H5Sget_simple_extent_npoints(space.id()) != 1 || H5Tget_class(type.id()) != H5T_FLOAT ||
+      H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, &value) < 0)
+    return broken(name, "is not a number");
+  return value;
 }
 
 Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,

@@ -62,6 +62,10 @@ inline hid_t native<float>() {
   return H5T_NATIVE_FLOAT;
 }
 template <>
+inline hid_t native<double>() {
+  return H5T_NATIVE_DOUBLE;
+}
+template <>
 inline hid_t native<std::uint8_t>() {
   return H5T_NATIVE_UINT8;
 }
@@ -82,6 +86,7 @@ void be_quiet();
 // Writing: returns false if the library failed.
 bool write_attribute(hid_t object, const char* name, const std::string& text);
 bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values);
+bool write_attribute(hid_t object, const char* name, double value);
 bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data);
 template <class T>
 bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<const T> data) {
@@ -91,10 +96,12 @@ bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<
 /// Not ok() if it is missing, or behind a link to another file.
 Handle open_group(hid_t file, const std::string& path);
 
-// Reading: every failure is bad_format and names the dataset or attribute.
+// Reading: every failure is bad_format and names the dataset or attribute. It has no hint: read_file() adds
+// it.
 /// A text of fixed or variable length, ASCII or UTF-8.
 Result<std::string> read_text(hid_t object, const char* name);
 Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
+Result<double> read_number(hid_t object, const char* name);
 
 /// Shape of a dataset. Refused if its data do not fit into `file_bytes`, so that a corrupt size does not
 /// cause a large allocation.

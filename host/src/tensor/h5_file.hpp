@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <functional>
 #include <mutex>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -40,7 +41,8 @@ Result<Source> open_file(const std::filesystem::path& path, const FileWords& wor
 /// fails: io, not_found.
 Result<void> write_file(const std::filesystem::path& path, const std::function<bool(hid_t file)>& fill);
 
-/// Opens a file, reads it with `read`, and puts its path before each error of that.
+/// Opens a file, reads it with `read`, and puts its path before each error of that. An error without a hint
+/// gets one.
 template <class Read>
 auto read_file(const std::filesystem::path& path, const FileWords& words, Read read)
     -> decltype(read(std::declval<const Source&>())) {
@@ -50,6 +52,11 @@ auto read_file(const std::filesystem::path& path, const FileWords& words, Read r
   if (content) return content;
   Error error = std::move(content).error();
   error.what = path.string() + ": " + error.what;
+  if (error.hint.empty())
+    error.hint = std::string("the file is damaged or not ")
+                     .append(words.content)
+                     .append("; ")
+                     .append(words.make_again);
   return error;
 }
 

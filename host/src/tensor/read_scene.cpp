@@ -13,8 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 namespace h5 = tensor::h5;
-using tensor::Head;
 using h5::Source;
+using tensor::Head;
 
 constexpr h5::FileWords kScene{.content = "a scene",
                                .name_one = "name a scene.h5",

@@ -274,7 +274,7 @@ TEST(Rig, photographs_with_a_camera_that_has_a_grid_of_its_own) {
   EXPECT_EQ(photographs->front().mean.grid(), (Grid{6, 5}));
   const Error error = check_aligned(**rig).error();
   EXPECT_EQ(error.code, ErrorCode::size_mismatch);
-  EXPECT_NE(error.line().find("RegisteredProbe"), std::string::npos) << error.line();
+  EXPECT_NE(error.line().find("symrig calibrate"), std::string::npos) << error.line();
 }
 
 // A camera that is still reading out when the next trigger comes: the ledger notices, nothing is merged.

@@ -77,7 +77,7 @@ struct LogBudget {
 struct LogIdentity {
   Grid grid;
   int channels = 1;
-  std::string rig;        ///< Probe::describe()
+  std::string rig;        ///< Probe::identity()
   std::string options;    ///< what steers the choice of patterns, "name value" lines
   LogBudget budget = {};  ///< of this capture; not compared
 };

@@ -75,6 +75,8 @@ class Probe {
 
   /// One line for reports: "sim:vgroove-textured?size=64x64".
   virtual std::string describe() const = 0;
+  /// One line with everything that photographs depend on. A log continues only on a rig with the same line.
+  virtual std::string identity() const { return describe(); }
 };
 
 /// Whether patterns and photographs of a probe have one grid.

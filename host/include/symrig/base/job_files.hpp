@@ -13,16 +13,17 @@ namespace symrig {
 
 /// The content of an output. An output with the suffix of another format is refused.
 enum class FileFormat : std::uint8_t {
-  scene,     ///< .h5: binary, never to a descriptor
-  picture,   ///< .exr, .pfm, .png: binary
-  map,       ///< .exr, .pfm: binary
-  program,   ///< .symprog: binary
-  log,       ///< .log: photographs of a capture: binary
-  page,      ///< .html
-  json,      ///< .json
-  table,     ///< .csv
-  settings,  ///< .toml
-  waveform,  ///< .vcd
+  scene,         ///< .h5: binary, never to a descriptor
+  registration,  ///< .h5: binary
+  picture,       ///< .exr, .pfm, .png: binary
+  map,           ///< .exr, .pfm: binary
+  program,       ///< .symprog: binary
+  log,           ///< .log: photographs of a capture: binary
+  page,          ///< .html
+  json,          ///< .json
+  table,         ///< .csv
+  settings,      ///< .toml
+  waveform,      ///< .vcd
 };
 
 /// True for "-" and for the system's names of standard output, such as /dev/stdout.

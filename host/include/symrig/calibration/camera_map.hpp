@@ -12,9 +12,23 @@
 
 namespace symrig {
 
+/// The numbers of a CameraMap, as a file keeps them. The map of an axis is a sum of bicubic B-splines: the
+/// longer side of the picture has `intervals` equal ones, and coefficients are a matrix by rows.
+struct CameraMapNumbers {
+  Grid camera;
+  int intervals = 0;
+  std::vector<double> row, col;  ///< coefficients [cells]
+  double error = 0, edge_width = 0, outlier_share = 0;
+  std::int64_t edges = 0;
+};
+
 /// Where each point of the camera's picture looks on the projector's cells, and how well that is known.
 class CameraMap {
  public:
+  /// fails: bad_value (a number that no map has, or too few coefficients).
+  static Result<CameraMap> make(const CameraMapNumbers& numbers);
+  CameraMapNumbers numbers() const;
+
   /// The point of the cells that a point of the camera's picture sees. [pixels] → [cells]
   Point look(Point camera) const;
   CornerMap corners() const;

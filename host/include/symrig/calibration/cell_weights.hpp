@@ -55,6 +55,8 @@ class CellWeights {
   /// fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
+  /// Number of the weights, for comparison: CRC-32C of all of them.
+  std::uint32_t digest() const;
   /// Cells that the camera sees.
   std::int64_t valid_cells() const;
   /// Valid cells without a core, which are weighted by area.

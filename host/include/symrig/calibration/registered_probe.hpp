@@ -3,12 +3,19 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/calibration/cell_weights.hpp"
+#include "symrig/calibration/registration.hpp"
+
+#include <memory>
 
 namespace symrig {
 
 /// A rig whose camera has pixels of its own, as a probe whose photographs are on the projector's cells.
 class RegisteredProbe final : public Probe {
  public:
+  /// Owns the rig.
+  /// fails: size_mismatch (the registration is of other cells, pixels or channels); as CellWeights::make.
+  static Result<std::unique_ptr<RegisteredProbe>> make(std::unique_ptr<Probe> rig,
+                                                       const Registration& registration);
   /// rig must outlive this. weights: from the rig's camera grid to its grid.
   RegisteredProbe(Probe& rig, CellWeights weights) : rig_(rig), weights_(std::move(weights)) {}
 
@@ -25,12 +32,16 @@ class RegisteredProbe final : public Probe {
   ProbeCost cost() const override;
   Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
   std::string describe() const override { return rig_.describe(); }
+  std::string identity() const override;
 
   const CellWeights& weights() const { return weights_; }
 
  private:
+  RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights)
+      : owned_(std::move(rig)), rig_(*owned_), weights_(std::move(weights)) {}
   Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
 
+  std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
   CellWeights weights_;
   double gather_seconds_ = 0;

@@ -6,6 +6,7 @@
 #include "symrig/calibration/camera_map.hpp"
 #include "symrig/calibration/cell_weights.hpp"
 
+#include <string>
 #include <vector>
 
 namespace symrig {
@@ -18,13 +19,15 @@ struct Registration {
   /// so its noise is that of many photographs.
   Radiance flood;
   std::int64_t photographs = 0;  ///< that it took
+  std::string rig;               ///< as it describes itself
 
   Grid camera() const { return flood.mean.grid(); }
   /// rms error of the worst channel's map [cells].
   double error() const;
   /// Camera pixels along the side of a cell, the fewest of all channels.
   double pixels_per_cell() const;
-  /// Weights that keep this far from the borders of cells: three times the error of the map.
+  /// How far weights keep from the borders of cells: three times the error of the map [cells].
+  double margin() const;
   /// fails: as CellWeights::make.
   Result<CellWeights> weights() const;
 };

@@ -56,11 +56,13 @@ struct HeldOutError {
 Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out);
 
 /// The JSON of `symrig evaluate --json`. errors (no truth given) and half_width may be null. differs:
-/// differences_of_scene().
+/// differences_of_scene(). ideal: errors against T of the ideal coaxial rig, if `errors` refer to that of a
+/// bench.
 std::string evaluation_json(const std::string& scene, const std::string& rig, const TransportErrors* errors,
                             const std::vector<HeldOutError>& held_out,
                             const TransportErrors* half_width = nullptr,
-                            const std::vector<std::string>& differs = {});
+                            const std::vector<std::string>& differs = {},
+                            const TransportErrors* ideal = nullptr);
 
 /// The JSON of `symrig inspect --json`.
 std::string inspection_json(const StoredScene& scene);

@@ -54,9 +54,11 @@ struct RigDescription {
   RigSetup setup;  ///< lines and timing, as in a program file
   CameraEntry camera;
   ProjectorEntry projector;
-  std::optional<Grid> grid;  ///< of patterns and photographs; none: the grid of the camera's region
-  std::string map;           ///< where `symrig calibrate` stores the pixel map, .exr or .pfm; empty: nowhere
-  RigOptions options;        ///< with the connected part of `setup`
+  std::optional<Grid> grid;  ///< of patterns; none: the grid of the camera's region
+  /// The file of a camera whose pixels are not the cells (registration_file.hpp). Empty: they are.
+  std::string registration;
+  std::string map;     ///< where `symrig calibrate` stores the pixel map, .exr or .pfm; empty: nowhere
+  RigOptions options;  ///< with the connected part of `setup`
 
   /// All settings that affect photographs, in one line. A capture continues only on a rig with the same
   /// identity.

@@ -310,6 +310,60 @@ Result<CameraMap> CameraMapFit::fit() {
   return map;
 }
 
+namespace {
+
+/// The surface of an axis. coefficients: as many as the surface has, each within reach of the cells.
+std::optional<SplineSurface> surface_of(Grid camera, int intervals, std::span<const double> coefficients) {
+  constexpr double kFarthest = 1e7;  // [cells]
+  SplineSurface surface(camera, intervals);
+  const auto to = surface.coefficients();
+  const bool good = coefficients.size() == to.size() &&
+                    std::ranges::all_of(coefficients, [](double v) { return std::abs(v) < kFarthest; });
+  if (!good) return std::nullopt;
+  std::ranges::copy(coefficients, to.begin());
+  return surface;
+}
+
+bool is_share(double v) {
+  return v >= 0 && v <= 1;
+}
+
+}  // namespace
+
+Result<CameraMap> CameraMap::make(const CameraMapNumbers& n) {
+  const Error wrong{ErrorCode::bad_value, "the numbers of a camera's map do not fit together",
+                    "register the camera again"};
+  // The limits keep a hostile file from asking for memory that it does not fill.
+  if (!n.camera.valid() || n.intervals < 1 || n.intervals > 4 * kMostIntervals) return wrong;
+  if (!(n.error >= 0 && n.error <= 1e3 && n.edge_width >= 0 && n.edge_width <= 1e3) || n.edges < 0 ||
+      !is_share(n.outlier_share))
+    return wrong;
+  auto row = surface_of(n.camera, n.intervals, n.row), col = surface_of(n.camera, n.intervals, n.col);
+  if (!row || !col) return wrong;
+  CameraMap map;
+  map.camera_ = n.camera;
+  map.error_ = n.error;
+  map.edge_width_ = n.edge_width;
+  map.outlier_share_ = n.outlier_share;
+  map.edges_ = n.edges;
+  map.surfaces_ =
+      std::make_shared<CameraMap::Surfaces>(CameraMap::Surfaces{*std::move(row), *std::move(col)});
+  return map;
+}
+
+CameraMapNumbers CameraMap::numbers() const {
+  const auto row = std::as_const(surfaces_->row).coefficients();
+  const auto col = std::as_const(surfaces_->col).coefficients();
+  return {.camera = camera_,
+          .intervals = surfaces_->row.intervals(),
+          .row = {row.begin(), row.end()},
+          .col = {col.begin(), col.end()},
+          .error = error_,
+          .edge_width = edge_width_,
+          .outlier_share = outlier_share_,
+          .edges = edges_};
+}
+
 Point CameraMap::look(Point camera) const {
   return {surfaces_->row(camera), surfaces_->col(camera)};
 }

@@ -67,12 +67,16 @@ double Registration::pixels_per_cell() const {
   return fewest;
 }
 
+double Registration::margin() const {
+  return kMarginErrors * error();
+}
+
 Result<CellWeights> Registration::weights() const {
   std::vector<CornerMap> corners;
   corners.reserve(maps.size());
   for (const CameraMap& map : maps) corners.push_back(map.corners());
   WeightOptions options;
-  options.margin = kMarginErrors * error();
+  options.margin = margin();
   return CellWeights::make(cells, corners, flood, options);
 }
 
@@ -85,6 +89,7 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
   SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
   Registration found;
   found.cells = rig.grid();
+  found.rig = rig.describe();
   found.photographs = static_cast<std::int64_t>(photographs.size());
   found.flood = mean_flood(GrayCode(found.cells), photographs);
   SYMRIG_TRY(found.maps, fit_camera_maps(found.cells, photographs));

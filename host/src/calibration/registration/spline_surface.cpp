@@ -18,7 +18,8 @@ constexpr double kRidge = 1e-10;
 }  // namespace
 
 SplineSurface::SplineSurface(Grid picture, int intervals)
-    : interval_(static_cast<double>(std::max(picture.rows, picture.cols)) / intervals),
+    : intervals_(intervals),
+      interval_(static_cast<double>(std::max(picture.rows, picture.cols)) / intervals),
       rows_(static_cast<int>(std::ceil(picture.rows / interval_ - 1e-9)) + kOrder - 1),
       cols_(static_cast<int>(std::ceil(picture.cols / interval_ - 1e-9)) + kOrder - 1),
       coefficient_(static_cast<std::size_t>(rows_) * static_cast<std::size_t>(cols_)) {}

@@ -25,6 +25,10 @@ class SplineSurface {
   SplineSurface(Grid picture, int intervals);
 
   double operator()(Point at) const;
+  int intervals() const { return intervals_; }
+  /// By rows.
+  std::span<const double> coefficients() const { return coefficient_; }
+  std::span<double> coefficients() { return coefficient_; }
   /// The surface nearest to the values: min Σ weight (f − value)² + smoothing · Σ weight / coefficients · Σ
   /// (fourth differences of the coefficients)². A cubic polynomial has no fourth differences, so it costs
   /// nothing: the map of a turned lens with radial distortion of third order is found without bias. Returns
@@ -42,6 +46,7 @@ class SplineSurface {
     return static_cast<std::size_t>(std::int64_t{row} * cols_ + col);
   }
 
+  int intervals_;
   double interval_;
   int rows_, cols_;  // coefficients
   std::vector<double> coefficient_;

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/calibration/cell_weights.hpp"
+#include "symrig/calibration/registration.hpp"
+#include "symrig/report/made.hpp"
+
+#include <string>
+
+namespace symrig {
+
+/// The results of `symrig calibrate` for a camera with pixels of its own.
+struct RegistrationSummary {
+  const Registration& registration;
+  const CellWeights& weights;
+  double rig_seconds = 0;  ///< on the rig's clock
+  Made made = {};
+};
+
+/// The JSON of `symrig calibrate --json`.
+std::string registration_json(const RegistrationSummary& summary);
+
+/// The same as lines of text.
+std::string registration_text(const RegistrationSummary& summary);
+
+/// One self-contained HTML page: the cells drawn into the camera's picture, what the lens does beyond a
+/// straight map, and the scene on the cells.
+/// fails: as CellWeights::gather.
+Result<std::string> registration_page(const RegistrationSummary& summary);
+
+}  // namespace symrig

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/sim/scene.hpp"
+
+#include <optional>
+
+namespace symrig {
+
+/// T of a simulated bench with a camera of its own, through the exact map: what a perfect registration would
+/// capture. It differs from T of the ideal coaxial rig by what the camera's pixels do not show of a cell.
+/// Empty: the camera shares the cells.
+/// fails: as make_scene.
+Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri);
+
+}  // namespace symrig

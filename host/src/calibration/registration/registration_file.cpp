@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/registration_file.hpp"
+
+#include "tensor/h5_file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+namespace h5 = tensor::h5;
+using h5::Handle;
+using h5::Shape;
+using h5::Source;
+
+constexpr std::int32_t kVersionMajor = 1, kVersionMinor = 0;
+constexpr int kMostChannels = 64;
+/// Radiances stay below this, so that no sum over a picture overflows a float.
+constexpr float kLargest = 0x1p60F;
+
+constexpr h5::FileWords kWords{.content = "a registration",
+                               .name_one = "name a registration.h5",
+                               .make_one = "`symrig calibrate --rig RIG` makes registrations",
+                               .make_again = "calibrate the rig again"};
+
+Error damaged(const std::string& what) {
+  return {ErrorCode::bad_format, what, ""};
+}
+
+std::array<std::int32_t, 2> sides(Grid grid) {
+  return {grid.rows, grid.cols};
+}
+
+std::int32_t whole(std::int64_t value) {
+  return static_cast<std::int32_t>(std::min<std::int64_t>(value, std::numeric_limits<std::int32_t>::max()));
+}
+
+bool write_whole(hid_t object, const char* name, std::int64_t value) {
+  const std::int32_t one = whole(value);
+  return h5::write_attribute(object, name, std::span(&one, 1));
+}
+
+template <class T>
+bool write_planes(hid_t place, const char* name, const Image<T>& image) {
+  const Shape shape{hsize_t(image.channels()), hsize_t(image.grid().rows), hsize_t(image.grid().cols)};
+  return h5::write_dataset<T>(place, name, shape, image.values());
+}
+
+bool write_map(hid_t file, std::size_t number, const CameraMap& map) {
+  const std::string name = fmt::format("map_{}", number);
+  const Handle group(H5Gcreate2(file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const CameraMapNumbers n = map.numbers();
+  return group.ok() && write_whole(group.id(), "intervals", n.intervals) &&
+         h5::write_attribute(group.id(), "error", n.error) &&
+         h5::write_attribute(group.id(), "edge_width", n.edge_width) &&
+         h5::write_attribute(group.id(), "outlier_share", n.outlier_share) &&
+         write_whole(group.id(), "edges", n.edges) &&
+         h5::write_dataset<double>(group.id(), "row", {n.row.size()}, n.row) &&
+         h5::write_dataset<double>(group.id(), "col", {n.col.size()}, n.col);
+}
+
+bool write_all(hid_t file, const Registration& r) {
+  bool ok = h5::write_attribute(file, "format", std::string("symrig-registration")) &&
+            write_whole(file, "version_major", kVersionMajor) &&
+            write_whole(file, "version_minor", kVersionMinor) && h5::write_attribute(file, "rig", r.rig) &&
+            h5::write_attribute(file, "cells", sides(r.cells)) &&
+            h5::write_attribute(file, "camera", sides(r.camera())) &&
+            write_whole(file, "channels", r.flood.mean.channels()) &&
+            write_whole(file, "maps", static_cast<std::int64_t>(r.maps.size())) &&
+            write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
+            write_planes(file, "flood_variance", r.flood.variance) &&
+            write_planes(file, "flood_valid", r.flood.valid);
+  for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
+  return ok;
+}
+
+Result<std::int32_t> read_whole(hid_t object, const char* name, std::int32_t least, std::int32_t most) {
+  SYMRIG_TRY(const auto values, h5::read_integers(object, name, 1));
+  if (values[0] < least || values[0] > most)
+    return damaged(fmt::format("attribute '{}' is {}, not in {}..{}", name, values[0], least, most));
+  return values[0];
+}
+
+Result<Grid> read_sides(hid_t object, const char* name) {
+  SYMRIG_TRY(const auto values, h5::read_integers(object, name, 2));
+  const Grid grid{values[0], values[1]};
+  if (!grid.valid()) return damaged(fmt::format("attribute '{}' is not a grid of 1 to 2^30 pixels", name));
+  return grid;
+}
+
+template <class T>
+Result<Image<T>> read_planes(const Source& source, const char* name, Grid grid, int channels) {
+  Shape shape;
+  SYMRIG_TRY(const auto values, h5::read_dataset<T>(source.file.id(), name, 3, source.bytes, shape));
+  if (shape != Shape{hsize_t(channels), hsize_t(grid.rows), hsize_t(grid.cols)})
+    return damaged(fmt::format("dataset '{}' does not fit the camera's grid", name));
+  Image<T> image(grid, channels);
+  std::ranges::copy(values, image.values().begin());
+  return image;
+}
+
+Result<Radiance> read_flood(const Source& source, Grid camera, int channels) {
+  Radiance flood;
+  SYMRIG_TRY(flood.mean, read_planes<float>(source, "flood", camera, channels));
+  SYMRIG_TRY(flood.variance, read_planes<float>(source, "flood_variance", camera, channels));
+  SYMRIG_TRY(flood.valid, read_planes<std::uint8_t>(source, "flood_valid", camera, channels));
+  for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
+    const float mean = flood.mean.values()[i], variance = flood.variance.values()[i];
+    const std::uint8_t valid = flood.valid.values()[i];
+    const bool good = std::abs(mean) < kLargest && variance >= 0 && variance < kLargest && valid <= 1 &&
+                      (valid == 1 || (mean == 0 && variance == 0));
+    if (!good)
+      return Error{ErrorCode::bad_value, "the flood-lit photograph has a value that no photograph has",
+                   "the file is damaged; calibrate the rig again"};
+  }
+  return flood;
+}
+
+Result<CameraMap> read_map(const Source& source, std::int32_t number, Grid camera) {
+  const std::string name = fmt::format("map_{}", number);
+  const Handle group = h5::open_group(source.file.id(), name);
+  if (!group.ok()) return damaged(fmt::format("group '{}' is missing or damaged", name));
+  constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
+  CameraMapNumbers n;
+  n.camera = camera;
+  SYMRIG_TRY(n.intervals, read_whole(group.id(), "intervals", 1, kAny));
+  SYMRIG_TRY(n.error, h5::read_number(group.id(), "error"));
+  SYMRIG_TRY(n.edge_width, h5::read_number(group.id(), "edge_width"));
+  SYMRIG_TRY(n.outlier_share, h5::read_number(group.id(), "outlier_share"));
+  SYMRIG_TRY(n.edges, read_whole(group.id(), "edges", 0, kAny));
+  Shape shape;
+  SYMRIG_TRY(n.row, h5::read_dataset<double>(group.id(), "row", 1, source.bytes, shape));
+  SYMRIG_TRY(n.col, h5::read_dataset<double>(group.id(), "col", 1, source.bytes, shape));
+  return CameraMap::make(n);
+}
+
+Result<Registration> read_all(const Source& source) {
+  const hid_t file = source.file.id();
+  SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
+  if (format != "symrig-registration")
+    return Error{ErrorCode::bad_format, fmt::format("its format is '{}', not 'symrig-registration'", format),
+                 "name a registration.h5"};
+  SYMRIG_TRY(const auto version, h5::read_integers(file, "version_major", 1));
+  if (version[0] != kVersionMajor)
+    return Error{ErrorCode::bad_format,
+                 fmt::format("file version {}, this program reads version {}", version[0], kVersionMajor),
+                 "calibrate the rig again"};
+  constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
+  Registration r;
+  SYMRIG_TRY(r.rig, h5::read_text(file, "rig"));
+  SYMRIG_TRY(r.cells, read_sides(file, "cells"));
+  SYMRIG_TRY(const Grid camera, read_sides(file, "camera"));
+  SYMRIG_TRY(const std::int32_t channels, read_whole(file, "channels", 1, kMostChannels));
+  SYMRIG_TRY(r.photographs, read_whole(file, "photographs", 0, kAny));
+  SYMRIG_TRY(r.flood, read_flood(source, camera, channels));
+  SYMRIG_TRY(const std::int32_t maps, read_whole(file, "maps", 1, channels));
+  if (maps != 1 && maps != channels)
+    return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
+  for (std::int32_t k = 0; k < maps; ++k) {
+    SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
+    r.maps.push_back(std::move(map));
+  }
+  return r;
+}
+
+}  // namespace
+
+Result<void> save_registration(const std::filesystem::path& path, const Registration& registration) {
+  return h5::write_file(path, [&](hid_t file) { return write_all(file, registration); });
+}
+
+Result<Registration> load_registration(const std::filesystem::path& path) {
+  return h5::read_file(path, kWords, read_all);
+}
+
+}  // namespace symrig

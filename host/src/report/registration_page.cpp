@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/html.hpp"
+#include "report/picture.hpp"
+#include "symrig/report/registration_summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+using namespace report;
+
+constexpr int kLeastWidth = 420;   // two pictures fill a row
+constexpr int kLongestSide = 900;  // pixels of the longer side of a picture
+/// Cells between two lines of the net that is drawn into the camera's picture.
+constexpr int kNet = 8;
+constexpr Rgb kLine{255, 96, 0};
+
+/// How often a picture's pixels are repeated, so that lines are thin and pictures large enough.
+int enlargement(Grid camera) {
+  return std::clamp(kLongestSide / std::max(camera.rows, camera.cols), 1, 4);
+}
+
+/// The flood-lit scene as the camera sees it, with each eighth border of the cells.
+Picture netted(const Registration& r) {
+  const int times = enlargement(r.camera());
+  const Picture lit = photograph(r.flood.mean, white_level(r.flood.mean));
+  const Grid grid{r.camera().rows * times, r.camera().cols * times};
+  Picture picture(grid, lit.channels());
+  for (int c = 0; c < lit.channels(); ++c)
+    for (int row = 0; row < grid.rows; ++row)
+      for (int col = 0; col < grid.cols; ++col) picture.at(row, col, c) = lit.at(row / times, col / times, c);
+  const CameraMap& map = r.maps.front();
+  const auto net = [&](double row, double col) {
+    const Point at = map.look({row / times, col / times});
+    const bool inside =
+        at.row > -0.01 && at.col > -0.01 && at.row < r.cells.rows + 0.01 && at.col < r.cells.cols + 0.01;
+    return inside ? std::pair(static_cast<int>(std::floor(at.row / kNet)),
+                              static_cast<int>(std::floor(at.col / kNet)))
+                  : std::pair(-1, -1);
+  };
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = 0; col < grid.cols; ++col) {
+      const auto here = net(row, col);
+      if (here == net(row + 1, col) && here == net(row, col + 1)) continue;
+      for (int c = 0; c < picture.channels(); ++c) picture.at(row, col, c) = kLine[c];
+    }
+  return picture;
+}
+
+/// Distance of the map from the nearest affine map, at the middle of each camera pixel that looks at a cell
+/// [cells]; 0 elsewhere.
+Image<float> bend(const CameraMap& map, Grid cells) {
+  const Grid camera = map.camera();
+  const auto inside = [&](const Eigen::RowVector2d& at) {
+    return at[0] >= 0 && at[1] >= 0 && at[0] <= cells.rows && at[1] <= cells.cols;
+  };
+  const auto ray = [](int row, int col) { return Eigen::Vector3d(1, row + 0.5, col + 0.5); };
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
+  const int step = std::max(1, std::max(camera.rows, camera.cols) / 100);
+  const auto look = [&](int row, int col) {
+    const Point at = map.look({row + 0.5, col + 0.5});
+    return Eigen::RowVector2d(at.row, at.col);
+  };
+  for (int row = 0; row < camera.rows; row += step)
+    for (int col = 0; col < camera.cols; col += step) {
+      if (!inside(look(row, col))) continue;
+      normal += ray(row, col) * ray(row, col).transpose();
+      right += ray(row, col) * look(row, col);
+    }
+  const Eigen::Matrix<double, 3, 2> affine = normal.ldlt().solve(right);
+  Image<float> bent(camera);
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col)
+      if (inside(look(row, col)))
+        bent.at(row, col) = static_cast<float>((look(row, col) - ray(row, col).transpose() * affine).norm());
+  return bent;
+}
+
+std::string registration_facts(const RegistrationSummary& s) {
+  const Registration& r = s.registration;
+  return facts_table(
+      {{"Photographs", grouped(static_cast<double>(r.photographs))},
+       {"Camera, cells", to_string(r.camera()) + ", " + to_string(r.cells)},
+       {"Camera pixels along the side of a cell", fmt::format("{:.2f}", r.pixels_per_cell())},
+       {"Error of the map, along an axis", fmt::format("{:.4f} cells", r.error())},
+       {"Width of an edge between two cells", fmt::format("{:.2f} cells", r.maps.front().edge_width())},
+       {"Edges that do not fit", percent(r.maps.front().outlier_share())},
+       {"Cells that the camera sees", grouped(static_cast<double>(s.weights.valid_cells()))},
+       {"Cells measured by shared pixels", grouped(static_cast<double>(s.weights.cells_without_core()))},
+       {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}});
+}
+
+}  // namespace
+
+Result<std::string> registration_page(const RegistrationSummary& summary) {
+  const Registration& r = summary.registration;
+  SYMRIG_TRY(const Radiance cells, summary.weights.gather(r.flood));
+  const Image<float> bent = bend(r.maps.front(), r.cells);
+  const float most = std::max(*std::ranges::max_element(bent.plane(0)), 1e-6F);
+  const std::string title = r.rig + ": registration";
+  std::string html =
+      "<h1>" + escape(r.rig) + "</h1>\n" + section("facts", "Registration", registration_facts(summary));
+  html += section(
+      "map", "The map",
+      row_of({figure(netted(r), "the cells in the camera's picture",
+                     fmt::format("The flood-lit scene as the camera sees it. Lines: each {}th border between "
+                                 "cells of the projector.",
+                                 kNet)),
+              figure(photograph(cells.mean, white_level(cells.mean)), "the scene on the cells",
+                     "The same photograph on the projector's cells, as a capture uses it. Black: the camera "
+                     "does not see the cell.")},
+             kLeastWidth));
+  html += section(
+      "bend", "Distortion",
+      row_of(
+          {figure(false_colour(shrunk(bent, kLongestSide), most), "distortion",
+                  "Distance of the map from the nearest affine map: distortion of the lenses, perspective, "
+                  "and parallax.",
+                  colour_scale("0", fmt::format("{:.2f} cells", static_cast<double>(most))))},
+          kLeastWidth));
+  return page(title, html);
+}
+
+}  // namespace symrig

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/report/registration_summary.hpp"
+
+#include "report/json_text.hpp"
+#include "symrig/report/text.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig {
+
+using report::Json;
+
+std::string registration_json(const RegistrationSummary& summary) {
+  const Registration& r = summary.registration;
+  Json maps = Json::array();
+  for (const CameraMap& map : r.maps)
+    maps.push_back({{"error", map.error()},
+                    {"edge_width", map.edge_width()},
+                    {"edges", map.edges()},
+                    {"outlier_share", map.outlier_share()}});
+  Json json;
+  json["command"] = "calibrate";
+  json["source"] = r.rig;
+  json["photographs"] = r.photographs;
+  json["cells"] = report::grid_json(r.cells);
+  json["camera_grid"] = report::grid_json(r.camera());
+  json["channels"] = r.flood.mean.channels();
+  json["pixels_per_cell"] = r.pixels_per_cell();
+  json["maps"] = maps;
+  json["weights"] = {{"kind", to_string(Weighting::cores)},
+                     {"margin", r.margin()},
+                     {"cells_seen", summary.weights.valid_cells()},
+                     {"cells_by_area", summary.weights.cells_without_core()},
+                     {"noise_share", summary.weights.noise_share()}};
+  json["rig_seconds"] = summary.rig_seconds;
+  report::add_made(json, summary.made);
+  return report::json_text(json);
+}
+
+std::string registration_text(const RegistrationSummary& summary) {
+  using text::grouped, text::percent;
+  const Registration& r = summary.registration;
+  const CellWeights& weights = summary.weights;
+  std::string lines = fmt::format("{}: {} photographs, camera {}, {} cells\n", r.rig, r.photographs,
+                                  to_string(r.camera()), to_string(r.cells));
+  for (std::size_t k = 0; k < r.maps.size(); ++k) {
+    const CameraMap& map = r.maps[k];
+    const std::string name = r.maps.size() > 1 ? fmt::format("map of channel {}", k) : "map";
+    lines += fmt::format(
+        "{}: error {:.4f} cells along an axis, from {} edges; {} of the edges do not fit (depth edges, "
+        "mirrors)\n",
+        name, map.error(), grouped(static_cast<double>(map.edges())), percent(map.outlier_share()));
+  }
+  lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
+                       r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
+                       grouped(static_cast<double>(r.cells.size())));
+  lines += fmt::format(
+      "a cell is measured by the pixels that lie at least {:.4f} cells inside it; its variance is {:.2f} of "
+      "a pixel's\n",
+      r.margin(), weights.noise_share());
+  if (weights.cells_without_core() > 0)
+    lines += fmt::format("{} cells without such a pixel are measured by all pixels that they share\n",
+                         grouped(static_cast<double>(weights.cells_without_core())));
+  return lines;
+}
+
+}  // namespace symrig
