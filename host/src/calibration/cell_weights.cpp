@@ -14,8 +14,13 @@
 
 namespace symrig {
 
+/// [cells²] Mean square distance of a core's pixels from a line, below which they do not tell a plane.
+constexpr double kLeastSpread = 1e-3;
+
 /// Builds the weights of one corner map, then of the channels that use it.
 class CellWeightsBuilder {
+  class LightParts;
+
  public:
   CellWeightsBuilder(Grid cells, const WeightOptions& options) : cells_(cells), options_(options) {}
 
@@ -24,7 +29,10 @@ class CellWeightsBuilder {
     std::uint32_t cell, pixel;
     float area;
     bool core;
-    float row, col;  ///< the middle of the pixel, from the middle of the cell
+    float row, col;             ///< the middle of the overlap, from the middle of the cell
+    float whole;                ///< area of the pixel, inside and outside of the cells
+    bool first_row, first_col;  ///< of the cells that the pixel sees
+    bool two;                   ///< it sees at most two rows and two columns
   };
   /// All overlaps, ordered by cell, then by pixel.
   std::vector<Part> overlaps(const CornerMap& corners) const;
@@ -32,17 +40,37 @@ class CellWeightsBuilder {
   CellWeights::Rows rows(const std::vector<Part>& parts, std::vector<std::uint8_t>& has_core) const;
   CellWeights::Channel channel(const std::vector<Part>& parts, const CellWeights::Rows& rows,
                                std::size_t index, const std::vector<std::uint8_t>& has_core,
-                               const Radiance& flood, int number) const;
+                               const Radiance& flood, int number, const Image<float>* shares) const;
 
  private:
   std::size_t cells() const { return static_cast<std::size_t>(cells_.size()); }
   bool is_core(const Outline& outline, int row, int col) const;
-  static float add_core(std::span<const Part> parts, std::span<const float> light,
+  static float add_core(std::span<const Part> parts, const LightParts& shares, std::span<const float> light,
                         std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out);
   static float add_nothing(std::span<const Part> parts, CellWeights::Channel& out);
 
   Grid cells_;
   WeightOptions options_;
+};
+
+/// How much of a pixel belongs to a cell: by its light if the shares are known, else by its area.
+class CellWeightsBuilder::LightParts {
+ public:
+  LightParts(const Image<float>* shares, std::size_t map) {
+    if (shares == nullptr) return;
+    row_ = shares->plane(2 * static_cast<int>(map));
+    col_ = shares->plane(2 * static_cast<int>(map) + 1);
+  }
+
+  double area(const Part& p) const {
+    if (row_.empty() || !p.two) return static_cast<double>(p.area);
+    const auto row = static_cast<double>(row_[p.pixel]), col = static_cast<double>(col_[p.pixel]);
+    if (row < 0 || col < 0) return static_cast<double>(p.area);
+    return static_cast<double>(p.whole) * (p.first_row ? row : 1 - row) * (p.first_col ? col : 1 - col);
+  }
+
+ private:
+  std::span<const float> row_, col_;
 };
 
 bool CellWeightsBuilder::is_core(const Outline& outline, int row, int col) const {
@@ -61,13 +89,26 @@ std::vector<CellWeightsBuilder::Part> CellWeightsBuilder::overlaps(const CornerM
       const Outline outline = outline_of(corners, row, col);
       cut_outline(outline, cells_, scratch);
       const auto pixel = static_cast<std::uint32_t>(std::int64_t{row} * camera.cols + col);
-      Point middle;
-      for (const Point& p : outline) middle = {middle.row + p.row / 4, middle.col + p.col / 4};
+      if (scratch.empty()) continue;
+      const double whole = area_of(outline);
+      Overlap first = scratch.front(), last = first;
+      for (const Overlap& o : scratch) {
+        first.row = std::min(first.row, o.row), first.col = std::min(first.col, o.col);
+        last.row = std::max(last.row, o.row), last.col = std::max(last.col, o.col);
+      }
+      const bool two = last.row - first.row <= 1 && last.col - first.col <= 1;
       for (const Overlap& o : scratch)
         of_row[static_cast<std::size_t>(row)].push_back(
-            {static_cast<std::uint32_t>(std::int64_t{o.row} * cells_.cols + o.col), pixel,
-             static_cast<float>(o.area), scratch.size() == 1 && is_core(outline, o.row, o.col),
-             static_cast<float>(middle.row - o.row - 0.5), static_cast<float>(middle.col - o.col - 0.5)});
+            {.cell = static_cast<std::uint32_t>(std::int64_t{o.row} * cells_.cols + o.col),
+             .pixel = pixel,
+             .area = static_cast<float>(o.area),
+             .core = scratch.size() == 1 && is_core(outline, o.row, o.col),
+             .row = static_cast<float>(o.middle.row - o.row - 0.5),
+             .col = static_cast<float>(o.middle.col - o.col - 0.5),
+             .whole = static_cast<float>(whole),
+             .first_row = o.row == first.row,
+             .first_col = o.col == first.col,
+             .two = two});
     }
   });
 
@@ -102,7 +143,8 @@ CellWeights::Rows CellWeightsBuilder::rows(const std::vector<Part>& parts,
 CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
                                                  const CellWeights::Rows& rows, std::size_t index,
                                                  const std::vector<std::uint8_t>& has_core,
-                                                 const Radiance& flood, int number) const {
+                                                 const Radiance& flood, int number,
+                                                 const Image<float>* shares) const {
   const auto light = flood.mean.plane(number);
   const auto valid = flood.valid.plane(number);
   CellWeights::Channel out{index, {}, {}, std::vector<float>(cells())};
@@ -118,8 +160,8 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
     }
     const bool good = seen >= options_.least_cover && area > 0;
     if (has_core[cell])
-      out.scale[cell] =
-          good ? add_core({begin, end}, light, valid, area, out) : add_nothing({begin, end}, out);
+      out.scale[cell] = good ? add_core({begin, end}, LightParts(shares, index), light, valid, area, out)
+                             : add_nothing({begin, end}, out);
     else
       for (auto p = begin; p != end; ++p) {
         out.weight.push_back(p->area);
@@ -133,9 +175,9 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
 
 /// The weights of a cell's core: the least noise of Σ k y, with a variance of y ∝ W, such that Σ k W φ = Σ A
 /// W φ / Σ A for φ = 1, row, col. So k = λ · φ. Where the core lies on a line, for φ = 1 only. Returns Σ k W.
-float CellWeightsBuilder::add_core(std::span<const Part> parts, std::span<const float> light,
-                                   std::span<const std::uint8_t> valid, double area,
-                                   CellWeights::Channel& out) {
+float CellWeightsBuilder::add_core(std::span<const Part> parts, const LightParts& shares,
+                                   std::span<const float> light, std::span<const std::uint8_t> valid,
+                                   double area, CellWeights::Channel& out) {
   Eigen::Matrix3d core = Eigen::Matrix3d::Zero();
   Eigen::Vector3d whole = Eigen::Vector3d::Zero();
   const auto shape = [](const Part& p) {
@@ -144,11 +186,11 @@ float CellWeightsBuilder::add_core(std::span<const Part> parts, std::span<const 
   for (const Part& p : parts) {
     if (!valid[p.pixel]) continue;
     const auto w = static_cast<double>(light[p.pixel]);
-    whole += static_cast<double>(p.area) / area * w * shape(p);
+    whole += shares.area(p) / area * w * shape(p);
     if (p.core) core.noalias() += w * shape(p) * shape(p).transpose();
   }
   const Eigen::LDLT<Eigen::Matrix3d> factor(core);
-  const bool plane = factor.vectorD().minCoeff() > 1e-3 * core(0, 0);
+  const bool plane = factor.vectorD().minCoeff() > kLeastSpread * core(0, 0);
   const Eigen::Vector3d k =
       plane ? Eigen::Vector3d(factor.solve(whole)) : Eigen::Vector3d(whole[0] / core(0, 0), 0, 0);
   float sum = 0;
@@ -207,11 +249,21 @@ Result<void> check(Grid cells, std::span<const CornerMap> corners, const Radianc
   return {};
 }
 
+Result<void> check_shares(const Image<float>& shares, const Radiance& flood, std::size_t maps) {
+  if (shares.grid() != flood.mean.grid() || std::cmp_not_equal(shares.channels(), 2 * maps))
+    return Error{ErrorCode::size_mismatch, "the shares of light do not fit the photograph and the maps",
+                 "register the camera again"};
+  const auto known = [](float v) { return (v >= 0 && v <= 1) || v == kUnknownShare; };
+  if (std::ranges::all_of(shares.values(), known)) return {};
+  return Error{ErrorCode::bad_value, "a share of light is not between 0 and 1", "register the camera again"};
+}
+
 }  // namespace
 
 Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
-                                      const WeightOptions& options) {
+                                      const WeightOptions& options, const Image<float>* shares) {
   SYMRIG_CHECK(check(cells, corners, flood));
+  if (shares != nullptr) SYMRIG_CHECK(check_shares(*shares, flood, corners.size()));
   CellWeights weights;
   weights.cells_ = cells;
   weights.camera_ = flood.mean.grid();
@@ -226,7 +278,7 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
     const Rows& rows = weights.rows_.back();
     for (int c = 0; c < weights.channels_; ++c)
       if (corners.size() == 1 || std::cmp_equal(k, c))
-        weights.channel_.push_back(builder.channel(parts, rows, k, has_core, flood, c));
+        weights.channel_.push_back(builder.channel(parts, rows, k, has_core, flood, c, shares));
     const Channel& last = weights.channel_.back();
     for (std::size_t i = 0; i < last.scale.size(); ++i) {
       if (last.scale[i] == 0) continue;

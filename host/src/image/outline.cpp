@@ -14,15 +14,23 @@ struct Polygon {
   std::size_t corners = 0;
 
   void add(Point p) { corner[corners++] = p; }
-  double area() const {
-    double twice = 0;
-    for (std::size_t i = 0; i < corners; ++i) {
-      const Point &a = corner[i], &b = corner[(i + 1) % corners];
-      // From the first corner, so that large coordinates do not cancel.
-      twice += (a.col - corner[0].col) * (b.row - corner[0].row) -
-               (b.col - corner[0].col) * (a.row - corner[0].row);
+  struct Part {
+    double area;
+    Point middle;
+  };
+  /// Sums over the triangles at the first corner, so that large coordinates do not cancel.
+  Part part() const {
+    double twice = 0, row = 0, col = 0;
+    for (std::size_t i = 1; i + 1 < corners; ++i) {
+      const Point a{corner[i].row - corner[0].row, corner[i].col - corner[0].col};
+      const Point b{corner[i + 1].row - corner[0].row, corner[i + 1].col - corner[0].col};
+      const double triangle = a.col * b.row - b.col * a.row;
+      twice += triangle;
+      row += triangle * (a.row + b.row) / 3;
+      col += triangle * (a.col + b.col) / 3;
     }
-    return 0.5 * std::abs(twice);
+    const double share = twice != 0 ? 1 / twice : 0;
+    return {0.5 * std::abs(twice), {corner[0].row + row * share, corner[0].col + col * share}};
   }
 };
 
@@ -65,7 +73,7 @@ Polygon strip(const Polygon& whole, double Point::*axis, int line) {
 double area_of(const Outline& outline) {
   Polygon polygon;
   for (const Point& p : outline) polygon.add(p);
-  return polygon.area();
+  return polygon.part().area;
 }
 
 void cut_outline(const Outline& outline, Grid grid, std::vector<Overlap>& overlaps) {
@@ -78,8 +86,8 @@ void cut_outline(const Outline& outline, Grid grid, std::vector<Overlap>& overla
     if (across.corners < 3) continue;
     const Range cols = range_of(across, &Point::col, grid.cols);
     for (int col = cols.begin; col < cols.end; ++col)
-      if (const double area = strip(across, &Point::col, col).area(); area > 0)
-        overlaps.push_back({row, col, area});
+      if (const auto part = strip(across, &Point::col, col).part(); part.area > 0)
+        overlaps.push_back({row, col, part.area, part.middle});
   }
 }
 

@@ -27,7 +27,8 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   const Grid cells = bench->truth->grid();
   const std::vector<CornerMap> corners = bench->view->corners();
   const Radiance flood = exact(bench->view->see(Image<float>(cells, 1, 1.F), 0));
-  SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, {.margin = 0}));
+  const Image<float> shares = bench->view->flood_shares();
+  SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, {.margin = 0}, &shares));
   const auto weights = std::make_shared<const CellWeights>(std::move(exact_weights));
   return std::optional<TrueTransport>([bench, weights](const Image<float>& pattern) -> Result<Image<float>> {
     SYMRIG_TRY(Radiance seen, weights->gather(exact(bench->view->see(pattern, 0))));

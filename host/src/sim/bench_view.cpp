@@ -8,7 +8,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -114,6 +116,7 @@ class BenchView final : public View {
     return maps;
   }
   Image<float> see(const Image<float>& light, std::uint64_t shown_before) const override;
+  Image<float> flood_shares() const override;
 
  private:
   /// A camera without a size of its own has a pixel for each cell.
@@ -124,6 +127,7 @@ class BenchView final : public View {
   int different_channels() const { return uri_.colour != 0 ? channels() : 1; }
   std::vector<Optics> optics_after(std::uint64_t shown_before) const;
   std::vector<float> lit(const Image<float>& light) const;
+  std::vector<float> radiance(std::span<const float> lit_points, int channel) const;
 
   SceneUri uri_;
   std::shared_ptr<const Scene> points_;
@@ -158,22 +162,64 @@ std::vector<float> BenchView::lit(const Image<float>& light) const {
   return blurred;
 }
 
+/// What leaves the scene's points towards the camera, as its optics show them.
+std::vector<float> BenchView::radiance(std::span<const float> lit_points, int channel) const {
+  std::vector<float> sharp(lit_points.size());
+  points_->apply(lit_points, sharp, channel);
+  if (!camera_blur_) return sharp;
+  std::vector<float> blurred(sharp.size());
+  camera_blur_->add(1, sharp, blurred);
+  return blurred;
+}
+
+Image<float> BenchView::flood_shares() const {
+  const std::vector<float> white = lit(Image<float>(uri_.size, 1, 1.F));
+  const int maps = different_channels();
+  Image<float> shares(camera(), 2 * maps, 1.F);
+  for (int m = 0; m < maps; ++m) {
+    std::vector<float> light = radiance(white, m);
+    for (int c = 1; maps == 1 && c < channels(); ++c)
+      std::ranges::transform(light, radiance(white, c), light.begin(), std::plus<>());
+    const CornerMap corners = corners_of(map_, m, 0);
+    tbb::parallel_for(0, camera().rows, [&](int row) {
+      std::vector<Overlap> parts;
+      for (int col = 0; col < camera().cols; ++col) {
+        Outline outline = outline_of(corners, row, col);
+        for (Point& p : outline) p = {p.row * uri_.fine, p.col * uri_.fine};
+        cut_outline(outline, points_->grid(), parts);
+        if (parts.empty()) continue;
+        const auto by_row = [](const Overlap& a, const Overlap& b) { return a.row < b.row; };
+        const auto by_col = [](const Overlap& a, const Overlap& b) { return a.col < b.col; };
+        const int first_row = std::ranges::min_element(parts, by_row)->row / uri_.fine;
+        const int first_col = std::ranges::min_element(parts, by_col)->col / uri_.fine;
+        double all = 0, in_row = 0, in_col = 0;
+        for (const Overlap& o : parts) {
+          const double one =
+              o.area *
+              static_cast<double>(
+                  light[static_cast<std::size_t>(std::int64_t{o.row} * points_->grid().cols + o.col)]);
+          all += one;
+          in_row += o.row / uri_.fine == first_row ? one : 0;
+          in_col += o.col / uri_.fine == first_col ? one : 0;
+        }
+        if (!(all > 0)) continue;
+        shares.at(row, col, 2 * m) = static_cast<float>(std::clamp(in_row / all, 0.0, 1.0));
+        shares.at(row, col, 2 * m + 1) = static_cast<float>(std::clamp(in_col / all, 0.0, 1.0));
+      }
+    });
+  }
+  return shares;
+}
+
 Image<float> BenchView::see(const Image<float>& light, std::uint64_t shown_before) const {
   const std::vector<float> lit_points = lit(light);
   std::vector<Optics> now;
   if (moves()) now = optics_after(shown_before);
   const std::vector<Optics>& optics = moves() ? now : optics_;
   Image<float> seen(camera(), channels());
-  std::vector<float> radiance(lit_points.size());
   for (int c = 0; c < channels(); ++c) {
-    points_->apply(lit_points, radiance, c);
-    if (camera_blur_) {
-      std::vector<float> blurred(radiance.size());
-      camera_blur_->add(1, radiance, blurred);
-      radiance = std::move(blurred);
-    }
     const std::size_t which = optics.size() == 1 ? 0 : static_cast<std::size_t>(c);
-    optics[which].see(radiance, seen.plane(c));
+    optics[which].see(radiance(lit_points, c), seen.plane(c));
   }
   return seen;
 }

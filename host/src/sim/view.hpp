@@ -27,6 +27,10 @@ class View {
   virtual Image<float> see(const Image<float>& light, std::uint64_t shown_before) const = 0;
   /// Where the corners of the camera's pixels look at the start; as VirtualRig::exact_corners().
   virtual std::vector<CornerMap> corners() const { return {}; }
+  /// What CellWeights::make calls shares, exactly: the light of the flood-lit scene that a pixel gets from
+  /// the first row and column of the cells that it sees; mean of the channels that share a map. Empty: no own
+  /// pixels.
+  virtual Image<float> flood_shares() const { return {}; }
   /// True if the view changes while patterns are shown.
   virtual bool moves() const { return false; }
 };

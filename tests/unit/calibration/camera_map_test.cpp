@@ -107,7 +107,7 @@ TEST_P(FoundMap, is_the_exact_map_to_its_bound) {
   ASSERT_TRUE(maps.ok()) << maps.error().line();
   const auto exact = (*rig)->exact_corners();
   for (std::size_t c = 0; c < maps->size(); ++c) {
-    const CameraMap& map = (*maps)[c];
+    const CameraMap& map = (*maps)[c].map;
     const MapError error = error_of(map.corners(), exact[exact.size() == 1 ? 0 : c], (*rig)->grid());
     EXPECT_LE(error.row, GetParam().bound) << "channel " << c;
     EXPECT_LE(error.col, GetParam().bound) << "channel " << c;
@@ -139,8 +139,8 @@ TEST(CameraMap, says_how_many_pixels_a_cell_has) {
   const auto photographs = code_photographs(**rig);
   const auto maps = fit_camera_maps({32, 32}, photographs);
   ASSERT_TRUE(maps.ok());
-  EXPECT_NEAR(maps->front().pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
-  EXPECT_LE(maps->front().outlier_share(), 0.02);
+  EXPECT_NEAR(maps->front().map.pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
+  EXPECT_LE(maps->front().map.outlier_share(), 0.02);
 }
 
 // A sharp edge is as wide as a pixel, 1 / 3.72 cells and a little more because the camera is turned. The
@@ -157,7 +157,7 @@ TEST(CameraMap, says_how_wide_an_edge_is) {
     const double side = 1 / 3.72;
     const double expected =
         blur == 0 ? side : std::sqrt(2 * std::numbers::pi) * std::hypot(blur, side / std::sqrt(12));
-    EXPECT_NEAR(maps->front().edge_width(), expected, 0.15 * expected) << blur;
+    EXPECT_NEAR(maps->front().map.edge_width(), expected, 0.15 * expected) << blur;
   }
 }
 

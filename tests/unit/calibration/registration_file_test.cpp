@@ -45,6 +45,7 @@ TEST_F(RegistrationFile, keeps_every_bit) {
   EXPECT_TRUE(std::ranges::equal(read->flood.mean.values(), written.flood.mean.values()));
   EXPECT_TRUE(std::ranges::equal(read->flood.variance.values(), written.flood.variance.values()));
   EXPECT_TRUE(std::ranges::equal(read->flood.valid.values(), written.flood.valid.values()));
+  EXPECT_TRUE(std::ranges::equal(read->shares.values(), written.shares.values()));
   ASSERT_EQ(read->maps.size(), 2U);
   for (std::size_t k = 0; k < 2; ++k) {
     const CameraMapNumbers a = written.maps[k].numbers(), b = read->maps[k].numbers();

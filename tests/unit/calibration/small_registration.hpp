@@ -19,6 +19,8 @@ inline Registration small_registration() {
   r.flood.mean.at(3, 4, 1) = 0;
   r.flood.variance.at(3, 4, 1) = 0;
   r.flood.valid.at(3, 4, 1) = 0;
+  r.shares = Image<float>(camera, 4, 0.5F);
+  r.shares.at(1, 2, 3) = kUnknownShare;
   for (const double shift : {0.0, 0.25}) {
     // 4 intervals along 18 columns, so 4 along 15 rows, and 7 × 7 coefficients.
     CameraMapNumbers n{.camera = camera, .intervals = 4, .row = {}, .col = {}};

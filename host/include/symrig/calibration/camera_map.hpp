@@ -59,6 +59,13 @@ class CameraMap {
   std::int64_t edges_ = 0;
 };
 
+/// The map of one channel, and what its stripes tell of the light of pixels that see two cells.
+struct CameraLook {
+  CameraMap map;
+  /// The shares of CellWeights::make, for this channel.
+  Image<float> shares;
+};
+
 /// Finds the map of a camera from Gray-code photographs of the cells (gray_code_patterns(cells)), one map for
 /// each channel.
 ///
@@ -69,6 +76,6 @@ class CameraMap {
 /// covers shadows and dark texture. Its smoothness is the one that predicts left-out edges best.
 /// photographs: one of each pattern, in order; black subtracted.
 /// fails: size_mismatch; bad_value (too few pixels see the stripes).
-Result<std::vector<CameraMap>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs);
+Result<std::vector<CameraLook>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs);
 
 }  // namespace symrig

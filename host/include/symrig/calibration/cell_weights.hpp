@@ -34,16 +34,21 @@ struct WeightOptions {
   double least_cover = 0.5;
 };
 
+/// In `shares`: not known.
+constexpr float kUnknownShare = -1;
+
 /// A sparse matrix from the camera's pixels to the projector's cells. Immutable; thread-safe.
 class CellWeights {
  public:
   /// cells: the projector's cells. corners: where the camera's pixels lie on them, one map for each channel
   /// or one for all. flood: photograph of the flood-lit scene on the camera's grid, without noise worth
   /// mentioning; its channels are those of the photographs.
-  /// cost: 1 (cores) to 2 (area) weights for each camera pixel.
-  /// fails: size_mismatch; bad_value (a corner is not finite).
+  /// shares: for cores, two values for each map and pixel: the share of the pixel's flood-lit light that
+  /// comes from the first row of the cells that it sees, and from the first column. Then a pixel on a border
+  /// counts for each cell by its light. kUnknownShare, or no shares: by its area. cost: 1 (cores) to 2 (area)
+  /// weights for each camera pixel. fails: size_mismatch; bad_value (a corner is not finite).
   static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
-                                  const WeightOptions& options = {});
+                                  const WeightOptions& options = {}, const Image<float>* shares = nullptr);
 
   Grid cells() const { return cells_; }
   Grid camera() const { return camera_; }

@@ -18,6 +18,8 @@ struct Registration {
   /// The flood-lit scene on the camera's grid: the mean of white and of all patterns with their complements,
   /// so its noise is that of many photographs.
   Radiance flood;
+  /// Of CellWeights::make: two for each map.
+  Image<float> shares;
   std::int64_t photographs = 0;  ///< that it took
   std::string rig;               ///< as it describes itself
 

@@ -16,10 +16,11 @@ struct Point {
 /// The corners of a quadrangle, around it: a pixel of one picture on the grid of another.
 using Outline = std::array<Point, 4>;
 
-/// A pixel of a grid, and the area of an outline inside it [pixels].
+/// A pixel of a grid, and the part of an outline inside it.
 struct Overlap {
   int row = 0, col = 0;
-  double area = 0;
+  double area = 0;  ///< [pixels]
+  Point middle;     ///< centroid of the part
 };
 
 /// [pixels]

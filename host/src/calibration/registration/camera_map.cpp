@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/camera_map.hpp"
 
+#include "calibration/registration/border_pixels.hpp"
 #include "calibration/registration/stripe_pixels.hpp"
 #include "symrig/base/quantile.hpp"
 
@@ -14,6 +15,7 @@
 
 namespace symrig {
 
+using calibration::BorderPixels;
 using calibration::SeenValue;
 using calibration::SplineSurface;
 using calibration::StripePixels;
@@ -119,7 +121,7 @@ class CameraMapFit {
   CameraMapFit(Grid cells, const StripePixels& pixels)
       : cells_(cells), pixels_(pixels), intervals_(intervals_for(cells)) {}
 
-  Result<CameraMap> fit();
+  Result<CameraLook> fit();
 
  private:
   struct Axis {
@@ -129,23 +131,31 @@ class CameraMapFit {
     std::vector<SeenValue> edges;
     double smoothing = kSmoothing.front();
     double left_out = 0;
-    double edge_width = 0;
+    double edge_width = 0, pixel_width = 0;
   };
+  /// rms width of the optics' blur: the slope of an edge is that of a Gaussian.
+  static double blur_of(const Axis& axis) {
+    const double square = std::pow(axis.edge_width, 2) - std::pow(axis.pixel_width, 2);
+    return std::sqrt(std::max(0.0, square) / (2 * std::numbers::pi));
+  }
 
   Axis make(StripeAxis axis) const {
-    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0, 0};
+    return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0, 0, 0};
   }
   Result<void> decode(Axis& axis) const;
   Result<void> refine(Axis& axis) const;
   struct Edge;
-  struct Place;
 
   std::size_t pixel(int row, int col) const {
     return static_cast<std::size_t>(std::int64_t{row} * pixels_.camera().cols + col);
   }
-  static Place place(const Axis& axis, Point at);
-  void add_inside(const Axis& axis, int row, int col, std::vector<Edge>& edges) const;
-  void add_between(const Axis& axis, int row, int col, int down, int right, std::vector<Edge>& edges) const;
+  /// The border may cross a pixel whose middle or side is here.
+  static bool is_near(const BorderPixels::Place& place) {
+    return std::abs(place.here - place.border) < place.width;
+  }
+  static void add_inside(const BorderPixels& borders, int row, int col, std::vector<Edge>& edges);
+  void add_between(const BorderPixels& borders, int row, int col, int down, int right,
+                   std::vector<Edge>& edges) const;
   std::vector<SeenValue> find_edges(Axis& axis) const;
   static double best_smoothing(const Axis& axis);
   static double error_of(const Axis& axis);
@@ -170,56 +180,38 @@ struct CameraMapFit::Edge {
   Point at;
   double border, width;
   double balance, sigma;  ///< of the pixel, or the sum of two pixels that share the border
+  double plain;           ///< balance without regard to the neighbours
   double off;             ///< from the border, as the map has it [widths]
 };
 
-/// What a point of the picture is to an axis.
-struct CameraMapFit::Place {
-  double here, width;
-  int border;
-  bool near;  ///< the border may cross the pixel
-};
-
-CameraMapFit::Place CameraMapFit::place(const Axis& axis, Point at) {
-  const double here = axis.surface(at);
-  const double width = std::abs(axis.surface({at.row + 0.5, at.col}) - axis.surface({at.row - 0.5, at.col})) +
-                       std::abs(axis.surface({at.row, at.col + 0.5}) - axis.surface({at.row, at.col - 0.5}));
-  const int border = static_cast<int>(std::lround(here));
-  return {here, width, border, std::abs(here - border) < width};
-}
-
 /// A border that crosses the middle of a pixel: the pixel's balance tells where.
-void CameraMapFit::add_inside(const Axis& axis, int row, int col, std::vector<Edge>& edges) const {
-  const Place p = place(axis, {row + 0.5, col + 0.5});
-  if (!p.near) return;
-  const auto balance = pixels_.balance(pixel(row, col), axis.axis, p.border);
-  if (!balance || std::abs(*balance) > kStraight) return;
-  edges.push_back({{row + 0.5, col + 0.5},
-                   static_cast<double>(p.border),
-                   p.width,
-                   *balance,
-                   pixels_.balance_sigma(pixel(row, col), axis.axis, p.border),
-                   (p.here - p.border) / p.width});
+void CameraMapFit::add_inside(const BorderPixels& borders, int row, int col, std::vector<Edge>& edges) {
+  const Point middle{row + 0.5, col + 0.5};
+  const auto place = borders.place(middle);
+  if (!is_near(place)) return;
+  const auto balance = borders.balance(row, col, place);
+  if (!balance || std::abs(balance->value) > kStraight) return;
+  edges.push_back({middle, static_cast<double>(place.border), place.width, balance->value, balance->sigma,
+                   balance->plain, (place.here - place.border) / place.width});
 }
 
 /// A border near the side that two pixels share: one sees almost only the near cell, the other the far one.
 /// What is missing tells how far the border is from the side.
-void CameraMapFit::add_between(const Axis& axis, int row, int col, int down, int right,
+void CameraMapFit::add_between(const BorderPixels& borders, int row, int col, int down, int right,
                                std::vector<Edge>& edges) const {
   const Grid camera = pixels_.camera();
   if (row + down >= camera.rows || col + right >= camera.cols ||
       !pixels_.good(pixel(row + down, col + right)))
     return;
   const Point side{row + 0.5 + 0.5 * down, col + 0.5 + 0.5 * right};
-  const Place p = place(axis, side);
-  if (!p.near) return;
-  const auto a = pixels_.balance(pixel(row, col), axis.axis, p.border);
-  const auto b = pixels_.balance(pixel(row + down, col + right), axis.axis, p.border);
-  if (!a || !b || *a * *b > 0 || std::abs(*a) < kStraight || std::abs(*b) < kStraight) return;
-  const double sigma = std::hypot(pixels_.balance_sigma(pixel(row, col), axis.axis, p.border),
-                                  pixels_.balance_sigma(pixel(row + down, col + right), axis.axis, p.border));
-  edges.push_back(
-      {side, static_cast<double>(p.border), p.width, *a + *b, sigma, (p.here - p.border) / p.width});
+  const auto place = borders.place(side);
+  if (!is_near(place)) return;
+  const auto a = borders.balance(row, col, place), b = borders.balance(row + down, col + right, place);
+  if (!a || !b || a->value * b->value > 0 || std::abs(a->value) < kStraight || std::abs(b->value) < kStraight)
+    return;
+  edges.push_back({side, static_cast<double>(place.border), place.width, a->value + b->value,
+                   std::hypot(a->sigma, b->sigma), a->plain + b->plain,
+                   (place.here - place.border) / place.width});
 }
 
 /// A pixel of width w whose middle is d behind a border sees a balance of about s d / w. The slope s of a
@@ -227,32 +219,38 @@ void CameraMapFit::add_between(const Axis& axis, int row, int col, int down, int
 /// indirect light count.
 std::vector<SeenValue> CameraMapFit::find_edges(Axis& axis) const {
   const Grid camera = pixels_.camera();
+  const BorderPixels borders(axis.surface, pixels_, axis.axis, blur_of(axis));
   std::vector<std::vector<Edge>> of_row(static_cast<std::size_t>(camera.rows));
   tbb::parallel_for(0, camera.rows, [&](int row) {
     auto& edges = of_row[static_cast<std::size_t>(row)];
     for (int col = 0; col < camera.cols; ++col) {
       if (!pixels_.good(pixel(row, col))) continue;
-      add_inside(axis, row, col, edges);
-      add_between(axis, row, col, 0, 1, edges);
-      add_between(axis, row, col, 1, 0, edges);
+      add_inside(borders, row, col, edges);
+      add_between(borders, row, col, 0, 1, edges);
+      add_between(borders, row, col, 1, 0, edges);
     }
   });
-  double products = 0, squares = 0;
-  for (const auto& edges : of_row)
-    for (const Edge& e : edges)
-      if (std::abs(e.off) < 0.75) products += e.off * e.balance, squares += e.balance * e.balance;
-  const double per_balance = squares > 0 ? products / squares : 0.5;
+  const auto slope = [&](double Edge::*balance) {
+    double products = 0, squares = 0;
+    for (const auto& edges : of_row)
+      for (const Edge& e : edges)
+        if (std::abs(e.off) < 0.75) products += e.off * e.*balance, squares += std::pow(e.*balance, 2);
+    return squares > 0 ? products / squares : 0.5;
+  };
+  const double per_balance = slope(&Edge::balance), per_plain = slope(&Edge::plain);
   std::vector<SeenValue> values;
-  double widths = 0;
+  double widths = 0, pixel_widths = 0;
   for (const auto& edges : of_row)
     for (const Edge& e : edges) {
-      widths += 2 * per_balance * e.width;
+      widths += 2 * per_plain * e.width;
+      pixel_widths += e.width;
       const double variance =
           std::pow(e.width, 2) * (std::pow(per_balance * e.sigma, 2) + std::pow(kTexture, 2));
       values.push_back({e.at, e.border + e.width * per_balance * e.balance, 1 / variance});
     }
-  axis.edge_width = std::max(values.empty() ? 0 : widths / static_cast<double>(values.size()),
-                             width_of_blur(pixels_.finest_contrast(axis.axis)));
+  const double count = std::max(1.0, static_cast<double>(values.size()));
+  axis.pixel_width = pixel_widths / count;
+  axis.edge_width = std::max(widths / count, width_of_blur(pixels_.finest_contrast(axis.axis)));
   return values;
 }
 
@@ -293,7 +291,7 @@ double CameraMapFit::error_of(const Axis& axis) {
   return 0.5 * std::sqrt(sum / static_cast<double>(axis.cells.size()));
 }
 
-Result<CameraMap> CameraMapFit::fit() {
+Result<CameraLook> CameraMapFit::fit() {
   Axis rows = make(StripeAxis::rows), cols = make(StripeAxis::columns);
   for (Axis* axis : {&rows, &cols}) {
     SYMRIG_CHECK(decode(*axis));
@@ -305,9 +303,14 @@ Result<CameraMap> CameraMapFit::fit() {
   map.edges_ = static_cast<std::int64_t>(rows.edges.size() + cols.edges.size());
   map.edge_width_ = std::max(rows.edge_width, cols.edge_width);
   map.outlier_share_ = (rows.left_out + cols.left_out) / 2;
+  Image<float> shares(map.camera_, 2);
+  fill_shares(BorderPixels(rows.surface, pixels_, StripeAxis::rows, blur_of(rows)), map.camera_,
+              shares.plane(0));
+  fill_shares(BorderPixels(cols.surface, pixels_, StripeAxis::columns, blur_of(cols)), map.camera_,
+              shares.plane(1));
   map.surfaces_ = std::make_shared<CameraMap::Surfaces>(
       CameraMap::Surfaces{std::move(rows.surface), std::move(cols.surface)});
-  return map;
+  return CameraLook{std::move(map), std::move(shares)};
 }
 
 namespace {
@@ -388,7 +391,7 @@ double CameraMap::pixels_per_cell() const {
   return 1 / std::sqrt(area);
 }
 
-Result<std::vector<CameraMap>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs) {
+Result<std::vector<CameraLook>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs) {
   const GrayCode code(cells);
   if (std::cmp_not_equal(photographs.size(), code.photographs()))
     return Error{ErrorCode::size_mismatch,
@@ -400,14 +403,14 @@ Result<std::vector<CameraMap>> fit_camera_maps(Grid cells, std::span<const Radia
     if (one.mean.grid() != first.grid() || one.mean.channels() != first.channels())
       return Error{ErrorCode::size_mismatch, "the photographs of the Gray code have several sizes",
                    "take all photographs with one camera"};
-  std::vector<CameraMap> maps;
+  std::vector<CameraLook> looks;
   for (int c = 0; c < first.channels(); ++c) {
     const StripePixels pixels(code, photographs, c);
     if (pixels.count_good() < 100) return too_few(pixels.count_good(), first.grid());
-    SYMRIG_TRY(auto map, CameraMapFit(cells, pixels).fit());
-    maps.push_back(std::move(map));
+    SYMRIG_TRY(CameraLook look, CameraMapFit(cells, pixels).fit());
+    looks.push_back(std::move(look));
   }
-  return maps;
+  return looks;
 }
 
 }  // namespace symrig

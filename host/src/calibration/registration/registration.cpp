@@ -77,7 +77,7 @@ Result<CellWeights> Registration::weights() const {
   for (const CameraMap& map : maps) corners.push_back(map.corners());
   WeightOptions options;
   options.margin = margin();
-  return CellWeights::make(cells, corners, flood, options);
+  return CellWeights::make(cells, corners, flood, options, &shares);
 }
 
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
@@ -92,7 +92,14 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
   found.rig = rig.describe();
   found.photographs = static_cast<std::int64_t>(photographs.size());
   found.flood = mean_flood(GrayCode(found.cells), photographs);
-  SYMRIG_TRY(found.maps, fit_camera_maps(found.cells, photographs));
+  SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
+  found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
+  for (CameraLook& look : looks) {
+    for (int axis = 0; axis < 2; ++axis)
+      std::ranges::copy(look.shares.plane(axis),
+                        found.shares.plane(2 * static_cast<int>(found.maps.size()) + axis).begin());
+    found.maps.push_back(std::move(look.map));
+  }
   if (!(found.error() <= kLargestError))
     return Error{
         ErrorCode::bad_value,

@@ -75,7 +75,7 @@ bool write_all(hid_t file, const Registration& r) {
             write_whole(file, "maps", static_cast<std::int64_t>(r.maps.size())) &&
             write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
             write_planes(file, "flood_variance", r.flood.variance) &&
-            write_planes(file, "flood_valid", r.flood.valid);
+            write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
 }
@@ -162,6 +162,7 @@ Result<Registration> read_all(const Source& source) {
   SYMRIG_TRY(const std::int32_t maps, read_whole(file, "maps", 1, channels));
   if (maps != 1 && maps != channels)
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
+  SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
   for (std::int32_t k = 0; k < maps; ++k) {
     SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
     r.maps.push_back(std::move(map));

@@ -55,7 +55,7 @@ float StripePixels::direct_share(std::size_t pixel) const {
 
 std::vector<SeenValue> StripePixels::decoded(StripeAxis axis) const {
   const Grid grid = camera();
-  const int size = axis == StripeAxis::columns ? code_.projector().cols : code_.projector().rows;
+  const int size = this->size(axis);
   const int first = first_pair(axis), bits = code_.bits(axis);
   std::vector<SeenValue> values;
   for (int row = 0; row < grid.rows; ++row)
@@ -85,7 +85,7 @@ double StripePixels::finest_contrast(StripeAxis axis) const {
 
 /// Exactly one bit of a Gray code changes between neighbours.
 std::optional<int> StripePixels::pair_at(StripeAxis axis, int border) const {
-  const int size = axis == StripeAxis::columns ? code_.projector().cols : code_.projector().rows;
+  const int size = this->size(axis);
   if (border <= 0 || border >= size) return std::nullopt;
   const int first = first_pair(axis);
   for (int k = 0; k < code_.bits(axis); ++k)

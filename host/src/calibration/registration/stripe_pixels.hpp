@@ -20,6 +20,10 @@ class StripePixels {
   /// Pixels that see the stripes: bright enough, and valid in all photographs.
   bool good(std::size_t pixel) const { return direct_[pixel] > 0; }
   std::size_t count_good() const;
+  /// Cells along an axis.
+  int size(StripeAxis axis) const {
+    return axis == StripeAxis::columns ? code_.projector().cols : code_.projector().rows;
+  }
   Grid camera() const { return photographs_.front().mean.grid(); }
 
   /// The middle of the cell that each good pixel sees along an axis, from the signs of its stripes.
