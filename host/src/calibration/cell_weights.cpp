@@ -291,6 +291,19 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
   return weights;
 }
 
+Result<void> CellWeights::divide_by(const Image<float>& gain) {
+  if (gain.grid() != cells_)
+    return Error{
+        ErrorCode::size_mismatch,
+        fmt::format("gains of {} cells for weights of {}", to_string(gain.grid()), to_string(cells_)),
+        "calibrate the rig again"};
+  if (!std::ranges::all_of(gain.plane(0), [](float g) { return g > 0 && std::isfinite(g); }))
+    return Error{ErrorCode::bad_value, "a gain is not above 0", "calibrate the rig again"};
+  for (Channel& channel : channel_)
+    for (std::size_t i = 0; i < channel.scale.size(); ++i) channel.scale[i] /= gain.plane(0)[i];
+  return {};
+}
+
 std::uint32_t CellWeights::digest() const {
   std::vector<std::uint32_t> parts;
   const auto add = [&](const auto& values) {

@@ -93,6 +93,10 @@ std::string registration_facts(const RegistrationSummary& s) {
        {"Edges that do not fit", percent(r.maps.front().outlier_share())},
        {"Cells that the camera sees", grouped(static_cast<double>(s.weights.valid_cells()))},
        {"Cells measured by shared pixels", grouped(static_cast<double>(s.weights.cells_without_core()))},
+       {"Gain of camera over projector",
+        r.gain.known
+            ? fmt::format("{:.3f} between cells, known to {}", r.gain.spread(r.cells), percent(r.gain.sigma))
+            : std::string("not known: too little light is exchanged")},
        {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}});
 }
 

@@ -32,6 +32,8 @@ std::string registration_json(const RegistrationSummary& summary) {
                      {"cells_seen", summary.weights.valid_cells()},
                      {"cells_by_area", summary.weights.cells_without_core()},
                      {"noise_share", summary.weights.noise_share()}};
+  json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
+                  {"veil", r.gain.veil},   {"veil_sigma", r.gain.veil_sigma},  {"pairs", r.gain.pairs}};
   json["rig_seconds"] = summary.rig_seconds;
   report::add_made(json, summary.made);
   return report::json_text(json);
@@ -61,6 +63,15 @@ std::string registration_text(const RegistrationSummary& summary) {
   if (weights.cells_without_core() > 0)
     lines += fmt::format("{} cells without such a pixel are measured by all pixels that they share\n",
                          grouped(static_cast<double>(weights.cells_without_core())));
+  if (r.gain.known)
+    lines += fmt::format(
+        "gain of camera over projector: {:.3f} between cells, known to {}, corrected; veiling glare {:.2g} ± "
+        "{:.1g}\n",
+        r.gain.spread(r.cells), percent(r.gain.sigma), r.gain.veil, r.gain.veil_sigma);
+  else
+    lines +=
+        "gain of camera over projector: not known, because the scene's parts exchange too little light; "
+        "vignetting is not corrected\n";
   return lines;
 }
 

@@ -4,6 +4,8 @@
 #include "sim/view.hpp"
 #include "symrig/calibration/cell_weights.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -18,7 +20,39 @@ Radiance exact(Image<float> mean) {
           Image<std::uint8_t>(grid, channels, std::uint8_t{1})};
 }
 
+/// The same picture in each channel.
+Image<float> spread(const Image<float>& one, int channels) {
+  Image<float> all(one.grid(), channels);
+  for (int c = 0; c < channels; ++c) std::ranges::copy(one.plane(0), all.plane(c).begin());
+  return all;
+}
+
+/// c / p with mean log 0. weights: of the exact map.
+Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weights) {
+  SYMRIG_TRY(const Radiance camera, weights.gather(exact(spread(view.camera_gain(), weights.channels()))));
+  Image<float> gain = view.projector_gain();
+  double sum = 0;
+  for (std::size_t i = 0; i < gain.values().size(); ++i) {
+    const float c = camera.mean.plane(0)[i];
+    gain.values()[i] = c > 0 ? c / gain.values()[i] : 1.F;
+    sum += std::log(static_cast<double>(gain.values()[i]));
+  }
+  const auto mean = static_cast<float>(std::exp(sum / static_cast<double>(gain.values().size())));
+  for (float& g : gain.values()) g /= mean;
+  return gain;
+}
+
 }  // namespace
+
+Result<Image<float>> bench_gain(const SceneUri& uri) {
+  if (!uri.own_camera()) return Image<float>();
+  SYMRIG_TRY(const sim::Bench bench, sim::make_bench(uri));
+  const std::vector<CornerMap> corners = bench.view->corners();
+  const Radiance even = exact(Image<float>(bench.view->camera(), bench.view->channels(), 1.F));
+  SYMRIG_TRY(const CellWeights area,
+             CellWeights::make(bench.truth->grid(), corners, even, {.weighting = Weighting::area}));
+  return gain_ratio(*bench.view, area);
+}
 
 Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   if (!uri.own_camera()) return std::optional<TrueTransport>();
@@ -29,6 +63,8 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   const Radiance flood = exact(bench->view->see(Image<float>(cells, 1, 1.F), 0));
   const Image<float> shares = bench->view->flood_shares();
   SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, {.margin = 0}, &shares));
+  SYMRIG_TRY(const Image<float> gain, bench_gain(uri));
+  SYMRIG_CHECK(exact_weights.divide_by(gain));
   const auto weights = std::make_shared<const CellWeights>(std::move(exact_weights));
   return std::optional<TrueTransport>([bench, weights](const Image<float>& pattern) -> Result<Image<float>> {
     SYMRIG_TRY(Radiance seen, weights->gather(exact(bench->view->see(pattern, 0))));

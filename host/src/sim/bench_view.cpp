@@ -117,6 +117,8 @@ class BenchView final : public View {
   }
   Image<float> see(const Image<float>& light, std::uint64_t shown_before) const override;
   Image<float> flood_shares() const override;
+  Image<float> camera_gain() const override { return vignette_picture(camera(), uri_.vignetting.camera); }
+  Image<float> projector_gain() const override { return projector_gain_; }
 
  private:
   /// A camera without a size of its own has a pixel for each cell.

@@ -31,6 +31,9 @@ class View {
   /// the first row and column of the cells that it sees; mean of the channels that share a map. Empty: no own
   /// pixels.
   virtual Image<float> flood_shares() const { return {}; }
+  /// Vignetting: the camera's on its own grid, the projector's on the cells.
+  virtual Image<float> camera_gain() const { return {}; }
+  virtual Image<float> projector_gain() const { return {}; }
   /// True if the view changes while patterns are shown.
   virtual bool moves() const { return false; }
 };

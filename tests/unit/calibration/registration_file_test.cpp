@@ -46,6 +46,12 @@ TEST_F(RegistrationFile, keeps_every_bit) {
   EXPECT_TRUE(std::ranges::equal(read->flood.variance.values(), written.flood.variance.values()));
   EXPECT_TRUE(std::ranges::equal(read->flood.valid.values(), written.flood.valid.values()));
   EXPECT_TRUE(std::ranges::equal(read->shares.values(), written.shares.values()));
+  EXPECT_EQ(read->gain.shape, written.gain.shape);
+  EXPECT_EQ(read->gain.sigma, written.gain.sigma);
+  EXPECT_EQ(read->gain.veil, written.gain.veil);
+  EXPECT_EQ(read->gain.veil_sigma, written.gain.veil_sigma);
+  EXPECT_EQ(read->gain.pairs, written.gain.pairs);
+  EXPECT_EQ(read->gain.known, written.gain.known);
   ASSERT_EQ(read->maps.size(), 2U);
   for (std::size_t k = 0; k < 2; ++k) {
     const CameraMapNumbers a = written.maps[k].numbers(), b = read->maps[k].numbers();

@@ -21,6 +21,12 @@ inline Registration small_registration() {
   r.flood.valid.at(3, 4, 1) = 0;
   r.shares = Image<float>(camera, 4, 0.5F);
   r.shares.at(1, 2, 3) = kUnknownShare;
+  r.gain = {.shape = {0.1, -0.2, 0.3, -0.05},
+            .sigma = 0.001,
+            .veil = 1e-4,
+            .veil_sigma = 1e-5,
+            .pairs = 70,
+            .known = true};
   for (const double shift : {0.0, 0.25}) {
     // 4 intervals along 18 columns, so 4 along 15 rows, and 7 × 7 coefficients.
     CameraMapNumbers n{.camera = camera, .intervals = 4, .row = {}, .col = {}};

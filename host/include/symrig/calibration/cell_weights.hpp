@@ -37,7 +37,7 @@ struct WeightOptions {
 /// In `shares`: not known.
 constexpr float kUnknownShare = -1;
 
-/// A sparse matrix from the camera's pixels to the projector's cells. Immutable; thread-safe.
+/// A sparse matrix from the camera's pixels to the projector's cells. Thread-safe for reading.
 class CellWeights {
  public:
   /// cells: the projector's cells. corners: where the camera's pixels lie on them, one map for each channel
@@ -60,6 +60,9 @@ class CellWeights {
   /// fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
+  /// Divides all cells that the weights give by these values, one for each cell and above 0: the gain ratio.
+  /// fails: size_mismatch, bad_value.
+  Result<void> divide_by(const Image<float>& gain);
   /// Number of the weights, for comparison: CRC-32C of all of them.
   std::uint32_t digest() const;
   /// Cells that the camera sees.

@@ -5,6 +5,7 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/calibration/camera_map.hpp"
 #include "symrig/calibration/cell_weights.hpp"
+#include "symrig/calibration/gain_ratio.hpp"
 
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct Registration {
   Radiance flood;
   /// Of CellWeights::make: two for each map.
   Image<float> shares;
+  GainRatio gain;
   std::int64_t photographs = 0;  ///< that it took
   std::string rig;               ///< as it describes itself
 
@@ -28,6 +30,8 @@ struct Registration {
   double error() const;
   /// Camera pixels along the side of a cell, the fewest of all channels.
   double pixels_per_cell() const;
+  /// The weights without the gain ratio.
+  Result<CellWeights> bare_weights() const;
   /// How far weights keep from the borders of cells: three times the error of the map [cells].
   double margin() const;
   /// fails: as CellWeights::make.
@@ -41,11 +45,13 @@ struct RegistrationOptions {
   /// [cells] Wider edges are refused. The finest stripes are two cells wide: then they run into each other,
   /// and the map is wrong by more than it states (docs/benchmarks/registration.md, Blur).
   double widest_edge = 1.3;
+  /// Also measures the ratio of the two optics' gains.
+  bool gain = true;
   Progress progress = {};
 };
 
 /// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
-/// 2, so 26 for 64 x 64 cells.
+/// 2 for the map, so 26 for 64 x 64 cells, and 16 for the gain ratio.
 /// fails: as fit_camera_maps; bad_argument (a rig of several views); bad_value (the map is too uncertain, or
 /// the picture out of focus); limit (the camera is too coarse; the message says which cells would do);
 /// interrupted; as the rig.

@@ -2,6 +2,7 @@
 #include "symrig/calibration/registration.hpp"
 
 #include "symrig/calibration/gray_code.hpp"
+#include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -53,6 +54,20 @@ Result<std::vector<Radiance>> photograph_code(Probe& rig, const Progress& progre
   return photographs;
 }
 
+Result<void> add_gain(Probe& rig, Registration& found, const Progress& progress) {
+  SYMRIG_TRY(CellWeights weights, found.bare_weights());
+  SYMRIG_TRY(const Radiance flood, weights.gather(found.flood));
+  // A cell that one channel does not see would be lit and not seen.
+  Image<std::uint8_t> seen(found.cells, 1, std::uint8_t{1});
+  for (int c = 0; c < flood.valid.channels(); ++c)
+    for (std::size_t i = 0; i < seen.values().size(); ++i) seen.values()[i] &= flood.valid.plane(c)[i];
+  RegisteredProbe probe(rig, std::move(weights));
+  const std::int64_t before = probe.cost().photographs;
+  SYMRIG_TRY(found.gain, measure_gain_ratio(probe, seen, progress));
+  found.photographs += probe.cost().photographs - before;
+  return {};
+}
+
 }  // namespace
 
 double Registration::error() const {
@@ -72,6 +87,12 @@ double Registration::margin() const {
 }
 
 Result<CellWeights> Registration::weights() const {
+  SYMRIG_TRY(CellWeights weights, bare_weights());
+  if (gain.known) SYMRIG_CHECK(weights.divide_by(gain.over(cells)));
+  return weights;
+}
+
+Result<CellWeights> Registration::bare_weights() const {
   std::vector<CornerMap> corners;
   corners.reserve(maps.size());
   for (const CameraMap& map : maps) corners.push_back(map.corners());
@@ -115,12 +136,14 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
                     width, options.widest_edge),
         "focus camera and projector, or make the cells larger"};
   const double pixels = found.pixels_per_cell();
-  if (pixels >= options.least_pixels) return found;
-  return Error{ErrorCode::limit,
-               fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
-                           pixels, options.least_pixels),
-               fmt::format("make the cells {:.1f} times as large, or move the camera closer",
-                           std::ceil(10 * options.least_pixels / pixels) / 10)};
+  if (pixels < options.least_pixels)
+    return Error{ErrorCode::limit,
+                 fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
+                             pixels, options.least_pixels),
+                 fmt::format("make the cells {:.1f} times as large, or move the camera closer",
+                             std::ceil(10 * options.least_pixels / pixels) / 10)};
+  if (options.gain) SYMRIG_CHECK(add_gain(rig, found, options.progress));
+  return found;
 }
 
 }  // namespace symrig

@@ -65,6 +65,16 @@ bool write_map(hid_t file, std::size_t number, const CameraMap& map) {
          h5::write_dataset<double>(group.id(), "col", {n.col.size()}, n.col);
 }
 
+bool write_gain(hid_t file, const GainRatio& gain) {
+  const Handle group(H5Gcreate2(file, "gain", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  return group.ok() && write_whole(group.id(), "known", gain.known ? 1 : 0) &&
+         write_whole(group.id(), "pairs", gain.pairs) &&
+         h5::write_attribute(group.id(), "sigma", gain.sigma) &&
+         h5::write_attribute(group.id(), "veil", gain.veil) &&
+         h5::write_attribute(group.id(), "veil_sigma", gain.veil_sigma) &&
+         h5::write_dataset<double>(group.id(), "shape", {gain.shape.size()}, gain.shape);
+}
+
 bool write_all(hid_t file, const Registration& r) {
   bool ok = h5::write_attribute(file, "format", std::string("symrig-registration")) &&
             write_whole(file, "version_major", kVersionMajor) &&
@@ -76,6 +86,7 @@ bool write_all(hid_t file, const Registration& r) {
             write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
             write_planes(file, "flood_variance", r.flood.variance) &&
             write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
+  ok = ok && write_gain(file, r.gain);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
 }
@@ -140,6 +151,29 @@ Result<CameraMap> read_map(const Source& source, std::int32_t number, Grid camer
   return CameraMap::make(n);
 }
 
+Result<GainRatio> read_gain(const Source& source) {
+  const Handle group = h5::open_group(source.file.id(), "gain");
+  if (!group.ok()) return damaged("group 'gain' is missing or damaged");
+  GainRatio gain;
+  SYMRIG_TRY(const std::int32_t known, read_whole(group.id(), "known", 0, 1));
+  SYMRIG_TRY(gain.pairs, read_whole(group.id(), "pairs", 0, std::numeric_limits<std::int32_t>::max()));
+  SYMRIG_TRY(gain.sigma, h5::read_number(group.id(), "sigma"));
+  SYMRIG_TRY(gain.veil, h5::read_number(group.id(), "veil"));
+  SYMRIG_TRY(gain.veil_sigma, h5::read_number(group.id(), "veil_sigma"));
+  Shape shape;
+  SYMRIG_TRY(const auto values, h5::read_dataset<double>(group.id(), "shape", 1, source.bytes, shape));
+  if (values.size() != gain.shape.size()) return damaged("dataset 'gain/shape' does not have 4 numbers");
+  // log g of a sum of four shapes that are at most 1: a gain within e^±40.
+  const auto sane = [](double v) { return std::abs(v) < 10; };
+  if (!std::ranges::all_of(values, sane) || !sane(gain.sigma) || !sane(gain.veil) || !sane(gain.veil_sigma) ||
+      gain.sigma < 0 || gain.veil_sigma < 0)
+    return Error{ErrorCode::bad_value, "the gain ratio has a number that no gain ratio has",
+                 "the file is damaged; calibrate the rig again"};
+  gain.known = known == 1;
+  std::ranges::copy(values, gain.shape.begin());
+  return gain;
+}
+
 Result<Registration> read_all(const Source& source) {
   const hid_t file = source.file.id();
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
@@ -163,6 +197,7 @@ Result<Registration> read_all(const Source& source) {
   if (maps != 1 && maps != channels)
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
   SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
+  SYMRIG_TRY(r.gain, read_gain(source));
   for (std::int32_t k = 0; k < maps; ++k) {
     SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
     r.maps.push_back(std::move(map));
