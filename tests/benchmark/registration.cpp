@@ -7,6 +7,7 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/calibration/registered_probe.hpp"
+#include "symrig/sim/bench_truth.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>
@@ -35,11 +36,9 @@ struct Captured {
   TransportErrors errors;
 };
 
-Result<Captured> captured(Probe& probe, const Scene& truth) {
+Result<Captured> captured(Probe& probe, const TrueTransport& truth) {
   SYMRIG_TRY(const CaptureResult result, capture(probe, {}));
-  SYMRIG_TRY(
-      const TransportErrors errors,
-      evaluate(result.tensor, [&](const Image<float>& p) -> Result<Image<float>> { return truth.apply(p); }));
+  SYMRIG_TRY(const TransportErrors errors, evaluate(result.tensor, truth));
   return Captured{static_cast<double>(result.patterns), errors};
 }
 
@@ -62,14 +61,34 @@ double map_error(const Registration& found, const std::vector<CornerMap>& exact)
   return worst;
 }
 
-Result<void> compare(const std::string& scene, const std::string& bench) {
-  SYMRIG_TRY(const auto ideal_rig, open_virtual_rig(scene));
-  SYMRIG_TRY(const Captured ideal, captured(*ideal_rig, ideal_rig->truth()));
-  SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench));
+/// A rig, its registered probe, and what its camera cannot know better.
+struct Compared {
+  std::string ideal;  ///< keys of the rig to compare with
+  std::string bench;  ///< keys of the bench
+  bool own = false;   ///< each rig is judged by its own T, not by that of the ideal coaxial rig
+};
+
+/// T of the ideal coaxial rig, or that of this rig.
+Result<TrueTransport> truth_of(const VirtualRig& rig, bool own) {
+  if (!own)
+    return TrueTransport(
+        [&rig](const Image<float>& p) -> Result<Image<float>> { return rig.truth().apply(p); });
+  SYMRIG_TRY(auto bench, bench_truth(rig.uri()));
+  if (bench) return *std::move(bench);
+  return TrueTransport(
+      [&rig](const Image<float>& p) -> Result<Image<float>> { return rig.ideal_photograph(p); });
+}
+
+Result<void> compare(const std::string& scene, const Compared& how) {
+  SYMRIG_TRY(const auto ideal_rig, open_virtual_rig(scene + how.ideal));
+  SYMRIG_TRY(const TrueTransport ideal_truth, truth_of(*ideal_rig, how.own));
+  SYMRIG_TRY(const Captured ideal, captured(*ideal_rig, ideal_truth));
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene + how.bench));
   SYMRIG_TRY(const Registration registration, register_camera(*rig));
   SYMRIG_TRY(CellWeights weights, registration.weights());
   RegisteredProbe probe(*rig, std::move(weights));
-  SYMRIG_TRY(const Captured found, captured(probe, rig->truth()));
+  SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, how.own));
+  SYMRIG_TRY(const Captured found, captured(probe, truth));
   const auto ratio = [](double a, double b) {
     return b > 0 ? fmt::format("{:.2f}", a / b) : std::string("-");
   };
@@ -83,14 +102,13 @@ Result<void> compare(const std::string& scene, const std::string& bench) {
   return {};
 }
 
-int run(int size, int seed) {
-  fmt::print("{}x{} cells, seed {}: {}\n", size, size, seed, bench_of(size));
+int run(int size, int seed, const Compared& how) {
+  fmt::print("{}x{} cells, seed {}: {} compared with '{}'\n", size, size, seed, how.bench, how.ideal);
   fmt::print("{:<18} {:>5} {:>5} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>7} {:>7}\n", "scene",
              "ideal", "bench", "ratio", "frob", "bench", "indir", "ratio", "bar", "ratio", "map", "stated");
   for (const std::string_view name : scene_names()) {
     const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
-    if (const auto done = compare(scene, bench_of(size)); !done)
-      fmt::print("{:<18} {}\n", name, done.error().line());
+    if (const auto done = compare(scene, how); !done) fmt::print("{:<18} {}\n", name, done.error().line());
   }
   return 0;
 }
@@ -114,16 +132,22 @@ int run_blur() {
 
 }  // namespace
 
-/// usage: benchmark_registration [SIZE [SEED]], or benchmark_registration blur
+/// usage: benchmark_registration [A | B [SIZE [SEED]]], or benchmark_registration blur
 int main(int argc, char** argv) {
   if (argc == 2 && std::string_view(argv[1]) == "blur") return run_blur();
   const auto number = [&](int k, int otherwise) {
     return argc > k ? static_cast<int>(std::strtol(argv[k], nullptr, 10)) : otherwise;
   };
-  const int size = number(1, 64), seed = number(2, 1);
+  const int size = number(2, 64), seed = number(3, 1);
+  const bool sharp = argc < 2 || std::string_view(argv[1]) == "A";
   if (size < 8 || size > 1024) {
-    (void)std::fprintf(stderr, "usage: benchmark_registration [SIZE [SEED]], SIZE from 8 to 1024; or blur\n");
+    (void)std::fprintf(stderr,
+                       "usage: benchmark_registration [A | B [SIZE [SEED]]], SIZE from 8 to 1024; or blur\n");
     return 2;
   }
-  return run(size, seed);
+  const std::string bench = bench_of(size);
+  if (sharp) return run(size, seed, {"", bench, false});
+  // Blur costs patterns in every rig, so the rig to compare with has the same.
+  return run(size, seed,
+             {"&defocus=0.3,0.3", bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3", true});
 }

@@ -2,9 +2,11 @@
 #include "symrig/calibration/cell_weights.hpp"
 
 #include "acquisition/log/fast_crc32c.hpp"
+#include "calibration/registration/blurred.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -33,6 +35,7 @@ class CellWeightsBuilder {
     float whole;                ///< area of the pixel, inside and outside of the cells
     bool first_row, first_col;  ///< of the cells that the pixel sees
     bool two;                   ///< it sees at most two rows and two columns
+    double share() const { return static_cast<double>(area / whole); }  ///< of the pixel
   };
   /// All overlaps, ordered by cell, then by pixel.
   std::vector<Part> overlaps(const CornerMap& corners) const;
@@ -269,10 +272,11 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
   weights.camera_ = flood.mean.grid();
   weights.channels_ = flood.mean.channels();
   const CellWeightsBuilder builder(cells, options);
-  double noise = 0;
+  double noise = 0, whole = 0, pixels = 0;
   std::int64_t counted = 0;
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const auto parts = builder.overlaps(corners[k]);
+    for (const auto& part : parts) whole += static_cast<double>(part.area), pixels += part.share();
     std::vector<std::uint8_t> has_core;
     weights.rows_.push_back(builder.rows(parts, has_core));
     const Rows& rows = weights.rows_.back();
@@ -287,6 +291,7 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
       ++counted;
     }
   }
+  if (pixels > 0) weights.pixel_side_ = std::sqrt(whole / pixels);
   if (counted > 0) weights.noise_share_ = noise / static_cast<double>(counted);
   return weights;
 }
@@ -304,6 +309,20 @@ Result<void> CellWeights::divide_by(const Image<float>& gain) {
   return {};
 }
 
+Result<void> CellWeights::blur_by(double variance) {
+  if (!(variance >= 0 && variance <= 1))
+    return Error{ErrorCode::bad_value,
+                 fmt::format("photographs cannot be blurred by a variance of {:.3g} cells", variance),
+                 "focus camera and projector, or make the cells larger"};
+  blur_ = std::sqrt(variance) / pixel_side_;
+  // A mean over a cell of side 1, of a picture blurred by σ: ∫ (box * Gaussian)² = 1 − 2 σ / √π along an
+  // axis.
+  constexpr double kLeast = 0.3;
+  const double axis = std::max(1 - 2 * std::sqrt(variance / std::numbers::pi), kLeast);
+  blurred_noise_ = static_cast<float>(axis * axis);
+  return {};
+}
+
 std::uint32_t CellWeights::digest() const {
   std::vector<std::uint32_t> parts;
   const auto add = [&](const auto& values) {
@@ -311,6 +330,7 @@ std::uint32_t CellWeights::digest() const {
   };
   for (const Rows& rows : rows_) add(rows.first), add(rows.pixel);
   for (const Channel& channel : channel_) add(channel.weight), add(channel.reference), add(channel.scale);
+  parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(&blur_, 1))));
   return acquisition::fast_crc32c(std::as_bytes(std::span(parts)));
 }
 
@@ -326,6 +346,10 @@ Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
                     to_string(photograph.mean.grid()), photograph.mean.channels(), to_string(camera_),
                     channels_),
         "register the camera again"};
+  return blur_ > 0 ? gather_sharp(calibration::blurred(photograph, blur_)) : gather_sharp(photograph);
+}
+
+Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
   Radiance cells{Image<float>(cells_, channels_), Image<float>(cells_, channels_),
                  Image<std::uint8_t>(cells_, channels_)};
   for (int c = 0; c < channels_; ++c) {
@@ -351,7 +375,7 @@ Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
         if (channel.scale[i] == 0 || !(reference > 0)) continue;
         const float scale = channel.scale[i] / reference;
         to_mean[i] = scale * light;
-        to_variance[i] = scale * scale * noise;
+        to_variance[i] = scale * scale * noise * blurred_noise_;
         to_valid[i] = 1;
       }
     });

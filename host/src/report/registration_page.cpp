@@ -97,6 +97,10 @@ std::string registration_facts(const RegistrationSummary& s) {
         r.gain.known
             ? fmt::format("{:.3f} between cells, known to {}", r.gain.spread(r.cells), percent(r.gain.sigma))
             : std::string("not known: too little light is exchanged")},
+       {"Blur of projector and camera",
+        r.blur.measured ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}", r.blur.projector,
+                                      r.blur.camera, r.blur.sigma)
+                        : std::string("sharp: cells are measured by the pixels inside them")},
        {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}});
 }
 

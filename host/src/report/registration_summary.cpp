@@ -4,6 +4,8 @@
 #include "report/json_text.hpp"
 #include "symrig/report/text.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace symrig {
@@ -27,17 +29,40 @@ std::string registration_json(const RegistrationSummary& summary) {
   json["channels"] = r.flood.mean.channels();
   json["pixels_per_cell"] = r.pixels_per_cell();
   json["maps"] = maps;
-  json["weights"] = {{"kind", to_string(Weighting::cores)},
+  json["weights"] = {{"kind", to_string(r.weighting())},
                      {"margin", r.margin()},
                      {"cells_seen", summary.weights.valid_cells()},
                      {"cells_by_area", summary.weights.cells_without_core()},
                      {"noise_share", summary.weights.noise_share()}};
   json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
                   {"veil", r.gain.veil},   {"veil_sigma", r.gain.veil_sigma},  {"pairs", r.gain.pairs}};
+  json["blur"] = {{"edges", r.edge_blur()},        {"measured", r.blur.measured},
+                  {"projector", r.blur.projector}, {"camera", r.blur.camera},
+                  {"sigma", r.blur.sigma},         {"added", std::sqrt(r.blur.missing())}};
   json["rig_seconds"] = summary.rig_seconds;
   report::add_made(json, summary.made);
   return report::json_text(json);
 }
+
+namespace {
+
+std::string blur_text(const OpticsBlur& blur, const CellWeights& weights) {
+  std::string lines = fmt::format(
+      "a cell is measured by the area of all pixels that it shares, because the picture is blurred; its "
+      "variance is {:.2f} of a pixel's\n"
+      "blur of the projector {:.3f} cells rms, of the camera and its pixels {:.3f}; difference ± {:.3f}\n",
+      weights.noise_share(), blur.projector, blur.camera, blur.sigma);
+  const double missing = blur.missing();
+  if (missing > 0)
+    return lines + fmt::format("photographs are blurred by {:.3f} cells more, so that both are equal\n",
+                               std::sqrt(missing));
+  return lines +
+         "the camera is blurrier than the projector, which cannot be corrected: focus the camera, or make "
+         "the "
+         "cells larger\n";
+}
+
+}  // namespace
 
 std::string registration_text(const RegistrationSummary& summary) {
   using text::grouped, text::percent;
@@ -56,10 +81,13 @@ std::string registration_text(const RegistrationSummary& summary) {
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
                        grouped(static_cast<double>(r.cells.size())));
-  lines += fmt::format(
-      "a cell is measured by the pixels that lie at least {:.4f} cells inside it; its variance is {:.2f} of "
-      "a pixel's\n",
-      r.margin(), weights.noise_share());
+  if (r.weighting() == Weighting::cores)
+    lines += fmt::format(
+        "a cell is measured by the pixels that lie at least {:.4f} cells inside it, because the picture is "
+        "sharp; its variance is {:.2f} of a pixel's\n",
+        r.margin(), weights.noise_share());
+  else
+    lines += blur_text(r.blur, weights);
   if (weights.cells_without_core() > 0)
     lines += fmt::format("{} cells without such a pixel are measured by all pixels that they share\n",
                          grouped(static_cast<double>(weights.cells_without_core())));

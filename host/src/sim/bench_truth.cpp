@@ -42,6 +42,15 @@ Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weight
   return gain;
 }
 
+/// What the camera lacks of the projector's blur [cells²]. Its pixels are a blur too: of a box.
+double missing_blur(const SceneUri& uri) {
+  const double per_cell = uri.zoom * std::min(static_cast<double>(uri.camera.rows) / uri.size.rows,
+                                              static_cast<double>(uri.camera.cols) / uri.size.cols);
+  return uri.defocus.projector > 0 ? std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
+                                         1 / (12 * per_cell * per_cell)
+                                   : 0;
+}
+
 }  // namespace
 
 Result<Image<float>> bench_gain(const SceneUri& uri) {
@@ -62,7 +71,10 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   const std::vector<CornerMap> corners = bench->view->corners();
   const Radiance flood = exact(bench->view->see(Image<float>(cells, 1, 1.F), 0));
   const Image<float> shares = bench->view->flood_shares();
-  SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, {.margin = 0}, &shares));
+  const bool sharp = uri.defocus.camera == 0 && uri.defocus.projector == 0;
+  const WeightOptions options{.weighting = sharp ? Weighting::cores : Weighting::area, .margin = 0};
+  SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, options, &shares));
+  SYMRIG_CHECK(exact_weights.blur_by(std::clamp(missing_blur(uri), 0.0, 0.3)));
   SYMRIG_TRY(const Image<float> gain, bench_gain(uri));
   SYMRIG_CHECK(exact_weights.divide_by(gain));
   const auto weights = std::make_shared<const CellWeights>(std::move(exact_weights));

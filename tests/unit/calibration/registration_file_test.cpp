@@ -52,6 +52,10 @@ TEST_F(RegistrationFile, keeps_every_bit) {
   EXPECT_EQ(read->gain.veil_sigma, written.gain.veil_sigma);
   EXPECT_EQ(read->gain.pairs, written.gain.pairs);
   EXPECT_EQ(read->gain.known, written.gain.known);
+  EXPECT_EQ(read->blur.projector, written.blur.projector);
+  EXPECT_EQ(read->blur.camera, written.blur.camera);
+  EXPECT_EQ(read->blur.sigma, written.blur.sigma);
+  EXPECT_EQ(read->blur.measured, written.blur.measured);
   ASSERT_EQ(read->maps.size(), 2U);
   for (std::size_t k = 0; k < 2; ++k) {
     const CameraMapNumbers a = written.maps[k].numbers(), b = read->maps[k].numbers();

@@ -27,6 +27,7 @@ inline Registration small_registration() {
             .veil_sigma = 1e-5,
             .pairs = 70,
             .known = true};
+  r.blur = {.projector = 0.3, .camera = 0.2, .sigma = 0.01, .measured = true};
   for (const double shift : {0.0, 0.25}) {
     // 4 intervals along 18 columns, so 4 along 15 rows, and 7 × 7 coefficients.
     CameraMapNumbers n{.camera = camera, .intervals = 4, .row = {}, .col = {}};

@@ -63,6 +63,10 @@ class CellWeights {
   /// Divides all cells that the weights give by these values, one for each cell and above 0: the gain ratio.
   /// fails: size_mismatch, bad_value.
   Result<void> divide_by(const Image<float>& gain);
+  /// Blurs photographs by a Gaussian of this variance along each axis [cells²], at most 1, before they are
+  /// gathered.
+  /// fails: bad_value.
+  Result<void> blur_by(double variance);
   /// Number of the weights, for comparison: CRC-32C of all of them.
   std::uint32_t digest() const;
   /// Cells that the camera sees.
@@ -89,6 +93,7 @@ class CellWeights {
   };
 
   CellWeights() = default;
+  Radiance gather_sharp(const Radiance& photograph) const;
 
   Grid cells_, camera_;
   int channels_ = 0;
@@ -96,6 +101,9 @@ class CellWeights {
   std::vector<Channel> channel_;
   std::int64_t without_core_ = 0;
   double noise_share_ = 1;
+  double pixel_side_ = 1;    ///< of a camera pixel [cells]
+  double blur_ = 0;          ///< rms width [pixels]
+  float blurred_noise_ = 1;  ///< variance of a cell of a blurred photograph, by that of a sharp one
 
   friend class CellWeightsBuilder;
 };

@@ -6,6 +6,7 @@
 #include "symrig/calibration/camera_map.hpp"
 #include "symrig/calibration/cell_weights.hpp"
 #include "symrig/calibration/gain_ratio.hpp"
+#include "symrig/calibration/optics_blur.hpp"
 
 #include <string>
 #include <vector>
@@ -22,15 +23,22 @@ struct Registration {
   /// Of CellWeights::make: two for each map.
   Image<float> shares;
   GainRatio gain;
+  OpticsBlur blur;               ///< measured only if the borders of cells are blurred in the picture
   std::int64_t photographs = 0;  ///< that it took
   std::string rig;               ///< as it describes itself
 
+  /// Of each map.
+  std::vector<CornerMap> corners() const;
   Grid camera() const { return flood.mean.grid(); }
   /// rms error of the worst channel's map [cells].
   double error() const;
   /// Camera pixels along the side of a cell, the fewest of all channels.
   double pixels_per_cell() const;
-  /// The weights without the gain ratio.
+  /// rms blur of both optics together, by the width of edges [cells].
+  double edge_blur() const;
+  /// Cores if the optics are sharp. Blurred light crosses the borders of cells anyway, so then by area.
+  Weighting weighting() const { return blur.measured ? Weighting::area : Weighting::cores; }
+  /// The weights without gain ratio and blur.
   Result<CellWeights> bare_weights() const;
   /// How far weights keep from the borders of cells: three times the error of the map [cells].
   double margin() const;
@@ -47,11 +55,14 @@ struct RegistrationOptions {
   double widest_edge = 1.3;
   /// Also measures the ratio of the two optics' gains.
   bool gain = true;
+  /// [cells] Of edge_blur(). From here on, both blurs are measured.
+  double least_blur = 0.06;
   Progress progress = {};
 };
 
 /// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
-/// 2 for the map, so 26 for 64 x 64 cells, and 16 for the gain ratio.
+/// 2 for the map, so 26 for 64 x 64 cells, 16 for the gain ratio, and 8 for the blur
+/// of a picture that is not sharp.
 /// fails: as fit_camera_maps; bad_argument (a rig of several views); bad_value (the map is too uncertain, or
 /// the picture out of focus); limit (the camera is too coarse; the message says which cells would do);
 /// interrupted; as the rig.

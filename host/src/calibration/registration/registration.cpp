@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,6 +19,11 @@ constexpr double kMarginErrors = 3;
 /// [cells] Of the map. A core would have to keep 0.3 cells from each border, so only its middle would be
 /// left.
 constexpr double kLargestError = 0.1;
+
+/// Of a pixel that is turned by a few degrees.
+constexpr double kTurnedSide = 1.05;
+/// [cells²] The most that a blur of three cells makes.
+constexpr double kMostBlur = 0.3;
 
 /// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
 Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
@@ -54,17 +60,37 @@ Result<std::vector<Radiance>> photograph_code(Probe& rig, const Progress& progre
   return photographs;
 }
 
+/// 1 for the cells that the camera sees in all channels. A cell that one channel does not see would be lit
+/// and not seen.
+Result<Image<std::uint8_t>> seen_cells(const CellWeights& weights, const Radiance& flood) {
+  SYMRIG_TRY(const Radiance cells, weights.gather(flood));
+  Image<std::uint8_t> seen(weights.cells(), 1, std::uint8_t{1});
+  for (int c = 0; c < cells.valid.channels(); ++c)
+    for (std::size_t i = 0; i < seen.values().size(); ++i) seen.values()[i] &= cells.valid.plane(c)[i];
+  return seen;
+}
+
 Result<void> add_gain(Probe& rig, Registration& found, const Progress& progress) {
   SYMRIG_TRY(CellWeights weights, found.bare_weights());
-  SYMRIG_TRY(const Radiance flood, weights.gather(found.flood));
-  // A cell that one channel does not see would be lit and not seen.
-  Image<std::uint8_t> seen(found.cells, 1, std::uint8_t{1});
-  for (int c = 0; c < flood.valid.channels(); ++c)
-    for (std::size_t i = 0; i < seen.values().size(); ++i) seen.values()[i] &= flood.valid.plane(c)[i];
+  SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
   RegisteredProbe probe(rig, std::move(weights));
-  const std::int64_t before = probe.cost().photographs;
   SYMRIG_TRY(found.gain, measure_gain_ratio(probe, seen, progress));
-  found.photographs += probe.cost().photographs - before;
+  return {};
+}
+
+/// corners: of the cells.
+Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> corners,
+                      const Progress& progress) {
+  const WeightOptions by_area{.weighting = Weighting::area};
+  SYMRIG_TRY(CellWeights weights, CellWeights::make(found.cells, corners, found.flood, by_area));
+  for (CornerMap& map : corners)
+    for (double& v : map.values()) v *= 2;
+  SYMRIG_TRY(const CellWeights halves,
+             CellWeights::make({2 * found.cells.rows, 2 * found.cells.cols}, corners, found.flood, by_area));
+  SYMRIG_TRY(const Radiance quarters, halves.gather(found.flood));
+  SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
+  RegisteredProbe probe(rig, std::move(weights));
+  SYMRIG_TRY(found.blur, measure_blur(probe, quarters.mean, seen, progress));
   return {};
 }
 
@@ -74,6 +100,23 @@ double Registration::error() const {
   double worst = 0;
   for (const CameraMap& map : maps) worst = std::max(worst, map.error());
   return worst;
+}
+
+std::vector<CornerMap> Registration::corners() const {
+  std::vector<CornerMap> corners;
+  corners.reserve(maps.size());
+  for (const CameraMap& map : maps) corners.push_back(map.corners());
+  return corners;
+}
+
+double Registration::edge_blur() const {
+  double widest = 0;
+  for (const CameraMap& map : maps) {
+    // A pixel that is turned crosses a border over up to √2 of its side.
+    const double side = kTurnedSide / map.pixels_per_cell();
+    widest = std::max(widest, std::pow(map.edge_width(), 2) - side * side);
+  }
+  return std::sqrt(std::max(0.0, widest) / (2 * std::numbers::pi));
 }
 
 double Registration::pixels_per_cell() const {
@@ -89,16 +132,15 @@ double Registration::margin() const {
 Result<CellWeights> Registration::weights() const {
   SYMRIG_TRY(CellWeights weights, bare_weights());
   if (gain.known) SYMRIG_CHECK(weights.divide_by(gain.over(cells)));
+  SYMRIG_CHECK(weights.blur_by(std::min(blur.missing(), kMostBlur)));
   return weights;
 }
 
 Result<CellWeights> Registration::bare_weights() const {
-  std::vector<CornerMap> corners;
-  corners.reserve(maps.size());
-  for (const CameraMap& map : maps) corners.push_back(map.corners());
   WeightOptions options;
+  options.weighting = weighting();
   options.margin = margin();
-  return CellWeights::make(cells, corners, flood, options, &shares);
+  return CellWeights::make(cells, corners(), flood, options, &shares);
 }
 
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
@@ -107,11 +149,11 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
                  fmt::format("a rig of {} views cannot be registered: a point is lit from all of them",
                              rig.views().count()),
                  "register a rig of one view"};
+  const std::int64_t before = rig.cost().photographs;
   SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
   Registration found;
   found.cells = rig.grid();
   found.rig = rig.describe();
-  found.photographs = static_cast<std::int64_t>(photographs.size());
   found.flood = mean_flood(GrayCode(found.cells), photographs);
   SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
   found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
@@ -142,7 +184,10 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
                              pixels, options.least_pixels),
                  fmt::format("make the cells {:.1f} times as large, or move the camera closer",
                              std::ceil(10 * options.least_pixels / pixels) / 10)};
+  if (found.edge_blur() > options.least_blur)
+    SYMRIG_CHECK(add_blur(rig, found, found.corners(), options.progress));
   if (options.gain) SYMRIG_CHECK(add_gain(rig, found, options.progress));
+  found.photographs = rig.cost().photographs - before;
   return found;
 }
 

@@ -75,6 +75,14 @@ bool write_gain(hid_t file, const GainRatio& gain) {
          h5::write_dataset<double>(group.id(), "shape", {gain.shape.size()}, gain.shape);
 }
 
+bool write_blur(hid_t file, const OpticsBlur& blur) {
+  const Handle group(H5Gcreate2(file, "blur", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  return group.ok() && write_whole(group.id(), "measured", blur.measured ? 1 : 0) &&
+         h5::write_attribute(group.id(), "projector", blur.projector) &&
+         h5::write_attribute(group.id(), "camera", blur.camera) &&
+         h5::write_attribute(group.id(), "sigma", blur.sigma);
+}
+
 bool write_all(hid_t file, const Registration& r) {
   bool ok = h5::write_attribute(file, "format", std::string("symrig-registration")) &&
             write_whole(file, "version_major", kVersionMajor) &&
@@ -86,7 +94,7 @@ bool write_all(hid_t file, const Registration& r) {
             write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
             write_planes(file, "flood_variance", r.flood.variance) &&
             write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
-  ok = ok && write_gain(file, r.gain);
+  ok = ok && write_gain(file, r.gain) && write_blur(file, r.blur);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
 }
@@ -174,6 +182,22 @@ Result<GainRatio> read_gain(const Source& source) {
   return gain;
 }
 
+Result<OpticsBlur> read_blur(const Source& source) {
+  const Handle group = h5::open_group(source.file.id(), "blur");
+  if (!group.ok()) return damaged("group 'blur' is missing or damaged");
+  OpticsBlur blur;
+  SYMRIG_TRY(const std::int32_t measured, read_whole(group.id(), "measured", 0, 1));
+  SYMRIG_TRY(blur.projector, h5::read_number(group.id(), "projector"));
+  SYMRIG_TRY(blur.camera, h5::read_number(group.id(), "camera"));
+  SYMRIG_TRY(blur.sigma, h5::read_number(group.id(), "sigma"));
+  for (const double v : {blur.projector, blur.camera, blur.sigma})
+    if (!(v >= 0 && v <= 100))
+      return Error{ErrorCode::bad_value, "a blur is not between 0 and 100 cells",
+                   "the file is damaged; calibrate the rig again"};
+  blur.measured = measured == 1;
+  return blur;
+}
+
 Result<Registration> read_all(const Source& source) {
   const hid_t file = source.file.id();
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
@@ -198,6 +222,7 @@ Result<Registration> read_all(const Source& source) {
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
   SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
   SYMRIG_TRY(r.gain, read_gain(source));
+  SYMRIG_TRY(r.blur, read_blur(source));
   for (std::int32_t k = 0; k < maps; ++k) {
     SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
     r.maps.push_back(std::move(map));

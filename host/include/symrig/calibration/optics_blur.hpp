@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+
+#include <cstdint>
+
+namespace symrig {
+
+/// How far the optics of camera and projector spread light: the rms width of each blur along an axis [cells].
+/// The camera's contains the size of its pixels.
+///
+/// With blurs G of both optics a rig measures G_c K G_p: not symmetric unless they are equal. A picture that
+/// is blurred by the difference of the squares is symmetric again, if the projector is the blurrier one. The
+/// opposite case cannot be corrected.
+struct OpticsBlur {
+  double projector = 0, camera = 0;
+  /// Standard deviation of their difference: scenes without texture do not tell it.
+  double sigma = 0;
+  bool measured = false;
+
+  /// Variance that the photographs lack [cells²]; 0 if the camera is the blurrier one.
+  double missing() const;
+};
+
+/// Measures both from combs: every fourth column of cells is lit, then every fourth row. Photographs: 8.
+///
+/// f is the light of the next column seen in a cell and g the reverse, each less the light under the comb
+/// that is farthest away; a is a cell's own light. Then
+///
+///   (f + g) / (a + a′) = √(σp² + σc²) / √(2π)      f − g = δ √(a a′) + (σp − σc) / √(2π) · (a − a′)
+///
+/// with the residual shift δ, one for each 8 × 8 cells. In the last term, a and a′ are the light of the
+/// halves of the cells that touch the border: the projector's blur lights the near half of the other cell,
+/// and the camera's blur shows the near half of the other cell. A cell's light is a and what crosses its two
+/// borders. probe: its photographs are on the cells, weighted by area. quarters: the flood-lit scene on a
+/// grid of 2 × 2 for each cell. seen: as measure_gain_ratio. fails: as the probe; interrupted; size_mismatch.
+Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, const Image<std::uint8_t>& seen,
+                                const Progress& progress = {});
+
+}  // namespace symrig
