@@ -3,7 +3,6 @@
 
 #include "meter.hpp"
 #include "symrig/base/nearest_name.hpp"
-#include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration_file.hpp"
 #include "symrig/rig/open_rig.hpp"
 
@@ -94,7 +93,10 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
   // The file first: it takes no time, and the devices may.
   SYMRIG_TRY(const Registration found, load_registration(file));
   SYMRIG_TRY(OpenedRig opened, open_bare_rig(rig));
-  SYMRIG_TRY(opened.probe, RegisteredProbe::make(std::move(opened.probe), found));
+  SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found));
+  registered->watch_motion(found.watch());
+  opened.registered = registered.get();
+  opened.probe = std::move(registered);
   return opened;
 }
 

@@ -5,6 +5,7 @@
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/calibration/registered_probe.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <memory>
@@ -20,8 +21,9 @@ bool is_simulated(const std::string& rig);
 /// An open rig.
 struct OpenedRig {
   std::unique_ptr<Probe> probe;
-  const Rig* rig = nullptr;  ///< inside the probe; reports its trouble()
-  std::string noise;         ///< "off" or "camera"
+  const Rig* rig = nullptr;               ///< inside the probe; reports its trouble()
+  std::string noise;                      ///< "off" or "camera"
+  RegisteredProbe* registered = nullptr;  ///< the probe, if it uses a registration
 };
 
 /// The files that opening `--rig RIG` reads: the rig file and the files that it names.
@@ -32,9 +34,9 @@ JobFiles rig_files(const std::string& rig);
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors.
 Result<OpenedRig> open_bare_rig(const std::string& rig);
 
-/// The same, with photographs on the projector's cells. registration: the file to use; empty: the one that
-/// the rig file names, if any.
-/// fails: as open_bare_rig, load_registration and RegisteredProbe::make.
+/// The same, with photographs on the projector's cells. It notices if the rig has moved. registration: the
+/// file to use; empty: the one that the rig file names, if any. fails: as open_bare_rig, load_registration
+/// and RegisteredProbe::make.
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration);
 
 /// Adds `--registration FILE`.

@@ -193,6 +193,7 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
   SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
   auto result = capture(probe, options);
   if (!result) return result.error();
+  if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());
   const CaptureSummary summary{.scene = rig.describe(),
                                .algorithm = settings.algorithm,
                                .rule = settings.rule,

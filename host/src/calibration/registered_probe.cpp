@@ -44,12 +44,41 @@ Result<std::vector<Radiance>> RegisteredProbe::gather(const Result<std::vector<R
   return cells;
 }
 
+void RegisteredProbe::watch_motion(MotionWatch watch, std::int64_t every, double most) {
+  watch_ = std::move(watch);
+  every_ = every;
+  until_check_ = 0;
+  most_ = most;
+}
+
+Result<void> RegisteredProbe::check_motion() {
+  if (!watch_) return {};
+  until_check_ = every_;
+  SYMRIG_TRY(const Motion motion, watch_->measure(rig_));
+  if (motion.distance() <= most_ + 3 * motion.sigma) return {};
+  return Error{
+      ErrorCode::fault,
+      fmt::format("the rig has moved since its registration: by {:+.3f} cells along the rows and {:+.3f} "
+                  "along the columns (± {:.1g}), and {:.3g} is allowed",
+                  motion.row, motion.col, motion.sigma, most_),
+      "fasten camera and projector, calibrate the rig again, and capture anew"};
+}
+
+Result<void> RegisteredProbe::watch_before(std::size_t photographs) {
+  if (!watch_) return {};
+  if (until_check_ <= 0) SYMRIG_CHECK(check_motion());
+  until_check_ -= static_cast<std::int64_t>(photographs);
+  return {};
+}
+
 Result<std::vector<Radiance>> RegisteredProbe::measure(std::span<const Pattern> patterns) {
+  SYMRIG_CHECK(watch_before(patterns.size()));
   return gather(rig_.measure(patterns));
 }
 
 Result<std::vector<Radiance>> RegisteredProbe::measure_expected(std::span<const Pattern> patterns,
                                                                 std::span<const Expectation> expected) {
+  SYMRIG_CHECK(watch_before(patterns.size()));
   std::vector<Expectation> of_pixels(expected.begin(), expected.end());
   for (Expectation& one : of_pixels)
     for (ExpectedPart& part : one.parts) part.noise /= weights_.noise_share();

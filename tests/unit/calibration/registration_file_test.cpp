@@ -56,6 +56,7 @@ TEST_F(RegistrationFile, keeps_every_bit) {
   EXPECT_EQ(read->blur.camera, written.blur.camera);
   EXPECT_EQ(read->blur.sigma, written.blur.sigma);
   EXPECT_EQ(read->blur.measured, written.blur.measured);
+  EXPECT_TRUE(std::ranges::equal(read->stripes.values(), written.stripes.values()));
   ASSERT_EQ(read->maps.size(), 2U);
   for (std::size_t k = 0; k < 2; ++k) {
     const CameraMapNumbers a = written.maps[k].numbers(), b = read->maps[k].numbers();

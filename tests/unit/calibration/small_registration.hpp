@@ -21,6 +21,7 @@ inline Registration small_registration() {
   r.flood.valid.at(3, 4, 1) = 0;
   r.shares = Image<float>(camera, 4, 0.5F);
   r.shares.at(1, 2, 3) = kUnknownShare;
+  r.stripes = Image<float>(camera, 4, 0.25F);
   r.gain = {.shape = {0.1, -0.2, 0.3, -0.05},
             .sigma = 0.001,
             .veil = 1e-4,

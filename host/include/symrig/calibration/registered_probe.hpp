@@ -5,7 +5,9 @@
 #include "symrig/calibration/cell_weights.hpp"
 #include "symrig/calibration/registration.hpp"
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 namespace symrig {
 
@@ -36,15 +38,30 @@ class RegisteredProbe final : public Probe {
 
   const CellWeights& weights() const { return weights_; }
 
+  /// From now on, compares the rig with its registration before the first photograph, and again after this
+  /// many: measure() fails with `fault` if the rig has moved further than `most` cells. Photographs: 2 each
+  /// time. They are in cost(), but not in the log.
+  void watch_motion(MotionWatch watch, std::int64_t every = 32, double most = kMostMotion);
+  /// Compares now. Does nothing without watch_motion().
+  /// fails: fault (the rig has moved); as MotionWatch::measure.
+  Result<void> check_motion();
+  /// [cells] Direct light then crosses the borders of cells. At 0.005 cells this adds a fifth to the error of
+  /// a capture on a sharp bench (docs/benchmarks/registration.md).
+  static constexpr double kMostMotion = 0.005;
+
  private:
   RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights)
       : owned_(std::move(rig)), rig_(*owned_), weights_(std::move(weights)) {}
+  Result<void> watch_before(std::size_t photographs);
   Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
 
   std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
   CellWeights weights_;
   double gather_seconds_ = 0;
+  std::optional<MotionWatch> watch_;
+  std::int64_t every_ = 0, until_check_ = 0;
+  double most_ = 0;
 };
 
 }  // namespace symrig

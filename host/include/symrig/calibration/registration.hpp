@@ -6,6 +6,7 @@
 #include "symrig/calibration/camera_map.hpp"
 #include "symrig/calibration/cell_weights.hpp"
 #include "symrig/calibration/gain_ratio.hpp"
+#include "symrig/calibration/motion_watch.hpp"
 #include "symrig/calibration/optics_blur.hpp"
 
 #include <string>
@@ -22,6 +23,7 @@ struct Registration {
   Radiance flood;
   /// Of CellWeights::make: two for each map.
   Image<float> shares;
+  Image<float> stripes;  ///< photographs of MotionWatch::patterns(): 2 · channels planes
   GainRatio gain;
   OpticsBlur blur;               ///< measured only if the borders of cells are blurred in the picture
   std::int64_t photographs = 0;  ///< that it took
@@ -29,6 +31,8 @@ struct Registration {
 
   /// Of each map.
   std::vector<CornerMap> corners() const;
+  /// Compares the rig with what it was.
+  MotionWatch watch() const;
   Grid camera() const { return flood.mean.grid(); }
   /// rms error of the worst channel's map [cells].
   double error() const;
@@ -61,7 +65,7 @@ struct RegistrationOptions {
 };
 
 /// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
-/// 2 for the map, so 26 for 64 x 64 cells, 16 for the gain ratio, and 8 for the blur
+/// 2 for the map, so 26 for 64 x 64 cells, 2 to notice motion, 16 for the gain ratio, and 8 for the blur
 /// of a picture that is not sharp.
 /// fails: as fit_camera_maps; bad_argument (a rig of several views); bad_value (the map is too uncertain, or
 /// the picture out of focus); limit (the camera is too coarse; the message says which cells would do);

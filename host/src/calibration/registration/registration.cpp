@@ -78,6 +78,17 @@ Result<void> add_gain(Probe& rig, Registration& found, const Progress& progress)
   return {};
 }
 
+Result<void> add_stripes(Probe& rig, Registration& found) {
+  SYMRIG_TRY(const auto photographs, rig.measure(MotionWatch::patterns(found.cells)));
+  const int channels = found.flood.mean.channels();
+  found.stripes = Image<float>(found.camera(), 2 * channels);
+  for (int k = 0; k < 2; ++k)
+    for (int c = 0; c < channels; ++c)
+      std::ranges::copy(photographs[static_cast<std::size_t>(k)].mean.plane(c),
+                        found.stripes.plane(k * channels + c).begin());
+  return {};
+}
+
 /// corners: of the cells.
 Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> corners,
                       const Progress& progress) {
@@ -107,6 +118,17 @@ std::vector<CornerMap> Registration::corners() const {
   corners.reserve(maps.size());
   for (const CameraMap& map : maps) corners.push_back(map.corners());
   return corners;
+}
+
+MotionWatch Registration::watch() const {
+  const Point middle{0.5 * camera().rows, 0.5 * camera().cols};
+  const CameraMap& map = maps.front();
+  const Point here = map.look(middle), down = map.look({middle.row + 1, middle.col}),
+              right = map.look({middle.row, middle.col + 1});
+  return {
+      cells,
+      stripes,
+      {Point{down.row - here.row, down.col - here.col}, Point{right.row - here.row, right.col - here.col}}};
 }
 
 double Registration::edge_blur() const {
@@ -184,6 +206,7 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
                              pixels, options.least_pixels),
                  fmt::format("make the cells {:.1f} times as large, or move the camera closer",
                              std::ceil(10 * options.least_pixels / pixels) / 10)};
+  SYMRIG_CHECK(add_stripes(rig, found));
   if (found.edge_blur() > options.least_blur)
     SYMRIG_CHECK(add_blur(rig, found, found.corners(), options.progress));
   if (options.gain) SYMRIG_CHECK(add_gain(rig, found, options.progress));

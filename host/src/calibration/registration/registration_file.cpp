@@ -94,6 +94,7 @@ bool write_all(hid_t file, const Registration& r) {
             write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
             write_planes(file, "flood_variance", r.flood.variance) &&
             write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
+  ok = ok && write_planes(file, "stripes", r.stripes);
   ok = ok && write_gain(file, r.gain) && write_blur(file, r.blur);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
@@ -221,6 +222,10 @@ Result<Registration> read_all(const Source& source) {
   if (maps != 1 && maps != channels)
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
   SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
+  SYMRIG_TRY(r.stripes, read_planes<float>(source, "stripes", camera, 2 * channels));
+  if (!std::ranges::all_of(r.stripes.values(), [](float v) { return std::abs(v) < kLargest; }))
+    return Error{ErrorCode::bad_value, "a photograph of stripes has a value that no photograph has",
+                 "the file is damaged; calibrate the rig again"};
   SYMRIG_TRY(r.gain, read_gain(source));
   SYMRIG_TRY(r.blur, read_blur(source));
   for (std::int32_t k = 0; k < maps; ++k) {
