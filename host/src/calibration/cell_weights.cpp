@@ -3,6 +3,7 @@
 
 #include "acquisition/log/fast_crc32c.hpp"
 #include "calibration/registration/blurred.hpp"
+#include "calibration/registration/unmixing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -226,7 +227,15 @@ double CellWeights::Channel::noise_share(std::size_t begin, std::size_t end) con
 }
 
 std::string_view to_string(Weighting weighting) {
-  return weighting == Weighting::area ? "area" : "cores";
+  switch (weighting) {
+    case Weighting::area:
+      return "area";
+    case Weighting::cores:
+      return "cores";
+    case Weighting::unmixed:
+      return "unmixed";
+  }
+  return "";
 }
 
 namespace {
@@ -331,6 +340,7 @@ std::uint32_t CellWeights::digest() const {
   for (const Rows& rows : rows_) add(rows.first), add(rows.pixel);
   for (const Channel& channel : channel_) add(channel.weight), add(channel.reference), add(channel.scale);
   parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(&blur_, 1))));
+  if (shift_) parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(&*shift_, 1))));
   return acquisition::fast_crc32c(std::as_bytes(std::span(parts)));
 }
 
@@ -346,7 +356,41 @@ Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
                     to_string(photograph.mean.grid()), photograph.mean.channels(), to_string(camera_),
                     channels_),
         "register the camera again"};
+  if (shift_) return unmix(photograph);
   return blur_ > 0 ? gather_sharp(calibration::blurred(photograph, blur_)) : gather_sharp(photograph);
+}
+
+Radiance CellWeights::unmix(const Radiance& photograph) const {
+  Radiance cells = photograph;
+  for (int c = 0; c < channels_; ++c) {
+    const Channel& channel = channel_[static_cast<std::size_t>(c)];
+    calibration::unmix(cells_, *shift_, photograph.mean.plane(c), photograph.valid.plane(c),
+                       cells.mean.plane(c));
+    const auto mean = cells.mean.plane(c), variance = cells.variance.plane(c);
+    for (std::size_t i = 0; i < channel.scale.size(); ++i) {
+      mean[i] *= channel.scale[i];
+      variance[i] *= channel.scale[i] * channel.scale[i] * static_cast<float>(noise_share_);
+    }
+  }
+  return cells;
+}
+
+Result<CellWeights> CellWeights::unmixing(Grid cells, int channels, Point shift) {
+  if (!(std::max(std::abs(shift.row), std::abs(shift.col)) <= largest_shift))
+    return Error{
+        ErrorCode::limit,
+        fmt::format("the camera's pixels are off by {:+.2f} and {:+.2f} cells, and {:.2f} is the most "
+                    "that can be corrected",
+                    shift.row, shift.col, largest_shift),
+        "align the rig, or use a camera with 2.2 pixels along the side of a cell"};
+  CellWeights weights;
+  weights.cells_ = weights.camera_ = cells;
+  weights.channels_ = channels;
+  weights.shift_ = shift;
+  weights.noise_share_ = calibration::unmixed_noise(shift);
+  weights.channel_.assign(static_cast<std::size_t>(channels),
+                          {0, {}, {}, std::vector<float>(static_cast<std::size_t>(cells.size()), 1.F)});
+  return weights;
 }
 
 Radiance CellWeights::gather_sharp(const Radiance& photograph) const {

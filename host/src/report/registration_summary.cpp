@@ -81,7 +81,13 @@ std::string registration_text(const RegistrationSummary& summary) {
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
                        grouped(static_cast<double>(r.cells.size())));
-  if (r.weighting() == Weighting::cores)
+  if (r.shift)
+    lines += fmt::format(
+        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; a cell's "
+        "variance "
+        "is {:.2f} of a pixel's\n",
+        r.shift->row, r.shift->col, weights.noise_share());
+  else if (r.weighting() == Weighting::cores)
     lines += fmt::format(
         "a cell is measured by the pixels that lie at least {:.4f} cells inside it, because the picture is "
         "sharp; its variance is {:.2f} of a pixel's\n",

@@ -72,6 +72,22 @@ TEST_F(RegistrationFile, keeps_every_bit) {
   EXPECT_TRUE(read->weights().ok());
 }
 
+TEST_F(RegistrationFile, keeps_the_shift_of_a_camera_with_a_pixel_for_each_cell) {
+  Registration written = small_registration();
+  ASSERT_TRUE(save_registration(file(), written).ok());
+  EXPECT_FALSE(load_registration(file())->shift.has_value());
+  written.shift = Point{0.01, -0.02};
+  ASSERT_TRUE(save_registration(file(), written).ok());
+  // Its camera has more pixels than cells.
+  EXPECT_EQ(load_registration(file()).error().code, ErrorCode::bad_format);
+  written.cells = written.camera();
+  ASSERT_TRUE(save_registration(file(), written).ok());
+  const auto read = load_registration(file());
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  ASSERT_TRUE(read->shift.has_value());
+  EXPECT_EQ(read->shift->col, -0.02);
+}
+
 TEST_F(RegistrationFile, a_file_that_is_cut_short_is_refused) {
   ASSERT_TRUE(save_registration(file(), small_registration()).ok());
   const auto whole = read_file(file());

@@ -6,6 +6,7 @@
 #include "symrig/image/radiance.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,9 @@ enum class Weighting : std::uint8_t {
   /// y / W is a plane over the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. A cell without such
   /// pixels is weighted by area.
   cores,
+  /// The camera has a pixel for each cell, shifted by little (largest_shift). Each pixel shows parts of up to
+  /// four cells, and the cells are the solution of these equations. It is exact for cells of constant light.
+  unmixed,
 };
 
 std::string_view to_string(Weighting weighting);
@@ -49,6 +53,12 @@ class CellWeights {
   /// weights for each camera pixel. fails: size_mismatch; bad_value (a corner is not finite).
   static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
                                   const WeightOptions& options = {}, const Image<float>* shares = nullptr);
+
+  /// Weights of a camera that has a pixel for each cell: pixel (i, j) sees what is at (i, j) + shift [cells].
+  /// fails: limit (a shift of more than largest_shift).
+  static Result<CellWeights> unmixing(Grid cells, int channels, Point shift);
+  /// [cells] Beyond it, what is left of the shift costs more patterns than brute force takes.
+  static constexpr double largest_shift = 0.12;
 
   Grid cells() const { return cells_; }
   Grid camera() const { return camera_; }
@@ -94,6 +104,7 @@ class CellWeights {
 
   CellWeights() = default;
   Radiance gather_sharp(const Radiance& photograph) const;
+  Radiance unmix(const Radiance& photograph) const;
 
   Grid cells_, camera_;
   int channels_ = 0;
@@ -101,9 +112,10 @@ class CellWeights {
   std::vector<Channel> channel_;
   std::int64_t without_core_ = 0;
   double noise_share_ = 1;
-  double pixel_side_ = 1;    ///< of a camera pixel [cells]
-  double blur_ = 0;          ///< rms width [pixels]
-  float blurred_noise_ = 1;  ///< variance of a cell of a blurred photograph, by that of a sharp one
+  std::optional<Point> shift_;  ///< of a camera with a pixel for each cell
+  double pixel_side_ = 1;       ///< of a camera pixel [cells]
+  double blur_ = 0;             ///< rms width [pixels]
+  float blurred_noise_ = 1;     ///< variance of a cell of a blurred photograph, by that of a sharp one
 
   friend class CellWeightsBuilder;
 };

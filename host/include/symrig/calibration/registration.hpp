@@ -9,6 +9,7 @@
 #include "symrig/calibration/motion_watch.hpp"
 #include "symrig/calibration/optics_blur.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct Registration {
   /// The flood-lit scene on the camera's grid: the mean of white and of all patterns with their complements,
   /// so its noise is that of many photographs.
   Radiance flood;
+  /// Of a camera with a pixel for each cell: pixel (i, j) sees what is at (i, j) + shift [cells].
+  std::optional<Point> shift;
   /// Of CellWeights::make: two for each map.
   Image<float> shares;
   Image<float> stripes;  ///< photographs of MotionWatch::patterns(): 2 · channels planes
@@ -41,7 +44,7 @@ struct Registration {
   /// rms blur of both optics together, by the width of edges [cells].
   double edge_blur() const;
   /// Cores if the optics are sharp. Blurred light crosses the borders of cells anyway, so then by area.
-  Weighting weighting() const { return blur.measured ? Weighting::area : Weighting::cores; }
+  Weighting weighting() const;
   /// The weights without gain ratio and blur.
   Result<CellWeights> bare_weights() const;
   /// How far weights keep from the borders of cells: three times the error of the map [cells].
@@ -64,12 +67,12 @@ struct RegistrationOptions {
   Progress progress = {};
 };
 
-/// Shows a Gray code of the cells and registers the camera. Photographs: 2 (bits of columns + bits of rows) +
-/// 2 for the map, so 26 for 64 x 64 cells, 2 to notice motion, 16 for the gain ratio, and 8 for the blur
-/// of a picture that is not sharp.
-/// fails: as fit_camera_maps; bad_argument (a rig of several views); bad_value (the map is too uncertain, or
-/// the picture out of focus); limit (the camera is too coarse; the message says which cells would do);
-/// interrupted; as the rig.
+/// Shows a Gray code of the cells and registers the camera. A camera with a pixel for each cell is registered
+/// by the axis check instead, if it is shifted by less than CellWeights::largest_shift. Photographs: 2 (bits
+/// of columns + bits of rows) + 2 for the map, so 26 for 64 x 64 cells, 2 to notice motion, 16 for the gain
+/// ratio, and 8 for the blur of a picture that is not sharp. fails: as fit_camera_maps; bad_argument (a rig
+/// of several views); bad_value (the map is too uncertain, or the picture out of focus); limit (the camera is
+/// too coarse; the message says which cells would do); interrupted; as the rig.
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 }  // namespace symrig

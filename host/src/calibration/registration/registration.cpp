@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
+#include "calibration/registration/shared_grid.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
@@ -105,6 +106,44 @@ Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> co
   return {};
 }
 
+/// The map of a camera with more pixels than cells.
+Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& options) {
+  SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
+  Registration found;
+  found.cells = rig.grid();
+  found.flood = mean_flood(GrayCode(found.cells), photographs);
+  SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
+  found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
+  for (CameraLook& look : looks) {
+    for (int axis = 0; axis < 2; ++axis)
+      std::ranges::copy(look.shares.plane(axis),
+                        found.shares.plane(2 * static_cast<int>(found.maps.size()) + axis).begin());
+    found.maps.push_back(std::move(look.map));
+  }
+  if (!(found.error() <= kLargestError))
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the stripes give a map with an error of {:.2f} cells, and {:.1f} is the most that helps",
+                    found.error(), kLargestError),
+        "focus camera and projector, expose longer, or look for mirrors in the scene"};
+  double width = 0;
+  for (const CameraMap& map : found.maps) width = std::max(width, map.edge_width());
+  if (width > options.widest_edge)
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the borders of cells are blurred over {:.1f} cells, and {:.1f} is the most that helps",
+                    width, options.widest_edge),
+        "focus camera and projector, or make the cells larger"};
+  const double pixels = found.pixels_per_cell();
+  if (pixels < options.least_pixels)
+    return Error{ErrorCode::limit,
+                 fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
+                             pixels, options.least_pixels),
+                 fmt::format("make the cells {:.1f} times as large, or move the camera closer",
+                             std::ceil(10 * options.least_pixels / pixels) / 10)};
+  return found;
+}
+
 }  // namespace
 
 double Registration::error() const {
@@ -158,7 +197,13 @@ Result<CellWeights> Registration::weights() const {
   return weights;
 }
 
+Weighting Registration::weighting() const {
+  if (shift) return Weighting::unmixed;
+  return blur.measured ? Weighting::area : Weighting::cores;
+}
+
 Result<CellWeights> Registration::bare_weights() const {
+  if (shift) return CellWeights::unmixing(cells, flood.mean.channels(), *shift);
   WeightOptions options;
   options.weighting = weighting();
   options.margin = margin();
@@ -172,42 +217,12 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
                              rig.views().count()),
                  "register a rig of one view"};
   const std::int64_t before = rig.cost().photographs;
-  SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
-  Registration found;
-  found.cells = rig.grid();
+  const bool shared = rig.camera_grid() == rig.grid();
+  SYMRIG_TRY(Registration found,
+             shared ? calibration::register_shared_grid(rig, options) : register_own_pixels(rig, options));
   found.rig = rig.describe();
-  found.flood = mean_flood(GrayCode(found.cells), photographs);
-  SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
-  found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
-  for (CameraLook& look : looks) {
-    for (int axis = 0; axis < 2; ++axis)
-      std::ranges::copy(look.shares.plane(axis),
-                        found.shares.plane(2 * static_cast<int>(found.maps.size()) + axis).begin());
-    found.maps.push_back(std::move(look.map));
-  }
-  if (!(found.error() <= kLargestError))
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the stripes give a map with an error of {:.2f} cells, and {:.1f} is the most that helps",
-                    found.error(), kLargestError),
-        "focus camera and projector, expose longer, or look for mirrors in the scene"};
-  double width = 0;
-  for (const CameraMap& map : found.maps) width = std::max(width, map.edge_width());
-  if (width > options.widest_edge)
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the borders of cells are blurred over {:.1f} cells, and {:.1f} is the most that helps",
-                    width, options.widest_edge),
-        "focus camera and projector, or make the cells larger"};
-  const double pixels = found.pixels_per_cell();
-  if (pixels < options.least_pixels)
-    return Error{ErrorCode::limit,
-                 fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
-                             pixels, options.least_pixels),
-                 fmt::format("make the cells {:.1f} times as large, or move the camera closer",
-                             std::ceil(10 * options.least_pixels / pixels) / 10)};
   SYMRIG_CHECK(add_stripes(rig, found));
-  if (found.edge_blur() > options.least_blur)
+  if (!shared && found.edge_blur() > options.least_blur)
     SYMRIG_CHECK(add_blur(rig, found, found.corners(), options.progress));
   if (options.gain) SYMRIG_CHECK(add_gain(rig, found, options.progress));
   found.photographs = rig.cost().photographs - before;

@@ -95,6 +95,10 @@ bool write_all(hid_t file, const Registration& r) {
             write_planes(file, "flood_variance", r.flood.variance) &&
             write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
   ok = ok && write_planes(file, "stripes", r.stripes);
+  if (r.shift) {
+    const std::array<double, 2> shift{r.shift->row, r.shift->col};
+    ok = ok && h5::write_dataset<double>(file, "shift", {2}, shift);
+  }
   ok = ok && write_gain(file, r.gain) && write_blur(file, r.blur);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
@@ -226,6 +230,12 @@ Result<Registration> read_all(const Source& source) {
   if (!std::ranges::all_of(r.stripes.values(), [](float v) { return std::abs(v) < kLargest; }))
     return Error{ErrorCode::bad_value, "a photograph of stripes has a value that no photograph has",
                  "the file is damaged; calibrate the rig again"};
+  if (H5Lexists(file, "shift", H5P_DEFAULT) > 0) {
+    Shape shape;
+    SYMRIG_TRY(const auto shift, h5::read_dataset<double>(file, "shift", 1, source.bytes, shape));
+    if (shift.size() != 2 || r.camera() != r.cells) return damaged("dataset 'shift' does not fit the grids");
+    r.shift = Point{shift[0], shift[1]};
+  }
   SYMRIG_TRY(r.gain, read_gain(source));
   SYMRIG_TRY(r.blur, read_blur(source));
   for (std::int32_t k = 0; k < maps; ++k) {
