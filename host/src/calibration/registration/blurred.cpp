@@ -31,31 +31,46 @@ std::vector<float> kernel(double width) {
   return out;
 }
 
-/// out = taps * in along the rows, then along the columns. Nothing comes from beyond the border.
-void convolve(Grid grid, std::span<const float> taps, std::span<float> plane) {
+/// Rows that one task blurs: with their neighbours they stay in the cache.
+constexpr int kRows = 32;
+
+/// to = taps * from along the rows, then along the columns. Nothing comes from beyond the border.
+void convolve(Grid grid, std::span<const float> taps, std::span<const float> from, std::span<float> to) {
   const int reach = static_cast<int>(taps.size()) / 2;
   const auto cols = static_cast<std::size_t>(grid.cols);
-  std::vector<float> across(plane.size());
-  tbb::parallel_for(0, grid.rows, [&](int row) {
-    const std::span<const float> from = plane.subspan(static_cast<std::size_t>(row) * cols, cols);
-    const std::span<float> to = std::span(across).subspan(static_cast<std::size_t>(row) * cols, cols);
-    for (int k = -reach; k <= reach; ++k) {
-      const float tap = taps[static_cast<std::size_t>(k + reach)];
-      const int begin = std::max(0, -k), end = grid.cols - std::max(0, k);
-      for (int col = begin; col < end; ++col)
-        to[static_cast<std::size_t>(col)] += tap * from[static_cast<std::size_t>(col + k)];
+  tbb::parallel_for(0, (grid.rows + kRows - 1) / kRows, [&](int block) {
+    const int first = block * kRows, last = std::min(first + kRows, grid.rows);
+    const int above = std::max(first - reach, 0), below = std::min(last + reach, grid.rows);
+    std::vector<float> across(static_cast<std::size_t>(below - above) * cols);
+    for (int row = above; row < below; ++row) {
+      const float* in = from.data() + static_cast<std::size_t>(row) * cols;
+      float* out = across.data() + static_cast<std::size_t>(row - above) * cols;
+      for (int k = -reach; k <= reach; ++k) {
+        const float tap = taps[static_cast<std::size_t>(k + reach)];
+        const int begin = std::max(0, -k), end = grid.cols - std::max(0, k);
+        for (int col = begin; col < end; ++col) out[col] += tap * in[col + k];
+      }
+    }
+    for (int row = first; row < last; ++row) {
+      float* out = to.data() + static_cast<std::size_t>(row) * cols;
+      std::fill_n(out, cols, 0.F);
+      for (int k = std::max(-reach, -row); k <= std::min(reach, grid.rows - 1 - row); ++k) {
+        const float tap = taps[static_cast<std::size_t>(k + reach)];
+        const float* in = across.data() + static_cast<std::size_t>(row + k - above) * cols;
+        for (std::size_t col = 0; col < cols; ++col) out[col] += tap * in[col];
+      }
     }
   });
-  tbb::parallel_for(0, grid.rows, [&](int row) {
-    const std::span<float> to = plane.subspan(static_cast<std::size_t>(row) * cols, cols);
-    std::ranges::fill(to, 0.F);
-    for (int k = std::max(-reach, -row); k <= std::min(reach, grid.rows - 1 - row); ++k) {
-      const float tap = taps[static_cast<std::size_t>(k + reach)];
-      const std::span<const float> from =
-          std::span<const float>(across).subspan(static_cast<std::size_t>(row + k) * cols, cols);
-      for (std::size_t col = 0; col < cols; ++col) to[col] += tap * from[col];
-    }
-  });
+}
+
+/// The light that a pixel near the border gets from inside the picture, along one axis.
+std::vector<float> inside(int size, std::span<const float> taps) {
+  const int reach = static_cast<int>(taps.size()) / 2;
+  std::vector<float> share(static_cast<std::size_t>(size));
+  for (int i = 0; i < size; ++i)
+    for (int k = std::max(-reach, -i); k <= std::min(reach, size - 1 - i); ++k)
+      share[static_cast<std::size_t>(i)] += taps[static_cast<std::size_t>(k + reach)];
+  return share;
 }
 
 }  // namespace
@@ -64,20 +79,28 @@ Radiance blurred(const Radiance& photograph, double width) {
   const Grid grid = photograph.mean.grid();
   const std::vector<float> taps = kernel(width);
   Radiance out = photograph;
-  std::vector<float> share(static_cast<std::size_t>(grid.size()));
+  const std::vector<float> down = inside(grid.rows, taps), across = inside(grid.cols, taps);
+  std::vector<float> share;
   for (int c = 0; c < photograph.mean.channels(); ++c) {
-    // Means and variances are 0 where a pixel is not valid.
-    const auto mean = out.mean.plane(c), variance = out.variance.plane(c);
-    const auto valid = out.valid.plane(c);
-    std::ranges::transform(valid, share.begin(), [](std::uint8_t v) { return v ? 1.F : 0.F; });
-    convolve(grid, taps, mean);
-    convolve(grid, taps, variance);
-    convolve(grid, taps, share);
-    for (std::size_t i = 0; i < share.size(); ++i) {
-      const float scale = valid[i] && share[i] > 0 ? 1 / share[i] : 0;
-      mean[i] *= scale;
-      variance[i] *= scale;
+    // Means are 0 where a pixel is not valid.
+    const auto mean = out.mean.plane(c);
+    const auto valid = photograph.valid.plane(c);
+    convolve(grid, taps, photograph.mean.plane(c), mean);
+    const bool all_valid = std::ranges::all_of(valid, [](std::uint8_t v) { return v != 0; });
+    if (!all_valid) {
+      const std::vector<float> here(valid.begin(), valid.end());
+      share.resize(here.size());
+      convolve(grid, taps, here, share);
     }
+    tbb::parallel_for(0, grid.rows, [&](int row) {
+      for (int col = 0; col < grid.cols; ++col) {
+        const auto i = static_cast<std::size_t>(std::int64_t{row} * grid.cols + col);
+        const float part = all_valid
+                               ? down[static_cast<std::size_t>(row)] * across[static_cast<std::size_t>(col)]
+                               : share[i];
+        mean[i] = valid[i] && part > 0 ? mean[i] / part : 0.F;
+      }
+    });
   }
   return out;
 }
