@@ -22,17 +22,6 @@ namespace {
 /// Frames of a photograph without an expectation, on a rig that plans exposures.
 constexpr int kUnplanned = 4;
 
-Result<void> check_values(const Pattern& pattern, std::size_t number) {
-  const auto values = pattern.values();
-  const auto bad = std::find_if(values.begin(), values.end(), [](float v) { return !(v >= 0 && v <= 1); });
-  if (bad == values.end()) return {};
-  const auto at = static_cast<std::int64_t>(bad - values.begin());
-  return Error{ErrorCode::bad_value,
-               fmt::format("pattern {} is {} at row {}, column {}", number, *bad, at / pattern.grid().cols,
-                           at % pattern.grid().cols),
-               "give values from 0 to 1"};
-}
-
 }  // namespace
 
 Rig::Rig(RigOptions options) : options_(std::move(options)) {}
@@ -152,18 +141,6 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   return {};
 }
 
-Result<void> Rig::check(std::span<const Pattern> patterns) const {
-  for (std::size_t i = 0; i < patterns.size(); ++i) {
-    if (patterns[i].grid() != grid() || patterns[i].channels() != 1)
-      return Error{ErrorCode::size_mismatch,
-                   fmt::format("pattern {} is {} with {} channels, but this rig needs {} with 1", i,
-                               to_string(patterns[i].grid()), patterns[i].channels(), to_string(grid())),
-                   "give patterns on the rig's grid"};
-    SYMRIG_CHECK(check_values(patterns[i], i));
-  }
-  return {};
-}
-
 /// Chooses one bracket per pattern.
 Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
                                            std::span<const Expectation> expected) {
@@ -198,7 +175,7 @@ std::size_t Rig::in_one_run(std::span<const Exposures> brackets) const {
 
 Result<std::vector<Radiance>> Rig::measure_expected(std::span<const Pattern> patterns,
                                                     std::span<const Expectation> expected) {
-  SYMRIG_CHECK(check(patterns));
+  SYMRIG_CHECK(check_patterns(*this, patterns));
   SYMRIG_TRY(const std::vector<Exposures> brackets, choose(patterns, expected));
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());

@@ -83,4 +83,9 @@ class Probe {
 /// fails: size_mismatch (the rig needs a registration).
 Result<void> check_aligned(const Probe& probe);
 
+/// Whether a probe may show these patterns: one channel, on its grid, values from 0 to 1. Every Probe refuses
+/// others before it shows the first one.
+/// fails: size_mismatch, bad_value.
+Result<void> check_patterns(const Probe& probe, std::span<const Pattern> patterns);
+
 }  // namespace symrig

@@ -171,7 +171,6 @@ class Rig final : public Probe {
   Result<std::vector<Exposures>> choose(std::span<const Pattern> patterns,
                                         std::span<const Expectation> expected);
   std::size_t in_one_run(std::span<const Exposures> brackets) const;
-  Result<void> check(std::span<const Pattern> patterns) const;
   Result<void> refer();
   Result<std::vector<Radiance>> photograph(std::span<const Pattern> patterns,
                                            std::span<const Exposures> brackets, const LampLog* lamp);
