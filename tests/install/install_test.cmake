@@ -22,10 +22,10 @@ foreach(file IN LISTS cmake_files)
   endif()
 endforeach()
 
-# Every installed header stands alone, with nothing but what is installed.
+# Every installed header stands alone, with nothing but what is installed. Those of symrig/testing need GoogleTest.
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/symrig/*.hpp)
-set(project "cmake_minimum_required(VERSION 3.25)\nproject(headers LANGUAGES CXX)\nfind_package(symrig REQUIRED)\n")
-string(APPEND project "file(GLOB each *.cpp)\nadd_library(headers OBJECT \${each})\ntarget_link_libraries(headers symrig::symrig)\n")
+set(project "cmake_minimum_required(VERSION 3.25)\nproject(headers LANGUAGES CXX)\nfind_package(symrig REQUIRED)\nfind_package(GTest REQUIRED)\n")
+string(APPEND project "file(GLOB each *.cpp)\nadd_library(headers OBJECT \${each})\ntarget_link_libraries(headers symrig::symrig GTest::gtest)\n")
 file(WRITE ${WORK}/headers/CMakeLists.txt "${project}")
 foreach(header IN LISTS headers)
   string(MAKE_C_IDENTIFIER ${header} name)

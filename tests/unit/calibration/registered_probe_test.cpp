@@ -3,12 +3,12 @@
 // give.
 #include "symrig/calibration/registered_probe.hpp"
 
-#include "../rig/probe_laws.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"
+#include "symrig/testing/probe_laws.hpp"
 
 #include <cmath>
 #include <memory>

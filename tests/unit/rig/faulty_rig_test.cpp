@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole rigs in virtual time whose devices misbehave: real firmware, real scenes, real noise.
 #include "faulty_devices.hpp"
-#include "probe_laws.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/board/link.hpp"
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/sim/virtual_rig.hpp"
+#include "symrig/testing/probe_laws.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -16,6 +16,7 @@
 
 namespace symrig::faulty_rig_test {
 namespace {
+using namespace probe_laws;  // NOLINT(google-build-using-namespace)
 
 using test::CameraMischief;
 using test::FaultyCamera;

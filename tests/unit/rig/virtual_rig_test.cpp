@@ -2,7 +2,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include "sim/camera_optics.hpp"
-#include "unit/rig/probe_laws.hpp"
+#include "symrig/testing/probe_laws.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -12,6 +12,7 @@
 
 namespace symrig::sim::virtual_rig_test {
 namespace {
+using namespace probe_laws;  // NOLINT(google-build-using-namespace)
 
 std::unique_ptr<VirtualRig> open(const std::string& uri) {
   auto rig = open_virtual_rig(uri);
