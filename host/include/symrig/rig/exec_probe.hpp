@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/units.hpp"
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace symrig {
+
+struct ExecOptions {
+  /// How long the child may move no byte in either direction. The child's answer may state another time.
+  Nanoseconds patience{600'000'000'000};
+  /// How long the child may go on after its input has ended. Then its process group is killed.
+  Nanoseconds grace{5'000'000'000};
+  /// Called at least every 0.1 s while the probe waits. false: stop waiting. Empty: wait.
+  std::function<bool()> keep_waiting = {};
+};
+
+/// A rig that is a child process. It gets patterns on its standard input, and answers photographs on its
+/// standard output (docs/howto-own-rig.md). Its standard error is that of the caller.
+///
+/// The child runs in a process group of its own. The destructor ends its input and waits for its end; after
+/// any failure the group is ended at once. A probe that has failed gives the same error again.
+class ExecProbe final : public Probe {
+ public:
+  /// Starts `/bin/sh -c COMMAND`, and waits for the child's description of itself.
+  /// fails: bad_argument (an empty command), not_found (the shell finds no such command), io (no process can
+  /// be started), limit (the grid, the channels or the size of a photograph); and as measure().
+  static Result<std::unique_ptr<ExecProbe>> open(std::string command, ExecOptions options = {});
+  ~ExecProbe() override;
+
+  Grid grid() const override;
+  Grid camera_grid() const override;
+  int channels() const override;
+  /// The patterns go to the child in batches of at most kExecBatch.
+  /// fails: also device_lost (the child has ended or has closed a pipe), protocol (its answer breaks the
+  /// framing, or a value is NaN, infinite, or a negative variance), timeout, interrupted.
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
+  /// Each photograph counts as one frame. rig_seconds: wall-clock time of all measure() that succeeded.
+  ProbeCost cost() const override { return cost_; }
+  /// "exec:COMMAND", or "exec:COMMAND (NAME)" if the child states a name.
+  std::string describe() const override;
+
+ private:
+  class Conversation;
+  ExecProbe(std::string command, std::unique_ptr<Conversation> conversation);
+
+  std::string command_;
+  std::unique_ptr<Conversation> conversation_;
+  std::optional<Error> failed_;
+  ProbeCost cost_;
+};
+
+/// The largest number of patterns in one batch.
+inline constexpr std::size_t kExecBatch = 16;
+/// The largest number of bytes of one pattern and its photograph together.
+inline constexpr std::int64_t kExecLargest = std::int64_t{1} << 30;
+inline constexpr int kExecChannels = 64;  ///< the largest number of channels
+
+}  // namespace symrig

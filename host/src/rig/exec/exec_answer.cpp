@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "rig/exec/exec_answer.hpp"
+
+#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/printable.hpp"
+#include "symrig/rig/exec_probe.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::rig {
+namespace {
+
+constexpr std::array<std::string_view, 6> kKeys{"version", "cells", "camera", "channels", "name", "patience"};
+constexpr std::int64_t kLongestPatience = 86'400;  // seconds
+
+Error wrong(std::string what) {
+  return {ErrorCode::protocol, "answers " + std::move(what),
+          "answer one line, such as 'version=1 cells=64x64 channels=1'"};
+}
+
+/// A whole number of digits only. One that does not fit becomes the largest.
+std::optional<std::int64_t> number(std::string_view text) {
+  if (text.empty() || text.find_first_not_of("0123456789") != std::string_view::npos) return std::nullopt;
+  std::int64_t value = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return failed == std::errc::result_out_of_range ? INT64_MAX : value;
+}
+
+std::vector<std::string_view> words_of(std::string_view line) {
+  std::vector<std::string_view> words;
+  while (!line.empty()) {
+    const std::size_t end = std::min(line.find(' '), line.size());
+    if (end > 0) words.push_back(line.substr(0, end));
+    line.remove_prefix(std::min(end + 1, line.size()));
+  }
+  return words;
+}
+
+Result<Grid> parse_grid(std::string_view key, std::string_view text) {
+  const std::size_t cross = text.find('x');
+  const auto rows = number(text.substr(0, cross));
+  const auto cols = cross == std::string_view::npos ? std::nullopt : number(text.substr(cross + 1));
+  if (!rows || !cols || *rows == 0 || *cols == 0)
+    return wrong(fmt::format("{}={}, which is not ROWSxCOLUMNS", key, text));
+  const Grid grid{static_cast<int>(std::min<std::int64_t>(*rows, INT32_MAX)),
+                  static_cast<int>(std::min<std::int64_t>(*cols, INT32_MAX))};
+  if (grid.valid()) return grid;
+  return Error{ErrorCode::limit, fmt::format("answers {}={}, but a grid has at most 2^30 places", key, text),
+               "use fewer"};
+}
+
+Result<std::int64_t> in_range(std::string_view key, std::string_view text, std::int64_t largest) {
+  const auto value = number(text);
+  if (!value || *value < 1) return wrong(fmt::format("{}={}, which is not a whole number from 1", key, text));
+  if (*value <= largest) return *value;
+  return Error{ErrorCode::limit, fmt::format("answers {}={}, but at most {} is allowed", key, text, largest),
+               fmt::format("give a number from 1 to {}", largest)};
+}
+
+Result<void> take(ExecShape& shape, std::string_view key, std::string_view value) {
+  if (key == "version" && value != "1")
+    return wrong(fmt::format("version={}, but this symrig speaks version 1", value));
+  if (key == "cells") {
+    SYMRIG_TRY(shape.cells, parse_grid(key, value));
+  } else if (key == "camera") {
+    SYMRIG_TRY(shape.camera, parse_grid(key, value));
+  } else if (key == "channels") {
+    SYMRIG_TRY(const std::int64_t channels, in_range(key, value, kExecChannels));
+    shape.channels = static_cast<int>(channels);
+  } else if (key == "name") {
+    shape.name = value;
+  } else if (key == "patience") {
+    SYMRIG_TRY(const std::int64_t patience, in_range(key, value, kLongestPatience));
+    shape.patience = std::chrono::seconds(patience);
+  }
+  return {};
+}
+
+Result<void> check_complete(const ExecShape& shape) {
+  if (shape.cells == Grid{}) return wrong("no cells=ROWSxCOLUMNS");
+  if (shape.channels == 0) return wrong("no channels=N");
+  const std::int64_t bytes = 4 * shape.cells.size() + shape.photograph_bytes();
+  if (bytes <= kExecLargest) return {};
+  return Error{ErrorCode::limit,
+               fmt::format("needs {} bytes for a pattern and its photograph, but at most {} are allowed",
+                           bytes, kExecLargest),
+               "use a smaller grid or fewer channels"};
+}
+
+}  // namespace
+
+Result<ExecShape> parse_exec_answer(std::string_view line) {
+  if (line.ends_with('\r')) line.remove_suffix(1);
+  if (!line.starts_with(kAnswerBegin))
+    return wrong(fmt::format("'{}' to the greeting", printable_line(line)));
+  if (line != printable_line(line)) return wrong("with control characters: " + printable_line(line));
+  ExecShape shape;
+  std::vector<std::string_view> seen;
+  for (const std::string_view word : words_of(line)) {
+    const std::size_t equals = word.find('=');
+    const std::string_view key = word.substr(0, equals);
+    if (equals == std::string_view::npos || equals + 1 == word.size())
+      return wrong(fmt::format("'{}', which is not key=value", word));
+    if (std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end())
+      return Error{ErrorCode::protocol, fmt::format("answers the unknown key '{}'", key),
+                   nearest_hint(key, kKeys)};
+    if (std::find(seen.begin(), seen.end(), key) != seen.end()) return wrong(fmt::format("{} twice", key));
+    seen.push_back(key);
+    SYMRIG_CHECK(take(shape, key, word.substr(equals + 1)));
+  }
+  if (shape.camera == Grid{}) shape.camera = shape.cells;
+  SYMRIG_CHECK(check_complete(shape));
+  return shape;
+}
+
+std::optional<PhotographHeader> parse_photograph_header(std::string_view line) {
+  if (!line.starts_with(kHeaderBegin)) return std::nullopt;
+  line.remove_prefix(kHeaderBegin.size());
+  const std::size_t blank = line.find(' ');
+  if (blank == std::string_view::npos) return std::nullopt;
+  const auto photograph = number(line.substr(0, blank));
+  const auto bytes = number(line.substr(blank + 1));
+  if (!photograph || !bytes) return std::nullopt;
+  return PhotographHeader{*photograph, *bytes};
+}
+
+}  // namespace symrig::rig
