@@ -106,7 +106,7 @@ std::string result_text(const std::string& rig, const std::vector<FieldLight>& f
 }
 
 Result<void> check_uncorrected(const std::string& rig) {
-  if (is_simulated(rig)) return {};
+  if (!is_rig_file(rig)) return {};
   SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
   if (file.projector.levels.empty()) return {};
   return Error{ErrorCode::bad_argument,

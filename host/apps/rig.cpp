@@ -4,6 +4,7 @@
 #include "meter.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/calibration/registration_file.hpp"
+#include "symrig/rig/exec_probe.hpp"
 #include "symrig/rig/open_rig.hpp"
 
 #include <filesystem>
@@ -12,6 +13,8 @@
 
 namespace symrig::apps {
 namespace {
+
+constexpr std::string_view kExec = "exec:";
 
 Error not_simulated(const std::string& rig) {
   return {ErrorCode::unknown_name, fmt::format("'{}' is not a simulated rig", rig),
@@ -40,7 +43,7 @@ std::string meant_scene(const std::string& rig) {
   return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
 }
 
-/// A rig is a rig file or a simulated rig.
+/// A rig that is neither simulated nor a child process is a rig file.
 Result<void> check_file(const std::string& rig) {
   std::error_code failed;
   const bool there = std::filesystem::exists(rig, failed);
@@ -52,14 +55,29 @@ Result<void> check_file(const std::string& rig) {
                    "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
 }
 
+Result<OpenedRig> open_exec_rig(const std::string& rig) {
+  ExecOptions options;
+  options.keep_waiting = [] { return !interrupted(); };
+  SYMRIG_TRY(auto probe, ExecProbe::open(rig.substr(kExec.size()), std::move(options)));
+  return OpenedRig{std::move(probe), nullptr, "camera"};
+}
+
 }  // namespace
 
 bool is_simulated(const std::string& rig) {
   return rig.starts_with("sim:");
 }
 
+bool is_exec(const std::string& rig) {
+  return rig.starts_with(kExec);
+}
+
+bool is_rig_file(const std::string& rig) {
+  return !is_simulated(rig) && !is_exec(rig);
+}
+
 JobFiles rig_files(const std::string& rig) {
-  return is_simulated(rig) ? JobFiles() : JobFiles().reads_settings("the rig file or a file of it", rig);
+  return is_rig_file(rig) ? JobFiles().reads_settings("the rig file or a file of it", rig) : JobFiles();
 }
 
 Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
@@ -74,6 +92,7 @@ Result<OpenedRig> open_bare_rig(const std::string& rig) {
     const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
     return OpenedRig{std::move(simulated), inside, noise};
   }
+  if (is_exec(rig)) return open_exec_rig(rig);
   SYMRIG_CHECK(check_file(rig));
   SYMRIG_TRY(RigDescription file, read_rig_file(rig));
   file.options.keep_waiting = [] { return !interrupted(); };
@@ -84,7 +103,7 @@ Result<OpenedRig> open_bare_rig(const std::string& rig) {
 
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration) {
   std::string file = registration;
-  if (file.empty() && !is_simulated(rig)) {
+  if (file.empty() && is_rig_file(rig)) {
     SYMRIG_CHECK(check_file(rig));
     SYMRIG_TRY(const RigDescription described, read_rig_file(rig));
     file = described.registration;
@@ -155,9 +174,12 @@ std::string known_scenes() {
 }
 
 std::string rig_help() {
-  return "RIG is a rig file (docs/rig-file.md), or a simulated rig: sim:NAME or "
-         "sim:NAME?key=value&key=value\n"
-         "(quote it in a shell). A simulated rig runs the real firmware on a board in virtual time.\n"
+  return "RIG is a rig file (docs/rig-file.md), or one of these (quote them in a shell):\n"
+         "  sim:NAME or sim:NAME?key=value&key=value: a simulated rig, which runs the real firmware on a "
+         "board\n"
+         "    in virtual time\n"
+         "  exec:COMMAND: a program of yours, which gets patterns and answers photographs "
+         "(docs/howto-own-rig.md)\n"
          "Scenes:\n" +
          scene_help() + "Keys of a simulated rig, with their defaults:\n" + scene_key_help();
 }

@@ -6,6 +6,7 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/calibration/registered_probe.hpp"
+#include "symrig/rig/rig.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <memory>
@@ -18,20 +19,29 @@ namespace symrig::apps {
 /// True for "sim:…".
 bool is_simulated(const std::string& rig);
 
+/// True for "exec:…": a child process is the rig.
+bool is_exec(const std::string& rig);
+
+/// True for all others: the name of a rig file.
+bool is_rig_file(const std::string& rig);
+
 /// An open rig.
 struct OpenedRig {
   std::unique_ptr<Probe> probe;
-  const Rig* rig = nullptr;               ///< inside the probe; reports its trouble()
+  const Rig* rig = nullptr;               ///< inside the probe; none in a rig that is a child process
   std::string noise;                      ///< "off" or "camera"
   RegisteredProbe* registered = nullptr;  ///< the probe, if it uses a registration
+
+  /// What the rig found and solved; nothing if it reports none.
+  RigTrouble trouble() const { return rig == nullptr ? RigTrouble() : rig->trouble(); }
 };
 
-/// The files that opening `--rig RIG` reads: the rig file and the files that it names.
+/// The files that opening `--rig RIG` reads: the rig file and the files that it names. Others read none.
 JobFiles rig_files(const std::string& rig);
 
-/// Opens `--rig RIG` as it is: sim:NAME?key=value&… or a rig file (docs/rig-file.md). Its camera may have
-/// pixels of its own.
-/// fails: unknown_name, bad_argument, not_found, bad_format, device errors.
+/// Opens `--rig RIG` as it is: sim:NAME?key=value&…, exec:COMMAND (docs/howto-own-rig.md) or a rig file
+/// (docs/rig-file.md). Its camera may have pixels of its own.
+/// fails: unknown_name, bad_argument, not_found, bad_format, device errors; and as ExecProbe::open.
 Result<OpenedRig> open_bare_rig(const std::string& rig);
 
 /// The same, with photographs on the projector's cells. It notices if the rig has moved. registration: the

@@ -159,7 +159,7 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
 
 /// The file for the result: as given, else the one that the rig file names.
 Result<std::string> output_of(const CalibrateArguments& arguments) {
-  if (!arguments.output.empty() || arguments.rig.empty() || is_simulated(arguments.rig))
+  if (!arguments.output.empty() || arguments.rig.empty() || !is_rig_file(arguments.rig))
     return arguments.output;
   SYMRIG_TRY(const RigDescription file, read_rig_file(arguments.rig));
   return file.registration.empty() ? file.map : file.registration;
@@ -173,7 +173,7 @@ JobFiles files_of(const CalibrateArguments& arguments, const std::string& output
       .writes("--uncertainty", arguments.uncertainty, FileFormat::map)
       .writes("--report", arguments.report, FileFormat::page)
       .writes("--json", arguments.json, FileFormat::json);
-  if (arguments.rig.empty() || is_simulated(arguments.rig)) return files;
+  if (arguments.rig.empty() || !is_rig_file(arguments.rig)) return files;
   if (const auto rig = read_rig_file(arguments.rig))
     files.measures_anew("-o", rig->map).measures_anew("-o", rig->registration);
   return files;

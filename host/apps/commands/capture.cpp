@@ -203,7 +203,7 @@ Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& 
                                .measure_seconds = watch.seconds() - result->process_seconds,
                                .peak_memory_bytes = peak_memory(),
                                .replayed = logged ? logged->replayed() : 0,
-                               .trouble = opened.rig->trouble(),
+                               .trouble = opened.trouble(),
                                .made = made_now()};
   return Measured{summary, *std::move(result)};
 }
