@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -DBUILD= -DSOURCE= -DWORK= -DBUILD_TYPE= -DGENERATOR= -DCXX= -DC= -P install_test.cmake
+# cmake -DBUILD= -DSOURCE= -DPROBE= -DWORK= -DBUILD_TYPE= -DGENERATOR= -DCXX= -DC= -P install_test.cmake
 set(prefix ${WORK}/prefix)
 file(REMOVE_RECURSE ${WORK})
 
@@ -35,8 +35,12 @@ step("configure headers" ${CMAKE_COMMAND} -S ${WORK}/headers -B ${WORK}/headers-
   -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
 step("build headers" ${CMAKE_COMMAND} --build ${WORK}/headers-build)
 
-step("configure" ${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
-  -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
-step("build" ${CMAKE_COMMAND} --build ${WORK}/build)
-step("run" ${WORK}/build/relight)
+foreach(project ${SOURCE} ${PROBE})
+  get_filename_component(name ${project} NAME)
+  step("configure ${name}" ${CMAKE_COMMAND} -S ${project} -B ${WORK}/${name} -G ${GENERATOR} -DCMAKE_BUILD_TYPE=${BUILD_TYPE}
+    -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_C_COMPILER=${C})
+  step("build ${name}" ${CMAKE_COMMAND} --build ${WORK}/${name})
+endforeach()
+step("run" ${WORK}/consumer/relight)
+step("laws of a probe" ${WORK}/probe/foreign_probe_test)
 step("installed command" ${prefix}/bin/symrig --version)
