@@ -48,6 +48,7 @@ class CellWeightsBuilder {
 
  private:
   std::size_t cells() const { return static_cast<std::size_t>(cells_.size()); }
+  static bool is_narrow(const Outline& outline);
   bool is_core(const Outline& outline, int row, int col) const;
   static float add_core(std::span<const Part> parts, const LightParts& shares, std::span<const float> light,
                         std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out);
@@ -77,6 +78,15 @@ class CellWeightsBuilder::LightParts {
   std::span<const float> row_, col_;
 };
 
+/// A pixel that sees more cells than this along an axis tells nothing of any of them. So a map that is wrong
+/// costs no more than a right one.
+bool CellWeightsBuilder::is_narrow(const Outline& outline) {
+  constexpr double kWidest = 8;
+  const auto [top, bottom] = std::ranges::minmax(outline, {}, &Point::row);
+  const auto [left, right] = std::ranges::minmax(outline, {}, &Point::col);
+  return bottom.row - top.row <= kWidest && right.col - left.col <= kWidest;
+}
+
 bool CellWeightsBuilder::is_core(const Outline& outline, int row, int col) const {
   const double m = options_.margin;
   return std::ranges::all_of(outline, [&](const Point& p) {
@@ -91,6 +101,7 @@ std::vector<CellWeightsBuilder::Part> CellWeightsBuilder::overlaps(const CornerM
     std::vector<Overlap> scratch;
     for (int col = 0; col < camera.cols; ++col) {
       const Outline outline = outline_of(corners, row, col);
+      if (!is_narrow(outline)) continue;
       cut_outline(outline, cells_, scratch);
       const auto pixel = static_cast<std::uint32_t>(std::int64_t{row} * camera.cols + col);
       if (scratch.empty()) continue;

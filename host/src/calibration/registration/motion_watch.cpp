@@ -6,6 +6,12 @@
 #include <Eigen/Dense>
 
 namespace symrig {
+namespace {
+
+/// A picture that has lost more of its light is another picture.
+constexpr double kDark = 0.1;
+
+}  // namespace
 
 double Motion::distance() const {
   return std::hypot(row, col);
@@ -56,11 +62,12 @@ Result<Motion> MotionWatch::compare(std::span<const Radiance> now) const {
           noise += 2 * static_cast<double>(now[k].variance.at(row, col, c)) * slope * slope.transpose();
         }
     }
+  const Error unseen{ErrorCode::bad_value, "the stripes cannot be seen, so motion cannot be measured",
+                     "check lamp and shutter, then calibrate the rig again"};
   const Eigen::FullPivLU<Eigen::Matrix3d> solver(normal);
-  if (!solver.isInvertible())
-    return Error{ErrorCode::bad_value, "the stripes cannot be seen, so motion cannot be measured",
-                 "check lamp and shutter, then calibrate the rig again"};
+  if (!solver.isInvertible()) return unseen;
   const Eigen::Vector3d found = solver.solve(right);
+  if (!(found[0] > kDark) || !found.allFinite()) return unseen;
   const Eigen::Matrix3d inverse = solver.inverse(), covariance = inverse * noise * inverse;
   const double down = found[1] / found[0], across = found[2] / found[0];
   Motion motion;

@@ -219,6 +219,10 @@ Result<Registration> read_all(const Source& source) {
   SYMRIG_TRY(r.rig, h5::read_text(file, "rig"));
   SYMRIG_TRY(r.cells, read_sides(file, "cells"));
   SYMRIG_TRY(const Grid camera, read_sides(file, "camera"));
+  // Each cell has a pixel. This bounds the memory that a file of some size asks for.
+  if (r.cells.size() > camera.size())
+    return damaged(
+        fmt::format("it has {} cells for {} camera pixels", to_string(r.cells), to_string(camera)));
   SYMRIG_TRY(const std::int32_t channels, read_whole(file, "channels", 1, kMostChannels));
   SYMRIG_TRY(r.photographs, read_whole(file, "photographs", 0, kAny));
   SYMRIG_TRY(r.flood, read_flood(source, camera, channels));
