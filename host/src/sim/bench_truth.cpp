@@ -12,6 +12,9 @@
 namespace symrig {
 namespace {
 
+/// [cells] From this blur on, a registration measures cells by area (RegistrationOptions::least_blur).
+constexpr double kSharp = 0.09;
+
 /// A photograph without noise.
 Radiance exact(Image<float> mean) {
   const Grid grid = mean.grid();
@@ -46,9 +49,10 @@ Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weight
 double missing_blur(const SceneUri& uri) {
   const double per_cell = uri.zoom * std::min(static_cast<double>(uri.camera.rows) / uri.size.rows,
                                               static_cast<double>(uri.camera.cols) / uri.size.cols);
-  return uri.defocus.projector > 0 ? std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
-                                         1 / (12 * per_cell * per_cell)
-                                   : 0;
+  return std::hypot(uri.defocus.camera, uri.defocus.projector) >= kSharp
+             ? std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
+                   1 / (12 * per_cell * per_cell)
+             : 0;
 }
 
 }  // namespace
@@ -71,7 +75,7 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   const std::vector<CornerMap> corners = bench->view->corners();
   const Radiance flood = exact(bench->view->see(Image<float>(cells, 1, 1.F), 0));
   const Image<float> shares = bench->view->flood_shares();
-  const bool sharp = uri.defocus.camera == 0 && uri.defocus.projector == 0;
+  const bool sharp = std::hypot(uri.defocus.camera, uri.defocus.projector) < kSharp;
   const WeightOptions options{.weighting = sharp ? Weighting::cores : Weighting::area, .margin = 0};
   SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, options, &shares));
   SYMRIG_CHECK(exact_weights.blur_by(std::clamp(missing_blur(uri), 0.0, 0.3)));

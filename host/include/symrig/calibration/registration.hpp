@@ -28,7 +28,9 @@ struct Registration {
   Image<float> shares;
   Image<float> stripes;  ///< photographs of MotionWatch::patterns(): 2 · channels planes
   GainRatio gain;
-  OpticsBlur blur;               ///< measured only if the borders of cells are blurred in the picture
+  /// Measured only if the borders of cells are blurred in the picture. Light that scatters below the surface
+  /// is no blur of the optics.
+  OpticsBlur blur;
   std::int64_t photographs = 0;  ///< that it took
   std::string rig;               ///< as it describes itself
 
@@ -62,8 +64,8 @@ struct RegistrationOptions {
   double widest_edge = 1.3;
   /// Also measures the ratio of the two optics' gains.
   bool gain = true;
-  /// [cells] Of edge_blur(). From here on, both blurs are measured.
-  double least_blur = 0.06;
+  /// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
+  double least_blur = 0.02;
   Progress progress = {};
 };
 

@@ -21,8 +21,11 @@ constexpr double kMarginErrors = 3;
 /// left.
 constexpr double kLargestError = 0.1;
 
-/// Of a pixel that is turned by a few degrees.
-constexpr double kTurnedSide = 1.05;
+/// If edges show less than this share of the blur that combs show (edges show little of a small one), then it
+/// is not that of the optics.
+constexpr double kSharpEdges = 0.33;
+/// Area weights spread light over a border by a sixth of a pixel: to combs, a blur of √(2π) / 6 of its side.
+constexpr double kPixelBlur = 0.418;
 /// [cells²] The most that a blur of three cells makes.
 constexpr double kMostBlur = 0.3;
 
@@ -103,6 +106,10 @@ Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> co
   SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
   RegisteredProbe probe(rig, std::move(weights));
   SYMRIG_TRY(found.blur, measure_blur(probe, quarters.mean, seen, progress));
+  // Light that scatters below the surface gets to the next cell too, but it leaves edges sharp.
+  const double total = std::pow(found.blur.projector, 2) + std::pow(found.blur.camera, 2),
+               pixel = std::pow(kPixelBlur / found.pixels_per_cell(), 2);
+  if (found.edge_blur() < kSharpEdges * std::sqrt(std::max(0.0, total - pixel))) found.blur = OpticsBlur{};
   return {};
 }
 
@@ -172,10 +179,13 @@ MotionWatch Registration::watch() const {
 
 double Registration::edge_blur() const {
   double widest = 0;
+  const Point middle{0.5 * camera().rows, 0.5 * camera().cols};
   for (const CameraMap& map : maps) {
-    // A pixel that is turned crosses a border over up to √2 of its side.
-    const double side = kTurnedSide / map.pixels_per_cell();
-    widest = std::max(widest, std::pow(map.edge_width(), 2) - side * side);
+    const Point here = map.look(middle), down = map.look({middle.row + 1, middle.col}),
+                right = map.look({middle.row, middle.col + 1});
+    const double rows = std::abs(down.row - here.row) + std::abs(right.row - here.row);
+    const double cols = std::abs(down.col - here.col) + std::abs(right.col - here.col);
+    widest = std::max(widest, std::pow(map.edge_width(), 2) - std::pow(std::max(rows, cols), 2));
   }
   return std::sqrt(std::max(0.0, widest) / (2 * std::numbers::pi));
 }
