@@ -46,7 +46,7 @@ void convolve(Grid grid, std::span<const float> taps, std::span<const float> fro
       const float* in = from.data() + static_cast<std::size_t>(row) * cols;
       float* out = across.data() + static_cast<std::size_t>(row - above) * cols;
       for (int k = -reach; k <= reach; ++k) {
-        const float tap = taps[static_cast<std::size_t>(k + reach)];
+        const float tap = taps[k + reach];
         const int begin = std::max(0, -k), end = grid.cols - std::max(0, k);
         for (int col = begin; col < end; ++col) out[col] += tap * in[col + k];
       }
@@ -55,7 +55,7 @@ void convolve(Grid grid, std::span<const float> taps, std::span<const float> fro
       float* out = to.data() + static_cast<std::size_t>(row) * cols;
       std::fill_n(out, cols, 0.F);
       for (int k = std::max(-reach, -row); k <= std::min(reach, grid.rows - 1 - row); ++k) {
-        const float tap = taps[static_cast<std::size_t>(k + reach)];
+        const float tap = taps[k + reach];
         const float* in = across.data() + static_cast<std::size_t>(row + k - above) * cols;
         for (std::size_t col = 0; col < cols; ++col) out[col] += tap * in[col];
       }
@@ -69,7 +69,7 @@ std::vector<float> inside(int size, std::span<const float> taps) {
   std::vector<float> share(static_cast<std::size_t>(size));
   for (int i = 0; i < size; ++i)
     for (int k = std::max(-reach, -i); k <= std::min(reach, size - 1 - i); ++k)
-      share[static_cast<std::size_t>(i)] += taps[static_cast<std::size_t>(k + reach)];
+      share[static_cast<std::size_t>(i)] += taps[k + reach];
   return share;
 }
 

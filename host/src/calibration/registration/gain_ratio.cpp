@@ -37,7 +37,7 @@ std::vector<Shapes> shapes_of(Grid cells) {
     for (int col = 0; col < cells.cols; ++col) {
       const double y = (row + 0.5 - 0.5 * cells.rows) / half, x = (col + 0.5 - 0.5 * cells.cols) / half;
       const double square = y * y + x * x;
-      shapes.push_back({y, x, square, square * square});
+      shapes.emplace_back(y, x, square, square * square);
       mean += shapes.back();
     }
   mean /= static_cast<double>(shapes.size());
@@ -93,7 +93,7 @@ class GainFit {
 };
 
 void GainFit::sum_up() {
-  received_.assign(kBlocks * kBlocks, {});
+  received_.assign(std::size_t{kBlocks} * kBlocks, {});
   for (int lit = 0; lit < kBlocks; ++lit) {
     const Radiance& photograph = photographs_[lit];
     for (int c = 0; c < photograph.mean.channels(); ++c)

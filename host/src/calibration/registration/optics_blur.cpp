@@ -134,7 +134,7 @@ Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, cons
     std::vector<Radiance> combs;
     for (int phase = 0; phase < kPeriod; ++phase) {
       const int done = phase + (rows ? kPeriod : 0);
-      if (progress && !progress({"blur", done, 2 * kPeriod, kNoneToCome}))
+      if (progress && !progress({"blur", done, std::int64_t{2} * kPeriod, kNoneToCome}))
         return Error{ErrorCode::interrupted, fmt::format("calibration stopped after {} combs", done),
                      "run it again"};
       Pattern pattern(cells, 1);
