@@ -92,7 +92,7 @@ Result<void> write_file(const fs::path& path, const std::function<bool(hid_t fil
   be_quiet();
   SYMRIG_TRY(const fs::path target, replaceable_file(path));
   const fs::path temporary = temporary_name(target);
-  const Result<void> done =
+  Result<void> done =
       write_new(temporary, fill) ? replace_file(temporary, target) : Result<void>(cannot_be_written(path));
   // With a full disk, a part of the file may remain, even if HDF5 could not begin.
   std::error_code ignored;
