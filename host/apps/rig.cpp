@@ -62,14 +62,14 @@ Result<OpenedRig> open_exec_rig(const std::string& rig) {
   return OpenedRig{std::move(probe), nullptr, "camera"};
 }
 
+bool is_exec(const std::string& rig) {
+  return rig.starts_with(kExec);
+}
+
 }  // namespace
 
 bool is_simulated(const std::string& rig) {
   return rig.starts_with("sim:");
-}
-
-bool is_exec(const std::string& rig) {
-  return rig.starts_with(kExec);
 }
 
 bool is_rig_file(const std::string& rig) {

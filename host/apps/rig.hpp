@@ -19,10 +19,7 @@ namespace symrig::apps {
 /// True for "sim:…".
 bool is_simulated(const std::string& rig);
 
-/// True for "exec:…": a child process is the rig.
-bool is_exec(const std::string& rig);
-
-/// True for all others: the name of a rig file.
+/// True for what is neither "sim:…" nor "exec:…": the name of a rig file.
 bool is_rig_file(const std::string& rig);
 
 /// An open rig.

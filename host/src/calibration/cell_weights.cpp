@@ -17,8 +17,12 @@
 
 namespace symrig {
 
+namespace {
+
 /// [cells²] Mean square distance of a core's pixels from a line, below which they do not tell a plane.
 constexpr double kLeastSpread = 1e-3;
+
+}  // namespace
 
 /// Builds the weights of one corner map, then of the channels that use it.
 class CellWeightsBuilder {
@@ -387,7 +391,7 @@ Radiance CellWeights::unmix(const Radiance& photograph) const {
 }
 
 Result<CellWeights> CellWeights::unmixing(Grid cells, int channels, Point shift) {
-  if (!(std::max(std::abs(shift.row), std::abs(shift.col)) <= largest_shift))
+  if (!(std::abs(shift.row) <= largest_shift && std::abs(shift.col) <= largest_shift))
     return Error{
         ErrorCode::limit,
         fmt::format("the camera's pixels are off by {:+.2f} and {:+.2f} cells, and {:.2f} is the most "

@@ -86,6 +86,7 @@ TEST_F(Moved, photographs_that_do_not_fit_are_refused) {
   const auto other = open_virtual_rig("sim:plane?size=32x32&camera=150x152");
   ASSERT_TRUE(other.ok());
   EXPECT_EQ(registration_->watch().measure(**other).error().code, ErrorCode::size_mismatch);
+  EXPECT_EQ(registration_->watch().compare({}).error().code, ErrorCode::size_mismatch);
   const auto dark = rig_with("&shift=1000,1000");
   const auto motion = registration_->watch().measure(*dark);
   // A camera that looks elsewhere sees nothing.

@@ -107,6 +107,15 @@ TEST(SharedGrid, a_shifted_rig_captures_as_the_aligned_one) {
   EXPECT_LE(indirect, 1.3 * best);
 }
 
+TEST(Unmixing, a_shift_that_is_too_large_or_no_number_is_refused) {
+  const double nan = std::nan("");
+  for (const Point shift : {Point{0.13, 0}, {0, -0.13}, {nan, 0}, {0, nan}}) {
+    const auto weights = CellWeights::unmixing(kGrid, 1, shift);
+    ASSERT_FALSE(weights.ok());
+    EXPECT_EQ(weights.error().code, ErrorCode::limit);
+  }
+}
+
 TEST(SharedGrid, a_rig_that_is_far_off_is_refused) {
   const auto rig = open_virtual_rig("sim:vgroove-textured?size=32x32&misalign=0.4");
   ASSERT_TRUE(rig.ok());

@@ -5,6 +5,7 @@
 #include "symrig/image/outline.hpp"
 #include "symrig/image/radiance.hpp"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -44,6 +45,11 @@ class CameraMap {
   /// the side of a camera pixel if both optics are sharp, and about 2.5 sigmas of their blur if that is
   /// larger.
   double edge_width() const { return edge_width_; }
+  /// rms width of the blur of both optics, by the width of edges [cells]; 0 if edges are as sharp as pixels.
+  double edge_blur() const;
+  /// How far the view moves for a step of one pixel down, and of one to the right, in the middle of the
+  /// picture [cells].
+  std::array<Point, 2> step() const;
   /// Edges that the map was fitted to, both axes.
   std::int64_t edges() const { return edges_; }
   /// Share of the edges that the map does not explain: depth edges, mirrors, dead pixels.

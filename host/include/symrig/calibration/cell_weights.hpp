@@ -49,8 +49,9 @@ class CellWeights {
   /// mentioning; its channels are those of the photographs.
   /// shares: for cores, two values for each map and pixel: the share of the pixel's flood-lit light that
   /// comes from the first row of the cells that it sees, and from the first column. Then a pixel on a border
-  /// counts for each cell by its light. kUnknownShare, or no shares: by its area. cost: 1 (cores) to 2 (area)
-  /// weights for each camera pixel. fails: size_mismatch; bad_value (a corner is not finite).
+  /// counts for each cell by its light. kUnknownShare, or no shares: by its area.
+  /// cost: 1 (cores) to 2 (area) weights for each camera pixel.
+  /// fails: size_mismatch; bad_value (a corner is not finite, or a share not from 0 to 1).
   static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
                                   const WeightOptions& options = {}, const Image<float>* shares = nullptr);
 

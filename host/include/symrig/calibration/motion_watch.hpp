@@ -6,6 +6,8 @@
 #include "symrig/image/outline.hpp"
 
 #include <array>
+#include <span>
+#include <utility>
 
 namespace symrig {
 
@@ -26,8 +28,8 @@ class MotionWatch {
   /// Stripes two cells wide, then the same across.
   static std::array<Pattern, 2> patterns(Grid cells);
 
-  /// before: means of the photographs of both patterns, one after the other: 2 · channels planes. corner:
-  /// cells a step of one pixel down, and one to the right, in the middle of the picture.
+  /// before: means of the photographs of both patterns, one after the other: 2 · channels planes.
+  /// step: CameraMap::step().
   MotionWatch(Grid cells, Image<float> before, std::array<Point, 2> step)
       : cells_(cells), before_(std::move(before)), step_(step) {}
 
@@ -35,6 +37,7 @@ class MotionWatch {
   /// fails: as the rig; size_mismatch; bad_value (the pictures have no edges).
   Result<Motion> measure(Probe& rig) const;
   /// now: photographs of patterns().
+  /// fails: as measure(), without the rig.
   Result<Motion> compare(std::span<const Radiance> now) const;
 
  private:

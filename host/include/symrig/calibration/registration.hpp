@@ -51,7 +51,8 @@ struct Registration {
   Result<CellWeights> bare_weights() const;
   /// How far weights keep from the borders of cells: three times the error of the map [cells].
   double margin() const;
-  /// fails: as CellWeights::make.
+  /// What brings photographs to the cells, with gain ratio and blur corrected.
+  /// fails: as CellWeights::make; bad_value (the blurs are too different).
   Result<CellWeights> weights() const;
 };
 
@@ -62,19 +63,18 @@ struct RegistrationOptions {
   /// [cells] Wider edges are refused. The finest stripes are two cells wide: then they run into each other,
   /// and the map is wrong by more than it states (docs/benchmarks/registration.md, Blur).
   double widest_edge = 1.3;
-  /// Also measures the ratio of the two optics' gains.
-  bool gain = true;
-  /// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
-  double least_blur = 0.02;
   Progress progress = {};
 };
 
-/// Shows a Gray code of the cells and registers the camera. A camera with a pixel for each cell is registered
-/// by the axis check instead, if it is shifted by less than CellWeights::largest_shift. Photographs: 2 (bits
-/// of columns + bits of rows) + 2 for the map, so 26 for 64 x 64 cells, 2 to notice motion, 16 for the gain
-/// ratio, and 8 for the blur of a picture that is not sharp. fails: as fit_camera_maps; bad_argument (a rig
-/// of several views); bad_value (the map is too uncertain, or the picture out of focus); limit (the camera is
-/// too coarse; the message says which cells would do); interrupted; as the rig.
+/// Registers the camera of a rig.
+///
+/// A Gray code of the cells finds where a camera with more pixels than cells looks. A camera with a pixel for
+/// each cell is registered by the axis check instead, if it is shifted by at most CellWeights::largest_shift.
+/// Photographs: 2 (bits of columns + bits of rows) + 2 for the map, so 26 for 64 x 64 cells; 2 to notice
+/// motion; 16 for the gain ratio; and 8 for the blurs of a picture that is not sharp. fails: as
+/// fit_camera_maps and check_coaxial; bad_argument (a rig of several views); bad_value (the map is too
+/// uncertain, or the picture out of focus); limit (the camera is too coarse, and the message says which cells
+/// would do; or shifted too far); interrupted; as the rig.
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 }  // namespace symrig

@@ -55,6 +55,12 @@ double width_of_blur(double contrast) {
   return std::sqrt(2 * std::numbers::pi) * sigma;
 }
 
+/// rms width of the blur of an edge that is wider than a pixel: its slope is that of a Gaussian.
+double blur_of_edge(double edge_width, double pixel_width) {
+  const double square = edge_width * edge_width - pixel_width * pixel_width;
+  return std::sqrt(std::max(0.0, square) / (2 * std::numbers::pi));
+}
+
 /// How much a value counts that is this many robust sigmas off.
 double tukey(double off) {
   const double u = off / 4.685;
@@ -133,11 +139,7 @@ class CameraMapFit {
     double left_out = 0;
     double edge_width = 0, pixel_width = 0;
   };
-  /// rms width of the optics' blur: the slope of an edge is that of a Gaussian.
-  static double blur_of(const Axis& axis) {
-    const double square = std::pow(axis.edge_width, 2) - std::pow(axis.pixel_width, 2);
-    return std::sqrt(std::max(0.0, square) / (2 * std::numbers::pi));
-  }
+  static double blur_of(const Axis& axis) { return blur_of_edge(axis.edge_width, axis.pixel_width); }
 
   Axis make(StripeAxis axis) const {
     return {axis, SplineSurface(pixels_.camera(), intervals_), {}, {}, kSmoothing.front(), 0, 0, 0};
@@ -383,12 +385,23 @@ CornerMap CameraMap::corners() const {
   return corners;
 }
 
+std::array<Point, 2> CameraMap::step() const {
+  const Point middle{0.5 * camera_.rows, 0.5 * camera_.cols};
+  const Point here = look(middle), down = look({middle.row + 1, middle.col}),
+              right = look({middle.row, middle.col + 1});
+  return {Point{down.row - here.row, down.col - here.col}, Point{right.row - here.row, right.col - here.col}};
+}
+
 double CameraMap::pixels_per_cell() const {
-  const double row = 0.5 * camera_.rows, col = 0.5 * camera_.cols;
-  const Point here = look({row, col}), down = look({row + 1, col}), right = look({row, col + 1});
-  const double area = std::abs((down.row - here.row) * (right.col - here.col) -
-                               (right.row - here.row) * (down.col - here.col));
-  return 1 / std::sqrt(area);
+  const auto [down, right] = step();
+  return 1 / std::sqrt(std::abs(down.row * right.col - right.row * down.col));
+}
+
+double CameraMap::edge_blur() const {
+  const auto [down, right] = step();
+  const double rows = std::abs(down.row) + std::abs(right.row),
+               cols = std::abs(down.col) + std::abs(right.col);
+  return blur_of_edge(edge_width_, std::max(rows, cols));
 }
 
 Result<std::vector<CameraLook>> fit_camera_maps(Grid cells, std::span<const Radiance> photographs) {

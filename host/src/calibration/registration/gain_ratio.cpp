@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gain_ratio.hpp"
 
+#include "calibration/registration/photograph_each.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <Eigen/Dense>
-#include <fmt/format.h>
 
 namespace symrig {
 namespace {
@@ -187,17 +188,10 @@ Result<GainRatio> measure_gain_ratio(Probe& probe, const Image<std::uint8_t>& se
     return Error{ErrorCode::size_mismatch, "the gain ratio is measured on the projector's cells",
                  "wrap the rig in a RegisteredProbe"};
   if (std::min(cells.rows, cells.cols) < 2 * kSide) return GainRatio{};
-  std::vector<Radiance> photographs;
-  for (int lit = 0; lit < kBlocks; ++lit) {
-    if (progress && !progress({"gain ratio", lit, kBlocks, kNoneToCome}))
-      return Error{ErrorCode::interrupted, fmt::format("calibration stopped after {} blocks", lit),
-                   "run it again"};
-    Pattern pattern(cells, 1);
-    for (std::size_t i = 0; i < pattern.values().size(); ++i)
-      pattern.values()[i] = seen.values()[i] && block_of(cells, i) == lit ? 1.F : 0.F;
-    SYMRIG_TRY(auto one, probe.measure({&pattern, 1}));
-    photographs.push_back(std::move(one.front()));
-  }
+  std::vector<Pattern> blocks(kBlocks, Pattern(cells, 1));
+  for (std::size_t i = 0; i < seen.values().size(); ++i)
+    if (seen.values()[i]) blocks[block_of(cells, i)].values()[i] = 1;
+  SYMRIG_TRY(auto photographs, calibration::photograph_each(probe, blocks, "gain ratio", progress));
   return GainFit(cells, std::move(photographs)).fit();
 }
 

@@ -39,6 +39,9 @@ Result<Motion> MotionWatch::measure(Probe& rig) const {
 Result<Motion> MotionWatch::compare(std::span<const Radiance> now) const {
   const Grid camera = before_.grid();
   const int channels = before_.channels() / 2;
+  if (now.size() != 2)
+    return Error{ErrorCode::size_mismatch, "motion is measured by two photographs of stripes",
+                 "take one of each of MotionWatch::patterns()"};
   for (const Radiance& one : now)
     if (one.mean.grid() != camera || one.mean.channels() != channels)
       return Error{ErrorCode::size_mismatch, "the photographs of the stripes do not fit the registration",

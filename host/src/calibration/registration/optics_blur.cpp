@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/optics_blur.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <numbers>
-#include <utility>
-#include <vector>
+#include "calibration/registration/photograph_each.hpp"
 
-#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
 
 namespace symrig {
 namespace {
@@ -27,10 +24,19 @@ struct Tile {
   double mm = 0, md = 0, dd = 0, mf = 0, df = 0;
 };
 
+/// Sums over both axes.
 struct Sums {
   double crossing = 0, own = 0;  ///< Σ (f + g), Σ (a + a′)
-  std::map<std::pair<int, int>, Tile> tiles;
-  double variance = 0;  ///< Σ d² Var(f − g)
+  double slope = 0, spread = 0;  ///< Σ d (f − g), Σ d², without what a shift of each tile explains
+  double light = 0;              ///< Σ m²
+  double variance = 0;           ///< Σ d² Var(f − g)
+
+  void add(const Tile& t) {
+    if (!(t.mm > 0)) return;
+    slope += t.df - t.md * t.mf / t.mm;
+    spread += t.dd - t.md * t.md / t.mm;
+    light += t.mm;
+  }
 };
 
 /// Adds what the four combs of one axis tell.
@@ -49,7 +55,9 @@ void add_axis(std::span<const Radiance> combs, const Image<float>& quarters, con
     return all > 0 ? 2 * one / all : 1;
   };
   const int down = rows ? 1 : 0, right = rows ? 0 : 1;
+  const int across = (grid.cols + kTile - 1) / kTile;
   for (int c = 0; c < combs.front().mean.channels(); ++c) {
+    std::vector<Tile> tiles(std::size_t{1} * across * ((grid.rows + kTile - 1) / kTile));
     const auto light = [&](int row, int col, int ahead) {
       const int at = (rows ? row : col) + ahead;
       return static_cast<double>(combs[at % kPeriod].mean.at(row, col, c));
@@ -72,7 +80,7 @@ void add_axis(std::span<const Radiance> combs, const Image<float>& quarters, con
         const double f = light(row, col, 1) - far, g = light(r, q, 3) - far_next;
         sums.crossing += f + g;
         sums.own += a + next;
-        Tile& tile = sums.tiles[{row / kTile + (rows ? 1 << 20 : 0), col / kTile}];
+        Tile& tile = tiles[row / kTile * across + col / kTile];
         const double near = a * half(row, col, c, true), other = next * half(r, q, c, false);
         const double m = std::sqrt(a * next), d = near - other, difference = f - g;
         tile.mm += m * m, tile.md += m * d, tile.dd += d * d;
@@ -80,6 +88,7 @@ void add_axis(std::span<const Radiance> combs, const Image<float>& quarters, con
         sums.variance +=
             d * d * (variance(row, col, 1) + variance(r, q, 3) + variance(row, col, 2) + variance(r, q, 2));
       }
+    for (const Tile& tile : tiles) sums.add(tile);
   }
 }
 
@@ -91,26 +100,20 @@ OpticsBlur solve(const Sums& sums) {
   // A cell's own light is what does not cross its two borders.
   const double ratio = std::max(0.0, sums.crossing / sums.own), stays = 1 / (1 + 2 * ratio);
   const double both = root * ratio * stays;
-  double slope = 0, spread = 0, light = 0;
-  for (const auto& [place, t] : sums.tiles) {
-    if (!(t.mm > 0)) continue;
-    slope += t.df - t.md * t.mf / t.mm;
-    spread += t.dd - t.md * t.md / t.mm;
-    light += t.mm;
-  }
   // Regression with a prior of no difference.
-  const double noise =
-      spread > 0
-          ? 2 * std::numbers::pi * (sums.variance / (spread * spread) + kUneven * kUneven * light / spread)
-          : 1e30;
-  const double trust = kPrior * kPrior / (kPrior * kPrior + noise);
-  const double largest = std::sqrt(2.0) * both;
-  const double difference =
-      spread > 0 ? std::clamp(trust * stays * root * slope / spread, -largest, largest) : 0.0;
+  double difference = 0;
+  blur.sigma = kPrior;
+  if (sums.spread > 0) {
+    const double noise =
+        2 * std::numbers::pi / sums.spread * (sums.variance / sums.spread + kUneven * kUneven * sums.light);
+    const double trust = kPrior * kPrior / (kPrior * kPrior + noise);
+    const double largest = std::numbers::sqrt2 * both;
+    difference = std::clamp(trust * stays * root * sums.slope / sums.spread, -largest, largest);
+    blur.sigma = std::sqrt(trust * noise);
+  }
   const double sum = std::sqrt(std::max(0.0, 2 * both * both - difference * difference));
   blur.projector = std::max(0.0, 0.5 * (sum + difference));
   blur.camera = std::max(0.0, 0.5 * (sum - difference));
-  blur.sigma = std::sqrt(trust * noise);
   blur.measured = true;
   return blur;
 }
@@ -131,19 +134,10 @@ Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, cons
   if (std::min(cells.rows, cells.cols) < kPeriod) return OpticsBlur{};
   Sums sums;
   for (const bool rows : {false, true}) {
-    std::vector<Radiance> combs;
-    for (int phase = 0; phase < kPeriod; ++phase) {
-      const int done = phase + (rows ? kPeriod : 0);
-      if (progress && !progress({"blur", done, std::int64_t{2} * kPeriod, kNoneToCome}))
-        return Error{ErrorCode::interrupted, fmt::format("calibration stopped after {} combs", done),
-                     "run it again"};
-      Pattern pattern(cells, 1);
-      for (int row = 0; row < cells.rows; ++row)
-        for (int col = 0; col < cells.cols; ++col)
-          pattern.at(row, col) = (rows ? row : col) % kPeriod == phase ? 1.F : 0.F;
-      SYMRIG_TRY(auto one, probe.measure({&pattern, 1}));
-      combs.push_back(std::move(one.front()));
-    }
+    std::vector<Pattern> patterns(kPeriod, Pattern(cells, 1));
+    for (int row = 0; row < cells.rows; ++row)
+      for (int col = 0; col < cells.cols; ++col) patterns[(rows ? row : col) % kPeriod].at(row, col) = 1;
+    SYMRIG_TRY(const auto combs, calibration::photograph_each(probe, patterns, "blur", progress));
     add_axis(combs, quarters, seen, rows, sums);
   }
   return solve(sums);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
+#include "calibration/registration/photograph_each.hpp"
 #include "calibration/registration/shared_grid.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -21,13 +21,13 @@ constexpr double kMarginErrors = 3;
 /// left.
 constexpr double kLargestError = 0.1;
 
+/// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
+constexpr double kLeastBlur = 0.02;
 /// If edges show less than this share of the blur that combs show (edges show little of a small one), then it
 /// is not that of the optics.
 constexpr double kSharpEdges = 0.33;
 /// Area weights spread light over a border by a sixth of a pixel: to combs, a blur of √(2π) / 6 of its side.
 constexpr double kPixelBlur = 0.418;
-/// [cells²] The most that a blur of three cells makes.
-constexpr double kMostBlur = 0.3;
 
 /// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
 Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
@@ -47,21 +47,6 @@ Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs)
     flood.variance.values()[i] *= valid * valid;
   }
   return flood;
-}
-
-Result<std::vector<Radiance>> photograph_code(Probe& rig, const Progress& progress) {
-  const std::vector<Pattern> patterns = gray_code_patterns(rig.grid());
-  std::vector<Radiance> photographs;
-  photographs.reserve(patterns.size());
-  for (std::size_t k = 0; k < patterns.size(); ++k) {
-    if (progress && !progress({"Gray code", static_cast<std::int64_t>(k),
-                               static_cast<std::int64_t>(patterns.size()), kNoneToCome}))
-      return Error{ErrorCode::interrupted, fmt::format("registration stopped after {} photographs", k),
-                   "run it again"};
-    SYMRIG_TRY(auto one, rig.measure(std::span(patterns).subspan(k, 1)));
-    photographs.push_back(std::move(one.front()));
-  }
-  return photographs;
 }
 
 /// 1 for the cells that the camera sees in all channels. A cell that one channel does not see would be lit
@@ -115,7 +100,8 @@ Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> co
 
 /// The map of a camera with more pixels than cells.
 Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& options) {
-  SYMRIG_TRY(const auto photographs, photograph_code(rig, options.progress));
+  SYMRIG_TRY(const auto photographs, calibration::photograph_each(rig, gray_code_patterns(rig.grid()),
+                                                                  "Gray code", options.progress));
   Registration found;
   found.cells = rig.grid();
   found.flood = mean_flood(GrayCode(found.cells), photographs);
@@ -167,27 +153,13 @@ std::vector<CornerMap> Registration::corners() const {
 }
 
 MotionWatch Registration::watch() const {
-  const Point middle{0.5 * camera().rows, 0.5 * camera().cols};
-  const CameraMap& map = maps.front();
-  const Point here = map.look(middle), down = map.look({middle.row + 1, middle.col}),
-              right = map.look({middle.row, middle.col + 1});
-  return {
-      cells,
-      stripes,
-      {Point{down.row - here.row, down.col - here.col}, Point{right.row - here.row, right.col - here.col}}};
+  return {cells, stripes, maps.front().step()};
 }
 
 double Registration::edge_blur() const {
   double widest = 0;
-  const Point middle{0.5 * camera().rows, 0.5 * camera().cols};
-  for (const CameraMap& map : maps) {
-    const Point here = map.look(middle), down = map.look({middle.row + 1, middle.col}),
-                right = map.look({middle.row, middle.col + 1});
-    const double rows = std::abs(down.row - here.row) + std::abs(right.row - here.row);
-    const double cols = std::abs(down.col - here.col) + std::abs(right.col - here.col);
-    widest = std::max(widest, std::pow(map.edge_width(), 2) - std::pow(std::max(rows, cols), 2));
-  }
-  return std::sqrt(std::max(0.0, widest) / (2 * std::numbers::pi));
+  for (const CameraMap& map : maps) widest = std::max(widest, map.edge_blur());
+  return widest;
 }
 
 double Registration::pixels_per_cell() const {
@@ -203,7 +175,7 @@ double Registration::margin() const {
 Result<CellWeights> Registration::weights() const {
   SYMRIG_TRY(CellWeights weights, bare_weights());
   if (gain.known) SYMRIG_CHECK(weights.divide_by(gain.over(cells)));
-  SYMRIG_CHECK(weights.blur_by(std::min(blur.missing(), kMostBlur)));
+  SYMRIG_CHECK(weights.blur_by(blur.missing()));
   return weights;
 }
 
@@ -232,9 +204,9 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
              shared ? calibration::register_shared_grid(rig, options) : register_own_pixels(rig, options));
   found.rig = rig.describe();
   SYMRIG_CHECK(add_stripes(rig, found));
-  if (!shared && found.edge_blur() > options.least_blur)
+  if (!shared && found.edge_blur() > kLeastBlur)
     SYMRIG_CHECK(add_blur(rig, found, found.corners(), options.progress));
-  if (options.gain) SYMRIG_CHECK(add_gain(rig, found, options.progress));
+  SYMRIG_CHECK(add_gain(rig, found, options.progress));
   found.photographs = rig.cost().photographs - before;
   return found;
 }

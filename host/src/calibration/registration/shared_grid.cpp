@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/shared_grid.hpp"
 
+#include "calibration/registration/spline_surface.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
+#include <vector>
 
 namespace symrig::calibration {
 namespace {
@@ -16,21 +16,29 @@ constexpr int kChecks = 3;
 /// [cells] Nothing below this changes a capture.
 constexpr double kSmallest = 0.0005;
 
-/// look(p) = p + shift, as splines hold it: the coefficients of a straight line lie on it.
+/// look(p) = p + shift. A smooth surface through points of a plane is the plane.
 CameraMapNumbers straight_map(Grid grid, Point shift, double error) {
-  constexpr int kIntervals = 4, kMore = 3;
-  CameraMapNumbers map{.camera = grid, .intervals = kIntervals, .row = {}, .col = {}};
-  const double step = static_cast<double>(std::max(grid.rows, grid.cols)) / kIntervals;
-  const int rows = static_cast<int>(std::ceil(grid.rows / step - 1e-9)) + kMore;
-  const int cols = static_cast<int>(std::ceil(grid.cols / step - 1e-9)) + kMore;
-  for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < cols; ++j) {
-      map.row.push_back((i - 1) * step + shift.row);
-      map.col.push_back((j - 1) * step + shift.col);
+  constexpr int kIntervals = 4, kPoints = 8;
+  std::vector<SeenValue> rows, cols;
+  for (int i = 0; i <= kPoints; ++i)
+    for (int j = 0; j <= kPoints; ++j) {
+      const Point at{static_cast<double>(i * grid.rows) / kPoints,
+                     static_cast<double>(j * grid.cols) / kPoints};
+      rows.push_back({at, at.row + shift.row, 1});
+      cols.push_back({at, at.col + shift.col, 1});
     }
-  map.error = error;
-  map.edge_width = 1;
-  return map;
+  SplineSurface row(grid, kIntervals), col(grid, kIntervals);
+  row.fit(rows, 1);
+  col.fit(cols, 1);
+  const auto of = [](const SplineSurface& surface) {
+    return std::vector<double>(surface.coefficients().begin(), surface.coefficients().end());
+  };
+  return {.camera = grid,
+          .intervals = kIntervals,
+          .row = of(row),
+          .col = of(col),
+          .error = error,
+          .edge_width = 1};
 }
 
 Result<CoaxialCheck> check_with(Probe& rig, Point shift) {
