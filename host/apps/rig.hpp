@@ -41,9 +41,9 @@ JobFiles rig_files(const std::string& rig);
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors; and as ExecProbe::open.
 Result<OpenedRig> open_bare_rig(const std::string& rig);
 
-/// The same, with photographs on the projector's cells. It notices if the rig has moved. registration: the
-/// file to use; empty: the one that the rig file names, if any. fails: as open_bare_rig, load_registration
-/// and RegisteredProbe::make.
+/// The same, with photographs on the projector's cells. It notices if the rig has moved. registration:
+/// the file to use; empty: the one that the rig file names, if any.
+/// fails: as open_bare_rig, load_registration and RegisteredProbe::make.
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration);
 
 /// Adds `--registration FILE`.

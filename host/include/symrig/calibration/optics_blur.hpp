@@ -33,10 +33,11 @@ struct OpticsBlur {
 ///   (f + g) / (a + a′) = √(σp² + σc²) / √(2π)      f − g = δ √(a a′) + (σp − σc) / √(2π) · (a − a′)
 ///
 /// with the residual shift δ, one for each 8 × 8 cells. In the last term, a and a′ are the light of the
-/// halves of the cells that touch the border. The projector's blur lights the near half of the other cell,
-/// and the camera's blur shows it. A cell's light is a and what crosses its two borders. probe: its
-/// photographs are on the cells, weighted by area. quarters: the flood-lit scene on a grid of 2 × 2 for each
-/// cell. seen: as measure_gain_ratio. fails: as the probe; interrupted; size_mismatch.
+/// halves of the cells that touch the border. The projector's blur lights the near half of the other
+/// cell, and the camera's blur shows it. A cell's light is a and what crosses its two borders. probe: its
+/// photographs are on the cells, weighted by area. quarters: the flood-lit scene on a grid of 2 × 2 for
+/// each cell. seen: as measure_gain_ratio.
+/// fails: as the probe; interrupted; size_mismatch.
 Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, const Image<std::uint8_t>& seen,
                                 const Progress& progress = {});
 

@@ -68,13 +68,14 @@ struct RegistrationOptions {
 
 /// Registers the camera of a rig.
 ///
-/// A Gray code of the cells finds where a camera with more pixels than cells looks. A camera with a pixel for
-/// each cell is registered by the axis check instead, if it is shifted by at most CellWeights::largest_shift.
-/// Photographs: 2 (bits of columns + bits of rows) + 2 for the map, so 26 for 64 x 64 cells; 2 to notice
-/// motion; 16 for the gain ratio; and 8 for the blurs of a picture that is not sharp. fails: as
-/// fit_camera_maps and check_coaxial; bad_argument (a rig of several views); bad_value (the map is too
-/// uncertain, or the picture out of focus); limit (the camera is too coarse, and the message says which cells
-/// would do; or shifted too far); interrupted; as the rig.
+/// A Gray code of the cells finds where a camera with more pixels than cells looks. A camera with a pixel
+/// for each cell is registered by the axis check instead, if it is shifted by at most
+/// CellWeights::largest_shift. Photographs: 2 (bits of columns + bits of rows) + 2 for the map, so 26 for
+/// 64 x 64 cells; 2 to notice motion; 16 for the gain ratio; and 8 for the blurs of a picture that is not
+/// sharp.
+/// fails: as fit_camera_maps and check_coaxial; bad_argument (a rig of several views); bad_value (the map
+/// is too uncertain, or the picture out of focus); limit (the camera is too coarse, and the message says
+/// which cells would do; or shifted too far); interrupted; as the rig.
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 }  // namespace symrig
