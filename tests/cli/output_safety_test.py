@@ -19,6 +19,7 @@ import sys
 import tempfile
 
 SMALL = "sim:vgroove-textured?size=12x17&noise=off"
+OWN_CAMERA = "sim:vgroove-textured?size=12x17&noise=off&camera=48x68"
 PROGRAM = 'symrig = 1\n[program]\npatterns = 8\nbracket = ["1 ms", "4 ms"]\n'
 RIG = 'symrig = 1\nmap = "map.exr"\n[board]\nuri = "unix:no-board.sock"\n[camera]\nbits = 12\nfull_well = 20000\nread_noise = 6\npedestal = 64\n[projector]\n'
 
@@ -38,10 +39,29 @@ class Job:
 JOBS = [
     Job(["capture", "--rig", SMALL], {"-o": "scene.h5", "--json": "out.json"}, derived={"-o": ".log"}),
     Job(["capture", "--rig", "rig.toml"], {"-o": "scene.h5", "--json": "out.json"}, ["rig.toml", "map.exr"], {"-o": ".log"}, ends=3),
+    Job(
+        ["capture", "--rig", OWN_CAMERA, "--registration", "registration.h5"],
+        {"-o": "scene.h5", "--json": "out.json"},
+        ["registration.h5"],
+        {"-o": ".log"},
+    ),
+    Job(
+        ["capture", "--rig", "registered.toml"],
+        {"-o": "scene.h5", "--json": "out.json"},
+        ["registered.toml", "registration.h5"],
+        {"-o": ".log"},
+        ends=3,
+    ),
     Job(["relight", "in.h5", "--light", "light.pfm"], {"-o": "out.exr"}, ["in.h5", "light.pfm"]),
     Job(["dual", "in.h5", "--light", "light.pfm"], {"-o": "out.png"}, ["in.h5", "light.pfm"]),
     Job(["evaluate", "in.h5", "--rig", SMALL], {"--json": "out.json"}, ["in.h5"]),
     Job(["evaluate", "in.h5", "--rig", "rig.toml"], {"--json": "out.json"}, ["in.h5", "rig.toml", "map.exr"], ends=3),
+    Job(
+        ["evaluate", "in.h5", "--rig", "rig.toml", "--registration", "registration.h5"],
+        {"--json": "out.json"},
+        ["in.h5", "rig.toml", "map.exr", "registration.h5"],
+        ends=3,
+    ),
     Job(["inspect", "in.h5"], {"--json": "out.json"}, ["in.h5"]),
     Job(["report", "in.h5"], {"-o": "out.html"}, ["in.h5"]),
     Job(
@@ -59,6 +79,17 @@ JOBS = [
         {"-o": "new.exr", "--json": "out.json"},
         ["rig.toml", "map.exr"],
         anew={"-o": "map.exr"},
+        ends=3,
+    ),
+    Job(
+        ["calibrate", "--rig", OWN_CAMERA],
+        {"-o": "new.h5", "--report": "out.html", "--json": "out.json"},
+    ),
+    Job(
+        ["calibrate", "--rig", "registered.toml"],
+        {"-o": "new.h5", "--json": "out.json"},
+        ["registered.toml", "registration.h5"],
+        anew={"-o": "registration.h5"},
         ends=3,
     ),
     Job(["calibrate", "--rig", SMALL], {"--levels": "levels.toml", "--json": "out.json"}),
@@ -94,7 +125,7 @@ JOBS = [
 ]
 
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
-NO_OUTPUT = """--rig --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
+NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
 --light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp.
@@ -212,7 +243,10 @@ def against_special_files(bench, job, option):
 
 def against_other_formats(bench, job, option):
     own = pathlib.Path(job.outputs[option]).suffix
-    same = {".exr", ".pfm", ".png"} if own in (".exr", ".pfm", ".png") else {own}
+    pictures = {".exr", ".pfm", ".png"}
+    same = pictures if own in pictures else {own}
+    if job.words[:2] == ["calibrate", "--rig"] and option == "-o":
+        same = pictures | {".h5"}  # a map or a registration
     for suffix in {".h5", ".png", ".json", ".toml", ".html", ".csv", ".vcd", ".symprog", ".PNG"} - same:
         if suffix.lower() not in same:
             bench.refuses(words_with(job, job.outputs | {option: "odd" + suffix}), {2}, "the suffix of another format")
@@ -295,6 +329,10 @@ def prepare(bench):
     bench.path("photographs/capture.toml").write_text('symrig = 1\nresponse = "response.toml"  # not "out.json"\n')
     bench.path("light.pfm").write_bytes(b"Pf\n17 12\n-1.0\n" + b"\0\0\0\0" * (17 * 12))
     assert bench.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
+    registered = RIG.replace('map = "map.exr"', 'registration = "registration.h5"') + '[capture]\ngrid = "12x17"\n'
+    bench.path("registered.toml").write_text(registered)
+    found = bench.run(["calibrate", "--rig", OWN_CAMERA, "-o", "registration.h5"])
+    assert found.returncode == 0, found.stderr
     assert bench.run(["run", "p.toml", "--device", "sim:", "-o", "receipt.json"]).returncode == 0
 
 
