@@ -163,6 +163,13 @@ Result<double> read_number(hid_t object, const char* name) {
   return value;
 }
 
+Result<Grid> read_grid(hid_t object, const char* name) {
+  SYMRIG_TRY(const std::vector<std::int32_t> size, read_integers(object, name, 2));
+  const Grid grid{size[0], size[1]};
+  if (!grid.valid()) return broken(name, "is not a grid of 1 to 2^30 pixels");
+  return grid;
+}
+
 Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
                        std::uint64_t file_bytes) {
   if (H5Lexists(place, name, dataset_access()) <= 0) return broken(name, "is missing");
@@ -178,6 +185,10 @@ Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::siz
   for (const hsize_t n : shape) bytes *= static_cast<double>(n);
   if (bytes > static_cast<double>(file_bytes)) return broken(name, "claims more bytes than the file has");
   return shape;
+}
+
+Handle new_group(hid_t place, const std::string& name) {
+  return {H5Gcreate2(place, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
 }
 
 Handle open_group(hid_t file, const std::string& path) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/image/grid.hpp"
 
 #include <array>
 #include <cstdint>
@@ -93,6 +94,8 @@ bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<
   return write_dataset(place, name, native<T>(), shape, data.data());
 }
 
+/// Makes a group. Not ok() if the library failed.
+Handle new_group(hid_t place, const std::string& name);
 /// Not ok() if it is missing, or behind a link to another file.
 Handle open_group(hid_t file, const std::string& path);
 
@@ -102,6 +105,8 @@ Handle open_group(hid_t file, const std::string& path);
 Result<std::string> read_text(hid_t object, const char* name);
 Result<std::vector<std::int32_t>> read_integers(hid_t object, const char* name, std::size_t expected);
 Result<double> read_number(hid_t object, const char* name);
+/// Rows and columns.
+Result<Grid> read_grid(hid_t object, const char* name);
 
 /// Shape of a dataset. Refused if its data do not fit into `file_bytes`, so that a corrupt size does not
 /// cause a large allocation.

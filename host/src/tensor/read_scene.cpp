@@ -21,16 +21,6 @@ constexpr h5::FileWords kScene{.content = "a scene",
                                .make_one = "`symrig capture` makes scene files",
                                .make_again = "capture or fit the scene again"};
 
-Result<Grid> read_grid(const Source& source, const char* name) {
-  SYMRIG_TRY(const std::vector<std::int32_t> size, h5::read_integers(source.file.id(), name, 2));
-  const Grid grid{size[0], size[1]};
-  if (!grid.valid())
-    return Error{ErrorCode::bad_format,
-                 std::string("attribute '") + name + "' is not a grid of 1 to 2^30 pixels",
-                 "the file is damaged"};
-  return grid;
-}
-
 Result<Head> read_head(const Source& source) {
   const hid_t file = source.file.id();
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
@@ -43,28 +33,26 @@ Result<Head> read_head(const Source& source) {
                  "use the symrig release that wrote it"};
   SYMRIG_TRY(const std::vector<std::int32_t> symmetric, h5::read_integers(file, "symmetric", 1));
   SYMRIG_TRY(const std::vector<std::int32_t> channels, h5::read_integers(file, "channels", 1));
-  SYMRIG_TRY(const Grid camera, read_grid(source, "camera_grid"));
-  SYMRIG_TRY(const Grid projector, read_grid(source, "projector_grid"));
-  if (channels[0] < 1 || channels[0] > 64)
-    return Error{ErrorCode::bad_format, "attribute 'channels' is not in 1..64", "the file is damaged"};
+  SYMRIG_TRY(const Grid camera, h5::read_grid(file, "camera_grid"));
+  SYMRIG_TRY(const Grid projector, h5::read_grid(file, "projector_grid"));
+  if (channels[0] < 1 || channels[0] > 64) return tensor::damaged("attribute 'channels' is not in 1..64");
   if (symmetric[0] != 0 && symmetric[0] != 1)
-    return Error{ErrorCode::bad_format, "attribute 'symmetric' is neither 0 nor 1", "the file is damaged"};
+    return tensor::damaged("attribute 'symmetric' is neither 0 nor 1");
   if (symmetric[0] == 1 && !(camera == projector))
-    return Error{ErrorCode::bad_format, "a symmetric tensor with two different grids", "the file is damaged"};
+    return tensor::damaged("a symmetric tensor with two different grids");
   return Head{major[0], symmetric[0] == 1, channels[0], camera, projector};
 }
 
 Result<HeldOut> read_held_out(const Source& source, const Head& head, const std::string& path) {
   const h5::Handle group = h5::open_group(source.file.id(), path);
-  if (!group.ok())
-    return Error{ErrorCode::bad_format, "group '" + path + "' is missing or damaged", "the file is damaged"};
+  if (!group.ok()) return tensor::damaged("group '" + path + "' is missing or damaged");
   h5::Shape p, c;
   SYMRIG_TRY(std::string name, h5::read_text(group.id(), "name"));
   SYMRIG_TRY(const auto pattern, h5::read_dataset<float>(group.id(), "pattern", 2, source.bytes, p));
   SYMRIG_TRY(const auto photograph, h5::read_dataset<float>(group.id(), "photograph", 3, source.bytes, c));
   if (p != h5::Shape{hsize_t(head.projector.rows), hsize_t(head.projector.cols)} ||
       c != h5::Shape{hsize_t(head.channels), hsize_t(head.camera.rows), hsize_t(head.camera.cols)})
-    return Error{ErrorCode::bad_format, "'" + path + "' does not fit the grids", "the file is damaged"};
+    return tensor::damaged("'" + path + "' does not fit the grids");
   SYMRIG_CHECK(tensor::check_values(pattern, "'" + path + "/pattern'", tensor::kBrightest));
   SYMRIG_CHECK(tensor::check_values(photograph, "'" + path + "/photograph'", tensor::kLargest));
   HeldOut held{std::move(name), Image<float>(head.projector), Image<float>(head.camera, head.channels)};

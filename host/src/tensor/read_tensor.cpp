@@ -9,23 +9,6 @@
 
 namespace symrig::tensor {
 
-bool all_finite(std::span<const float> values) {
-  return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
-}
-
-Error not_finite(const std::string& what) {
-  return {ErrorCode::bad_value, what + " has a value that is not a finite number", "the file is damaged"};
-}
-
-Error too_large(const std::string& what) {
-  return {ErrorCode::bad_value, what + " has a value that is too large for a scene (2^60 or more)",
-          "the file is damaged"};
-}
-
-Error damaged(const std::string& what) {
-  return {ErrorCode::bad_format, what, "the file is damaged"};
-}
-
 Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups) {
   SYMRIG_TRY(const auto count, h5::read_integers(source.file.id(), attribute, 1));
   if (count[0] < 0) return damaged("attribute '" + std::string(attribute) + "' is negative");
@@ -34,12 +17,6 @@ Result<std::int32_t> read_count(const Source& source, const char* attribute, con
       H5Lexists(source.file.id(), next.c_str(), H5P_DEFAULT) > 0)
     return damaged("there is a group '" + next + "', but '" + attribute + "' is " + std::to_string(count[0]));
   return count[0];
-}
-
-Result<void> check_values(std::span<const float> values, const std::string& what, float most) {
-  if (!all_finite(values)) return not_finite(what);
-  if (largest_of(values) >= most) return too_large(what);
-  return {};
 }
 
 namespace {
@@ -59,7 +36,8 @@ Result<std::vector<float>> read_halves(const Source& source, const Head& head, c
     values.resize(halves.size());
     std::transform(halves.begin(), halves.end(), values.begin(), tensor::from_half);
   }
-  if (!all_finite(values)) return not_finite("dataset '" + name + "'");
+  if (!all_finite(values))
+    return impossible("dataset '" + name + "' has a value that is not a finite number");
   return values;
 }
 

@@ -4,6 +4,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/file_values.hpp"
 #include "tensor/h5_file.hpp"
 
 #include <cstdint>
@@ -20,15 +21,6 @@ struct Head {
   int channels;
   Grid camera, projector;
 };
-
-/// Radiances and entries of T stay below this, so that no sum over a picture overflows a float.
-constexpr float kLargest = 0x1p60F;
-/// The limit for the values of a pattern.
-constexpr float kBrightest = 0x1p30F;
-
-Error damaged(const std::string& what);
-/// Checks that every value is finite and |value| < `most`. fails: bad_value (the message names `what`).
-Result<void> check_values(std::span<const float> values, const std::string& what, float most);
 
 /// An attribute that counts the groups "0", "1", … of the group `groups`. fails: bad_format (negative, or
 /// there is one more).

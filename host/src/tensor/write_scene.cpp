@@ -132,16 +132,12 @@ bool write_columns(hid_t group, const TransportTensor& t) {
                                   t.column_values());
 }
 
-h5::Handle new_group(hid_t place, const std::string& name) {
-  return {H5Gcreate2(place, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose};
-}
-
 bool write_bands(hid_t group, const TransportTensor& t) {
   const Grid grid = t.camera_grid();
   const std::size_t pixels = grid.size();
   const std::vector<BandLeaf> bands = t.bands();
   for (std::size_t k = 0; k < bands.size(); ++k) {
-    const h5::Handle place = new_group(group, std::to_string(k));
+    const h5::Handle place = h5::new_group(group, std::to_string(k));
     HalfValues halves(bands[k].values.size());
     for (std::size_t at = 0; at < bands[k].values.size(); at += pixels)
       halves.add(std::span(bands[k].values).subspan(at, pixels));
@@ -160,7 +156,7 @@ bool write_bands(hid_t group, const TransportTensor& t) {
 bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
   for (std::size_t k = 0; k < all.size(); ++k) {
     const HeldOut& one_of = all[k];
-    const h5::Handle place = new_group(group, std::to_string(k));
+    const h5::Handle place = h5::new_group(group, std::to_string(k));
     const Grid p = one_of.pattern.grid();
     const Grid c = one_of.photograph.grid();
     const bool ok =
@@ -177,9 +173,9 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
 
 bool write_all(hid_t file, const StoredScene& scene) {
   const TransportTensor& t = scene.tensor;
-  const h5::Handle leaves = new_group(file, "leaves"), diagonal = new_group(file, "diagonal"),
-                   scalars = new_group(file, "scalars"), columns = new_group(file, "columns"),
-                   bands = new_group(file, "bands"), held_out = new_group(file, "held_out");
+  const h5::Handle leaves = h5::new_group(file, "leaves"), diagonal = h5::new_group(file, "diagonal"),
+                   scalars = h5::new_group(file, "scalars"), columns = h5::new_group(file, "columns"),
+                   bands = h5::new_group(file, "bands"), held_out = h5::new_group(file, "held_out");
   const bool made =
       leaves.ok() && diagonal.ok() && scalars.ok() && columns.ok() && bands.ok() && held_out.ok();
   return made && write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&

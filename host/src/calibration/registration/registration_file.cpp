@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration_file.hpp"
 
+#include "tensor/file_values.hpp"
 #include "tensor/h5_file.hpp"
 
 #include <algorithm>
@@ -18,20 +19,18 @@ namespace h5 = tensor::h5;
 using h5::Handle;
 using h5::Shape;
 using h5::Source;
+using tensor::check_values;
+using tensor::damaged;
+using tensor::impossible;
+using tensor::kLargest;
 
 constexpr std::int32_t kVersionMajor = 1, kVersionMinor = 0;
 constexpr int kMostChannels = 64;
-/// Radiances stay below this, so that no sum over a picture overflows a float.
-constexpr float kLargest = 0x1p60F;
 
 constexpr h5::FileWords kWords{.content = "a registration",
                                .name_one = "name a registration.h5",
                                .make_one = "`symrig calibrate --rig RIG` makes registrations",
                                .make_again = "calibrate the rig again"};
-
-Error damaged(const std::string& what) {
-  return {ErrorCode::bad_format, what, ""};
-}
 
 std::array<std::int32_t, 2> sides(Grid grid) {
   return {grid.rows, grid.cols};
@@ -54,7 +53,7 @@ bool write_planes(hid_t place, const char* name, const Image<T>& image) {
 
 bool write_map(hid_t file, std::size_t number, const CameraMap& map) {
   const std::string name = fmt::format("map_{}", number);
-  const Handle group(H5Gcreate2(file, name.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const Handle group = h5::new_group(file, name);
   const CameraMapNumbers n = map.numbers();
   return group.ok() && write_whole(group.id(), "intervals", n.intervals) &&
          h5::write_attribute(group.id(), "error", n.error) &&
@@ -66,7 +65,7 @@ bool write_map(hid_t file, std::size_t number, const CameraMap& map) {
 }
 
 bool write_gain(hid_t file, const GainRatio& gain) {
-  const Handle group(H5Gcreate2(file, "gain", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const Handle group = h5::new_group(file, "gain");
   return group.ok() && write_whole(group.id(), "known", gain.known ? 1 : 0) &&
          write_whole(group.id(), "pairs", gain.pairs) &&
          h5::write_attribute(group.id(), "sigma", gain.sigma) &&
@@ -76,7 +75,7 @@ bool write_gain(hid_t file, const GainRatio& gain) {
 }
 
 bool write_blur(hid_t file, const OpticsBlur& blur) {
-  const Handle group(H5Gcreate2(file, "blur", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const Handle group = h5::new_group(file, "blur");
   return group.ok() && write_whole(group.id(), "measured", blur.measured ? 1 : 0) &&
          h5::write_attribute(group.id(), "projector", blur.projector) &&
          h5::write_attribute(group.id(), "camera", blur.camera) &&
@@ -93,8 +92,8 @@ bool write_all(hid_t file, const Registration& r) {
             write_whole(file, "maps", static_cast<std::int64_t>(r.maps.size())) &&
             write_whole(file, "photographs", r.photographs) && write_planes(file, "flood", r.flood.mean) &&
             write_planes(file, "flood_variance", r.flood.variance) &&
-            write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares);
-  ok = ok && write_planes(file, "stripes", r.stripes);
+            write_planes(file, "flood_valid", r.flood.valid) && write_planes(file, "shares", r.shares) &&
+            write_planes(file, "stripes", r.stripes);
   if (r.shift) {
     const std::array<double, 2> shift{r.shift->row, r.shift->col};
     ok = ok && h5::write_dataset<double>(file, "shift", {2}, shift);
@@ -109,13 +108,6 @@ Result<std::int32_t> read_whole(hid_t object, const char* name, std::int32_t lea
   if (values[0] < least || values[0] > most)
     return damaged(fmt::format("attribute '{}' is {}, not in {}..{}", name, values[0], least, most));
   return values[0];
-}
-
-Result<Grid> read_sides(hid_t object, const char* name) {
-  SYMRIG_TRY(const auto values, h5::read_integers(object, name, 2));
-  const Grid grid{values[0], values[1]};
-  if (!grid.valid()) return damaged(fmt::format("attribute '{}' is not a grid of 1 to 2^30 pixels", name));
-  return grid;
 }
 
 template <class T>
@@ -134,14 +126,13 @@ Result<Radiance> read_flood(const Source& source, Grid camera, int channels) {
   SYMRIG_TRY(flood.mean, read_planes<float>(source, "flood", camera, channels));
   SYMRIG_TRY(flood.variance, read_planes<float>(source, "flood_variance", camera, channels));
   SYMRIG_TRY(flood.valid, read_planes<std::uint8_t>(source, "flood_valid", camera, channels));
+  SYMRIG_CHECK(check_values(flood.mean.values(), "dataset 'flood'", kLargest));
+  SYMRIG_CHECK(check_values(flood.variance.values(), "dataset 'flood_variance'", kLargest));
   for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
     const float mean = flood.mean.values()[i], variance = flood.variance.values()[i];
     const std::uint8_t valid = flood.valid.values()[i];
-    const bool good = std::abs(mean) < kLargest && variance >= 0 && variance < kLargest && valid <= 1 &&
-                      (valid == 1 || (mean == 0 && variance == 0));
-    if (!good)
-      return Error{ErrorCode::bad_value, "the flood-lit photograph has a value that no photograph has",
-                   "the file is damaged; calibrate the rig again"};
+    if (variance < 0 || valid > 1 || (valid == 0 && (mean != 0 || variance != 0)))
+      return impossible("the flood-lit photograph has a value that no photograph has");
   }
   return flood;
 }
@@ -180,8 +171,7 @@ Result<GainRatio> read_gain(const Source& source) {
   const auto sane = [](double v) { return std::abs(v) < 10; };
   if (!std::ranges::all_of(values, sane) || !sane(gain.sigma) || !sane(gain.veil) || !sane(gain.veil_sigma) ||
       gain.sigma < 0 || gain.veil_sigma < 0)
-    return Error{ErrorCode::bad_value, "the gain ratio has a number that no gain ratio has",
-                 "the file is damaged; calibrate the rig again"};
+    return impossible("the gain ratio has a number that no gain ratio has");
   gain.known = known == 1;
   std::ranges::copy(values, gain.shape.begin());
   return gain;
@@ -196,9 +186,7 @@ Result<OpticsBlur> read_blur(const Source& source) {
   SYMRIG_TRY(blur.camera, h5::read_number(group.id(), "camera"));
   SYMRIG_TRY(blur.sigma, h5::read_number(group.id(), "sigma"));
   for (const double v : {blur.projector, blur.camera, blur.sigma})
-    if (!(v >= 0 && v <= 100))
-      return Error{ErrorCode::bad_value, "a blur is not between 0 and 100 cells",
-                   "the file is damaged; calibrate the rig again"};
+    if (!(v >= 0 && v <= 100)) return impossible("a blur is not between 0 and 100 cells");
   blur.measured = measured == 1;
   return blur;
 }
@@ -217,8 +205,8 @@ Result<Registration> read_all(const Source& source) {
   constexpr std::int32_t kAny = std::numeric_limits<std::int32_t>::max();
   Registration r;
   SYMRIG_TRY(r.rig, h5::read_text(file, "rig"));
-  SYMRIG_TRY(r.cells, read_sides(file, "cells"));
-  SYMRIG_TRY(const Grid camera, read_sides(file, "camera"));
+  SYMRIG_TRY(r.cells, h5::read_grid(file, "cells"));
+  SYMRIG_TRY(const Grid camera, h5::read_grid(file, "camera"));
   // Each cell has a pixel. This bounds the memory that a file of some size asks for.
   if (r.cells.size() > camera.size())
     return damaged(
@@ -231,9 +219,7 @@ Result<Registration> read_all(const Source& source) {
     return damaged(fmt::format("it has {} maps for {} channels", maps, channels));
   SYMRIG_TRY(r.shares, read_planes<float>(source, "shares", camera, 2 * maps));
   SYMRIG_TRY(r.stripes, read_planes<float>(source, "stripes", camera, 2 * channels));
-  if (!std::ranges::all_of(r.stripes.values(), [](float v) { return std::abs(v) < kLargest; }))
-    return Error{ErrorCode::bad_value, "a photograph of stripes has a value that no photograph has",
-                 "the file is damaged; calibrate the rig again"};
+  SYMRIG_CHECK(check_values(r.stripes.values(), "dataset 'stripes'", kLargest));
   if (H5Lexists(file, "shift", H5P_DEFAULT) > 0) {
     Shape shape;
     SYMRIG_TRY(const auto shift, h5::read_dataset<double>(file, "shift", 1, source.bytes, shape));
