@@ -25,7 +25,7 @@ Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, con
              capture(*rig, {.algorithm = what.algorithm, .tolerance = what.tolerance, .progress = progress}));
   const double wall_seconds = watch.seconds();
   const ProbeCost cost = rig->cost();
-  SYMRIG_TRY(const TransportErrors error, evaluate(result.tensor, truth_of(scene_of(rig), progress)));
+  SYMRIG_TRY(const TransportErrors error, evaluate(result.tensor, told(truth_of(scene_of(rig)), progress)));
   BenchCapture capture{.what = what,
                        .patterns = result.patterns,
                        .frames = cost.frames,

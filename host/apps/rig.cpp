@@ -154,18 +154,24 @@ Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig) {
   return std::shared_ptr<const Scene>(std::move(scene));
 }
 
-TrueTransport truth_of(std::shared_ptr<const Scene> scene, Progress progress) {
-  return [scene = std::move(scene), progress = std::move(progress),
-          done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Image<float>> {
-    if (progress && !progress({"comparing with the true transport", done++, 0}))
-      return Error{ErrorCode::interrupted, "stopped before the comparison was complete",
-                   "nothing was written"};
+TrueTransport truth_of(std::shared_ptr<const Scene> scene) {
+  return [scene = std::move(scene)](const Image<float>& pattern) -> Result<Image<float>> {
     if (pattern.grid() != scene->grid())
       return Error{ErrorCode::size_mismatch,
                    fmt::format("the rig's grid is {}, the scene file's {}", to_string(scene->grid()),
                                to_string(pattern.grid())),
                    "give the rig that the scene was captured from"};
     return scene->apply(pattern);
+  };
+}
+
+TrueTransport told(TrueTransport truth, Progress progress) {
+  return [truth = std::move(truth), progress = std::move(progress),
+          done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Image<float>> {
+    if (progress && !progress({"comparing with the true transport", done++, 0}))
+      return Error{ErrorCode::interrupted, "stopped before the comparison was complete",
+                   "nothing was written"};
+    return truth(pattern);
   };
 }
 

@@ -56,9 +56,11 @@ Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig);
 /// fails: as open_simulated_rig.
 Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig);
 
-/// The scene as a function for evaluate() and for reports. It keeps the scene alive. Each call is one step of
-/// `progress`, which may be empty.
-TrueTransport truth_of(std::shared_ptr<const Scene> scene, Progress progress = {});
+/// The scene as a function for evaluate() and for reports. It keeps the scene alive.
+TrueTransport truth_of(std::shared_ptr<const Scene> scene);
+
+/// The same function. Each call is one step of `progress`, which may be empty.
+TrueTransport told(TrueTransport truth, Progress progress);
 
 /// The names of all scenes, for help texts: "plane, vgroove-white, …".
 std::string known_scenes();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command.hpp"
 #include "console.hpp"
+#include "effects.hpp"
 #include "error_table.hpp"
 #include "files.hpp"
 #include "meter.hpp"
@@ -11,6 +12,7 @@
 #include "symrig/sim/bench_truth.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,11 +50,11 @@ Result<Judged> against_truth(const TransportTensor& tensor, const std::string& r
                     truth->channels() == tensor.channels();
   if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());
   Meter meter("evaluate", "patterns");
-  SYMRIG_TRY(ErrorEstimate ideal, measure_errors(tensor, truth_of(truth, meter.progress())));
+  SYMRIG_TRY(ErrorEstimate ideal, measure_errors(tensor, told(truth_of(truth), meter.progress())));
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
   SYMRIG_TRY(const auto bench, bench_truth(uri));
   if (!bench) return Judged{std::move(ideal), rig};
-  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, *bench));
+  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, told(*bench, meter.progress())));
   return Judged{std::move(errors), rig, std::move(ideal)};
 }
 
@@ -98,7 +100,13 @@ void warn(const std::string& file, const std::vector<std::string>& differs) {
                   fmt::join(differs, ", ")));
 }
 
-Result<void> run(const EvaluateArguments& arguments) {
+Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
+  const std::array<Idle, 2> options{{
+      {"--registration", arguments.rig.empty(), "without --rig: held-out photographs are on the cells"},
+      {"--registration", is_simulated(arguments.rig),
+       "with a simulated rig: its truth goes through its exact map"},
+  }};
+  SYMRIG_CHECK(check_effects(command, options));
   SYMRIG_CHECK(rig_files(arguments.rig)
                    .reads("the scene", arguments.scene)
                    .reads("the registration", arguments.registration)
@@ -160,14 +168,12 @@ Job add_evaluate(CLI::App& command) {
           "faults.\n"
           "The truth is the exact transport of the ideal coaxial rig: blurred by psf, but without noise, "
           "misalignment,\n"
-          "flare or dead pixels. If the camera has pixels of its own, the truth is the exact transport of "
-          "that "
-          "bench\n"
-          "through its exact map, and a second table compares with the ideal coaxial rig.\n"
+          "flare or dead pixels. If the camera has pixels of its own, the truth is the exact transport\n"
+          "of that bench through its exact map, and a second table compares with the ideal coaxial rig.\n"
           "Photographs that `symrig fit --hold-out` kept are compared with and without --rig.\n"
           "\n") +
       kExitCodes);
-  return [arguments] { return run(*arguments); };
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

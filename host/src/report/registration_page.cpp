@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
 
 namespace symrig {
@@ -52,34 +51,16 @@ Picture netted(const Registration& r) {
   return picture;
 }
 
-/// Distance of the map from the nearest affine map, at the middle of each camera pixel that looks at a cell
-/// [cells]; 0 elsewhere.
-Image<float> bend(const CameraMap& map, Grid cells) {
-  const Grid camera = map.camera();
-  const auto inside = [&](const Eigen::RowVector2d& at) {
-    return at[0] >= 0 && at[1] >= 0 && at[0] <= cells.rows && at[1] <= cells.cols;
-  };
-  const auto ray = [](int row, int col) { return Eigen::Vector3d(1, row + 0.5, col + 0.5); };
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, 3, 2> right = Eigen::Matrix<double, 3, 2>::Zero();
-  const int step = std::max(1, std::max(camera.rows, camera.cols) / 100);
-  const auto look = [&](int row, int col) {
-    const Point at = map.look({row + 0.5, col + 0.5});
-    return Eigen::RowVector2d(at.row, at.col);
-  };
-  for (int row = 0; row < camera.rows; row += step)
-    for (int col = 0; col < camera.cols; col += step) {
-      if (!inside(look(row, col))) continue;
-      normal += ray(row, col) * ray(row, col).transpose();
-      right += ray(row, col) * look(row, col);
-    }
-  const Eigen::Matrix<double, 3, 2> affine = normal.ldlt().solve(right);
-  Image<float> bent(camera);
-  for (int row = 0; row < camera.rows; ++row)
-    for (int col = 0; col < camera.cols; ++col)
-      if (inside(look(row, col)))
-        bent.at(row, col) = static_cast<float>((look(row, col) - ray(row, col).transpose() * affine).norm());
-  return bent;
+std::string weighting_text(Weighting weighting) {
+  switch (weighting) {
+    case Weighting::cores:
+      return "the pixels that lie inside it";
+    case Weighting::area:
+      return "the area of all pixels that it shares";
+    case Weighting::unmixed:
+      return "the pixels that it shares, unmixed by the shift";
+  }
+  return {};
 }
 
 std::string registration_facts(const RegistrationSummary& s) {
@@ -97,10 +78,11 @@ std::string registration_facts(const RegistrationSummary& s) {
         r.gain.known
             ? fmt::format("{:.3f} between cells, known to {}", r.gain.spread(r.cells), percent(r.gain.sigma))
             : std::string("not known: too little light is exchanged")},
-       {"Blur of projector and camera",
-        r.blur.measured ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}", r.blur.projector,
-                                      r.blur.camera, r.blur.sigma)
-                        : std::string("sharp: cells are measured by the pixels inside them")},
+       {"A cell is measured by", weighting_text(r.weighting())},
+       {"Blur of projector and camera", r.blur.measured
+                                            ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}",
+                                                          r.blur.projector, r.blur.camera, r.blur.sigma)
+                                            : std::string("not measured: edges are sharp")},
        {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}});
 }
 
@@ -109,7 +91,7 @@ std::string registration_facts(const RegistrationSummary& s) {
 Result<std::string> registration_page(const RegistrationSummary& summary) {
   const Registration& r = summary.registration;
   SYMRIG_TRY(const Radiance cells, summary.weights.gather(r.flood));
-  const Image<float> bent = bend(r.maps.front(), r.cells);
+  const Image<float> bent = r.maps.front().bend(r.cells);
   const float most = std::max(*std::ranges::max_element(bent.plane(0)), 1e-6F);
   const std::string title = r.rig + ": registration";
   std::string html =

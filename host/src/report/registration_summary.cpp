@@ -57,9 +57,8 @@ std::string blur_text(const OpticsBlur& blur, const CellWeights& weights) {
     return lines + fmt::format("photographs are blurred by {:.3f} cells more, so that both are equal\n",
                                std::sqrt(missing));
   return lines +
-         "the camera is blurrier than the projector, which cannot be corrected: focus the camera, or make "
-         "the "
-         "cells larger\n";
+         "the camera is blurrier than the projector, which cannot be corrected: focus the camera, or make\n"
+         "the cells larger\n";
 }
 
 }  // namespace
@@ -83,9 +82,8 @@ std::string registration_text(const RegistrationSummary& summary) {
                        grouped(static_cast<double>(r.cells.size())));
   if (r.shift)
     lines += fmt::format(
-        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; a cell's "
-        "variance "
-        "is {:.2f} of a pixel's\n",
+        "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; "
+        "a cell's variance is {:.2f} of a pixel's\n",
         r.shift->row, r.shift->col, weights.noise_share());
   else if (r.weighting() == Weighting::cores)
     lines += fmt::format(

@@ -12,7 +12,7 @@
 namespace symrig {
 namespace {
 
-/// [cells] From this blur on, a registration measures cells by area (RegistrationOptions::least_blur).
+/// [cells] From this blur on, edges show it, and a registration measures cells by area.
 constexpr double kSharp = 0.09;
 
 /// A photograph without noise.
@@ -45,14 +45,18 @@ Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weight
   return gain;
 }
 
+/// The gain ratio on the cells. A cell's gain is the mean over its area.
+Result<Image<float>> exact_gain(const sim::Bench& bench, const std::vector<CornerMap>& corners) {
+  const Radiance even = exact(Image<float>(bench.view->camera(), bench.view->channels(), 1.F));
+  SYMRIG_TRY(const CellWeights area,
+             CellWeights::make(bench.truth->grid(), corners, even, {.weighting = Weighting::area}));
+  return gain_ratio(*bench.view, area);
+}
+
 /// What the camera lacks of the projector's blur [cells²]. Its pixels are a blur too: of a box.
-double missing_blur(const SceneUri& uri) {
-  const double per_cell = uri.zoom * std::min(static_cast<double>(uri.camera.rows) / uri.size.rows,
-                                              static_cast<double>(uri.camera.cols) / uri.size.cols);
-  return std::hypot(uri.defocus.camera, uri.defocus.projector) >= kSharp
-             ? std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
-                   1 / (12 * per_cell * per_cell)
-             : 0;
+double missing_blur(const SceneUri& uri, const CellWeights& weights) {
+  return std::max(0.0, std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
+                           std::pow(weights.pixel_side(), 2) / 12);
 }
 
 }  // namespace
@@ -60,11 +64,7 @@ double missing_blur(const SceneUri& uri) {
 Result<Image<float>> bench_gain(const SceneUri& uri) {
   if (!uri.own_camera()) return Image<float>();
   SYMRIG_TRY(const sim::Bench bench, sim::make_bench(uri));
-  const std::vector<CornerMap> corners = bench.view->corners();
-  const Radiance even = exact(Image<float>(bench.view->camera(), bench.view->channels(), 1.F));
-  SYMRIG_TRY(const CellWeights area,
-             CellWeights::make(bench.truth->grid(), corners, even, {.weighting = Weighting::area}));
-  return gain_ratio(*bench.view, area);
+  return exact_gain(bench, bench.view->corners());
 }
 
 Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
@@ -78,8 +78,8 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   const bool sharp = std::hypot(uri.defocus.camera, uri.defocus.projector) < kSharp;
   const WeightOptions options{.weighting = sharp ? Weighting::cores : Weighting::area, .margin = 0};
   SYMRIG_TRY(CellWeights exact_weights, CellWeights::make(cells, corners, flood, options, &shares));
-  SYMRIG_CHECK(exact_weights.blur_by(std::clamp(missing_blur(uri), 0.0, 0.3)));
-  SYMRIG_TRY(const Image<float> gain, bench_gain(uri));
+  if (!sharp) SYMRIG_CHECK(exact_weights.blur_by(missing_blur(uri, exact_weights)));
+  SYMRIG_TRY(const Image<float> gain, exact_gain(*bench, corners));
   SYMRIG_CHECK(exact_weights.divide_by(gain));
   const auto weights = std::make_shared<const CellWeights>(std::move(exact_weights));
   return std::optional<TrueTransport>([bench, weights](const Image<float>& pattern) -> Result<Image<float>> {

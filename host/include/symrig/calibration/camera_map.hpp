@@ -30,6 +30,9 @@ class CameraMap {
   static Result<CameraMap> make(const CameraMapNumbers& numbers);
   CameraMapNumbers numbers() const;
 
+  /// Splines along the longer side of the picture that a fit uses at most. More cost time and gain nothing.
+  static constexpr int kMostIntervals = 48;
+
   /// The point of the cells that a point of the camera's picture sees. [pixels] → [cells]
   Point look(Point camera) const;
   CornerMap corners() const;
@@ -50,6 +53,9 @@ class CameraMap {
   /// How far the view moves for a step of one pixel down, and of one to the right, in the middle of the
   /// picture [cells].
   std::array<Point, 2> step() const;
+  /// Distance from the nearest affine map, at the middle of each camera pixel that looks at a cell [cells]; 0
+  /// elsewhere. Distortion of the lenses, perspective and parallax bend a map.
+  Image<float> bend(Grid cells) const;
   /// Edges that the map was fitted to, both axes.
   std::int64_t edges() const { return edges_; }
   /// Share of the edges that the map does not explain: depth edges, mirrors, dead pixels.

@@ -78,6 +78,8 @@ class CellWeights {
   /// gathered.
   /// fails: bad_value.
   Result<void> blur_by(double variance);
+  /// The side of a camera pixel, root of the mean area [cells].
+  double pixel_side() const { return pixel_side_; }
   /// Number of the weights, for comparison: CRC-32C of all of them.
   std::uint32_t digest() const;
   /// Cells that the camera sees.
@@ -114,9 +116,9 @@ class CellWeights {
   std::int64_t without_core_ = 0;
   double noise_share_ = 1;
   std::optional<Point> shift_;  ///< of a camera with a pixel for each cell
-  double pixel_side_ = 1;       ///< of a camera pixel [cells]
-  double blur_ = 0;             ///< rms width [pixels]
-  float blurred_noise_ = 1;     ///< variance of a cell of a blurred photograph, by that of a sharp one
+  double pixel_side_ = 1;
+  double blur_ = 0;          ///< rms width [pixels]
+  float blurred_noise_ = 1;  ///< variance of a cell of a blurred photograph, by that of a sharp one
 
   friend class CellWeightsBuilder;
 };
