@@ -25,10 +25,10 @@ using namespace symrig;
 
 /// Four camera pixels along the side of a cell at zoom 1, turn, zoom, shift, distortion. The camera is larger
 /// than the cells, so that it sees all of them.
-std::string bench_of(int size) {
+std::string bench_of(int size, double moved = 0) {
   const int camera = static_cast<int>(std::lround(size * 3.72 + 66));
-  return fmt::format("&camera={0}x{0}&turn=1.5&zoom={1:.4f}&shift=7.3,-4.1&distortion=0.02", camera,
-                     3.72 * size / camera);
+  return fmt::format("&camera={0}x{0}&turn=1.5&zoom={1:.4f}&shift={2},-4.1&distortion=0.02", camera,
+                     3.72 * size / camera, 7.3 + moved);
 }
 
 struct Captured {
@@ -130,19 +130,49 @@ int run_blur() {
   return 0;
 }
 
+/// What a capture errs if the rig has moved after its registration, and nobody watches.
+Result<void> capture_moved(const std::string& scene, int size) {
+  SYMRIG_TRY(const auto still, open_virtual_rig(scene + bench_of(size)));
+  SYMRIG_TRY(const Registration registration, register_camera(*still));
+  for (const double moved : {0.0, 0.0025, 0.005, 0.01, 0.02, 0.04}) {
+    SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench_of(size, moved)));
+    SYMRIG_TRY(CellWeights weights, registration.weights());
+    RegisteredProbe probe(*rig, std::move(weights));
+    SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, false));
+    SYMRIG_TRY(const Captured found, captured(probe, truth));
+    fmt::print("{:<18} {:5.4f} {:9.0f} {:9.4f} {:9.4f} {:13.4f}\n", rig->uri().name, moved, found.patterns,
+               found.errors.frobenius, found.errors.indirect, found.errors.bar_indirect);
+    (void)std::fflush(stdout);
+  }
+  return {};
+}
+
+int run_moved(int size) {
+  fmt::print("{0}x{0} cells, seed 1\n{1:<18} moved  patterns frobenius  indirect  bar_indirect\n", size,
+             "scene");
+  for (const std::string_view name : scene_names())
+    if (const auto done = capture_moved(fmt::format("sim:{}?size={}x{}&fine=4", name, size, size), size);
+        !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  return 0;
+}
+
 }  // namespace
 
-/// usage: benchmark_registration [A | B [SIZE [SEED]]], or benchmark_registration blur
+/// usage: benchmark_registration [A | B [SIZE [SEED]]], benchmark_registration moved [SIZE], or
+/// benchmark_registration blur
 int main(int argc, char** argv) {
   if (argc == 2 && std::string_view(argv[1]) == "blur") return run_blur();
   const auto number = [&](int k, int otherwise) {
     return argc > k ? static_cast<int>(std::strtol(argv[k], nullptr, 10)) : otherwise;
   };
   const int size = number(2, 64), seed = number(3, 1);
+  if (argc >= 2 && argc <= 3 && std::string_view(argv[1]) == "moved") return run_moved(size);
   const bool sharp = argc < 2 || std::string_view(argv[1]) == "A";
   if (size < 8 || size > 1024) {
-    (void)std::fprintf(stderr,
-                       "usage: benchmark_registration [A | B [SIZE [SEED]]], SIZE from 8 to 1024; or blur\n");
+    (void)std::fprintf(
+        stderr,
+        "usage: benchmark_registration [A | B [SIZE [SEED]]], SIZE from 8 to 1024; moved [SIZE]; or blur\n");
     return 2;
   }
   const std::string bench = bench_of(size);

@@ -3,11 +3,13 @@
 
 #include "acquisition/log/fast_crc32c.hpp"
 #include "calibration/registration/blurred.hpp"
+#include "calibration/registration/shared_pixels.hpp"
 #include "calibration/registration/unmixing.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/Dense>
@@ -16,6 +18,8 @@
 #include <tbb/parallel_for.h>
 
 namespace symrig {
+
+using calibration::SharedPixels;
 
 namespace {
 
@@ -55,8 +59,13 @@ class CellWeightsBuilder {
   static bool is_narrow(const Outline& outline);
   bool is_core(const Outline& outline, int row, int col) const;
   static float add_core(std::span<const Part> parts, const LightParts& shares, std::span<const float> light,
-                        std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out);
-  static float add_nothing(std::span<const Part> parts, CellWeights::Channel& out);
+                        std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out,
+                        SharedPixels& shared);
+  static void add_nothing(std::span<const Part> parts, CellWeights::Channel& out, SharedPixels& shared);
+  static void add_by_area(std::span<const Part> parts, CellWeights::Channel& out, SharedPixels& shared);
+  void add_shared(const std::vector<Part>& parts, const std::vector<double>& areas, const LightParts& shares,
+                  std::span<const float> light, std::span<const std::uint8_t> valid,
+                  const CellWeights::Rows& rows, CellWeights::Channel& out, SharedPixels shared) const;
 
   Grid cells_;
   WeightOptions options_;
@@ -166,11 +175,14 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
                                                  const Image<float>* shares) const {
   const auto light = flood.mean.plane(number);
   const auto valid = flood.valid.plane(number);
-  CellWeights::Channel out{index, {}, {}, std::vector<float>(cells())};
+  CellWeights::Channel out{
+      .rows = index, .scale = std::vector<float>(cells()), .noise = std::vector<float>(cells(), 1.F)};
+  SharedPixels shared_pixels(cells());
+  std::vector<double> areas(cells());
   out.weight.reserve(rows.pixel.size());
   out.reference.reserve(rows.pixel.size());
-  for (auto begin = parts.begin(); begin != parts.end();) {
-    const std::uint32_t cell = begin->cell;
+  auto begin = parts.begin();
+  for (std::uint32_t cell = 0; cell < cells(); ++cell) {
     const auto end = std::find_if(begin, parts.end(), [&](const Part& p) { return p.cell != cell; });
     double seen = 0, area = 0;
     for (auto p = begin; p != end; ++p) {
@@ -178,17 +190,22 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
       if (valid[p->pixel]) area += static_cast<double>(p->area);
     }
     const bool good = seen >= options_.least_cover && area > 0;
-    if (has_core[cell])
-      out.scale[cell] = good ? add_core({begin, end}, LightParts(shares, index), light, valid, area, out)
-                             : add_nothing({begin, end}, out);
-    else
-      for (auto p = begin; p != end; ++p) {
-        out.weight.push_back(p->area);
-        out.reference.push_back(1);
-        out.scale[cell] = good ? 1.F : 0.F;
-      }
+    if (has_core[cell] && good) {
+      out.scale[cell] =
+          add_core({begin, end}, LightParts(shares, index), light, valid, area, out, shared_pixels);
+      areas[cell] = out.scale[cell] > 0 ? area : 0;
+    } else if (has_core[cell]) {
+      add_nothing({begin, end}, out, shared_pixels);
+    } else {
+      add_by_area({begin, end}, out, shared_pixels);
+      out.scale[cell] = good ? 1.F : 0.F;
+    }
     begin = end;
   }
+  out.unit.resize(cells());
+  std::ranges::transform(out.scale, out.unit.begin(), [](float s) { return s > 0 ? 1.F : 0.F; });
+  if (options_.weighting == Weighting::cores)
+    add_shared(parts, areas, LightParts(shares, index), light, valid, rows, out, std::move(shared_pixels));
   return out;
 }
 
@@ -196,7 +213,7 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
 /// W φ / Σ A for φ = 1, row, col. So k = λ · φ. Where the core lies on a line, for φ = 1 only. Returns Σ k W.
 float CellWeightsBuilder::add_core(std::span<const Part> parts, const LightParts& shares,
                                    std::span<const float> light, std::span<const std::uint8_t> valid,
-                                   double area, CellWeights::Channel& out) {
+                                   double area, CellWeights::Channel& out, SharedPixels& shared) {
   Eigen::Matrix3d core = Eigen::Matrix3d::Zero();
   Eigen::Vector3d whole = Eigen::Vector3d::Zero();
   const auto shape = [](const Part& p) {
@@ -213,22 +230,80 @@ float CellWeightsBuilder::add_core(std::span<const Part> parts, const LightParts
   const Eigen::Vector3d k =
       plane ? Eigen::Vector3d(factor.solve(whole)) : Eigen::Vector3d(whole[0] / core(0, 0), 0, 0);
   float sum = 0;
+  std::vector<SharedPixels::Place> places;
+  const std::size_t first = out.reference.size();
   for (const Part& p : parts) {
     if (!p.core) continue;
     const float w = valid[p.pixel] ? light[p.pixel] : 0.F;
     out.weight.push_back(valid[p.pixel] ? static_cast<float>(k.dot(shape(p))) : 0.F);
     out.reference.push_back(w);
+    places.push_back({p.row, p.col});
     sum += out.weight.back() * w;
   }
-  return core(0, 0) > 0 ? sum : 0.F;
+  const bool good = core(0, 0) > 0 && sum > 0;
+  shared.add_cell(good ? core : Eigen::Matrix3d::Zero().eval(), plane && good, places,
+                  std::span(out.reference).subspan(first));
+  return good ? sum : 0.F;
 }
 
 /// A cell that is not valid.
-float CellWeightsBuilder::add_nothing(std::span<const Part> parts, CellWeights::Channel& out) {
+void CellWeightsBuilder::add_nothing(std::span<const Part> parts, CellWeights::Channel& out,
+                                     SharedPixels& shared) {
   const auto cores = static_cast<std::size_t>(std::ranges::count_if(parts, &Part::core));
   out.weight.insert(out.weight.end(), cores, 0.F);
   out.reference.insert(out.reference.end(), cores, 0.F);
-  return 0;
+  shared.add_cell(Eigen::Matrix3d::Zero(), false, {}, {});
+}
+
+void CellWeightsBuilder::add_by_area(std::span<const Part> parts, CellWeights::Channel& out,
+                                     SharedPixels& shared) {
+  for (const Part& p : parts) {
+    out.weight.push_back(p.area);
+    out.reference.push_back(1);
+  }
+  shared.add_cell(Eigen::Matrix3d::Zero(), false, {}, {});
+}
+
+/// Adds the pixels that no core has, and that see measured cells only. areas: of each cell that is measured
+/// by its core; 0: another.
+void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::vector<double>& areas,
+                                    const LightParts& shares, std::span<const float> light,
+                                    std::span<const std::uint8_t> valid, const CellWeights::Rows& rows,
+                                    CellWeights::Channel& out, SharedPixels shared) const {
+  // The light beyond the outermost cells is not known.
+  constexpr double kWhole = 1 - 1e-5;
+  // Counting sort by pixel.
+  std::vector<std::uint32_t> next(light.size() + 1), order(parts.size());
+  for (const Part& p : parts) ++next[p.pixel + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  for (std::uint32_t k = 0; k < parts.size(); ++k) order[next[parts[k].pixel]++] = k;
+  double whole = 0, pixels = 0;
+  std::vector<SharedPixels::Part> seen;
+  for (auto begin = order.begin(); begin != order.end();) {
+    const std::uint32_t pixel = parts[*begin].pixel;
+    const auto end = std::find_if(begin, order.end(), [&](auto k) { return parts[k].pixel != pixel; });
+    seen.clear();
+    double covered = 0;
+    bool good = valid[pixel] && light[pixel] > 0;
+    for (auto k = begin; k != end; ++k) {
+      const Part& p = parts[*k];
+      whole += static_cast<double>(p.area), pixels += p.share();
+      covered += p.share();
+      good = good && !p.core && areas[p.cell] > 0;
+      if (good)
+        seen.push_back({p.cell, p.row, p.col,
+                        static_cast<float>(shares.area(p) / static_cast<double>(p.whole)),
+                        static_cast<float>(static_cast<double>(p.whole) / areas[p.cell])});
+    }
+    if (good && covered > kWhole) shared.add_pixel(pixel, light[pixel], seen);
+    begin = end;
+  }
+  shared.finish(pixels > 0 ? std::sqrt(whole / pixels) : 1);
+  tbb::parallel_for(std::size_t{0}, cells(), [&](std::size_t i) {
+    const std::span weights = std::span(out.weight).subspan(rows.first[i], rows.first[i + 1] - rows.first[i]);
+    if (areas[i] > 0) out.noise[i] = static_cast<float>(shared.noise(i, weights));
+  });
+  out.shared = std::make_shared<const SharedPixels>(std::move(shared));
 }
 
 /// Of the cell with these weights: Σ k² / (Σ k)².
@@ -311,7 +386,7 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
     for (std::size_t i = 0; i < last.scale.size(); ++i) {
       if (last.scale[i] == 0) continue;
       if (k == 0 && options.weighting == Weighting::cores && !has_core[i]) ++weights.without_core_;
-      noise += last.noise_share(rows.first[i], rows.first[i + 1]);
+      noise += last.noise_share(rows.first[i], rows.first[i + 1]) * static_cast<double>(last.noise[i]);
       ++counted;
     }
   }
@@ -329,7 +404,10 @@ Result<void> CellWeights::divide_by(const Image<float>& gain) {
   if (!std::ranges::all_of(gain.plane(0), [](float g) { return g > 0 && std::isfinite(g); }))
     return Error{ErrorCode::bad_value, "a gain is not above 0", "calibrate the rig again"};
   for (Channel& channel : channel_)
-    for (std::size_t i = 0; i < channel.scale.size(); ++i) channel.scale[i] /= gain.plane(0)[i];
+    for (std::size_t i = 0; i < channel.scale.size(); ++i) {
+      channel.scale[i] /= gain.plane(0)[i];
+      if (!channel.unit.empty()) channel.unit[i] /= gain.plane(0)[i];
+    }
   return {};
 }
 
@@ -353,7 +431,10 @@ std::uint32_t CellWeights::digest() const {
     parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(values))));
   };
   for (const Rows& rows : rows_) add(rows.first), add(rows.pixel);
-  for (const Channel& channel : channel_) add(channel.weight), add(channel.reference), add(channel.scale);
+  for (const Channel& channel : channel_) {
+    add(channel.weight), add(channel.reference), add(channel.scale);
+    if (channel.shared) parts.push_back(channel.shared->digest());
+  }
   parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(&blur_, 1))));
   if (shift_) parts.push_back(acquisition::fast_crc32c(std::as_bytes(std::span(&*shift_, 1))));
   return acquisition::fast_crc32c(std::as_bytes(std::span(parts)));
@@ -404,7 +485,7 @@ Result<CellWeights> CellWeights::unmixing(Grid cells, int channels, Point shift)
   weights.shift_ = shift;
   weights.noise_share_ = calibration::unmixed_noise(shift);
   weights.channel_.assign(static_cast<std::size_t>(channels),
-                          {0, {}, {}, std::vector<float>(static_cast<std::size_t>(cells.size()), 1.F)});
+                          {.scale = std::vector<float>(static_cast<std::size_t>(cells.size()), 1.F)});
   return weights;
 }
 
@@ -434,10 +515,13 @@ Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
         if (channel.scale[i] == 0 || !(reference > 0)) continue;
         const float scale = channel.scale[i] / reference;
         to_mean[i] = scale * light;
-        to_variance[i] = scale * scale * noise * blurred_noise_;
+        to_variance[i] = scale * scale * noise * channel.noise[i] * blurred_noise_;
         to_valid[i] = 1;
       }
     });
+    if (channel.shared)
+      channel.shared->add({mean, variance, valid, rows.first, rows.pixel}, channel.unit, to_mean,
+                          to_variance);
   }
   return cells;
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <utility>
 
@@ -43,6 +44,14 @@ Result<Image<float>> gain_ratio(const sim::View& view, const CellWeights& weight
   const auto mean = static_cast<float>(std::exp(sum / static_cast<double>(gain.values().size())));
   for (float& g : gain.values()) g /= mean;
   return gain;
+}
+
+/// The positive (sign = 1) or negative part of a pattern.
+Image<float> part_of(const Image<float>& pattern, float sign) {
+  Image<float> part(pattern.grid());
+  std::ranges::transform(pattern.values(), part.values().begin(),
+                         [&](float v) { return std::max(sign * v, 0.F); });
+  return part;
 }
 
 /// The gain ratio on the cells. A cell's gain is the mean over its area.
@@ -83,7 +92,12 @@ Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   SYMRIG_CHECK(exact_weights.divide_by(gain));
   const auto weights = std::make_shared<const CellWeights>(std::move(exact_weights));
   return std::optional<TrueTransport>([bench, weights](const Image<float>& pattern) -> Result<Image<float>> {
-    SYMRIG_TRY(Radiance seen, weights->gather(exact(bench->view->see(pattern, 0))));
+    // A signed pattern is two photographs: cells do not follow superposition exactly (Weighting::cores).
+    SYMRIG_TRY(Radiance seen, weights->gather(exact(bench->view->see(part_of(pattern, 1), 0))));
+    if (std::ranges::none_of(pattern.values(), [](float v) { return v < 0; })) return std::move(seen.mean);
+    SYMRIG_TRY(const Radiance less, weights->gather(exact(bench->view->see(part_of(pattern, -1), 0))));
+    std::ranges::transform(seen.mean.values(), less.mean.values(), seen.mean.values().begin(),
+                           std::minus<>());
     return std::move(seen.mean);
   });
 }

@@ -1,57 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/cell_weights.hpp"
 
+#include "cell_views.hpp"
 #include "synthetic_photographs.hpp"
 
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
 namespace symrig::cell_weights_test {
 namespace {
 
+using test::corners_of;
 using test::normal;
-
-/// A camera with this many pixels along the side of a cell, turned, and shifted in cells.
-CornerMap corners_of(Grid camera, double per_cell, double degrees, Point shift) {
-  CornerMap corners({camera.rows + 1, camera.cols + 1}, 2);
-  const double c = std::cos(degrees * std::numbers::pi / 180), s = std::sin(degrees * std::numbers::pi / 180);
-  for (int row = 0; row <= camera.rows; ++row)
-    for (int col = 0; col <= camera.cols; ++col) {
-      corners.at(row, col, 0) = (c * row + s * col) / per_cell + shift.row;
-      corners.at(row, col, 1) = (c * col - s * row) / per_cell + shift.col;
-    }
-  return corners;
-}
-
-Radiance photograph(Grid camera, int channels, float value) {
-  return {Image<float>(camera, channels, value), Image<float>(camera, channels, 1e-4F),
-          Image<std::uint8_t>(camera, channels, 1)};
-}
-
-/// The value of a function of the cells' coordinates in the middle of each camera pixel.
-template <class Function>
-Radiance seen(const CornerMap& corners, Function function) {
-  const Grid camera{corners.grid().rows - 1, corners.grid().cols - 1};
-  Radiance out = photograph(camera, 1, 0);
-  for (int row = 0; row < camera.rows; ++row)
-    for (int col = 0; col < camera.cols; ++col) {
-      Point middle;
-      for (const Point& p : outline_of(corners, row, col))
-        middle = {middle.row + p.row / 4, middle.col + p.col / 4};
-      out.mean.at(row, col) = static_cast<float>(function(middle));
-    }
-  return out;
-}
-
-CellWeights weights_of(Grid cells, const CornerMap& corners, const Radiance& flood,
-                       const WeightOptions& options = {}) {
-  auto weights = CellWeights::make(cells, {&corners, 1}, flood, options);
-  EXPECT_TRUE(weights.ok()) << weights.error().line();
-  return *std::move(weights);
-}
+using test::photograph;
+using test::seen;
+using test::weights_of;
 
 constexpr Grid kCells{6, 8};
 
@@ -188,7 +153,8 @@ TEST(CellWeights, cores_keep_direct_light_in_its_cell) {
   ASSERT_TRUE(core.ok() && area.ok());
   EXPECT_NEAR(core->mean.at(3, 4), 1, 1e-5);
   EXPECT_LT(area->mean.at(3, 4), 0.9);
-  EXPECT_EQ(core->mean.at(3, 5), 0);
+  EXPECT_NEAR(core->mean.at(3, 5), 0,
+              1e-9);  // rounding of the excess, a few 1e-8, mostly stays with the lit cell
   EXPECT_GT(area->mean.at(3, 5), 0.02);
 }
 

@@ -6,12 +6,17 @@
 #include "symrig/image/radiance.hpp"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
 
 namespace symrig {
+
+namespace calibration {
+class SharedPixels;
+}
 
 /// How camera pixels become the cells of the projector.
 enum class Weighting : std::uint8_t {
@@ -20,8 +25,9 @@ enum class Weighting : std::uint8_t {
   area,
   /// Only pixels that lie wholly inside a cell, at least `margin` from its border, count. So no direct light
   /// spreads, if the projector is sharp. The flood-lit photograph W says what the border shows: the ratio
-  /// y / W is a plane over the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. A cell without such
-  /// pixels is weighted by area.
+  /// y / W is a plane over the cell, fitted to its core, and z = Σ A W (y / W) / Σ A. What pixels on a border
+  /// see beyond the planes of their cells is shared among these. A cell without such pixels is weighted by
+  /// area.
   cores,
   /// The camera has a pixel for each cell, shifted by little (largest_shift). Each pixel shows parts of up to
   /// four cells, and the cells are the solution of these equations. It is exact for cells of constant light.
@@ -66,8 +72,8 @@ class CellWeights {
   int channels() const { return channels_; }
 
   /// The photograph on the cells. Invalid pixels are left out. A cell without a valid pixel is not valid. The
-  /// variance is that of independent pixels. With area weights, neighbouring cells share pixels and their
-  /// noise.
+  /// variance is that of independent pixels, and of light whose cell is uncertain. Neighbouring cells share
+  /// pixels and their noise. With cores, superposition holds as far as the planes describe the light.
   /// fails: size_mismatch.
   Result<Radiance> gather(const Radiance& photograph) const;
 
@@ -97,10 +103,13 @@ class CellWeights {
   };
   /// One channel: cell = scale · Σ weight y / Σ weight reference.
   struct Channel {
-    std::size_t rows = 0;          ///< index of its pixels
-    std::vector<float> weight;     ///< of each pixel
-    std::vector<float> reference;  ///< of each pixel: W, or 1
-    std::vector<float> scale;      ///< of each cell; 0: the camera does not see it
+    std::size_t rows = 0;               ///< index of its pixels
+    std::vector<float> weight = {};     ///< of each pixel
+    std::vector<float> reference = {};  ///< of each pixel: W, or 1
+    std::vector<float> scale = {};      ///< of each cell; 0: the camera does not see it
+    std::vector<float> unit = {};       ///< of each cell: 1 / gain ratio; 0: the camera does not see it
+    std::vector<float> noise = {};      ///< variance of each cell, by that of these weights
+    std::shared_ptr<const calibration::SharedPixels> shared = {};  ///< none: not by cores
 
     double noise_share(std::size_t begin, std::size_t end) const;
   };

@@ -63,8 +63,9 @@ float BorderPixels::share(int row, int col) const {
   if (!here.crossed() || here.border <= 0 || here.border >= pixels_.size(axis_)) return 1;
   const auto found = balance(row, col, here);
   if (!found) return kUnknownShare;
-  // Light that scatters below the surface does not follow the border: it counts by area.
-  const double sharp = std::clamp(found->sharp, 0.0, 1.0);
+  // Light from elsewhere in the scene and light that scatters below the surface do not follow the border:
+  // they count by area.
+  const double sharp = std::clamp(found->sharp, 0.0, 1.0) * pixels_.follows_all(index(row, col), axis_);
   const double by_light = 0.5 - 0.5 * found->value, by_area = 0.5 + (here.border - here.here) / here.width;
   return static_cast<float>(
       std::clamp(sharp * by_light + (1 - sharp) * std::clamp(by_area, 0.0, 1.0), 0.0, 1.0));

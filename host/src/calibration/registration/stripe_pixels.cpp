@@ -53,6 +53,16 @@ float StripePixels::direct_share(std::size_t pixel) const {
   return share >= kDirect ? share : 0;
 }
 
+double StripePixels::follows_all(std::size_t pixel, StripeAxis axis) const {
+  double least = 1, second = 1;
+  for (int k = 0; k < code_.bits(axis); ++k) {
+    const double share = std::abs(ratio(pixel, first_pair(axis) + k));
+    second = std::min(second, std::max(share, least));
+    least = std::min(least, share);
+  }
+  return second;
+}
+
 std::vector<SeenValue> StripePixels::decoded(StripeAxis axis) const {
   const Grid grid = camera();
   const int size = this->size(axis);

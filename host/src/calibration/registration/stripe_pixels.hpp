@@ -20,6 +20,9 @@ class StripePixels {
   /// Pixels that see the stripes: bright enough, and valid in all photographs.
   bool good(std::size_t pixel) const { return direct_[pixel] > 0; }
   std::size_t count_good() const;
+  /// The share of a pixel's light that follows every stripe of an axis, but for one that may have an edge in
+  /// the pixel. The rest comes from elsewhere in the scene: some stripes light that, and others do not.
+  double follows_all(std::size_t pixel, StripeAxis axis) const;
   /// Cells along an axis.
   int size(StripeAxis axis) const {
     return axis == StripeAxis::columns ? code_.projector().cols : code_.projector().rows;

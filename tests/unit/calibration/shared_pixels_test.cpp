@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pixels that see several cells: what the planes of the cells do not describe gets to the cells.
+#include "cell_views.hpp"
+#include "symrig/calibration/cell_weights.hpp"
+#include "synthetic_photographs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::shared_pixels_test {
+namespace {
+
+using test::normal;
+
+constexpr Grid kCells{12, 14};
+constexpr Grid kCamera{64, 72};
+
+/// 4.3 pixels along the side of a cell, turned. The camera sees a part of the cells.
+CornerMap corners() {
+  return test::corners_of(kCamera, 4.3, 7, {-0.4, 0.6});
+}
+
+/// Cells whose neighbours are all seen whole, so that every pixel of theirs counts.
+bool is_inside(int row, int col) {
+  return row >= 2 && col >= 3 && row < 10 && col < 12;
+}
+
+/// A cell that is lit by an edge: dark on one side of a line, and as bright as this on the other.
+struct Edge {
+  double along, across, place;  ///< the line: along · row + across · col = place, from the middle of a cell
+  double bright;
+};
+
+/// Light with an edge in each cell, as a mirror throws it. Its mean over each cell is the truth.
+struct EdgyScene {
+  std::vector<Edge> edges;
+
+  explicit EdgyScene(std::uint64_t seed) {
+    for (std::int64_t i = 0; i < kCells.size(); ++i) {
+      const double angle = 3 * normal(seed);
+      edges.push_back({std::cos(angle), std::sin(angle), 0.25 * normal(seed), 0.5 + 0.1 * normal(seed)});
+    }
+  }
+  double operator()(Point p) const {
+    const int row = static_cast<int>(std::floor(p.row)), col = static_cast<int>(std::floor(p.col));
+    if (row < 0 || col < 0 || row >= kCells.rows || col >= kCells.cols) return 0;
+    const Edge& e = edges[static_cast<std::size_t>(std::int64_t{row} * kCells.cols + col)];
+    return e.along * (p.row - row - 0.5) + e.across * (p.col - col - 0.5) > e.place ? e.bright : 0.02;
+  }
+  /// Mean over a cell, by 40 x 40 points.
+  double mean(int row, int col) const {
+    double sum = 0;
+    for (int i = 0; i < 1600; ++i) sum += (*this)({row + (i / 40 + 0.5) / 40, col + (i % 40 + 0.5) / 40});
+    return sum / 1600;
+  }
+  /// What the camera sees: the mean over each pixel, by 8 x 8 points.
+  Radiance photograph() const {
+    const CornerMap map = corners();
+    Radiance out = test::photograph(kCamera, 1, 0);
+    for (int row = 0; row < kCamera.rows; ++row)
+      for (int col = 0; col < kCamera.cols; ++col) {
+        const Outline o = outline_of(map, row, col);
+        double sum = 0;
+        for (int i = 0; i < 64; ++i) {
+          const double u = (i / 8 + 0.5) / 8, v = (i % 8 + 0.5) / 8;
+          sum += (*this)({o[0].row + u * (o[3].row - o[0].row) + v * (o[1].row - o[0].row),
+                          o[0].col + u * (o[3].col - o[0].col) + v * (o[1].col - o[0].col)});
+        }
+        out.mean.at(row, col) = static_cast<float>(sum / 64);
+        out.variance.at(row, col) = 1e-8F;
+      }
+    return out;
+  }
+};
+
+// The planes cannot follow the edges, but no light is lost: the cells of a region have the light of its
+// pixels, except where its border cuts pixels. And each cell is right to what it states.
+TEST(SharedPixels, edges_inside_cells_are_measured_to_what_is_stated) {
+  const CellWeights weights = test::weights_of(kCells, corners(), test::photograph(kCamera, 1, 1));
+  double error = 0, stated = 0, total = 0, expected = 0, square = 0;
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const EdgyScene scene(seed);
+    const auto cells = weights.gather(scene.photograph());
+    ASSERT_TRUE(cells.ok());
+    for (int row = 0; row < kCells.rows; ++row)
+      for (int col = 0; col < kCells.cols; ++col) {
+        if (!is_inside(row, col)) continue;
+        const double truth = scene.mean(row, col),
+                     off = static_cast<double>(cells->mean.at(row, col)) - truth;
+        error += off * off, stated += static_cast<double>(cells->variance.at(row, col));
+        total += off, expected += truth, square += truth * truth;
+      }
+  }
+  // Core pixels alone err by 0.137 of the light of such cells.
+  EXPECT_LT(std::sqrt(error / square), 0.09);
+  EXPECT_LT(std::abs(total), 0.002 * expected);
+  // The doubt is a model of what cannot be known: right within a factor of 2 in rms.
+  EXPECT_LT(error, 4 * stated);
+  EXPECT_GT(error, stated / 4);
+}
+
+struct Noisy {
+  double light, sigma;
+};
+class NoisyCells : public testing::TestWithParam<Noisy> {};
+
+// Each cell's mean is right to its noise, and its noise is the stated variance: for no light, for light below
+// and above the noise. The excess follows the noise of the planes, so this would show where it is pulled.
+TEST_P(NoisyCells, have_no_bias_and_their_stated_variance) {
+  constexpr int kTimes = 300;
+  const auto [light, sigma] = GetParam();
+  const CellWeights weights = test::weights_of(kCells, corners(), test::photograph(kCamera, 1, 1));
+  std::uint64_t seed = 7;
+  double sum = 0, squares = 0, stated = 0, count = 0;
+  for (int k = 0; k < kTimes; ++k) {
+    Radiance noisy = test::photograph(kCamera, 1, 0);
+    for (float& v : noisy.mean.values()) v = static_cast<float>(light + sigma * normal(seed));
+    for (float& v : noisy.variance.values()) v = static_cast<float>(sigma * sigma);
+    const auto cells = weights.gather(noisy);
+    ASSERT_TRUE(cells.ok());
+    for (int row = 0; row < kCells.rows; ++row)
+      for (int col = 0; col < kCells.cols; ++col) {
+        if (!is_inside(row, col)) continue;
+        const double off = static_cast<double>(cells->mean.at(row, col)) - light;
+        sum += off, squares += off * off, ++count;
+        stated += static_cast<double>(cells->variance.at(row, col));
+      }
+  }
+  // Neighbours share pixels, so a mean of n cells is less certain than 1 / sqrt(n): by at most sqrt(2).
+  EXPECT_LT(std::abs(sum / count), 4 * std::sqrt(2 * squares / count / count));
+  EXPECT_NEAR(std::sqrt(stated / squares), 1, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(SharedPixels, NoisyCells,
+                         testing::Values(Noisy{0, 0.01}, Noisy{0.003, 0.01}, Noisy{0.01, 0.01},
+                                         Noisy{0.03, 0.01}, Noisy{1, 0.01}));
+
+// A core pixel that is missing makes its cell's plane as bright as the others do, so the border pixels are
+// not taken for excess.
+TEST(SharedPixels, a_missing_pixel_of_a_core_changes_nothing_in_even_light) {
+  const CellWeights weights = test::weights_of(kCells, corners(), test::photograph(kCamera, 1, 1));
+  Radiance even = test::photograph(kCamera, 1, 0.5F);
+  for (int k = 0; k < 40; ++k) even.valid.at(20 + k / 7, 17 + 2 * (k % 7)) = 0;
+  const auto cells = weights.gather(even);
+  ASSERT_TRUE(cells.ok());
+  for (int row = 0; row < kCells.rows; ++row)
+    for (int col = 0; col < kCells.cols; ++col)
+      if (cells->valid.at(row, col)) {
+        EXPECT_NEAR(cells->mean.at(row, col), 0.5, 1e-5) << row << ", " << col;
+      }
+}
+
+}  // namespace
+}  // namespace symrig::shared_pixels_test
