@@ -24,7 +24,11 @@ using calibration::SharedPixels;
 namespace {
 
 /// [cells²] Mean square distance of a core's pixels from a line, below which they do not tell a plane.
-constexpr double kLeastSpread = 1e-3;
+constexpr double kLeastSpread = 5e-3;
+/// A core with a smaller share of the cell's mean light does not tell what the cell looks like.
+constexpr double kLeastCore = 0.125;
+/// Of the core's light above its noise.
+constexpr double kLeastSigmas = 5;
 
 }  // namespace
 
@@ -48,8 +52,12 @@ class CellWeightsBuilder {
   };
   /// All overlaps, ordered by cell, then by pixel.
   std::vector<Part> overlaps(const CornerMap& corners) const;
-  /// The weights of the cells, and which cells have a core.
-  CellWeights::Rows rows(const std::vector<Part>& parts, std::vector<std::uint8_t>& has_core) const;
+  /// 1 for the cells that are measured by their core in these channels, which use corner map `index`.
+  std::vector<std::uint8_t> cores(const std::vector<Part>& parts, const Radiance& flood,
+                                  std::span<const int> channels, std::size_t index,
+                                  const Image<float>* shares) const;
+  /// The pixels of the cells: of their cores, or all.
+  CellWeights::Rows rows(const std::vector<Part>& parts, const std::vector<std::uint8_t>& has_core) const;
   CellWeights::Channel channel(const std::vector<Part>& parts, const CellWeights::Rows& rows,
                                std::size_t index, const std::vector<std::uint8_t>& has_core,
                                const Radiance& flood, int number, const Image<float>* shares) const;
@@ -58,11 +66,15 @@ class CellWeightsBuilder {
   std::size_t cells() const { return static_cast<std::size_t>(cells_.size()); }
   static bool is_narrow(const Outline& outline);
   bool is_core(const Outline& outline, int row, int col) const;
+  std::vector<std::uint8_t> bright_cores(const std::vector<Part>& parts, const LightParts& shares,
+                                         std::span<const float> light, std::span<const float> variance,
+                                         std::span<const std::uint8_t> valid) const;
   static float add_core(std::span<const Part> parts, const LightParts& shares, std::span<const float> light,
                         std::span<const std::uint8_t> valid, double area, CellWeights::Channel& out,
                         SharedPixels& shared);
   static void add_nothing(std::span<const Part> parts, CellWeights::Channel& out, SharedPixels& shared);
-  static void add_by_area(std::span<const Part> parts, CellWeights::Channel& out, SharedPixels& shared);
+  static float add_all(std::span<const Part> parts, const LightParts& shares, CellWeights::Channel& out,
+                       SharedPixels& shared);
   void add_shared(const std::vector<Part>& parts, const std::vector<double>& areas, const LightParts& shares,
                   std::span<const float> light, std::span<const std::uint8_t> valid,
                   const CellWeights::Rows& rows, CellWeights::Channel& out, SharedPixels shared) const;
@@ -151,12 +163,35 @@ std::vector<CellWeightsBuilder::Part> CellWeightsBuilder::overlaps(const CornerM
   return sorted;
 }
 
+/// A cell whose core is nearly black next to the rest of the cell, or is not brighter than noise: the core
+/// does not tell what the rest looks like.
+std::vector<std::uint8_t> CellWeightsBuilder::bright_cores(const std::vector<Part>& parts,
+                                                           const LightParts& shares,
+                                                           std::span<const float> light,
+                                                           std::span<const float> variance,
+                                                           std::span<const std::uint8_t> valid) const {
+  struct Sums {
+    double core = 0, core_area = 0, noise = 0, whole = 0, area = 0;
+  };
+  std::vector<Sums> sums(cells());
+  for (const Part& p : parts) {
+    if (!valid[p.pixel]) continue;
+    Sums& s = sums[p.cell];
+    const auto w = static_cast<double>(light[p.pixel]);
+    s.whole += shares.area(p) * w, s.area += static_cast<double>(p.area);
+    if (!p.core) continue;
+    s.core += w, s.core_area += 1, s.noise += static_cast<double>(variance[p.pixel]);
+  }
+  std::vector<std::uint8_t> bright(cells());
+  std::ranges::transform(sums, bright.begin(), [](const Sums& s) -> std::uint8_t {
+    const bool seen = s.core_area > 0 && s.core > kLeastSigmas * std::sqrt(s.noise);
+    return seen && s.core / s.core_area > kLeastCore * s.whole / s.area;
+  });
+  return bright;
+}
+
 CellWeights::Rows CellWeightsBuilder::rows(const std::vector<Part>& parts,
-                                           std::vector<std::uint8_t>& has_core) const {
-  has_core.assign(cells(), 0);
-  if (options_.weighting == Weighting::cores)
-    for (const Part& part : parts)
-      if (part.core) has_core[part.cell] = 1;
+                                           const std::vector<std::uint8_t>& has_core) const {
   CellWeights::Rows rows;
   rows.first.assign(cells() + 1, 0);
   for (const Part& part : parts) {
@@ -166,6 +201,20 @@ CellWeights::Rows CellWeightsBuilder::rows(const std::vector<Part>& parts,
   }
   for (std::size_t i = 0; i < cells(); ++i) rows.first[i + 1] += rows.first[i];
   return rows;
+}
+
+std::vector<std::uint8_t> CellWeightsBuilder::cores(const std::vector<Part>& parts, const Radiance& flood,
+                                                    std::span<const int> channels, std::size_t index,
+                                                    const Image<float>* shares) const {
+  std::vector<std::uint8_t> has_core(cells());
+  if (options_.weighting != Weighting::cores) return has_core;
+  std::ranges::fill(has_core, std::uint8_t{1});
+  for (const int c : channels) {
+    const auto bright = bright_cores(parts, LightParts(shares, index), flood.mean.plane(c),
+                                     flood.variance.plane(c), flood.valid.plane(c));
+    for (std::size_t i = 0; i < cells(); ++i) has_core[i] &= bright[i];
+  }
+  return has_core;
 }
 
 CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
@@ -178,6 +227,7 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
   CellWeights::Channel out{
       .rows = index, .scale = std::vector<float>(cells()), .noise = std::vector<float>(cells(), 1.F)};
   SharedPixels shared_pixels(cells());
+  const LightParts by_light(options_.weighting == Weighting::cores ? shares : nullptr, index);
   std::vector<double> areas(cells());
   out.weight.reserve(rows.pixel.size());
   out.reference.reserve(rows.pixel.size());
@@ -191,21 +241,20 @@ CellWeights::Channel CellWeightsBuilder::channel(const std::vector<Part>& parts,
     }
     const bool good = seen >= options_.least_cover && area > 0;
     if (has_core[cell] && good) {
-      out.scale[cell] =
-          add_core({begin, end}, LightParts(shares, index), light, valid, area, out, shared_pixels);
+      out.scale[cell] = add_core({begin, end}, by_light, light, valid, area, out, shared_pixels);
       areas[cell] = out.scale[cell] > 0 ? area : 0;
     } else if (has_core[cell]) {
       add_nothing({begin, end}, out, shared_pixels);
     } else {
-      add_by_area({begin, end}, out, shared_pixels);
-      out.scale[cell] = good ? 1.F : 0.F;
+      const float scale = add_all({begin, end}, by_light, out, shared_pixels);
+      out.scale[cell] = good ? scale : 0.F;
     }
     begin = end;
   }
   out.unit.resize(cells());
   std::ranges::transform(out.scale, out.unit.begin(), [](float s) { return s > 0 ? 1.F : 0.F; });
   if (options_.weighting == Weighting::cores)
-    add_shared(parts, areas, LightParts(shares, index), light, valid, rows, out, std::move(shared_pixels));
+    add_shared(parts, areas, by_light, light, valid, rows, out, std::move(shared_pixels));
   return out;
 }
 
@@ -255,13 +304,21 @@ void CellWeightsBuilder::add_nothing(std::span<const Part> parts, CellWeights::C
   shared.add_cell(Eigen::Matrix3d::Zero(), false, {}, {});
 }
 
-void CellWeightsBuilder::add_by_area(std::span<const Part> parts, CellWeights::Channel& out,
-                                     SharedPixels& shared) {
+/// Without a core, all pixels count: by area, or by light where the shares tell, so that the light of
+/// neighbours does not. Returns the sum of the weights, divided by the area.
+float CellWeightsBuilder::add_all(std::span<const Part> parts, const LightParts& shares,
+                                  CellWeights::Channel& out, SharedPixels& shared) {
+  /// A cell with less is as black as its shares are wrong.
+  constexpr double kLeastLight = 0.001;
+  double light = 0, area = 0;
+  for (const Part& p : parts) light += shares.area(p), area += static_cast<double>(p.area);
+  const bool by_light = light > kLeastLight * area;
   for (const Part& p : parts) {
-    out.weight.push_back(p.area);
+    out.weight.push_back(by_light ? static_cast<float>(shares.area(p)) : p.area);
     out.reference.push_back(1);
   }
   shared.add_cell(Eigen::Matrix3d::Zero(), false, {}, {});
+  return by_light ? static_cast<float>(light / area) : 1.F;
 }
 
 /// Adds the pixels that no core has, and that see measured cells only. areas: of each cell that is measured
@@ -277,7 +334,6 @@ void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::v
   for (const Part& p : parts) ++next[p.pixel + 1];
   std::partial_sum(next.begin(), next.end(), next.begin());
   for (std::uint32_t k = 0; k < parts.size(); ++k) order[next[parts[k].pixel]++] = k;
-  double whole = 0, pixels = 0;
   std::vector<SharedPixels::Part> seen;
   for (auto begin = order.begin(); begin != order.end();) {
     const std::uint32_t pixel = parts[*begin].pixel;
@@ -287,7 +343,6 @@ void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::v
     bool good = valid[pixel] && light[pixel] > 0;
     for (auto k = begin; k != end; ++k) {
       const Part& p = parts[*k];
-      whole += static_cast<double>(p.area), pixels += p.share();
       covered += p.share();
       good = good && !p.core && areas[p.cell] > 0;
       if (good)
@@ -298,7 +353,7 @@ void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::v
     if (good && covered > kWhole) shared.add_pixel(pixel, light[pixel], seen);
     begin = end;
   }
-  shared.finish(pixels > 0 ? std::sqrt(whole / pixels) : 1);
+  shared.finish();
   tbb::parallel_for(std::size_t{0}, cells(), [&](std::size_t i) {
     const std::span weights = std::span(out.weight).subspan(rows.first[i], rows.first[i + 1] - rows.first[i]);
     if (areas[i] > 0) out.noise[i] = static_cast<float>(shared.noise(i, weights));
@@ -306,14 +361,14 @@ void CellWeightsBuilder::add_shared(const std::vector<Part>& parts, const std::v
   out.shared = std::make_shared<const SharedPixels>(std::move(shared));
 }
 
-/// Of the cell with these weights: Σ k² / (Σ k)².
-double CellWeights::Channel::noise_share(std::size_t begin, std::size_t end) const {
+/// Of the cell with these weights k: (scale / Σ k W)² Σ k².
+double CellWeights::Channel::noise_share(std::size_t cell, std::size_t begin, std::size_t end) const {
   double sum = 0, squares = 0;
   for (std::size_t j = begin; j < end; ++j) {
-    sum += static_cast<double>(weight[j]);
+    sum += static_cast<double>(weight[j] * reference[j]);
     squares += std::pow(static_cast<double>(weight[j]), 2);
   }
-  return squares / (sum * sum);
+  return squares * std::pow(static_cast<double>(scale[cell]) / sum, 2);
 }
 
 std::string_view to_string(Weighting weighting) {
@@ -376,17 +431,19 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const auto parts = builder.overlaps(corners[k]);
     for (const auto& part : parts) whole += static_cast<double>(part.area), pixels += part.share();
-    std::vector<std::uint8_t> has_core;
+    std::vector<int> channels;
+    for (int c = 0; c < weights.channels_; ++c)
+      if (corners.size() == 1 || std::cmp_equal(k, c)) channels.push_back(c);
+    const auto has_core = builder.cores(parts, flood, channels, k, shares);
     weights.rows_.push_back(builder.rows(parts, has_core));
     const Rows& rows = weights.rows_.back();
-    for (int c = 0; c < weights.channels_; ++c)
-      if (corners.size() == 1 || std::cmp_equal(k, c))
-        weights.channel_.push_back(builder.channel(parts, rows, k, has_core, flood, c, shares));
+    for (const int c : channels)
+      weights.channel_.push_back(builder.channel(parts, rows, k, has_core, flood, c, shares));
     const Channel& last = weights.channel_.back();
     for (std::size_t i = 0; i < last.scale.size(); ++i) {
       if (last.scale[i] == 0) continue;
       if (k == 0 && options.weighting == Weighting::cores && !has_core[i]) ++weights.without_core_;
-      noise += last.noise_share(rows.first[i], rows.first[i + 1]) * static_cast<double>(last.noise[i]);
+      noise += last.noise_share(i, rows.first[i], rows.first[i + 1]) * static_cast<double>(last.noise[i]);
       ++counted;
     }
   }

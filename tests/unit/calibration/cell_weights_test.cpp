@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -156,6 +158,37 @@ TEST(CellWeights, cores_keep_direct_light_in_its_cell) {
   EXPECT_NEAR(core->mean.at(3, 5), 0,
               1e-9);  // rounding of the excess, a few 1e-8, mostly stays with the lit cell
   EXPECT_GT(area->mean.at(3, 5), 0.02);
+}
+
+// A black cell next to bright ones: its flood-lit light is noise, which no ratio may be taken of.
+TEST(CellWeights, a_black_cell_does_not_amplify_noise) {
+  const Grid camera{40, 50};
+  const CornerMap corners = corners_of(camera, 5, 10, {-1, -0.7});
+  std::uint64_t seed = 5;
+  const auto with_noise = [&](float light) {
+    Radiance out = photograph(camera, 1, 0);
+    std::vector<Overlap> overlaps;
+    for (int row = 0; row < camera.rows; ++row)
+      for (int col = 0; col < camera.cols; ++col) {
+        cut_outline(outline_of(corners, row, col), kCells, overlaps);
+        double black = 0;
+        for (const Overlap& o : overlaps) black += o.row == 3 && o.col == 4 ? 25 * o.area : 0;
+        out.mean.at(row, col) =
+            light * static_cast<float>(1 - black) + static_cast<float>(1e-4 * normal(seed));
+        out.variance.at(row, col) = 1e-8F;
+      }
+    return out;
+  };
+  const CellWeights weights = weights_of(kCells, corners, with_noise(1));
+  EXPECT_LT(weights.noise_share(), 0.2);
+  const auto cells = weights.gather(with_noise(0.5F));
+  ASSERT_TRUE(cells.ok());
+  ASSERT_TRUE(cells->valid.at(3, 4));
+  // Shares by area: half of each pixel on its border is taken for its light.
+  EXPECT_LT(cells->mean.at(3, 4), 0.25);
+  EXPECT_LT(cells->variance.at(3, 4), 0.1);
+  for (const auto& [row, col] : {std::pair(2, 4), std::pair(4, 4), std::pair(3, 3), std::pair(3, 5)})
+    EXPECT_NEAR(cells->mean.at(row, col), 0.5, 0.1) << row << ", " << col;
 }
 
 TEST(CellWeights, invalid_pixels_are_left_out) {

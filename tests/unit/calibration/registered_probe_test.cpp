@@ -59,6 +59,23 @@ TEST(RegisteredProbe, has_the_cells_as_its_grid) {
   EXPECT_EQ(photographs->front().mean.channels(), 3);
 }
 
+// The edges of mirrored cells lie anywhere inside cells, so the camera's pixels cannot tell their light to a
+// tenth. The search must not spend photographs on that: it takes 250, and brute force 1,024.
+TEST(RegisteredProbe, a_mirror_is_not_left_to_brute_force) {
+  const Registered bench = registered(std::string("sim:mirror?size=32x32&fine=4") + kBench);
+  const auto found = capture(*bench.probe, {});
+  ASSERT_TRUE(found.ok());
+  EXPECT_LT(found->patterns, 400);
+  const auto error = evaluate(found->tensor, [&](const Image<float>& p) -> Result<Image<float>> {
+    return bench.rig->truth().apply(p);
+  });
+  ASSERT_TRUE(error.ok());
+  EXPECT_LT(error->frobenius, 0.08);
+  // Estimates contain what the cells are wrong by, to a factor of 2.
+  ASSERT_TRUE(found->estimated);
+  EXPECT_GT(found->estimated->frobenius, 0.5 * error->frobenius);
+}
+
 // A capture of a bench that nobody aligned needs as many patterns as the coaxial rig, to a tenth, and finds
 // its transport. The bar of the ideal transport is that of a camera with four pixels a cell: the light of
 // half pixels on the border of a cell is known only from the flood-lit photograph.

@@ -111,7 +111,7 @@ class CellWeights {
     std::vector<float> noise = {};      ///< variance of each cell, by that of these weights
     std::shared_ptr<const calibration::SharedPixels> shared = {};  ///< none: not by cores
 
-    double noise_share(std::size_t begin, std::size_t end) const;
+    double noise_share(std::size_t cell, std::size_t begin, std::size_t end) const;
   };
 
   CellWeights() = default;

@@ -8,7 +8,6 @@
 #include <utility>
 
 namespace symrig::acquisition {
-
 void Reopening::review(Checks& checks, bool done) {
   // A pattern that deceives all blocks looks no better until single pixels are separated.
   constexpr double kWorse = 0.01;
@@ -21,6 +20,7 @@ void Reopening::review(Checks& checks, bool done) {
   if (!done) return;
   std::vector<std::int32_t> found = acquisition::suspects(facts_, found_.known, residuals);
   suspects_ = std::ssize(found);
+  sparseness_.leaves_miss(Checks::errors(residuals).indirect);
   budget_.begin_reopening();
   if (found.empty()) return;
   // The rest of the budget may be too small for a single leaf. Then the same leaves would be reopened for

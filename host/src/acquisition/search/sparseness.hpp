@@ -26,6 +26,9 @@ class Sparseness {
   /// False, and brute_force_takes_over(), if brute force should measure the rest. photographs: of the next
   /// round of `level`. later: of the levels after it, at least.
   bool worth_searching(int level, std::int64_t photographs, std::int64_t later);
+  /// Before leaves are reopened: the estimated error of the light between pixels (Checks::errors, indirect);
+  /// 0: not known.
+  void leaves_miss(double error) { missed_ = error; }
   /// The checks find leaves wrong that cannot be reopened within the budget.
   void doubt_leaves();
 
@@ -41,12 +44,14 @@ class Sparseness {
   std::int64_t dense_levels(int level) const;
   bool unstructured() const;
   bool brute_force_fits() const;
+  bool misses_little() const;
   bool doubt(std::string reason, std::int64_t forecast);
 
   const SceneFacts& facts_;
   const Photographer& photographer_;
   const Budget& budget_;
   std::vector<LevelEvidence> evidence_;
+  double missed_ = 0;
   std::optional<Undetermined> undetermined_;
 };
 

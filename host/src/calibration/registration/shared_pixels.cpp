@@ -49,8 +49,7 @@ void SharedPixels::add_pixel(std::uint32_t pixel, float light, std::span<const P
   pixels_.push_back({pixel, first, static_cast<std::uint32_t>(parts_.size()), light});
 }
 
-void SharedPixels::finish(double pixel_side) {
-  together_ = static_cast<float>(1 / pixel_side);
+void SharedPixels::finish() {
   // Counting sort by cell, so that each cell collects its own parts.
   first_of_cell_.assign(cells_ + 1, 0);
   for (const Part& part : parts_) ++first_of_cell_[part.cell + 1];
@@ -137,8 +136,9 @@ void SharedPixels::add(const Photograph& photograph, std::span<const float> scal
       sum.light += one.light, sum.doubt += one.doubt;
     }
     mean[i] += scale[i] * sum.light;
-    // Along a side of a cell, the excess has one cause.
-    variance[i] += scale[i] * scale[i] * together_ * std::max(sum.doubt, 0.F);
+    // Along a side of a cell the excess often has one cause, so the doubt may be larger. But errors are
+    // estimated beyond the stated variance: if it is too large, it hides them.
+    variance[i] += scale[i] * scale[i] * std::max(sum.doubt, 0.F);
   });
 }
 

@@ -61,8 +61,8 @@ class SharedPixels {
                 std::span<const float> light);
   /// parts: of cells that have a core. light: W > 0.
   void add_pixel(std::uint32_t pixel, float light, std::span<const Part> parts);
-  /// After all cells and pixels. pixel_side: of a camera pixel [cells].
-  void finish(double pixel_side);
+  /// After all cells and pixels.
+  void finish();
 
   /// The variance of a cell, divided by that of its core alone with these weights k of its pixels; for pixels
   /// of one variance, divided by the shares.
@@ -103,7 +103,6 @@ class SharedPixels {
   }
 
   std::size_t cells_;
-  float together_ = 1;  // pixels along the side of a cell
   std::vector<Cell> cell_;
   std::vector<std::uint32_t> first_place_{0};  // of each cell
   std::vector<Place> places_;
