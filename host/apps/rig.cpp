@@ -8,6 +8,7 @@
 #include "symrig/rig/open_rig.hpp"
 
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -62,6 +63,18 @@ Result<OpenedRig> open_exec_rig(const std::string& rig) {
   return OpenedRig{std::move(probe), nullptr, "camera"};
 }
 
+Result<RigDescription> read_checked(const std::string& rig) {
+  SYMRIG_CHECK(check_file(rig));
+  return read_rig_file(rig);
+}
+
+Result<OpenedRig> open_described(RigDescription file) {
+  file.options.keep_waiting = [] { return !interrupted(); };
+  SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
+  const Rig* inside = real.get();
+  return OpenedRig{std::move(real), inside, "camera"};
+}
+
 bool is_exec(const std::string& rig) {
   return rig.starts_with(kExec);
 }
@@ -93,25 +106,21 @@ Result<OpenedRig> open_bare_rig(const std::string& rig) {
     return OpenedRig{std::move(simulated), inside, noise};
   }
   if (is_exec(rig)) return open_exec_rig(rig);
-  SYMRIG_CHECK(check_file(rig));
-  SYMRIG_TRY(RigDescription file, read_rig_file(rig));
-  file.options.keep_waiting = [] { return !interrupted(); };
-  SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
-  const Rig* inside = real.get();
-  return OpenedRig{std::move(real), inside, "camera"};
+  SYMRIG_TRY(RigDescription file, read_checked(rig));
+  return open_described(std::move(file));
 }
 
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration) {
-  std::string file = registration;
-  if (file.empty() && is_rig_file(rig)) {
-    SYMRIG_CHECK(check_file(rig));
-    SYMRIG_TRY(const RigDescription described, read_rig_file(rig));
-    file = described.registration;
+  std::optional<RigDescription> described;
+  if (is_rig_file(rig)) {
+    SYMRIG_TRY(described, read_checked(rig));
   }
-  if (file.empty()) return open_bare_rig(rig);
+  const std::string file = registration.empty() && described ? described->registration : registration;
+  const auto open = [&] { return described ? open_described(*std::move(described)) : open_bare_rig(rig); };
+  if (file.empty()) return open();
   // The file first: it takes no time, and the devices may.
   SYMRIG_TRY(const Registration found, load_registration(file));
-  SYMRIG_TRY(OpenedRig opened, open_bare_rig(rig));
+  SYMRIG_TRY(OpenedRig opened, open());
   SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found));
   registered->watch_motion(found.watch());
   opened.registered = registered.get();

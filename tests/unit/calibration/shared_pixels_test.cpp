@@ -64,11 +64,12 @@ struct EdgyScene {
       for (int col = 0; col < kCamera.cols; ++col) {
         const Outline o = outline_of(map, row, col);
         double sum = 0;
-        for (int i = 0; i < 64; ++i) {
-          const double u = (i / 8 + 0.5) / 8, v = (i % 8 + 0.5) / 8;
-          sum += (*this)({o[0].row + u * (o[3].row - o[0].row) + v * (o[1].row - o[0].row),
-                          o[0].col + u * (o[3].col - o[0].col) + v * (o[1].col - o[0].col)});
-        }
+        for (int i = 0; i < 8; ++i)
+          for (int j = 0; j < 8; ++j) {
+            const double u = (i + 0.5) / 8, v = (j + 0.5) / 8;
+            sum += (*this)({o[0].row + u * (o[3].row - o[0].row) + v * (o[1].row - o[0].row),
+                            o[0].col + u * (o[3].col - o[0].col) + v * (o[1].col - o[0].col)});
+          }
         out.mean.at(row, col) = static_cast<float>(sum / 64);
         out.variance.at(row, col) = 1e-8F;
       }
