@@ -45,8 +45,8 @@ class RegisteredProbe final : public Probe {
   /// Compares now. Does nothing without watch_motion().
   /// fails: fault (the rig has moved); as MotionWatch::measure.
   Result<void> check_motion();
-  /// [cells] Direct light then crosses the borders of cells. At 0.005 cells this adds a fifth to the error of
-  /// a capture on a sharp bench (docs/benchmarks/registration.md).
+  /// [cells] Direct light then crosses the borders of cells, which adds up to a tenth to an error
+  /// (docs/benchmarks/registration.md, A rig that has moved).
   static constexpr double kMostMotion = 0.005;
 
  private:
