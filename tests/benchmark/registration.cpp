@@ -157,27 +157,65 @@ int run_moved(int size) {
   return 0;
 }
 
+/// What fewer camera pixels along the side of a cell cost.
+Result<void> capture_with_pixels(const std::string& scene, int size, double pixels) {
+  constexpr double kZoom = 0.78;
+  const auto camera = static_cast<int>(std::lround(size * pixels / kZoom));
+  const std::string keys =
+      fmt::format("&camera={0}x{0}&turn=1.5&zoom={1}&shift=3.3,-2.1&distortion=0.02", camera, kZoom);
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene + keys));
+  SYMRIG_TRY(const Registration registration, register_camera(*rig));
+  SYMRIG_TRY(CellWeights weights, registration.weights());
+  RegisteredProbe probe(*rig, std::move(weights));
+  SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, false));
+  SYMRIG_TRY(const Captured found, captured(probe, truth));
+  fmt::print("{:<18} {:6.2f} {:<7} {:9.0f} {:9.4f} {:9.4f} {:13.4f}\n", rig->uri().name,
+             registration.pixels_per_cell(), to_string(registration.weighting()), found.patterns,
+             found.errors.frobenius, found.errors.indirect, found.errors.bar_indirect);
+  (void)std::fflush(stdout);
+  return {};
+}
+
+int run_pixels(int size) {
+  fmt::print("{0}x{0} cells, seed 1\n{1:<18} pixels weights patterns frobenius  indirect  bar_indirect\n",
+             size, "scene");
+  for (const std::string_view name : {"vgroove-textured", "gummy", "mirror"})
+    for (const double pixels : {2.25, 2.5, 3.0, 4.0, 6.0}) {
+      const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4", name, size, size);
+      if (const auto done = capture_with_pixels(scene, size, pixels); !done)
+        fmt::print("{:<18} {}\n", name, done.error().line());
+    }
+  return 0;
+}
+
+constexpr const char* kUsage =
+    "usage: benchmark_registration [A | B [SIZE [SEED]]]\n"
+    "       benchmark_registration moved | pixels [SIZE]\n"
+    "       benchmark_registration blur\n"
+    "SIZE: from 8 to 1024, default 64\n";
+
 }  // namespace
 
-/// usage: benchmark_registration [A | B [SIZE [SEED]]], benchmark_registration moved [SIZE], or
-/// benchmark_registration blur
+/// usage: kUsage
 int main(int argc, char** argv) {
-  if (argc == 2 && std::string_view(argv[1]) == "blur") return run_blur();
+  const std::string_view what = argc > 1 ? argv[1] : "A";
   const auto number = [&](int k, int otherwise) {
     return argc > k ? static_cast<int>(std::strtol(argv[k], nullptr, 10)) : otherwise;
   };
   const int size = number(2, 64), seed = number(3, 1);
-  if (argc >= 2 && argc <= 3 && std::string_view(argv[1]) == "moved") return run_moved(size);
-  const bool sharp = argc < 2 || std::string_view(argv[1]) == "A";
   if (size < 8 || size > 1024) {
-    (void)std::fprintf(
-        stderr,
-        "usage: benchmark_registration [A | B [SIZE [SEED]]], SIZE from 8 to 1024; moved [SIZE]; or blur\n");
+    (void)std::fputs(kUsage, stderr);
     return 2;
   }
+  if (what == "blur") return run_blur();
+  if (what == "moved") return run_moved(size);
+  if (what == "pixels") return run_pixels(size);
   const std::string bench = bench_of(size);
-  if (sharp) return run(size, seed, {"", bench, false});
+  if (what == "A") return run(size, seed, {"", bench, false});
   // Blur costs patterns in every rig, so the rig to compare with has the same.
-  return run(size, seed,
-             {"&defocus=0.3,0.3", bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3", true});
+  if (what == "B")
+    return run(size, seed,
+               {"&defocus=0.3,0.3", bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3", true});
+  (void)std::fputs(kUsage, stderr);
+  return 2;
 }
