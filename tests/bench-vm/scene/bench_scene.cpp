@@ -22,10 +22,10 @@ namespace {
 
 struct Options {
   std::string scene;
-  std::string camera;
+  std::string picture;
   std::string log;
   int cell = 1, top = 0, left = 0;
-  int camera_top = 0, camera_left = 0;
+  int picture_top = 0, picture_left = 0;
   double readout_ms = 3;
   double late_ms = 1e3 / 30;
   double jitter_us = 0;
@@ -41,14 +41,13 @@ Nanoseconds nanoseconds_of(double value, double unit) {
 void add_options(CLI::App& app, Options& options) {
   app.add_option("scene", options.scene, "the scene in front of projector and camera: sim:NAME?...")
       ->required();
-  app.add_option("--cell", options.cell, "screen pixels per grid pixel, along each side")
-      ->capture_default_str();
-  app.add_option("--top", options.top, "screen row of the grid's first pixel");
-  app.add_option("--left", options.left, "screen column of the grid's first pixel");
-  app.add_option("--camera", options.camera,
-                 "ROWSxCOLUMNS of the camera's picture, Y12 (default: the grid's)");
-  app.add_option("--camera-top", options.camera_top, "picture row of the grid's first pixel");
-  app.add_option("--camera-left", options.camera_left, "picture column of the grid's first pixel");
+  app.add_option("--cell", options.cell, "screen pixels along the side of a cell")->capture_default_str();
+  app.add_option("--top", options.top, "screen row of the first cell");
+  app.add_option("--left", options.left, "screen column of the first cell");
+  app.add_option("--picture", options.picture,
+                 "ROWSxCOLUMNS of the test camera's picture, Y12 (default: the scene's camera)");
+  app.add_option("--picture-top", options.picture_top, "picture row of the scene's first camera pixel");
+  app.add_option("--picture-left", options.picture_left, "picture column of the scene's first camera pixel");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
   app.add_option("--first-frame", options.first_frame, "number of the first frame, which selects its noise");
@@ -64,15 +63,15 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--fault-seed", options.faults.seed, "selects the faulty frames")->capture_default_str();
 }
 
-/// "ROWSxCOLUMNS", or the grid's size if the text is empty.
-Result<Grid> camera_size(const std::string& text, Grid grid) {
-  if (text.empty()) return grid;
-  Grid camera{};
+/// "ROWSxCOLUMNS", or the camera's size if the text is empty.
+Result<Grid> picture_size(const std::string& text, Grid camera) {
+  if (text.empty()) return camera;
+  Grid picture{};
   char more = 0;
   // NOLINTNEXTLINE(cert-err34-c,cppcoreguidelines-pro-type-vararg): checked by valid() and the field count
-  const int fields = std::sscanf(text.c_str(), "%dx%d%c", &camera.rows, &camera.cols, &more);
-  if (fields == 2 && camera.valid()) return camera;
-  return Error{ErrorCode::bad_argument, fmt::format("--camera cannot be '{}'", text),
+  const int fields = std::sscanf(text.c_str(), "%dx%d%c", &picture.rows, &picture.cols, &more);
+  if (fields == 2 && picture.valid()) return picture;
+  return Error{ErrorCode::bad_argument, fmt::format("--picture cannot be '{}'", text),
                "give ROWSxCOLUMNS, such as 48x64"};
 }
 
@@ -160,8 +159,8 @@ Result<void> close_loop(const Options& options) {
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
   SYMRIG_TRY(const auto bench, sim::make_bench(uri));
   const sim::ImageFormation formation(uri, *bench.view);
-  SYMRIG_TRY(const Grid camera, camera_size(options.camera, uri.size));
-  const CameraPicture picture{camera, uri.size, options.camera_top, options.camera_left,
+  SYMRIG_TRY(const Grid size, picture_size(options.picture, formation.camera()));
+  const CameraPicture picture{size, formation.camera(), options.picture_top, options.picture_left,
                               static_cast<std::uint16_t>(formation.noise().pedestal())};
   SYMRIG_CHECK(picture.check());
   SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());

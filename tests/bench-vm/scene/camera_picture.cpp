@@ -15,22 +15,23 @@ void put(std::vector<std::uint8_t>& bytes, std::size_t pixel, std::uint16_t code
 }  // namespace
 
 Result<void> CameraPicture::check() const {
-  if (top >= 0 && left >= 0 && top + grid.rows <= camera.rows && left + grid.cols <= camera.cols) return {};
+  if (top >= 0 && left >= 0 && top + camera.rows <= picture.rows && left + camera.cols <= picture.cols)
+    return {};
   return Error{ErrorCode::size_mismatch,
-               fmt::format("a grid of {} at row {}, column {} is not inside a picture of {}", to_string(grid),
-                           top, left, to_string(camera)),
-               "give a larger --camera"};
+               fmt::format("a camera of {} at row {}, column {} is not inside a picture of {}",
+                           to_string(camera), top, left, to_string(picture)),
+               "give a larger --picture"};
 }
 
 std::vector<std::uint8_t> CameraPicture::bytes(std::span<const std::uint16_t> codes) const {
-  const std::size_t pixels = camera.size();
-  std::vector<std::uint8_t> picture(2 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) put(picture, i, dark);
+  const std::size_t pixels = picture.size();
+  std::vector<std::uint8_t> bytes(2 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) put(bytes, i, dark);
   std::size_t i = 0;
-  for (int row = 0; row < grid.rows; ++row)
-    for (int col = 0; col < grid.cols; ++col)
-      put(picture, static_cast<std::size_t>(top + row) * camera.cols + left + col, codes[i++]);
-  return picture;
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col)
+      put(bytes, static_cast<std::size_t>(top + row) * picture.cols + left + col, codes[i++]);
+  return bytes;
 }
 
 }  // namespace symrig::bench_vm

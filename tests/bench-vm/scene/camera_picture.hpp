@@ -10,18 +10,18 @@
 
 namespace symrig::bench_vm {
 
-/// Where the grid is in the camera's picture. The format is Y12, with one camera pixel per grid pixel and the
-/// first one at (top, left). Other pixels are dark.
+/// Where the pixels of the simulated camera are in the picture that the test camera delivers. The format is
+/// Y12, with the first simulated pixel at (top, left). Other pixels are dark.
 struct CameraPicture {
-  Grid camera;
-  Grid grid;
+  Grid picture;
+  Grid camera;  ///< of the simulated camera: the cells, or pixels of its own
   int top = 0;
   int left = 0;
   std::uint16_t dark = 0;  ///< code of an unlit pixel
 
-  /// fails: size_mismatch (the grid is not inside the picture).
+  /// fails: size_mismatch (the camera's pixels are not inside the picture).
   Result<void> check() const;
-  /// codes: of the grid, raster order. Returns two bytes per pixel, little-endian.
+  /// codes: of the camera's pixels, raster order. Returns two bytes per pixel, little-endian.
   std::vector<std::uint8_t> bytes(std::span<const std::uint16_t> codes) const;
 };
 

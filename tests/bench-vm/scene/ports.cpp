@@ -112,7 +112,7 @@ Result<CameraPort::Taken> CameraPort::deliver(const Head& head, std::span<const 
   if (errno == EMSGSIZE)
     return Error{ErrorCode::size_mismatch,
                  fmt::format("the host has set a format whose frames are not {} bytes", pixels.size()),
-                 "give --camera as in the rig file"};
+                 "make --picture and camera.size of the rig file equal"};
   return system_error("the test camera refuses a frame", "");
 }
 

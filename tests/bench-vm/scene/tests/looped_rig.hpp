@@ -37,7 +37,8 @@ class LoopedRig {
     auto projector =
         std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
     const sim::SimulatedProjector* screen = projector.get();
-    sim::SimulatedCameraSpec spec{uri_.size, 1, {}, formation_.noise(), {}, board_.config().tick_hz};
+    sim::SimulatedCameraSpec spec{formation_.camera(), 1,  {},
+                                  formation_.noise(),  {}, board_.config().tick_hz};
     auto camera = std::make_unique<sim::SimulatedCamera>(
         spec, shutter_, [this, screen](auto exposures) { return develop(*screen, exposures); });
     SYMRIG_TRY(auto board, Board::connect(make_sim_link(board_)));
