@@ -12,12 +12,13 @@
 #include <unordered_map>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace symrig::bench_vm {
 
 namespace {
 
 using FrameCodes = std::vector<std::uint16_t>;
-using Values = std::vector<float>;
 constexpr double kHarmless = 0.1;    // of the limit
 constexpr double kLampError = 0.01;  // the bench's lamp is stable, so a larger error is not an estimate of it
 constexpr std::size_t kDarkBrackets = 4;  // this many dark brackets in a row: a session begins
@@ -50,7 +51,28 @@ class Auditor {
     number_sessions();
   }
 
-  std::size_t pixels() const { return formation_.camera().size(); }
+  /// The grid of the log's photographs.
+  Grid grid() const { return options_.weights != nullptr ? options_.weights->cells() : formation_.camera(); }
+
+  /// A merged photograph as the rig logs it, but for the lamp: without black, and on the cells if the camera
+  /// is registered. The cells are no linear function of the pixels, so black is subtracted first.
+  Result<Radiance> as_logged(Radiance photograph, const Radiance& black) const {
+    const auto mean = photograph.mean.values(), variance = photograph.variance.values();
+    const auto valid = photograph.valid.values();
+    for (std::size_t i = 0; i < valid.size(); ++i) {
+      valid[i] = valid[i] != 0 && black.valid.values()[i] != 0 ? 1 : 0;
+      mean[i] = valid[i] != 0 ? mean[i] - black.mean.values()[i] : 0;
+      variance[i] = valid[i] != 0 ? variance[i] + black.variance.values()[i] : 0;
+    }
+    if (options_.weights == nullptr) return photograph;
+    return options_.weights->gather(photograph);
+  }
+
+  /// Of a rig that subtracts none.
+  Radiance no_black() const {
+    const Grid camera = formation_.camera();
+    return {Image<float>(camera), Image<float>(camera), Image<std::uint8_t>(camera, 1, 1)};
+  }
 
   /// The last dark brackets at the begin of a session.
   Result<std::vector<Radiance>> dark_photographs(int session) const {
@@ -150,41 +172,43 @@ void for_each_valid(const Radiance& again, const Radiance& logged, Use use) {
 }
 
 /// Estimates the lamp level by which the rig divided the photograph, by least squares.
-double lamp_of(const Radiance& again, const Values& black, const Radiance& logged) {
+double lamp_of(const Radiance& again, const Radiance& logged) {
   double both = 0;
   double square = 0;
   for_each_valid(again, logged, [&](std::size_t i) {
     const double weight = 1.0 / logged.variance.values()[i];
     const double made = again.mean.values()[i];
-    both += weight * made * (logged.mean.values()[i] + black[i]);
+    both += weight * made * logged.mean.values()[i];
     square += weight * made * made;
   });
   return both <= 0 ? 1 : std::clamp(square / both, 1 - kLampError, 1 + kLampError);
 }
 
-/// rms of (made again / lamp − black − logged) / σ over the valid pixels.
-double distance(const Radiance& again, const Values& black, const Radiance& logged) {
-  const double lamp = lamp_of(again, black, logged);
+/// rms of (made again / lamp − logged) / σ over the valid pixels.
+double distance(const Radiance& again, const Radiance& logged) {
+  const double lamp = lamp_of(again, logged);
   double squares = 0;
   std::int64_t count = 0;
   for_each_valid(again, logged, [&](std::size_t i) {
-    const double off = again.mean.values()[i] / lamp - black[i] - logged.mean.values()[i];
+    const double off = again.mean.values()[i] / lamp - logged.mean.values()[i];
     squares += off * off / logged.variance.values()[i];
     ++count;
   });
   return count == 0 ? 0 : std::sqrt(squares / static_cast<double>(count));
 }
 
-using Blacks = std::map<int, Values>;  // by session
+using Blacks = std::map<int, Radiance>;  // by session
 
 /// Median distance of a session's photographs with this black. If several brackets have a photograph's
 /// pattern, the last one is most likely, because earlier ones were taken again.
-double misfit(std::span<const Suspect> suspects, int session, const Values& black) {
+Result<double> misfit(const Auditor& auditor, std::span<const Suspect> suspects, int session,
+                      const Radiance& black) {
   std::vector<double> distances;
   for (const Suspect& suspect : suspects) {
     if (distances.size() == kWitnesses) break;
     if (suspect.brackets.empty() || suspect.brackets.back().session != session) continue;
-    distances.push_back(distance(suspect.brackets.back().photograph, black, suspect.logged));
+    SYMRIG_TRY(const Radiance again, auditor.as_logged(suspect.brackets.back().photograph, black));
+    distances.push_back(distance(again, suspect.logged));
   }
   return median(distances);
 }
@@ -192,22 +216,21 @@ double misfit(std::span<const Suspect> suspects, int session, const Values& blac
 /// The black that the rig subtracted in a session: the mean of options.blacks of its dark brackets. Some were
 /// taken again, and which ones is unknown. So it tries all choices and takes the one with the smallest
 /// misfit.
-Result<Values> black_of(const Auditor& auditor, std::span<const Suspect> suspects, int session,
-                        std::size_t blacks) {
+Result<Radiance> black_of(const Auditor& auditor, std::span<const Suspect> suspects, int session,
+                          std::size_t blacks) {
   SYMRIG_TRY(const std::vector<Radiance> dark, auditor.dark_photographs(session));
-  if (dark.empty() || blacks == 0) return Values(auditor.pixels());
+  if (dark.empty() || blacks == 0) return auditor.no_black();
   std::vector<char> chosen(dark.size());
   std::fill_n(chosen.rbegin(), std::min(blacks, dark.size()), 1);
-  Values best;
+  Radiance best;
   double least = std::numeric_limits<double>::infinity();
   do {  // for every choice
     std::vector<Radiance> used;
     for (std::size_t k = 0; k < dark.size(); ++k)
       if (chosen[k] != 0) used.push_back(dark[k]);
-    SYMRIG_TRY(const Radiance black, average(used));
-    const Values values(black.mean.values().begin(), black.mean.values().end());
-    const double away = misfit(suspects, session, values);
-    if (away < least) least = away, best = values;
+    SYMRIG_TRY(Radiance black, average(used));
+    SYMRIG_TRY(const double away, misfit(auditor, suspects, session, black));
+    if (away < least) least = away, best = std::move(black);
   } while (std::next_permutation(chosen.begin(), chosen.end()));
   return best;
 }
@@ -223,10 +246,12 @@ Result<Blacks> blacks_of(const Auditor& auditor, std::span<const Suspect> suspec
 }
 
 /// Finds the nearest bracket and moves it to the front.
-AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const TrueExposure> truth) {
+Result<AuditedPhotograph> judge(const Auditor& auditor, Suspect& suspect, const Blacks& blacks,
+                                std::span<const TrueExposure> truth) {
   AuditedPhotograph best{-1, 0};
   for (Bracket& bracket : suspect.brackets) {
-    const double away = distance(bracket.photograph, blacks.at(bracket.session), suspect.logged);
+    SYMRIG_TRY(const Radiance again, auditor.as_logged(bracket.photograph, blacks.at(bracket.session)));
+    const double away = distance(again, suspect.logged);
     if (best.distance >= 0 && away >= best.distance) continue;
     best = {away, truth[bracket.first].frame};
     if (&bracket != &suspect.brackets.front()) std::swap(suspect.brackets.front(), bracket);
@@ -235,17 +260,19 @@ AuditedPhotograph judge(Suspect& suspect, const Blacks& blacks, std::span<const 
 }
 
 /// Replaces a frame of the bracket by frame j of `other`, and checks that the limit detects it.
-Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other, const Values& black,
-                   double limit, Audit& audit) {
+Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket& other,
+                   const Radiance& black, double limit, Audit& audit) {
   const Bracket& own = suspect.brackets.front();
+  SYMRIG_TRY(const Radiance right, auditor.as_logged(own.photograph, black));
   for (std::size_t j = 0; j < own.codes.size(); ++j) {
     std::vector<FrameCodes> codes = own.codes;
     codes[j] = other.codes[j];
-    SYMRIG_TRY(const Radiance wrong, auditor.merged(own.first, codes));
+    SYMRIG_TRY(Radiance merged, auditor.merged(own.first, codes));
+    SYMRIG_TRY(const Radiance wrong, auditor.as_logged(std::move(merged), black));
     ++audit.planted;
-    if (distance(wrong, black, suspect.logged) > limit)
+    if (distance(wrong, suspect.logged) > limit)
       ++audit.found;
-    else if (distance(wrong, Values(black.size()), own.photograph) < kHarmless * limit)
+    else if (distance(wrong, right) < kHarmless * limit)
       ++audit.harmless;
   }
   return {};
@@ -268,10 +295,18 @@ Result<std::vector<Suspect>> suspects_of(const PhotographLog& log, const Auditor
 Result<Audit> audit(const PhotographLog& log, std::span<const TrueExposure> truth,
                     const sim::ImageFormation& formation, const AuditOptions& options) {
   const Auditor auditor(truth, formation, options);
+  if (log.grid() != auditor.grid())
+    return Error{ErrorCode::size_mismatch,
+                 fmt::format("the log's photographs have {} pixels, but {} are expected",
+                             to_string(log.grid()), to_string(auditor.grid())),
+                 "give the scene of the capture, and its registration if it has one"};
   SYMRIG_TRY(std::vector<Suspect> suspects, suspects_of(log, auditor));
   SYMRIG_TRY(const Blacks blacks, blacks_of(auditor, suspects, options.blacks));
   Audit audit;
-  for (Suspect& suspect : suspects) audit.photographs.push_back(judge(suspect, blacks, truth));
+  for (Suspect& suspect : suspects) {
+    SYMRIG_TRY(const AuditedPhotograph judged, judge(auditor, suspect, blacks, truth));
+    audit.photographs.push_back(judged);
+  }
   for (std::size_t k = 0; k < suspects.size(); ++k) {
     const double away = audit.photographs[k].distance;
     audit.unseen += away < 0 ? 1 : 0;

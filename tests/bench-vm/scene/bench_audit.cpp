@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finds, from outside the product, the frames of each photograph of a capture on the bench.
 #include "bench-vm/scene/audit.hpp"
+#include "symrig/calibration/registration_file.hpp"
 
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -14,7 +17,7 @@ namespace symrig::bench_vm {
 namespace {
 
 struct Options {
-  std::string log, truth, scene;
+  std::string log, truth, scene, registration;
   AuditOptions audit;
 };
 
@@ -22,6 +25,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("log", options.log, "photograph log from symrig capture --keep-log")->required();
   app.add_option("truth", options.truth, "log from bench_scene --log of the same capture")->required();
   app.add_option("scene", options.scene, "bench_scene's scene")->required();
+  app.add_option("--registration", options.registration, "registration.h5 of the capture, if it has one");
   app.add_option("--first-frame", options.audit.first_frame, "bench_scene's");
   app.add_option("--exposures", options.audit.exposures, "frames per photograph")->capture_default_str();
   app.add_option("--limit", options.audit.limit, "distance of a wrong photograph, sigmas")
@@ -43,12 +47,22 @@ void print(const Audit& audit) {
                  audit.photographs[k].distance, audit.photographs[k].first_frame);
 }
 
-Result<bool> run(const Options& options) {
+/// None without a registration.
+Result<std::optional<CellWeights>> weights_of(const std::string& registration) {
+  if (registration.empty()) return std::optional<CellWeights>();
+  SYMRIG_TRY(const Registration found, load_registration(registration));
+  SYMRIG_TRY(CellWeights weights, found.weights());
+  return std::optional<CellWeights>(std::move(weights));
+}
+
+Result<bool> run(Options options) {
   SYMRIG_TRY(const SceneUri uri, parse_scene_uri(options.scene));
   SYMRIG_TRY(const auto bench, sim::make_bench(uri));
   const sim::ImageFormation formation(uri, *bench.view);
   SYMRIG_TRY(const auto truth, read_true_exposures(options.truth));
   SYMRIG_TRY(const auto log, open_any_log(options.log));
+  SYMRIG_TRY(const auto weights, weights_of(options.registration));
+  options.audit.weights = weights ? &*weights : nullptr;
   SYMRIG_TRY(const Audit audited, audit(*log, truth, formation, options.audit));
   print(audited);
   return audited.wrong == 0 && audited.unseen == 0 && !audited.photographs.empty();
@@ -67,7 +81,7 @@ int main(int argc, char** argv) {
     } catch (const CLI::ParseError& error) {
       return app.exit(error) == 0 ? 0 : symrig::exit_code(symrig::ErrorCode::bad_argument);
     }
-    const auto right = symrig::bench_vm::run(options);
+    const auto right = symrig::bench_vm::run(std::move(options));
     if (right) return *right ? 0 : 1;
     fmt::print(stderr, "bench_audit: {}\n", right.error().line());
     return symrig::exit_code(right.error().code);

@@ -3,8 +3,11 @@
 
 #include "assert_ok.hpp"
 #include "bench-vm/scene/tests/looped_rig.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/calibration/registration.hpp"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -27,14 +30,18 @@ std::function<void(std::vector<CameraFrame>&)> once(std::function<void(std::vect
 struct Session {
   LoopedRig rig{"sim:vgroove-textured?size=20x24"};
   std::unique_ptr<PhotographLog> log = make_memory_log({20, 24}, 1);
-  double lamp_error = 0;  // alternating error of the rig's lamp estimate
+  double lamp_error = 0;                 // alternating error of the rig's lamp estimate
+  std::optional<CellWeights> weights{};  // if the camera has pixels of its own
 
   Result<void> capture(std::size_t from, std::function<void(std::vector<CameraFrame>&)> tamper) {
     SYMRIG_TRY(const auto opened, rig.open());
+    std::optional<RegisteredProbe> registered;
+    if (weights) registered.emplace(*opened, *weights);
+    Probe& probe = registered ? static_cast<Probe&>(*registered) : *opened;
     for (std::size_t i = 0; i < kPhotographs; ++i) {
       const Pattern pattern = random_pattern({20, 24}, i);
       if (i == from) rig.tamper = once(std::exchange(tamper, {}));
-      SYMRIG_TRY(auto photographs, opened->measure({&pattern, 1}));
+      SYMRIG_TRY(auto photographs, probe.measure({&pattern, 1}));
       const auto lamp = static_cast<float>(1 + lamp_error * std::sin(static_cast<double>(i)));
       for (float& value : photographs[0].mean.values()) value /= lamp;
       if (i == from) rig.tamper = [](auto&) {};
@@ -42,10 +49,23 @@ struct Session {
     }
     return {};
   }
-  Result<Audit> audited(const AuditOptions& options = {}) const {
+  Result<Audit> audited(AuditOptions options = {}) const {
+    options.weights = weights ? &*weights : nullptr;
     return audit(*log, rig.truth, rig.formation(), options);
   }
 };
+
+constexpr auto kOwnPixels =
+    "sim:vgroove-textured?size=20x24&fine=4&camera=60x72&turn=1.5&zoom=0.85&distortion=0.02&vignetting=0.2,0."
+    "35";
+
+/// Of the registration of this bench's camera.
+Result<CellWeights> registered_weights() {
+  LoopedRig bench(kOwnPixels);
+  SYMRIG_TRY(const auto rig, bench.open());
+  SYMRIG_TRY(const Registration found, register_camera(*rig));
+  return found.weights();
+}
 
 // Here the exposures are known exactly, so the limit is strict.
 TEST(Audit, finds_every_photograph_of_a_clean_capture_right) {
@@ -83,6 +103,45 @@ TEST(Audit, finds_frames_in_the_wrong_place) {
     EXPECT_GT(audit->photographs[11].distance, 0.2);
     EXPECT_LT(audit->photographs[12].distance, 0.02);
   }
+}
+
+// The log holds photographs of the cells. They are made again from the frames of the camera's pixels.
+TEST(Audit, finds_every_photograph_of_a_registered_camera_right) {
+  auto weights = registered_weights();
+  ASSERT_OK(weights);
+  Session session{.rig = LoopedRig(kOwnPixels), .weights = std::move(*weights)};
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  AuditOptions strict;
+  strict.limit = 0.1;
+  const auto audit = session.audited(strict);
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->wrong, 0);
+  EXPECT_EQ(audit->unseen, 0);
+  EXPECT_LT(audit->farthest_right, 0.02);
+  EXPECT_GT(audit->found, audit->planted * 3 / 4);
+}
+
+TEST(Audit, finds_frames_of_a_registered_camera_in_the_wrong_place) {
+  auto weights = registered_weights();
+  ASSERT_OK(weights);
+  Session session{.rig = LoopedRig(kOwnPixels), .weights = std::move(*weights)};
+  ASSERT_OK(session.capture(11, [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); }));
+  const auto audit = session.audited();
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->wrong, 1);
+  EXPECT_GT(audit->photographs[11].distance, 0.2);
+  EXPECT_LT(audit->photographs[12].distance, 0.02);
+}
+
+TEST(Audit, refuses_a_log_of_another_grid) {
+  auto weights = registered_weights();
+  ASSERT_OK(weights);
+  Session session{.rig = LoopedRig(kOwnPixels), .weights = std::move(*weights)};
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  session.weights.reset();
+  const auto audit = session.audited();
+  ASSERT_FALSE(audit.ok());
+  EXPECT_EQ(audit.error().code, ErrorCode::size_mismatch);
 }
 
 // A lamp estimate that is wrong by thousandths makes no frame wrong, and hides no wrong frame.
