@@ -33,9 +33,12 @@ start_board() {
 
 truth=/run/truth.jsonl # the log of bench_scene; stop_scene copies it to $BENCH_OUT
 
-# start_scene ARGUMENTS...: runs bench_scene with them, on the screen of write_rig.
+# The screen of bench_scene and of write_rig: its mode, screen pixels along the side of a cell, and the first cell's place.
+mode=640x480 cell=7 top=3 left=5
+
+# start_scene ARGUMENTS...: runs bench_scene with them.
 start_scene() {
-  "$BENCH_SCENE" "$@" --cell 7 --top 3 --left 5 --log $truth >"$BENCH_OUT/scene.log" 2>&1 &
+  "$BENCH_SCENE" "$@" --cell "$cell" --top "$top" --left "$left" --log $truth >"$BENCH_OUT/scene.log" 2>&1 &
   scene=$!
   until_line "$BENCH_OUT/scene.log" ready "$scene"
 }
@@ -53,13 +56,15 @@ stop_board() {
   wait "$board"
 }
 
-# write_rig ROWSxCOLS [SED-COMMAND...]: rig.toml of the bench, in $rig.
+# write_rig ROWSxCOLS [SED-COMMAND...]: rig.toml of the bench with this grid, in $rig. $camera: ROWSxCOLS of the camera, if
+# it has pixels of its own.
 write_rig() {
-  local rows=${1%x*} cols=${1#*x} edits=()
+  local grid=$1 size=${camera-$1} edits=()
   shift
   for edit in "$@"; do edits+=(-e "$edit"); done
   rig=$BENCH_OUT/rig.toml
-  sed -e "s/@ROWS@/$rows/g" -e "s/@COLS@/$cols/g" "${edits[@]}" "$here/rig.toml.in" >"$rig"
+  sed -e "s/@GRID@/$grid/; s/@SIZE@/${size#*x}x${size%x*}/; s/@MODE@/$mode/" \
+    -e "s/@CELL@/$cell/; s/@TOP@/$top/; s/@LEFT@/$left/" "${edits[@]}" "$here/rig.toml.in" >"$rig"
 }
 
 exposures() { grep -c '^{"exposed"' $truth; }
