@@ -103,10 +103,26 @@ int camera_init_queue(struct camera* camera) {
   return vb2_queue_init(queue);
 }
 
+/* In pieces: a large frame at once would keep the only processor from the board for a millisecond. */
+static bool copy_pixels(char* to, const char __user* from, size_t size) {
+  const size_t largest = 32768;
+
+  while (size) {
+    size_t piece = min(size, largest);
+
+    if (copy_from_user(to, from, piece)) return false;
+    to += piece;
+    from += piece;
+    size -= piece;
+    cond_resched();
+  }
+  return true;
+}
+
 static int fill(struct camera* camera, struct buffer* buffer, const struct testcam_frame* frame,
                 const void __user* pixels) {
   struct vb2_buffer* vb = &buffer->vb.vb2_buf;
-  bool unreadable = copy_from_user(vb2_plane_vaddr(vb, 0), pixels, camera->format.sizeimage);
+  bool unreadable = !copy_pixels(vb2_plane_vaddr(vb, 0), pixels, camera->format.sizeimage);
 
   buffer->vb.sequence = camera->sequence;
   buffer->vb.field = V4L2_FIELD_NONE;
