@@ -36,9 +36,10 @@ std::string registration_json(const RegistrationSummary& summary) {
                      {"noise_share", summary.weights.noise_share()}};
   json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
                   {"veil", r.gain.veil},   {"veil_sigma", r.gain.veil_sigma},  {"pairs", r.gain.pairs}};
-  json["blur"] = {{"edges", r.edge_blur()},        {"measured", r.blur.measured},
-                  {"projector", r.blur.projector}, {"camera", r.blur.camera},
-                  {"sigma", r.blur.sigma},         {"added", std::sqrt(r.blur.missing())}};
+  json["blur"] = {
+      {"edges", r.edge_blur()},  {"measured", r.blur.measured}, {"projector", r.blur.projector},
+      {"camera", r.blur.camera}, {"sigma", r.blur.sigma},       {"added", std::sqrt(r.blur.missing())},
+      {"far", r.blur.far}};
   json["rig_seconds"] = summary.rig_seconds;
   report::add_made(json, summary.made);
   return report::json_text(json);

@@ -49,6 +49,39 @@ TEST_P(FoundBlur, is_the_true_one) {
 INSTANTIATE_TEST_SUITE_P(Optics, FoundBlur,
                          testing::Values(Case{0.15, 0.3}, Case{0.3, 0.15}, Case{0.2, 0.2}));
 
+// Σ Q(t / σ) over 100,000 points of each half, for σ = 0.3.
+TEST(OpticsBlur, far_light_is_that_of_a_gaussian) {
+  double near = 0, far = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    near += std::erfc((i + 0.5) * 0.5e-5 / 0.3 / std::sqrt(2));
+    far += std::erfc((0.5 + (i + 0.5) * 0.5e-5) / 0.3 / std::sqrt(2));
+  }
+  EXPECT_NEAR(OpticsBlur::far_light(0.3), far / near, 1e-6);
+  EXPECT_EQ(OpticsBlur::far_light(0), 0);
+}
+
+class Scattered : public testing::TestWithParam<double> {};
+
+// Light that scatters below the surface is no blur of the optics, however many pixels a cell has: weighted by
+// area, direct light would get into the next cell. A blur of the optics is one, on the same cameras.
+TEST_P(Scattered, light_is_no_blur) {
+  const int camera = static_cast<int>(std::lround(32 * GetParam() / 0.78));
+  const std::string bench = "?size=32x32&fine=4&turn=1.5&zoom=0.78&shift=1.3,-1.1&distortion=0.02&camera=" +
+                            std::to_string(camera) + "x" + std::to_string(camera);
+  const auto weighting = [&](const std::string& uri) {
+    const auto rig = open_virtual_rig(uri);
+    EXPECT_TRUE(rig.ok());
+    const auto found = register_camera(**rig);
+    EXPECT_TRUE(found.ok()) << found.error().line();
+    return found->weighting();
+  };
+  EXPECT_EQ(weighting("sim:gummy" + bench), Weighting::cores);
+  EXPECT_EQ(weighting("sim:vgroove-textured" + bench + "&defocus=0.1,0.1"), Weighting::area);
+  EXPECT_EQ(weighting("sim:vgroove-white" + bench + "&defocus=0,0.2"), Weighting::area);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cameras, Scattered, testing::Values(2.25, 3.0, 4.0, 6.0));
+
 TEST(OpticsBlur, a_sharp_picture_is_not_measured) {
   const auto rig = open_virtual_rig(std::string("sim:vgroove-textured?size=32x32&fine=4") + kBench);
   ASSERT_TRUE(rig.ok());

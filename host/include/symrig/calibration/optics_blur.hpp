@@ -4,6 +4,7 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/calibration/cell_weights.hpp"
 
 #include <cstdint>
 
@@ -20,9 +21,22 @@ struct OpticsBlur {
   /// Standard deviation of their difference: scenes without texture do not tell it.
   double sigma = 0;
   bool measured = false;
+  /// Light that gets into the far half of the next cell, by that in its near half. Blur of the optics alone
+  /// gives far_light(its rms width). Light that scatters below the surface gives more. Not kept in files.
+  double far = 0;
 
   /// Variance that the photographs lack [cells²]; 0 if the camera is the blurrier one.
   double missing() const;
+  /// `far` of a Gaussian blur of this rms width [cells].
+  static double far_light(double width);
+};
+
+/// What brings the photographs of the combs to the cells, all weighted by area.
+struct BlurWeights {
+  const CellWeights& cells;
+  const CellWeights& quarters;      ///< on a grid of 2 × 2 for each cell
+  const Image<float>& flood;        ///< the flood-lit scene on that grid
+  const Image<std::uint8_t>& seen;  ///< as measure_gain_ratio
 };
 
 /// Measures both from combs: every fourth column of cells is lit, then every fourth row. Photographs: 8.
@@ -34,11 +48,9 @@ struct OpticsBlur {
 ///
 /// with the residual shift δ, one for each 8 × 8 cells. In the last term, a and a′ are the light of the
 /// halves of the cells that touch the border. The projector's blur lights the near half of the other
-/// cell, and the camera's blur shows it. A cell's light is a and what crosses its two borders. probe: its
-/// photographs are on the cells, weighted by area. quarters: the flood-lit scene on a grid of 2 × 2 for
-/// each cell. seen: as measure_gain_ratio.
-/// fails: as the probe; interrupted; size_mismatch.
-Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, const Image<std::uint8_t>& seen,
-                                const Progress& progress = {});
+/// cell, and the camera's blur shows it. A cell's light is a and what crosses its two borders. rig: its
+/// photographs are on the camera's grid.
+/// fails: as the rig; interrupted; size_mismatch.
+Result<OpticsBlur> measure_blur(Probe& rig, const BlurWeights& weights, const Progress& progress = {});
 
 }  // namespace symrig

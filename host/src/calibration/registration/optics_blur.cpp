@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 namespace symrig {
@@ -30,6 +31,7 @@ struct Sums {
   double slope = 0, spread = 0;  ///< Σ d (f − g), Σ d², without what a shift of each tile explains
   double light = 0;              ///< Σ m²
   double variance = 0;           ///< Σ d² Var(f − g)
+  double near = 0, far = 0;      ///< Σ light in the near and far halves of next cells
 
   void add(const Tile& t) {
     if (!(t.mm > 0)) return;
@@ -92,6 +94,38 @@ void add_axis(std::span<const Radiance> combs, const Image<float>& quarters, con
   }
 }
 
+/// Adds what the combs of one axis put into the halves of the next cells. combs: on the quarters.
+void add_halves(std::span<const Radiance> combs, const Image<std::uint8_t>& seen, bool rows, Sums& sums) {
+  const Grid cells = seen.grid(), quarters = combs.front().mean.grid();
+  for (int c = 0; c < combs.front().mean.channels(); ++c)
+    for (int row = 0; row < quarters.rows; ++row)
+      for (int col = 0; col < quarters.cols; ++col) {
+        const int half = rows ? row : col, cell = half / 2;
+        if (cell < 1 || cell + 1 >= (rows ? cells.rows : cells.cols) || seen.at(row / 2, col / 2) == 0)
+          continue;
+        if (!std::ranges::all_of(combs,
+                                 [&](const Radiance& comb) { return comb.valid.at(row, col, c) != 0; }))
+          continue;
+        const auto light = [&](int comb) {
+          return static_cast<double>(combs[comb % kPeriod].mean.at(row, col, c));
+        };
+        const double background = light(cell + 2);
+        const double before = light(cell - 1) - background, after = light(cell + 1) - background;
+        const bool first = half % 2 == 0;  // the half next to the cell before
+        sums.near += first ? before : after;
+        sums.far += first ? after : before;
+      }
+}
+
+Result<std::vector<Radiance>> gathered(const CellWeights& weights, std::span<const Radiance> photographs) {
+  std::vector<Radiance> cells;
+  for (const Radiance& photograph : photographs) {
+    SYMRIG_TRY(Radiance one, weights.gather(photograph));
+    cells.push_back(std::move(one));
+  }
+  return cells;
+}
+
 /// σp and σc from σp² + σc² and σp − σc.
 OpticsBlur solve(const Sums& sums) {
   OpticsBlur blur;
@@ -114,6 +148,7 @@ OpticsBlur solve(const Sums& sums) {
   const double sum = std::sqrt(std::max(0.0, 2 * both * both - difference * difference));
   blur.projector = std::max(0.0, 0.5 * (sum + difference));
   blur.camera = std::max(0.0, 0.5 * (sum - difference));
+  blur.far = sums.near > 0 ? std::max(0.0, sums.far / sums.near) : 0;
   blur.measured = true;
   return blur;
 }
@@ -124,21 +159,37 @@ double OpticsBlur::missing() const {
   return measured ? std::max(0.0, projector * projector - camera * camera) : 0;
 }
 
-Result<OpticsBlur> measure_blur(Probe& probe, const Image<float>& quarters, const Image<std::uint8_t>& seen,
-                                const Progress& progress) {
-  const Grid cells = probe.grid();
-  if (quarters.grid() != Grid{2 * cells.rows, 2 * cells.cols} || quarters.channels() != probe.channels() ||
-      seen.grid() != cells || probe.camera_grid() != cells)
-    return Error{ErrorCode::size_mismatch, "blur is measured on the projector's cells",
-                 "wrap the rig in a RegisteredProbe"};
+/// A cell [−1, 0] of light 1, blurred: ∫ Q(t / σ) dt from 0 to ½ is in the near half of the next cell, and
+/// from ½ to 1 in the far half. Q is the tail of the normal distribution.
+double OpticsBlur::far_light(double width) {
+  if (!(width > 0)) return 0;
+  const auto until = [&](double x) {
+    const double u = x / width;
+    const double tail = 0.5 * std::erfc(u / std::numbers::sqrt2);
+    const double density = std::exp(-0.5 * u * u) / std::sqrt(2 * std::numbers::pi);
+    return u * tail + 1 / std::sqrt(2 * std::numbers::pi) - density;
+  };
+  return until(1) / until(0.5) - 1;
+}
+
+Result<OpticsBlur> measure_blur(Probe& rig, const BlurWeights& weights, const Progress& progress) {
+  const Grid cells = rig.grid(), quarters{2 * cells.rows, 2 * cells.cols};
+  if (weights.cells.cells() != cells || weights.quarters.cells() != quarters ||
+      weights.flood.grid() != quarters || weights.flood.channels() != rig.channels() ||
+      weights.seen.grid() != cells)
+    return Error{ErrorCode::size_mismatch, "the weights of the blur do not fit the rig's cells",
+                 "calibrate the rig again"};
   if (std::min(cells.rows, cells.cols) < kPeriod) return OpticsBlur{};
   Sums sums;
   for (const bool rows : {false, true}) {
     std::vector<Pattern> patterns(kPeriod, Pattern(cells, 1));
     for (int row = 0; row < cells.rows; ++row)
       for (int col = 0; col < cells.cols; ++col) patterns[(rows ? row : col) % kPeriod].at(row, col) = 1;
-    SYMRIG_TRY(const auto combs, calibration::photograph_each(probe, patterns, "blur", progress));
-    add_axis(combs, quarters, seen, rows, sums);
+    SYMRIG_TRY(const auto combs, calibration::photograph_each(rig, patterns, "blur", progress));
+    SYMRIG_TRY(const auto on_cells, gathered(weights.cells, combs));
+    SYMRIG_TRY(const auto on_quarters, gathered(weights.quarters, combs));
+    add_axis(on_cells, weights.flood, weights.seen, rows, sums);
+    add_halves(on_quarters, weights.seen, rows, sums);
   }
   return solve(sums);
 }

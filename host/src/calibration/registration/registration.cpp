@@ -23,11 +23,11 @@ constexpr double kLargestError = 0.1;
 
 /// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
 constexpr double kLeastBlur = 0.02;
-/// If edges show less than this share of the blur that combs show (edges show little of a small one), then it
-/// is not that of the optics.
-constexpr double kSharpEdges = 0.33;
-/// Area weights spread light over a border by a sixth of a pixel: to combs, a blur of √(2π) / 6 of its side.
-constexpr double kPixelBlur = 0.418;
+/// Of OpticsBlur::far. A blur of 0.2 cells gives less than 0.02, and indirect light in sharp grooves 0.01.
+/// Scattering below the surface gives 0.1 and more, and leaves edges sharp.
+constexpr double kScattered = 0.05;
+/// Edges show a blur of 0.2 cells and more to a tenth. A smaller one gives next to no far light.
+constexpr double kEdgesMiss = 1.5;
 
 /// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
 Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
@@ -82,19 +82,17 @@ Result<void> add_stripes(Probe& rig, Registration& found) {
 Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> corners,
                       const Progress& progress) {
   const WeightOptions by_area{.weighting = Weighting::area};
-  SYMRIG_TRY(CellWeights weights, CellWeights::make(found.cells, corners, found.flood, by_area));
+  SYMRIG_TRY(const CellWeights weights, CellWeights::make(found.cells, corners, found.flood, by_area));
   for (CornerMap& map : corners)
     for (double& v : map.values()) v *= 2;
   SYMRIG_TRY(const CellWeights halves,
              CellWeights::make({2 * found.cells.rows, 2 * found.cells.cols}, corners, found.flood, by_area));
-  SYMRIG_TRY(const Radiance quarters, halves.gather(found.flood));
+  SYMRIG_TRY(const Radiance flood, halves.gather(found.flood));
   SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
-  RegisteredProbe probe(rig, std::move(weights));
-  SYMRIG_TRY(found.blur, measure_blur(probe, quarters.mean, seen, progress));
-  // Light that scatters below the surface gets to the next cell too, but it leaves edges sharp.
-  const double total = std::pow(found.blur.projector, 2) + std::pow(found.blur.camera, 2),
-               pixel = std::pow(kPixelBlur / found.pixels_per_cell(), 2);
-  if (found.edge_blur() < kSharpEdges * std::sqrt(std::max(0.0, total - pixel))) found.blur = OpticsBlur{};
+  SYMRIG_TRY(found.blur, measure_blur(rig, {weights, halves, flood.mean, seen}, progress));
+  // Light that scatters below the surface gets to the next cell too, but farther, and it leaves edges sharp.
+  if (found.blur.far > kScattered + OpticsBlur::far_light(kEdgesMiss * found.edge_blur()))
+    found.blur = OpticsBlur{.far = found.blur.far};
   return {};
 }
 
