@@ -20,11 +20,12 @@ until_line() {
   done
 }
 
-# start_board: symrigd as a USB gadget. It does not measure its lateness. A board that restarts during a capture would
-# measure the load of bench_scene, which has a higher priority. Late words are counted.
+# start_board: symrigd as a USB gadget. It does not measure its lateness, but promises this one. A board that restarts during a
+# capture would measure the load of bench_scene, which has a higher priority. Late words are counted.
+lateness_us=50
 start_board() {
   mkdir -p /run/symrig /var/lib/symrig
-  printf '[link]\nusb = "%s"\n[realtime]\nlateness_us = 50\n' "$BENCH_FFS" >/run/symrig/board.toml
+  printf '[link]\nusb = "%s"\n[realtime]\nlateness_us = %s\n' "$BENCH_FFS" $lateness_us >/run/symrig/board.toml
   "$SYMRIGD" --config /run/symrig/board.toml >>"$BENCH_OUT/board.log" 2>&1 &
   board=$!
   until_line "$BENCH_OUT/board.log" serves "$board"
