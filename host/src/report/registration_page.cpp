@@ -54,7 +54,7 @@ Picture netted(const Registration& r) {
 std::string weighting_text(Weighting weighting) {
   switch (weighting) {
     case Weighting::cores:
-      return "the pixels that lie inside it";
+      return "the pixels that lie inside it, and its part of those on its border";
     case Weighting::area:
       return "the area of all pixels that it shares";
     case Weighting::unmixed:

@@ -88,14 +88,16 @@ std::string registration_text(const RegistrationSummary& summary) {
         r.shift->row, r.shift->col, weights.noise_share());
   else if (r.weighting() == Weighting::cores)
     lines += fmt::format(
-        "a cell is measured by the pixels that lie at least {:.4f} cells inside it, because the picture is "
-        "sharp; its variance is {:.2f} of a pixel's\n",
+        "the picture is sharp: a cell is measured by the pixels that lie at least {:.4f} cells inside it, "
+        "and gets its part of what those on its border see beyond that; its variance is {:.2f} of a "
+        "pixel's\n",
         r.margin(), weights.noise_share());
   else
     lines += blur_text(r.blur, weights);
   if (weights.cells_without_core() > 0)
-    lines += fmt::format("{} cells without such a pixel are measured by all pixels that they share\n",
-                         grouped(static_cast<double>(weights.cells_without_core())));
+    lines += fmt::format(
+        "{} cells without such a pixel, or with a black middle, are measured by all pixels that they share\n",
+        grouped(static_cast<double>(weights.cells_without_core())));
   if (r.gain.known)
     lines += fmt::format(
         "gain of camera over projector: {:.3f} between cells, known to {}, corrected; veiling glare {:.2g} ± "
