@@ -53,7 +53,8 @@ struct EdgyScene {
   /// Mean over a cell, by 40 x 40 points.
   double mean(int row, int col) const {
     double sum = 0;
-    for (int i = 0; i < 1600; ++i) sum += (*this)({row + (i / 40 + 0.5) / 40, col + (i % 40 + 0.5) / 40});
+    for (int i = 0; i < 40; ++i)
+      for (int j = 0; j < 40; ++j) sum += (*this)({row + (i + 0.5) / 40, col + (j + 0.5) / 40});
     return sum / 1600;
   }
   /// What the camera sees: the mean over each pixel, by 8 x 8 points.
