@@ -64,8 +64,8 @@ class SharedPixels {
   /// After all cells and pixels.
   void finish();
 
-  /// The variance of a cell, divided by that of its core alone with these weights k of its pixels; for pixels
-  /// of one variance, divided by the shares.
+  /// The variance of a cell, divided by that of its core alone with the weights k. For pixels of one
+  /// variance, and parts of the excess that only the shares decide.
   double noise(std::size_t cell, std::span<const float> k) const;
 
   /// Adds what the shared pixels see beyond the planes to the cells, and to their variance how uncertain it
