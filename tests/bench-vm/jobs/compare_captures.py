@@ -4,9 +4,8 @@
 
 Two captures of one scene: on the bench (bench.json, bench-errors.json of `symrig capture` and `symrig evaluate`) and on the
 virtual rig (virtual.json, virtual-errors.json). Fails if an error against the truth is larger than the virtual rig's by more
-than TOLERANCE (0.05: 5 %), or by more than 15 % if photographs were taken again. Fails if the numbers of patterns differ by
-more than the share PATTERNS. Without PATTERNS, they must be equal on each level. If both have a registration
-(NAME-registration.json of `symrig calibrate`), it compares the maps too."""
+than TOLERANCE (0.05: 5 %). Fails if the numbers of patterns differ by more than the share PATTERNS. Without PATTERNS, they must
+be equal on each level. If both have a registration (NAME-registration.json of `symrig calibrate`), it compares the maps too."""
 
 import json
 import pathlib
@@ -16,9 +15,6 @@ CAPTURES = ("bench", "virtual")
 # Of a map by its own estimate, cells. The fit chooses from few degrees of smoothness, and a tiny difference changes the choice. So
 # the maps of one bench state 0.0010 to 0.0017, and a ratio would say little. At twice that, something else is wrong.
 MAP_ERROR = 0.003
-# A photograph that was taken again moves the noise of all later ones, and a part of each error is noise. With other noise, errors
-# were measured to be up to 8 % larger.
-OTHER_NOISE = 0.15
 
 
 def read(folder, name):
@@ -66,9 +62,6 @@ def main():
     ours, theirs = (errors_of(folder, capture) for capture in CAPTURES)
     if ours.keys() != theirs.keys():
         worse.append("other errors are given")
-    if bench["trouble"]["photographs_retaken"] != virtual["trouble"]["photographs_retaken"]:
-        print("photographs were taken again: the captures have other noise")
-        tolerance = max(tolerance, OTHER_NOISE)
     for key in [key for key in ours if key in theirs]:
         ratio = ours[key] / theirs[key]
         print(f"{key:24}{ours[key]:12.5f}{theirs[key]:14.5f}{ratio:8.3f}")
