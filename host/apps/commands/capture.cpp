@@ -144,6 +144,11 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   if (result.undetermined) text += search_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
+  if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
+    text += fmt::format(
+        "warning: held-out photographs find {} leaves wrong that could not be split; the estimated errors "
+        "contain them\n",
+        result.suspects);
   for (const std::string& finding : result.noise_check.findings)
     text += fmt::format("warning: {}; estimated errors and rank tests rely on the stated noise\n", finding);
   if (result.estimated)
