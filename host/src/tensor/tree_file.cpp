@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tensor/file_values.hpp"
 #include "tensor/scene_file.hpp"
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace symrig::tensor {
 namespace {
 
 Error damaged(const std::string& name, const std::string& why) {
-  return {ErrorCode::bad_format, "'" + name + "' " + why, "the file is damaged"};
+  return tensor::damaged("'" + name + "' " + why);
 }
 
 /// How the grid was cut. Without an attribute in the file: 1x1 views and flat.
