@@ -6,6 +6,7 @@
 
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/base/stopwatch.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/sim/bench_truth.hpp"
 #include "symrig/sim/virtual_rig.hpp"
@@ -13,8 +14,11 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
+#include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -79,16 +83,21 @@ Result<TrueTransport> truth_of(const VirtualRig& rig, bool own) {
       [&rig](const Image<float>& p) -> Result<Image<float>> { return rig.ideal_photograph(p); });
 }
 
+/// Captures a bench with a registration of it.
+Result<Captured> captured_registered(VirtualRig& rig, const Registration& registration, bool own) {
+  SYMRIG_TRY(CellWeights weights, registration.weights());
+  RegisteredProbe probe(rig, std::move(weights));
+  SYMRIG_TRY(const TrueTransport truth, truth_of(rig, own));
+  return captured(probe, truth);
+}
+
 Result<void> compare(const std::string& scene, const Compared& how) {
   SYMRIG_TRY(const auto ideal_rig, open_virtual_rig(scene + how.ideal));
   SYMRIG_TRY(const TrueTransport ideal_truth, truth_of(*ideal_rig, how.own));
   SYMRIG_TRY(const Captured ideal, captured(*ideal_rig, ideal_truth));
   SYMRIG_TRY(const auto rig, open_virtual_rig(scene + how.bench));
   SYMRIG_TRY(const Registration registration, register_camera(*rig));
-  SYMRIG_TRY(CellWeights weights, registration.weights());
-  RegisteredProbe probe(*rig, std::move(weights));
-  SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, how.own));
-  SYMRIG_TRY(const Captured found, captured(probe, truth));
+  SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, how.own));
   const auto ratio = [](double a, double b) {
     return b > 0 ? fmt::format("{:.2f}", a / b) : std::string("-");
   };
@@ -136,10 +145,7 @@ Result<void> capture_moved(const std::string& scene, int size) {
   SYMRIG_TRY(const Registration registration, register_camera(*still));
   for (const double moved : {0.0, 0.0025, 0.005, 0.01, 0.02, 0.04}) {
     SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench_of(size, moved)));
-    SYMRIG_TRY(CellWeights weights, registration.weights());
-    RegisteredProbe probe(*rig, std::move(weights));
-    SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, false));
-    SYMRIG_TRY(const Captured found, captured(probe, truth));
+    SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, false));
     fmt::print("{:<18} {:5.4f} {:9.0f} {:9.4f} {:9.4f} {:13.4f}\n", rig->uri().name, moved, found.patterns,
                found.errors.frobenius, found.errors.indirect, found.errors.bar_indirect);
     (void)std::fflush(stdout);
@@ -165,10 +171,7 @@ Result<void> capture_with_pixels(const std::string& scene, int size, double pixe
       fmt::format("&camera={0}x{0}&turn=1.5&zoom={1}&shift=3.3,-2.1&distortion=0.02", camera, kZoom);
   SYMRIG_TRY(const auto rig, open_virtual_rig(scene + keys));
   SYMRIG_TRY(const Registration registration, register_camera(*rig));
-  SYMRIG_TRY(CellWeights weights, registration.weights());
-  RegisteredProbe probe(*rig, std::move(weights));
-  SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, false));
-  SYMRIG_TRY(const Captured found, captured(probe, truth));
+  SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, false));
   fmt::print("{:<18} {:6.2f} {:<7} {:9.0f} {:9.4f} {:9.4f} {:13.4f}\n", rig->uri().name,
              registration.pixels_per_cell(), to_string(registration.weighting()), found.patterns,
              found.errors.frobenius, found.errors.indirect, found.errors.bar_indirect);
@@ -188,10 +191,36 @@ int run_pixels(int size) {
   return 0;
 }
 
+/// How long a photograph of 2048x1536 pixels and three channels takes to become cells, best of ten.
+int run_time() {
+  const Grid camera{1536, 2048}, cells{384, 512};
+  CornerMap corners({camera.rows + 1, camera.cols + 1}, 2);
+  const double turn = 1.5 * std::numbers::pi / 180;
+  for (int row = 0; row <= camera.rows; ++row)
+    for (int col = 0; col <= camera.cols; ++col) {
+      corners.at(row, col, 0) = (std::cos(turn) * row + std::sin(turn) * col) / 3.72 - 10;
+      corners.at(row, col, 1) = (std::cos(turn) * col - std::sin(turn) * row) / 3.72 - 5;
+    }
+  const Radiance flood{Image<float>(camera, 3, 1.F), Image<float>(camera, 3, 1e-4F),
+                       Image<std::uint8_t>(camera, 3, std::uint8_t{1})};
+  for (const auto& [weighting, blur] : {std::pair(Weighting::cores, 0.0), std::pair(Weighting::area, 0.06)}) {
+    auto weights = CellWeights::make(cells, {&corners, 1}, flood, {.weighting = weighting});
+    if (!weights || !weights->blur_by(blur)) return 4;
+    double best = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 10; ++k) {
+      const Stopwatch watch;
+      if (!weights->gather(flood)) return 4;
+      best = std::min(best, watch.seconds());
+    }
+    fmt::print("{}{}: {:.1f} ms\n", to_string(weighting), blur > 0 ? ", blurred" : "", 1e3 * best);
+  }
+  return 0;
+}
+
 constexpr const char* kUsage =
     "usage: benchmark_registration [A | B [SIZE [SEED]]]\n"
     "       benchmark_registration moved | pixels [SIZE]\n"
-    "       benchmark_registration blur\n"
+    "       benchmark_registration blur | time\n"
     "SIZE: from 8 to 1024, default 64\n";
 
 }  // namespace
@@ -208,6 +237,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   if (what == "blur") return run_blur();
+  if (what == "time") return run_time();
   if (what == "moved") return run_moved(size);
   if (what == "pixels") return run_pixels(size);
   const std::string bench = bench_of(size);
