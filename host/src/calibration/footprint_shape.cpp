@@ -12,13 +12,12 @@ void ShapeFit::add(const StripeLight& light, std::optional<int> left_out, double
                    const Differences& seen, float contrast) {
   // One pixel has few terms, so floats keep enough digits.
   std::array<ScaleLanes, kMaxBits> m;
+  light.contrasts(position, m.data());
   Bits d;
   int terms = 0;
   for (int bit = 0; bit < light.bits(); ++bit) {
     if (bit == left_out) continue;
-    const Shape contrasts = light.contrasts(position, bit);
-    std::ranges::copy(contrasts, m[terms].begin());
-    m[terms].back() = 0;
+    m[terms] = m[bit];
     d[terms++] = seen.value[bit] / contrast;
   }
   ShapeSums sums;

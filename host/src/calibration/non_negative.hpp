@@ -46,29 +46,32 @@ class NonNegative {
     return from;
   }
 
-  /// Solves (A + ridge) x = right for the unknowns in `set`, the others 0, by Cholesky factors, row by row.
+  /// Solves (A + ridge) x = right for the unknowns in `set`, the others 0, by factors L D Lᵀ, row by row.
   Vector solved(Set set, const Vector& right) const {
     std::array<std::size_t, N> at{};
     std::size_t n = 0;
     for (std::size_t i = 0; i < N; ++i)
       if (has(set, i)) at[n++] = i;
-    Matrix factor;  // its diagonal stores inverses
-    Vector y{};
+    Matrix factor;        // L, below its diagonal of ones
+    Vector y{}, inverse;  // of D
     for (std::size_t i = 0; i < n; ++i) {
-      double sum = right[at[i]];
-      for (std::size_t j = 0; j <= i; ++j) {
-        double element = a_[at[i]][at[j]] + (i == j ? ridge_ : 0);
-        for (std::size_t k = 0; k < j; ++k) element -= factor[i][k] * factor[j][k];
-        factor[i][j] = i == j ? 1 / std::sqrt(element) : element * factor[j][j];
-        if (j < i) sum -= factor[i][j] * y[j];
+      Vector scaled;  // a row of L D
+      double sum = right[at[i]], pivot = a_[at[i]][at[i]] + ridge_;
+      for (std::size_t j = 0; j < i; ++j) {
+        scaled[j] = a_[at[i]][at[j]];
+        for (std::size_t k = 0; k < j; ++k) scaled[j] -= scaled[k] * factor[j][k];
+        factor[i][j] = scaled[j] * inverse[j];
+        pivot -= scaled[j] * factor[i][j];
+        sum -= factor[i][j] * y[j];
       }
-      y[i] = sum * factor[i][i];
+      inverse[i] = 1 / pivot;
+      y[i] = sum;
     }
     Vector x{};
     for (std::size_t i = n; i-- > 0;) {
-      double sum = y[i];
+      double sum = y[i] * inverse[i];
       for (std::size_t k = i + 1; k < n; ++k) sum -= factor[k][i] * x[at[k]];
-      x[at[i]] = sum * factor[i][i];
+      x[at[i]] = sum;
     }
     return x;
   }

@@ -44,24 +44,24 @@ class PairSums {
   PairSums(const CodePhotographs& photographs, const std::vector<std::size_t>& sample,
            const std::optional<int>& held_out)
       : photographs_(photographs), sample_(sample) {
-    for (int pair = 0; pair < photographs.code.pairs(); ++pair)
-      if (pair != held_out) pairs_.push_back(pair);
-    for (const int pair : pairs_) {
+    for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
+      if (pair == held_out) continue;
       std::vector<double> sums;
       sums.reserve(sample.size());
       for (const std::size_t i : sample) sums.push_back(sum(pair, i));
-      middles_.push_back(median(sums));
+      off_.push_back(sums);
+      const double middle = median(sums);
+      for (double& off : off_.back()) off -= middle;
     }
   }
 
   NoisePoint bin(std::size_t begin, std::size_t end) const {
     std::vector<double> deviations;
     NoisePoint point;
-    for (std::size_t at = begin; at < end; ++at) {
-      const std::size_t i = sample_[at];
-      point.level += level(i) / static_cast<double>(end - begin);
-      for (std::size_t k = 0; k < pairs_.size(); ++k) deviations.push_back(sum(pairs_[k], i) - middles_[k]);
-    }
+    for (std::size_t at = begin; at < end; ++at)
+      point.level += level(sample_[at]) / static_cast<double>(end - begin);
+    for (const auto& off : off_)
+      for (std::size_t at = begin; at < end; ++at) deviations.push_back(off[at]);
     point.variance = robust_square(deviations) / 4;
     return point;
   }
@@ -78,8 +78,7 @@ class PairSums {
 
   const CodePhotographs& photographs_;
   const std::vector<std::size_t>& sample_;
-  std::vector<int> pairs_;
-  std::vector<double> middles_;
+  std::vector<std::vector<double>> off_;  ///< of each pair: sums minus their median, in the sample's order
 };
 
 /// Relative least squares: every bin knows its variance to the same relative error.

@@ -53,6 +53,35 @@ Result<LightMask> find_light(const CodePhotographs& photographs, const DecodeOpt
       "use a longer exposure, or darken the room"};
 }
 
+/// Sums over the 5 × 5 pixels around each pixel of a row.
+class WindowSums {
+ public:
+  /// energy: 0 where not lit.
+  WindowSums(const Image<float>& energy, const Image<std::uint8_t>& lit, int row)
+      : columns_(static_cast<std::size_t>(lit.grid().cols) + 2 * std::size_t{kReach}) {
+    const Grid grid = lit.grid();
+    for (int r = std::max(row - kReach, 0); r <= std::min(row + kReach, grid.rows - 1); ++r)
+      for (int col = 0; col < grid.cols; ++col) {
+        columns_[col + kReach].energy += static_cast<double>(energy.at(r, col));
+        columns_[col + kReach].pixels += lit.at(r, col);
+      }
+  }
+
+  struct Sums {
+    double energy = 0, pixels = 0;
+  };
+  Sums around(int col) const {
+    Sums sums;
+    for (int k = col; k <= col + 2 * kReach; ++k)
+      sums.energy += columns_[k].energy, sums.pixels += columns_[k].pixels;
+    return sums;
+  }
+
+ private:
+  static constexpr int kReach = 2;
+  std::vector<Sums> columns_;
+};
+
 /// Whether the finest stripes are visible: the mean square of their differences over the 5 × 5 pixels around,
 /// against noise alone. Without direct light (a shadow that other surfaces light) they are not, even if the
 /// coarse stripes seem to give a position.
@@ -63,17 +92,14 @@ Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const Stripe
   tbb::parallel_for(std::size_t{0}, energy.values().size(), [&](std::size_t i) {
     if (lit.values()[i]) energy.values()[i] = columns.fine_energy(i) + rows.fine_energy(i);
   });
-  constexpr int kReach = 2;
   // Each pixel adds four squares of mean 1 and variance 2.
   constexpr double kSquares = 4;
   Image<std::uint8_t> direct(grid);
   tbb::parallel_for(0, grid.rows, [&](int row) {
+    const WindowSums sums(energy, lit, row);
     for (int col = 0; col < grid.cols; ++col) {
       if (!lit.at(row, col)) continue;
-      double sum = 0, pixels = 0;
-      for (int r = std::max(row - kReach, 0); r <= std::min(row + kReach, grid.rows - 1); ++r)
-        for (int c = std::max(col - kReach, 0); c <= std::min(col + kReach, grid.cols - 1); ++c)
-          if (lit.at(r, c)) sum += static_cast<double>(energy.at(r, c)), pixels += 1;
+      const auto [sum, pixels] = sums.around(col);
       const double squares = kSquares * pixels;
       direct.at(row, col) = sum > squares + sigmas * std::sqrt(2 * squares) ? 1 : 0;
     }

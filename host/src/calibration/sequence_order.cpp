@@ -32,10 +32,10 @@ class EdgeVotes {
     const Grid grid = light.photographs.camera();
     const auto lit = std::ranges::count_if(light.amplitude.values(), [](float a) { return a > 0; });
     const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(lit)) / kLines));
-    for (int row = step / 2; row < grid.rows; row += step)
-      scan(static_cast<std::size_t>(row * grid.cols), 1, grid.cols);
-    for (int col = step / 2; col < grid.cols; col += step)
-      scan(static_cast<std::size_t>(col), static_cast<std::size_t>(grid.cols), grid.rows);
+    const auto lines = [step](int length) { return (length - step / 2 + step - 1) / step; };
+    const std::size_t width = grid.cols, apart = step, first = step / 2;
+    scan({first * width, apart * width, lines(grid.rows)}, 1, grid.cols);
+    scan({first, apart, lines(grid.cols)}, width, grid.rows);
   }
 
   const Votes& at(int s, int t) const {
@@ -60,23 +60,45 @@ class EdgeVotes {
       resolved_[pair] = 2 * strong > light_.sample.size();
     }
   }
-  void scan(std::size_t begin, std::size_t stride, int length) {
+  /// Parallel lines of pixels.
+  struct Lines {
+    std::size_t first, apart;
+    int count;
+    std::size_t begin(int line) const { return first + static_cast<std::size_t>(line) * apart; }
+  };
+  /// The last pixel of a line with a clear sign.
+  struct Clear {
+    int at = -1;
+    float difference = 0;
+  };
+  /// Follows all lines at once: neighbours of lines along columns share the memory of a row.
+  void scan(const Lines& lines, std::size_t stride, int length) {
+    std::vector<float> levels;
+    levels.reserve(static_cast<std::size_t>(lines.count) * static_cast<std::size_t>(length));
+    for (int k = 0; k < length; ++k)
+      for (int line = 0; line < lines.count; ++line) {
+        const std::size_t pixel = lines.begin(line) + static_cast<std::size_t>(k) * stride;
+        levels.push_back(light_.amplitude.values()[pixel] > 0 ? sign_level(pixel) : 0);
+      }
     for (const int pair : light_.pairs) {
       if (!resolved(pair)) continue;
-      int last = -1;
-      float before = 0;
-      for (int k = 0; k < length; ++k) {
-        const std::size_t pixel = begin + static_cast<std::size_t>(k) * stride;
-        if (!(light_.amplitude.values()[pixel] > 0)) {
-          last = -1;
-          continue;
-        }
-        const float d = light_.difference(pair, pixel);
-        if (std::abs(d) < sign_level(pixel)) continue;
-        if (last >= 0 && k - last <= kWidest && d * before < 0) vote(pair, begin, stride, last, k);
-        last = k, before = d;
-      }
+      std::vector<Clear> last(lines.count);
+      auto level = levels.begin();
+      for (int k = 0; k < length; ++k)
+        for (int line = 0; line < lines.count; ++line)
+          follow(pair, lines.begin(line), stride, k, *level++, last[line]);
     }
+  }
+  void follow(int pair, std::size_t begin, std::size_t stride, int k, float level, Clear& last) {
+    if (!(level > 0)) {
+      last.at = -1;
+      return;
+    }
+    const float d = light_.difference(pair, begin + static_cast<std::size_t>(k) * stride);
+    if (std::abs(d) < level) return;
+    if (last.at >= 0 && k - last.at <= kWidest && d * last.difference < 0)
+      vote(pair, begin, stride, last.at, k);
+    last = {k, d};
   }
   /// Counts the sign of each other pair at an edge between two pixels.
   void vote(int pair, std::size_t begin, std::size_t stride, int from, int to) {
@@ -165,6 +187,7 @@ class Explanations {
   const GrayCode& code() const { return light_.photographs.code; }
   std::vector<Role> divided(int columns) const {
     std::vector<Role> roles;
+    roles.reserve(code().pairs());
     for (int k = 0; k < code().pairs(); ++k)
       roles.push_back({k < columns ? 0 : 1, k < columns ? k : k - columns});
     return roles;

@@ -36,14 +36,18 @@ void for_tile(const Image<std::uint8_t>& mask, int tile_row, int tile_col, int s
 StripeDecoder::StripeDecoder(const CodePhotographs& photographs, StripeAxis axis,
                              const DecodeOptions& options, const NoiseLine& noise,
                              const Image<std::uint8_t>& lit)
-    : photographs_(photographs),
-      options_(options),
+    : options_(options),
       noise_(noise),
       lit_(lit),
       light_(photographs.code, axis),
-      first_(axis == StripeAxis::columns ? 0 : photographs.code.column_bits()) {
+      white_(photographs.white().values().data()),
+      black_(photographs.black().values().data()) {
+  const int first = axis == StripeAxis::columns ? 0 : photographs.code.column_bits();
+  for (int bit = 0; bit < light_.bits(); ++bit)
+    pairs_[bit] = {photographs.image(2 * (first + bit)).values().data(),
+                   photographs.image(2 * (first + bit) + 1).values().data()};
   if (options.held_out_pair) {
-    const int bit = *options.held_out_pair - first_;
+    const int bit = *options.held_out_pair - first;
     if (bit >= 0 && bit < light_.bits()) left_out_ = bit;
   }
   usual_ = kGuess;
@@ -52,29 +56,27 @@ StripeDecoder::StripeDecoder(const CodePhotographs& photographs, StripeAxis axis
 
 Differences StripeDecoder::differences(std::size_t pixel) const {
   Differences seen;
-  for (int bit = 0; bit < light_.bits(); ++bit)
-    if (bit != left_out_)
-      seen.value[bit] = photographs_.image(2 * (first_ + bit)).values()[pixel] -
-                        photographs_.image(2 * (first_ + bit) + 1).values()[pixel];
-  const auto white = static_cast<double>(photographs_.white().values()[pixel]),
-             black = static_cast<double>(photographs_.black().values()[pixel]);
+  for (int bit = 0; bit < light_.bits(); ++bit) {
+    const auto [pattern, complement] = pairs_[bit];
+    if (bit != left_out_) seen.value[bit] = pattern[pixel] - complement[pixel];
+  }
+  const auto white = static_cast<double>(white_[pixel]), black = static_cast<double>(black_[pixel]);
   seen.variance = static_cast<float>(2 * noise_.variance((white + black) / 2) +
                                      std::pow(options_.policy.model_error * (white - black), 2));
   return seen;
 }
 
 float StripeDecoder::fine_energy(std::size_t pixel) const {
-  const Differences seen = differences(pixel);
-  const auto level =
-      static_cast<double>(photographs_.white().values()[pixel] + photographs_.black().values()[pixel]) / 2;
   double sum = 0;
   int bits = 0;
   for (int bit = light_.bits() - 1; bit >= 0 && bits < 2; --bit) {
     if (bit == left_out_) continue;
-    const auto d = static_cast<double>(seen.value[bit]);
+    const auto [pattern, complement] = pairs_[bit];
+    const auto d = static_cast<double>(pattern[pixel] - complement[pixel]);
     sum += d * d;
     ++bits;
   }
+  const double level = static_cast<double>(white_[pixel] + black_[pixel]) / 2;
   return static_cast<float>(sum / (2 * noise_.variance(level)));
 }
 

@@ -55,16 +55,18 @@ class StripeDecoder {
   float reflected(float position) const;
   float evidence() const { return static_cast<float>(options_.policy.evidence); }
   float freedom() const { return static_cast<float>(std::max(light_.bits() - (left_out_ ? 3 : 2), 1)); }
-  float contrast(std::size_t pixel) const {
-    return photographs_.white().values()[pixel] - photographs_.black().values()[pixel];
-  }
+  float contrast(std::size_t pixel) const { return white_[pixel] - black_[pixel]; }
 
-  const CodePhotographs& photographs_;
   const DecodeOptions& options_;
   const NoiseLine& noise_;
   const Image<std::uint8_t>& lit_;
   StripeLight light_;
-  int first_;
+  /// The photographs of this axis, by pixels.
+  struct Pair {
+    const float *pattern, *complement;
+  };
+  std::array<Pair, kMaxBits> pairs_;
+  const float *white_, *black_;
   std::optional<int> left_out_;
   Shape usual_;
 };

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compiled for every instruction set that Highway supports, and chosen at run time: most of the decoding time
-// is spent here.
+// Compiled for every instruction set that Highway supports, and chosen at run time.
 #include "calibration/stripe_kernels.hpp"
 
 #include <limits>
@@ -33,17 +32,6 @@ void shape_pixel(const Steps* scales, std::size_t bits, const Shape& shape, std:
   }
 }
 
-void explain(const Bits& seen, const ShapedPixel& light, std::size_t bits, Steps& to) {
-  const Lanes d;
-  for (std::size_t part = 0; part < kSteps; part += hn::Lanes(d)) {
-    auto along = hn::Zero(d);
-    for (std::size_t bit = 0; bit < bits; ++bit)
-      along = hn::MulAdd(hn::Set(d, seen[bit]), hn::LoadU(d, light.contrast[bit].data() + part), along);
-    along = hn::Max(along, hn::Zero(d));
-    hn::StoreU(hn::Div(hn::Mul(along, along), hn::LoadU(d, light.square.data() + part)), d, to.data() + part);
-  }
-}
-
 void sum_shape(const ScaleLanes* m, const float* d, std::size_t bits, float weight, ShapeSums& to) {
   const hn::CappedTag<float, kScales.size() + 1> lanes;
   for (std::size_t part = 0; part < kScales.size() + 1; part += hn::Lanes(lanes)) {
@@ -66,17 +54,12 @@ HWY_AFTER_NAMESPACE();
 namespace symrig::calibration {
 
 HWY_EXPORT(shape_pixel);
-HWY_EXPORT(explain);
 HWY_EXPORT(sum_shape);
 
 void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
                  ShapedPixel& to) {
   HWY_DYNAMIC_DISPATCH(shape_pixel)
   (scales, static_cast<std::size_t>(bits), shape, static_cast<std::size_t>(left_out.value_or(kMaxBits)), to);
-}
-
-void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to) {
-  HWY_DYNAMIC_DISPATCH(explain)(seen, light, static_cast<std::size_t>(bits), to);
 }
 
 void sum_shape(const ScaleLanes* m, const float* d, int bits, float weight, ShapeSums& to) {

@@ -18,12 +18,6 @@ struct ShapedPixel {
 void shape_pixel(const Steps* scales, int bits, const Shape& shape, std::optional<int> left_out,
                  ShapedPixel& to);
 
-/// The part of Σ_k D_k² that the best a ≥ 0 explains if D_k = a contrast_k(x): (Σ D m)² / Σ m², or 0.
-void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to);
-
-/// The contrast of one bit in all scales; the last lane is 0.
-using ScaleLanes = std::array<float, kScales.size() + 1>;
-
 /// Normal equations of a footprint's shape for one pixel.
 struct ShapeSums {
   std::array<ScaleLanes, kScales.size()> a;  ///< Σ_k weight m_k m_kᵀ

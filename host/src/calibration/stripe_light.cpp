@@ -10,43 +10,62 @@
 namespace symrig::calibration {
 namespace {
 
-/// An edge of the stripes: contrast jumps by `step` at `position`.
+/// An edge of the stripes: contrast jumps by `step` at `position` [1 / kSteps pixel].
 struct Edge {
-  double position, step;
+  int position;
+  double step;
 };
 
 /// Edges of a pattern minus its complement, with 0 outside both borders.
 std::vector<Edge> edges_of(std::span<const float> stripes) {
+  static_assert(kSteps % 2 == 0, "an edge between two pixels is a whole number of steps");
   std::vector<Edge> edges;
   double before = 0;
   for (std::size_t x = 0; x <= stripes.size(); ++x) {
     const double here = x < stripes.size() ? 2 * static_cast<double>(stripes[x]) - 1 : 0;
-    if (here != before) edges.push_back({static_cast<double>(x) - 0.5, here - before});
+    if (here != before) edges.push_back({static_cast<int>(x) * kSteps - kSteps / 2, here - before});
     before = here;
   }
   return edges;
 }
 
+/// Φ(x / σ) at whole steps: edges and positions are whole steps, so no other value is needed.
+class BlurredStep {
+ public:
+  explicit BlurredStep(double sigma) : reach_(static_cast<int>(5 * sigma * kSteps)) {
+    for (int x = -reach_; x <= reach_; ++x)
+      value_.push_back(0.5 * std::erfc(-static_cast<double>(x) / kSteps / (sigma * std::numbers::sqrt2)));
+  }
+  /// Five sigmas [steps]. Beyond them it is 0 or 1.
+  int reach() const { return reach_; }
+  /// −reach <= x <= reach
+  double operator()(int x) const { return value_[x + reach_]; }
+
+ private:
+  int reach_;
+  std::vector<double> value_;
+};
+
 /// A Gaussian convolved with a step function: Σ steps · Φ((x − edge) / σ), evaluated from left to right.
-/// Edges further than five sigmas left of x count fully.
 class BlurredStair {
  public:
-  BlurredStair(const std::vector<Edge>& edges, double sigma) : edges_(edges), sigma_(sigma) {}
+  BlurredStair(const std::vector<Edge>& edges, const BlurredStep& blurred)
+      : edges_(edges), blurred_(blurred) {}
 
-  double operator()(double x) {
-    const double reach = 5 * sigma_;
+  double operator()(int x) {
+    const int reach = blurred_.reach();
     for (; passed_ < edges_.size() && edges_[passed_].position < x - reach; ++passed_)
       level_ += edges_[passed_].step;
     double value = level_;
     for (std::size_t i = passed_; i < edges_.size() && edges_[i].position <= x + reach; ++i)
-      value += edges_[i].step * 0.5 * std::erfc((edges_[i].position - x) / (sigma_ * std::numbers::sqrt2));
+      value += edges_[i].step * blurred_(x - edges_[i].position);
     return value;
   }
 
  private:
   const std::vector<Edge>& edges_;
-  double sigma_;
-  std::size_t passed_ = 0;  ///< edges more than five sigmas left of x
+  const BlurredStep& blurred_;
+  std::size_t passed_ = 0;  ///< edges that are left of the reach
   double level_ = 0;        ///< the sum of their steps
 };
 
@@ -55,7 +74,8 @@ class BlurredStair {
 StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
     : bits_(code.bits(axis)),
       size_(axis == StripeAxis::columns ? code.projector().cols : code.projector().rows),
-      table_(static_cast<std::size_t>(size_) * static_cast<std::size_t>(bits_) * kScales.size()) {
+      table_(static_cast<std::size_t>(size_) * static_cast<std::size_t>(bits_) * kScales.size()),
+      scales_(static_cast<std::size_t>(size_) * kSteps * static_cast<std::size_t>(bits_)) {
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits();
   tbb::parallel_for(0, bits_, [&](int bit) {
     std::vector<float> stripes;
@@ -68,24 +88,24 @@ StripeLight::StripeLight(const GrayCode& code, StripeAxis axis)
 void StripeLight::fill(std::span<const float> stripes, int bit) {
   const auto edges = edges_of(stripes);
   for (std::size_t s = 0; s < kScales.size(); ++s) {
-    BlurredStair blurred(edges, kScales[s]);
+    const BlurredStep step_function(kScales[s]);
+    BlurredStair blurred(edges, step_function);
     for (int pixel = 0; pixel < size_; ++pixel)
       for (int step = 0; step < kSteps; ++step)
-        table_[offset(pixel, bit) + s][step] =
-            static_cast<float>(blurred(pixel + static_cast<double>(step) / kSteps));
+        scales_[(pixel * kSteps + step) * bits_ + bit][s] = table_[offset(pixel, bit) + s][step] =
+            static_cast<float>(blurred(pixel * kSteps + step));
   }
 }
 
-Shape StripeLight::contrasts(double x, int bit) const {
+void StripeLight::contrasts(double x, ScaleLanes* to) const {
   const double at_step = std::clamp(x * kSteps, 0.0, static_cast<double>(positions() - 1));
   const int index = std::min(static_cast<int>(at_step), positions() - 2);
   const auto share = static_cast<float>(at_step - index);
-  const Steps* const low = table_.data() + offset(index / kSteps, bit);
-  const Steps* const high = table_.data() + offset((index + 1) / kSteps, bit);
-  const auto i = static_cast<std::size_t>(index % kSteps), j = static_cast<std::size_t>((index + 1) % kSteps);
-  Shape out{};
-  for (std::size_t s = 0; s < kScales.size(); ++s) out[s] = low[s][i] + share * (high[s][j] - low[s][i]);
-  return out;
+  const ScaleLanes* const low = scales_.data() + static_cast<std::size_t>(index) * bits_;
+  const ScaleLanes* const high = low + bits_;
+  for (int bit = 0; bit < bits_; ++bit)
+    for (std::size_t s = 0; s < to->size(); ++s)
+      to[bit][s] = low[bit][s] + share * (high[bit][s] - low[bit][s]);
 }
 
 }  // namespace symrig::calibration

@@ -19,6 +19,9 @@ inline constexpr std::array<double, 7> kScales{0.25, 0.44, 0.79, 1.41, 2.5, 8, 3
 /// Share of each Gaussian in the light that a footprint collects; Σ ≤ 1, the rest is not local.
 using Shape = std::array<float, kScales.size()>;
 
+/// One value for each Gaussian; the last lane is 0.
+using ScaleLanes = std::array<float, kScales.size() + 1>;
+
 /// One value for each bit.
 using Bits = std::array<float, kMaxBits>;
 
@@ -40,8 +43,8 @@ class StripeLight {
 
   /// contrast_k(x; s) for x from `pixel` to just below pixel + 1: [bit][scale].
   const Steps* at(int pixel) const { return table_.data() + offset(pixel, 0); }
-  /// contrast_k(x; s) of one bit and all scales, linear between the steps.
-  Shape contrasts(double x, int bit) const;
+  /// contrast_k(x; s) of all bits and scales, linear between the steps. to: [bit].
+  void contrasts(double x, ScaleLanes* to) const;
 
  private:
   std::size_t offset(int pixel, int bit) const {
@@ -52,7 +55,8 @@ class StripeLight {
   void fill(std::span<const float> stripes, int bit);
 
   int bits_, size_;
-  std::vector<Steps> table_;  ///< [pixel][bit][scale]
+  std::vector<Steps> table_;        ///< [pixel][bit][scale]
+  std::vector<ScaleLanes> scales_;  ///< the same: [pixel][step][bit]
 };
 
 }  // namespace symrig::calibration

@@ -3,6 +3,7 @@
 
 #include "calibration/stripe_kernels.hpp"
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -30,8 +31,6 @@ class ShapedLight {
     if (stamp_[i] != now_) compute(i);
     return known_[i];
   }
-  /// contrast of all bits at position index / kSteps.
-  Bits at(int index);
   const StripeLight& light() const { return light_; }
   std::optional<int> left_out() const { return left_out_; }
 
@@ -41,7 +40,7 @@ class ShapedLight {
   const StripeLight& light_;
   std::optional<int> left_out_;
   Shape shape_{};
-  std::vector<ShapedPixel> known_;
+  std::unique_ptr<ShapedPixel[]> known_;  ///< of each projector pixel; valid where the stamp is of now
   std::vector<std::uint32_t> stamp_;
   std::uint32_t now_ = 0;
 };
@@ -51,6 +50,9 @@ struct Differences {
   Bits value{};
   float variance = 1;
 };
+
+/// The part of Σ_k D_k² that the best a ≥ 0 explains if D_k = a contrast_k(x): (Σ D m)² / Σ m², or 0.
+void explain(const Bits& seen, const ShapedPixel& light, int bits, Steps& to);
 
 /// The position that explains the differences best: min over x and a ≥ 0 of Σ_k (D_k − a m_k(x))² / V, with m
 /// the shaped contrast. The candidates are the positions that the signs of D give, and those with any of the

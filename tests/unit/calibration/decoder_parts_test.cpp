@@ -220,10 +220,11 @@ TEST(StripeKernels, AreTheirEquations) {
 /// Σ (D / contrast − Σ_s shape_s m(x; s))²
 double misfit(const StripeLight& light, double x, const Bits& seen, float contrast, const Shape& shape) {
   double sum = 0;
+  std::array<ScaleLanes, kMaxBits> m;
+  light.contrasts(x, m.data());
   for (int bit = 0; bit < light.bits(); ++bit) {
-    const Shape m = light.contrasts(x, bit);
     auto left = static_cast<double>(seen[bit] / contrast);
-    for (std::size_t s = 0; s < m.size(); ++s) left -= static_cast<double>(shape[s] * m[s]);
+    for (std::size_t s = 0; s < shape.size(); ++s) left -= static_cast<double>(shape[s] * m[bit][s]);
     sum += left * left;
   }
   return sum;
@@ -238,10 +239,10 @@ TEST(ShapeFit, ExplainsWhatItWasGivenAndKeepsToAStrongPrior) {
   const std::vector<double> positions{100.3, 333.6, 412.1};
   for (const double x : positions) {
     Differences seen{.value = {}, .variance = 1e-4F};
-    for (int bit = 0; bit < light.bits(); ++bit) {
-      const Shape m = light.contrasts(x, bit);
-      for (std::size_t s = 0; s < m.size(); ++s) seen.value[bit] += kContrast * truth[s] * m[s];
-    }
+    std::array<ScaleLanes, kMaxBits> m;
+    light.contrasts(x, m.data());
+    for (int bit = 0; bit < light.bits(); ++bit)
+      for (std::size_t s = 0; s < truth.size(); ++s) seen.value[bit] += kContrast * truth[s] * m[bit][s];
     fit.add(light, {}, x, seen, kContrast);
     pixels.push_back(seen);
   }
