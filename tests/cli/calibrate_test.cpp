@@ -17,17 +17,18 @@ class Photographs : public CommandTest {
   static constexpr Grid kGrid{24, 40};
   static constexpr float kBlack = 0.05F, kDirect = 0.6F, kGlobal = 0.1F;
 
-  void SetUp() override {
+  void SetUp() override { write_photographs(kGrid); }
+  void write_photographs(Grid grid) const {
     std::filesystem::create_directory(path("photographs"));
-    const std::vector<Pattern> patterns = gray_code_patterns(kGrid);
+    const std::vector<Pattern> patterns = gray_code_patterns(grid);
     for (std::size_t k = 0; k < patterns.size(); ++k) write_photograph(k, patterns[k]);
   }
   static std::string name(std::size_t k) { return fmt::format("photographs/{:02}.png", k); }
 
   void write_photograph(std::size_t k, const Pattern& pattern) const {
     float mean = 0;
-    for (const float v : pattern.values()) mean += v / static_cast<float>(kGrid.size());
-    Image<float> seen(kGrid);
+    for (const float v : pattern.values()) mean += v / static_cast<float>(pattern.grid().size());
+    Image<float> seen(pattern.grid());
     for (std::size_t i = 0; i < seen.values().size(); ++i)
       seen.values()[i] = kBlack + kDirect * pattern.values()[i] + kGlobal * mean;
     ASSERT_TRUE(write_image(path(name(k)), seen).ok());
@@ -53,6 +54,31 @@ TEST_F(Photographs, calibrate_finds_the_map) {
       EXPECT_NEAR(map.at(row, col, 0), col, 0.5);  // half a projector pixel: PixelMap's bound
       EXPECT_NEAR(map.at(row, col, 1), row, 0.5);
     }
+}
+
+// A smooth model needs 100 blocks of 4 × 4 pixels; this map has 60. One of 375 is one plane, known to half a
+// projector pixel: the bound of PixelMap.
+TEST_F(Photographs, calibrate_fits_a_smooth_model_if_the_map_is_large_enough) {
+  const Outcome small =
+      symrig({"calibrate", "--from", "photographs", "--projector", "24x40", "--json", "small.json"});
+  ASSERT_EQ(small.code, 0) << small.err;
+  EXPECT_FALSE(json("small.json").contains("smooth"));
+  EXPECT_EQ(small.out.find("smooth model"), std::string::npos);
+
+  std::filesystem::remove_all(path("photographs"));
+  write_photographs({60, 100});
+  const Outcome outcome = symrig({"calibrate", "--from", "photographs", "--projector", "60x100", "--report",
+                                  "map.html", "--json", "c.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const nlohmann::json smooth = json("c.json").at("smooth");
+  EXPECT_EQ(smooth.at("pieces"), 1);
+  EXPECT_LT(smooth.at("rms_held_out").get<double>(), 0.5);
+  EXPECT_GT(smooth.at("share_planar").get<double>(), 0.2);
+  EXPECT_EQ(smooth.at("share_far"), 0);
+  EXPECT_GT(smooth.at("share_described").get<double>(), 0.95);
+  EXPECT_LT(smooth.at("share_marked").get<double>(), 0.05);
+  EXPECT_NE(outcome.out.find("smooth model of 1 piece:"), std::string::npos) << outcome.out;
+  EXPECT_NE(read_text(path("map.html")).find("Smooth model"), std::string::npos);
 }
 
 // The scene is exactly what the fit assumes, so that a photograph it has not seen is predicted to the

@@ -9,6 +9,7 @@
 #include "registration_job.hpp"
 #include "rig.hpp"
 #include "sensor_calibration.hpp"
+#include "symrig/calibration/smooth_map.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/image/resample.hpp"
 #include "symrig/report/calibration_summary.hpp"
@@ -40,7 +41,10 @@ Result<Calibration> from_folder(const CodeFolder& from) {
   DecodeOptions options;
   options.check_sequence = !from.unchecked;
   SYMRIG_TRY(PixelMap map, decode(photographs, options));
-  return Calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
+  Calibration calibration{summarize(folder_name(from.folder), photographs, map), std::move(map)};
+  // A map of a few pixels has no smooth model; the map itself is good.
+  if (auto smooth = fit_smooth_map(calibration.map)) calibration.summary.smooth = *std::move(smooth);
+  return calibration;
 }
 
 /// Shows the sequence with the rig and takes one photograph for each pattern. white: the flood-lit photograph
@@ -88,6 +92,15 @@ Result<Calibration> from_rig(Probe& rig) {
   return calibration;
 }
 
+std::string smooth_text(const SmoothMap& smooth) {
+  return fmt::format(
+      "smooth model of {} {}: left-out pixels on planar parts ({} of them) are {:.3f} pixels rms from it; {} "
+      "of "
+      "the decoded pixels are marked as edges\n",
+      smooth.pieces, smooth.pieces == 1 ? "piece" : "pieces", percent(smooth.held_out.planar_share),
+      smooth.held_out.rms, percent(smooth.edge_share));
+}
+
 std::string calibration_text(const Calibration& c) {
   std::string text = fmt::format(
       "{}: {} photographs, camera {}, projector {}\n"
@@ -98,6 +111,7 @@ std::string calibration_text(const Calibration& c) {
       percent(c.map.decoded_share()), percent(c.summary.quality.valid_share),
       percent(c.summary.quality.outlier_share), c.summary.quality.rms, c.summary.mean_white,
       c.summary.mean_black, c.map.noise);
+  if (c.summary.smooth) text += smooth_text(*c.summary.smooth);
   if (!c.summary.rig) return text;
   const RigSummary& rig = *c.summary.rig;
   // Positions of a camera with pixels of its own are in other units than those of the projector.

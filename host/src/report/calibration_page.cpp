@@ -93,6 +93,29 @@ std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
           kNarrowest));
 }
 
+std::string smooth_section(const SmoothMap& smooth, const PixelMap& map, const Thumbnails& small) {
+  constexpr double kOff = 0.5;  // [projector pixels] end of the scale
+  const auto marks = small.decoded(1, [&](int r, int c) { return smooth.edges.at(r, c); });
+  const auto distance = [&](int r, int c) {
+    return smooth.known.at(r, c)
+               ? std::hypot(map.col.at(r, c) - smooth.col.at(r, c), map.row.at(r, c) - smooth.row.at(r, c))
+               : std::nanf("");
+  };
+  return section(
+      "smooth", "Smooth model",
+      row_of(
+          {figure(
+               marks, "edges",
+               "White: no smooth model describes the positions here, or two surfaces meet. Black: a smooth "
+               "model does. Grey: not decoded.",
+               ""),
+           figure(small.decoded(kOff, distance), "distance from the model",
+                  "Distance of the decoded position from the smooth model, in projector pixels. Grey: not "
+                  "decoded, or not described.",
+                  colour_scale("0", fmt::format("{} or more", kOff)))},
+          kNarrowest));
+}
+
 std::string facts(const CalibrationSummary& s, const PixelMap& map) {
   std::vector<std::pair<std::string, std::string>> rows{
       {"Photographs", grouped(s.photographs)},
@@ -102,6 +125,13 @@ std::string facts(const CalibrationSummary& s, const PixelMap& map) {
       {"Of these, over 1.5 projector pixels from their neighbours' map", percent(s.quality.outlier_share)},
       {"Rms of the others, along an axis", fmt::format("{:.3f} projector pixels", s.quality.rms)},
       {"Noise of a photograph's pixel", short_number(map.noise) + " (1: largest code)"}};
+  if (s.smooth) {
+    const SmoothMap::HeldOut& held_out = s.smooth->held_out;
+    rows.emplace_back("Left-out pixels on planar parts, rms from a smooth model along an axis",
+                      fmt::format("{:.3f} projector pixels ({} of them are on planar parts)", held_out.rms,
+                                  percent(held_out.planar_share)));
+    rows.emplace_back("Marked as edges, of the decoded pixels", percent(s.smooth->edge_share));
+  }
   if (s.rig)
     rows.emplace_back("Projector − camera position", fmt::format("rows {:+.3f}, columns {:+.3f} pixels",
                                                                  s.rig->offset_row, s.rig->offset_col));
@@ -116,6 +146,7 @@ std::string calibration_page(const CalibrationSummary& summary, const PixelMap& 
   std::string html = "<h1>" + escape(summary.source) + "</h1>\n" +
                      section("facts", "Pixel map", facts(summary, map)) + positions_section(map, small) +
                      doubts_section(map, small);
+  if (summary.smooth) html += smooth_section(*summary.smooth, map, small);
   html += section(
       "light", "Projector light",
       row_of(

@@ -53,6 +53,17 @@ Json rig_json(const RigSummary& rig) {
           {"rig_seconds", rig.rig_seconds}};
 }
 
+Json smooth_json(const SmoothMap& smooth) {
+  return {{"rms_held_out", smooth.held_out.rms},
+          {"share_planar", smooth.held_out.planar_share},
+          {"share_far", smooth.held_out.far_share},
+          {"share_described", smooth.known_share},
+          {"share_marked", smooth.edge_share},
+          {"pieces", smooth.pieces},
+          {"knots", smooth.knots},
+          {"smoothing", smooth.smoothing}};
+}
+
 Json statistics_json(const FitStatistics& s) {
   return {{"mean_white", s.mean_white},           {"lit_share", s.lit_share},
           {"decoded_share", s.decoded_share},     {"direct_share", s.direct_share},
@@ -108,6 +119,7 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
                      {"valid_share_of_lit", summary.quality.valid_share},
                      {"outlier_share", summary.quality.outlier_share},
                      {"residual_rms", summary.quality.rms}};
+  if (summary.smooth) json["smooth"] = smooth_json(*summary.smooth);
   if (summary.rig) json["rig"] = rig_json(*summary.rig);
   return report::json_text(json);
 }

@@ -3,6 +3,7 @@
 // as configured.
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/map_quality.hpp"
+#include "symrig/calibration/smooth_map.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -89,6 +90,21 @@ TEST_F(RealPhotographs, DecodeSmoothly) {
       jumps += std::abs(decoded.col.at(r, c) - decoded.col.at(r, c - 1)) > 2 ? 1 : 0;
     }
   EXPECT_LE(static_cast<double>(jumps), 1e-3 * static_cast<double>(pairs));
+}
+
+// The bar of the smooth model: 0.15 projector pixel, rms along an axis, at left-out pixels of planar parts.
+// No pixel of these is dropped, whatever its error. The paper's shadow and the wall behind the board are
+// edges.
+TEST_F(RealPhotographs, SmoothModelPredictsLeftOutPixels) {
+  const auto smooth = fit_smooth_map(map());
+  ASSERT_TRUE(smooth.ok()) << smooth.error().line();
+  RecordProperty("rms_pixels", std::to_string(smooth->held_out.rms));
+  RecordProperty("planar_share", std::to_string(smooth->held_out.planar_share));
+  RecordProperty("edge_share", std::to_string(smooth->edge_share));
+  EXPECT_LE(smooth->held_out.rms, 0.15);
+  EXPECT_GT(smooth->held_out.rms, 0.02);
+  EXPECT_GT(smooth->held_out.planar_share, 0.4);
+  EXPECT_GT(smooth->edge_share, 0.01);
 }
 
 /// Bars: 6 % of mean white at every stripe width from 8 px on, 15 % below. Rows of 8 px MISS theirs: 6.8 %

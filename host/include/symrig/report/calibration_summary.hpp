@@ -5,6 +5,7 @@
 #include "symrig/calibration/map_file.hpp"
 #include "symrig/calibration/map_quality.hpp"
 #include "symrig/calibration/pixel_map.hpp"
+#include "symrig/calibration/smooth_map.hpp"
 #include "symrig/report/summary.hpp"
 
 #include <optional>
@@ -30,6 +31,7 @@ struct CalibrationSummary {
   double mean_black = 0;  ///< dark photograph over decoded pixels, same units
   MapQuality quality;     ///< from every fourth pixel of every fourth row
   std::optional<RigSummary> rig = {};
+  std::optional<SmoothMap> smooth = {};  ///< of photographs from a folder, if enough pixels are decoded
 };
 
 /// Means over the decoded pixels of a sequence.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/border_pixels.hpp"
 #include "calibration/registration/camera_map_surfaces.hpp"
+#include "calibration/registration/robust_surface.hpp"
 #include "calibration/registration/stripe_pixels.hpp"
 #include "symrig/base/quantile.hpp"
 #include "symrig/calibration/camera_map.hpp"
@@ -17,6 +18,7 @@ namespace symrig {
 
 using calibration::blur_of_edge;
 using calibration::BorderPixels;
+using calibration::fit_robustly;
 using calibration::SeenValue;
 using calibration::SplineSurface;
 using calibration::StripePixels;
@@ -49,38 +51,6 @@ double width_of_blur(double contrast) {
   if (contrast > 0.5) return 0;
   const double sigma = kPeriod / std::numbers::pi * std::sqrt(-0.5 * std::log(std::max(contrast, kLeast)));
   return std::sqrt(2 * std::numbers::pi) * sigma;
-}
-
-/// How much a value counts that is this many robust sigmas off.
-double tukey(double off) {
-  const double u = off / 4.685;
-  return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
-}
-
-/// Fits a surface robustly: values far from it count less, and those beyond 4.7 robust sigmas not at all.
-/// Returns the share of those; nothing if the fit fails.
-std::optional<double> fit_robustly(SplineSurface& surface, std::span<const SeenValue> values,
-                                   double smoothing, int rounds) {
-  std::vector<SeenValue> weighted(values.begin(), values.end());
-  double left_out = 0;
-  for (int round = 0;; ++round) {
-    if (!surface.fit(weighted, smoothing)) return std::nullopt;
-    if (round == rounds) return left_out;
-    std::vector<double> off(values.size());
-    tbb::parallel_for(std::size_t{0}, values.size(), [&](std::size_t i) {
-      off[i] = (values[i].value - surface(values[i].at)) * std::sqrt(values[i].weight);
-    });
-    std::vector<double> sizes(off.size());
-    std::ranges::transform(off, sizes.begin(), [](double v) { return std::abs(v); });
-    const double sigma = std::max(1.4826 * median(sizes), 1e-9);
-    left_out = 0;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double keep = tukey(off[i] / sigma);
-      weighted[i].weight = values[i].weight * keep;
-      left_out += keep == 0 ? 1 : 0;
-    }
-    left_out /= static_cast<double>(values.size());
-  }
 }
 
 /// Robust rms distance of values from a surface.
@@ -264,9 +234,9 @@ Result<void> CameraMapFit::refine(Axis& axis) const {
     axis.edges = find_edges(axis);
     if (axis.edges.size() < kFewestEdges) return {};  // the decoded cells must do
     if (round > 0) axis.smoothing = best_smoothing(axis);
-    const auto left_out = fit_robustly(axis.surface, axis.edges, axis.smoothing, kRobustRounds);
-    if (!left_out) return too_few(axis.cells.size(), pixels_.camera());
-    axis.left_out = *left_out;
+    const auto fit = fit_robustly(axis.surface, axis.edges, axis.smoothing, kRobustRounds);
+    if (!fit) return too_few(axis.cells.size(), pixels_.camera());
+    axis.left_out = fit->left_out;
   }
   return {};
 }
