@@ -75,6 +75,13 @@ Result<OpenedRig> open_described(RigDescription file) {
   return OpenedRig{std::move(real), inside, "camera"};
 }
 
+/// Registers a rig that has moved.
+Result<Registration> register_now(Probe& rig) {
+  RegistrationOptions options;
+  options.progress = [](const ProgressEvent&) { return !interrupted(); };
+  return register_camera(rig, options);
+}
+
 bool is_exec(const std::string& rig) {
   return rig.starts_with(kExec);
 }
@@ -98,15 +105,21 @@ Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
   return open_virtual_rig(rig);
 }
 
-Result<OpenedRig> open_bare_rig(const std::string& rig) {
+Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> exposures) {
+  const auto set = [exposures](RigOptions& options) {
+    options.exposures = exposures.value_or(options.exposures);
+  };
   if (is_simulated(rig)) {
-    SYMRIG_TRY(auto simulated, open_virtual_rig(rig));
+    VirtualRigHooks hooks;
+    hooks.options = set;
+    SYMRIG_TRY(auto simulated, open_virtual_rig(rig, std::move(hooks)));
     const Rig* inside = &simulated->rig();
     const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
     return OpenedRig{std::move(simulated), inside, noise};
   }
   if (is_exec(rig)) return open_exec_rig(rig);
   SYMRIG_TRY(RigDescription file, read_checked(rig));
+  set(file.options);
   return open_described(std::move(file));
 }
 
@@ -116,6 +129,7 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
     SYMRIG_TRY(described, read_checked(rig));
   }
   const std::string file = registration.empty() && described ? described->registration : registration;
+  const bool again = described && described->registers_again;
   const auto open = [&] { return described ? open_described(*std::move(described)) : open_bare_rig(rig); };
   if (file.empty()) return open();
   // The file first: it takes no time, and the devices may.
@@ -123,7 +137,9 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
   SYMRIG_TRY(OpenedRig opened, open());
   SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found));
   registered->watch_motion(found.watch());
+  if (again) registered->register_again(register_now);
   opened.registered = registered.get();
+  opened.coaxial = require_coaxial(found.shape().parallax);
   opened.probe = std::move(registered);
   return opened;
 }
@@ -137,6 +153,12 @@ void add_registration(CLI::App& command, std::string& registration) {
       ->type_name("registration.h5");
 }
 
+RigTrouble OpenedRig::trouble() const {
+  RigTrouble found = rig == nullptr ? RigTrouble() : rig->trouble();
+  if (registered != nullptr) found.registered_again = registered->registered_again();
+  return found;
+}
+
 std::string trouble_text(const RigTrouble& trouble) {
   std::string text;
   if (trouble.retaken > 0)
@@ -148,6 +170,8 @@ std::string trouble_text(const RigTrouble& trouble) {
   reopened("board", trouble.boards_reopened);
   reopened("camera", trouble.cameras_reopened);
   reopened("projector", trouble.projectors_reopened);
+  if (trouble.registered_again > 0)
+    text += fmt::format("the rig moved and was registered again {} times\n", trouble.registered_again);
   if (!trouble.exposures.empty())
     text += fmt::format(
         "warning: exposure times and pixel values do not match: {}; check exposure_offset, the strobe "

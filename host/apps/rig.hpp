@@ -10,6 +10,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -28,18 +29,20 @@ struct OpenedRig {
   const Rig* rig = nullptr;               ///< inside the probe; none in a rig that is a child process
   std::string noise;                      ///< "off" or "camera"
   RegisteredProbe* registered = nullptr;  ///< the probe, if it uses a registration
+  Result<void> coaxial = {};              ///< require_coaxial() of the registration's parallax
 
   /// What the rig found and solved; nothing if it reports none.
-  RigTrouble trouble() const { return rig == nullptr ? RigTrouble() : rig->trouble(); }
+  RigTrouble trouble() const;
 };
 
 /// The files that opening `--rig RIG` reads: the rig file and the files that it names. Others read none.
 JobFiles rig_files(const std::string& rig);
 
 /// Opens `--rig RIG` as it is: sim:NAME?key=value&…, exec:COMMAND (docs/howto-own-rig.md) or a rig file
-/// (docs/rig-file.md). Its camera may have pixels of its own.
+/// (docs/rig-file.md). Its camera may have pixels of its own. exposures: frames of a photograph; none: as the
+/// rig says. A child process takes its own.
 /// fails: unknown_name, bad_argument, not_found, bad_format, device errors; and as ExecProbe::open.
-Result<OpenedRig> open_bare_rig(const std::string& rig);
+Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> exposures = {});
 
 /// The same, with photographs on the projector's cells. It notices if the rig has moved. registration:
 /// the file to use; empty: the one that the rig file names, if any.

@@ -11,11 +11,13 @@
 #include "symrig/sim/bench_truth.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <numbers>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,21 +48,58 @@ Result<Captured> captured(Probe& probe, const TrueTransport& truth) {
   return Captured{static_cast<double>(result.patterns), errors};
 }
 
-/// rms per axis of the worst channel, over the corners that look at a cell [cells].
-double map_error(const Registration& found, const std::vector<CornerMap>& exact) {
-  double worst = 0;
+/// A corner of a camera pixel that looks at a cell: where, and how far off a map is there [cells].
+struct CornerError {
+  Point at, off;
+};
+
+std::vector<CornerError> corner_errors(const CameraMap& found, const CornerMap& exact, Grid cells) {
+  const CornerMap map = found.corners();
+  std::vector<CornerError> errors;
+  for (int row = 0; row < exact.grid().rows; ++row)
+    for (int col = 0; col < exact.grid().cols; ++col) {
+      const Point at{exact.at(row, col, 0), exact.at(row, col, 1)};
+      if (at.row < 0 || at.col < 0 || at.row >= cells.rows || at.col >= cells.cols) continue;
+      errors.push_back({at, {map.at(row, col, 0) - at.row, map.at(row, col, 1) - at.col}});
+    }
+  return errors;
+}
+
+/// rms along an axis [cells].
+double rms(std::span<const CornerError> errors) {
+  double square = 0;
+  for (const CornerError& e : errors) square += (e.off.row * e.off.row + e.off.col * e.off.col) / 2;
+  return std::sqrt(square / static_cast<double>(errors.size()));
+}
+
+/// The mean of each tile of 8 × 8 cells: what is left over of a shift.
+std::vector<CornerError> tile_means(std::span<const CornerError> errors, Grid cells) {
+  constexpr int kTile = 8;
+  const int across = (cells.cols + kTile - 1) / kTile;
+  std::vector<CornerError> sums(static_cast<std::size_t>(across) * ((cells.rows + kTile - 1) / kTile));
+  std::vector<double> counts(sums.size());
+  for (const CornerError& e : errors) {
+    const std::size_t tile = static_cast<int>(e.at.row) / kTile * across + static_cast<int>(e.at.col) / kTile;
+    sums[tile].off.row += e.off.row, sums[tile].off.col += e.off.col, ++counts[tile];
+  }
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    const double count = std::max(counts[k], 1.0);
+    sums[k].off.row /= count, sums[k].off.col /= count;
+  }
+  return sums;
+}
+
+/// Of the worst channel [cells].
+struct MapError {
+  double corners = 0, tiles = 0;
+};
+
+MapError map_error(const Registration& found, const std::vector<CornerMap>& exact) {
+  MapError worst;
   for (std::size_t c = 0; c < found.maps.size(); ++c) {
-    const CornerMap map = found.maps[c].corners();
-    const CornerMap& truth = exact[exact.size() == 1 ? 0 : c];
-    double square = 0, count = 0;
-    for (int row = 0; row < truth.grid().rows; ++row)
-      for (int col = 0; col < truth.grid().cols; ++col) {
-        const double r = truth.at(row, col, 0), q = truth.at(row, col, 1);
-        if (r < 0 || q < 0 || r > found.cells.rows || q > found.cells.cols) continue;
-        square += std::pow(map.at(row, col, 0) - r, 2) + std::pow(map.at(row, col, 1) - q, 2);
-        count += 2;
-      }
-    worst = std::max(worst, std::sqrt(square / count));
+    const auto errors = corner_errors(found.maps[c], exact[exact.size() == 1 ? 0 : c], found.cells);
+    worst.corners = std::max(worst.corners, rms(errors));
+    worst.tiles = std::max(worst.tiles, rms(tile_means(errors, found.cells)));
   }
   return worst;
 }
@@ -106,7 +145,7 @@ Result<void> compare(const std::string& scene, const Compared& how) {
              ideal.errors.frobenius, found.errors.frobenius, found.errors.indirect,
              ratio(found.errors.indirect, ideal.errors.indirect), found.errors.bar_indirect,
              ratio(found.errors.bar_indirect, ideal.errors.bar_indirect),
-             map_error(registration, rig->exact_corners()), registration.error());
+             map_error(registration, rig->exact_corners()).corners, registration.error());
   (void)std::fflush(stdout);
   return {};
 }
@@ -118,6 +157,30 @@ int run(int size, int seed, const Compared& how) {
   for (const std::string_view name : scene_names()) {
     const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
     if (const auto done = compare(scene, how); !done) fmt::print("{:<18} {}\n", name, done.error().line());
+  }
+  return 0;
+}
+
+/// The map of a bench, before and after its refinement by reciprocity.
+int run_map(int size, int seed, const std::string& bench) {
+  fmt::print("{0}x{0} cells, seed {1}: {2}\n{3:<18} {4:>8} {5:>8} {6:>8} {7:>8} {8:>8} {9:>9} {10:>7}\n",
+             size, seed, bench, "scene", "before", "tiles", "stated", "refined", "tiles", "corrected",
+             "left");
+  for (const std::string_view name : scene_names()) {
+    const auto rig =
+        open_virtual_rig(fmt::format("sim:{}?size={}x{}&fine=4&seed={}{}", name, size, size, seed, bench));
+    if (!rig) return fmt::print("{}\n", rig.error().line()), 4;
+    const auto plain = register_camera(**rig, {.refine = false}), refined = register_camera(**rig);
+    if (!plain || !refined) {
+      fmt::print("{:<18} {}\n", name, (plain ? refined : plain).error().line());
+      continue;
+    }
+    const auto exact = (*rig)->exact_corners();
+    const MapError before = map_error(*plain, exact), after = map_error(*refined, exact);
+    fmt::print("{:<18} {:8.5f} {:8.5f} {:8.5f} {:8.5f} {:8.5f} {:9.5f} {:7.5f}\n", name, before.corners,
+               before.tiles, plain->error(), after.corners, after.tiles, refined->reciprocity.corrected,
+               refined->reciprocity.left);
+    (void)std::fflush(stdout);
   }
   return 0;
 }
@@ -134,7 +197,7 @@ int run_blur() {
     const auto found = register_camera(**rig, forced);
     if (!found) return fmt::print("{}\n", found.error().line()), 4;
     fmt::print("{:15.1f} {:13.2f} {:12.4f} {:.4f}\n", blur, found->maps.front().edge_width(),
-               map_error(*found, (*rig)->exact_corners()), found->error());
+               map_error(*found, (*rig)->exact_corners()).corners, found->error());
   }
   return 0;
 }
@@ -218,7 +281,7 @@ int run_time() {
 }
 
 constexpr const char* kUsage =
-    "usage: benchmark_registration [A | B [SIZE [SEED]]]\n"
+    "usage: benchmark_registration [A | B | C | map [SIZE [SEED]]]\n"
     "       benchmark_registration moved | pixels [SIZE]\n"
     "       benchmark_registration blur | time\n"
     "SIZE: from 8 to 1024, default 64\n";
@@ -243,9 +306,10 @@ int main(int argc, char** argv) {
   const std::string bench = bench_of(size);
   if (what == "A") return run(size, seed, {"", bench, false});
   // Blur costs patterns in every rig, so the rig to compare with has the same.
-  if (what == "B")
-    return run(size, seed,
-               {"&defocus=0.3,0.3", bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3", true});
+  const std::string blurred = bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
+  if (what == "B") return run(size, seed, {"&defocus=0.3,0.3", blurred, true});
+  if (what == "map") return run_map(size, seed, blurred);
+  if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", blurred + "&ghost=0.01@4.3,-2.6", true});
   (void)std::fputs(kUsage, stderr);
   return 2;
 }

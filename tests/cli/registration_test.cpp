@@ -18,11 +18,12 @@ TEST_F(RegistrationCommand, two_commands_capture_a_bench) {
   ASSERT_EQ(calibrated.code, 0) << calibrated.err;
   EXPECT_NE(calibrated.out.find("--registration registration.h5"), std::string::npos) << calibrated.out;
   const nlohmann::json r = json("r.json");
-  EXPECT_EQ(r.at("photographs"), 22 + 2 + 16);  // 2 (5 + 5) + 2, 2 to notice motion, 16 blocks
+  EXPECT_EQ(r.at("photographs"), 22 + 6 + 2 + 16);  // 2 (5 + 5) + 2, 6 of dots, 2 to notice motion, 16 blocks
   EXPECT_EQ(r.at("cells"), nlohmann::json::array({24, 24}));
   EXPECT_EQ(r.at("camera_grid"), nlohmann::json::array({110, 110}));
   EXPECT_EQ(r.at("weights").at("cells_seen"), 24 * 24);
   EXPECT_NEAR(r.at("pixels_per_cell").get<double>(), 110 * 0.8 / 24, 0.01);
+  EXPECT_EQ(r.at("ghost").at("found"), false);
   EXPECT_NE(read_text(path("r.html")).find("110x110"), std::string::npos);
 
   const Outcome captured =
@@ -33,6 +34,41 @@ TEST_F(RegistrationCommand, two_commands_capture_a_bench) {
   // The bars of the registration's benchmark.
   EXPECT_LT(errors.at("error").at("frobenius").get<double>(), 0.03);
   EXPECT_LT(errors.at("error_ideal").at("frobenius").get<double>(), 0.03);
+}
+
+TEST_F(RegistrationCommand, a_ghost_is_named) {
+  const Outcome calibrated = symrig(
+      {"calibrate", "--rig", "sim:plane?size=32x32&camera=150x150&turn=1.5&zoom=0.78&ghost=0.02@4.5,-3", "-o",
+       "ghost.h5", "--json", "g.json", "--report", "g.html"});
+  ASSERT_EQ(calibrated.code, 0) << calibrated.err;
+  EXPECT_NE(calibrated.out.find("cells above and"), std::string::npos) << calibrated.out;
+  EXPECT_NE(calibrated.out.find("cells right of its source"), std::string::npos) << calibrated.out;
+  EXPECT_NE(read_text(path("g.html")).find("pellicle"), std::string::npos);
+  const nlohmann::json ghost = json("g.json").at("ghost");
+  EXPECT_EQ(ghost.at("found"), true);
+  EXPECT_NEAR(ghost.at("share").get<double>(), 0.02, 0.004);
+  EXPECT_NEAR(ghost.at("place").at(0).get<double>(), 4.5, 1);
+  EXPECT_NEAR(ghost.at("place").at(1).get<double>(), -3, 1);
+}
+
+TEST_F(RegistrationCommand, a_rig_that_is_not_coaxial_is_not_taken_for_symmetric) {
+  const std::string apart =
+      "sim:vgroove-textured?size=24x24&noise=off&fine=4&camera=110x110&turn=1.5&zoom=0.8&parallax=4";
+  const Outcome calibrated = symrig({"calibrate", "--rig", apart, "-o", "r.h5"});
+  ASSERT_EQ(calibrated.code, 0) << calibrated.err;
+  EXPECT_NE(calibrated.out.find("warning: camera and projector are not coaxial"), std::string::npos)
+      << calibrated.out;
+  expect_refusal({"capture", "--rig", apart, "--registration", "r.h5", "-o", "scene.h5"}, kBadInput,
+                 {"not coaxial", "symrig align", "--algorithm brute"});
+  EXPECT_EQ(
+      symrig({"capture", "--rig", apart, "--registration", "r.h5", "-o", "scene.h5", "--algorithm", "brute"})
+          .code,
+      0);
+  // What a perspective map explains is no parallax.
+  ASSERT_EQ(symrig({"calibrate", "--rig", kBench, "-o", "r.h5", "--json", "r.json"}).code, 0);
+  EXPECT_EQ(json("r.json").at("parallax").at("coaxial"), true);
+  EXPECT_LT(json("r.json").at("parallax").at("range").get<double>(), 0.1);
+  EXPECT_NEAR(json("r.json").at("shape").at("turn").get<double>(), 1.5, 0.1);
 }
 
 TEST_F(RegistrationCommand, what_does_not_fit_is_refused) {

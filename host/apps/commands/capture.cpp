@@ -227,6 +227,14 @@ Result<void> check_axis(Probe& rig) {
   return error;
 }
 
+/// The algorithms that use the symmetry of T need a coaxial rig.
+Result<void> check_symmetric(const OpenedRig& opened, Algorithm algorithm) {
+  if (opened.coaxial || algorithm == Algorithm::brute || algorithm == Algorithm::dual) return {};
+  Error error = opened.coaxial.error();
+  error.hint += ", or capture with --algorithm brute or dual";
+  return error;
+}
+
 /// Captures and saves everything to the disk. Returns the text to print.
 Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options,
                                      OpenedRig& opened, CaptureLog& log, const Stopwatch& watch) {
@@ -258,6 +266,7 @@ Result<void> run(const CaptureArguments& arguments) {
   SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig, arguments.registration));
   const std::unique_ptr<Probe>& rig = opened.probe;
   if (const Result<void> fits = check_rig(options, *rig); !fits) return in_command_words(fits.error());
+  SYMRIG_CHECK(check_symmetric(opened, settings->algorithm));
   if (arguments.check_axis && !CaptureLog::goes_on(arguments.output, arguments.log))
     SYMRIG_CHECK(check_axis(*rig));
   SYMRIG_TRY(CaptureLog log,

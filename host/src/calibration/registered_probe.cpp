@@ -28,7 +28,7 @@ Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<P
 }
 
 std::string RegisteredProbe::identity() const {
-  return fmt::format("{}, registration {:08x}", rig_.identity(), weights_.digest());
+  return fmt::format("{}, registration {:08x}", rig_.identity(), digest_);
 }
 
 Result<std::vector<Radiance>> RegisteredProbe::gather(const Result<std::vector<Radiance>>& photographs) {
@@ -56,12 +56,22 @@ Result<void> RegisteredProbe::check_motion() {
   until_check_ = every_;
   SYMRIG_TRY(const Motion motion, watch_->measure(rig_));
   if (motion.distance() <= most_ + 3 * motion.sigma) return {};
+  if (again_) return move_to_new_place();
   return Error{
       ErrorCode::fault,
       fmt::format("the rig has moved since its registration: by {:+.3f} cells along the rows and {:+.3f} "
                   "along the columns (± {:.1g}), and {:.3g} is allowed",
                   motion.row, motion.col, motion.sigma, most_),
       "fasten camera and projector, calibrate the rig again, and capture anew"};
+}
+
+/// The rig stays where it is now.
+Result<void> RegisteredProbe::move_to_new_place() {
+  SYMRIG_TRY(const Registration found, again_(rig_));
+  SYMRIG_TRY(weights_, found.weights());
+  watch_ = found.watch();
+  ++registered_again_;
+  return {};
 }
 
 Result<void> RegisteredProbe::watch_before(std::size_t photographs) {

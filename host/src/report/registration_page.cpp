@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -63,27 +66,39 @@ std::string weighting_text(Weighting weighting) {
   return {};
 }
 
+std::string parallax_text(const Parallax& parallax) {
+  return fmt::format("{:.2f} cells{}", parallax.range,
+                     require_coaxial(parallax).ok() ? "" : ": only brute and dual can capture this rig");
+}
+
 std::string registration_facts(const RegistrationSummary& s) {
   const Registration& r = s.registration;
-  return facts_table(
-      {{"Photographs", grouped(static_cast<double>(r.photographs))},
-       {"Camera, cells", to_string(r.camera()) + ", " + to_string(r.cells)},
-       {"Camera pixels along the side of a cell", fmt::format("{:.2f}", r.pixels_per_cell())},
-       {"Error of the map, along an axis", fmt::format("{:.4f} cells", r.error())},
-       {"Width of an edge between two cells", fmt::format("{:.2f} cells", r.maps.front().edge_width())},
-       {"Edges that do not fit", percent(r.maps.front().outlier_share())},
-       {"Cells that the camera sees", grouped(static_cast<double>(s.weights.valid_cells()))},
-       {"Cells measured by shared pixels", grouped(static_cast<double>(s.weights.cells_without_core()))},
-       {"Gain of camera over projector",
-        r.gain.known
-            ? fmt::format("{:.3f} between cells, known to {}", r.gain.spread(r.cells), percent(r.gain.sigma))
-            : std::string("not known: too little light is exchanged")},
-       {"A cell is measured by", weighting_text(r.weighting())},
-       {"Blur of projector and camera", r.blur.measured
-                                            ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}",
-                                                          r.blur.projector, r.blur.camera, r.blur.sigma)
-                                            : std::string("not measured: edges are sharp")},
-       {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}});
+  std::vector<std::pair<std::string, std::string>> rows{
+      {"Photographs", grouped(static_cast<double>(r.photographs))},
+      {"Camera, cells", to_string(r.camera()) + ", " + to_string(r.cells)},
+      {"Camera pixels along the side of a cell", fmt::format("{:.2f}", r.pixels_per_cell())},
+      {"Error of the map, along an axis", fmt::format("{:.4f} cells", r.error())},
+      {"Width of an edge between two cells", fmt::format("{:.2f} cells", r.maps.front().edge_width())},
+      {"Edges that do not fit", percent(r.maps.front().outlier_share())},
+      {"Parallax, from the nearest to the farthest part", parallax_text(s.shape.parallax)},
+      {"Cells that the camera sees", grouped(static_cast<double>(s.weights.valid_cells()))},
+      {"Cells measured by shared pixels", grouped(static_cast<double>(s.weights.cells_without_core()))},
+      {"Gain of camera over projector",
+       r.gain.known
+           ? fmt::format("{:.3f} between cells, known to {}", r.gain.spread(r.cells), percent(r.gain.sigma))
+           : std::string("not known: too little light is exchanged")},
+      {"A cell is measured by", weighting_text(r.weighting())},
+      {"Blur of projector and camera", r.blur.measured
+                                           ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}",
+                                                         r.blur.projector, r.blur.camera, r.blur.sigma)
+                                           : std::string("not measured: edges are sharp")},
+      {"Map corrected by reciprocity",
+       r.reciprocity.measured ? fmt::format("{:.4f} cells rms along an axis; {:.4f} are not known of it",
+                                            r.reciprocity.corrected, r.reciprocity.left)
+                              : std::string("not needed: edges are sharp")},
+      {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}};
+  if (r.ghost.found) rows.emplace_back("Ghost", ghost_text(r.ghost));
+  return facts_table(rows);
 }
 
 }  // namespace

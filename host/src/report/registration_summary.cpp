@@ -29,6 +29,17 @@ std::string registration_json(const RegistrationSummary& summary) {
   json["channels"] = r.flood.mean.channels();
   json["pixels_per_cell"] = r.pixels_per_cell();
   json["maps"] = maps;
+  const MapShape& shape = summary.shape;
+  json["shape"] = {{"shift", {shape.shift.row, shape.shift.col}},
+                   {"turn", shape.turn},
+                   {"mirrored", shape.mirrored},
+                   {"keystone", {shape.keystone_rows, shape.keystone_cols}},
+                   {"distortion", shape.distortion}};
+  json["parallax"] = {{"range", shape.parallax.range},
+                      {"direction", {shape.parallax.direction.row, shape.parallax.direction.col}},
+                      {"along", shape.parallax.along},
+                      {"across", shape.parallax.across},
+                      {"coaxial", require_coaxial(shape.parallax).ok()}};
   json["weights"] = {{"kind", to_string(r.weighting())},
                      {"margin", r.margin()},
                      {"cells_seen", summary.weights.valid_cells()},
@@ -40,6 +51,14 @@ std::string registration_json(const RegistrationSummary& summary) {
       {"edges", r.edge_blur()},  {"measured", r.blur.measured}, {"projector", r.blur.projector},
       {"camera", r.blur.camera}, {"sigma", r.blur.sigma},       {"added", std::sqrt(r.blur.missing())},
       {"far", r.blur.far}};
+  json["reciprocity"] = {{"measured", r.reciprocity.measured},
+                         {"corrected", r.reciprocity.corrected},
+                         {"left", r.reciprocity.left}};
+  json["ghost"] = {{"found", r.ghost.found},
+                   {"share", r.ghost.share},
+                   {"sigma", r.ghost.sigma},
+                   {"place", Json::array({r.ghost.place.row, r.ghost.place.col})},
+                   {"significance", r.ghost.significance}};
   json["rig_seconds"] = summary.rig_seconds;
   report::add_made(json, summary.made);
   return report::json_text(json);
@@ -64,6 +83,35 @@ std::string blur_text(const OpticsBlur& blur, const CellWeights& weights) {
 
 }  // namespace
 
+std::string ghost_text(const CameraGhost& ghost) {
+  const auto side = [](double v, const char* positive, const char* negative) {
+    return v > 0 ? positive : negative;
+  };
+  return fmt::format(
+      "{} ± {} of the light, {:.1f} cells {} and {:.1f} cells {} of its source; subtracted. To avoid "
+      "it, turn the coated side of the plate to the scene, or use a pellicle",
+      text::percent(ghost.share), text::percent(ghost.sigma), std::abs(ghost.place.row),
+      side(ghost.place.row, "above", "below"), std::abs(ghost.place.col),
+      side(ghost.place.col, "left", "right"));
+}
+
+namespace {
+
+std::string shape_text(const MapShape& shape) {
+  std::string lines = fmt::format(
+      "the camera is turned by {:.2f}° {}, and its middle looks {:+.2f} rows and {:+.2f} columns beside the "
+      "middle of the cells\n"
+      "parallax: {:.2f} cells from the nearest to the farthest part of the scene\n",
+      std::abs(shape.turn), shape.turn < 0 ? "counter-clockwise" : "clockwise", shape.shift.row,
+      shape.shift.col, shape.parallax.range);
+  if (const auto coaxial = require_coaxial(shape.parallax); !coaxial)
+    lines += "warning: " + coaxial.error().line() +
+             "; captures with --algorithm brute and dual, and maps (-o map.exr), work all the same\n";
+  return lines;
+}
+
+}  // namespace
+
 std::string registration_text(const RegistrationSummary& summary) {
   using text::grouped, text::percent;
   const Registration& r = summary.registration;
@@ -81,6 +129,7 @@ std::string registration_text(const RegistrationSummary& summary) {
   lines += fmt::format("a cell is {:.2f} camera pixels wide; the camera sees {} of {} cells\n",
                        r.pixels_per_cell(), grouped(static_cast<double>(weights.valid_cells())),
                        grouped(static_cast<double>(r.cells.size())));
+  if (!r.shift) lines += shape_text(summary.shape);
   if (r.shift)
     lines += fmt::format(
         "the camera has a pixel for each cell, off by {:+.4f} rows and {:+.4f} columns: corrected; "
@@ -94,6 +143,10 @@ std::string registration_text(const RegistrationSummary& summary) {
         r.margin(), weights.noise_share());
   else
     lines += blur_text(r.blur, weights);
+  if (r.reciprocity.measured)
+    lines += fmt::format(
+        "map corrected by reciprocity: {:.4f} cells rms along an axis; {:.4f} are not known of it\n",
+        r.reciprocity.corrected, r.reciprocity.left);
   if (weights.cells_without_core() > 0)
     lines += fmt::format(
         "{} cells without such a pixel, or with a black middle, are measured by all pixels that they share\n",
@@ -107,6 +160,7 @@ std::string registration_text(const RegistrationSummary& summary) {
     lines +=
         "gain of camera over projector: not known, because the scene's parts exchange too little light; "
         "vignetting is not corrected\n";
+  if (r.ghost.found) lines += "ghost: " + ghost_text(r.ghost) + "\n";
   return lines;
 }
 

@@ -153,6 +153,9 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   read_camera_entry(top, file);
   read_projector_entry(top, file);
   read_capture_entry(top, file);
+  if (file.registers_again && file.registration.empty() && context.state)
+    top.fail("registration", "capture.moved = \"register\" needs it",
+             "give registration = \"registration.h5\"");
   if (!file.registration.empty() && !file.grid && context.state)
     top.fail("registration", "it needs capture.grid", "give the projector's cells: grid = \"ROWSxCOLUMNS\"");
   top.finish();

@@ -94,6 +94,15 @@ void read_exposures(TableReader& table, RigOptions& options) {
   table.read_whole("exposures", options.exposures, 1, 8);
 }
 
+/// What a capture does if a registered rig has moved.
+void read_moved(TableReader& table, bool& registers_again) {
+  std::string text;
+  if (!table.read("moved", text)) return;
+  if (text != "stop" && text != "register")
+    return table.fail("moved", "\"" + text + "\" is not known", "give \"stop\" or \"register\"");
+  registers_again = text == "register";
+}
+
 void read_views(TableReader& table, ViewLayout& views) {
   std::string text;
   if (!table.read("views", text)) return;
@@ -144,6 +153,7 @@ void read_capture_entry(TableReader& top, RigDescription& rig) {
     table.read_whole("reference_every", options.reference_every, 0, 1'000'000);
     table.read_number("lamp_drift", options.lamp_drift, 1e-6, 100);
     read_views(table, options.views);
+    read_moved(table, rig.registers_again);
     table.read_whole("retakes", options.retakes, 0, 1000);
     table.read("device_patience", options.device_patience);
     int batch = static_cast<int>(options.batch);

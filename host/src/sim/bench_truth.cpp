@@ -78,7 +78,9 @@ Result<Image<float>> bench_gain(const SceneUri& uri) {
 
 Result<std::optional<TrueTransport>> bench_truth(const SceneUri& uri) {
   if (!uri.own_camera()) return std::optional<TrueTransport>();
-  SYMRIG_TRY(sim::Bench made, sim::make_bench(uri));
+  SceneUri without_ghost = uri;
+  without_ghost.ghost = {};
+  SYMRIG_TRY(sim::Bench made, sim::make_bench(without_ghost));
   const auto bench = std::make_shared<sim::Bench>(std::move(made));
   const Grid cells = bench->truth->grid();
   const std::vector<CornerMap> corners = bench->view->corners();

@@ -44,6 +44,8 @@ TEST(StructuredRegistrations, are_refused_in_one_line_or_work) {
   const test::Scratch folder;
   const fs::path original = folder / "whole.h5", file = folder / "mutated.h5";
   Registration shared = tests::small_registration();
+  shared.ghost.found = true;
+  shared.ghost.share = 0.01, shared.ghost.place = {1.5, -2};
   ASSERT_TRUE(save_registration(original, shared).ok());
   int refused = 0, read = 0;
   campaign([&](std::uint64_t number) {

@@ -129,7 +129,7 @@ TEST(GainRatio, is_part_of_a_registration) {
   ASSERT_TRUE(rig.ok());
   const auto found = register_camera(**rig);
   ASSERT_TRUE(found.ok()) << found.error().line();
-  EXPECT_EQ(found->photographs, 22 + 2 + 16);
+  EXPECT_EQ(found->photographs, 22 + 6 + 2 + 16);
   const auto truth = bench_gain((*rig)->uri());
   ASSERT_TRUE(truth.ok());
   EXPECT_LE(rms(found->gain.over({32, 32}), *truth, Image<float>({32, 32}, 1, 1.F)), 0.01);

@@ -3,6 +3,7 @@
 #include "symrig/calibration/motion_watch.hpp"
 
 #include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration.hpp"
 #include "symrig/sim/virtual_rig.hpp"
@@ -80,6 +81,53 @@ TEST_F(Moved, a_rig_that_stays_is_captured) {
   ASSERT_TRUE(result.ok()) << result.error().line();
   EXPECT_TRUE(probe.check_motion().ok());
   EXPECT_GT(probe.cost().photographs, result->patterns);
+}
+
+// 0.03 cells add a third to an error and cost patterns; the registration of the new place costs neither.
+TEST_F(Moved, a_rig_that_is_registered_again_is_captured) {
+  const auto moved = rig_with("&shift=3.33,-2.1");
+  auto weights = registration_->weights();
+  ASSERT_TRUE(weights.ok());
+  RegisteredProbe probe(*moved, *std::move(weights));
+  const std::string identity = probe.identity();
+  probe.watch_motion(registration_->watch());
+  probe.register_again([](Probe& rig) { return register_camera(rig); });
+  const auto result = capture(probe, {});
+  ASSERT_TRUE(result.ok()) << result.error().line();
+  EXPECT_EQ(probe.registered_again(), 1);
+  EXPECT_EQ(probe.identity(), identity) << "a log goes on with the registration that it began with";
+  EXPECT_TRUE(probe.check_motion().ok());
+  EXPECT_EQ(probe.registered_again(), 1);
+  // As a capture that began where the rig is now: the same photographs but for their noise.
+  auto there = register_camera(*moved);
+  ASSERT_TRUE(there.ok());
+  auto new_weights = there->weights();
+  ASSERT_TRUE(new_weights.ok());
+  RegisteredProbe fresh(*moved, *std::move(new_weights));
+  const auto direct = capture(fresh, {});
+  ASSERT_TRUE(direct.ok());
+  EXPECT_NEAR(static_cast<double>(result->patterns), static_cast<double>(direct->patterns),
+              0.1 * static_cast<double>(direct->patterns));
+  const auto error = [&](const CaptureResult& found) {
+    const auto measured = evaluate(
+        found.tensor, [&](const Image<float>& p) -> Result<Image<float>> { return moved->truth().apply(p); });
+    EXPECT_TRUE(measured.ok());
+    return measured->frobenius;
+  };
+  EXPECT_LE(error(*result), 1.2 * error(*direct));
+}
+
+TEST_F(Moved, a_new_registration_that_fails_ends_the_capture) {
+  const auto moved = rig_with("&shift=3.33,-2.1");
+  auto weights = registration_->weights();
+  ASSERT_TRUE(weights.ok());
+  RegisteredProbe probe(*moved, *std::move(weights));
+  probe.watch_motion(registration_->watch());
+  probe.register_again([](Probe&) -> Result<Registration> {
+    return Error{ErrorCode::interrupted, "stopped", "run it again"};
+  });
+  EXPECT_EQ(probe.check_motion().error().code, ErrorCode::interrupted);
+  EXPECT_EQ(probe.registered_again(), 0);
 }
 
 TEST_F(Moved, photographs_that_do_not_fit_are_refused) {

@@ -37,7 +37,7 @@ TEST_P(FoundBlur, is_the_true_one) {
   const auto found = register_camera(**rig);
   ASSERT_TRUE(found.ok()) << found.error().line();
   ASSERT_TRUE(found->blur.measured);
-  EXPECT_EQ(found->photographs, 22 + 2 + 8 + 16);
+  EXPECT_EQ(found->photographs, 22 + 6 + 2 + 8 + 16);
   EXPECT_EQ(found->weighting(), Weighting::area);
   const double true_camera = std::hypot(camera, kPixel);
   EXPECT_NEAR(found->blur.projector, projector, 0.03);

@@ -102,7 +102,7 @@ TEST(Registration, knows_the_flood_lit_scene_well) {
   ASSERT_TRUE(found.ok()) << found.error().line();
   EXPECT_EQ(found->cells, (Grid{32, 32}));
   EXPECT_EQ(found->camera(), (Grid{152, 152}));
-  EXPECT_EQ(found->photographs, 2 * (5 + 5) + 2 + 2 + 16);
+  EXPECT_EQ(found->photographs, 2 * (5 + 5) + 2 + 6 + 2 + 16);
   EXPECT_NEAR(found->pixels_per_cell(), 152.0 / 32 * 0.784, 0.01);
   const Image<float> truth = (*rig)->ideal_photograph(Pattern({32, 32}, 1, 1.F));
   double square = 0, count = 0;

@@ -88,6 +88,66 @@ TEST_F(RegistrationFile, keeps_the_shift_of_a_camera_with_a_pixel_for_each_cell)
   EXPECT_EQ(read->shift->col, -0.02);
 }
 
+Registration with_ghost(double share, double sigma, Point place) {
+  Registration one = small_registration();
+  one.ghost.found = true;
+  one.ghost.share = share;
+  one.ghost.sigma = sigma;
+  one.ghost.place = place;
+  one.ghost.significance = 12;
+  return one;
+}
+
+TEST_F(RegistrationFile, keeps_a_ghost) {
+  ASSERT_TRUE(save_registration(file(), small_registration()).ok());
+  EXPECT_FALSE(load_registration(file())->ghost.found);
+  ASSERT_TRUE(save_registration(file(), with_ghost(0.0123, 0.001, {4.3, -2.6})).ok());
+  const auto read = load_registration(file());
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_TRUE(read->ghost.found);
+  EXPECT_EQ(read->ghost.share, 0.0123);
+  EXPECT_EQ(read->ghost.sigma, 0.001);
+  EXPECT_EQ(read->ghost.significance, 12);
+  EXPECT_EQ(read->ghost.place.row, 4.3);
+  EXPECT_EQ(read->ghost.place.col, -2.6);
+  EXPECT_TRUE(read->weights().ok());
+  EXPECT_NE(read->weights()->digest(), small_registration().weights()->digest());
+}
+
+TEST_F(RegistrationFile, keeps_what_reciprocity_found) {
+  Registration one = small_registration();
+  one.reciprocity = {.corrected = 0.003, .left = 0.0002, .measured = true};
+  ASSERT_TRUE(save_registration(file(), one).ok());
+  const auto read = load_registration(file());
+  ASSERT_TRUE(read.ok()) << read.error().line();
+  EXPECT_TRUE(read->reciprocity.measured);
+  EXPECT_EQ(read->reciprocity.corrected, 0.003);
+  EXPECT_EQ(read->reciprocity.left, 0.0002);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const double wrong : {-0.1, 101.0, nan}) {
+    one.reciprocity.left = wrong;
+    ASSERT_TRUE(save_registration(file(), one).ok());
+    EXPECT_EQ(load_registration(file()).error().code, ErrorCode::bad_value) << wrong;
+  }
+}
+
+TEST_F(RegistrationFile, a_ghost_that_cannot_be_is_refused) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  Registration shared_grid = with_ghost(0.01, 0.001, {3, 3});
+  shared_grid.cells = shared_grid.camera();
+  shared_grid.shift = Point{0.01, 0.01};
+  for (const Registration& wrong :
+       {with_ghost(0, 0.1, {3, 3}), with_ghost(-0.01, 0.1, {3, 3}), with_ghost(0.5, 0.1, {3, 3}),
+        with_ghost(nan, 0.1, {3, 3}), with_ghost(0.01, -1, {3, 3}), with_ghost(0.01, nan, {3, 3}),
+        with_ghost(0.01, 0.1, {5.1, 0}), with_ghost(0.01, 0.1, {0, nan}), shared_grid}) {
+    ASSERT_TRUE(save_registration(file(), wrong).ok());
+    const auto read = load_registration(file());
+    ASSERT_FALSE(read.ok()) << wrong.ghost.share;
+    EXPECT_EQ(read.error().code, wrong.shift ? ErrorCode::bad_format : ErrorCode::bad_value)
+        << read.error().line();
+  }
+}
+
 TEST_F(RegistrationFile, a_file_that_is_cut_short_is_refused) {
   ASSERT_TRUE(save_registration(file(), small_registration()).ok());
   const auto whole = read_file(file());

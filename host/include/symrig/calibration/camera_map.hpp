@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -36,6 +37,9 @@ class CameraMap {
   /// The point of the cells that a point of the camera's picture sees. [pixels] → [cells]
   Point look(Point camera) const;
   CornerMap corners() const;
+  /// The map of a camera that looks beside this one. shift: by how much, at a point of the cells [cells];
+  /// smooth over 5 % of the picture.
+  CameraMap shifted(const std::function<Point(Point)>& shift) const;
 
   Grid camera() const { return camera_; }
   /// Camera pixels along the side of a cell, in the middle of the picture.

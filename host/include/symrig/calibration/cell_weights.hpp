@@ -14,9 +14,11 @@
 
 namespace symrig {
 
+struct CameraGhost;
 namespace calibration {
+class GhostSubtraction;
 class SharedPixels;
-}
+}  // namespace calibration
 
 /// How camera pixels become the cells of the projector.
 enum class Weighting : std::uint8_t {
@@ -84,6 +86,9 @@ class CellWeights {
   /// gathered.
   /// fails: bad_value.
   Result<void> blur_by(double variance);
+  /// Subtracts this ghost from photographs before all else. corners: as in make(). Not for unmixing().
+  /// fails: as without_ghost().
+  Result<void> subtract_ghost(std::span<const CornerMap> corners, const CameraGhost& ghost);
   /// The side of a camera pixel, root of the mean area [cells].
   double pixel_side() const { return pixel_side_; }
   /// Number of the weights, for comparison: CRC-32C of all of them.
@@ -117,6 +122,7 @@ class CellWeights {
   CellWeights() = default;
   Radiance gather_sharp(const Radiance& photograph) const;
   Radiance unmix(const Radiance& photograph) const;
+  Radiance gather_plain(const Radiance& photograph) const;
 
   Grid cells_, camera_;
   int channels_ = 0;
@@ -126,7 +132,8 @@ class CellWeights {
   double noise_share_ = 1;
   std::optional<Point> shift_;  ///< of a camera with a pixel for each cell
   double pixel_side_ = 1;
-  double blur_ = 0;          ///< rms width [pixels]
+  std::shared_ptr<const calibration::GhostSubtraction> ghost_ = {};  ///< none: no ghost
+  double blur_ = 0;                                                  ///< rms width [pixels]
   float blurred_noise_ = 1;  ///< variance of a cell of a blurred photograph, by that of a sharp one
 
   friend class CellWeightsBuilder;

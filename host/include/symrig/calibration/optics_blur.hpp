@@ -7,6 +7,7 @@
 #include "symrig/calibration/cell_weights.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace symrig {
 
@@ -31,6 +32,17 @@ struct OpticsBlur {
   static double far_light(double width);
 };
 
+/// Photographs of combs on the camera's grid: every fourth column of cells is lit, then every fourth row.
+/// Photograph k lights those whose number is k more than a multiple of four.
+struct CombPhotographs {
+  static constexpr int period = 4;
+  std::vector<Radiance> columns, rows;  ///< empty: the cells have fewer than four rows or columns
+};
+
+/// Takes them: 8 photographs.
+/// fails: as the rig; interrupted.
+Result<CombPhotographs> photograph_combs(Probe& rig, const Progress& progress = {});
+
 /// What brings the photographs of the combs to the cells, all weighted by area.
 struct BlurWeights {
   const CellWeights& cells;
@@ -39,7 +51,7 @@ struct BlurWeights {
   const Image<std::uint8_t>& seen;  ///< as measure_gain_ratio
 };
 
-/// Measures both from combs: every fourth column of cells is lit, then every fourth row. Photographs: 8.
+/// Measures both from combs.
 ///
 /// f is the light of the next column seen in a cell and g the reverse, each less the light under the comb
 /// that is farthest away; a is a cell's own light. Then
@@ -48,9 +60,8 @@ struct BlurWeights {
 ///
 /// with the residual shift δ, one for each 8 × 8 cells. In the last term, a and a′ are the light of the
 /// halves of the cells that touch the border. The projector's blur lights the near half of the other
-/// cell, and the camera's blur shows it. A cell's light is a and what crosses its two borders. rig: its
-/// photographs are on the camera's grid.
-/// fails: as the rig; interrupted; size_mismatch.
-Result<OpticsBlur> measure_blur(Probe& rig, const BlurWeights& weights, const Progress& progress = {});
+/// cell, and the camera's blur shows it. A cell's light is a and what crosses its two borders.
+/// fails: size_mismatch.
+Result<OpticsBlur> measure_blur(const CombPhotographs& combs, const BlurWeights& weights);
 
 }  // namespace symrig

@@ -6,6 +6,7 @@
 #include "symrig/calibration/registration.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -19,7 +20,8 @@ class RegisteredProbe final : public Probe {
   static Result<std::unique_ptr<RegisteredProbe>> make(std::unique_ptr<Probe> rig,
                                                        const Registration& registration);
   /// rig must outlive this. weights: from the rig's camera grid to its grid.
-  RegisteredProbe(Probe& rig, CellWeights weights) : rig_(rig), weights_(std::move(weights)) {}
+  RegisteredProbe(Probe& rig, CellWeights weights)
+      : rig_(rig), weights_(std::move(weights)), digest_(weights_.digest()) {}
 
   Grid grid() const override { return weights_.cells(); }
   ViewLayout views() const override { return rig_.views(); }
@@ -34,6 +36,7 @@ class RegisteredProbe final : public Probe {
   ProbeCost cost() const override;
   Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
   std::string describe() const override { return rig_.describe(); }
+  /// With the registration that it began with.
   std::string identity() const override;
 
   const CellWeights& weights() const { return weights_; }
@@ -42,8 +45,16 @@ class RegisteredProbe final : public Probe {
   /// many: measure() fails with `fault` if the rig has moved further than `most` cells. Photographs: 2 each
   /// time. They are in cost(), but not in the log.
   void watch_motion(MotionWatch watch, std::int64_t every = 32, double most = kMostMotion);
+  /// Measures a registration anew, such as register_camera().
+  using Register = std::function<Result<Registration>(Probe& rig)>;
+  /// From now on, a rig that has moved is registered again, and measure() goes on. Photographs since the last
+  /// comparison stay as they are: up to `every` of watch_motion() may be from the moved rig.
+  void register_again(Register again) { again_ = std::move(again); }
+  /// How often that was done.
+  std::int64_t registered_again() const { return registered_again_; }
   /// Compares now. Does nothing without watch_motion().
-  /// fails: fault (the rig has moved); as MotionWatch::measure.
+  /// fails: fault (the rig has moved, and is not registered again); as MotionWatch::measure and the new
+  /// registration.
   Result<void> check_motion();
   /// [cells] Direct light then crosses the borders of cells, which adds up to a tenth to an error
   /// (docs/benchmarks/registration.md, A rig that has moved).
@@ -51,17 +62,21 @@ class RegisteredProbe final : public Probe {
 
  private:
   RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights)
-      : owned_(std::move(rig)), rig_(*owned_), weights_(std::move(weights)) {}
+      : owned_(std::move(rig)), rig_(*owned_), weights_(std::move(weights)), digest_(weights_.digest()) {}
+  Result<void> move_to_new_place();
   Result<void> watch_before(std::size_t photographs);
   Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
 
   std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
   CellWeights weights_;
+  std::uint32_t digest_;  // of the first weights
   double gather_seconds_ = 0;
   std::optional<MotionWatch> watch_;
   std::int64_t every_ = 0, until_check_ = 0;
   double most_ = 0;
+  Register again_;
+  std::int64_t registered_again_ = 0;
 };
 
 }  // namespace symrig

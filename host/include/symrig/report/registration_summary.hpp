@@ -15,10 +15,14 @@ struct RegistrationSummary {
   const CellWeights& weights;
   double rig_seconds = 0;  ///< on the rig's clock
   Made made = {};
+  MapShape shape = registration.shape();
 };
 
 /// The JSON of `symrig calibrate --json`.
 std::string registration_json(const RegistrationSummary& summary);
+
+/// The share of a ghost, its place, and what to do about it.
+std::string ghost_text(const CameraGhost& ghost);
 
 /// The same as lines of text.
 std::string registration_text(const RegistrationSummary& summary);

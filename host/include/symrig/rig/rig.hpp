@@ -87,6 +87,7 @@ struct RigTrouble {
   std::int64_t boards_reopened = 0;  ///< reopened, or configured again after a restart
   std::int64_t cameras_reopened = 0;
   std::int64_t projectors_reopened = 0;
+  std::int64_t registered_again = 0;  ///< a registered rig had moved, and was registered again
   /// How the frames of the flood-lit scene contradict their exposure times. Empty: no contradiction.
   std::string exposures;
 };

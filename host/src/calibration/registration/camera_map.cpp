@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include <Eigen/Dense>
 #include <tbb/parallel_for.h>
@@ -13,6 +15,7 @@
 namespace symrig {
 
 using calibration::blur_of_edge;
+using calibration::SeenValue;
 using calibration::SplineSurface;
 
 namespace {
@@ -83,6 +86,30 @@ CornerMap CameraMap::corners() const {
     }
   });
   return corners;
+}
+
+CameraMap CameraMap::shifted(const std::function<Point(Point)>& shift) const {
+  constexpr int kLeastIntervals = 24, kSamples = 3;  // samples in an interval
+  constexpr double kSmoothing = 1e-9;                // samples have no noise
+  // A multiple of the intervals: so the spline of this map is one of those.
+  const int now = surfaces_->row.intervals();
+  const int intervals = now * ((kLeastIntervals + now - 1) / now);
+  const double step = static_cast<double>(std::max(camera_.rows, camera_.cols)) / (kSamples * intervals);
+  std::vector<SeenValue> rows, cols;
+  const int down = static_cast<int>(std::ceil(camera_.rows / step)),
+            right = static_cast<int>(std::ceil(camera_.cols / step));
+  for (int row = 0; row <= down; ++row)
+    for (int col = 0; col <= right; ++col) {
+      const Point at{std::min<double>(row * step, camera_.rows), std::min<double>(col * step, camera_.cols)};
+      const Point to = look(at), more = shift(to);
+      rows.push_back({at, to.row + more.row});
+      cols.push_back({at, to.col + more.col});
+    }
+  Surfaces moved{SplineSurface(camera_, intervals), SplineSurface(camera_, intervals)};
+  CameraMap map = *this;
+  if (moved.row.fit(rows, kSmoothing) && moved.col.fit(cols, kSmoothing))
+    map.surfaces_ = std::make_shared<Surfaces>(std::move(moved));
+  return map;
 }
 
 std::array<Point, 2> CameraMap::step() const {

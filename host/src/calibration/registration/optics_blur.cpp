@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/optics_blur.hpp"
 
+#include "calibration/registration/comb_pairs.hpp"
 #include "calibration/registration/photograph_each.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <utility>
 #include <vector>
 
 namespace symrig {
+
+using calibration::CombPair;
+using calibration::each_comb_pair;
+using calibration::gathered;
+
 namespace {
 
-constexpr int kPeriod = 4, kTile = 8;
+constexpr int kPeriod = CombPhotographs::period, kTile = 8;
 /// [cells] A priori standard deviation of σp − σc.
 constexpr double kPrior = 0.2;
 
@@ -56,40 +61,20 @@ void add_axis(std::span<const Radiance> combs, const Image<float>& quarters, con
     const double all = at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1);
     return all > 0 ? 2 * one / all : 1;
   };
-  const int down = rows ? 1 : 0, right = rows ? 0 : 1;
   const int across = (grid.cols + kTile - 1) / kTile;
   for (int c = 0; c < combs.front().mean.channels(); ++c) {
     std::vector<Tile> tiles(std::size_t{1} * across * ((grid.rows + kTile - 1) / kTile));
-    const auto light = [&](int row, int col, int ahead) {
-      const int at = (rows ? row : col) + ahead;
-      return static_cast<double>(combs[at % kPeriod].mean.at(row, col, c));
-    };
-    const auto variance = [&](int row, int col, int ahead) {
-      const int at = (rows ? row : col) + ahead;
-      return static_cast<double>(combs[at % kPeriod].variance.at(row, col, c));
-    };
-    for (int row = 0; row + down < grid.rows; ++row)
-      for (int col = 0; col + right < grid.cols; ++col) {
-        const int r = row + down, q = col + right;
-        bool good = seen.at(row, col) != 0 && seen.at(r, q) != 0;
-        for (const Radiance& comb : combs)
-          good = good && comb.valid.at(row, col, c) != 0 && comb.valid.at(r, q, c) != 0;
-        if (!good) continue;
-        const double far = light(row, col, 2), far_next = light(r, q, 2);
-        const double a = light(row, col, 0) - far, next = light(r, q, 0) - far_next;
-        if (!(a > 0 && next > 0)) continue;
-        // The cell before a cell is three ahead, because combs repeat after four.
-        const double f = light(row, col, 1) - far, g = light(r, q, 3) - far_next;
-        sums.crossing += f + g;
-        sums.own += a + next;
-        Tile& tile = tiles[row / kTile * across + col / kTile];
-        const double near = a * half(row, col, c, true), other = next * half(r, q, c, false);
-        const double m = std::sqrt(a * next), d = near - other, difference = f - g;
-        tile.mm += m * m, tile.md += m * d, tile.dd += d * d;
-        tile.mf += m * difference, tile.df += d * difference;
-        sums.variance +=
-            d * d * (variance(row, col, 1) + variance(r, q, 3) + variance(row, col, 2) + variance(r, q, 2));
-      }
+    each_comb_pair(combs, seen, rows, c, [&](const CombPair& p) {
+      sums.crossing += p.here + p.next;
+      sums.own += p.own + p.next_own;
+      const double near = p.own * half(p.row, p.col, c, true),
+                   other = p.next_own * half(p.next_row, p.next_col, c, false);
+      const double m = std::sqrt(p.own * p.next_own), d = near - other, difference = p.here - p.next;
+      Tile& tile = tiles[p.row / kTile * across + p.col / kTile];
+      tile.mm += m * m, tile.md += m * d, tile.dd += d * d;
+      tile.mf += m * difference, tile.df += d * difference;
+      sums.variance += d * d * p.variance;
+    });
     for (const Tile& tile : tiles) sums.add(tile);
   }
 }
@@ -115,15 +100,6 @@ void add_halves(std::span<const Radiance> combs, const Image<std::uint8_t>& seen
         sums.near += first ? before : after;
         sums.far += first ? after : before;
       }
-}
-
-Result<std::vector<Radiance>> gathered(const CellWeights& weights, std::span<const Radiance> photographs) {
-  std::vector<Radiance> cells;
-  for (const Radiance& photograph : photographs) {
-    SYMRIG_TRY(Radiance one, weights.gather(photograph));
-    cells.push_back(std::move(one));
-  }
-  return cells;
 }
 
 /// σp and σc from σp² + σc² and σp − σc.
@@ -172,22 +148,32 @@ double OpticsBlur::far_light(double width) {
   return until(1) / until(0.5) - 1;
 }
 
-Result<OpticsBlur> measure_blur(Probe& rig, const BlurWeights& weights, const Progress& progress) {
-  const Grid cells = rig.grid(), quarters{2 * cells.rows, 2 * cells.cols};
-  if (weights.cells.cells() != cells || weights.quarters.cells() != quarters ||
-      weights.flood.grid() != quarters || weights.flood.channels() != rig.channels() ||
-      weights.seen.grid() != cells)
-    return Error{ErrorCode::size_mismatch, "the weights of the blur do not fit the rig's cells",
-                 "calibrate the rig again"};
-  if (std::min(cells.rows, cells.cols) < kPeriod) return OpticsBlur{};
-  Sums sums;
+Result<CombPhotographs> photograph_combs(Probe& rig, const Progress& progress) {
+  const Grid cells = rig.grid();
+  CombPhotographs combs;
+  if (std::min(cells.rows, cells.cols) < kPeriod) return combs;
   for (const bool rows : {false, true}) {
     std::vector<Pattern> patterns(kPeriod, Pattern(cells, 1));
     for (int row = 0; row < cells.rows; ++row)
       for (int col = 0; col < cells.cols; ++col) patterns[(rows ? row : col) % kPeriod].at(row, col) = 1;
-    SYMRIG_TRY(const auto combs, calibration::photograph_each(rig, patterns, "blur", progress));
-    SYMRIG_TRY(const auto on_cells, gathered(weights.cells, combs));
-    SYMRIG_TRY(const auto on_quarters, gathered(weights.quarters, combs));
+    std::vector<Radiance>& photographs = rows ? combs.rows : combs.columns;
+    SYMRIG_TRY(photographs, calibration::photograph_each(rig, patterns, "combs", progress));
+  }
+  return combs;
+}
+
+Result<OpticsBlur> measure_blur(const CombPhotographs& combs, const BlurWeights& weights) {
+  const Grid cells = weights.seen.grid(), quarters{2 * cells.rows, 2 * cells.cols};
+  if (weights.cells.cells() != cells || weights.quarters.cells() != quarters ||
+      weights.flood.grid() != quarters || weights.flood.channels() != weights.cells.channels())
+    return Error{ErrorCode::size_mismatch, "the weights of the blur do not fit the rig's cells",
+                 "calibrate the rig again"};
+  Sums sums;
+  for (const bool rows : {false, true}) {
+    const std::vector<Radiance>& photographs = rows ? combs.rows : combs.columns;
+    if (photographs.empty()) return OpticsBlur{};
+    SYMRIG_TRY(const auto on_cells, gathered(weights.cells, photographs));
+    SYMRIG_TRY(const auto on_quarters, gathered(weights.quarters, photographs));
     add_axis(on_cells, weights.flood, weights.seen, rows, sums);
     add_halves(on_quarters, weights.seen, rows, sums);
   }

@@ -1,18 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
+#include "calibration/registration/comb_pairs.hpp"
+#include "calibration/registration/ghost_subtraction.hpp"
 #include "calibration/registration/photograph_each.hpp"
+#include "calibration/registration/reciprocal_shift.hpp"
 #include "calibration/registration/shared_grid.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
 namespace symrig {
+
+using calibration::ShiftField;
+
 namespace {
 
 /// Errors of the map are normal, so nearly none is three times the rms.
@@ -78,32 +85,90 @@ Result<void> add_stripes(Probe& rig, Registration& found) {
   return {};
 }
 
-/// corners: of the cells.
-Result<void> add_blur(Probe& rig, Registration& found, std::vector<CornerMap> corners,
-                      const Progress& progress) {
+/// Weights of a registration on a grid of `cells`, without its ghost. corners, ghost: on that grid.
+Result<CellWeights> weights_without_ghost(Grid cells, const std::vector<CornerMap>& corners,
+                                          const Radiance& flood, const CameraGhost& ghost,
+                                          const WeightOptions& options, const Image<float>* shares) {
+  if (!ghost.found) return CellWeights::make(cells, corners, flood, options, shares);
+  SYMRIG_TRY(const Radiance plain, without_ghost(flood, corners, ghost));
+  SYMRIG_TRY(CellWeights weights, CellWeights::make(cells, corners, plain, options, shares));
+  SYMRIG_CHECK(weights.subtract_ghost(corners, ghost));
+  return weights;
+}
+
+Result<void> add_blur(const CombPhotographs& combs, Registration& found) {
+  std::vector<CornerMap> corners = found.corners();
   const WeightOptions by_area{.weighting = Weighting::area};
-  SYMRIG_TRY(const CellWeights weights, CellWeights::make(found.cells, corners, found.flood, by_area));
+  SYMRIG_TRY(const CellWeights weights,
+             weights_without_ghost(found.cells, corners, found.flood, found.ghost, by_area, nullptr));
   for (CornerMap& map : corners)
     for (double& v : map.values()) v *= 2;
-  SYMRIG_TRY(const CellWeights halves,
-             CellWeights::make({2 * found.cells.rows, 2 * found.cells.cols}, corners, found.flood, by_area));
+  CameraGhost ghost = found.ghost;
+  ghost.place = {2 * ghost.place.row, 2 * ghost.place.col};
+  SYMRIG_TRY(const CellWeights halves, weights_without_ghost({2 * found.cells.rows, 2 * found.cells.cols},
+                                                             corners, found.flood, ghost, by_area, nullptr));
   SYMRIG_TRY(const Radiance flood, halves.gather(found.flood));
   SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
-  SYMRIG_TRY(found.blur, measure_blur(rig, {weights, halves, flood.mean, seen}, progress));
+  SYMRIG_TRY(found.blur, measure_blur(combs, {weights, halves, flood.mean, seen}));
   // Light that scatters below the surface gets to the next cell too, but farther, and it leaves edges sharp.
   if (found.blur.far > kScattered + OpticsBlur::far_light(kEdgesMiss * found.edge_blur()))
     found.blur = OpticsBlur{.far = found.blur.far};
   return {};
 }
 
-/// The map of a camera with more pixels than cells.
-Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& options) {
-  SYMRIG_TRY(const auto photographs, calibration::photograph_each(rig, gray_code_patterns(rig.grid()),
-                                                                  "Gray code", options.progress));
-  Registration found;
-  found.cells = rig.grid();
-  found.flood = mean_flood(GrayCode(found.cells), photographs);
+/// rms along an axis, over the points of a lattice that look at a cell [cells].
+double rms_distance(const CameraMap& one, const CameraMap& other, Grid cells) {
+  constexpr int kPoints = 40;
+  double square = 0;
+  int count = 0;
+  for (int row = 0; row < kPoints; ++row)
+    for (int col = 0; col < kPoints; ++col) {
+      const Point at{(row + 0.5) * one.camera().rows / kPoints, (col + 0.5) * one.camera().cols / kPoints};
+      const Point a = one.look(at), b = other.look(at);
+      if (!(a.row >= 0 && a.col >= 0 && a.row <= cells.rows && a.col <= cells.cols)) continue;
+      square += std::pow(a.row - b.row, 2) + std::pow(a.col - b.col, 2);
+      count += 2;
+    }
+  return count > 0 ? std::sqrt(square / count) : 0;
+}
+
+/// Corrects the maps by what the combs still show of a shift. A field is shrunk by its noise, so there are a
+/// few rounds.
+Result<void> add_reciprocity(const CombPhotographs& combs, Registration& found) {
+  constexpr int kMostRounds = 4;
+  if (!found.blur.measured || combs.rows.empty()) return {};
+  const std::vector<CameraMap> before = found.maps;
+  ReciprocalShift& result = found.reciprocity;
+  for (int round = 0; round < kMostRounds; ++round) {
+    SYMRIG_TRY(const CellWeights weights, found.weights());
+    SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
+    SYMRIG_TRY(const auto rows, calibration::gathered(weights, combs.rows));
+    SYMRIG_TRY(const auto columns, calibration::gathered(weights, combs.columns));
+    bool changed = false;
+    double left = 0;
+    for (std::size_t k = 0; k < found.maps.size(); ++k) {
+      std::vector<int> channels;
+      for (int c = 0; c < weights.channels(); ++c)
+        if (found.maps.size() == 1 || std::cmp_equal(c, k)) channels.push_back(c);
+      const ShiftField down(rows, seen, true, channels), right(columns, seen, false, channels);
+      left = std::max(left, std::hypot(down.unknown(), right.unknown()) / std::numbers::sqrt2);
+      if (!down.found() && !right.found()) continue;
+      changed = true;
+      found.maps[k] = found.maps[k].shifted([&](Point cell) { return Point{down(cell), right(cell)}; });
+    }
+    result.left = left;
+    result.measured = true;
+    if (!changed) break;
+  }
+  for (std::size_t k = 0; k < found.maps.size(); ++k)
+    result.corrected = std::max(result.corrected, rms_distance(before[k], found.maps[k], found.cells));
+  return {};
+}
+
+/// Maps and shares from photographs of the Gray code.
+Result<void> fit_maps(std::span<const Radiance> photographs, Registration& found) {
   SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
+  found.maps.clear();
   found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
   for (CameraLook& look : looks) {
     for (int axis = 0; axis < 2; ++axis)
@@ -111,6 +176,10 @@ Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& 
                         found.shares.plane(2 * static_cast<int>(found.maps.size()) + axis).begin());
     found.maps.push_back(std::move(look.map));
   }
+  return {};
+}
+
+Result<void> check_map(const Registration& found, const RegistrationOptions& options) {
   if (!(found.error() <= kLargestError))
     return Error{
         ErrorCode::bad_value,
@@ -132,6 +201,53 @@ Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& 
                              pixels, options.least_pixels),
                  fmt::format("make the cells {:.1f} times as large, or move the camera closer",
                              std::ceil(10 * options.least_pixels / pixels) / 10)};
+  return {};
+}
+
+/// Pixels beyond the cells see little but the ghost: they tell where that is, not where they look. The ghost
+/// is known to some hundredths, so half of a pixel's light of its own is enough. flood: with the ghost;
+/// plain: without.
+void leave_out_ghosts(const Radiance& flood, const Radiance& plain, std::vector<Radiance>& photographs) {
+  constexpr float kOwnLight = 0.5F;
+  for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
+    if (plain.mean.values()[i] > kOwnLight * flood.mean.values()[i]) continue;
+    for (Radiance& one : photographs)
+      one.mean.values()[i] = 0, one.variance.values()[i] = 0, one.valid.values()[i] = 0;
+  }
+}
+
+/// Looks for a ghost. Subtracts it from the photographs of the Gray code, and fits the maps again.
+Result<void> add_ghost(Probe& rig, Registration& found, std::vector<Radiance>& photographs,
+                       const Progress& progress) {
+  std::vector<CornerMap> corners = found.corners();
+  SYMRIG_TRY(const CellWeights by_area,
+             CellWeights::make(found.cells, corners, found.flood, {.weighting = Weighting::area}));
+  SYMRIG_TRY(found.ghost, measure_ghost(rig, by_area, corners, progress));
+  if (!found.ghost.found) return {};
+  // At the border, the first map follows the ghost, and so does a little of the second. So two maps without
+  // the pixels that see it come first.
+  for (const bool subtracted : {false, false, true}) {
+    SYMRIG_TRY(const auto subtract,
+               calibration::GhostSubtraction::make(corners, found.ghost.share, found.ghost.place));
+    if (subtracted)
+      for (Radiance& one : photographs) one = subtract(one);
+    leave_out_ghosts(found.flood, subtract(found.flood), photographs);
+    SYMRIG_CHECK(fit_maps(photographs, found));
+    corners = found.corners();
+  }
+  return {};
+}
+
+/// The map of a camera with more pixels than cells.
+Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& options) {
+  SYMRIG_TRY(auto photographs, calibration::photograph_each(rig, gray_code_patterns(rig.grid()), "Gray code",
+                                                            options.progress));
+  Registration found;
+  found.cells = rig.grid();
+  found.flood = mean_flood(GrayCode(found.cells), photographs);
+  SYMRIG_CHECK(fit_maps(photographs, found));
+  SYMRIG_CHECK(add_ghost(rig, found, photographs, options.progress));
+  SYMRIG_CHECK(check_map(found, options));
   return found;
 }
 
@@ -148,6 +264,12 @@ std::vector<CornerMap> Registration::corners() const {
   corners.reserve(maps.size());
   for (const CameraMap& map : maps) corners.push_back(map.corners());
   return corners;
+}
+
+MapShape Registration::shape() const {
+  const CameraMap& map = maps[maps.size() / 2];
+  return shape_of(
+      camera(), [&map](Point at) { return map.look(at); }, cells);
 }
 
 MotionWatch Registration::watch() const {
@@ -187,7 +309,7 @@ Result<CellWeights> Registration::bare_weights() const {
   WeightOptions options;
   options.weighting = weighting();
   options.margin = margin();
-  return CellWeights::make(cells, corners(), flood, options, &shares);
+  return weights_without_ghost(cells, corners(), flood, ghost, options, &shares);
 }
 
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
@@ -202,11 +324,25 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
              shared ? calibration::register_shared_grid(rig, options) : register_own_pixels(rig, options));
   found.rig = rig.describe();
   SYMRIG_CHECK(add_stripes(rig, found));
-  if (!shared && found.edge_blur() > kLeastBlur)
-    SYMRIG_CHECK(add_blur(rig, found, found.corners(), options.progress));
+  CombPhotographs combs;
+  if (!shared && found.edge_blur() > kLeastBlur) {
+    SYMRIG_TRY(combs, photograph_combs(rig, options.progress));
+    SYMRIG_CHECK(add_blur(combs, found));
+  }
   SYMRIG_CHECK(add_gain(rig, found, options.progress));
+  if (options.refine) SYMRIG_CHECK(add_reciprocity(combs, found));
   found.photographs = rig.cost().photographs - before;
   return found;
+}
+
+Result<void> require_coaxial(const Parallax& parallax) {
+  if (parallax.range <= kMostParallax) return {};
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format("camera and projector are not coaxial: near and far parts of the scene are {:.1f} cells "
+                  "apart in the map, and {:.1f} is the most that a symmetric transport allows",
+                  parallax.range, kMostParallax),
+      "align them with symrig align, or make the cells larger"};
 }
 
 }  // namespace symrig

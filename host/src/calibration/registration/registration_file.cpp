@@ -82,6 +82,21 @@ bool write_blur(hid_t file, const OpticsBlur& blur) {
          h5::write_attribute(group.id(), "sigma", blur.sigma);
 }
 
+bool write_ghost(hid_t file, const CameraGhost& ghost) {
+  const Handle group = h5::new_group(file, "ghost");
+  const std::array<double, 2> place{ghost.place.row, ghost.place.col};
+  return group.ok() && h5::write_attribute(group.id(), "share", ghost.share) &&
+         h5::write_attribute(group.id(), "sigma", ghost.sigma) &&
+         h5::write_attribute(group.id(), "significance", ghost.significance) &&
+         h5::write_dataset<double>(group.id(), "place", {2}, place);
+}
+
+bool write_reciprocity(hid_t file, const ReciprocalShift& shift) {
+  const Handle group = h5::new_group(file, "reciprocity");
+  return group.ok() && h5::write_attribute(group.id(), "corrected", shift.corrected) &&
+         h5::write_attribute(group.id(), "left", shift.left);
+}
+
 bool write_all(hid_t file, const Registration& r) {
   bool ok = h5::write_attribute(file, "format", std::string("symrig-registration")) &&
             write_whole(file, "version_major", kVersionMajor) &&
@@ -99,6 +114,8 @@ bool write_all(hid_t file, const Registration& r) {
     ok = ok && h5::write_dataset<double>(file, "shift", {2}, shift);
   }
   ok = ok && write_gain(file, r.gain) && write_blur(file, r.blur);
+  if (r.ghost.found) ok = ok && write_ghost(file, r.ghost);
+  if (r.reciprocity.measured) ok = ok && write_reciprocity(file, r.reciprocity);
   for (std::size_t k = 0; ok && k < r.maps.size(); ++k) ok = write_map(file, k, r.maps[k]);
   return ok;
 }
@@ -191,6 +208,38 @@ Result<OpticsBlur> read_blur(const Source& source) {
   return blur;
 }
 
+Result<CameraGhost> read_ghost(const Source& source, Grid cells) {
+  const Handle group = h5::open_group(source.file.id(), "ghost");
+  if (!group.ok()) return damaged("group 'ghost' is damaged");
+  CameraGhost ghost;
+  SYMRIG_TRY(ghost.share, h5::read_number(group.id(), "share"));
+  SYMRIG_TRY(ghost.sigma, h5::read_number(group.id(), "sigma"));
+  SYMRIG_TRY(ghost.significance, h5::read_number(group.id(), "significance"));
+  Shape shape;
+  SYMRIG_TRY(const auto place, h5::read_dataset<double>(group.id(), "place", 1, source.bytes, shape));
+  if (place.size() != 2) return damaged("dataset 'ghost/place' does not have 2 numbers");
+  ghost.place = {place[0], place[1]};
+  const bool near = std::abs(place[0]) <= cells.rows && std::abs(place[1]) <= cells.cols;
+  if (!(ghost.share > 0 && ghost.share <= CameraGhost::largest_share) || !near ||
+      !(ghost.sigma >= 0 && ghost.sigma <= 1) ||
+      !(ghost.significance >= 0 && std::isfinite(ghost.significance)))
+    return impossible("the ghost has a number that no ghost has");
+  ghost.found = true;
+  return ghost;
+}
+
+Result<ReciprocalShift> read_reciprocity(const Source& source) {
+  const Handle group = h5::open_group(source.file.id(), "reciprocity");
+  if (!group.ok()) return damaged("group 'reciprocity' is damaged");
+  ReciprocalShift shift;
+  SYMRIG_TRY(shift.corrected, h5::read_number(group.id(), "corrected"));
+  SYMRIG_TRY(shift.left, h5::read_number(group.id(), "left"));
+  for (const double v : {shift.corrected, shift.left})
+    if (!(v >= 0 && v <= 100)) return impossible("a shift is not between 0 and 100 cells");
+  shift.measured = true;
+  return shift;
+}
+
 Result<Registration> read_all(const Source& source) {
   const hid_t file = source.file.id();
   SYMRIG_TRY(const std::string format, h5::read_text(file, "format"));
@@ -228,6 +277,13 @@ Result<Registration> read_all(const Source& source) {
   }
   SYMRIG_TRY(r.gain, read_gain(source));
   SYMRIG_TRY(r.blur, read_blur(source));
+  if (H5Lexists(file, "reciprocity", H5P_DEFAULT) > 0) {
+    SYMRIG_TRY(r.reciprocity, read_reciprocity(source));
+  }
+  if (H5Lexists(file, "ghost", H5P_DEFAULT) > 0) {
+    if (r.shift) return damaged("it has a ghost and a shift");
+    SYMRIG_TRY(r.ghost, read_ghost(source, r.cells));
+  }
   for (std::int32_t k = 0; k < maps; ++k) {
     SYMRIG_TRY(CameraMap map, read_map(source, k, camera));
     r.maps.push_back(std::move(map));

@@ -15,6 +15,9 @@ namespace {
 constexpr std::size_t kBlock = 1024;
 /// A pixel that sees more cells is left out.
 constexpr std::size_t kMostParts = 16;
+/// Noise alone gives a squared excess of this many variances of a pixel: its own, and as much from the planes
+/// of its cells, which a core of about ten pixels tells at its border.
+constexpr float kOfNoise = 2;
 
 template <class Work>
 void over(std::size_t count, const Work& work) {
@@ -120,8 +123,7 @@ void SharedPixels::add(const Photograph& photograph, std::span<const float> scal
       tau[j] = tau_square(parts[j], r, noise);
       sum += tau[j];
     }
-    // Noise alone gives light² = noise, and more where planes are noisy.
-    const float per_tau = sum > 0 ? 1 / sum : 0.F, beyond = light * light - kNoise * noise;
+    const float per_tau = sum > 0 ? 1 / sum : 0.F, beyond = light * light - kOfNoise * noise;
     for (std::size_t j = 0; j < parts.size(); ++j) {
       const float share = tau[j] * per_tau, weight = parts[j].weight;
       of_parts[j] = {weight * share * light, weight * weight * share * (1 - share) * beyond};
