@@ -64,6 +64,8 @@ JOBS = [
     ),
     Job(["inspect", "in.h5"], {"--json": "out.json"}, ["in.h5"]),
     Job(["report", "in.h5"], {"-o": "out.html"}, ["in.h5"]),
+    Job(["align", "--rig", "sim:plane?size=12x17&noise=off", "--updates", "1"], {"--json": "out.json"}),
+    Job(["align", "--rig", "rig.toml", "--updates", "1"], {"--json": "out.json"}, ["rig.toml", "map.exr"], ends=3),
     Job(
         ["calibrate", "--rig", SMALL],
         {"-o": "new.exr", "--uncertainty": "sigma.pfm", "--report": "out.html", "--json": "out.json"},
@@ -127,7 +129,7 @@ JOBS = [
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
 --light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
---seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter""".split()
+--seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp.
 OWN_RULE = {("flash", "--drive")}
 

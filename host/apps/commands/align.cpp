@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command.hpp"
+#include "console.hpp"
+#include "files.hpp"
+#include "keyboard.hpp"
+#include "meter.hpp"
+#include "numbers.hpp"
+#include "rig.hpp"
+#include "symrig/base/standard_streams.hpp"
+#include "symrig/base/stopwatch.hpp"
+#include "symrig/report/alignment_summary.hpp"
+#include "symrig/rig/rig_description.hpp"
+#include "terminal_line.hpp"
+
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace symrig::apps {
+namespace {
+
+/// The rig is good enough when it was so this often, one after the other: a hand may still be at a screw.
+constexpr int kGoodUpdates = 2;
+constexpr const char* kKeys = "keys: r draws what is left over of the map, q ends\n";
+
+struct AlignArguments {
+  std::string rig, json;
+  std::int64_t updates = 0;
+};
+
+/// Measures, shows, and looks at the keys.
+class Aligning {
+ public:
+  Aligning(Probe& rig, int cell, const AlignArguments& arguments)
+      : rig_(rig),
+        cell_(cell),
+        arguments_(arguments),
+        page_(arguments.json != "-" && isatty(STDOUT_FILENO) == 1) {}
+
+  /// fails: as the rig; interrupted; io.
+  Result<void> run() {
+    for (int good = 0; !ended_ && good < kGoodUpdates;) {
+      SYMRIG_CHECK(update());
+      good = all_good(last_->findings) && arguments_.updates == 0 ? good + 1 : 0;
+      if (last_->count == arguments_.updates) break;
+    }
+    return write_json();
+  }
+
+ private:
+  Result<void> update() {
+    if (interrupted())
+      return Error{ErrorCode::interrupted, "stopped before the rig was good enough", "run it again"};
+    SYMRIG_TRY(Alignment alignment, measure_alignment(rig_));
+    std::optional<AlignmentUpdate> before = std::move(last_);
+    auto findings = judge(alignment);
+    last_ = {rig_.describe(),     before ? before->count + 1 : 1,
+             watch_.seconds(),    std::move(alignment),
+             std::move(findings), cell_};
+    press_keys();
+    return show(before ? &*before : nullptr);
+  }
+
+  void press_keys() {
+    while (const auto key = keyboard_.key()) {
+      if (*key == 'q') ended_ = true;
+      if (*key == 'r') draws_ = !draws_;
+    }
+  }
+
+  Result<void> show(const AlignmentUpdate* before) {
+    if (arguments_.json == "-") return write_standard_output(alignment_json(*last_));
+    if (!arguments_.json.empty()) lines_ += alignment_json(*last_);
+    if (!page_) return print(alignment_line(*last_));
+    std::string text = alignment_page(*last_, before) + kKeys;
+    if (draws_ && last_->alignment.seen)
+      text += left_over_picture(last_->alignment, terminal_columns(STDOUT_FILENO));
+    SYMRIG_CHECK(write_standard_output("\033[H\033[J"));
+    return print(text);
+  }
+
+  Result<void> write_json() {
+    return arguments_.json == "-" ? Result<void>() : write_text(arguments_.json, lines_);
+  }
+
+  Probe& rig_;
+  int cell_;
+  const AlignArguments& arguments_;
+  bool page_, draws_ = false, ended_ = false;
+  Keyboard keyboard_;
+  Stopwatch watch_;
+  std::optional<AlignmentUpdate> last_;
+  std::string lines_;  // of JSON
+};
+
+/// Projector pixels along the side of a cell, if a rig file says so.
+Result<int> cell_of(const std::string& rig) {
+  if (!is_rig_file(rig)) return 0;
+  SYMRIG_TRY(const RigDescription file, read_rig_file(rig));
+  return file.projector.placement.cell;
+}
+
+Result<void> run(const AlignArguments& arguments) {
+  if (arguments.rig.empty())
+    return Error{ErrorCode::bad_argument, "--rig is missing", "see symrig align --help"};
+  if (arguments.updates < 0)
+    return Error{ErrorCode::bad_argument, fmt::format("--updates {} is negative", arguments.updates),
+                 "give a number of updates, or 0 to go on until the rig is good enough"};
+  JobFiles files = rig_files(arguments.rig);
+  SYMRIG_CHECK(files.writes("--json", arguments.json, FileFormat::json).check());
+  SYMRIG_TRY(const int cell, cell_of(arguments.rig));
+  SYMRIG_TRY(const OpenedRig opened, open_bare_rig(arguments.rig, kAlignmentExposures));
+  return Aligning(*opened.probe, cell, arguments).run();
+}
+
+}  // namespace
+
+Job add_align(CLI::App& command) {
+  const auto arguments = std::make_shared<AlignArguments>();
+  command.add_option("--rig", arguments->rig, "Rig to align")->type_name("RIG");
+  takes_number<std::int64_t>(command
+                                 .add_option("--updates", arguments->updates,
+                                             "End after this many updates; 0: when the rig is good enough")
+                                 ->capture_default_str()
+                                 ->type_name("N"));
+  command
+      .add_option("--json", arguments->json, "Also write the numbers as lines of JSON; - is standard output")
+      ->type_name("FILE");
+  command.footer(
+      "Example:\n"
+      "  symrig align --rig rig.toml\n"
+      "  symrig align --rig 'sim:vgroove-white?size=64x64&camera=304x304&turn=1.5&zoom=0.78&fine=4' "
+      "--updates 1\n"
+      "\n"
+      "For the person at the screws. It measures again and again, with a few patterns each time, how camera "
+      "and\n"
+      "projector sit, and says what to move. It ends when the rig is good enough for a capture.\n\n" +
+      rig_help() + "\n" + kExitCodes);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace symrig::apps
