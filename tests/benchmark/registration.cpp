@@ -8,6 +8,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/calibration/registered_probe.hpp"
+#include "symrig/image/gain_shapes.hpp"
 #include "symrig/sim/bench_truth.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
@@ -40,12 +41,15 @@ std::string bench_of(int size, double moved = 0) {
 struct Captured {
   double patterns = 0;
   TransportErrors errors;
+  TransportErrors estimated, half_width;  ///< by the capture itself
+  GainMismatch gain;
 };
 
 Result<Captured> captured(Probe& probe, const TrueTransport& truth) {
   SYMRIG_TRY(const CaptureResult result, capture(probe, {}));
   SYMRIG_TRY(const TransportErrors errors, evaluate(result.tensor, truth));
-  return Captured{static_cast<double>(result.patterns), errors};
+  return Captured{static_cast<double>(result.patterns), errors, result.estimated.value_or(TransportErrors{}),
+                  result.estimated_half_width, result.gain_mismatch};
 }
 
 /// A corner of a camera pixel that looks at a cell: where, and how far off a map is there [cells].
@@ -185,6 +189,44 @@ int run_map(int size, int seed, const std::string& bench) {
   return 0;
 }
 
+/// What a capture says of its errors. planted: rms of an error of the gain ratio that nobody tells it of.
+Result<void> compare_estimates(const std::string& scene, const std::string& bench, bool own, double planted) {
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench));
+  SYMRIG_TRY(Registration registration, register_camera(*rig));
+  if (planted > 0) {
+    registration.gain.known = true;
+    double square = 0;
+    const auto shapes = gain_shapes(registration.cells);
+    for (const GainShapes& one : shapes) square += one[2] * one[2] / static_cast<double>(shapes.size());
+    registration.gain.shape[2] += planted / std::sqrt(square);
+  }
+  SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, own));
+  const auto row = [&](double TransportErrors::*error) {
+    const double truth = found.errors.*error, said = found.estimated.*error;
+    return fmt::format("{:.4f} {:.4f} {:.4f} {:5.2f}", truth, said, found.half_width.*error, said / truth);
+  };
+  fmt::print("{:<18} {:5.0f}   {}   {}   {}   {:.4f} {:.4f}{}\n", rig->uri().name, found.patterns,
+             row(&TransportErrors::frobenius), row(&TransportErrors::indirect),
+             row(&TransportErrors::bar_indirect), found.gain.rms, found.gain.sigma,
+             found.gain.found ? " found" : "");
+  (void)std::fflush(stdout);
+  return {};
+}
+
+int run_estimates(int size, int seed, const std::string& bench, bool own, double planted) {
+  fmt::print("{0}x{0} cells, seed {1}: {2}; error of the gain ratio {3}\n", size, seed, bench, planted);
+  fmt::print("{:<18} {:>5}   {:<26}   {:<26}   {:<26}   gain mismatch\n", "", "", "frobenius", "indirect",
+             "bar_indirect");
+  fmt::print("{:<18} {:>5}   {:<26}   {:<26}   {:<26}   {:<6} sigma\n", "scene", "bench",
+             "true   said   +-     ratio", "true   said   +-     ratio", "true   said   +-     ratio", "rms");
+  for (const std::string_view name : scene_names()) {
+    const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
+    if (const auto done = compare_estimates(scene, bench, own, planted); !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  }
+  return 0;
+}
+
 /// The map of a projector out of focus.
 int run_blur() {
   fmt::print("defocus [cells]  edge [cells]  map [cells]  stated\n");
@@ -281,7 +323,9 @@ int run_time() {
 }
 
 constexpr const char* kUsage =
-    "usage: benchmark_registration [A | B | C | map [SIZE [SEED]]]\n"
+    "usage: benchmark_registration [A | B | C | map | estimates-A | estimates-B | estimates-C [SIZE "
+    "[SEED]]]\n"
+    "       benchmark_registration gain [SIZE [SEED [PLANTED]]]\n"
     "       benchmark_registration moved | pixels [SIZE]\n"
     "       benchmark_registration blur | time\n"
     "SIZE: from 8 to 1024, default 64\n";
@@ -309,7 +353,15 @@ int main(int argc, char** argv) {
   const std::string blurred = bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
   if (what == "B") return run(size, seed, {"&defocus=0.3,0.3", blurred, true});
   if (what == "map") return run_map(size, seed, blurred);
-  if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", blurred + "&ghost=0.01@4.3,-2.6", true});
+  const std::string ghost = blurred + "&ghost=0.01@4.3,-2.6";
+  if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", ghost, true});
+  // Cores refer to the ideal T, so what a camera pixel does not show of a cell is in the true error.
+  if (what == "estimates-A") return run_estimates(size, seed, bench, false, 0);
+  if (what == "estimates-B") return run_estimates(size, seed, blurred, true, 0);
+  if (what == "estimates-C") return run_estimates(size, seed, ghost, true, 0);
+  if (what == "gain")
+    return run_estimates(size, seed, bench + "&vignetting=0.2,0.35", true,
+                         argc > 4 ? std::strtod(argv[4], nullptr) : 0.03);
   (void)std::fputs(kUsage, stderr);
   return 2;
 }

@@ -151,6 +151,12 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
         result.suspects);
   for (const std::string& finding : result.noise_check.findings)
     text += fmt::format("warning: {}; estimated errors and rank tests rely on the stated noise\n", finding);
+  if (result.gain_mismatch.found)
+    text += fmt::format(
+        "warning: by reciprocity, the camera's gain differs from the projector's by {} rms over the picture; "
+        "the estimated errors contain it; calibrate the rig (symrig calibrate), or give both the same "
+        "vignetting\n",
+        percent(result.gain_mismatch.rms));
   if (result.estimated)
     text += fmt::format(
                 "relative errors, estimated from {} (±: {:.0f} % confidence)\n",

@@ -4,6 +4,7 @@
 #include "symrig/acquisition/algorithms.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/gain_mismatch.hpp"
 #include "symrig/acquisition/noise_check.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
 #include "symrig/acquisition/probe.hpp"
@@ -125,6 +126,8 @@ struct CaptureResult {
   std::optional<TransportErrors> estimated = {};
   TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
   std::vector<ErrorNotGiven> estimate_not_given = {};
+  /// By the photographs of the search. If it was found, the estimated errors contain it.
+  GainMismatch gain_mismatch = {};
   std::vector<double> error_per_level = {};  ///< estimated frobenius after each level; may be empty
   std::vector<double> error_per_level_half_width = {};
   NoiseCheck noise_check = {};

@@ -36,7 +36,7 @@ double EnergySums::scatter(const BlockTree& tree, double ratio) const {
     const double mean = before.back() / blocks;
     if (blocks > 1) largest = std::max(largest, (squares - blocks * mean * mean) * blocks / (blocks - 1));
   }
-  return largest;
+  return largest + doubt_;
 }
 
 EnergyInterval energy_interval(double energy, double variance) {

@@ -17,9 +17,18 @@ class EnergySums {
   /// e: what the tensor leaves; y: the photograph; model: what the tensor says; variance: of y.
   void add(std::size_t pixel, double e, double y, double model, double variance);
 
+  /// The square of the error of a pixel is more than that of what the tensor leaves, by this.
+  void add_error(std::size_t pixel, double more) {
+    error += more;
+    error_at_[pixel] += more;
+    added_ += more;
+  }
+  /// What add_error() added is known to this share of itself (one sigma).
+  void doubt_added(double share) { doubt_ = share * share * added_ * added_; }
+
   double error = 0, signal = 0, model = 0, noise = 0;
   /// Variance of `error` and `signal` by noise alone: Var[r²] = 4 v r̄² + 2 v², r̄² = r² − v.
-  double error_noise() const { return error_noise_ > resolution_ ? error_noise_ : resolution_; }
+  double error_noise() const { return (error_noise_ > resolution_ ? error_noise_ : resolution_) + doubt_; }
   double signal_noise() const { return signal_noise_ > resolution_ ? signal_noise_ : resolution_; }
   /// The same where there is nothing but noise: 2 Σ v².
   double resolution() const { return resolution_; }
@@ -33,7 +42,7 @@ class EnergySums {
 
  private:
   std::vector<double> error_at_, signal_at_;
-  double error_noise_ = 0, signal_noise_ = 0, resolution_ = 0;
+  double error_noise_ = 0, signal_noise_ = 0, resolution_ = 0, added_ = 0, doubt_ = 0;
   std::size_t samples_ = 0;
 };
 

@@ -2,6 +2,7 @@
 #include "acquisition/errors/error_estimate.hpp"
 
 #include "acquisition/errors/energy_sums.hpp"
+#include "acquisition/errors/gain_mismatch.hpp"
 #include "acquisition/errors/one_sided.hpp"
 #include "symrig/base/random.hpp"
 
@@ -48,7 +49,8 @@ struct Combination {
   double sign;  ///< of the second photograph; 0: the first alone
 };
 
-EnergySums sums_of(const Residuals& all, const Combination& of, std::span<const std::size_t> dark = {}) {
+EnergySums sums_of(const Residuals& all, const GainError& gain, const Combination& of,
+                   std::span<const std::size_t> dark = {}) {
   const std::size_t pixels = all[0].photograph.pattern.size();
   EnergySums sums(pixels);
   const TreePhotograph& p = all[of.first].photograph;
@@ -62,7 +64,9 @@ EnergySums sums_of(const Residuals& all, const Combination& of, std::span<const 
     const double e = all[of.first].residual[at] + of.sign * static_cast<double>(all[of.second].residual[at]);
     const double y = p.mean[at] + of.sign * static_cast<double>(q.mean[at]);
     sums.add(t, e, y, y - e, static_cast<double>(p.variance[at]) + of.sign * of.sign * q.variance[at]);
+    sums.add_error(t, gain.more(of.first, of.second, of.sign, at));
   }
+  sums.doubt_added(gain.doubt());
   return sums;
 }
 
@@ -183,11 +187,12 @@ constexpr std::size_t kSparsePair[] = {Checks::kSparse, Checks::kOtherSparse};
 /// Light between lit and other pixels, from the sparse pair and from the dark pixels of the random halves.
 class Indirect {
  public:
-  Indirect(const TransportTensor& tensor, const Residuals& all, double noise_ratio)
+  Indirect(const TransportTensor& tensor, const Residuals& all, const GainError& gain, double noise_ratio)
       : tensor_(tensor),
         all_(all),
+        gain_(gain),
         noise_ratio_(noise_ratio),
-        pair_(sums_of(all, {Checks::kSparse, Checks::kOtherSparse, -1}, kSparsePair)),
+        pair_(sums_of(all, gain, {Checks::kSparse, Checks::kOtherSparse, -1}, kSparsePair)),
         lit_(lit_share(all, kSparsePair)) {}
 
   const EnergySums& pair() const { return pair_; }
@@ -237,8 +242,8 @@ class Indirect {
   Reading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
     constexpr std::size_t kFirst[] = {Checks::kHalf}, kSecond[] = {Checks::kOtherHalf};
-    const EnergySums a = sums_of(all_, {Checks::kHalf, Checks::kHalf, 0}, kFirst);
-    const EnergySums b = sums_of(all_, {Checks::kOtherHalf, Checks::kOtherHalf, 0}, kSecond);
+    const EnergySums a = sums_of(all_, gain_, {Checks::kHalf, Checks::kHalf, 0}, kFirst);
+    const EnergySums b = sums_of(all_, gain_, {Checks::kOtherHalf, Checks::kOtherHalf, 0}, kSecond);
     const double scale = 2 * lit_ * (1 - lit_) / of;
     const double energy = scale * (a.error + b.error);
     const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * (a.noise + b.noise);
@@ -249,6 +254,7 @@ class Indirect {
 
   const TransportTensor& tensor_;
   const Residuals& all_;
+  const GainError& gain_;
   double noise_ratio_;
   EnergySums pair_;
   double lit_;
@@ -333,24 +339,25 @@ ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual
                          std::span<const TreePhotograph> left) {
   Residuals all(residuals.begin(), residuals.begin() + 2);
   for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf}) all[k].residual = left[k].mean;
-  const Bar bar = of_patterns(sums_of(all, {Checks::kHalf, Checks::kOtherHalf, -1}), tree, 1, 1);
+  const Bar bar = of_patterns(sums_of(all, GainError(), {Checks::kHalf, Checks::kOtherHalf, -1}), tree, 1, 1);
   return given(bar) ? bar : Bar{};
 }
 
 ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
-                              double noise_ratio) {
+                              const GainMismatch& mismatch, double noise_ratio) {
   constexpr double kOneSidedSigmas = 5;
   constexpr double kOneSidedShare = 0.1;  // of the squared error between pixels
   const Residuals all = left_by(tensor, residuals);
   const BlockTree& tree = tensor.camera_tree();
-  const EnergySums halves = sums_of(all, {Checks::kHalf, Checks::kOtherHalf, -1});
-  const EnergySums flood = sums_of(all, {Checks::kHalf, Checks::kOtherHalf, 1});
-  const EnergySums random = sums_of(all, {Checks::kHalf, Checks::kHalf, 0});
-  const EnergySums natural = sums_of(all, {Checks::kNatural, Checks::kNatural, 0});
-  const EnergySums bar = sums_of(all, {Checks::kBar, Checks::kBar, 0});
+  const GainError gain(tensor, all, mismatch);
+  const EnergySums halves = sums_of(all, gain, {Checks::kHalf, Checks::kOtherHalf, -1});
+  const EnergySums flood = sums_of(all, gain, {Checks::kHalf, Checks::kOtherHalf, 1});
+  const EnergySums random = sums_of(all, gain, {Checks::kHalf, Checks::kHalf, 0});
+  const EnergySums natural = sums_of(all, gain, {Checks::kNatural, Checks::kNatural, 0});
+  const EnergySums bar = sums_of(all, gain, {Checks::kBar, Checks::kBar, 0});
   constexpr std::size_t kBarOnly[] = {Checks::kBar};
-  const EnergySums outside = sums_of(all, {Checks::kBar, Checks::kBar, 0}, kBarOnly);
-  const Indirect indirect(tensor, all, noise_ratio);
+  const EnergySums outside = sums_of(all, gain, {Checks::kBar, Checks::kBar, 0}, kBarOnly);
+  const Indirect indirect(tensor, all, gain, noise_ratio);
 
   const OneSided one = one_sided_light(tensor, all);
   const bool lopsided =

@@ -3,6 +3,7 @@
 
 #include "acquisition/errors/checks.hpp"
 #include "symrig/acquisition/error_estimate.hpp"
+#include "symrig/acquisition/gain_mismatch.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <span>
@@ -11,9 +12,10 @@ namespace symrig::acquisition {
 
 /// The errors of a finished tensor by check photographs that it was not made from, each with its own error
 /// (docs/decisions/error-estimates.md). residuals: of Checks; only their photographs are read.
-/// noise_ratio: true over stated variance, as far as it is known to differ from 1.
+/// mismatch: of the gains; the errors contain it. noise_ratio: true over stated variance, as far as it is
+/// known to differ from 1.
 ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
-                              double noise_ratio = 1);
+                              const GainMismatch& mismatch, double noise_ratio = 1);
 
 /// The frobenius error alone, by what is left of the two halves (Checks::halves) of residuals' photographs.
 struct ErrorBar {

@@ -131,8 +131,9 @@ Result<void> Finishing::polish() {
 Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                                  CaptureResult& result) const {
   SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, first_again_, rest));
-  ErrorEstimate estimate =
-      estimate_errors(tensor, checks_->photographs(), doubted_variance(result.noise_check));
+  result.gain_mismatch = found_.gain.fit();
+  ErrorEstimate estimate = estimate_errors(tensor, checks_->photographs(), result.gain_mismatch,
+                                           doubted_variance(result.noise_check));
   result.estimated = estimate.value;
   result.estimated_half_width = estimate.half_width;
   result.estimate_not_given = std::move(estimate.not_given);

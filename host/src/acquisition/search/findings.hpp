@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/errors/gain_evidence.hpp"
 #include "acquisition/refine/level_light.hpp"
 #include "acquisition/search/known_transport.hpp"
 #include "acquisition/search/node.hpp"
@@ -17,7 +18,7 @@ namespace symrig::acquisition {
 /// What a search has found so far.
 struct Findings {
   explicit Findings(const SceneFacts& facts)
-      : known(facts.tree, facts.channels), decay(facts.options.economy.decay) {
+      : known(facts.tree, facts.channels), decay(facts.options.economy.decay), gain(facts.tree) {
     for (int level = 0; level < facts.tree.levels(); ++level)
       open.emplace_back(facts.tree, level, facts.channels);
   }
@@ -25,6 +26,7 @@ struct Findings {
   KnownTransport known;
   std::vector<NodeLevel> open;            ///< unknown nodes, by level
   Decay decay;                            ///< what one level learned for the next
+  GainEvidence gain;                      ///< light that blocks exchange both ways
   std::vector<LevelLight> level_light{};  ///< of the first photographs of each level that was searched
   /// Light beside a lit block as a share of the light on it, while one pixel in four is lit. Measured by the
   /// last level; the next level expects it of blocks with themselves. None: no level was searched yet.

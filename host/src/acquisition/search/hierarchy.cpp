@@ -127,6 +127,7 @@ Result<void> Hierarchy::search_and_mend() {
 Result<void> Hierarchy::search() {
   for (int level = 0; level < facts_.tree.levels(); ++level) {
     if (found_.open[level].nodes().empty()) continue;
+    found_.gain.add(found_.open[level]);
     SYMRIG_TRY(const bool finished, finish_early());
     if (finished) return {};
     SYMRIG_CHECK(search_level(level));

@@ -2,6 +2,7 @@
 #include "symrig/calibration/gain_ratio.hpp"
 
 #include "calibration/registration/photograph_each.hpp"
+#include "symrig/image/gain_shapes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace symrig {
 namespace {
 
-constexpr int kSide = 4, kBlocks = kSide * kSide, kShapes = 4;
+constexpr int kSide = 4, kBlocks = kSide * kSide, kShapes = kGainShapes;
 /// Unknowns: the shapes, and the veil.
 constexpr int kUnknowns = kShapes + 1;
 /// A pair counts if both of its sums are this many standard deviations above nothing.
@@ -28,21 +29,10 @@ constexpr int kRounds = 5;
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Shapes = Eigen::Matrix<double, kShapes, 1>;
 
-/// The shapes at the middle of each cell, less their means.
 std::vector<Shapes> shapes_of(Grid cells) {
   std::vector<Shapes> shapes;
   shapes.reserve(static_cast<std::size_t>(cells.size()));
-  const double half = 0.5 * std::hypot(cells.rows, cells.cols);
-  Shapes mean = Shapes::Zero();
-  for (int row = 0; row < cells.rows; ++row)
-    for (int col = 0; col < cells.cols; ++col) {
-      const double y = (row + 0.5 - 0.5 * cells.rows) / half, x = (col + 0.5 - 0.5 * cells.cols) / half;
-      const double square = y * y + x * x;
-      shapes.emplace_back(y, x, square, square * square);
-      mean += shapes.back();
-    }
-  mean /= static_cast<double>(shapes.size());
-  for (Shapes& one : shapes) one -= mean;
+  for (const GainShapes& one : gain_shapes(cells)) shapes.emplace_back(one.data());
   return shapes;
 }
 

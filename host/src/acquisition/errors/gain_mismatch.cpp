@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/errors/gain_mismatch.hpp"
+
+#include <cstdint>
+#include <numeric>
+
+namespace symrig::acquisition {
+namespace {
+
+/// ε of each pixel, in tree order.
+std::vector<double> gain_of(const BlockTree& tree, const GainShapes& weights) {
+  const std::vector<GainShapes> shapes = gain_shapes(tree.grid());
+  std::vector<double> gain;
+  gain.reserve(shapes.size());
+  for (const std::int32_t raster : tree.order()) {
+    const GainShapes& shape = shapes[static_cast<std::size_t>(raster)];
+    gain.push_back(std::inner_product(shape.begin(), shape.end(), weights.begin(), 0.0));
+  }
+  return gain;
+}
+
+std::vector<float> applied(const TransportTensor& tensor, std::span<const float> pattern, int channel) {
+  std::vector<float> seen(pattern.size());
+  tensor.apply_tree(pattern, seen, channel, false);
+  return seen;
+}
+
+std::vector<float> times(std::span<const float> pattern, std::span<const double> factor) {
+  std::vector<float> product(pattern.size());
+  for (std::size_t t = 0; t < pattern.size(); ++t)
+    product[t] = static_cast<float>(static_cast<double>(pattern[t]) * factor[t]);
+  return product;
+}
+
+}  // namespace
+
+GainError::GainError(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
+                     const GainMismatch& mismatch) {
+  if (!mismatch.found) return;
+  doubt_ = 2 * mismatch.sigma / mismatch.rms;
+  const std::vector<double> gain = gain_of(tensor.camera_tree(), mismatch.shape);
+  for (const Checks::Residual& one : residuals) {
+    Seen& seen = seen_.emplace_back();
+    for (int channel = 0; channel < tensor.channels(); ++channel) {
+      const auto here = times(applied(tensor, one.photograph.pattern, channel), gain);
+      const auto there = applied(tensor, times(one.photograph.pattern, gain), channel);
+      seen.here.insert(seen.here.end(), here.begin(), here.end());
+      seen.there.insert(seen.there.end(), there.begin(), there.end());
+    }
+  }
+}
+
+double GainError::more(std::size_t first, std::size_t second, double sign, std::size_t at) const {
+  if (seen_.empty()) return 0;
+  const auto sum = [&](const std::vector<float>& a, const std::vector<float>& b) {
+    return static_cast<double>(a[at]) + sign * static_cast<double>(b[at]);
+  };
+  return sum(seen_[first].here, seen_[second].here) * sum(seen_[first].there, seen_[second].there);
+}
+
+}  // namespace symrig::acquisition
