@@ -47,10 +47,13 @@ std::string registration_json(const RegistrationSummary& summary) {
                      {"noise_share", summary.weights.noise_share()}};
   json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
                   {"veil", r.gain.veil},   {"veil_sigma", r.gain.veil_sigma},  {"pairs", r.gain.pairs}};
-  json["blur"] = {
-      {"edges", r.edge_blur()},  {"measured", r.blur.measured}, {"projector", r.blur.projector},
-      {"camera", r.blur.camera}, {"sigma", r.blur.sigma},       {"added", std::sqrt(r.blur.missing())},
-      {"far", r.blur.far}};
+  json["blur"] = {{"edges", r.edge_blur()},
+                  {"measured", r.blur.measured},
+                  {"projector", r.blur.projector},
+                  {"camera", r.blur.camera},
+                  {"sigma", r.blur.sigma},
+                  {"added", std::sqrt(r.blur.missing(summary.weights.pixel_side()))},
+                  {"far", r.blur.far}};
   json["reciprocity"] = {{"measured", r.reciprocity.measured},
                          {"corrected", r.reciprocity.corrected},
                          {"left", r.reciprocity.left}};
@@ -72,7 +75,7 @@ std::string blur_text(const OpticsBlur& blur, const CellWeights& weights) {
       "variance is {:.2f} of a pixel's\n"
       "blur of the projector {:.3f} cells rms, of the camera and its pixels {:.3f}; difference ± {:.3f}\n",
       weights.noise_share(), blur.projector, blur.camera, blur.sigma);
-  const double missing = blur.missing();
+  const double missing = blur.missing(weights.pixel_side());
   if (missing > 0)
     return lines + fmt::format("photographs are blurred by {:.3f} cells more, so that both are equal\n",
                                std::sqrt(missing));

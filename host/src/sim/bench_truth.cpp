@@ -62,10 +62,13 @@ Result<Image<float>> exact_gain(const sim::Bench& bench, const std::vector<Corne
   return gain_ratio(*bench.view, area);
 }
 
-/// What the camera lacks of the projector's blur [cells²]. Its pixels are a blur too: of a box.
+/// What the camera lacks of the projector's blur [cells²], by second moments. Weights by area take each of
+/// the camera's pixels for light from all of its side w: light moves from anywhere in a pixel to anywhere in
+/// it, w² / 6. The scene's points are squares of 1 / N cells for the camera, and points for the projector,
+/// which lights N of them in a cell: 2 / (12 N²).
 double missing_blur(const SceneUri& uri, const CellWeights& weights) {
   return std::max(0.0, std::pow(uri.defocus.projector, 2) - std::pow(uri.defocus.camera, 2) -
-                           std::pow(weights.pixel_side(), 2) / 12);
+                           std::pow(weights.pixel_side(), 2) / 6 - 1 / (12.0 * uri.fine * uri.fine));
 }
 
 }  // namespace

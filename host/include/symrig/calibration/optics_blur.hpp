@@ -26,8 +26,10 @@ struct OpticsBlur {
   /// gives far_light(its rms width). Light that scatters below the surface gives more. Not kept in files.
   double far = 0;
 
-  /// Variance that the photographs lack [cells²]; 0 if the camera is the blurrier one.
-  double missing() const;
+  /// Variance that the cells of photographs lack [cells²]; 0 if the camera is the blurrier one. Weights by
+  /// area spread the light of a pixel over all of it, which is a second blur of its size. pixel: its side
+  /// [cells].
+  double missing(double pixel) const;
   /// `far` of a Gaussian blur of this rms width [cells].
   static double far_light(double width);
 };

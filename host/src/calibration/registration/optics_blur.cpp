@@ -131,8 +131,8 @@ OpticsBlur solve(const Sums& sums) {
 
 }  // namespace
 
-double OpticsBlur::missing() const {
-  return measured ? std::max(0.0, projector * projector - camera * camera) : 0;
+double OpticsBlur::missing(double pixel) const {
+  return measured ? std::max(0.0, projector * projector - camera * camera - pixel * pixel / 12) : 0;
 }
 
 /// A cell [−1, 0] of light 1, blurred: ∫ Q(t / σ) dt from 0 to ½ is in the near half of the next cell, and

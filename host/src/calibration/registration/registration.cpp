@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
+#include "calibration/registration/comb_blur.hpp"
 #include "calibration/registration/comb_pairs.hpp"
 #include "calibration/registration/ghost_subtraction.hpp"
 #include "calibration/registration/photograph_each.hpp"
@@ -96,6 +97,28 @@ Result<CellWeights> weights_without_ghost(Grid cells, const std::vector<CornerMa
   return weights;
 }
 
+/// Photographs on the camera's grid, without the ghost of the registration.
+Result<std::vector<Radiance>> without_its_ghost(const Registration& found, std::span<const CornerMap> corners,
+                                                std::span<const Radiance> photographs) {
+  std::vector<Radiance> plain;
+  plain.reserve(photographs.size());
+  for (const Radiance& one : photographs) {
+    SYMRIG_TRY(Radiance without, found.ghost.found ? without_ghost(one, corners, found.ghost) : Result(one));
+    plain.push_back(std::move(without));
+  }
+  return plain;
+}
+
+/// Fits both blurs to the camera's pixels.
+Result<OpticsBlur> blur_of_pixels(const CombPhotographs& combs, const Registration& found) {
+  const std::vector<CornerMap> corners = found.corners();
+  SYMRIG_TRY(const auto flood, without_its_ghost(found, corners, {&found.flood, 1}));
+  CombPhotographs plain;
+  SYMRIG_TRY(plain.rows, without_its_ghost(found, corners, combs.rows));
+  SYMRIG_TRY(plain.columns, without_its_ghost(found, corners, combs.columns));
+  return calibration::fit_comb_blur({found.cells, corners, flood.front(), plain}, found.blur);
+}
+
 Result<void> add_blur(const CombPhotographs& combs, Registration& found) {
   std::vector<CornerMap> corners = found.corners();
   const WeightOptions by_area{.weighting = Weighting::area};
@@ -113,6 +136,9 @@ Result<void> add_blur(const CombPhotographs& combs, Registration& found) {
   // Light that scatters below the surface gets to the next cell too, but farther, and it leaves edges sharp.
   if (found.blur.far > kScattered + OpticsBlur::far_light(kEdgesMiss * found.edge_blur()))
     found.blur = OpticsBlur{.far = found.blur.far};
+  if (found.blur.measured) {
+    SYMRIG_TRY(found.blur, blur_of_pixels(combs, found));
+  }
   return {};
 }
 
@@ -295,7 +321,7 @@ double Registration::margin() const {
 Result<CellWeights> Registration::weights() const {
   SYMRIG_TRY(CellWeights weights, bare_weights());
   if (gain.known) SYMRIG_CHECK(weights.divide_by(gain.over(cells)));
-  SYMRIG_CHECK(weights.blur_by(blur.missing()));
+  SYMRIG_CHECK(weights.blur_by(blur.missing(weights.pixel_side())));
   return weights;
 }
 
