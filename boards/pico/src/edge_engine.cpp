@@ -82,18 +82,30 @@ Tick PicoEngine::start(Tick tick) {
     return clock_.now();
   }
   ring_.grant();
+  return make_ready(tick) ? launch_when_near(tick) : clock_.now();
+}
+
+/// The machine waits at `pull` until launch() gives it a count. false: it must not start.
+SYMRIG_RAM bool PicoEngine::make_ready(Tick tick) {
+  const IrqLock lock;
+  fallen_ = held_;
+  fallen_at_ = clock_.now();
+  if (must_be_safe()) return false;
   machine::control(machine::kRestart);
   machine::execute(code::jmp(code::kDwell));
   reg(pio::pio0 + pio::irq) = machine::kEndFlag | machine::kHaltFlag;
   underrun_ = false;
   ended_ = false;
-  fallen_ = false;
   played_at_stop_ = 0;
   launched_ = false;
   launch_at_ = tick;
   playing_ = true;
   fresh_ = false;
-  machine::control(machine::kEnable);  // waits at `pull` until launch() gives it a count
+  machine::control(machine::kEnable);
+  return true;
+}
+
+Tick PicoEngine::launch_when_near(Tick tick) {
   const Tick now = clock_.now();
   if (tick > now && tick - now > kFarAway) return tick;
   launch();
@@ -103,7 +115,6 @@ Tick PicoEngine::start(Tick tick) {
 /// The first word goes out at launch_at_, or kLaunchLead from now if that is later.
 SYMRIG_RAM void PicoEngine::launch() {
   const IrqLock lock;
-  if (tripped_ != 0) playing_ = false;
   if (!playing_) return;  // it fell in the meantime
   const uint32_t reference = read_systick();
   const Tick now = clock_.at(reference);
@@ -166,6 +177,7 @@ SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
 
 SYMRIG_RAM void PicoEngine::fall() {
   halt_machine();
+  held_ = true;
   if (!playing_) return;
   played_at_stop_ = played();
   playing_ = false;
@@ -195,7 +207,8 @@ void PicoEngine::force(uint32_t levels) {
     fallen_ = false;
   }
   forget_queue();
-  put_out(levels & kOutputMask);
+  const IrqLock lock;  // an interrupt that makes the outputs safe comes before this, or after it
+  put_out(must_be_safe() ? safe_ : levels & kOutputMask);
 }
 
 /// Only while the machine is stopped with an empty queue.
@@ -232,7 +245,7 @@ void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
     const IrqLock lock;
     trip_lines_ = lines;
     trip_levels_ = levels;
-    tripped_ = 0;
+    tripped_ = tripped_ & lines;
   }
   pins_->watch_trips(lines, levels);
   const uint32_t now = lines_at_trip();

@@ -54,9 +54,12 @@ class PicoEngine final : public hal::EdgeEngine {
 
   /// Called by an interrupt: the input `lines` have gone to their trip levels, or are there.
   void trip(uint32_t lines);
-  /// Called by an interrupt: safe levels at once. The firmware should then call force(). Until then the
-  /// engine reports that it is playing. After kPatience without force(), it reports an underrun.
+  /// Called by an interrupt: safe levels at once, and nothing else until release(). The firmware should then
+  /// call force(). Until then the engine reports that it is playing. After kPatience without force(), it
+  /// reports an underrun.
   void fall();
+  /// The firmware has handled what made the engine fall: outputs may move again.
+  void release() { held_ = false; }
   /// Called by an interrupt: the alarm for the end of a wait.
   void time_is_up();
   /// Called by an interrupt: the PIO program has reached its end or its halt.
@@ -75,10 +78,13 @@ class PicoEngine final : public hal::EdgeEngine {
   static constexpr uint32_t kWaits = hal::kMaxWaits;
 
   static void halt_machine();
+  bool must_be_safe() const { return tripped_ != 0 || held_; }
   void put_out(uint32_t levels);
   void load_safe();
   void forget_queue();
   void stop(bool to_safe);
+  bool make_ready(hal::Tick tick);
+  hal::Tick launch_when_near(hal::Tick tick);
   void launch();
   uint64_t pulled() const;
   void settle();
@@ -100,6 +106,7 @@ class PicoEngine final : public hal::EdgeEngine {
   bool fresh_ = true;  // the queue holds nothing of an earlier run
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
+  volatile bool held_ = false;  // fallen, and the firmware has not read the reason yet
   hal::Tick fallen_at_ = 0;
   hal::Tick ended_at_ = 0;
   volatile bool ended_ = false;  // ended by itself, at the end of a closed queue

@@ -26,6 +26,7 @@ SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
     forget_ = false;
     from_host_.drop_to(forget_to_);
   }
+  release_engine();
   size_t count = from_host_.used();
   if (count > room) count = room;
   if (count > round_left_) count = round_left_;
@@ -36,6 +37,15 @@ SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
     listen();
   }
   return count;
+}
+
+/// After an urgent Abort, the engine stays at its safe levels until the firmware has handled all that came
+/// before it: bytes of an earlier read() are handled when read() is called again.
+SYMRIG_RAM void UsbDevice::release_engine() {
+  const IrqHold hold(irq::usb);
+  if (!holding_ || !from_host_.taken_up_to(abort_end_)) return;
+  holding_ = false;
+  engine_.release();
 }
 
 size_t UsbDevice::room() const {
@@ -163,8 +173,12 @@ SYMRIG_RAM void UsbDevice::take_packet() {
     uint32_t word = reg(from + i);
     for (uint32_t k = i; k < size && k < i + 4; ++k, word >>= 8U) {
       const auto byte = static_cast<uint8_t>(word);
-      if (urgent_.push(byte)) engine_.fall();
+      const bool abort = urgent_.push(byte);
+      if (abort) engine_.fall();
       from_host_.put(byte);
+      if (!abort) continue;
+      holding_ = true;
+      abort_end_ = from_host_.mark();
     }
   }
   listening_ = false;

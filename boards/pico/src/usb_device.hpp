@@ -67,6 +67,7 @@ class UsbDevice final : public hal::ByteLink {
   void buffers_done(uint32_t done);
   void listen();
   void take_packet();
+  void release_engine();
   template <size_t kSize>
   bool send_packet(uint32_t endpoint, ByteRing<kSize>& ring, bool& zero_owed);
   void send_wire();
@@ -85,6 +86,8 @@ class UsbDevice final : public hal::ByteLink {
   volatile bool console_open_ = false;
   volatile bool forget_ = false;  // bytes received up to forget_to_ are from an earlier connection
   volatile size_t forget_to_ = 0;
+  bool holding_ = false;  // the engine waits for the firmware to read the bytes up to abort_end_
+  size_t abort_end_ = 0;
   bool listening_ = false;  // the controller has the wire's OUT buffer
   bool sending_ = false;    // the controller has the wire's IN buffer
   bool sending_log_ = false;

@@ -81,7 +81,8 @@ class Core final : private Requests {
   int unguarded_line(uint32_t mask) const;
   int hazardous_line() const;
   int open_interlock() const;
-  void arm_trips();
+  bool arm_trips(symrig_wire_Reply& reply);
+  bool stopped_by_trip(symrig_wire_Reply& reply);
   static bool is_interlock(const protocol::LineConfig& line) {
     return line.configured && line.role == symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
   }
