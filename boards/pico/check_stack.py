@@ -38,7 +38,7 @@ POINTERS = [
     (r"PicoEngine9set_trips", r"PinCapture11watch_trips"),
     (r"PicoEngine4idle", r"PinCapture9caught_up"),
     (r"4pico.*(enter_xip|replace_sector|ask_unique_id|PicoSystem6reboot)", "ROM"),
-    (r"reset_handler", r"_GLOBAL__sub_I"),
+    (r"begin_in_ram", r"_GLOBAL__sub_I"),
     (r"(^|[/:])(pb_|decode_|encode_)|pb_(en|de)code\.c", r"\.c:buf_(read|write)$|pb_default_field_callback$"),
     (r"firmware4Link9take_data", r"Core10take_chunk"),
     (r"firmware4Link1?\d?take_(request|sync|urgent)", r"Core6answer"),

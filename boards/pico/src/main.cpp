@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The board: its parts, the main loop, the interrupts.
 #include "board_pins.hpp"
-#include "clock_tree.hpp"
 #include "console.hpp"
 #include "edge_engine.hpp"
 #include "flash.hpp"
@@ -53,7 +52,6 @@ void write_serial() {
 void set_up() {
   board_system.begin();
   write_serial();
-  start_clocks();
   tick_clock.start();
   engine.begin(capture);
   PicoWatchdog::begin();

@@ -3,8 +3,13 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// Runs from RAM, so no cache miss delays it, and it may run while the flash is written.
-#define SYMRIG_RAM __attribute__((section(".ramfunc"), noinline))
+// Start-up copies all code to RAM (link.ld): no cache miss delays it, and it may run while the flash is
+// written. check_flash.py keeps it so.
+
+/// Code of its own, which callers' code must not contain.
+#define SYMRIG_RAM __attribute__((noinline))
+/// Runs in flash, before the copy. It calls nothing else.
+#define SYMRIG_FLASH __attribute__((section(".startup"), noinline))
 
 /// The RP2040's registers that this board uses. Names and offsets are those of the data sheet.
 namespace symrig::pico {
@@ -145,6 +150,7 @@ constexpr uint32_t gpio_in = base + 0x4, gpio_out_set = base + 0x14, gpio_out_cl
 }  // namespace sio
 
 namespace core {
+constexpr uint32_t vtor = 0xe000ed08;
 constexpr uint32_t systick_ctrl = 0xe000e010, systick_reload = 0xe000e014, systick = 0xe000e018;
 constexpr uint32_t irq_set_enable = 0xe000e100, irq_clear_enable = 0xe000e180, irq_clear_pending = 0xe000e280,
                    irq_priority = 0xe000e400;

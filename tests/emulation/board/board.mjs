@@ -18,10 +18,13 @@ const VECTOR_BOOT = 0xb007c0d3; // watchdog scratch 4: start at the address in s
 const UNDEFINED_SRAM = 0x5a;
 
 export class Board {
-  /** `uf2`: content of a UF2 file. `fastForward` and `dmaCycles` as for Chip. The cable is out until `host.plug(true)`. */
-  constructor(uf2, { fastForward = true, dmaCycles = 1 } = {}) {
+  /**
+   * `uf2`: content of a UF2 file. `fastForward` and `dmaCycles` as for Chip, `quadEnabled` and `missCycles` as for Flash. The cable is
+   * out until `host.plug(true)`.
+   */
+  constructor(uf2, { fastForward = true, dmaCycles = 1, quadEnabled, missCycles } = {}) {
     this.chip = new Chip({ fastForward, dmaCycles, boot: () => this.boot() });
-    this.flash = new Flash(this.chip);
+    this.flash = new Flash(this.chip, { quadEnabled, missCycles });
     this.load(uf2);
     this.recorder = new EdgeRecorder(this.chip);
     this.host = new UsbHost(this.chip);
@@ -42,6 +45,7 @@ export class Board {
   /** After a power cycle: the flash of the former board, and all that is connected to it but the USB cable. */
   inherit(former) {
     this.flash.bytes.set(former.flash.bytes);
+    this.flash.flashChip.status2 = former.flash.flashChip.status2;
     this.stimuli.inherit(former.stimuli, this.host.vbusPin);
   }
 

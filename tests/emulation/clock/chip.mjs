@@ -19,6 +19,7 @@ import { Scheduler } from './scheduler.mjs';
 import { SysTick } from './systick.mjs';
 import { Timer } from './timer.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { XipCache } from './xip.mjs';
 
 // PSM.WDSEL bits without which a watchdog cannot restart the program: RESETS, SIO, PROC0.
 const RESTART_DOMAINS = (1 << 3) | (1 << 14) | (1 << 15);
@@ -61,6 +62,7 @@ export class Chip {
     this.timer = new Timer(this);
     this.watchdog = new Watchdog(this, survivor);
     this.sysTick = new SysTick(this);
+    this.xip = new XipCache(this);
     repairDma(this, this.rp2040.dma, this.dmaCycles);
     this.pio = [new PioBlock(this, 0), new PioBlock(this, 1)];
     this.pioPins = [0, 0];
@@ -74,7 +76,7 @@ export class Chip {
     rp2040.pio = this.pio;
     Object.assign(rp2040.peripherals, {
       0x4000c: this.resets, 0x40054: this.timer, 0x40058: this.watchdog, 0x50200: this.pio[0], 0x50300: this.pio[1],
-      0x40018: new RegisterFile(), 0x40060: ringOscillator(), 0x40064: voltageRegulator(),
+      0x14000: this.xip, 0x40018: new RegisterFile(), 0x40060: ringOscillator(), 0x40064: voltageRegulator(),
     });
     Object.defineProperty(rp2040, 'gpioValues', { get: () => this.pads.inputs });
     this.installSystemBlock(rp2040.ppb);
