@@ -121,7 +121,7 @@ def main(arguments):
     data = section_words(elf, objdump, ".data")
     code_end, vectors = symbols["__code_end"][0], symbols["__data_start"][0]
     functions = disassembled(elf, objdump)
-    flash_code = range(FLASH.start, symbols["__startup_end"][0])
+    flash_code = range(FLASH.start + 0x100, symbols["__startup_end"][0])
     problems = check_functions(functions, code_end, flash_code) + check_places(symbols, data, vectors)
     problems += check_data(data, code_end, vectors, flash_code)
     for problem in problems:

@@ -124,6 +124,7 @@ void Core::start(const symrig_wire_Start& start, symrig_wire_Reply& reply) {
   permit(Condition::start, reply);
   events_.restart_count();
   sequencer_.begin(store_.program(), board_.traits.min_dwell, timed ? at : 0);
+  begin_round();
   symrig_wire_Event& event = new_event(symrig_wire_Event_run_started_tag);
   event.body.run_started = {store_.hash(), sequencer_.tally().started};
   events_.push_important(event, now);

@@ -46,11 +46,16 @@ class PicoEngine final : public hal::EdgeEngine {
   void service();
   /// Tick at which service() has work; kNever if none.
   hal::Tick next_deadline() const;
+  bool playing() const { return playing_; }
   /// true: firmware must push more segments, because the queue is open and not full.
   bool hungry() const { return playing_ && !closed_ && room() > 0; }
 
   /// true: a run has just ended, and idle() is not true yet.
   bool ending() const { return !playing_ && ended_ && !idle(); }
+
+  /// Words that were written to a full queue, and errors of DMA, since the board started. Both must stay 0.
+  uint32_t overflows() const { return overflows_; }
+  uint32_t dma_errors() const { return ring_.errors(); }
 
   /// Called by an interrupt: the input `lines` have gone to their trip levels, or are there.
   void trip(uint32_t lines);
@@ -59,7 +64,7 @@ class PicoEngine final : public hal::EdgeEngine {
   /// reports an underrun.
   void fall();
   /// The firmware has handled what made the engine fall: outputs may move again.
-  void release() { held_ = false; }
+  void release();
   /// Called by an interrupt: the alarm for the end of a wait.
   void time_is_up();
   /// Called by an interrupt: the PIO program has reached its end or its halt.
@@ -86,12 +91,15 @@ class PicoEngine final : public hal::EdgeEngine {
   bool make_ready(hal::Tick tick);
   hal::Tick launch_when_near(hal::Tick tick);
   void launch();
+  bool launch_in_time(uint32_t reference, uint32_t most);
   uint64_t pulled() const;
+  static uint32_t intake();
   void settle();
   void set_alarm() const;
   bool settle_wait();
   hal::WaitOutcome edge_that_ended(const Wait& wait) const;
   bool run_out(const Wait& wait, hal::Tick when);
+  bool end_wait(uint32_t intake_before, bool stop, uint32_t& stood);
   void conclude_wait(const hal::WaitOutcome& outcome);
   hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].wait.offset; }
   uint32_t lines_at_trip() const;
@@ -110,10 +118,12 @@ class PicoEngine final : public hal::EdgeEngine {
   hal::Tick fallen_at_ = 0;
   hal::Tick ended_at_ = 0;
   volatile bool ended_ = false;  // ended by itself, at the end of a closed queue
+  uint32_t overflows_ = 0;
   uint32_t safe_ = 0;
   uint32_t last_levels_ = 0;
 
   hal::Tick launch_at_ = 0;
+  uint32_t launch_count_ = 0;
   hal::Tick anchor_ = 0;  // tick of the first word, or of the first word after the last ended wait
   uint64_t offset_ = 0;   // ticks pushed since the last wait
   uint64_t pushed_ = 0;   // segments, waits included
