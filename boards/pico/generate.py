@@ -70,6 +70,7 @@ def header(board):
         "kStampedLines": len(stamped),
         "kAlivePin": board["pins"]["alive"],
         "kLedPin": board["pins"]["led"],
+        "kVbusPin": board["pins"]["vbus"],
         "kDmaEngineData": board["dma"]["engine_data"],
         "kDmaEngineControl": board["dma"]["engine_control"],
         "kDmaStampers": board["dma"]["stampers"],
@@ -91,11 +92,14 @@ def header(board):
         "kUsbVendor": board["usb"]["vendor"],
         "kUsbProduct": board["usb"]["product"],
     }
+    named = {line["gpio"]: line["name"] for line in lines} | {pin: name for name, pin in board["pins"].items()}
+    number["kPinMask"] = sum(1 << pin for pin in named)
     string = {
         "kBoardName": board["board"]["name"],
         "kUsbManufacturer": board["usb"]["manufacturer"],
         "kUsbProductName": board["usb"]["product_name"],
         "kUsbInterface": board["usb"]["interface"],
+        "kPinNames": "|".join(named[pin] for pin in sorted(named)),
     }
     table = ",\n".join(
         f'    {{{text(line["name"])}, "GPIO{line["gpio"]}", {str(line.get("output", False)).lower()}, {waits(line)}, '
@@ -157,6 +161,7 @@ def tables(board):
         )
     for name, use in (("alive", "square wave while the firmware is healthy"), ("led", "state of the board")):
         pins.append(f'| - | `{name}` | GPIO{board["pins"][name]} | output | - | - | - | {use} | low |')
+    pins.append(f'| - | `vbus` | GPIO{board["pins"]["vbus"]} | input | - | - | - | the USB cable\'s 5 V, on the board | input with pull-down |')
     timing, resources = board["timing"], board["resources"]
     rows = [
         ("one tick", f"{ns:.0f} ns"),

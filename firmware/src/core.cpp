@@ -110,9 +110,9 @@ void Core::watch_edge(const hal::CapturedEdge& edge) {
   Breach found;
   if (guard_.edge(edge, found)) breach(found);
   if (edge.line >= protocol::kMaxLines || !config_.lines[edge.line].capture) return;
-  symrig_wire_Event& event = new_event(symrig_wire_Event_edge_tag);
-  event.body.edge = {edge.line, edge.level, edge.tick};
-  events_.push(event, edge.tick);
+  event_.which_body = symrig_wire_Event_edge_tag;  // without new_event(): edges come in thousands
+  event_.body.edge = {edge.line, edge.level, edge.tick};
+  events_.push(event_, edge.tick);
 }
 
 void Core::watch_limits() {
@@ -141,18 +141,41 @@ void Core::breach(const Breach& breach) {
 
 void Core::run_on() {
   send_marks();
-  const Sequencer::Outcome outcome = sequencer_.poll(board_.clock.now());
+  const Tick begin = board_.clock.now();
+  if (sequencer_.running()) note_round(begin);
+  const Sequencer::Outcome outcome = sequencer_.poll(begin);
+  note_refill(begin);
+  begin_round();
   send_marks();
   if (outcome != Sequencer::Outcome::idle && outcome != Sequencer::Outcome::running) conclude(outcome);
+}
+
+void Core::begin_round() {
+  refilled_ = board_.clock.now();
+  slept_ = 0;
+}
+
+/// Checks the board's poll_ticks in the field.
+void Core::note_round(Tick begin) {
+  const auto took = static_cast<uint32_t>(begin - refilled_ - slept_);
+  if (took > longest_round_) longest_round_ = took;
+}
+
+/// Checks the board's refill_ticks in the field.
+void Core::note_refill(Tick begin) {
+  const uint32_t records = sequencer_.take_expanded();
+  if (records < hal::kRefillSample) return;
+  const uint32_t each = static_cast<uint32_t>(board_.clock.now() - begin) / records;
+  if (each > worst_refill_) worst_refill_ = each;
 }
 
 void Core::send_marks() {
   PassedMark mark;
   const Tick now = board_.clock.now();
   while (sequencer_.take_mark(now, mark)) {
-    symrig_wire_Event& event = new_event(symrig_wire_Event_step_mark_tag);
-    event.body.step_mark = {mark.id, mark.ordinal, mark.tick};
-    events_.push(event, mark.tick);
+    event_.which_body = symrig_wire_Event_step_mark_tag;  // without new_event(): marks come in thousands
+    event_.body.step_mark = {mark.id, mark.ordinal, mark.tick};
+    events_.push(event_, mark.tick);
   }
 }
 

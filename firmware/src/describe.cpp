@@ -12,6 +12,11 @@ symrig_wire_Fault to_wire(const hal::FaultRecord& fault) {
   return {static_cast<symrig_wire_FaultCode>(fault.code), fault.tick, fault.arg};
 }
 
+symrig_wire_Crash to_wire(const hal::Crash& crash) {
+  return {crash.exception, crash.pc,   crash.lr,   crash.psr,  crash.sp,
+          crash.r[0],      crash.r[1], crash.r[2], crash.r[3], crash.r[4]};
+}
+
 }  // namespace
 
 void Core::hello(symrig_wire_Reply& reply) const {
@@ -84,6 +89,27 @@ void Core::status(symrig_wire_Reply& reply) const {
   status.has_reset_fault = reset_fault_.code != 0;
   status.reset_fault = to_wire(reset_fault_);
   status.stored_config = stored_config_;
+}
+
+void Core::diagnostics(symrig_wire_Reply& reply) const {
+  hal::Diagnostics found;
+  if (!board_.system.diagnose(found)) {
+    reply.code = symrig_wire_Code_CODE_UNKNOWN_REQUEST;
+    return;
+  }
+  reply.which_body = symrig_wire_Reply_diagnostics_tag;
+  symrig_wire_DiagnosticsReply& told = reply.body.diagnostics;
+  told = symrig_wire_DiagnosticsReply_init_zero;
+  told.longest_round = longest_round_;
+  told.worst_refill = worst_refill_;
+  told.flash_reads = found.flash_reads;
+  told.flash_hits = found.flash_hits;
+  told.queue_overflows = found.queue_overflows;
+  told.dma_errors = found.dma_errors;
+  told.stack_free = found.stack_free;
+  told.chip_revision = found.chip_revision;
+  told.has_crash = found.crash.exception != 0;
+  told.crash = to_wire(found.crash);
 }
 
 void Core::time(uint64_t host_ns, symrig_wire_Reply& reply) const {

@@ -57,6 +57,8 @@ void Core::answer_now(const symrig_wire_Request& request, symrig_wire_Reply& rep
       return store_config(request.body.store_config, reply);
     case symrig_wire_Request_reboot_tag:
       return reboot(request.body.reboot, reply);
+    case symrig_wire_Request_get_diagnostics_tag:
+      return diagnostics(reply);
     default:
       reply.code = symrig_wire_Code_CODE_UNKNOWN_REQUEST;
   }

@@ -43,8 +43,20 @@ int Core::open_interlock() const {
   return -1;
 }
 
-/// From now on the engine goes to its safe word by itself when an interlock opens.
-void Core::arm_trips() {
+/// An interlock can trip at any moment of a request, and the engine then goes to its safe word by itself. A
+/// request that moves outputs must not be answered OK after that. true: it tripped, and the reply says so.
+bool Core::stopped_by_trip(symrig_wire_Reply& reply) {
+  const uint32_t tripped = board_.engine.tripped();
+  if (tripped == 0) return false;
+  watch_trips();
+  refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, static_cast<uint64_t>(__builtin_ctz(tripped)));
+  return true;
+}
+
+/// From now on the engine goes to its safe word by itself when an interlock opens. false: one is open, or one
+/// has opened since the last round. Then the reply says so.
+bool Core::arm_trips(symrig_wire_Reply& reply) {
+  if (stopped_by_trip(reply)) return false;
   uint32_t lines = 0;
   uint32_t levels = 0;
   for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
@@ -53,6 +65,7 @@ void Core::arm_trips() {
     if (config_.lines[k].trip_level) levels |= 1U << k;
   }
   board_.engine.set_trips(lines, levels);
+  return !stopped_by_trip(reply);
 }
 
 /// Checks all conditions for changing the lines in `mask` at `tick`. false: the reply names the one that
@@ -94,7 +107,7 @@ void Core::arm(const symrig_wire_Arm& arm, symrig_wire_Reply& reply) {
     return refuse(reply, symrig_wire_Code_CODE_KEEP_ALIVE_NEEDED, static_cast<uint64_t>(hazard));
   autonomous_ = arm.autonomous;
   if (!may_move(protocol::kOutputMask, hal::kNever, reply)) return;
-  if (permit(Condition::arm, reply)) arm_trips();
+  if (permit(Condition::arm, reply)) arm_trips(reply);
 }
 
 void Core::start(const symrig_wire_Start& start, symrig_wire_Reply& reply) {
@@ -111,9 +124,11 @@ void Core::start(const symrig_wire_Start& start, symrig_wire_Reply& reply) {
   permit(Condition::start, reply);
   events_.restart_count();
   sequencer_.begin(store_.program(), board_.traits.min_dwell, timed ? at : 0);
+  begin_round();
   symrig_wire_Event& event = new_event(symrig_wire_Event_run_started_tag);
   event.body.run_started = {store_.hash(), sequencer_.tally().started};
   events_.push_important(event, now);
+  stopped_by_trip(reply);
 }
 
 void Core::set_by_hand(const symrig_wire_ManualSet& set, symrig_wire_Reply& reply) {
@@ -132,8 +147,9 @@ void Core::set_by_hand(const symrig_wire_ManualSet& set, symrig_wire_Reply& repl
   autonomous_ = false;
   if (turned_on != 0 && !may_move(turned_on, board_.clock.now(), reply)) return;
   permit(Condition::manual_set, reply);
-  arm_trips();
+  if (!arm_trips(reply)) return;
   board_.engine.force(levels);
+  stopped_by_trip(reply);
 }
 
 void Core::abort() {

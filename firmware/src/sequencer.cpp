@@ -23,6 +23,7 @@ void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at
   phase_ = Phase::filling;
   polled_ = 0;
   fill();
+  expanded_ = 0;  // a start has no deadline
   base(0) = engine_.start(at);
   if (at != 0 && base(0) > at) ++tally_.late;
   tally_.started = base(0);
@@ -32,6 +33,7 @@ void Sequencer::begin(protocol::ProgramView program, uint32_t min_dwell, Tick at
 void Sequencer::fill() {
   room_ = engine_.room();
   while (phase_ == Phase::filling && expand(program_[pc_])) {
+    ++expanded_;
     if (room_ == 0) room_ = engine_.room();
   }
 }
@@ -71,6 +73,12 @@ bool Sequencer::add_word(const Record& record) {
   return true;
 }
 
+/// Without a division, which a small processor does by software.
+uint32_t Sequencer::slot(uint32_t index) const {
+  const uint32_t at = mark_first_ + index;
+  return at < marks_.count ? at : at - marks_.count;
+}
+
 bool Sequencer::add_wait(const Record& record) {
   if (room_ == 0 || stretch_ - known_ == hal::kMaxWaits) return false;
   protocol::WaitEdge wait;
@@ -81,12 +89,13 @@ bool Sequencer::add_wait(const Record& record) {
   ++stretch_;
   offset_ = 0;
   ++pc_;
+  expanded_ += marks_.count / hal::kMaxWaits;
   return true;
 }
 
 bool Sequencer::add_mark(uint32_t id) {
   if (mark_count_ == marks_.count) return false;
-  marks_.slots[(mark_first_ + mark_count_) % marks_.count] = {id, stretch_, offset_};
+  marks_.slots[slot(mark_count_)] = {id, stretch_, offset_};
   ++mark_count_;
   ++pc_;
   return true;
@@ -165,7 +174,7 @@ bool Sequencer::take_mark(Tick now, PassedMark& passed) {
   const Tick tick = base(oldest.stretch) + oldest.offset;
   if (tick > now) return false;
   passed = {oldest.id, ordinal_++, tick};
-  mark_first_ = (mark_first_ + 1) % marks_.count;
+  mark_first_ = slot(1);
   --mark_count_;
   return true;
 }

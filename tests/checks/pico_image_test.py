@@ -12,6 +12,7 @@ import unittest
 PICO = pathlib.Path(__file__).resolve().parent.parent.parent / "boards" / "pico"
 sys.path.insert(0, str(PICO))
 
+import check_flash  # noqa: E402
 import check_size  # noqa: E402
 import check_stack  # noqa: E402
 import generate  # noqa: E402
@@ -53,6 +54,48 @@ class Description(unittest.TestCase):
     def test_the_page_is_current(self):
         page = generate.PAGE.read_text(encoding="utf-8")
         self.assertEqual(page, generate.renew(page, self.board))
+
+
+class Flash(unittest.TestCase):
+    CODE_END = 0x20010000
+    FLASH_CODE = range(0x10000000, 0x10000400)
+
+    def function(self, address, name, branches=(), words=()):
+        made = check_flash.Function(address, name)
+        made.branches, made.words = list(branches), list(words)
+        return made
+
+    def problems(self, *functions):
+        return check_flash.check_functions(functions, self.CODE_END, self.FLASH_CODE)
+
+    def test_code_in_ram_may_call_code_in_ram(self):
+        self.assertEqual(self.problems(self.function(0x20000100, "usb_handler", branches=[0x20000200], words=[0x50110000])), [])
+
+    def test_a_handler_that_branches_to_flash_is_found(self):
+        self.assertIn("branches to flash", self.problems(self.function(0x20000100, "usb_handler", branches=[0x10000300]))[0])
+
+    def test_a_pointer_to_flash_code_is_found(self):
+        self.assertIn("holds the flash address", self.problems(self.function(0x20000100, "gpio_handler", words=[0x10000301]))[0])
+
+    def test_only_the_settings_read_flash_and_no_handler_does(self):
+        settings = check_flash.SETTINGS.start
+        self.assertEqual(self.problems(self.function(0x20000100, "_ZN6symrig4pico13PicoSettings4load", words=[settings])), [])
+        self.assertEqual(len(self.problems(self.function(0x20000100, "PicoSettings_handler", words=[settings]))), 1)
+        self.assertEqual(len(self.problems(self.function(0x20000100, "other", words=[settings]))), 1)
+
+    def test_start_up_calls_nothing_that_is_not_there_yet(self):
+        self.assertIn("before the copy", self.problems(self.function(0x10000200, "start_clocks", branches=[0x20000100]))[0])
+
+    def test_functions_and_vectors_in_flash_are_found(self):
+        vectors = {0x20003900 + 4 * i: 0x20000101 for i in range(48)}
+        self.assertEqual(check_flash.check_places({"main": (0x20000100, "T")}, vectors, 0x20003900), [])
+        self.assertIn("played is in flash", check_flash.check_places({"played": (0x10000380, "t")}, vectors, 0x20003900))
+        vectors[0x20003900 + 4 * 29] = 0x10000381
+        self.assertIn("vector 29", check_flash.check_places({}, vectors, 0x20003900)[0])
+
+    def test_a_table_of_flash_pointers_is_found(self):
+        found = check_flash.check_data({0x20010010: 0x10000381, 0x20010014: 0x10111018}, self.CODE_END, 0x20003900, self.FLASH_CODE)
+        self.assertEqual(len(found), 1)
 
 
 def flat_image(size=1000):

@@ -28,6 +28,8 @@ class ByteRing {
   void clear() { taken_ = put_; }
   /// For the writer: a position for drop_to().
   size_t mark() const { return put_; }
+  /// For the reader: true if everything written before `mark` was taken.
+  bool taken_up_to(size_t mark) const { return static_cast<ptrdiff_t>(taken_ - mark) >= 0; }
   /// For the reader: discards what was written before `mark`.
   void drop_to(size_t mark) {
     if (static_cast<ptrdiff_t>(mark - taken_) > 0) taken_ = mark;

@@ -15,8 +15,8 @@ namespace machine = edge_machine;
 
 namespace {
 
-constexpr Tick kLaunchLead = 500;     // delay of a start "now": time to fill the queue
-constexpr Tick kFarAway = 1U << 30U;  // firmware delays a start that is later than this
+constexpr uint32_t kLaunchLead = 500;  // delay of a start "now": time to fill the queue
+constexpr Tick kFarAway = 1U << 30U;   // firmware delays a start that is later than this
 
 }  // namespace
 
@@ -82,38 +82,61 @@ Tick PicoEngine::start(Tick tick) {
     return clock_.now();
   }
   ring_.grant();
+  return make_ready(tick) ? launch_when_near(tick) : clock_.now();
+}
+
+/// The machine waits at `pull` until launch() gives it a count. false: it must not start.
+SYMRIG_RAM bool PicoEngine::make_ready(Tick tick) {
+  fallen_at_ = clock_.now();
+  const IrqLock lock;
+  fallen_ = held_;
+  if (must_be_safe()) return false;
   machine::control(machine::kRestart);
   machine::execute(code::jmp(code::kDwell));
   reg(pio::pio0 + pio::irq) = machine::kEndFlag | machine::kHaltFlag;
   underrun_ = false;
   ended_ = false;
-  fallen_ = false;
   played_at_stop_ = 0;
   launched_ = false;
   launch_at_ = tick;
   playing_ = true;
   fresh_ = false;
-  machine::control(machine::kEnable);  // waits at `pull` until launch() gives it a count
+  machine::control(machine::kEnable);
+  return true;
+}
+
+Tick PicoEngine::launch_when_near(Tick tick) {
   const Tick now = clock_.now();
   if (tick > now && tick - now > kFarAway) return tick;
   launch();
   return anchor_;
 }
 
-/// The first word goes out at launch_at_, or kLaunchLead from now if that is later.
+/// The first word goes out at launch_at_, or kLaunchLead from now if that is later. The calculation runs with
+/// interrupts on, for trips; if they take too long, it begins again.
 SYMRIG_RAM void PicoEngine::launch() {
+  constexpr uint32_t kNeeded = 100;  // ticks from the check below to the write
+  uint32_t reference = 0;
+  do {
+    reference = read_systick();
+    const Tick now = clock_.at(reference);
+    anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
+    launch_count_ = static_cast<uint32_t>(anchor_ - now) - kLaunchLatency;
+  } while (!launch_in_time(reference, kLaunchLead - kNeeded));
+  set_alarm();
+}
+
+/// false: more than `most` ticks have passed since SysTick had the value `reference`.
+SYMRIG_RAM bool PicoEngine::launch_in_time(uint32_t reference, uint32_t most) {
   const IrqLock lock;
-  if (tripped_ != 0) playing_ = false;
-  if (!playing_) return;  // it fell in the meantime
-  const uint32_t reference = read_systick();
-  const Tick now = clock_.at(reference);
-  anchor_ = launch_at_ > now + kLaunchLead ? launch_at_ : now + kLaunchLead;
-  machine::write_count_down(reference, static_cast<uint32_t>(anchor_ - now) - kLaunchLatency);
+  if (!playing_) return true;  // it fell in the meantime
+  if (((reference - read_systick()) & kSystickMask) > most) return false;
+  machine::write_count_down(reference, launch_count_);
   ring_.open();
   reg(pio::pio0 + pio::fdebug) = machine::kStalled;
   not_before_ = 0;
   launched_ = true;
-  set_alarm();
+  return true;
 }
 
 /// A run ends only after its last edges have been checked, because limits and receipts need them.
@@ -166,11 +189,17 @@ SYMRIG_RAM void PicoEngine::trip(uint32_t lines) {
 
 SYMRIG_RAM void PicoEngine::fall() {
   halt_machine();
+  held_ = true;
   if (!playing_) return;
   played_at_stop_ = played();
   playing_ = false;
   fallen_at_ = clock_.now();
   fallen_ = true;
+}
+
+SYMRIG_RAM void PicoEngine::release() {
+  held_ = false;
+  fallen_at_ = clock_.now();
 }
 
 SYMRIG_RAM void PicoEngine::program_stopped() {
@@ -195,7 +224,8 @@ void PicoEngine::force(uint32_t levels) {
     fallen_ = false;
   }
   forget_queue();
-  put_out(levels & kOutputMask);
+  const IrqLock lock;  // an interrupt that makes the outputs safe comes before this, or after it
+  put_out(must_be_safe() ? safe_ : levels & kOutputMask);
 }
 
 /// Only while the machine is stopped with an empty queue.
@@ -232,7 +262,7 @@ void PicoEngine::set_trips(uint32_t lines, uint32_t levels) {
     const IrqLock lock;
     trip_lines_ = lines;
     trip_levels_ = levels;
-    tripped_ = 0;
+    tripped_ = tripped_ & lines;
   }
   pins_->watch_trips(lines, levels);
   const uint32_t now = lines_at_trip();
@@ -244,7 +274,7 @@ uint32_t PicoEngine::lines_at_trip() const {
 }
 
 void PicoEngine::service() {
-  if (fallen_ && clock_.now() - fallen_at_ > kPatience) {
+  if (fallen_ && !held_ && clock_.now() - fallen_at_ > kPatience) {
     underrun_ = true;
     fallen_ = false;
   }
@@ -254,6 +284,10 @@ void PicoEngine::service() {
     return;
   }
   ring_.service();
+  if ((reg(pio::pio0 + pio::fdebug) & machine::kOverflow) != 0) {
+    reg(pio::pio0 + pio::fdebug) = machine::kOverflow;
+    ++overflows_;
+  }
   if ((reg(pio::pio0 + pio::fdebug) & machine::kStalled) != 0 && playing_) {
     const IrqLock lock;
     halt_machine();

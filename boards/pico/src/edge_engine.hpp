@@ -46,17 +46,25 @@ class PicoEngine final : public hal::EdgeEngine {
   void service();
   /// Tick at which service() has work; kNever if none.
   hal::Tick next_deadline() const;
+  bool playing() const { return playing_; }
   /// true: firmware must push more segments, because the queue is open and not full.
   bool hungry() const { return playing_ && !closed_ && room() > 0; }
 
   /// true: a run has just ended, and idle() is not true yet.
   bool ending() const { return !playing_ && ended_ && !idle(); }
 
+  /// Words that were written to a full queue, and errors of DMA, since the board started. Both must stay 0.
+  uint32_t overflows() const { return overflows_; }
+  uint32_t dma_errors() const { return ring_.errors(); }
+
   /// Called by an interrupt: the input `lines` have gone to their trip levels, or are there.
   void trip(uint32_t lines);
-  /// Called by an interrupt: safe levels at once. The firmware should then call force(). Until then the
-  /// engine reports that it is playing. After kPatience without force(), it reports an underrun.
+  /// Called by an interrupt: safe levels at once, and nothing else until release(). The firmware should then
+  /// call force(). Until then the engine reports that it is playing. After kPatience without force(), it
+  /// reports an underrun.
   void fall();
+  /// The firmware has handled what made the engine fall: outputs may move again.
+  void release();
   /// Called by an interrupt: the alarm for the end of a wait.
   void time_is_up();
   /// Called by an interrupt: the PIO program has reached its end or its halt.
@@ -75,17 +83,23 @@ class PicoEngine final : public hal::EdgeEngine {
   static constexpr uint32_t kWaits = hal::kMaxWaits;
 
   static void halt_machine();
+  bool must_be_safe() const { return tripped_ != 0 || held_; }
   void put_out(uint32_t levels);
   void load_safe();
   void forget_queue();
   void stop(bool to_safe);
+  bool make_ready(hal::Tick tick);
+  hal::Tick launch_when_near(hal::Tick tick);
   void launch();
+  bool launch_in_time(uint32_t reference, uint32_t most);
   uint64_t pulled() const;
+  static uint32_t intake();
   void settle();
   void set_alarm() const;
   bool settle_wait();
   hal::WaitOutcome edge_that_ended(const Wait& wait) const;
   bool run_out(const Wait& wait, hal::Tick when);
+  bool end_wait(uint32_t intake_before, bool stop, uint32_t& stood);
   void conclude_wait(const hal::WaitOutcome& outcome);
   hal::Tick wait_begin() const { return anchor_ + waits_[first_wait_ % kWaits].wait.offset; }
   uint32_t lines_at_trip() const;
@@ -100,13 +114,16 @@ class PicoEngine final : public hal::EdgeEngine {
   bool fresh_ = true;  // the queue holds nothing of an earlier run
   volatile bool underrun_ = false;
   volatile bool fallen_ = false;
+  volatile bool held_ = false;  // fallen, and the firmware has not read the reason yet
   hal::Tick fallen_at_ = 0;
   hal::Tick ended_at_ = 0;
   volatile bool ended_ = false;  // ended by itself, at the end of a closed queue
+  uint32_t overflows_ = 0;
   uint32_t safe_ = 0;
   uint32_t last_levels_ = 0;
 
   hal::Tick launch_at_ = 0;
+  uint32_t launch_count_ = 0;
   hal::Tick anchor_ = 0;  // tick of the first word, or of the first word after the last ended wait
   uint64_t offset_ = 0;   // ticks pushed since the last wait
   uint64_t pushed_ = 0;   // segments, waits included

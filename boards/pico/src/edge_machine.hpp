@@ -9,7 +9,8 @@ namespace symrig::pico::edge_machine {
 
 constexpr uint32_t kEndFlag = 1U << edge_program::kEndFlag;
 constexpr uint32_t kHaltFlag = 1U << edge_program::kHaltFlag;
-constexpr uint32_t kStalled = 1U << 24U;  ///< FDEBUG: it waited for the second word of a segment
+constexpr uint32_t kStalled = 1U << 24U;   ///< FDEBUG: it waited for the second word of a segment
+constexpr uint32_t kOverflow = 1U << 16U;  ///< FDEBUG: a word was written to a full queue
 constexpr uint32_t kEnable = 1;
 constexpr uint32_t kRestart = 1U << 4U;
 constexpr uint32_t kQueueDepth = 8;

@@ -36,8 +36,10 @@ SYMRIG_RAM void PicoEngine::set_alarm() const {
   const Tick out_at = wait_begin() + waits_[first_wait_ % kWaits].wait.timeout;
   uint32_t ticks = 0;
   if (out_at > now) ticks = out_at - now < kMost ? static_cast<uint32_t>(out_at - now) : kMost;
-  // Two more, because an alarm in the past never fires.
-  reg(timer::alarm0) = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 2;
+  const uint32_t alarm = reg(timer::raw_low) + ticks / kTicksPerMicrosecond + 1;
+  reg(timer::alarm0) = alarm;
+  // An alarm in the past never fires, and a trip's interrupt may have passed here meanwhile.
+  if (static_cast<int32_t>(alarm - reg(timer::raw_low)) <= 0) reg(core::irq_set_pending) = 1U << irq::timer0;
 }
 
 SYMRIG_RAM void PicoEngine::settle() {
@@ -69,27 +71,44 @@ SYMRIG_RAM WaitOutcome PicoEngine::edge_that_ended(const Wait& wait) const {
   return outcome;
 }
 
-/// The wait has timed out. false: an edge came just in time.
+/// What changes when the machine takes a word (and when DMA brings one).
+SYMRIG_RAM uint32_t PicoEngine::intake() {
+  return (reg(pio::pio0 + pio::flevel) & 0xfU) | SegmentRing::place() << 4U;
+}
+
+/// The wait has timed out. false: an edge came just in time, or DMA is bringing words; the caller tries
+/// again.
 SYMRIG_RAM bool PicoEngine::run_out(const Wait& wait, Tick when) {
+  const uint32_t before = intake();
+  if (pulled() > 2 * wait.segment + 2) return false;
+  const uint64_t words = played();
+  uint32_t stood = 0;
+  if (!end_wait(before, wait.stop, stood)) return false;
+  WaitOutcome outcome{when, 0, true};
+  outcome.resumed = wait.stop ? clock_.now() : clock_.at(stood) + kEnableLatency;
+  if (wait.stop) played_at_stop_ = words;
+  conclude_wait(outcome);
+  return true;
+}
+
+/// With interrupts off for a few cycles only, because a trip must not wait. Goes on with the next word, or
+/// stops at the safe word. stood: SysTick a fixed number of cycles before the machine goes on.
+SYMRIG_RAM bool PicoEngine::end_wait(uint32_t intake_before, bool stop, uint32_t& stood) {
   const IrqLock lock;
   if (!playing_) return false;
   machine::control(0);
-  if (pulled() > 2 * wait.segment + 2) {
+  if (intake() != intake_before) {
     machine::control(machine::kEnable);
     return false;
   }
-  WaitOutcome outcome{when, 0, true};
-  if (wait.stop) {
+  if (stop) {
     machine::execute(code::kMovPinsX);
-    outcome.resumed = clock_.now();
-    played_at_stop_ = played();
     playing_ = false;
-  } else {
-    machine::control(machine::kRestart);  // cancels the waiting instruction
-    machine::execute(code::jmp(code::kNext));
-    outcome.resumed = clock_.at(machine::enable_timed()) + kEnableLatency;
+    return true;
   }
-  conclude_wait(outcome);
+  machine::control(machine::kRestart);  // cancels the waiting instruction
+  machine::execute(code::jmp(code::kNext));
+  stood = machine::enable_timed();
   return true;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The board: its parts, the main loop, the interrupts.
 #include "board_pins.hpp"
-#include "clock_tree.hpp"
 #include "console.hpp"
+#include "crash.hpp"
 #include "edge_engine.hpp"
 #include "flash.hpp"
 #include "peripherals.hpp"
@@ -25,11 +25,12 @@ Stampers stampers;
 PicoEngine engine(tick_clock, stampers);
 PinCapture capture(tick_clock, stampers, engine);
 UsbDevice usb_device(engine);
+MainLoopWatch loop_watch;
 PicoFaultStore fault_store;
 PicoWatchdog board_watchdog;
 PicoIndicator indicator;
 PicoSettings settings;
-PicoSystem board_system;
+PicoSystem board_system(engine);
 
 constexpr hal::BoardTraits kTraits = {kBoardName,   unique_id,      sizeof unique_id, kLineTable,
                                       kLines,       kTickHz,        kMinDwell,        kMaxDwell,
@@ -50,10 +51,14 @@ void write_serial() {
   }
 }
 
-void set_up() {
+void restart() {
+  engine.force(core.safe_levels());
+  board_system.reboot(usb_device.reset_asked() == UsbDevice::Reset::bootloader);
+}
+
+SYMRIG_RAM void set_up() {
   board_system.begin();
   write_serial();
-  start_clocks();
   tick_clock.start();
   engine.begin(capture);
   PicoWatchdog::begin();
@@ -67,6 +72,8 @@ void set_up() {
   enable_irq(irq::timer0, 1);
   enable_irq(irq::timer1, 3);
   core.boot();
+  reg(xip::accesses) = 0;  // from here on nothing reads flash, except for the settings
+  reg(xip::hits) = 0;
   usb_device.begin(serial);
   console.greet(board_system.reset_cause());
 }
@@ -86,21 +93,26 @@ void sleep(hal::Tick until, uint32_t seen) {
   const uint32_t wake = reg(timer::raw_low) + ((ticks * 33'554U) >> 22U);
   reg(timer::alarm1) = wake;
   if (static_cast<int32_t>(wake - reg(timer::raw_low)) <= 0) return;  // an alarm in the past never comes
+  const uint32_t asleep = read_systick();
   asm volatile("wfi");
+  core.slept((asleep - read_systick()) & kSystickMask);
 }
 
-[[noreturn]] void run() {
+[[noreturn]] SYMRIG_RAM void run() {
   for (;;) {
     const uint32_t seen = wakes;
-    usb_device.begin_round();
+    usb_device.begin_round(engine.playing());
     capture.begin_round();
     core.poll();
     engine.service();
     board_watchdog.pass(PicoWatchdog::engine);
     capture.service();
     board_watchdog.pass(PicoWatchdog::pins);
-    if (tick_clock.sound()) board_watchdog.pass(PicoWatchdog::clock);
+    if (!tick_clock.sound()) stop_board();
+    board_watchdog.pass(PicoWatchdog::clock);
     console.service();
+    loop_watch.end_round();
+    if (usb_device.reset_asked() != UsbDevice::Reset::none) restart();
     if (engine.hungry() || engine.ending() || capture.pending() || usb_device.waiting()) continue;
     const hal::Tick deadline = core.next_deadline();
     const hal::Tick engines = engine.next_deadline();
@@ -112,6 +124,16 @@ void sleep(hal::Tick until, uint32_t seen) {
 }  // namespace symrig::pico
 
 extern "C" {
+
+/// SysTick counts the processor's clock, TIMER and the watchdog count the crystal's. So this notices a
+/// crystal that stops, which the watchdog cannot. It also keeps the place where a main loop hangs, before the
+/// watchdog resets it.
+__attribute__((used)) void systick_body(const symrig::pico::ExceptionFrame* frame) {
+  using namespace symrig::pico;
+  wakes = wakes + 1;
+  if (!tick_clock.moves()) stop_board();
+  loop_watch.look(*frame);
+}
 
 SYMRIG_RAM void usb_handler() {
   symrig::pico::wakes = symrig::pico::wakes + 1;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "crash.hpp"
+#include "edge_engine.hpp"
 #include "symrig/hal/fault_store.hpp"
 #include "symrig/hal/indicator.hpp"
 #include "symrig/hal/system.hpp"
@@ -37,14 +39,30 @@ class PicoIndicator final : public hal::Indicator {
   void show(bool on) override;
 };
 
+/// Notices a main loop that hangs.
+class MainLoopWatch {
+ public:
+  void end_round() { rounds_ = rounds_ + 1; }
+  /// Called by SysTick's interrupt: if no round has ended since the last call, keeps the place.
+  void look(const ExceptionFrame& frame);
+
+ private:
+  volatile uint32_t rounds_ = 0;
+  uint32_t seen_ = 0;
+  bool kept_ = false;
+};
+
 class PicoSystem final : public hal::System {
  public:
+  explicit PicoSystem(const PicoEngine& engine) : engine_(engine) {}
   /// Finds out why the board has started. Call it before PicoWatchdog::begin().
   void begin();
   hal::ResetCause reset_cause() const override { return cause_; }
   void reboot(bool bootloader) override;
+  bool diagnose(hal::Diagnostics& out) const override;
 
  private:
+  const PicoEngine& engine_;
   hal::ResetCause cause_ = hal::ResetCause::power;
 };
 

@@ -11,7 +11,6 @@ using hal::Tick;
 namespace {
 
 constexpr uint32_t kNoLine = 0xff;
-constexpr uint32_t kInputGroup = 2;       // GPIO 16..23
 constexpr uint32_t kInterruptDelay = 24;  // ticks from an edge to its stamp, typical
 
 constexpr uint32_t line_of(uint32_t pin) {
@@ -98,9 +97,10 @@ SYMRIG_RAM void PinCapture::handle() {
     const uint32_t flags = reg(io::ints(group));
     if (flags == 0) continue;
     // Clears exactly the flags that were judged. A later edge interrupts again.
-    if (group == kInputGroup) judge_trips(flags & trip_flags_);
+    if (group == kInputGroup && (flags & trip_flags_) != 0) judge_trips(flags & trip_flags_);
     reg(io::intr(group)) = flags;
     record(group, flags);
+    look_for_trips();
   }
   if (in_this_millisecond_ > kMostPerMillisecond) {
     overflow_ = true;
@@ -109,7 +109,6 @@ SYMRIG_RAM void PinCapture::handle() {
 }
 
 SYMRIG_RAM void PinCapture::judge_trips(uint32_t hit) {
-  if (hit == 0) return;
   engine_.trip(0);  // outputs first, then the line's number
   uint32_t tripped = 0;
   for (uint32_t pin = 0; pin < 8; ++pin)
@@ -120,10 +119,11 @@ SYMRIG_RAM void PinCapture::judge_trips(uint32_t hit) {
 /// A pulse shorter than the interrupt gives two edges with the same stamp.
 SYMRIG_RAM void PinCapture::record(uint32_t group, uint32_t flags) {
   const Tick tick = clock_.now() - kInterruptDelay;
+  look_for_trips();
   const uint32_t levels = line_levels();
   for (uint32_t pin = 8 * group; flags != 0; ++pin, flags >>= 4U) {
-    judge_trips(reg(io::ints(kInputGroup)) & trip_flags_);
     if ((flags & 0xfU) == 0) continue;
+    look_for_trips();
     in_this_millisecond_ = in_this_millisecond_ + 1;
     const uint32_t line = lines.of_pin[pin];
     const bool both = (flags & 0xfU) == (io::edge_low | io::edge_high);

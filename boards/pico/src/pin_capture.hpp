@@ -41,11 +41,17 @@ class PinCapture final : public hal::Capture, public PinWatch {
   static constexpr uint32_t kRing = 256;
   static constexpr uint32_t kSources = Stampers::kCount + 1;
   static constexpr uint32_t kGroups = 3;
+  static constexpr uint32_t kInputGroup = 2;  // GPIO 16..23
   static constexpr uint32_t kMostPerMillisecond = 64;
-  static constexpr uint32_t kPerRound = 16;
+  static constexpr uint32_t kPerRound = 8;
   static constexpr uint32_t kOutOfTurn = 250;  // ticks: a later stamp may not have arrived yet
 
   bool peek(uint32_t source, hal::CapturedEdge& edge);
+  /// A trip must not wait for the end of this interrupt: call it between all steps.
+  void look_for_trips() {
+    const uint32_t hit = reg(io::ints(kInputGroup)) & trip_flags_;
+    if (hit != 0) judge_trips(hit);
+  }
   void judge_trips(uint32_t hit);
   void record(uint32_t group, uint32_t flags);
   void add(uint32_t line, bool level, hal::Tick tick);

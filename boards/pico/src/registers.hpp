@@ -3,8 +3,13 @@
 
 #include <stdint.h>  // NOLINT(modernize-deprecated-headers)
 
-/// Runs from RAM, so no cache miss delays it, and it may run while the flash is written.
-#define SYMRIG_RAM __attribute__((section(".ramfunc"), noinline))
+// Start-up copies all code to RAM (link.ld): no cache miss delays it, and it may run while the flash is
+// written. check_flash.py keeps it so.
+
+/// Code of its own, which callers' code must not contain.
+#define SYMRIG_RAM __attribute__((noinline))
+/// Runs in flash, before the copy. It calls nothing else.
+#define SYMRIG_FLASH __attribute__((section(".startup"), noinline))
 
 /// The RP2040's registers that this board uses. Names and offsets are those of the data sheet.
 namespace symrig::pico {
@@ -58,7 +63,7 @@ constexpr uint32_t inte(uint32_t group) {
 constexpr uint32_t ints(uint32_t group) {
   return base + 0x120 + 4 * group;
 }
-constexpr uint32_t function_sio = 5, function_pio0 = 6;
+constexpr uint32_t function_sio = 5, function_pio0 = 6, function_none = 0x1f;
 // Four interrupt bits per pin, eight pins per group.
 constexpr uint32_t edge_low = 4, edge_high = 8;
 }  // namespace io
@@ -87,8 +92,16 @@ constexpr uint32_t alarm0 = base + 0x10, alarm1 = base + 0x14, raw_high = base +
 namespace watchdog {
 constexpr uint32_t base = 0x40058000;
 constexpr uint32_t ctrl = base, load = base + 0x4, reason = base + 0x8, scratch0 = base + 0xc,
-                   tick = base + 0x2c;
+                   scratch1 = base + 0x10, tick = base + 0x2c;
 }  // namespace watchdog
+
+namespace sysinfo {
+constexpr uint32_t chip_id = 0x40000000;
+}
+
+namespace xip {
+constexpr uint32_t hits = 0x1400000c, accesses = 0x14000010;
+}
 
 namespace reset_chip {
 constexpr uint32_t status = 0x40064008;
@@ -104,7 +117,7 @@ constexpr uint32_t channel(uint32_t n) {
 constexpr uint32_t read_addr = 0x0, write_addr = 0x4, trans_count = 0x8, ctrl_trig = 0xc, al1_ctrl = 0x10,
                    al1_trans_count_trig = 0x1c, al3_read_addr_trig = 0x3c;
 constexpr uint32_t intr = base + 0x400, inte0 = base + 0x404, ints0 = base + 0x40c, abort = base + 0x444;
-constexpr uint32_t enable = 1, high_priority = 2, word = 2U << 2U, incr_read = 1U << 4U,
+constexpr uint32_t enable = 1, high_priority = 2, errors = 7U << 29U, word = 2U << 2U, incr_read = 1U << 4U,
                    incr_write = 1U << 5U, ring_on_write = 1U << 10U, irq_quiet = 1U << 21U, busy = 1U << 24U,
                    unpaced = 0x3fU << 15U;
 constexpr uint32_t ring(uint32_t bits) {
@@ -133,7 +146,7 @@ constexpr uint32_t machine(uint32_t n) {
 namespace usb {
 constexpr uint32_t ram = 0x50100000;
 constexpr uint32_t base = 0x50110000;
-constexpr uint32_t addr_endp = base, main_ctrl = base + 0x40, sie_ctrl = base + 0x4c,
+constexpr uint32_t addr_endp = base, main_ctrl = base + 0x40, frame = base + 0x48, sie_ctrl = base + 0x4c,
                    sie_status = base + 0x50, buff_status = base + 0x58, ep_stall_arm = base + 0x68,
                    muxing = base + 0x74, power = base + 0x78, inte = base + 0x90, ints = base + 0x98;
 }  // namespace usb
@@ -145,9 +158,11 @@ constexpr uint32_t gpio_in = base + 0x4, gpio_out_set = base + 0x14, gpio_out_cl
 }  // namespace sio
 
 namespace core {
+constexpr uint32_t vtor = 0xe000ed08, priority3 = 0xe000ed20, mpu_ctrl = 0xe000ed94, mpu_base = 0xe000ed9c,
+                   mpu_attributes = 0xe000eda0;
 constexpr uint32_t systick_ctrl = 0xe000e010, systick_reload = 0xe000e014, systick = 0xe000e018;
-constexpr uint32_t irq_set_enable = 0xe000e100, irq_clear_enable = 0xe000e180, irq_clear_pending = 0xe000e280,
-                   irq_priority = 0xe000e400;
+constexpr uint32_t irq_set_enable = 0xe000e100, irq_clear_enable = 0xe000e180, irq_set_pending = 0xe000e200,
+                   irq_clear_pending = 0xe000e280, irq_priority = 0xe000e400;
 }  // namespace core
 
 // Interrupt numbers.

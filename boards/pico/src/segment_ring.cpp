@@ -24,6 +24,12 @@ void stop(uint32_t channel) {
   }
 }
 
+bool take_error(uint32_t channel) {
+  if ((reg(channel + dma::al1_ctrl) & dma::errors) == 0) return false;
+  reg(channel + dma::al1_ctrl + kSet) = dma::errors;  // writing 1 clears them
+  return true;
+}
+
 }  // namespace
 
 SYMRIG_RAM void SegmentRing::reset() {
@@ -87,6 +93,7 @@ SYMRIG_RAM void SegmentRing::open() {
 
 SYMRIG_RAM void SegmentRing::service() {
   if (grants_unread() <= 1) grant();
+  if (take_error(kData) || take_error(kControl)) ++errors_;
   if (open_) restart();
 }
 

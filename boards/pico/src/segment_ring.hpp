@@ -32,23 +32,26 @@ class SegmentRing {
   /// every round of the main loop.
   void service();
 
+  /// Times at which a channel had stopped because of a bus error.
+  uint32_t errors() const { return errors_; }
   /// Segments that are written and not yet read.
   uint32_t used() const { return (static_cast<uint32_t>(written_) - place()) % kWords / 2; }
+  /// Index of the next word to read.
+  static uint32_t place();
   /// Words read since reset(). Must be called (grant() does it) before another full ring has been read.
   uint64_t read_words() const;
 
  private:
   static constexpr uint32_t kGrants = 64;
-  static constexpr uint32_t kGrantEvery = 2 * 128;  // words; one DMA interrupt each
+  static constexpr uint32_t kGrantEvery = 2 * 64;  // words; one DMA interrupt each
 
-  /// Index of the next word to read.
-  static uint32_t place();
   uint32_t grants_unread() const;
   void restart() const;
 
   uint64_t written_ = 0;  // words since reset()
   uint64_t granted_ = 0;  // words since reset()
   uint64_t read_ = 0;
+  uint32_t errors_ = 0;
   uint32_t grants_ = 0;  // number of grants since reset()
   bool open_ = false;
 };

@@ -19,7 +19,10 @@ void TickClock::start() {
   reg(core::systick_ctrl) = 0;
   reg(core::systick_reload) = kSystickMask;
   reg(core::systick) = 0;
-  reg(core::systick_ctrl) = 5;  // on, clk_sys, no interrupt
+  constexpr uint32_t kPriority = 1U << 30U;  // after trips
+  reg(core::priority3) = kPriority;
+  last_look_ = reg(timer::raw_low);
+  reg(core::systick_ctrl) = 7;  // on, clk_sys, interrupt
   const auto coarse = static_cast<uint32_t>(microseconds()) * kTicksPerMicrosecond;
   phase_ = coarse + read_systick();
 }
@@ -45,6 +48,12 @@ SYMRIG_RAM Tick TickClock::at(uint32_t systick) const {
 
 SYMRIG_RAM Tick TickClock::now() const {
   return at(read_systick());
+}
+
+bool TickClock::moves() {
+  const uint32_t before = last_look_;
+  last_look_ = reg(timer::raw_low);
+  return last_look_ != before && sound();
 }
 
 bool TickClock::sound() const {

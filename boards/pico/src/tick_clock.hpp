@@ -20,11 +20,14 @@ class TickClock final : public hal::Clock {
   hal::Tick at(uint32_t systick) const;
   /// true: SysTick (PLL) and TIMER (crystal) agree to within 100 us since the board started.
   bool sound() const;
+  /// Called by SysTick's interrupt, every 134 ms: false if TIMER stands still, or if the two do not agree.
+  bool moves();
 
  private:
   int32_t ahead(uint32_t systick, hal::Tick coarse) const;
 
   uint32_t phase_ = 0;
+  uint32_t last_look_ = 0;  // us
 };
 
 inline uint32_t read_systick() {

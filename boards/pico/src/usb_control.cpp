@@ -26,7 +26,6 @@ void UsbDevice::setup() {
   const auto index = static_cast<uint16_t>(reg(usb::ram + 4));
   const auto length = static_cast<uint16_t>(reg(usb::ram + 4) >> 16U);
   toggle_[0][0] = toggle_[0][1] = true;  // data stages begin with DATA1
-  address_new_ = false;
   bool known = false;
   if ((type & kTypeMask) != kStandard) {
     known = class_or_vendor(type, request, value, index, length);
@@ -119,6 +118,13 @@ bool UsbDevice::class_or_vendor(uint8_t type, uint8_t request, uint16_t value, u
     arm(0, true, kPacket);
     return true;
   }
+  // picotool: 1 = into the boot loader, 2 = start again (pico-sdk, pico_stdio_usb reset interface)
+  if (type == kClassToInterface && index == desc::kResetInterface) {
+    if ((request != 1 && request != 2) || length != 0) return false;
+    reset_ = request == 1 ? Reset::bootloader : Reset::restart;
+    acknowledge();
+    return true;
+  }
   if (type == kClassToInterface && request == 0x22 &&
       length == 0) {  // SET_CONTROL_LINE_STATE: bit 0 is "terminal ready"
     console_open_ = (value & 1U) != 0;
@@ -202,11 +208,14 @@ void UsbDevice::stall() {
   usb::buffer_control(0, true) = usb::kStall;
 }
 
+void UsbDevice::use_new_address() {
+  if (!address_new_) return;
+  reg(usb::addr_endp) = address_;
+  address_new_ = false;
+}
+
 void UsbDevice::control_in_done() {
-  if (address_new_) {
-    reg(usb::addr_endp) = address_;
-    address_new_ = false;
-  }
+  use_new_address();
   if (stage_ == Stage::data_in) {
     if (answer_left_ > 0 || answer_zero_) return answer_more();
     stage_ = Stage::status_out;
@@ -214,6 +223,7 @@ void UsbDevice::control_in_done() {
     return arm(0, true, 0);
   }
   stage_ = Stage::none;
+  if (reset_ != Reset::none) reset_due_ = true;  // the host has its answer
 }
 
 void UsbDevice::control_out_done() {

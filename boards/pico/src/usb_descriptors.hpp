@@ -8,9 +8,10 @@
 namespace symrig::pico::usb_descriptors {
 
 /// Endpoints.
-constexpr uint8_t kWire = 1;             // bulk, both ways
-constexpr uint8_t kNotice = 2;           // interrupt, to the host: never used, but CDC requires it
-constexpr uint8_t kConsole = 3;          // bulk, both ways
+constexpr uint8_t kWire = 1;     // bulk, both ways
+constexpr uint8_t kNotice = 2;   // interrupt, to the host: never used, but CDC requires it
+constexpr uint8_t kConsole = 3;  // bulk, both ways
+constexpr uint8_t kResetInterface = 3;
 constexpr uint8_t kMsVendorCode = 0x20;  // bRequest for the Microsoft descriptors
 
 /// Bytes with static lifetime.

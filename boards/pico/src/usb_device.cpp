@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "usb_device.hpp"
 
+#include "board_pins.hpp"
 #include "usb_registers.hpp"
 
 namespace symrig::pico {
@@ -11,12 +12,35 @@ void UsbDevice::begin(const char* serial) {
   serial_ = serial;
   for (uint32_t at = 0; at < 0x1000; at += 4) reg(usb::ram + at) = 0;
   reg(usb::muxing) = 9;            // to the PHY, soft connect
-  reg(usb::power) = 0xc;           // assumes that VBUS is present
+  reg(usb::power) = 0xc;           // VBUS is not wired to the controller; watch_vbus() looks for it
   reg(usb::main_ctrl) = 1;         // on, device
   reg(usb::sie_ctrl) = 1U << 29U;  // interrupt for each buffer of endpoint 0
-  reg(usb::inte) = usb::kIntBuffer | usb::kIntReset | usb::kIntSuspend | usb::kIntResume | usb::kIntSetup;
+  reg(usb::inte) =
+      usb::kIntBuffer | usb::kIntReset | usb::kIntSuspend | usb::kIntResume | usb::kIntSetup | usb::kIntFrame;
   enable_irq(irq::usb, 2);
-  reg(usb::sie_ctrl + kSet) = 1U << 16U;  // pull-up
+  reg(pads::pin(kVbusPin)) = pads::input_enable | pads::pull_down | pads::schmitt;
+  reg(io::ctrl(kVbusPin)) = io::function_sio;
+}
+
+void UsbDevice::begin_round(bool in_run) {
+  round_left_ = in_run ? kPerRoundInRun : kPerRound;
+  packets_left_ = kPacketsPerRound;
+  watch_vbus();
+}
+
+/// The pull-up must not feed a host that has no power. A cable that is pulled out is a link that is lost,
+/// which the host's silence would show only after 3 ms.
+void UsbDevice::watch_vbus() {
+  constexpr uint32_t kGlitch = 200;  // us
+  const uint32_t now = reg(timer::raw_low);
+  const bool high = ((reg(sio::gpio_in) >> kVbusPin) & 1U) != 0;
+  if (high) vbus_seen_ = now;
+  const bool present = high || (pulled_up_ && now - vbus_seen_ < kGlitch);
+  if (present == pulled_up_) return;
+  const IrqHold hold(irq::usb);
+  pulled_up_ = present;
+  reg(usb::sie_ctrl + (present ? kSet : kClear)) = usb::kPullUp;
+  if (!present) bus_reset();
 }
 
 // Called by the main loop.
@@ -26,6 +50,7 @@ SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
     forget_ = false;
     from_host_.drop_to(forget_to_);
   }
+  release_engine();
   size_t count = from_host_.used();
   if (count > room) count = room;
   if (count > round_left_) count = round_left_;
@@ -36,6 +61,15 @@ SYMRIG_RAM size_t UsbDevice::read(uint8_t* out, size_t room) {
     listen();
   }
   return count;
+}
+
+/// After an urgent Abort, the engine stays at its safe levels until the firmware has handled all that came
+/// before it: bytes of an earlier read() are handled when read() is called again.
+SYMRIG_RAM void UsbDevice::release_engine() {
+  const IrqHold hold(irq::usb);
+  if (!holding_ || !from_host_.taken_up_to(abort_end_)) return;
+  holding_ = false;
+  engine_.release();
 }
 
 size_t UsbDevice::room() const {
@@ -60,6 +94,7 @@ size_t UsbDevice::print(const char* text, size_t size) {
 
 SYMRIG_RAM void UsbDevice::handle() {
   const uint32_t status = reg(usb::ints);
+  if ((status & usb::kIntFrame) != 0) frame_begins();
   if ((status & usb::kIntReset) != 0) {
     reg(usb::sie_status) = usb::kSieReset;
     bus_reset();
@@ -72,25 +107,55 @@ SYMRIG_RAM void UsbDevice::handle() {
     reg(usb::sie_status) = usb::kSieResume;
     suspended_ = false;
   }
+  if ((status & usb::kIntSetup) != 0) {  // first: it ends whatever endpoint 0 was doing
+    reg(usb::sie_status) = usb::kSieSetup;
+    suspended_ = false;
+    forget_control();
+    setup();
+  }
   if ((status & usb::kIntBuffer) != 0) {
     const uint32_t done = reg(usb::buff_status);
     reg(usb::buff_status) = done;
     suspended_ = false;  // traffic shows that the bus is not suspended
     buffers_done(done);
   }
-  if ((status & usb::kIntSetup) != 0) {
-    reg(usb::sie_status) = usb::kSieSetup;
-    suspended_ = false;
-    setup();
-  }
 }
 
 void UsbDevice::bus_reset() {
   reg(usb::addr_endp) = 0;
+  suspended_ = false;
+  forget_control();
+  configure(0);
+}
+
+/// A host may give up a control transfer in any stage. What it left in the buffers of endpoint 0 must not
+/// answer the next one.
+void UsbDevice::forget_control() {
+  constexpr uint32_t kIn = usb::buff_status_bit(0, false);
+  const uint32_t done = reg(usb::buff_status) & (kIn | usb::buff_status_bit(0, true));
+  reg(usb::buff_status) = done;
+  if ((done & kIn) != 0) use_new_address();
+  usb::buffer_control(0, false) = 0;
+  usb::buffer_control(0, true) = 0;
   stage_ = Stage::none;
   address_new_ = false;
-  suspended_ = false;
-  configure(0);
+}
+
+/// RP2040-E15: on some hubs, a bulk IN packet at the end of a frame can stop the controller. None is given to
+/// it in the last fifth of a frame; the next frame sends it.
+SYMRIG_RAM bool UsbDevice::frame_ends() const {
+  constexpr uint32_t kBegin =
+      760;  // us from the begin of a frame; 40 less, because its interrupt can be late
+  constexpr uint32_t kEnd = 998;
+  const uint32_t age = reg(timer::raw_low) - frame_at_;
+  return age >= kBegin && age <= kEnd;
+}
+
+SYMRIG_RAM void UsbDevice::frame_begins() {
+  frame_at_ = reg(timer::raw_low);
+  [[maybe_unused]] const uint32_t number = reg(usb::frame);  // reading it clears the interrupt
+  send_wire();
+  send_log();
 }
 
 /// Resets endpoints and toggles. Discards bytes of an earlier connection.
@@ -151,7 +216,8 @@ SYMRIG_RAM void UsbDevice::buffers_done(uint32_t done) {
 
 /// Accepts another packet from the host as soon as a full packet fits. Until then the host has to wait.
 SYMRIG_RAM void UsbDevice::listen() {
-  if (!configured_ || listening_ || from_host_.room() < kPacket) return;
+  if (!configured_ || listening_ || packets_left_ == 0 || from_host_.room() < kPacket) return;
+  --packets_left_;
   listening_ = true;
   arm(desc::kWire, true, kPacket);
 }
@@ -163,8 +229,12 @@ SYMRIG_RAM void UsbDevice::take_packet() {
     uint32_t word = reg(from + i);
     for (uint32_t k = i; k < size && k < i + 4; ++k, word >>= 8U) {
       const auto byte = static_cast<uint8_t>(word);
-      if (urgent_.push(byte)) engine_.fall();
+      const bool abort = urgent_.push(byte);
+      if (abort) engine_.fall();
       from_host_.put(byte);
+      if (!abort) continue;
+      holding_ = true;
+      abort_end_ = from_host_.mark();
     }
   }
   listening_ = false;
@@ -175,7 +245,7 @@ SYMRIG_RAM void UsbDevice::take_packet() {
 template <size_t kSize>
 SYMRIG_RAM bool UsbDevice::send_packet(uint32_t endpoint, ByteRing<kSize>& ring, bool& zero_owed) {
   size_t size = ring.used();
-  if (size == 0 && !zero_owed) return false;
+  if ((size == 0 && !zero_owed) || frame_ends()) return false;
   if (size > kPacket) size = kPacket;
   const uint32_t to = usb::ram + usb::buffer(endpoint, false);
   for (size_t i = 0; i < size; i += 4) {

@@ -17,7 +17,7 @@ class UsbDevice final : public hal::ByteLink {
   /// The engine goes to its safe levels as soon as an urgent Abort arrives.
   explicit UsbDevice(PicoEngine& engine) : engine_(engine) {}
 
-  /// serial must outlive the device. Enables the pull-up, so that the host sees the board.
+  /// serial must outlive the device. begin_round() then shows the board to a host as soon as there is one.
   void begin(const char* serial);
 
   size_t read(uint8_t* out, size_t room) override;
@@ -25,13 +25,18 @@ class UsbDevice final : public hal::ByteLink {
   void write(const uint8_t* bytes, size_t size) override;
   bool attached() const override { return configured_ && !suspended_; }
 
-  /// Number of bytes that one round of the main loop may read. The rest waits for the next round.
-  void begin_round() { round_left_ = kPerRound; }
+  /// Call it in every round of the main loop: looks for the cable. read() then gives a limited number of
+  /// bytes; the rest waits for the next round.
+  void begin_round(bool in_run);
   /// true: bytes are left for the next round.
   bool waiting() const { return from_host_.used() > 0; }
 
   /// Takes the part of a console text that fits. Returns its size.
   size_t print(const char* text, size_t size);
+  enum class Reset : uint8_t { none, restart, bootloader };
+  /// What a host has asked for through the reset interface.
+  Reset reset_asked() const { return reset_due_ ? reset_ : Reset::none; }
+
   /// true: a terminal program has the console open.
   bool console_open() const { return configured_ && console_open_; }
 
@@ -40,7 +45,11 @@ class UsbDevice final : public hal::ByteLink {
 
  private:
   static constexpr size_t kPacket = 64;
-  static constexpr size_t kPerRound = kPacket / 2;  // two requests; their cost is part of poll_ticks
+  static constexpr size_t kPerRound = kPacket;
+  // The shortest request. So at most one ends in a round; its cost is part of poll_ticks.
+  static constexpr size_t kPerRoundInRun = 16;
+  // Packets cost time when they arrive, too. A host that sends without pause must not take more than this.
+  static constexpr uint32_t kPacketsPerRound = 4;
   static constexpr size_t kFromHost = 1024;
   static constexpr size_t kToHost = 1024;
   static constexpr size_t kLog = 1024;
@@ -48,9 +57,12 @@ class UsbDevice final : public hal::ByteLink {
 
   enum class Stage : uint8_t { none, data_in, data_out, status_in, status_out };
 
+  void watch_vbus();
   void bus_reset();
   void configure(uint8_t value);
   // Endpoint 0
+  void forget_control();
+  void use_new_address();
   void setup();
   bool standard(uint8_t type, uint8_t request, uint16_t value, uint16_t length);
   bool class_or_vendor(uint8_t type, uint8_t request, uint16_t value, uint16_t index, uint16_t length);
@@ -65,8 +77,11 @@ class UsbDevice final : public hal::ByteLink {
   // The other endpoints.
   void arm(uint32_t endpoint, bool out, uint32_t size);
   void buffers_done(uint32_t done);
+  bool frame_ends() const;
+  void frame_begins();
   void listen();
   void take_packet();
+  void release_engine();
   template <size_t kSize>
   bool send_packet(uint32_t endpoint, ByteRing<kSize>& ring, bool& zero_owed);
   void send_wire();
@@ -79,17 +94,26 @@ class UsbDevice final : public hal::ByteLink {
   ByteRing<kToHost> to_host_;
   ByteRing<kLog> log_;
   size_t round_left_ = 0;
+  volatile uint32_t packets_left_ = 0;
 
+  bool pulled_up_ = false;
+  uint32_t vbus_seen_ = 0;  // us
+  uint32_t frame_at_ = 0;   // us
   volatile bool configured_ = false;
   volatile bool suspended_ = false;
   volatile bool console_open_ = false;
   volatile bool forget_ = false;  // bytes received up to forget_to_ are from an earlier connection
   volatile size_t forget_to_ = 0;
+  bool holding_ = false;  // the engine waits for the firmware to read the bytes up to abort_end_
+  size_t abort_end_ = 0;
   bool listening_ = false;  // the controller has the wire's OUT buffer
   bool sending_ = false;    // the controller has the wire's IN buffer
   bool sending_log_ = false;
   bool zero_owed_ = false;  // the last packet was full, so one more packet, maybe empty, must mark the end
   bool log_zero_owed_ = false;
+
+  Reset reset_ = Reset::none;
+  volatile bool reset_due_ = false;
 
   Stage stage_ = Stage::none;
   bool address_new_ = false;

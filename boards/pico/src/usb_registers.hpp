@@ -14,7 +14,8 @@ constexpr uint32_t kLengthMask = 0x3ff;
 constexpr uint32_t kSieSuspended = 1U << 4U, kSieResume = 1U << 11U, kSieSetup = 1U << 17U,
                    kSieReset = 1U << 19U;
 constexpr uint32_t kIntBuffer = 1U << 4U, kIntReset = 1U << 12U, kIntSuspend = 1U << 14U,
-                   kIntResume = 1U << 15U, kIntSetup = 1U << 16U;
+                   kIntResume = 1U << 15U, kIntSetup = 1U << 16U, kIntFrame = 1U << 17U;
+constexpr uint32_t kPullUp = 1U << 16U;  // of SIE_CTRL
 
 // The controller's memory: first control words, then a 64-byte buffer for each direction of each endpoint.
 constexpr uint32_t kControlBuffer = 0x100;

@@ -80,6 +80,28 @@ std::string state_text(const BoardInfo& info, const BoardStatus& status) {
          fault_text(info, "fault", status.fault) + fault_text(info, "fault before", status.reset_fault);
 }
 
+std::string crash_text(const BoardCrash& crash) {
+  return fmt::format(
+      "exception {} at {:#010x}, lr {:#010x}, psr {:#010x}, sp {:#010x}, r0-r3 {:#x}, r12 {:#x}",
+      crash.exception, crash.pc, crash.lr, crash.psr, crash.sp,
+      fmt::join(crash.r.begin(), crash.r.begin() + 4, " "), crash.r[4]);
+}
+
+std::string diagnostics_text(const BoardInfo& info, const std::optional<BoardDiagnostics>& found) {
+  if (!found) return "";
+  std::string text = fmt::format(
+      "  measured       longest round {} of {} ticks, refill {} of {}; {} flash reads, {} lost words, {} DMA "
+      "errors\n"
+      "  chip           revision {}; {} bytes of stack never used\n"
+      "  crash          {}\n",
+      found->longest_round, info.poll_ticks, found->worst_refill, info.refill_ticks, found->flash_reads,
+      found->queue_overflows, found->dma_errors, found->chip_revision, found->stack_free,
+      found->crash ? crash_text(*found->crash) : "none before the last start");
+  for (const std::string& objection : found->objections(info))
+    text += fmt::format("  warning        {}\n", objection);
+  return text;
+}
+
 std::string class_text(const BoardInfo& info) {
   if (!info.best_effort()) return "exact: hardware times the edges";
   return fmt::format("best-effort: software times the edges, up to {} late (measured on this machine)",
@@ -121,7 +143,27 @@ Json line_json(const LineInfo& line, bool level) {
           {"trips", line.trips}};
 }
 
-Json to_json(const BoardInfo& info, const BoardStatus& status) {
+Json crash_json(const std::optional<BoardCrash>& crash) {
+  if (!crash) return nullptr;
+  return {{"exception", crash->exception},
+          {"pc", crash->pc},
+          {"lr", crash->lr},
+          {"psr", crash->psr},
+          {"sp", crash->sp},
+          {"r", crash->r}};
+}
+
+Json diagnostics_json(const BoardInfo& info, const std::optional<BoardDiagnostics>& found) {
+  if (!found) return nullptr;
+  return {{"longest_round", found->longest_round},     {"worst_refill", found->worst_refill},
+          {"flash_reads", found->flash_reads},         {"flash_hits", found->flash_hits},
+          {"queue_overflows", found->queue_overflows}, {"dma_errors", found->dma_errors},
+          {"stack_free", found->stack_free},           {"chip_revision", found->chip_revision},
+          {"crash", crash_json(found->crash)},         {"warnings", found->objections(info)}};
+}
+
+Json to_json(const BoardInfo& info, const BoardStatus& status,
+             const std::optional<BoardDiagnostics>& diagnostics) {
   Json json{{"command", "info"},
             {"board", info.board},
             {"serial", info.unique_id},
@@ -154,6 +196,7 @@ Json to_json(const BoardInfo& info, const BoardStatus& status) {
             {"bad_frames", status.bad_frames},
             {"fault", fault_json(status.fault)},
             {"reset_fault", fault_json(status.reset_fault)},
+            {"diagnostics", diagnostics_json(info, diagnostics)},
             {"lines", Json::array()}};
   for (std::size_t k = 0; k < info.lines.size(); ++k)
     json["lines"].push_back(line_json(info.lines[k], (status.levels >> k & 1U) != 0));
@@ -173,11 +216,12 @@ Result<void> run(const InfoArguments& arguments) {
   if (!arguments.camera.empty()) return run_camera(arguments);
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_TRY(const BoardStatus status, board.status());
+  SYMRIG_TRY(const auto diagnostics, board.diagnostics());
   const BoardInfo& info = board.info();
-  SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(info, status), 2)));
+  SYMRIG_CHECK(write_text(arguments.json, json_text(to_json(info, status, diagnostics), 2)));
   if (is_standard_output(arguments.json)) return {};
   return print(identity_text(info) + state_text(info, status) + ability_text(info) +
-               line_table(info, status));
+               diagnostics_text(info, diagnostics) + line_table(info, status));
 }
 
 }  // namespace

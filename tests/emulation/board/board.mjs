@@ -18,10 +18,13 @@ const VECTOR_BOOT = 0xb007c0d3; // watchdog scratch 4: start at the address in s
 const UNDEFINED_SRAM = 0x5a;
 
 export class Board {
-  /** `uf2`: content of a UF2 file. `fastForward` and `dmaCycles` as for Chip. The cable is out until `host.plug(true)`. */
-  constructor(uf2, { fastForward = true, dmaCycles = 1 } = {}) {
-    this.chip = new Chip({ fastForward, dmaCycles, boot: () => this.boot() });
-    this.flash = new Flash(this.chip);
+  /**
+   * `uf2`: content of a UF2 file. `fastForward`, `dmaCycles` and `deliverFaults` as for Chip, `quadEnabled` and `missCycles` as for Flash. The cable is
+   * out until `host.plug(true)`.
+   */
+  constructor(uf2, { fastForward = true, dmaCycles = 1, deliverFaults = false, quadEnabled, missCycles } = {}) {
+    this.chip = new Chip({ fastForward, dmaCycles, deliverFaults, boot: () => this.boot() });
+    this.flash = new Flash(this.chip, { quadEnabled, missCycles });
     this.load(uf2);
     this.recorder = new EdgeRecorder(this.chip);
     this.host = new UsbHost(this.chip);
@@ -42,6 +45,7 @@ export class Board {
   /** After a power cycle: the flash of the former board, and all that is connected to it but the USB cable. */
   inherit(former) {
     this.flash.bytes.set(former.flash.bytes);
+    this.flash.flashChip.status2 = former.flash.flashChip.status2;
     this.stimuli.inherit(former.stimuli, this.host.vbusPin);
   }
 
@@ -89,6 +93,17 @@ export class Board {
     chip.disturb();
     for (const bit of [2, 5, 8, 10, 11, 21, 24]) chip.resetBlock(bit);
     chip.core.enabledInterrupts = 0;
+  }
+
+  /** As the ROM starts a program that was copied to its drive: a watchdog reset, REASON.TIMER, no vector in the scratch registers. */
+  restartFromBootloader() {
+    const { chip } = this;
+    const { scratch } = chip.watchdog;
+    scratch[4] = 0;
+    chip.rp2040.peripherals[0x40010].wdsel = 0x1ffff;
+    this.resetMemory(); // the ROM used it for its own buffers
+    chip.requestReset({ scratch, reason: 1 });
+    chip.performReset();
   }
 
   run(cycles, until) {

@@ -4,7 +4,8 @@
 // run again). While it is away, whatever reads it is an error.
 
 import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
-import { QSPI_SELECT_CONTROL, Ssi } from './ssi.mjs';
+import { qspiPads } from '../clock/registers.mjs';
+import { FlashChip, QSPI_SELECT_CONTROL, Ssi } from './ssi.mjs';
 
 export const FLASH_BYTES = 2 << 20;
 const SECTOR = 4096;
@@ -16,8 +17,11 @@ const PAGE_PROGRAM_CYCLES = 400 * CYCLES_PER_MICROSECOND;
 const inFlash = (address) => address >>> 26 === 4; // 0x10 to 0x13: the four aliases
 
 export class Flash {
-  constructor(chip) {
+  /** `quadEnabled`: the QE bit of a fresh chip. `missCycles`: instead of what the serial interface takes for a word. */
+  constructor(chip, { quadEnabled = true, missCycles } = {}) {
     this.chip = chip;
+    this.flashChip = new FlashChip({ quadEnabled });
+    this.missCycles = missCycles;
     this.erased = 0; // sectors
     this.programmed = 0; // pages
   }
@@ -26,14 +30,25 @@ export class Flash {
   install() {
     const { peripherals } = this.chip.rp2040;
     const pins = peripherals[0x40018];
-    const ssi = new Ssi(() => pins.readUint32(QSPI_SELECT_CONTROL), (on) => this.map(on));
+    const ssi = new Ssi(() => pins.readUint32(QSPI_SELECT_CONTROL), (on) => this.map(on), this.flashChip);
+    this.ssi = ssi;
     const write = pins.writeUint32Atomic.bind(pins);
     pins.writeUint32Atomic = (offset, value, alias) => {
       write(offset, value, alias);
       if (offset === QSPI_SELECT_CONTROL) ssi.selectChanged();
     };
     peripherals[0x18000] = ssi;
+    this.connect();
+    this.flashChip.continuous = false; // the ROM's way out of it
+    this.chip.xip.missCycles = () => this.wordCycles();
     this.mapped = true;
+  }
+
+  /** Cycles for a word that the cache does not have. */
+  wordCycles() {
+    if (!this.mapped) this.fault('a read in place while it is not mapped');
+    if (this.ssi.misfit) this.fault(`a read in place: ${this.ssi.misfit}`);
+    return this.missCycles ?? this.ssi.missCycles;
   }
 
   /** Execute in place on or off. */
@@ -63,16 +78,37 @@ export class Flash {
   /** The ROM's functions, by their codes. */
   functions() {
     return {
-      IF: () => this.checkCaller('connect_internal_flash'),
+      IF: () => {
+        this.checkCaller('connect_internal_flash');
+        this.connect();
+      },
       EX: () => {
         this.checkCaller('flash_exit_xip');
+        this.flashChip.continuous = false;
+        this.ssi.reset();
         this.map(false);
       },
       RE: ([offset, count]) => this.erase(offset, count),
       RP: ([offset, source, count]) => this.program(offset, source, count),
-      FC: () => this.checkCaller('flash_flush_cache'),
-      CX: () => this.map(true),
+      FC: () => {
+        this.checkCaller('flash_flush_cache');
+        this.chip.xip.flush();
+      },
+      CX: () => this.enterCommandXip(),
     };
+  }
+
+  /** connect_internal_flash: the pads' defaults; a fast second stage must set them up again. */
+  connect() {
+    this.chip.rp2040.peripherals[0x40020] = qspiPads();
+  }
+
+  /** flash_enter_cmd_xip: the ROM's slow way, 03h at a sixth of the clock (data sheet, 2.8.3.1.3). */
+  enterCommandXip() {
+    this.ssi.words.set(0x00, (31 << 16) | (3 << 8));
+    this.ssi.words.set(0x14, 6);
+    this.ssi.words.set(0xf4, (0x03 << 24) | (2 << 8) | (6 << 2));
+    this.map(true);
   }
 
   fault(what) {

@@ -38,12 +38,13 @@ export class BoardSession {
     this.plug(true);
   }
 
-  /** New firmware through the boot loader: the board starts with it. */
+  /** New firmware through the boot loader: the ROM restarts the board with it. */
   flash(uf2) {
     writeFlash(this.board.flash.bytes, uf2);
-    this.writeVcd();
     this.uf2 = uf2;
-    this.powerUp();
+    this.failure = null;
+    this.board.restartFromBootloader();
+    this.plug(this.board.host.cable);
   }
 
   plug(on) {

@@ -11,6 +11,7 @@ import { installInstructions } from './core/index.mjs';
 import { EmulationFault } from './fault.mjs';
 import { guardMemory } from './memory.mjs';
 import { ENTRY_CYCLES, Nvic } from './nvic.mjs';
+import { Mpu } from './mpu.mjs';
 import { Pads } from './pads.mjs';
 import { PioBlock } from './pio/block.mjs';
 import { RegisterFile, ringOscillator, voltageRegulator } from './registers.mjs';
@@ -19,7 +20,9 @@ import { Scheduler } from './scheduler.mjs';
 import { SysTick } from './systick.mjs';
 import { Timer } from './timer.mjs';
 import { Watchdog } from './watchdog.mjs';
+import { XipCache } from './xip.mjs';
 
+const HARD_FAULT = 3;
 // PSM.WDSEL bits without which a watchdog cannot restart the program: RESETS, SIO, PROC0.
 const RESTART_DOMAINS = (1 << 3) | (1 << 14) | (1 << 15);
 
@@ -27,10 +30,12 @@ export class Chip {
   /**
    * `fastForward`: pass over stretches in which the PIO only counts (same results, tested).
    * `dmaCycles`: duration of a DMA transfer.
+   * `deliverFaults`: what would be a hard fault on silicon enters the program's handler; else it ends the emulation.
    * `boot(chip)`: what the ROM does after a reset; it must set the processor's PC and SP.
    */
-  constructor({ fastForward = true, dmaCycles = 1, boot = () => {} } = {}) {
+  constructor({ fastForward = true, dmaCycles = 1, deliverFaults = false, boot = () => {} } = {}) {
     this.boot = boot;
+    this.deliverFaults = deliverFaults;
     this.dmaCycles = dmaCycles;
     this.warnings = new Map();
     this.edgeListeners = new Set();
@@ -61,10 +66,14 @@ export class Chip {
     this.timer = new Timer(this);
     this.watchdog = new Watchdog(this, survivor);
     this.sysTick = new SysTick(this);
+    this.xip = new XipCache(this);
+    this.mpu = new Mpu(this);
+    this.lockedUp = false;
     repairDma(this, this.rp2040.dma, this.dmaCycles);
     this.pio = [new PioBlock(this, 0), new PioBlock(this, 1)];
     this.pioPins = [0, 0];
     this.install(former);
+    this.installCrystal();
     this.pads.attach(this.rp2040.gpio);
     this.scheduler.restart();
   }
@@ -74,7 +83,7 @@ export class Chip {
     rp2040.pio = this.pio;
     Object.assign(rp2040.peripherals, {
       0x4000c: this.resets, 0x40054: this.timer, 0x40058: this.watchdog, 0x50200: this.pio[0], 0x50300: this.pio[1],
-      0x40018: new RegisterFile(), 0x40060: ringOscillator(), 0x40064: voltageRegulator(),
+      0x14000: this.xip, 0x40018: new RegisterFile(), 0x40060: ringOscillator(), 0x40064: voltageRegulator(),
     });
     Object.defineProperty(rp2040, 'gpioValues', { get: () => this.pads.inputs });
     this.installSystemBlock(rp2040.ppb);
@@ -82,6 +91,15 @@ export class Chip {
     guardMemory(this, rp2040);
     this.access = installAccess(this, rp2040);
     this.plainInstruction = installInstructions(this.core); // rp2040js' own, for comparison
+  }
+
+  /** XOSC.STATUS: stable, as long as there is a crystal. SYSINFO.CHIP_ID: an RP2040 B2. */
+  installCrystal() {
+    const { peripherals } = this.rp2040;
+    const oscillator = peripherals[0x40024];
+    const read = oscillator.readUint32.bind(oscillator);
+    oscillator.readUint32 = (offset) => (offset === 4 && this.crystalStopped ? 0 : read(offset));
+    peripherals[0x40000] = new RegisterFile({ 0: 0x20002927 });
   }
 
   /** What a watchdog reset leaves alone: SRAM, flash, the USB memory. */
@@ -97,9 +115,13 @@ export class Chip {
     const write = ppb.writeUint32.bind(ppb);
     const isSysTick = (offset) => offset >= 0x10 && offset <= 0x1c;
     ppb.systickTimer.enable = false;
-    ppb.readUint32 = (offset) => (isSysTick(offset) ? this.sysTick.read(offset) : read(offset));
+    ppb.readUint32 = (offset) => {
+      if (isSysTick(offset)) return this.sysTick.read(offset);
+      return this.mpu.handles(offset) ? this.mpu.read(offset) >>> 0 : read(offset);
+    };
     ppb.writeUint32 = (offset, value) => {
       if (isSysTick(offset)) this.sysTick.write(offset, value >>> 0);
+      else if (this.mpu.handles(offset)) this.mpu.write(offset, value >>> 0);
       else if (!this.nvic.writeRegister(offset, value)) write(offset, value);
     };
   }
@@ -117,6 +139,21 @@ export class Chip {
     throw new EmulationFault(what, { cycle: this.cycle, pc: this.core?.PC ?? 0 });
   }
 
+  /** An instruction at `pc` faulted: the hard fault handler, or lock-up if that is where it was (ARMv6-M, B1.5.6 and B1.5.15). */
+  hardFault(error, pc) {
+    if (!this.deliverFaults || error.name !== 'EmulationFault') throw error;
+    const { core } = this;
+    this.lastFault = error.message;
+    try {
+      if (core.IPSR === HARD_FAULT) throw error;
+      core.registers[15] = pc;
+      core.exceptionEntry(HARD_FAULT);
+    } catch {
+      this.lockedUp = true;
+    }
+    return ENTRY_CYCLES;
+  }
+
   onBreak(code) {
     this.fault(`breakpoint ${code}`);
   }
@@ -127,6 +164,16 @@ export class Chip {
   }
 
   // What the blocks ask for.
+  /**
+   * The crystal stops for good: no tick for watchdog and TIMER, and no start of it after a reset. The PLL without its reference goes on
+   * at some frequency (here: the same), and so do processor, SysTick, PIO and DMA.
+   */
+  stopCrystal() {
+    this.crystalStopped = true;
+    this.watchdog.stopTick();
+    this.timer.setTicking(false);
+  }
+
   createEvent(callback) {
     return new ChipEvent(this.clock, callback, false);
   }

@@ -28,5 +28,8 @@ export function ringOscillator() {
   return new RegisterFile({}, { 0x18: () => 0x80001000, 0x1c: randomBit });
 }
 
+/** PADS_QSPI, as after a reset (data sheet, 2.19.6.4): voltage, clock, four data pins, select. */
+export const qspiPads = () => new RegisterFile({ 0x00: 0, 0x04: 0x56, 0x08: 0x52, 0x0c: 0x52, 0x10: 0x52, 0x14: 0x52, 0x18: 0x5a });
+
 /** VREG_AND_CHIP_RESET: in regulation, at 1.1 V; the last chip reset was power-up. */
 export const voltageRegulator = () => new RegisterFile({ 0: 0xb1, 4: 0x91, 8: 1 << 8 }, { 0: () => 0x10b1 });

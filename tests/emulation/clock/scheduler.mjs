@@ -42,19 +42,28 @@ export class Scheduler {
   /** One instruction, one exception entry, or one stretch of sleep. */
   processorStep(end) {
     const { core } = this.chip;
-    if (this.chip.halted) return this.chunk(end);
+    if (this.chip.halted || this.chip.lockedUp) return this.chunk(end);
     if (core.waiting) {
       if (!this.chip.nvic.wouldWake()) return this.chunk(end);
       core.waiting = false;
     }
     let spent = 0;
     if (!core.interruptsUpdated || !this.chip.takeException()) {
-      spent = core.executeInstruction();
+      spent = this.instruction(core);
       this.instructions++;
     }
     spent += this.debt;
     this.debt = 0;
     return this.advance(this.cycle + spent);
+  }
+
+  instruction(core) {
+    const pc = core.registers[15];
+    try {
+      return core.executeInstruction();
+    } catch (error) {
+      return this.chip.hardFault(error, pc);
+    }
   }
 
   advance(target) {

@@ -24,7 +24,14 @@ export class Watchdog {
   }
 
   get ticking() {
-    return ((this.tick >>> 9) & 1) === 1;
+    return ((this.tick >>> 9) & 1) === 1 && !this.stopped;
+  }
+
+  /** The crystal has stopped, and with it the tick: nothing counts any more. A reset by FORCE still works. */
+  stopTick() {
+    const { remaining } = this;
+    this.stopped = true;
+    this.load(remaining);
   }
 
   get running() {

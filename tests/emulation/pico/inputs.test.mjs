@@ -5,6 +5,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
 import { statistics } from '../edges/statistics.mjs';
+import { records } from '../wire/client.mjs';
 import { PicoRig, VSYNC, input, outputs, skip } from './rig.mjs';
 
 test('stamps of a PIO input are right to two cycles', { skip }, () => {
@@ -38,4 +39,31 @@ test('the clock that time_ping tells is the clock of the edges', { skip }, () =>
   }
   // Offset of board time to power-up, and the way of the answer: about 100 us of wire and a millisecond of main loop at most.
   assert.ok(statistics(offsets).jitter < 1200 * CYCLES_PER_MICROSECOND, `${statistics(offsets).jitter}`);
+});
+
+/** Some edges at the worst moment: right after TIMER was read, as before an alarm is set. */
+function edgesAtTimerReads({ chip, stimuli }, gpio) {
+  const { timer } = chip;
+  const read = timer.readUint32.bind(timer);
+  let [reads, level] = [0, 0];
+  timer.readUint32 = (offset) => {
+    if (offset === 0x28 && ++reads % 7 === 0) stimuli.driveAt(chip.cycle + 1, gpio, (level ^= 1));
+    return read(offset);
+  };
+}
+
+test('waits that time out do so on time while edges of other lines interrupt', { skip }, () => {
+  const rig = new PicoRig();
+  const inA = 16;
+  rig.configure([...outputs.slice(0, 1), input(VSYNC.line, 'LINE_ROLE_VSYNC'), input(inA, 'LINE_ROLE_GENERAL', { capture: true })]);
+  const timeout = 1500;
+  const word = 6000;
+  rig.start([records.loop(100, [records.wait(VSYNC.line, 'rising', timeout), records.word(1, word / 2), records.word(0, word / 2)]), records.end()]);
+  edgesAtTimerReads(rig.board, 20);
+  assert.equal(rig.finish().end, 'RUN_END_COMPLETED');
+  const rises = rig.edges(0).filter(({ level }) => level === 1).map(({ cycle }) => cycle);
+  const late = rises.slice(1).map((cycle, i) => cycle - rises[i] - word - timeout);
+  assert.equal(rises.length, 100);
+  const { min, max } = statistics(late);
+  assert.ok(min >= 0 && max < 4000, `${min} to ${max} cycles after the time-out`);
 });

@@ -75,6 +75,25 @@ test('a host that falls silent: safe within its time and 10 ms', { skip }, () =>
   assert.ok(taken >= 199 && taken <= 210, `${taken} ms`);
 });
 
+test('a board without a cable does not pull up; a cable that is pulled ends a run within 3 ms', { skip }, () => {
+  const rig = running(lamp, { keepAlive: 60_000, autonomous: false });
+  const pullUp = () => (rig.board.host.controller.usb.sieCtrl >>> 16) & 1;
+  assert.equal(pullUp(), 1);
+  const begin = rig.board.cycle;
+  rig.board.host.plug(false);
+  rig.board.run(50 * CYCLES_PER_MILLISECOND, () => rig.outputLevels === 0);
+  const taken = (rig.lastOutputEdge - begin) / CYCLES_PER_MILLISECOND;
+  assert.ok(taken > 0 && taken < 3, `${taken} ms`);
+  rig.board.runMilliseconds(5);
+  assert.equal(pullUp(), 0);
+  rig.connect();
+  assert.equal(rig.status().fault.code, 'FAULT_LINK_LOST');
+  const alone = new PicoRig().board;
+  alone.host.plug(false);
+  alone.runMilliseconds(100);
+  assert.equal((alone.host.controller.usb.sieCtrl >>> 16) & 1, 0);
+});
+
 test('a cable that is pulled: safe within 10 ms', { skip }, () => {
   const rig = running(lamp, { keepAlive: 60_000, autonomous: false });
   const begin = rig.board.cycle;

@@ -2,6 +2,8 @@
 // The RP2040's USB device controller as the bus sees it (data sheet, 4.1): every transaction looks at the buffer controls in the
 // USB memory. rp2040js takes a buffer the moment it is armed and knows neither NAK, STALL nor data toggles.
 
+import { CYCLES_PER_MICROSECOND } from '../clock/constants.mjs';
+
 const AVAILABLE = 1 << 10;
 const STALL = 1 << 11;
 const RESET_SELECT = 1 << 12;
@@ -32,6 +34,10 @@ const USB_PWR = 0x78;
 const BUFF_CPU_SHOULD_HANDLE = 0x5c;
 const INTR_SOF = 1 << 17;
 
+const TYPE_BULK = 2;
+// RP2040-E15: microseconds of a frame in which no bulk IN packet should become possible.
+const FRAME_END = [800, 998];
+
 const EP0_BUFFER = 0x100;
 const BUFFER_CONTROLS = 0x80;
 const BUFFER_CONTROLS_END = 0x100;
@@ -45,6 +51,7 @@ export class UsbController {
     this.chip = chip;
     this.onChange = onChange;
     this.lints = new Map();
+    this.armedAtFrameEnd = 0; // bulk IN buffers for which RP2040-E15 is a risk
     this.attach();
     chip.resetListeners.add(() => {
       this.attach();
@@ -110,6 +117,7 @@ export class UsbController {
   }
 
   startOfFrame(number) {
+    this.frameAt = this.chip.cycle;
     this.usb.sofFrameNumber = number;
     this.usb.intRaw |= INTR_SOF;
     this.usb.checkInterrupts();
@@ -220,8 +228,16 @@ export class UsbController {
     for (const shift of [0, 16]) {
       const changed = ((before ^ value) >>> shift) & 0xffff;
       const armed = ((value >>> shift) & AVAILABLE) !== 0 && (changed & AVAILABLE) !== 0;
+      if (armed) this.checkFrame(key);
       if (armed && changed & ~AVAILABLE) this.lint(`endpoint ${key & 15} ${key & IN ? 'IN' : 'OUT'}: AVAILABLE is set together with other bits`);
     }
+  }
+
+  checkFrame(key) {
+    const bulk = ((this.endpointControl(key) >>> 26) & 3) === TYPE_BULK;
+    if ((key & 15) === 0 || !(key & IN) || !bulk) return;
+    const age = (this.chip.cycle - this.frameAt) / CYCLES_PER_MICROSECOND;
+    if (age >= FRAME_END[0] && age <= FRAME_END[1]) this.armedAtFrameEnd++;
   }
 
   lint(text) {

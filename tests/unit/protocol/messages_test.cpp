@@ -7,12 +7,50 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <pb_encode.h>
 #include <rapidcheck.h>
 
 namespace symrig::protocol::messages_test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
+
+/// A reply with every byte of its member set to `fill` (0 or 1), texts ended.
+symrig_wire_Reply filled(pb_size_t member, std::uint8_t fill) {
+  symrig_wire_Reply reply = symrig_wire_Reply_init_zero;
+  reply.which_body = member;
+  __builtin_memset(&reply.body, fill, sizeof reply.body);
+  if (member == symrig_wire_Reply_hello_tag) {
+    symrig_wire_HelloReply& hello = reply.body.hello;
+    hello.board[sizeof hello.board - 1] = hello.firmware_version[sizeof hello.firmware_version - 1] = 0;
+    hello.unique_id.size = fill == 0 ? 0 : sizeof hello.unique_id.bytes;
+  }
+  if (member == symrig_wire_Reply_capabilities_tag)
+    reply.body.capabilities.label[sizeof reply.body.capabilities.label - 1] = 0;
+  if (member == symrig_wire_Reply_line_tag)
+    reply.body.line.name[sizeof reply.body.line.name - 1] =
+        reply.body.line.pin[sizeof reply.body.line.pin - 1] = 0;
+  return reply;
+}
+
+TEST(Messages, a_reply_is_encoded_as_nanopb_encodes_it) {
+  for (pb_size_t member = 0; member <= symrig_wire_Reply_diagnostics_tag; ++member) {
+    for (const std::uint8_t fill : {std::uint8_t{0}, std::uint8_t{1}}) {
+      if (member != 0 && member < symrig_wire_Reply_hello_tag) continue;
+      symrig_wire_Reply reply = filled(member, fill);
+      reply.code = fill == 0 ? symrig_wire_Code_CODE_OK : symrig_wire_Code_CODE_COOLING;
+      reply.field = fill * 300U;
+      reply.detail = fill == 0 ? 0 : UINT64_MAX;
+      BodyBuffer own{};
+      BodyBuffer theirs{};
+      pb_ostream_t stream = pb_ostream_from_buffer(theirs.bytes, sizeof theirs.bytes);
+      ASSERT_TRUE(pb_encode(&stream, symrig_wire_Reply_fields, &reply)) << member;
+      const std::size_t size = encode(reply, own);
+      EXPECT_EQ(Bytes(own.bytes, own.bytes + size), Bytes(theirs.bytes, theirs.bytes + stream.bytes_written))
+          << member;
+    }
+  }
+}
 
 TEST(Messages, unknown_fields_are_passed_over) {
   // keep_alive { ttl_ms = 5, field 15 = 1 } and, beside it, field 63 = "x": written by a newer host.

@@ -38,6 +38,9 @@ class Core final : private Requests {
   /// True if the last poll left work that the next one can do at once.
   bool busy() const;
 
+  /// The board slept for so many ticks since the last poll(): they are no part of a round.
+  void slept(hal::Tick ticks) { slept_ += ticks; }
+
   State state() const { return state_; }
   /// The latched fault; code 0 = none.
   const hal::FaultRecord& fault() const { return fault_; }
@@ -54,6 +57,7 @@ class Core final : private Requests {
   void describe_line(uint32_t line, symrig_wire_Reply& reply) const;
   void status(symrig_wire_Reply& reply) const;
   void time(uint64_t host_ns, symrig_wire_Reply& reply) const;
+  void diagnostics(symrig_wire_Reply& reply) const;
   // configuring.cpp
   void configure_line(const symrig_wire_ConfigLine& line, symrig_wire_Reply& reply);
   void finalize_config(uint32_t hash, symrig_wire_Reply& reply);
@@ -81,7 +85,8 @@ class Core final : private Requests {
   int unguarded_line(uint32_t mask) const;
   int hazardous_line() const;
   int open_interlock() const;
-  void arm_trips();
+  bool arm_trips(symrig_wire_Reply& reply);
+  bool stopped_by_trip(symrig_wire_Reply& reply);
   static bool is_interlock(const protocol::LineConfig& line) {
     return line.configured && line.role == symrig_wire_LineRole_LINE_ROLE_INTERLOCK;
   }
@@ -100,6 +105,9 @@ class Core final : private Requests {
   void watch_limits();
   void watch_trips();
   void run_on();
+  void begin_round();
+  void note_round(hal::Tick begin);
+  void note_refill(hal::Tick begin);
   void send_marks();
   void conclude(Sequencer::Outcome outcome);
   void watch_host();
@@ -130,10 +138,14 @@ class Core final : private Requests {
   Label label_;
   hal::FaultRecord fault_;
   hal::FaultRecord reset_fault_;
-  hal::Tick received_ = 0;   // when the current bytes were received
-  bool more_edges_ = false;  // the last poll left edges for the next one
-  bool autonomous_ = false;  // the run continues without a host
-  uint32_t ttl_ms_ = 0;      // keep-alive; 0 = off
+  hal::Tick received_ = 0;      // when the current bytes were received
+  bool more_edges_ = false;     // the last poll left edges for the next one
+  bool autonomous_ = false;     // the run continues without a host
+  uint32_t ttl_ms_ = 0;         // keep-alive; 0 = off
+  uint32_t worst_refill_ = 0;   // ticks per record
+  uint32_t longest_round_ = 0;  // ticks from refill to refill, in runs
+  hal::Tick refilled_ = 0;      // end of the last refill
+  hal::Tick slept_ = 0;         // since then
   hal::Tick alive_until_ = hal::kNever;
   hal::Tick reboot_at_ = hal::kNever;
   bool to_bootloader_ = false;

@@ -62,6 +62,13 @@ class Sequencer {
   /// The record of the last wait.
   uint32_t waited_at() const { return waited_at_; }
   const RunTally& tally() const { return tally_; }
+  /// The number of records expanded since the last call; a wait counts as many as the queue can hold for one
+  /// (protocol/refill.hpp).
+  uint32_t take_expanded() {
+    const uint32_t count = expanded_;
+    expanded_ = 0;
+    return count;
+  }
   uint64_t steps() const { return running() ? engine_.played() : tally_.steps; }
   /// The first tick at which poll() or take_mark() has work, apart from the refill of the engine.
   hal::Tick next_deadline() const;
@@ -89,7 +96,8 @@ class Sequencer {
   bool take_waits();
   hal::Tick& base(uint32_t stretch) { return bases_[stretch % kBases]; }
   hal::Tick base(uint32_t stretch) const { return bases_[stretch % kBases]; }
-  const QueuedMark& mark(uint32_t index) const { return marks_.slots[(mark_first_ + index) % marks_.count]; }
+  uint32_t slot(uint32_t index) const;
+  const QueuedMark& mark(uint32_t index) const { return marks_.slots[slot(index)]; }
   bool known(const QueuedMark& mark) const { return mark.stretch <= known_; }
   Outcome conclude(Outcome outcome, hal::Tick tick);
 
@@ -119,6 +127,7 @@ class Sequencer {
   uint32_t mark_first_ = 0;
   uint32_t mark_count_ = 0;
   uint32_t ordinal_ = 0;
+  uint32_t expanded_ = 0;
   RunTally tally_;
 };
 

@@ -69,12 +69,13 @@ class EdgeEngine {
   virtual bool pop_wait(WaitOutcome& outcome) = 0;
 
   /// Stops playing, empties the queue and sets the outputs to `levels` at once. The only way to set outputs
-  /// by hand.
+  /// by hand. While tripped() is not 0, the outputs go to the safe word instead, whatever `levels` says. This
+  /// holds for a trip at any moment of this call.
   virtual void force(uint32_t levels) = 0;
   /// Sets the word to which the engine goes by itself.
   virtual void set_safe(uint32_t levels) = 0;
   /// Watches the input lines in `lines`. A line at its level in `levels` trips the engine. Clears earlier
-  /// trips.
+  /// trips, except those of lines that stay watched: an interrupt may have set them just now.
   virtual void set_trips(uint32_t lines, uint32_t levels) = 0;
   /// Lines that have tripped the engine since set_trips(), bit k = line k.
   virtual uint32_t tripped() const = 0;

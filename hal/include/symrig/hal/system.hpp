@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/hal/types.hpp"
+#include "symrig/hal/diagnostics.hpp"
 
 namespace symrig::hal {
 
@@ -14,6 +14,8 @@ class System {
   virtual ResetCause reset_cause() const = 0;
   /// Restarts the chip; in the boot loader, if requested and present. May return before the restart.
   virtual void reboot(bool bootloader) = 0;
+  /// false: the board measures nothing about itself.
+  virtual bool diagnose(Diagnostics& /*out*/) const { return false; }
 
  protected:
   ~System() = default;

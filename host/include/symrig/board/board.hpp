@@ -9,12 +9,15 @@
 #include "symrig/board/program.hpp"
 #include "symrig/board/receipt.hpp"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace symrig {
 
@@ -52,6 +55,33 @@ struct BoardStatus {
   ResetCause reset_cause = ResetCause::power;
   std::optional<FaultInfo> reset_fault;  ///< the fault before the last reset
   std::uint32_t stored_config = 0;  ///< hash of the configuration in the board's permanent memory; 0 = none
+};
+
+/// A processor's registers at a crash.
+struct BoardCrash {
+  std::uint32_t exception =
+      0;  ///< its number; on a Pico: 3 hard fault, 15 the main loop hung, 16 + n interrupt n
+  std::uint32_t pc = 0;
+  std::uint32_t lr = 0;
+  std::uint32_t psr = 0;
+  std::uint32_t sp = 0;
+  std::array<std::uint32_t, 5> r{};  ///< r0 to r3, r12
+};
+
+/// What a board has measured about itself since it started.
+struct BoardDiagnostics {
+  std::uint32_t longest_round = 0;  ///< ticks; compare with BoardInfo::poll_ticks
+  std::uint32_t worst_refill = 0;   ///< ticks per record; compare with BoardInfo::refill_ticks
+  std::uint32_t flash_reads = 0;
+  std::uint32_t flash_hits = 0;
+  std::uint32_t queue_overflows = 0;
+  std::uint32_t dma_errors = 0;
+  std::uint32_t stack_free = 0;     ///< bytes
+  std::uint32_t chip_revision = 0;  ///< 0 = not known
+  std::optional<BoardCrash> crash;  ///< before the last start
+
+  /// What breaks a promise of the board, or is a known fault of its chip, one sentence each. Empty: nothing.
+  [[nodiscard]] std::vector<std::string> objections(const BoardInfo& info) const;
 };
 
 struct BoardOptions {
@@ -101,6 +131,8 @@ class Board {
   /// Leaves FAULT for SAFE. The board must be configured again.
   Result<void> clear_fault();
   Result<BoardStatus> status();
+  /// No value: the board measures nothing about itself.
+  Result<std::optional<BoardDiagnostics>> diagnostics();
   /// The board goes safe after `ttl` without a keep-alive; 0 turns this off. wait() repeats the keep-alive.
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();

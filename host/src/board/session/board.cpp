@@ -60,6 +60,10 @@ Result<void> Board::clear_fault() {
 Result<BoardStatus> Board::status() {
   return session_->status();
 }
+
+Result<std::optional<BoardDiagnostics>> Board::diagnostics() {
+  return session_->diagnostics();
+}
 Result<void> Board::keep_alive(Nanoseconds ttl) {
   return session_->keep_alive(ttl);
 }

@@ -26,6 +26,7 @@ class Board::Session {
   Result<void> abort();
   Result<void> clear_fault();
   Result<BoardStatus> status();
+  Result<std::optional<BoardDiagnostics>> diagnostics();
   Result<void> keep_alive(Nanoseconds ttl);
   Result<TimeReading> time();
   SteadyTime opened() const { return wire_.opened(); }

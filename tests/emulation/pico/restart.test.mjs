@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why the board says that it started, and what a stopped crystal does.
+
+import assert from 'node:assert/strict';
+import fs from 'node:fs';
+import { test } from 'node:test';
+import { writeFlash } from '../board/drive.mjs';
+import { CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
+import { crc32c } from '../wire/frames.mjs';
+import { records } from '../wire/client.mjs';
+import { IMAGE, PicoRig, outputs, skip } from './rig.mjs';
+
+const SAFE_WITHIN_MS = 300;
+const ALIVE = 12;
+
+function back(rig) {
+  rig.board.run(500 * CYCLES_PER_MILLISECOND, () => rig.board.host.device !== null);
+  rig.connect();
+  return rig.status();
+}
+
+test('a board that was flashed through its drive does not report a watchdog', { skip }, () => {
+  const rig = new PicoRig();
+  rig.client.must({ reboot: { token: crc32c(rig.hello.unique_id), bootloader: true } });
+  rig.board.run(200 * CYCLES_PER_MILLISECOND, () => rig.board.bootloader !== null);
+  writeFlash(rig.board.flash.bytes, fs.readFileSync(IMAGE));
+  rig.board.restartFromBootloader();
+  const status = back(rig);
+  assert.equal(status.reset_cause, 'RESET_CAUSE_REQUEST');
+  assert.equal(status.reset_fault, undefined);
+});
+
+test('nor does a board that was flashed with its button, and never ran before', { skip }, () => {
+  const rig = new PicoRig();
+  rig.board.chip.watchdog.scratch.fill(0); // power-up
+  rig.board.enterBootloader(0, 0, 'BOOTSEL');
+  rig.board.restartFromBootloader();
+  const status = back(rig);
+  assert.equal(status.reset_cause, 'RESET_CAUSE_REQUEST');
+  assert.equal(status.reset_fault, undefined);
+});
+
+test('a crystal that stops: outputs and alive are let go, and the board does not come back', { skip }, () => {
+  for (const offset of [0, 17, 61, 133]) {
+    const rig = new PicoRig();
+    rig.configure(outputs);
+    rig.start([records.loop(1_000_000, [records.word(0xfff, 250_000), records.word(0xffe, 250_000)]), records.end()]);
+    rig.client.run(5 + offset);
+    assert.ok(rig.outputLevels >= 0xffe);
+    const begin = rig.board.cycle;
+    rig.board.chip.stopCrystal();
+    rig.board.run(SAFE_WITHIN_MS * CYCLES_PER_MILLISECOND, () => rig.outputLevels === 0);
+    assert.equal(rig.outputLevels, 0);
+    const taken = (rig.lastOutputEdge - begin) / CYCLES_PER_MILLISECOND;
+    assert.ok(taken <= SAFE_WITHIN_MS, `${taken} ms`);
+    rig.board.runMilliseconds(1);
+    rig.board.recorder.clear();
+    rig.board.runMilliseconds(50);
+    assert.equal(rig.edges(ALIVE).length, 0);
+    assert.equal(rig.outputLevels, 0);
+  }
+});
