@@ -42,7 +42,7 @@ void Core::poll() {
 }
 
 bool Core::apply(Condition condition) {
-  const Transition& to = transition(state_, condition);
+  const Transition to = transition(state_, condition);
   if (!to.allowed) return false;
   state_ = to.next;
   act(to.actions);
@@ -95,7 +95,7 @@ void Core::watch_edges() {
   }
   more_edges_ = left == 0;
   if (board_.capture.take_overflow() && guard_.watching())
-    raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0, board_.clock.now());
+    raise(symrig_wire_FaultCode_FAULT_CAPTURE_OVERFLOW, 0);
 }
 
 /// The event under construction. The caller fills it in and pushes it before it does anything else. The queue
@@ -127,16 +127,14 @@ void Core::watch_trips() {
   const bool armed = state_ == State::armed || state_ == State::running || state_ == State::configured ||
                      state_ == State::loaded || state_ == State::done;
   board_.engine.set_trips(0, 0);
-  if (armed)
-    raise(symrig_wire_FaultCode_FAULT_INTERLOCK, static_cast<uint64_t>(__builtin_ctz(tripped)),
-          board_.clock.now());
+  if (armed) raise(symrig_wire_FaultCode_FAULT_INTERLOCK, protocol::lowest_bit(tripped));
 }
 
 void Core::breach(const Breach& breach) {
   symrig_wire_FaultCode code = symrig_wire_FaultCode_FAULT_DUTY;
   if (breach.rule == Rule::max_on) code = symrig_wire_FaultCode_FAULT_MAX_ON;
   if (breach.rule == Rule::min_off) code = symrig_wire_FaultCode_FAULT_MIN_OFF;
-  raise(code, breach.line, breach.tick);
+  raise({static_cast<uint32_t>(code), breach.tick, breach.line});
 }
 
 void Core::run_on() {
@@ -183,7 +181,7 @@ void Core::conclude(Sequencer::Outcome outcome) {
   // An interlock may have stopped the engine since watch_trips(). Then the interlock ended the run.
   if (board_.engine.tripped() != 0) return watch_trips();
   if (outcome == Sequencer::Outcome::underrun) {
-    raise(symrig_wire_FaultCode_FAULT_UNDERRUN, sequencer_.tally().steps, board_.clock.now());
+    raise(symrig_wire_FaultCode_FAULT_UNDERRUN, sequencer_.tally().steps);
   } else if (outcome == Sequencer::Outcome::wait_timeout) {
     apply(Condition::run_cut);
     report_run(symrig_wire_RunEnd_RUN_END_WAIT_TIMEOUT);
@@ -222,9 +220,9 @@ void Core::watch_host() {
   ttl_ms_ = 0;
   alive_until_ = hal::kNever;
   if (at_risk && silent) {
-    raise(symrig_wire_FaultCode_FAULT_KEEP_ALIVE, ttl, now);
+    raise(symrig_wire_FaultCode_FAULT_KEEP_ALIVE, ttl);
   } else if (at_risk) {
-    raise(symrig_wire_FaultCode_FAULT_LINK_LOST, 0, now);
+    raise(symrig_wire_FaultCode_FAULT_LINK_LOST, 0);
   } else if (!autonomous_) {
     apply(Condition::host_lost);
   }
@@ -237,16 +235,16 @@ void Core::leave() {
 }
 
 /// Makes the outputs safe first, then does everything else.
-void Core::raise(symrig_wire_FaultCode code, uint64_t arg, Tick tick) {
+void Core::raise(const hal::FaultRecord& fault) {
   const bool running = state_ == State::running;
   const bool latched = state_ == State::fault;
   apply(Condition::fault);
   if (latched) return;
-  fault_ = {static_cast<uint32_t>(code), tick, arg};
+  fault_ = fault;
   board_.faults.save(fault_);
   symrig_wire_Event& event = new_event(symrig_wire_Event_fault_tag);
-  event.body.fault = {code, tick, arg};
-  events_.push_important(event, tick);
+  event.body.fault = {static_cast<symrig_wire_FaultCode>(fault.code), fault.tick, fault.arg};
+  events_.push_important(event, fault.tick);
   if (running) report_run(symrig_wire_RunEnd_RUN_END_FAULT);
 }
 

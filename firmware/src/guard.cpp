@@ -14,7 +14,7 @@ void Guard::configure(const protocol::BoardConfig& config, uint32_t levels, Tick
   for (unsigned k = 0; k < protocol::kMaxOutputs; ++k) {
     const LineConfig& line = config_.lines[k];
     if (!line.configured || !line.output || !line.limited()) continue;
-    watched_ |= 1U << k;
+    watched_ |= uint32_t{1} << k;
     const bool on = (((levels >> k) & 1U) != 0) != line.safe_level;
     // A new configuration does not cool a hot lamp: keep its last pulse.
     const bool known = ((watched_before >> k) & 1U) != 0 && watches_[k].on == on;

@@ -22,7 +22,8 @@ bool ProgramStore::add(const DataChunk& chunk) {
     broken_ = true;
     return false;
   }
-  for (size_t i = 0; i < chunk.bytes.size; ++i) memory_[received_ + i] = chunk.bytes[i];
+  const auto begin = static_cast<size_t>(received_);
+  for (size_t i = 0; i < chunk.bytes.size; ++i) memory_[begin + i] = chunk.bytes[i];
   received_ += static_cast<uint32_t>(chunk.bytes.size);
   return true;
 }
@@ -55,7 +56,8 @@ ProgramStore::Verdict ProgramStore::work() {
 }
 
 ProgramStore::Verdict ProgramStore::read_on() {
-  const protocol::ByteView slice = program().bytes.part(read_, size_t{kLooks} * protocol::kRecordSize);
+  const protocol::ByteView slice =
+      program().bytes.part(static_cast<size_t>(read_), static_cast<size_t>(kLooks) * protocol::kRecordSize);
   reading_.add(slice);
   read_ += static_cast<uint32_t>(slice.size);
   if (read_ < length_) return Verdict::pending;

@@ -108,7 +108,7 @@ void Core::tell_line_use(uint32_t line, symrig_wire_Reply& reply) const {
   if (!store_.loaded()) return refuse(reply, symrig_wire_Code_CODE_BAD_STATE, static_cast<uint64_t>(state_));
   if (line >= board_.traits.line_count) return refuse(reply, symrig_wire_Code_CODE_NO_SUCH_LINE, line);
   if (!config_.lines[line].output) return refuse(reply, symrig_wire_Code_CODE_WRONG_DIRECTION, line);
-  const protocol::LineUse& use = store_.use(line);
+  const protocol::LineUse& use = store_.use(static_cast<unsigned>(line));
   reply.which_body = symrig_wire_Reply_line_use_tag;
   reply.body.line_use = {line, use.worst_on, use.worst_duty_permille};
 }

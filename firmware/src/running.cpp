@@ -61,8 +61,8 @@ bool Core::arm_trips(symrig_wire_Reply& reply) {
   uint32_t levels = 0;
   for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
     if (!is_interlock(config_.lines[k])) continue;
-    lines |= 1U << k;
-    if (config_.lines[k].trip_level) levels |= 1U << k;
+    lines |= uint32_t{1} << k;
+    if (config_.lines[k].trip_level) levels |= uint32_t{1} << k;
   }
   board_.engine.set_trips(lines, levels);
   return !stopped_by_trip(reply);
@@ -136,11 +136,10 @@ void Core::set_by_hand(const symrig_wire_ManualSet& set, symrig_wire_Reply& repl
     permit(Condition::manual_set, reply);
     return;
   }
-  for (unsigned k = 0; k < protocol::kMaxLines; ++k) {
-    const bool asked = ((set.mask >> k) & 1U) != 0;
-    const protocol::LineConfig& line = config_.lines[k];
-    if (asked && !(line.configured && line.output))
-      return refuse(reply, symrig_wire_Code_CODE_WRONG_DIRECTION, k);
+  for (uint32_t left = set.mask; left != 0; left &= left - 1) {
+    const unsigned k = protocol::lowest_bit(left);
+    const protocol::LineConfig line = config_.line(k);
+    if (!(line.configured && line.output)) return refuse(reply, symrig_wire_Code_CODE_WRONG_DIRECTION, k);
   }
   const uint32_t levels = (board_.engine.levels() & ~set.mask) | (set.levels & set.mask);
   const uint32_t turned_on = (levels ^ safe_levels_) & set.mask;

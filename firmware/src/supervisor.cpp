@@ -4,10 +4,15 @@
 namespace symrig::firmware {
 namespace {
 
-constexpr Transition kNo{};
+/// A Transition in a byte, because small boards keep the table in RAM: bit 0 allowed, bits 1-3 next, bits 4-6
+/// actions.
+using Cell = uint8_t;
+static_assert(kStates <= 8, "three bits hold a state");
 
-constexpr Transition go(State next, uint8_t actions = action::none) {
-  return {true, next, actions};
+constexpr Cell kNo = 0;
+
+constexpr Cell go(State next, uint8_t actions = action::none) {
+  return static_cast<Cell>(1U | (static_cast<unsigned>(next) << 1U) | (static_cast<unsigned>(actions) << 4U));
 }
 
 constexpr uint8_t kSafe = action::force_safe;
@@ -30,7 +35,7 @@ constexpr auto kFault = State::fault;
 //   arm            start          run_complete   run_cut
 //   abort          host_lost      fault          clear_fault
 //   manual_set     reboot
-constexpr Transition kTable[kStates][kConditions] = {
+constexpr Cell kTable[kStates][kConditions] = {
   /* boot */
   {go(kSafeState, kSafe), kNo, kNo, kNo,
    kNo, kNo, kNo, kNo,
@@ -84,8 +89,10 @@ constexpr Transition kTable[kStates][kConditions] = {
 
 }  // namespace
 
-const Transition& transition(State state, Condition condition) {
-  return kTable[static_cast<unsigned>(state)][static_cast<unsigned>(condition)];
+Transition transition(State state, Condition condition) {
+  const Cell cell = kTable[static_cast<unsigned>(state)][static_cast<unsigned>(condition)];
+  if (cell == kNo) return {};
+  return {true, static_cast<State>((cell >> 1U) & 7U), static_cast<uint8_t>(cell >> 4U)};
 }
 
 }  // namespace symrig::firmware

@@ -23,7 +23,11 @@ Tick Playback::start(Tick tick, Tick now) {
   outcomes_.clear();
   next_ = std::max(tick, now);
   const Tick begin = next_;
-  act(now);
+  if (tripped_ != 0) {
+    stop_safe();
+  } else {
+    act(now);
+  }
   return begin;
 }
 
@@ -136,7 +140,7 @@ void Playback::force(std::uint32_t levels) {
   stop();
   underrun_ = false;
   closed_ = false;
-  levels_ = levels;
+  levels_ = tripped_ != 0 ? safe_ : levels;
   sink_.put_all(levels_);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "find_lines.hpp"
 
+#include "libgpiod/chip_lines.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -12,7 +14,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <gpiod.h>
 #include <grp.h>
 #include <sys/stat.h>
 
@@ -20,11 +21,6 @@ namespace symrig::board_linux {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CloseChip {
-  void operator()(gpiod_chip* chip) const { gpiod_chip_close(chip); }
-};
-using Chip = std::unique_ptr<gpiod_chip, CloseChip>;
 
 /// Where a named line was found.
 struct Place {
@@ -83,16 +79,16 @@ class Directory {
 
  private:
   Result<void> read_chip(const fs::path& path) {
-    const Chip chip(gpiod_chip_open(path.c_str()));
-    if (!chip && (errno == EACCES || errno == EPERM)) {
+    const auto lines = chip_lines(path.string());
+    if (!lines && (errno == EACCES || errno == EPERM)) {
       shut_ = path;
       return {};
     }
-    if (!chip) return Error{ErrorCode::io, fmt::format("{}: {}", path.string(), std::strerror(errno)), ""};
-    for (unsigned k = 0; k < gpiod_chip_num_lines(chip.get()); ++k) {
-      gpiod_line* line = gpiod_chip_get_line(chip.get(), k);
-      const char* name = line != nullptr ? gpiod_line_name(line) : nullptr;
-      if (name != nullptr) lines_.emplace(name, Place{path.string(), k});
+    if (!lines) return Error{ErrorCode::io, fmt::format("{}: {}", path.string(), std::strerror(errno)), ""};
+    std::uint32_t offset = 0;
+    for (const LineInfo& line : *lines) {
+      if (!line.name.empty()) lines_.emplace(line.name, Place{path.string(), offset});
+      ++offset;
     }
     return {};
   }
@@ -112,14 +108,13 @@ class Directory {
 /// The reason why the kernel refused these lines.
 Error refused(const std::string& path, const std::vector<ChipLine>& lines,
               const std::vector<BoardLine>& names, const Error& cause) {
-  const Chip chip(gpiod_chip_open(path.c_str()));
+  const auto known = chip_lines(path).value_or(std::vector<LineInfo>());
   for (const ChipLine& one : lines) {
-    gpiod_line* line = chip ? gpiod_chip_get_line(chip.get(), one.offset) : nullptr;
-    if (line == nullptr || !gpiod_line_is_used(line)) continue;
-    const char* consumer = gpiod_line_consumer(line);
-    const std::string who = consumer != nullptr ? fmt::format("'{}'", consumer) : "the kernel";
+    if (one.offset >= known.size() || !known[one.offset].used) continue;
+    const std::string& consumer = known[one.offset].consumer;
     return {ErrorCode::device_refused,
-            fmt::format("GPIO line '{}' is in use by {}", names[one.line].gpio, who),
+            fmt::format("GPIO line '{}' is in use by {}", names[one.line].gpio,
+                        consumer.empty() ? "the kernel" : fmt::format("'{}'", consumer)),
             "end that program, or choose another line in board.toml"};
   }
   return {ErrorCode::io, fmt::format("cannot get lines of {}: {}", path, cause.what),

@@ -19,9 +19,9 @@ constexpr std::size_t kEdgesAtOnce = 256;
 }  // namespace
 
 Player::Player(Gpio& gpio, const PlayerOptions& options)
-    : gpio_(gpio),
+    : PlaybackEngine(*this, options.promise, options.depth),
+      gpio_(gpio),
       options_(options),
-      playback_(*this, options.promise, options.depth),
       log_(options.captured, options.promise.input, gpio.edge_fds().size() <= 1),
       edges_(kEdgesAtOnce),
       edge_fds_(gpio.edge_fds().begin(), gpio.edge_fds().end()),
@@ -47,81 +47,22 @@ std::string Player::begin() {
   return prompt.get();
 }
 
-std::size_t Player::room() const {
-  const PriorityLock lock(mutex_);
-  return playback_.room();
-}
-
 void Player::push(const hal::Segment& segment) {
-  const PriorityLock lock(mutex_);
-  playback_.push(segment);
-  if (playback_.queued() * 2 > options_.depth) half_told_ = false;
-}
-
-void Player::close() {
-  const PriorityLock lock(mutex_);
-  playback_.close();
+  locked([&] {
+    playback_.push(segment);
+    if (playback_.queued() * 2 > options_.depth) half_told_ = false;
+  });
 }
 
 /// Makes a start that is due now at once, without waiting for the thread.
 hal::Tick Player::start(hal::Tick tick) {
-  hal::Tick begin = 0;
-  {
-    const PriorityLock lock(mutex_);
-    begin = playback_.start(tick, monotonic_now());
-  }
+  const hal::Tick begin = PlaybackEngine::start(tick);
   nudge_.ring();
   return begin;
 }
 
-bool Player::idle() const {
-  const PriorityLock lock(mutex_);
-  return playback_.idle();
-}
-
-std::uint32_t Player::levels() const {
-  const PriorityLock lock(mutex_);
-  return playback_.levels();
-}
-
-bool Player::underrun() const {
-  const PriorityLock lock(mutex_);
-  return playback_.underrun();
-}
-
-std::uint64_t Player::played() const {
-  const PriorityLock lock(mutex_);
-  return playback_.played();
-}
-
-std::uint32_t Player::late() const {
-  const PriorityLock lock(mutex_);
-  return playback_.late();
-}
-
-bool Player::pop_wait(hal::WaitOutcome& outcome) {
-  const PriorityLock lock(mutex_);
-  return playback_.pop_wait(outcome);
-}
-
-void Player::force(std::uint32_t levels) {
-  const PriorityLock lock(mutex_);
-  playback_.force(levels);
-}
-
-void Player::set_safe(std::uint32_t levels) {
-  const PriorityLock lock(mutex_);
-  playback_.set_safe(levels);
-}
-
-void Player::set_trips(std::uint32_t lines, std::uint32_t levels) {
-  const PriorityLock lock(mutex_);
-  playback_.set_trips(lines, levels, lines == 0 ? 0 : read_inputs());
-}
-
-std::uint32_t Player::tripped() const {
-  const PriorityLock lock(mutex_);
-  return playback_.tripped();
+hal::Tick Player::now() const {
+  return monotonic_now();
 }
 
 void Player::feed() {
@@ -156,7 +97,7 @@ hal::Tick Player::drive(std::uint32_t levels, std::uint32_t lines) {
   return after;
 }
 
-std::uint32_t Player::read_inputs() {
+std::uint32_t Player::inputs() {
   std::uint32_t levels = 0;
   if (!gpio_.inputs(levels)) broken_ = errno;
   return levels;
@@ -228,7 +169,7 @@ void Player::take_edges(std::size_t count, bool lost) {
   }
   if (lost) {
     log_.lose();
-    playback_.inputs_are(read_inputs());  // a trip may be among the lost edges
+    playback_.inputs_are(inputs());  // a trip may be among the lost edges
   }
   attention_.ring();
 }
@@ -262,7 +203,7 @@ void Player::watch_feeding() {
 
 std::uint32_t PinCapture::levels() const {
   const PriorityLock lock(player_.mutex_);
-  return player_.shown_ | player_.read_inputs();
+  return player_.shown_ | player_.inputs();
 }
 
 bool PinCapture::pop(hal::CapturedEdge& edge) {

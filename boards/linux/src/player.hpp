@@ -4,9 +4,8 @@
 #include "gpio.hpp"
 #include "realtime.hpp"
 #include "symrig/boards/pin_log.hpp"
-#include "symrig/boards/playback.hpp"
+#include "symrig/boards/playback_engine.hpp"
 #include "symrig/hal/capture.hpp"
-#include "symrig/hal/edge_engine.hpp"
 #include "symrig/hal/watchdog.hpp"
 #include "wake.hpp"
 
@@ -34,7 +33,9 @@ struct PlayerOptions {
 /// the queue is empty or the main loop stops feeding it. All this works without the main loop.
 ///
 /// One other thread, the main loop's, may call it. Of these calls, only force() and start() drive outputs.
-class Player final : public hal::EdgeEngine, public hal::Watchdog, private board_common::WordSink {
+class Player final : private board_common::WordSink,
+                     public board_common::PlaybackEngine<PriorityMutex>,
+                     public hal::Watchdog {
  public:
   Player(Gpio& gpio, const PlayerOptions& options);
   ~Player();
@@ -45,21 +46,9 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   /// if there is no reason.
   std::string begin();
 
-  // hal::EdgeEngine
-  std::size_t room() const override;
+  // hal::EdgeEngine, where the thread must know of it
   void push(const hal::Segment& segment) override;
-  void close() override;
   hal::Tick start(hal::Tick tick) override;
-  bool idle() const override;
-  std::uint32_t levels() const override;
-  bool underrun() const override;
-  std::uint64_t played() const override;
-  std::uint32_t late() const override;
-  bool pop_wait(hal::WaitOutcome& outcome) override;
-  void force(std::uint32_t levels) override;
-  void set_safe(std::uint32_t levels) override;
-  void set_trips(std::uint32_t lines, std::uint32_t levels) override;
-  std::uint32_t tripped() const override;
 
   // hal::Watchdog
   void feed() override;
@@ -91,13 +80,12 @@ class Player final : public hal::EdgeEngine, public hal::Watchdog, private board
   void play_on();
   void await_due() const;
   void watch_feeding();
-  std::uint32_t read_inputs();
+  hal::Tick now() const override;
+  std::uint32_t inputs() override;
 
   Gpio& gpio_;
   PlayerOptions options_;
-  mutable PriorityMutex mutex_;
-  board_common::Playback playback_;  // guarded by mutex_, as is log_
-  board_common::PinLog log_;
+  board_common::PinLog log_;  // guarded by mutex_
   std::uint32_t shown_ = 0;
   bool half_told_ = false;
   std::vector<hal::CapturedEdge> edges_;  // used only by the thread

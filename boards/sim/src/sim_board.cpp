@@ -182,8 +182,14 @@ struct SimBoard::Impl final : board_common::WordSink {
     start_up(hal::ResetCause::power);
   }
 
+  /// No firmware drives the outputs: they have the levels of their pull-downs, also after a trip.
+  void release_outputs() {
+    engine.set_trips(0, 0);
+    engine.force(0);
+  }
+
   void start_up(hal::ResetCause cause) {
-    engine.force(0);  // pull-downs
+    release_outputs();
     watchdog_at = kNever;
     stalled_until = 0;
     system.started(cause);
@@ -246,7 +252,7 @@ struct SimBoard::Impl final : board_common::WordSink {
     } while (core->busy() || capture.pending());  // the firmware takes no virtual time
     if (!system.take_reboot()) return;
     if (system.bootloader()) {
-      engine.force(0);
+      release_outputs();
     } else {
       start_up(hal::ResetCause::request);
     }

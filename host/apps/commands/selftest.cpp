@@ -2,13 +2,18 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
+#include "effects.hpp"
 #include "files.hpp"
+#include "fixture_report.hpp"
+#include "invocation.hpp"
 #include "json_text.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/board/self_test.hpp"
 
 #include <algorithm>
+#include <array>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -22,7 +27,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct SelftestArguments {
-  std::string device, jumper, json;
+  std::string device, jumper, json, plug, results, revision;
+  bool fixture = false;
   int pings = SelfTestOptions{}.pings;
 };
 
@@ -101,9 +107,58 @@ Result<void> verdict(const SelfTest& test) {
                "docs/howto-boards.md describes each check"};
 }
 
-Result<void> run(const SelftestArguments& arguments) {
+/// Numbers, revision and date of one board, for the file that its maker keeps.
+Result<void> keep_results(const SelftestArguments& arguments, const BoardInfo& info,
+                          const FixtureTest& test) {
+  const Made made = made_now();
+  Json json = to_json(info, test.basics);
+  json["passed"] = test.passed();
+  json["fixture"] = fixture_json(info, test);
+  json["revision"] = arguments.revision;
+  json["date"] = made.date;
+  json["firmware"] = {{"version", info.firmware_version},
+                      {"hash", fmt::format("{:016x}", info.firmware_hash)}};
+  json["symrig"] = made.version;
+  SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
+  if (arguments.results.empty()) return {};
+  const std::filesystem::path file = std::filesystem::path(arguments.results) / results_name(info, made.date);
+  return write_text(file.string(), json_text(json, 2));
+}
+
+/// The production test: with a plug that joins outputs and inputs.
+Result<void> run_fixture(const SelftestArguments& arguments, SelfTestOptions options) {
+  SYMRIG_TRY(auto plug, plug_of(arguments.plug));
+  SYMRIG_TRY(auto board, open_board(arguments.device));
+  if (plug.empty()) plug = default_plug(board.info());
+  std::optional<Meter> meter(std::in_place, "selftest", "answers");
+  options.progress = meter->progress();
+  SYMRIG_TRY(const FixtureTest test, fixture_test(board, plug, options));
+  meter.reset();
+  SYMRIG_CHECK(keep_results(arguments, board.info(), test));
+  if (!is_standard_output(arguments.json))
+    SYMRIG_CHECK(print(report(board.info(), test.basics) + fixture_text(test)));
+  return fixture_verdict(test);
+}
+
+/// Refuses options without effect.
+Result<void> check_selftest_effects(const CLI::App& command, const SelftestArguments& arguments) {
+  const bool alone = !arguments.fixture;
+  const std::array<Idle, 4> options{
+      {{"--jumper", arguments.fixture, "with --fixture: the plug has every wire"},
+       {"--plug", alone, "without --fixture"},
+       {"--results", alone, "without --fixture"},
+       {"--revision", alone, "without --fixture"}}};
+  return check_effects(command, options);
+}
+
+Result<void> run(const CLI::App& command, const SelftestArguments& arguments) {
+  SYMRIG_CHECK(check_selftest_effects(command, arguments));
   SYMRIG_TRY(auto options, options_of(arguments));
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
+  if (!arguments.results.empty() && !std::filesystem::is_directory(arguments.results))
+    return Error{ErrorCode::not_found,
+                 fmt::format("--results {}: there is no such folder", arguments.results), "make it first"};
+  if (arguments.fixture) return run_fixture(arguments, std::move(options));
   SYMRIG_TRY(auto board, open_board(arguments.device));
   std::optional<Meter> meter(std::in_place, "selftest", "answers");
   options.progress = meter->progress();
@@ -125,6 +180,16 @@ Job add_selftest(CLI::App& command) {
   command.add_option("--pings", arguments->pings, "Number of clock measurements, 0.1 s apart")
       ->capture_default_str()
       ->type_name("N");
+  command.add_flag("--fixture", arguments->fixture,
+                   "Production test: a plug joins outputs and inputs; also measures an interlock");
+  command
+      .add_option("--plug", arguments->plug,
+                  "The wires of the plug (default: the first output with the first input, and so on)")
+      ->type_name("OUT:IN,...");
+  command.add_option("--results", arguments->results, "Folder for the results file of this board")
+      ->type_name("FOLDER");
+  command.add_option("--revision", arguments->revision, "Revision of the hardware, for the results file")
+      ->type_name("TEXT");
   add_json(command, arguments->json);
   command.footer(
       std::string("Example:\n"
@@ -135,7 +200,7 @@ Job add_selftest(CLI::App& command) {
                   "changes: first make sure that only the wire is connected to it.\n") +
       kDeviceHelp + "\n" + kExitCodes);
   takes_number<int>(command.get_option("--pings"));
-  return [arguments] { return run(*arguments); };
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "analyser_report.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "effects.hpp"
@@ -12,6 +13,8 @@
 
 #include <array>
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,7 +23,8 @@ namespace symrig::apps {
 namespace {
 
 struct TraceArguments {
-  std::string file, board = "sim:", vcd, wavedrom, differences;
+  std::string file, board = "sim:", vcd, wavedrom, differences, capture;
+  std::vector<std::string> channels;
   bool plan = false, actual = false;
   std::size_t max_edges = 100'000;
 };
@@ -30,6 +34,9 @@ struct Drawing {
   std::vector<Waveform> waveforms;
   std::string summary;
   std::string differences;  ///< as CSV
+  Timeline plan;
+  BoardInfo board;
+  Result<void> verdict = {};  ///< of the comparison with an analyser
 };
 
 /// Waits of a plan end at the projector's next refresh, if its period is known. So the plan is the same in
@@ -54,6 +61,8 @@ Result<Drawing> draw_plan(const CompiledProgram& program, Nanoseconds refresh, s
   drawing.summary = fmt::format("{} planned edges in {}{}\n", grouped(static_cast<double>(plan.edges.size())),
                                 duration(seconds(plan.rate.nanoseconds(plan.end))),
                                 plan.cut_off ? " (only the first; --max-edges draws more)" : "");
+  drawing.plan = plan;
+  drawing.board = program.board;
   return drawing;
 }
 
@@ -98,6 +107,8 @@ Result<Drawing> draw_receipt(const TraceArguments& arguments, const StoredRun& r
       all.mean * tick, all.missing.size(), all.unplanned.size(),
       run.whole ? "" : " (the receipt lists only the first edges)");
   drawing.differences = differences_csv(run, all);
+  drawing.plan = run.plan;
+  drawing.board = run.board;
   return drawing;
 }
 
@@ -118,7 +129,8 @@ enum class Kind { receipt, compiled, program };
 Result<void> check_trace_effects(const CLI::App& command, Kind kind) {
   const bool nothing_drawn = command.count("--vcd") + command.count("--wavedrom") == 0;
   const std::string unseen = "without --vcd or --wavedrom";
-  const std::array<Idle, 6> options{{
+  const std::array<Idle, 7> options{{
+      {"--channel", command.count("--compare") == 0, "without --compare"},
       {"--plan", command.count("--actual") > 0, "with --actual: both are drawn by default"},
       {"--plan", nothing_drawn, unseen},
       {"--actual", nothing_drawn, unseen},
@@ -139,7 +151,7 @@ Result<Drawing> draw(const CLI::App& command, const TraceArguments& arguments) {
     if (!run) return Error{run.error().code, arguments.file + ": " + run.error().what, run.error().hint};
     return draw_receipt(arguments, *run);
   }
-  if (arguments.actual || !arguments.differences.empty())
+  if (arguments.actual || (!arguments.differences.empty() && arguments.capture.empty()))
     return Error{ErrorCode::bad_argument, arguments.file + " is not a receipt: it contains no captured edges",
                  "run the program first: symrig run FILE -o receipt.json"};
   Nanoseconds refresh{0};
@@ -149,20 +161,45 @@ Result<Drawing> draw(const CLI::App& command, const TraceArguments& arguments) {
   return draw_plan(program, refresh, arguments.max_edges);
 }
 
+/// Compares the plan with what a logic analyser saw, in place of the receipt's edges.
+Result<void> compare_capture(const TraceArguments& arguments, Drawing& drawing) {
+  std::vector<ChannelName> names;
+  for (const std::string& text : arguments.channels) {
+    SYMRIG_TRY(auto name, channel_name(text));
+    names.push_back(std::move(name));
+  }
+  SYMRIG_TRY(const auto bytes, read_file(arguments.capture));
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const auto capture = read_analyser_vcd(text);
+  const auto in_file = [&](const Error& error) {
+    return Error{error.code, arguments.capture + ": " + error.what, error.hint};
+  };
+  if (!capture) return in_file(capture.error());
+  const auto found = compare_with_analyser(drawing.plan, drawing.board, *capture, names);
+  if (!found) return in_file(found.error());
+  drawing.summary += analyser_summary(*found, drawing.board);
+  drawing.differences = analyser_csv(*found, drawing.board);
+  drawing.verdict = analyser_verdict(*found, arguments.capture);
+  return {};
+}
+
 Result<void> run(const CLI::App& command, const TraceArguments& arguments) {
   SYMRIG_CHECK(program_files(arguments.file, arguments.board)
+                   .reads("--compare", arguments.capture)
                    .writes("--vcd", arguments.vcd, FileFormat::waveform)
                    .writes("--wavedrom", arguments.wavedrom, FileFormat::json)
                    .writes("--differences", arguments.differences, FileFormat::table)
                    .check());
-  SYMRIG_TRY(const Drawing drawing, draw(command, arguments));
+  SYMRIG_TRY(Drawing drawing, draw(command, arguments));
+  if (!arguments.capture.empty()) SYMRIG_CHECK(compare_capture(arguments, drawing));
   if (!arguments.vcd.empty()) SYMRIG_CHECK(write_text(arguments.vcd, vcd_text(drawing.waveforms)));
   if (!arguments.wavedrom.empty())
     SYMRIG_CHECK(write_text(arguments.wavedrom, wavedrom_text(drawing.waveforms)));
   SYMRIG_CHECK(write_text(arguments.differences, drawing.differences));
   const bool printed = is_standard_output(arguments.vcd) || is_standard_output(arguments.wavedrom) ||
                        is_standard_output(arguments.differences);
-  return printed ? Result<void>() : print(drawing.summary);
+  if (!printed) SYMRIG_CHECK(print(drawing.summary));
+  return drawing.verdict;
 }
 
 }  // namespace
@@ -179,9 +216,20 @@ Job add_trace(CLI::App& command) {
   command.add_option("--wavedrom", arguments->wavedrom, "WaveJSON file to write, for WaveDrom")
       ->type_name("OUT");
   command
-      .add_option("--differences", arguments->differences,
-                  "CSV file to write, with planned and actual time of each edge (of a receipt)")
+      .add_option(
+          "--differences", arguments->differences,
+          "CSV file to write, with planned and actual time of each edge (of a receipt, or of --compare)")
       ->type_name("OUT");
+  command
+      .add_option("--compare", arguments->capture,
+                  "VCD file of a logic analyser: compare the plan with what it saw")
+      ->type_name("VCD");
+  command
+      .add_option("--channel", arguments->channels,
+                  "The analyser's channel at a line, if it does not have the line's name; repeatable")
+      ->type_name("LINE=CHANNEL")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command.add_option("--board", arguments->board, "The board that will run a program file")
       ->type_name("URI|FILE")
       ->capture_default_str();
@@ -196,6 +244,7 @@ Job add_trace(CLI::App& command) {
                   "The host computes the plan from the records alone. For waits on the projector it uses the "
                   "refresh of the\n"
                   "profile; a receipt contains the captured edges.\n"
+                  "With --compare the exit code is 5 if the analyser saw something else than the plan.\n"
                   "\n") +
       kExitCodes);
   return [&command, arguments] { return run(command, *arguments); };

@@ -91,27 +91,35 @@ Verdict runs_as_planned(BoardUnderTest& board, const Bytes& program) {
 }
 
 /// A program: each output alone, then all, in words of different lengths.
-Bytes scale(const BoardUnderTest& board) {
+Bytes scale(const BoardUnderTest& board, std::uint32_t ticks) {
   Bytes program;
   std::uint32_t all = 0;
   const auto add = [&](const Bytes& part) { program.insert(program.end(), part.begin(), part.end()); };
   for (const std::uint32_t line : board.outputs()) {
-    add(pack({mark(line), word(1U << line, board.word() + 7 * line), word(0, board.word() + line)}));
+    add(pack({mark(line), word(1U << line, ticks + 7 * line), word(0, ticks + line)}));
     all |= 1U << line;
   }
-  add(pack({mark(99), word(all, board.word()), mark(100), end()}));
+  add(pack({mark(99), word(all, ticks), mark(100), end()}));
   return program;
 }
 
 Verdict words(BoardUnderTest& board) {
-  return runs_as_planned(board, scale(board));
+  return runs_as_planned(board, scale(board, board.word()));
+}
+
+/// Each word of the scale makes up to one edge for each output, and a mark. A board with room for few events
+/// gets the time to send them over a slow link before the next word.
+std::uint32_t word_for_edges(const BoardUnderTest& board) {
+  constexpr std::uint32_t kRoomForAll = 128;
+  const auto slow = static_cast<std::uint32_t>(board.can.tick_hz / 20);
+  return board.can.event_ring < kRoomForAll ? std::max(board.word(), slow) : board.word();
 }
 
 Verdict edges(BoardUnderTest& board) {
   if (!board.seen_output())
     return skipped("the board stamps no edges of its outputs; a jumper can show them");
   capture_outputs(board);
-  return runs_as_planned(board, scale(board));
+  return runs_as_planned(board, scale(board, word_for_edges(board)));
 }
 
 Verdict loops(BoardUnderTest& board) {
@@ -144,7 +152,7 @@ Verdict planned(BoardUnderTest& board) {
 }
 
 Verdict again(BoardUnderTest& board) {
-  const Bytes program = scale(board);
+  const Bytes program = scale(board, board.word());
   SYMRIG_MUST(runs_as_planned(board, program));
   for (int k = 0; k < 3; ++k) {
     SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
@@ -158,7 +166,7 @@ Verdict again(BoardUnderTest& board) {
 }
 
 Verdict start_at(BoardUnderTest& board) {
-  const Bytes program = scale(board);
+  const Bytes program = scale(board, board.word());
   SYMRIG_MUST(board.load(program));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   board.session.forget();
@@ -170,7 +178,7 @@ Verdict start_at(BoardUnderTest& board) {
 }
 
 Verdict start_in_past(BoardUnderTest& board) {
-  SYMRIG_MUST(board.load(scale(board)));
+  SYMRIG_MUST(board.load(scale(board, board.word())));
   SYMRIG_MUST(code_is("arm", symrig_wire_Code_CODE_OK, board.arm()));
   const std::uint64_t now = board.now();
   board.session.listen_for(2ms);
@@ -230,7 +238,7 @@ Verdict wait_abort(BoardUnderTest& board) {
 
 /// The board's worst use of its outputs agrees with the rules.
 Verdict line_use(BoardUnderTest& board) {
-  const Bytes program = scale(board);
+  const Bytes program = scale(board, board.word());
   SYMRIG_MUST(board.load(program));
   const protocol::ProgramRules rules = board.rules();
   const auto sink = [](const protocol::Violation&) { return true; };

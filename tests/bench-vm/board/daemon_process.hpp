@@ -90,10 +90,12 @@ class DaemonProcess {
     const int log = ::open((folder_ + "/log").c_str(), O_WRONLY | O_APPEND);
     ::dup2(log, STDERR_FILENO);
     const std::string config = folder_ + "/board.toml";
-    std::vector<const char*> arguments{SYMRIG_SYMRIGD, "--config", config.c_str()};
+    const char* other = std::getenv("SYMRIG_OTHER_SYMRIGD");  // one that another system built
+    const char* program = other != nullptr ? other : SYMRIG_SYMRIGD;
+    std::vector<const char*> arguments{program, "--config", config.c_str()};
     for (const std::string& option : options) arguments.push_back(option.c_str());
     arguments.push_back(nullptr);
-    ::execv(SYMRIG_SYMRIGD, const_cast<char**>(arguments.data()));
+    ::execv(program, const_cast<char**>(arguments.data()));
     ::_exit(127);
   }
 

@@ -211,6 +211,30 @@ TEST_F(PlaybackTest, ALineThatStandsAtItsTripLevelTripsAtOnce) {
   EXPECT_EQ(playback_.levels(), kSafe);
 }
 
+/// The firmware has checked the interlock and is about to move the outputs when it opens.
+TEST_F(PlaybackTest, AForceAfterATripStaysSafe) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  playback_.input({1010, kInput, true});
+  playback_.force(5);
+  EXPECT_EQ(playback_.levels(), kSafe);
+  EXPECT_EQ(words_.back().second, kSafe);
+  EXPECT_EQ(playback_.tripped(), 1U << kInput) << "the firmware still has to see it";
+  playback_.set_trips(0, 0, 0);
+  playback_.force(5);
+  EXPECT_EQ(playback_.levels(), 5U);
+}
+
+TEST_F(PlaybackTest, AStartAfterATripPlaysNothing) {
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);
+  playback_.input({1010, kInput, true});
+  playback_.push({1, 1000});
+  start();
+  EXPECT_TRUE(playback_.idle());
+  EXPECT_EQ(playback_.room(), 8U);
+  EXPECT_EQ(words_.back().second, kSafe);
+  EXPECT_EQ(playback_.played(), 0U);
+}
+
 TEST_F(PlaybackTest, ForceEmptiesTheQueue) {
   playback_.push({1, 1000});
   playback_.push({2, 1000});
@@ -332,10 +356,11 @@ TEST_F(ExactPlaybackTest, ALineThatStillStandsAtItsTripLevelTripsWhenInputsAreRe
   playback_.set_trips(1U << kInput, 1U << kInput, 0);
   edge(true);
   ASSERT_EQ(playback_.tripped(), 1U << kInput);
+  playback_.set_trips(1U << kInput, 1U << kInput, 0);  // it has gone back
   playback_.push({1, 100});
   playback_.start(0, now_);
   playback_.inputs_are(0);
-  EXPECT_FALSE(playback_.idle()) << "it has gone back";
+  EXPECT_FALSE(playback_.idle());
   playback_.inputs_are(1U << kInput);
   EXPECT_TRUE(playback_.idle());
   EXPECT_EQ(playback_.levels(), kSafe);

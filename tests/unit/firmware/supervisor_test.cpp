@@ -42,7 +42,7 @@ TEST(Supervisor, every_cell_is_as_the_prose_says) {
     unsigned condition = 0;
     for (const char expected : kProse[state]) {
       if (expected == ' ') continue;
-      const Transition& to = transition(static_cast<State>(state), static_cast<Condition>(condition));
+      const Transition to = transition(static_cast<State>(state), static_cast<Condition>(condition));
       EXPECT_EQ(letter(to), expected) << "state " << state << ", condition " << condition;
       ++condition;
       ++cells;

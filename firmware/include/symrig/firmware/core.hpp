@@ -112,7 +112,10 @@ class Core final : private Requests {
   void conclude(Sequencer::Outcome outcome);
   void watch_host();
   void leave();
-  void raise(symrig_wire_FaultCode code, uint64_t arg, hal::Tick tick);
+  void raise(symrig_wire_FaultCode code, uint64_t arg) {
+    raise({static_cast<uint32_t>(code), board_.clock.now(), arg});
+  }
+  void raise(const hal::FaultRecord& fault);
   void report_run(symrig_wire_RunEnd end);
   symrig_wire_Event& new_event(pb_size_t which);
   void breach(const Breach& breach);

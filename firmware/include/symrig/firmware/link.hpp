@@ -92,7 +92,7 @@ class Link {
   symrig_wire_Reply answer_ = symrig_wire_Reply_init_zero;
   protocol::BodyBuffer body_{};
   uint8_t input_[64] = {};
-  uint8_t wire_[protocol::kMaxWire] = {};
+  uint8_t wire_[protocol::kMaxMessageWire] = {};
 };
 
 }  // namespace symrig::firmware

@@ -46,7 +46,7 @@ class ProgramStore {
   // Valid if loaded().
   const protocol::ProgramTiming& timing() const { return check_.timing(); }
   const protocol::LineUse& use(unsigned line) const { return check_.use(line); }
-  protocol::ProgramView program() const { return {{memory_.data, length_}}; }
+  protocol::ProgramView program() const { return {{memory_.data, static_cast<size_t>(length_)}}; }
 
  private:
   enum class Job : uint8_t { none, read_to_commit, check, read_to_verify };

@@ -57,6 +57,6 @@ struct Transition {
 };
 
 /// The table: the transition of a state under a condition.
-const Transition& transition(State state, Condition condition);
+Transition transition(State state, Condition condition);
 
 }  // namespace symrig::firmware

@@ -84,7 +84,14 @@ class EdgeEngine {
   ~EdgeEngine() = default;
 };
 
-/// The largest number of pushed waits that pop_wait() has not removed yet.
+/// The largest number of pushed waits that pop_wait() has not removed yet. A board with little memory keeps
+/// fewer: its build defines SYMRIG_MAX_WAITS, at least queue_segments + 2. Then its queue is full before this
+/// bound is reached, and the proof of the refill (protocol/refill.hpp) holds unchanged.
+#ifdef SYMRIG_MAX_WAITS
+constexpr uint32_t kMaxWaits = SYMRIG_MAX_WAITS;
+#else
 constexpr uint32_t kMaxWaits = 128;
+#endif
+static_assert((kMaxWaits & (kMaxWaits - 1)) == 0, "stretches are numbered modulo 2^32");
 
 }  // namespace symrig::hal

@@ -6,6 +6,8 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -13,18 +15,21 @@
 namespace symrig::board {
 namespace {
 
-/// A wire from an output to an input.
-class Jumper final : public board_sim::Peripheral {
+/// Wires from outputs to inputs.
+class Plug final : public board_sim::Peripheral {
  public:
-  Jumper(int from, int to) : from_(from), to_(to) {}
+  void add(int from, int to) { wires_.emplace_back(from, to); }
   void outputs_changed(std::uint64_t, std::uint32_t levels, board_sim::SimBoard& board) override {
-    board.set_input(to_, ((levels >> from_) & 1U) != 0);
+    // The levels of a trip can come while this loop reports those that opened the interlock.
+    latest_ = levels;
+    for (const auto& [from, to] : wires_) board.set_input(to, ((latest_ >> from) & 1U) != 0);
   }
   std::uint64_t next_event() const override { return board_sim::kNever; }
   void on_event(std::uint64_t, board_sim::SimBoard&) override {}
 
  private:
-  int from_, to_;
+  std::vector<std::pair<int, int>> wires_;
+  std::uint32_t latest_ = 0;
 };
 
 /// The board does not own its peripherals, and they must outlive it.
@@ -38,9 +43,19 @@ class OwningSimLink final : public Link {
       board_.attach(camera_.emplace(board_));
       return {};
     }
-    SYMRIG_TRY(const int from, line(uri.jumper_from, true));
-    SYMRIG_TRY(const int to, line(uri.jumper_to, false));
-    board_.attach(jumper_.emplace(from, to));
+    // "OUT:IN,OUT:IN": the URI splits it at the first colon.
+    std::string_view left = uri.jumper_to;
+    std::string from(uri.jumper_from);
+    for (;;) {
+      const std::size_t comma = left.find(',');
+      SYMRIG_CHECK(add_wire(from, std::string(left.substr(0, comma))));
+      if (comma == std::string_view::npos) break;
+      left = left.substr(comma + 1);
+      const std::size_t colon = left.find(':');
+      from = left.substr(0, colon);
+      left = colon == std::string_view::npos ? std::string_view() : left.substr(colon + 1);
+    }
+    board_.attach(plug_);
     return {};
   }
 
@@ -50,6 +65,12 @@ class OwningSimLink final : public Link {
   SteadyTime opened() const override { return link_->opened(); }
 
  private:
+  Result<void> add_wire(const std::string& output, const std::string& input) {
+    SYMRIG_TRY(const int from, line(output, true));
+    SYMRIG_TRY(const int to, line(input, false));
+    plug_.add(from, to);
+    return {};
+  }
   Result<int> line(const std::string& name, bool output) const {
     const int found = board_.line(name);
     if (found >= 0 && board_.config().lines[found].output == output) return found;
@@ -64,7 +85,7 @@ class OwningSimLink final : public Link {
   board_sim::SimBoard board_;
   std::optional<board_sim::SimProjector> projector_;
   std::optional<board_sim::SimCamera> camera_;
-  std::optional<Jumper> jumper_;
+  Plug plug_;
   std::unique_ptr<Link> link_;
 };
 

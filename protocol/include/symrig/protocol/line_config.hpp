@@ -6,9 +6,24 @@
 
 namespace symrig::protocol {
 
-constexpr unsigned kMaxLines = 32;    ///< lines of a board: bits of a word of levels
-constexpr unsigned kMaxOutputs = 28;  ///< outputs are among the first 28: SetWord carries that many
-constexpr uint32_t kOutputMask = (1U << kMaxOutputs) - 1;
+constexpr unsigned kWordLines = 32;  ///< bits of a word of levels on the wire
+/// Lines of a board. A board with little memory keeps fewer than a word has: its build defines
+/// SYMRIG_MAX_LINES.
+#ifdef SYMRIG_MAX_LINES
+constexpr unsigned kMaxLines = SYMRIG_MAX_LINES;
+#else
+constexpr unsigned kMaxLines = kWordLines;
+#endif
+constexpr unsigned kWordOutputs = 28;  ///< outputs are among the first 28: SetWord carries that many
+/// Lines 0 to kMaxOutputs - 1 may be outputs. A board with little memory defines SYMRIG_MAX_OUTPUTS.
+#ifdef SYMRIG_MAX_OUTPUTS
+constexpr unsigned kMaxOutputs = SYMRIG_MAX_OUTPUTS;
+#else
+constexpr unsigned kMaxOutputs = kMaxLines < kWordOutputs ? kMaxLines : kWordOutputs;
+#endif
+static_assert(kMaxLines >= 1 && kMaxLines <= kWordLines);
+static_assert(kMaxOutputs >= 1 && kMaxOutputs <= kMaxLines && kMaxOutputs <= kWordOutputs);
+constexpr uint32_t kOutputMask = (uint32_t{1} << kMaxOutputs) - 1;
 
 /// The configuration of one line, which both sides hash. Times in ticks; 0 = no limit.
 struct LineConfig {
@@ -30,6 +45,11 @@ struct LineConfig {
 struct BoardConfig {
   LineConfig lines[kMaxLines];
 
+  /// The line of a number from the wire. A number that no line of this build has is not configured.
+  constexpr LineConfig line(unsigned number) const {
+    return number < kMaxLines ? lines[number] : LineConfig();
+  }
+
   /// Clears line by line: a temporary of the whole is too large for a small board's stack.
   constexpr void clear() {
     for (LineConfig& line : lines) line = {};
@@ -39,7 +59,7 @@ struct BoardConfig {
   constexpr uint32_t watched_lines() const {
     uint32_t watched = 0;
     for (unsigned k = 0; k < kMaxLines; ++k)
-      if (lines[k].configured && (lines[k].capture || lines[k].limited())) watched |= 1U << k;
+      if (lines[k].configured && (lines[k].capture || lines[k].limited())) watched |= uint32_t{1} << k;
     return watched;
   }
 
@@ -47,7 +67,7 @@ struct BoardConfig {
   constexpr uint32_t safe_levels() const {
     uint32_t levels = 0;
     for (unsigned k = 0; k < kMaxLines; ++k)
-      if (lines[k].configured && lines[k].output && lines[k].safe_level) levels |= 1U << k;
+      if (lines[k].configured && lines[k].output && lines[k].safe_level) levels |= uint32_t{1} << k;
     return levels;
   }
 };

@@ -7,7 +7,7 @@ namespace symrig::protocol {
 
 constexpr size_t kRecordSize = 8;
 constexpr unsigned kMaxLoopDepth = 4;
-constexpr uint32_t kMaxArg = (1U << 28U) - 1;
+constexpr uint32_t kMaxArg = (uint32_t{1} << 28U) - 1;
 constexpr uint64_t kMaxRounds = uint64_t{1} << 32U;
 
 /// Operations of a program. Values are those of the wire. 0 is not an operation, so that empty memory is not

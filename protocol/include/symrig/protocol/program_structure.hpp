@@ -79,7 +79,7 @@ class StructureCheck {
   void wait(const Record& record) {
     WaitEdge edge;
     if (!parse_wait(record.arg, edge)) return report(Rule::bad_arg, record.arg, 0);
-    const LineConfig& line = rules_->config->lines[edge.line];
+    const LineConfig line = rules_->config->line(edge.line);
     const bool input = line.configured && !line.output;
     if (!input) report_line(edge.line, Rule::not_an_input);
     if (input && !can_wait(edge)) report_line(edge.line, Rule::wait_kind);
@@ -103,9 +103,10 @@ class StructureCheck {
   }
 
   void outputs_only(uint32_t levels) {
-    for (unsigned k = 0; k < kMaxOutputs; ++k) {
-      const LineConfig& line = rules_->config->lines[k];
-      if (((levels >> k) & 1U) != 0 && !(line.configured && line.output)) report_line(k, Rule::not_an_output);
+    for (uint32_t left = levels; left != 0; left &= left - 1) {
+      const unsigned k = lowest_bit(left);
+      const LineConfig line = rules_->config->line(k);
+      if (!(line.configured && line.output)) report_line(k, Rule::not_an_output);
     }
   }
 

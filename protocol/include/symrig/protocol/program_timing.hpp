@@ -76,7 +76,7 @@ class TimingCheck {
     if (rules_->config == nullptr) return;  // no board yet: no record will be read
     for (unsigned k = 0; k < kMaxOutputs; ++k) {
       const LineConfig& line = rules_->config->lines[k];
-      if (line.configured && line.output) outputs_ |= 1U << k;
+      if (line.configured && line.output) outputs_ |= uint32_t{1} << k;
     }
   }
 
@@ -130,7 +130,7 @@ class TimingCheck {
     feed_rounds(loop, rounds);
     // A line that changed ends these rounds with its present run, so the run's begin moves with the clock.
     for (uint32_t left = loop.moved; left != 0; left &= left - 1) {
-      Run& run = runs_[lowest(left)];
+      Run& run = runs_[lowest_bit(left)];
       run.longest_from = sum(run.longest_from, longest);
       run.shortest_from = sum(run.shortest_from, shortest);
     }
@@ -146,7 +146,7 @@ class TimingCheck {
       return;
     }
     for (uint32_t left = burning_; left != 0; left &= left - 1) {
-      const unsigned k = lowest(left);
+      const unsigned k = lowest_bit(left);
       const uint64_t limit = rules_->config->lines[k].max_on;
       if (limit != 0 && longest_of(runs_[k]) > limit) report(k, Rule::max_on, longest_of(runs_[k]), limit);
     }
@@ -154,7 +154,7 @@ class TimingCheck {
 
   void move(uint32_t levels) {
     for (uint32_t left = outputs_; left != 0; left &= left - 1) {
-      const unsigned k = lowest(left);
+      const unsigned k = lowest_bit(left);
       const bool on = (((levels >> k) & 1U) != 0) != rules_->config->lines[k].safe_level;
       if (on != runs_[k].on) turn(k, on);
     }
@@ -167,9 +167,9 @@ class TimingCheck {
       run.pulse = longest_of(run);
       if (run.pulse > uses_[k].worst_on) uses_[k].worst_on = run.pulse;
     }
-    burning_ ^= 1U << k;
+    burning_ ^= uint32_t{1} << k;
     run = {on, false, false, timing_.max, timing_.min, run.pulse};
-    for (unsigned d = 0; d < depth_; ++d) loops_[d].moved |= 1U << k;
+    for (unsigned d = 0; d < depth_; ++d) loops_[d].moved |= uint32_t{1} << k;
   }
 
   void check_rest(unsigned k) {
@@ -188,7 +188,7 @@ class TimingCheck {
   void end(uint32_t levels) {
     move(levels);
     for (uint32_t left = burning_; left != 0; left &= left - 1) {
-      const unsigned k = lowest(left);
+      const unsigned k = lowest_bit(left);
       const LineConfig& line = rules_->config->lines[k];
       uses_[k] = {kMaxDuration, 1000};
       if (line.max_on != 0) report(k, Rule::max_on, kMaxDuration, line.max_on);
@@ -222,7 +222,6 @@ class TimingCheck {
   static uint64_t scaled(uint64_t a, uint64_t rounds) {
     return a != 0 && rounds > kMaxDuration / a ? kMaxDuration : a * rounds;
   }
-  static unsigned lowest(uint32_t bits) { return static_cast<unsigned>(__builtin_ctz(bits)); }
 
   void report(unsigned line, Rule rule, uint64_t actual, uint64_t limit) {
     if (runs_[line].reported)

@@ -51,4 +51,9 @@ constexpr uint64_t get_u64(const uint8_t* in) {
   return get_u32(in) | (uint64_t{get_u32(in + 4)} << 32U);
 }
 
+/// The number of the lowest bit that is set. bits: not 0. `long`, because int has 16 bits on small boards.
+constexpr unsigned lowest_bit(uint32_t bits) {
+  return static_cast<unsigned>(__builtin_ctzl(bits));
+}
+
 }  // namespace symrig::protocol

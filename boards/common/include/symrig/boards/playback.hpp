@@ -52,6 +52,8 @@ class Playback {
   std::uint64_t played() const { return played_; }
   std::uint32_t late() const { return late_; }
   bool pop_wait(hal::WaitOutcome& outcome) { return outcomes_.pop(outcome); }
+  /// After a trip, force() sets the safe word and start() plays nothing, until the next set_trips(). The trip
+  /// may come while the firmware decides to move the outputs.
   void force(std::uint32_t levels);
   void set_safe(std::uint32_t levels) { safe_ = levels; }
   std::uint32_t safe() const { return safe_; }

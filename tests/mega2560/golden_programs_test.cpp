@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// The same programs on the simulated board and on the emulated Mega: the same edges, to three ticks (one at
+// each end, and the first edge may be off too). They are the programs of the Pico's golden test (nested
+// loops, shortest words, waits, a scan), slower, because this board needs a millisecond for a record.
+#include "assert_ok.hpp"
+#include "emulated_mega.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/program/bracket.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::test::mega_golden_programs_test {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr unsigned kOutputs = 6;
+constexpr unsigned kVsync = 6;
+constexpr std::uint64_t kCyclesPerTick = 8;
+
+struct Change {
+  double tick;  ///< after the first change
+  unsigned line;
+  bool level;
+};
+
+struct Played {
+  std::vector<Change> changes;
+  std::vector<std::int64_t> vsync;  ///< ticks of its edges after the first change: rising, falling, ...
+  Receipt receipt;
+};
+
+struct Golden {
+  const char* name;
+  std::function<Result<Program>(const BoardInfo&)> make;
+  Nanoseconds vsync_period{0};
+  double tolerance = 3;  ///< ticks; after waits: also how late an interrupt stamps the awaited edge
+};
+
+void PrintTo(const Golden& golden, std::ostream* out) {
+  *out << golden.name;
+}
+
+Played run_on_mega(EmulatedMega& mega, Board& board, const Program& program, Nanoseconds vsync) {
+  Played run;
+  EXPECT_TRUE(board.upload(program).ok());
+  EXPECT_TRUE(board.arm().ok());
+  if (vsync.count() > 0) {
+    const auto period = static_cast<std::uint64_t>(vsync.count()) * 16 / 1000;
+    for (std::uint64_t k = 0, at = mega.cycle() + 1000; k < 400; ++k, at += period) {
+      mega.set_input_at(at, kVsync, true);
+      mega.set_input_at(at + period / 4, kVsync, false);
+    }
+  }
+  mega.edges();
+  EXPECT_TRUE(board.start().ok());
+  auto receipt = board.wait(20s);
+  EXPECT_TRUE(receipt.ok());
+  if (!receipt) return run;
+  run.receipt = *receipt;
+  const auto edges = mega.edges();
+  const auto first =
+      std::find_if(edges.begin(), edges.end(), [](const MegaEdge& e) { return e.line < kOutputs; });
+  EXPECT_NE(first, edges.end());
+  if (first == edges.end()) return run;
+  for (const MegaEdge& edge : edges) {
+    const auto cycles = static_cast<std::int64_t>(edge.cycle) - static_cast<std::int64_t>(first->cycle);
+    const double tick = static_cast<double>(cycles) / static_cast<double>(kCyclesPerTick);
+    if (edge.line < kOutputs) run.changes.push_back({tick, edge.line, edge.level});
+    if (edge.line == kVsync && (edge.level || !run.vsync.empty()))
+      run.vsync.push_back(cycles / static_cast<std::int64_t>(kCyclesPerTick));
+  }
+  return run;
+}
+
+/// Replays vsync and writes down what the outputs do.
+class Wiring final : public board_sim::Peripheral {
+ public:
+  Wiring(int line, std::uint64_t origin, std::vector<std::int64_t> edges)
+      : line_(line), origin_(origin), edges_(std::move(edges)) {}
+
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
+    for (unsigned k = 0; k < kOutputs; ++k)
+      if ((((levels ^ levels_) >> k) & 1U) != 0)
+        changes.push_back(
+            {static_cast<double>(tick) - static_cast<double>(origin_), k, ((levels >> k) & 1U) != 0});
+    levels_ = levels;
+  }
+  std::uint64_t next_event() const override {
+    return next_ < edges_.size() ? origin_ + static_cast<std::uint64_t>(edges_[next_]) : board_sim::kNever;
+  }
+  void on_event(std::uint64_t, board_sim::SimBoard& board) override {
+    board.set_input(line_, next_++ % 2 == 0);
+  }
+
+  std::vector<Change> changes;
+
+ private:
+  int line_;
+  std::uint64_t origin_;
+  std::vector<std::int64_t> edges_;
+  std::size_t next_ = 0;
+  std::uint32_t levels_ = 0;
+};
+
+Played run_on_sim(const BoardInfo& info, const Program& program, const std::vector<std::int64_t>& vsync) {
+  board_sim::SimBoardConfig config;
+  config.lines.clear();
+  for (const LineInfo& line : info.lines) config.lines.push_back({line.name, line.output});
+  config.tick_hz = info.rate.hz;
+  config.min_dwell = static_cast<std::uint32_t>(info.min_dwell.count);
+  config.wait_latency = static_cast<std::uint32_t>(info.wait_latency.count);
+  config.engine_segments = info.queue_segments;
+  board_sim::SimBoard sim(config);
+  constexpr std::uint64_t kBegin = 10'000'000;
+  std::vector<std::int64_t> seen;
+  for (std::size_t k = 0; k + 1 < vsync.size(); k += 2)
+    if (vsync[k] >= 0) seen.insert(seen.end(), {vsync[k], vsync[k + 1]});
+  Wiring wiring(info.line("vsync"), kBegin, seen);
+  sim.attach(wiring);
+  Played run;
+  auto board = Board::connect(make_sim_link(sim));
+  EXPECT_TRUE(board.ok());
+  if (!board) return run;
+  EXPECT_TRUE(board->configure({}).ok());
+  EXPECT_TRUE(board->upload(program).ok());
+  EXPECT_TRUE(board->arm().ok());
+  EXPECT_TRUE(board->start_at(Ticks{kBegin}).ok());
+  auto receipt = board->wait(60s);
+  EXPECT_TRUE(receipt.ok());
+  if (receipt) run.receipt = *receipt;
+  run.changes = wiring.changes;
+  return run;
+}
+
+Result<Program> nested(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  program.set("aux0", true).hold(10ms);
+  program.loop(3).set("aux1", true).hold(4ms).set("aux1", false).hold(4ms);
+  program.loop(2).set("projector_trigger", true).hold(6ms);
+  program.loop(3).mark(7).pulse("camera_trigger", 5ms).hold(7ms);
+  program.loop(4).pulse("lamp_enable", 3ms).hold(3ms + 500ns).end_loop();
+  program.end_loop().set("projector_trigger", false).hold(8ms).end_loop();
+  return program.end_loop().set("aux0", false).hold(1ms).end();
+}
+
+/// As many shortest words in a row as the queue has room for, then a rest in which it is filled again.
+Result<Program> shortest(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  for (unsigned k = 0; k < 5; ++k) {
+    for (unsigned j = 0; j < 5; ++j)
+      program.set("aux0", j % 2 == 0).set("aux1", j % 3 == 0).hold(info.min_dwell);
+    program.hold(30ms);
+  }
+  return program.set("aux0", false).set("aux1", false).hold(5ms).end();
+}
+
+Result<Program> waits(const BoardInfo& info) {
+  ProgramBuilder program(info);
+  program.set("aux1", true).hold(10ms).loop(10);
+  program.wait_edge("vsync", EdgeKind::rising, 60ms, OnTimeout::abort)
+      .mark(1)
+      .pulse("camera_trigger", 3ms)
+      .hold(2ms);
+  program.wait_edge("vsync", EdgeKind::falling, 60ms, OnTimeout::abort).pulse("aux0", 2ms).hold(3ms);
+  return program.end_loop().set("aux1", false).hold(1ms).end();
+}
+
+/// Two patterns with brackets of three: what a scan is.
+Result<Program> scan(const BoardInfo& info) {
+  RigSetup rig = default_rig_setup();
+  rig.projector.refresh = 50ms;
+  rig.projector.vsync_timeout = 200ms;
+  rig.projector.advance_pulse = 2ms;
+  rig.projector.settle = 3ms;
+  rig.camera.readout = 4ms;
+  const std::vector<std::vector<Nanoseconds>> brackets(2, {2ms, 5ms, 12ms});
+  SYMRIG_TRY(const CompiledProgram compiled, compile_brackets(rig, info, brackets));
+  return compiled.program;
+}
+
+const std::vector<Golden>& goldens() {
+  static const std::vector<Golden> kGoldens{{"nested", nested},
+                                            {"shortest", shortest},
+                                            {"waits", waits, 40'003us, 80},
+                                            {"scan", scan, 50'003us, 80}};
+  return kGoldens;
+}
+
+class MegaGoldenPrograms : public testing::TestWithParam<Golden> {};
+
+TEST_P(MegaGoldenPrograms, give_the_same_edges_on_both_boards) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  const auto program = GetParam().make(board->info());
+  ASSERT_OK(program);
+  const Played real = run_on_mega(mega, *board, *program, GetParam().vsync_period);
+  const Played simulated = run_on_sim(board->info(), *program, real.vsync);
+  ASSERT_EQ(real.receipt.end, RunEnd::completed);
+  ASSERT_EQ(simulated.receipt.end, RunEnd::completed);
+  EXPECT_EQ(real.receipt.program_hash, simulated.receipt.program_hash);
+  EXPECT_EQ(real.receipt.steps, simulated.receipt.steps);
+  EXPECT_EQ(real.receipt.late, 0U);
+  ASSERT_GT(real.changes.size(), 10U);
+  ASSERT_EQ(real.changes.size(), simulated.changes.size());
+  double off = 0;
+  for (std::size_t k = 0; k < real.changes.size(); ++k) {
+    EXPECT_EQ(real.changes[k].line, simulated.changes[k].line) << k;
+    EXPECT_EQ(real.changes[k].level, simulated.changes[k].level) << k;
+    off = std::max(off, std::abs(real.changes[k].tick - simulated.changes[k].tick));
+  }
+  EXPECT_LE(off, GetParam().tolerance);
+  EXPECT_EQ(real.receipt.marks.size(), simulated.receipt.marks.size());
+  std::printf("%s: %zu records, %zu edges, at most %.2f ticks apart\n", GetParam().name, program->records(),
+              real.changes.size(), off);
+}
+
+INSTANTIATE_TEST_SUITE_P(Mega, MegaGoldenPrograms, testing::ValuesIn(goldens()),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+}  // namespace
+}  // namespace symrig::test::mega_golden_programs_test

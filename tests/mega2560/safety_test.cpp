@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// What makes the outputs safe: an interlock at any moment, an abort, a stopped processor; and what is kept
+// over a reset.
+#include "assert_ok.hpp"
+#include "emulated_mega.hpp"
+#include "symrig/board/board.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include <gtest/gtest.h>
+
+namespace symrig::test::mega_safety_test {
+namespace {
+
+using namespace std::chrono_literals;
+constexpr unsigned kInterlock = 9;
+constexpr unsigned kAux0 = 4;
+constexpr std::uint64_t kMicrosecond = 16;  // cycles
+
+const std::vector<LineConfig> kLines{{.line = "aux0"}, {.line = "interlock", .trip_level = true}};
+
+/// The last moment at which an output was high, in cycles after `from`; 0: none was.
+std::uint64_t high_after(EmulatedMega& mega, std::uint64_t from) {
+  std::uint64_t last = 0;
+  bool high = false;
+  for (const MegaEdge& edge : mega.edges()) {
+    if (edge.line != kAux0) continue;
+    high = edge.level;
+    if (edge.cycle > from) last = edge.cycle - from;
+  }
+  return high ? UINT64_MAX : last;
+}
+
+TEST(MegaSafety, an_interlock_stops_a_run_at_any_moment_of_a_word) {
+  NEEDS_MEGA();
+  std::uint64_t worst = 0;
+  for (std::uint64_t phase = 0; phase < 640; phase += 32) {
+    EmulatedMega mega;
+    auto board = Board::connect(mega.link());
+    ASSERT_OK(board);
+    ASSERT_OK(board->configure(kLines));
+    ProgramBuilder builder(board->info());
+    builder.loop(100).set("aux0", true).hold(2ms).set("aux0", false).hold(3ms).end_loop();
+    const auto program = builder.end();
+    ASSERT_OK(program);
+    ASSERT_OK(board->upload(*program));
+    ASSERT_OK(board->arm());
+    ASSERT_OK(board->start());
+    mega.run(200'000 + phase * 3);
+    for (int k = 0; k < 200'000 && !mega.output(kAux0); ++k) mega.run(1);
+    ASSERT_TRUE(mega.output(kAux0));
+    // Around the end of the word, where the engine's interrupt waits for the tick.
+    mega.run(32'000 - 1'400 + phase * 2);
+    const std::uint64_t opened = mega.cycle();
+    mega.set_input(kInterlock, true);
+    mega.run(20'000);
+    const std::uint64_t took = high_after(mega, opened);
+    ASSERT_LT(took, 60 * kMicrosecond) << "phase " << phase;
+    worst = std::max(worst, took);
+    const auto status = board->status();
+    ASSERT_OK(status);
+    EXPECT_EQ(status->state, BoardState::fault);
+  }
+  std::printf("interlock to safe: at most %.1f us\n", static_cast<double>(worst) / kMicrosecond);
+}
+
+/// The interlock opens at any moment of a manual set: while the request travels, is checked, and is answered.
+TEST(MegaSafety, a_manual_set_never_survives_an_interlock) {
+  NEEDS_MEGA();
+  int accepted = 0;
+  for (std::uint64_t when = 0; when < 160'000; when += 8'000) {
+    EmulatedMega mega;
+    auto board = Board::connect(mega.link());
+    ASSERT_OK(board);
+    ASSERT_OK(board->configure(kLines));
+    mega.edges();
+    const std::uint64_t opened = mega.cycle() + when;
+    mega.set_input_at(opened, kInterlock, true);
+    if (board->set_line("aux0", true)) ++accepted;
+    mega.run(200'000);
+    EXPECT_FALSE(mega.output(kAux0)) << "opened " << when << " cycles after the request";
+    EXPECT_LT(high_after(mega, opened), 60 * kMicrosecond)
+        << "opened " << when << " cycles after the request";
+  }
+  EXPECT_GT(accepted, 0) << "the sweep goes beyond the answer";
+}
+
+TEST(MegaSafety, an_abort_works_while_the_board_is_busy) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  ASSERT_OK(board->set_line("aux0", true));
+  ASSERT_TRUE(mega.output(kAux0));
+  ASSERT_OK(board->abort());
+  EXPECT_FALSE(mega.output(kAux0));
+}
+
+TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  {
+    auto board = Board::connect(mega.link());
+    ASSERT_OK(board);
+    ASSERT_OK(board->configure({}));
+    ASSERT_OK(board->set_line("aux0", true));
+  }
+  ASSERT_TRUE(mega.output(kAux0));
+  mega.stop_firmware();
+  mega.run(16'000'000);
+  EXPECT_FALSE(mega.output(kAux0));
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  const auto status = board->status();
+  ASSERT_OK(status);
+  EXPECT_EQ(status->reset_cause, ResetCause::watchdog);
+}
+
+TEST(MegaSafety, a_stored_configuration_holds_after_a_restart) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  std::uint32_t stored = 0;
+  {
+    auto board = Board::connect(mega.link());
+    ASSERT_OK(board);
+    ASSERT_OK(board->configure(std::vector<LineConfig>{{.line = "aux1", .safe_level = true}}));
+    ASSERT_OK(board->store_config("bench 3"));
+    stored = board->status()->stored_config;
+    ASSERT_OK(board->reboot(false));
+  }
+  mega.run(16'000'000 / 4);
+  EXPECT_TRUE(mega.output(5));
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  EXPECT_EQ(board->info().label, "bench 3");
+  const auto status = board->status();
+  ASSERT_OK(status);
+  EXPECT_EQ(status->reset_cause, ResetCause::request);
+  EXPECT_EQ(status->stored_config, stored);
+  EXPECT_NE(stored, 0U);
+}
+
+}  // namespace
+}  // namespace symrig::test::mega_safety_test
