@@ -123,15 +123,18 @@ JOBS = [
         {"--vcd": "out.vcd", "--wavedrom": "out.json", "--differences": "out.csv"},
         ["receipt.json"],
     ),
+    Job(["trace", "p.toml", "--compare", "capture.vcd"], {"--differences": "out.csv"}, ["p.toml", "capture.vcd"], ends=4),
     Job(["conformance", "sim:", "--filter", "^hello"], {"--json": "out.json"}, ends=None),
 ]
 
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
 --light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
---seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates""".split()
-# The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp.
-OWN_RULE = {("flash", "--drive")}
+--seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
+--compare --channel --plug --revision""".split()
+# The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
+# program names by board and date; selftest reads none.
+OWN_RULE = {("flash", "--drive"), ("selftest", "--results")}
 
 
 class Bench:
@@ -323,7 +326,7 @@ def table_is_complete(bench):
 
 
 def prepare(bench):
-    for name, text in {"p.toml": PROGRAM, "rig.toml": RIG, "map.exr": "a map", "board.json": "{}"}.items():
+    for name, text in {"p.toml": PROGRAM, "rig.toml": RIG, "map.exr": "a map", "board.json": "{}", "capture.vcd": "no VCD"}.items():
         bench.path(name).write_text(text)
     bench.path("photographs").mkdir()
     bench.path("photographs/00.png").write_text("a photograph")
