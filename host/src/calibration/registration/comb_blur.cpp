@@ -81,8 +81,9 @@ const SmoothWeights& smooth_weights() {
       const double x = k, density = std::exp(-0.5 * x * x) / std::sqrt(2 * std::numbers::pi);
       // A correlation: the weight of the pixel at +x is the derivative at −x, so no sign is left.
       double before = 0, hermite = 1;
+      const std::size_t at = k + kSmoothReach;
       for (std::size_t n = 0; n <= kOrders; ++n) {
-        weights[n][static_cast<std::size_t>(k + kSmoothReach)] = hermite * density;
+        weights[n][at] = hermite * density;
         before = std::exchange(hermite, x * hermite - static_cast<double>(n) * before);
       }
     }
@@ -104,12 +105,12 @@ std::optional<PixelDerivatives> derivatives_of(const Radiance& photograph, int c
     for (int c = -kSmoothReach; c <= kSmoothReach; ++c) {
       if (!photograph.valid.at(row + r, col + c, channel)) return std::nullopt;
       const auto light = static_cast<double>(photograph.mean.at(row + r, col + c, channel));
-      for (int m = 0; m <= orders; ++m)
-        along[m] += weights[m][static_cast<std::size_t>(c + kSmoothReach)] * light;
+      const std::size_t at = c + kSmoothReach;
+      for (int m = 0; m <= orders; ++m) along[m] += weights[m][at] * light;
     }
+    const std::size_t at = r + kSmoothReach;
     for (int n = 0; n <= orders; ++n)
-      for (int m = 0; n + m <= orders; ++m)
-        found[n][m] += weights[n][static_cast<std::size_t>(r + kSmoothReach)] * along[m];
+      for (int m = 0; n + m <= orders; ++m) found[n][m] += weights[n][at] * along[m];
   }
   return found;
 }
@@ -199,7 +200,7 @@ class CombBlurFit {
   CombBlurFit(std::vector<Sample> samples, std::size_t tiles, double both, double camera, double camera_sigma)
       : samples_(std::move(samples)),
         tiles_(tiles, Eigen::Vector2d(1, 0)),
-        blur_(both, camera),
+        blur_(std::clamp(both, kLeastBoth, kMostBoth), camera),
         prior_(camera),
         prior_variance_(camera_sigma * camera_sigma) {}
 
@@ -286,9 +287,9 @@ class CombBlurFit {
     covariance_ = solved * scatter * solved;
     for (std::size_t t = 0; t < sums.size(); ++t)
       tiles_[t] += inverse[t] * (sums[t].right.head<2>() - sums[t].normal.topRightCorner<2, 2>() * change);
-    blur_[0] = std::clamp(blur_[0] + change[0], std::max(kLeastBoth, 0.5 * blur_[0]),
-                          std::min(kMostBoth, 2 * blur_[0]));
-    blur_[1] = std::clamp(blur_[1] + change[1], 0.5 * blur_[1], std::min(2 * blur_[1], blur_[0]));
+    blur_[0] =
+        std::clamp(std::clamp(blur_[0] + change[0], 0.5 * blur_[0], 2 * blur_[0]), kLeastBoth, kMostBoth);
+    blur_[1] = std::min(std::clamp(blur_[1] + change[1], 0.5 * blur_[1], 2 * blur_[1]), blur_[0]);
   }
 
   std::vector<Sample> samples_;

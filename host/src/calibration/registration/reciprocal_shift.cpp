@@ -68,6 +68,7 @@ std::vector<Shown> shown_by(const std::vector<Tile>& tiles, Grid grid) {
 
 void leave_out_outliers(std::vector<Shown>& shown) {
   std::vector<double> shifts;
+  shifts.reserve(shown.size());
   for (const Shown& s : shown) shifts.push_back(s.shift);
   const double middle = median(shifts), sigma = robust_sigma(shifts, middle);
   std::erase_if(shown, [&](const Shown& s) { return std::abs(s.shift - middle) > kOutlier * sigma; });
