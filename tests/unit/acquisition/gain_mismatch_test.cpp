@@ -80,8 +80,7 @@ TEST(GainMismatch, is_the_true_one) {
   }
 }
 
-// Errors between pixels are those of the gain: ½ (ε_i + ε_j). Without the mismatch, the estimate is a tenth
-// of it.
+// Errors between pixels are those of the gain: ½ (ε_i + ε_j).
 TEST(GainMismatch, is_part_of_the_estimated_errors) {
   const Seen seen = captured({0, 0, -0.1, 0});
   const TransportErrors& said = *seen.result.estimated;
