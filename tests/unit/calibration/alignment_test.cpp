@@ -267,5 +267,15 @@ TEST(Alignment, counts_pixels_that_are_too_bright) {
   EXPECT_EQ(alignment_patterns({11, 64}).error().code, ErrorCode::limit);
 }
 
+// A point is lit from all views, so stripes would give any map.
+TEST(Alignment, refuses_several_views) {
+  const auto rig = open_virtual_rig("sim:views2?size=32x32&fine=2&camera=128x128");
+  ASSERT_TRUE(rig.ok());
+  const auto refused = measure_alignment(**rig);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::bad_argument);
+  EXPECT_NE(refused.error().line().find("4 views"), std::string::npos) << refused.error().line();
+}
+
 }  // namespace
 }  // namespace symrig::alignment_test

@@ -131,15 +131,6 @@ TEST(Registration, refuses_a_camera_that_is_too_coarse) {
   EXPECT_TRUE(register_camera(**rig, forced).ok());
 }
 
-TEST(Registration, refuses_a_rig_of_several_views) {
-  const auto rig = open_virtual_rig(std::string("sim:views2?size=32x32") + kBench);
-  ASSERT_TRUE(rig.ok());
-  const auto refused = register_camera(**rig);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::bad_argument);
-  EXPECT_NE(refused.error().line().find("4 views"), std::string::npos) << refused.error().line();
-}
-
 // With a blur of three cells the map is wrong by half a cell, which two halves of the edges do not show.
 TEST(Registration, refuses_a_picture_that_is_not_in_focus) {
   const auto rig =

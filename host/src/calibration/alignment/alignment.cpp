@@ -251,6 +251,12 @@ Result<Alignment> find_alignment(Grid cells, std::span<const Radiance> photograp
 }
 
 Result<Alignment> measure_alignment(Probe& rig) {
+  if (!rig.views().single())
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("a rig of {} views cannot be aligned: a point is lit from all of them, so wide "
+                             "stripes do not tell where a pixel looks",
+                             rig.views().count()),
+                 "align projector and camera without the mirrors; symrig calibrate takes all views"};
   SYMRIG_TRY(const std::vector<Pattern> patterns, alignment_patterns(rig.grid()));
   const std::int64_t before = rig.cost().photographs;
   SYMRIG_TRY(const std::vector<Radiance> photographs, rig.measure(patterns));

@@ -3,9 +3,11 @@
 
 #include "calibration/registration/comb_blur.hpp"
 #include "calibration/registration/comb_pairs.hpp"
+#include "calibration/registration/fitted_maps.hpp"
 #include "calibration/registration/ghost_subtraction.hpp"
 #include "calibration/registration/photograph_each.hpp"
 #include "calibration/registration/reciprocal_shift.hpp"
+#include "calibration/registration/register_views.hpp"
 #include "calibration/registration/shared_grid.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
@@ -19,16 +21,14 @@
 
 namespace symrig {
 
+using calibration::check_maps;
+using calibration::fit_maps;
 using calibration::ShiftField;
 
 namespace {
 
 /// Errors of the map are normal, so nearly none is three times the rms.
 constexpr double kMarginErrors = 3;
-/// [cells] Of the map. A core would have to keep 0.3 cells from each border, so only its middle would be
-/// left.
-constexpr double kLargestError = 0.1;
-
 /// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
 constexpr double kLeastBlur = 0.02;
 /// Of OpticsBlur::far. A blur of 0.2 cells gives less than 0.02, and indirect light in sharp grooves 0.01.
@@ -191,45 +191,6 @@ Result<void> add_reciprocity(const CombPhotographs& combs, Registration& found) 
   return {};
 }
 
-/// Maps and shares from photographs of the Gray code.
-Result<void> fit_maps(std::span<const Radiance> photographs, Registration& found) {
-  SYMRIG_TRY(std::vector<CameraLook> looks, fit_camera_maps(found.cells, photographs));
-  found.maps.clear();
-  found.shares = Image<float>(found.camera(), 2 * static_cast<int>(looks.size()));
-  for (CameraLook& look : looks) {
-    for (int axis = 0; axis < 2; ++axis)
-      std::ranges::copy(look.shares.plane(axis),
-                        found.shares.plane(2 * static_cast<int>(found.maps.size()) + axis).begin());
-    found.maps.push_back(std::move(look.map));
-  }
-  return {};
-}
-
-Result<void> check_map(const Registration& found, const RegistrationOptions& options) {
-  if (!(found.error() <= kLargestError))
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the stripes give a map with an error of {:.2f} cells, and {:.1f} is the most that helps",
-                    found.error(), kLargestError),
-        "focus camera and projector, expose longer, or look for mirrors in the scene"};
-  double width = 0;
-  for (const CameraMap& map : found.maps) width = std::max(width, map.edge_width());
-  if (width > options.widest_edge)
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the borders of cells are blurred over {:.1f} cells, and {:.1f} is the most that helps",
-                    width, options.widest_edge),
-        "focus camera and projector, or make the cells larger"};
-  const double pixels = found.pixels_per_cell();
-  if (pixels < options.least_pixels)
-    return Error{ErrorCode::limit,
-                 fmt::format("the camera has {:.2f} pixels along the side of a cell, and {:.1f} are needed",
-                             pixels, options.least_pixels),
-                 fmt::format("make the cells {:.1f} times as large, or move the camera closer",
-                             std::ceil(10 * options.least_pixels / pixels) / 10)};
-  return {};
-}
-
 /// Pixels beyond the cells see little but the ghost: they tell where that is, not where they look. The ghost
 /// is known to some hundredths, so half of a pixel's light of its own is enough. flood: with the ghost;
 /// plain: without.
@@ -273,7 +234,7 @@ Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& 
   found.flood = mean_flood(GrayCode(found.cells), photographs);
   SYMRIG_CHECK(fit_maps(photographs, found));
   SYMRIG_CHECK(add_ghost(rig, found, photographs, options.progress));
-  SYMRIG_CHECK(check_map(found, options));
+  SYMRIG_CHECK(check_maps(found, options));
   return found;
 }
 
@@ -339,19 +300,15 @@ Result<CellWeights> Registration::bare_weights() const {
 }
 
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
-  if (rig.views().count() != 1)
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("a rig of {} views cannot be registered: a point is lit from all of them",
-                             rig.views().count()),
-                 "register a rig of one view"};
   const std::int64_t before = rig.cost().photographs;
-  const bool shared = rig.camera_grid() == rig.grid();
-  SYMRIG_TRY(Registration found,
-             shared ? calibration::register_shared_grid(rig, options) : register_own_pixels(rig, options));
+  const bool shared = rig.camera_grid() == rig.grid(), one_view = rig.views().single();
+  SYMRIG_TRY(Registration found, shared     ? calibration::register_shared_grid(rig, options)
+                                 : one_view ? register_own_pixels(rig, options)
+                                            : calibration::register_views(rig, options));
   found.rig = rig.describe();
   SYMRIG_CHECK(add_stripes(rig, found));
   CombPhotographs combs;
-  if (!shared && found.edge_blur() > kLeastBlur) {
+  if (!shared && one_view && found.edge_blur() > kLeastBlur) {
     SYMRIG_TRY(combs, photograph_combs(rig, options.progress));
     SYMRIG_CHECK(add_blur(combs, found));
   }

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/calibration/gray_code.hpp"
+#include "symrig/image/image.hpp"
+#include "symrig/image/outline.hpp"
+#include "symrig/image/radiance.hpp"
+#include "symrig/image/view_layout.hpp"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace symrig::calibration {
+
+/// Which of several views each camera pixel belongs to: it looks at cells of that view's tile. Light from
+/// that tile comes back to it along its own path. All other light that it gets is indirect, or comes from
+/// another view.
+class OwnViews {
+ public:
+  /// From Gray codes that were shown in one view after another.
+  ///
+  /// A pixel that is lit from V views decodes V cells, and one of them is its own. Camera and projector share
+  /// an axis, so the map of own cells is smooth over the whole picture, whatever the scene is. The cells of
+  /// other views form no such map, or one that ends a tile earlier. So the affine map that most pixels agree
+  /// with is searched by samples of three pixels [Fischler81], and refined with perspective and distortion.
+  /// by_view: for each view, the photographs of all patterns of `code`.
+  /// fails: bad_value (too few pixels agree on one map).
+  static Result<OwnViews> find(const GrayCode& code, ViewLayout views,
+                               std::span<const std::vector<Radiance>> by_view);
+  /// From the maps of the channels. margin: pixels that look closer than this to the border of two views
+  /// belong to none [cells].
+  OwnViews(Grid cells, ViewLayout views, std::span<const CornerMap> maps, double margin);
+
+  /// Each pixel as its own view alone shows it. A pixel that belongs to none is invalid.
+  Radiance compose(std::span<const Radiance> by_view) const;
+
+ private:
+  Image<std::uint16_t> own_;  // 1 + the number of the view, or 0: none; on the camera's grid
+};
+
+}  // namespace symrig::calibration

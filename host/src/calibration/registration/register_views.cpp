@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/registration/register_views.hpp"
+
+#include "calibration/registration/fitted_maps.hpp"
+#include "calibration/registration/own_views.hpp"
+#include "calibration/registration/photograph_each.hpp"
+#include "calibration/registration/view_by_view.hpp"
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::calibration {
+namespace {
+
+/// Of the flood-lit scene. Its noise is in all cells of all photographs.
+constexpr int kFloods = 4;
+/// For each view, the photographs of all patterns.
+Result<std::vector<std::vector<Radiance>>> code_by_view(ViewByView& by_view,
+                                                        std::span<const Pattern> patterns,
+                                                        const Progress& progress) {
+  std::vector<std::vector<Radiance>> photographs(by_view.views());
+  const auto count = static_cast<std::int64_t>(patterns.size());
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    if (progress && !progress({"Gray code, view by view", static_cast<std::int64_t>(k), count, kNoneToCome}))
+      return Error{ErrorCode::interrupted,
+                   fmt::format("calibration stopped at pattern {} of {} of the Gray code", k + 1, count),
+                   "run it again"};
+    SYMRIG_TRY(auto seen, by_view.measure(patterns[k]));
+    for (std::size_t view = 0; view < seen.size(); ++view) photographs[view].push_back(std::move(seen[view]));
+  }
+  return photographs;
+}
+
+/// Each photograph as every pixel's own view alone shows it.
+std::vector<Radiance> composed(const OwnViews& own, std::span<const std::vector<Radiance>> by_view) {
+  std::vector<Radiance> photographs;
+  photographs.reserve(by_view.front().size());
+  for (std::size_t k = 0; k < by_view.front().size(); ++k) {
+    std::vector<Radiance> of_pattern;
+    of_pattern.reserve(by_view.size());
+    for (const auto& view : by_view) of_pattern.push_back(view[k]);
+    photographs.push_back(own.compose(of_pattern));
+  }
+  return photographs;
+}
+
+/// The mean of several photographs of the flood-lit scene.
+Result<Radiance> mean_flood_lit(Probe& rig, const Progress& progress) {
+  const std::vector<Pattern> white(kFloods, Pattern(rig.grid(), 1, 1.F));
+  SYMRIG_TRY(const auto photographs, photograph_each(rig, white, "flood-lit scene", progress));
+  Radiance mean = photographs.front();
+  for (std::size_t i = 0; i < mean.mean.values().size(); ++i) {
+    float sum = 0, variance = 0;
+    bool valid = true;
+    for (const Radiance& one : photographs) {
+      sum += one.mean.values()[i], variance += one.variance.values()[i];
+      valid = valid && one.valid.values()[i] != 0;
+    }
+    mean.valid.values()[i] = valid ? 1 : 0;
+    mean.mean.values()[i] = valid ? sum / kFloods : 0;
+    mean.variance.values()[i] = valid ? variance / (kFloods * kFloods) : 0;
+  }
+  return mean;
+}
+
+}  // namespace
+
+Result<Registration> register_views(Probe& rig, const RegistrationOptions& options) {
+  Registration found;
+  found.cells = rig.grid();
+  const GrayCode code(found.cells);
+  ViewByView lit(rig);
+  SYMRIG_TRY(const auto by_view, code_by_view(lit, gray_code_patterns(found.cells), options.progress));
+  SYMRIG_TRY(found.flood, mean_flood_lit(rig, options.progress));
+  SYMRIG_TRY(OwnViews own, OwnViews::find(code, rig.views(), by_view));
+  // The first map leaves out a strip at the borders of views, and shows which pixels really cross them.
+  for (int round = 0; round < 2; ++round) {
+    SYMRIG_CHECK(fit_maps(composed(own, by_view), found));
+    own = OwnViews(found.cells, rig.views(), found.corners(), 0);
+  }
+  SYMRIG_CHECK(check_maps(found, options));
+  return found;
+}
+
+}  // namespace symrig::calibration
