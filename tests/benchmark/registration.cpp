@@ -13,6 +13,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -154,11 +155,13 @@ Result<void> compare(const std::string& scene, const Compared& how) {
   return {};
 }
 
-int run(int size, int seed, const Compared& how) {
+/// only: a scene, or empty for all.
+int run(int size, int seed, const Compared& how, std::string_view only) {
   fmt::print("{}x{} cells, seed {}: {} compared with '{}'\n", size, size, seed, how.bench, how.ideal);
   fmt::print("{:<18} {:>5} {:>5} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>6} {:>6}   {:>7} {:>7}\n", "scene",
              "ideal", "bench", "ratio", "frob", "bench", "indir", "ratio", "bar", "ratio", "map", "stated");
   for (const std::string_view name : scene_names()) {
+    if (!only.empty() && only != name) continue;
     const std::string scene = fmt::format("sim:{}?size={}x{}&fine=4&seed={}", name, size, size, seed);
     if (const auto done = compare(scene, how); !done) fmt::print("{:<18} {}\n", name, done.error().line());
   }
@@ -296,6 +299,79 @@ int run_pixels(int size) {
   return 0;
 }
 
+/// Squares of light by the distance from the lit cells: the lit cells, their neighbours, other cells of the
+/// part of the grid where cells are lit, and the rest.
+using ByDistance = std::array<double, 4>;
+
+/// The cells of these patterns that are lit are eight apart, in a quarter of the grid.
+Pattern dots(Grid cells, int number) {
+  Pattern pattern(cells);
+  for (int row = number * 5 % 8; row < cells.rows / 2; row += 8)
+    for (int col = number * 3 % 8; col < cells.cols / 2; col += 8) pattern.at(row, col) = 1;
+  return pattern;
+}
+
+std::size_t distance_class(const Pattern& lit, int row, int col) {
+  const Grid cells = lit.grid();
+  if (lit.at(row, col) > 0) return 0;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, cells.rows - 1); ++r)
+    for (int c = std::max(col - 1, 0); c <= std::min(col + 1, cells.cols - 1); ++c)
+      if (lit.at(r, c) > 0) return 1;
+  return row < cells.rows / 2 && col < cells.cols / 2 ? 2 : 3;
+}
+
+/// Adds the squares of a photograph's first channel, or of its difference from another.
+void add_squares(const Pattern& lit, const Image<float>& photograph, const Image<float>* less,
+                 ByDistance& sums) {
+  for (int row = 0; row < lit.grid().rows; ++row)
+    for (int col = 0; col < lit.grid().cols; ++col) {
+      const float off = photograph.at(row, col) - (less != nullptr ? less->at(row, col) : 0.F);
+      sums[distance_class(lit, row, col)] += static_cast<double>(off * off);
+    }
+}
+
+/// What the weights alone err: exact map, no noise.
+Result<void> compare_by_distance(const std::string& scene) {
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene));
+  SYMRIG_TRY(const Registration found, register_camera(*rig));
+  const auto corners = rig->exact_corners();
+  constexpr int kPatterns = 8;
+  ByDistance light{};
+  for (int k = 0; k < kPatterns; ++k)
+    add_squares(dots(found.cells, k), rig->truth().apply(dots(found.cells, k)), nullptr, light);
+  for (const Weighting weighting : {Weighting::area, Weighting::cores}) {
+    const WeightOptions options{.weighting = weighting, .margin = found.margin()};
+    SYMRIG_TRY(const CellWeights weights,
+               CellWeights::make(found.cells, corners, found.flood, options, &found.shares));
+    ByDistance errors{};
+    for (int k = 0; k < kPatterns; ++k) {
+      const Pattern lit = dots(found.cells, k);
+      SYMRIG_TRY(const auto photograph, rig->measure({&lit, 1}));
+      SYMRIG_TRY(const Radiance cells, weights.gather(photograph.front()));
+      const Image<float> ideal = rig->truth().apply(lit);
+      add_squares(lit, cells.mean, &ideal, errors);
+    }
+    fmt::print("{:<18} {:<7}", rig->uri().name, to_string(weighting));
+    for (std::size_t k = 0; k < light.size(); ++k)
+      fmt::print("   {:6.4f} {:6.4f}", std::sqrt(light[k] / light[0]), std::sqrt(errors[k] / light[0]));
+    fmt::print("\n");
+    (void)std::fflush(stdout);
+  }
+  return {};
+}
+
+int run_distance(int size, const std::string& bench) {
+  fmt::print("{0}x{0} cells, seed 1, no noise: light and its error, both of the lit cells' light\n", size);
+  fmt::print("{:<18} {:<7}   {:<13}   {:<13}   {:<13}   {:<13}\n", "scene", "weights", "lit cells",
+             "next to them", "near", "far");
+  for (const std::string_view name : scene_names())
+    if (const auto done =
+            compare_by_distance(fmt::format("sim:{}?size={}x{}&fine=4&noise=off{}", name, size, size, bench));
+        !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  return 0;
+}
+
 /// How long a photograph of 2048x1536 pixels and three channels takes to become cells, best of ten.
 int run_time() {
   const Grid camera{1536, 2048}, cells{384, 512};
@@ -323,10 +399,10 @@ int run_time() {
 }
 
 constexpr const char* kUsage =
-    "usage: benchmark_registration [A | B | C | map | estimates-A | estimates-B | estimates-C [SIZE "
-    "[SEED]]]\n"
+    "usage: benchmark_registration [A | B | C [SIZE [SEED [SCENE]]]]\n"
+    "       benchmark_registration map | estimates-A | estimates-B | estimates-C [SIZE [SEED]]\n"
     "       benchmark_registration gain [SIZE [SEED [PLANTED]]]\n"
-    "       benchmark_registration moved | pixels [SIZE]\n"
+    "       benchmark_registration moved | pixels | distance [SIZE]\n"
     "       benchmark_registration blur | time\n"
     "SIZE: from 8 to 1024, default 64\n";
 
@@ -343,18 +419,20 @@ int main(int argc, char** argv) {
     (void)std::fputs(kUsage, stderr);
     return 2;
   }
+  const std::string_view only = argc > 4 ? argv[4] : "";
   if (what == "blur") return run_blur();
   if (what == "time") return run_time();
   if (what == "moved") return run_moved(size);
   if (what == "pixels") return run_pixels(size);
   const std::string bench = bench_of(size);
-  if (what == "A") return run(size, seed, {"", bench, false});
+  if (what == "distance") return run_distance(size, bench);
+  if (what == "A") return run(size, seed, {"", bench, false}, only);
   // Blur costs patterns in every rig, so the rig to compare with has the same.
   const std::string blurred = bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
-  if (what == "B") return run(size, seed, {"&defocus=0.3,0.3", blurred, true});
+  if (what == "B") return run(size, seed, {"&defocus=0.3,0.3", blurred, true}, only);
   if (what == "map") return run_map(size, seed, blurred);
   const std::string ghost = blurred + "&ghost=0.01@4.3,-2.6";
-  if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", ghost, true});
+  if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", ghost, true}, only);
   // Cores refer to the ideal T, so what a camera pixel does not show of a cell is in the true error.
   if (what == "estimates-A") return run_estimates(size, seed, bench, false, 0);
   if (what == "estimates-B") return run_estimates(size, seed, blurred, true, 0);
