@@ -34,6 +34,11 @@ TEST_F(RegistrationCommand, two_commands_capture_a_bench) {
   // The bars of the registration's benchmark.
   EXPECT_LT(errors.at("error").at("frobenius").get<double>(), 0.03);
   EXPECT_LT(errors.at("error_ideal").at("frobenius").get<double>(), 0.03);
+  // What calibrate told in advance is right within a factor of 2.
+  const double expected = r.at("expected_indirect").at("surfaces").get<double>();
+  const double indirect = errors.at("error_ideal").at("indirect").get<double>();
+  EXPECT_LT(indirect, 2 * expected);
+  EXPECT_GT(indirect, expected / 2);
 }
 
 TEST_F(RegistrationCommand, a_ghost_is_named) {

@@ -2,6 +2,7 @@
 #include "symrig/report/registration_summary.hpp"
 
 #include "report/json_text.hpp"
+#include "symrig/calibration/expected_errors.hpp"
 #include "symrig/report/text.hpp"
 
 #include <cmath>
@@ -45,6 +46,9 @@ std::string registration_json(const RegistrationSummary& summary) {
                      {"cells_seen", summary.weights.valid_cells()},
                      {"cells_by_area", summary.weights.cells_without_core()},
                      {"noise_share", summary.weights.noise_share()}};
+  const auto expected = expected_indirect(r);
+  json["expected_indirect"] =
+      expected ? Json{{"surfaces", expected->surfaces}, {"scattering", expected->scattering}} : Json(nullptr);
   json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
                   {"veil", r.gain.veil},   {"veil_sigma", r.gain.veil_sigma},  {"pairs", r.gain.pairs}};
   json["blur"] = {{"edges", r.edge_blur()},
@@ -146,6 +150,12 @@ std::string registration_text(const RegistrationSummary& summary) {
         r.margin(), weights.noise_share());
   else
     lines += blur_text(r.blur, weights);
+  if (const auto expected = expected_indirect(r))
+    lines += fmt::format(
+        "expect an error of the indirect light of about {} on surfaces, and of up to {} in translucent "
+        "scenes "
+        "and mirrors; more pixels a cell make it smaller\n",
+        percent(expected->surfaces), percent(expected->scattering));
   if (r.reciprocity.measured)
     lines += fmt::format(
         "map corrected by reciprocity: {:.4f} cells rms along an axis; {:.4f} are not known of it\n",
