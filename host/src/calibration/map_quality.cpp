@@ -2,6 +2,7 @@
 #include "symrig/calibration/map_quality.hpp"
 
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -112,11 +113,8 @@ class RobustFit {
     }
     // The median distance of a two-dimensional normal distribution is 1.1774 sigmas. The lower limit is for
     // exact maps.
-    const double limit = 4.685 * std::max(median_distance(all, scratch_) / 1.1774, 0.02);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const double u = all[i].distance / limit;
-      weight_[i] = u < 1 ? (1 - u * u) * (1 - u * u) : 0;
-    }
+    const double sigma = std::max(median_distance(all, scratch_) / 1.1774, 0.02);
+    for (std::size_t i = 0; i < all.size(); ++i) weight_[i] = tukey_weight(all[i].distance / sigma);
   }
 
   double outlier_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/tukey.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/image/outline.hpp"
 
@@ -17,7 +18,7 @@ struct PositionBlock {
   /// [projector px] Error that neighbouring pixels have in common, by paint and by the shape of the
   /// footprint. The decoder's sigmas do not contain it. At this value, Tukey's biweight reaches half a
   /// projector pixel.
-  static constexpr double kCommon = 0.5 / 4.685;
+  static constexpr double kCommon = 0.5 / kTukeyReach;
 
   Point at;                          ///< the weighted middle of its decoded pixels
   std::array<double, 2> position{};  ///< column, row of the projector [px]

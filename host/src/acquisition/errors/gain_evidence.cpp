@@ -2,6 +2,7 @@
 #include "acquisition/errors/gain_evidence.hpp"
 
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,8 +26,6 @@ constexpr double kPriorShape = 0.5, kPriorVeil = 0.02;
 /// Other light in the photographs of a node: the least relative error of a sum.
 constexpr double kLeastMisfit = 1e-3;
 constexpr int kRounds = 8;
-/// A ratio that is this many sigmas off does not count (Tukey's biweight).
-constexpr double kTukey = 4.685;
 
 double sum(std::span<const float> values) {
   return std::accumulate(values.begin(), values.end(), 0.0);
@@ -35,10 +34,6 @@ double sum(std::span<const float> values) {
 bool touch(const Block& a, const Block& b) {
   return a.row <= b.row + b.rows && b.row <= a.row + a.rows && a.col <= b.col + b.cols &&
          b.col <= a.col + a.cols;
-}
-
-double tukey(double u) {
-  return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
 }
 
 }  // namespace
@@ -118,7 +113,7 @@ GainMismatch GainEvidence::fit() const {
     Unknowns right = -normal * found;
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       const double variance = pairs_[k].variance + misfit * misfit;
-      const double weight = tukey(off[k] / (kTukey * std::sqrt(variance))) / variance;
+      const double weight = tukey_weight(off[k] / std::sqrt(variance)) / variance;
       const Unknowns slope(pairs_[k].slope.data());
       normal += weight * slope * slope.transpose();
       scatter += std::pow(weight * off[k], 2) * slope * slope.transpose();

@@ -5,6 +5,7 @@
 #include "calibration/alignment/edge_focus.hpp"
 #include "calibration/registration/perspective_map.hpp"
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 
 #include <algorithm>
@@ -83,11 +84,8 @@ PerspectiveMap fit_robustly(Grid camera, std::vector<SeenCoordinate>& seen) {
     std::vector<double> sizes;
     sizes.reserve(seen.size());
     for (const SeenCoordinate& one : seen) sizes.push_back(std::abs(off(map, one)));
-    const double reach = 4.685 * std::max(1.4826 * median(sizes), 1e-6);
-    for (SeenCoordinate& one : seen) {
-      const double u = off(map, one) / reach;
-      one.weight = std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
-    }
+    const double sigma = std::max(1.4826 * median(sizes), 1e-6);
+    for (SeenCoordinate& one : seen) one.weight = tukey_weight(off(map, one) / sigma);
     map.fit(seen);
   }
   return map;

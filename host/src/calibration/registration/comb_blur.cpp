@@ -2,6 +2,7 @@
 #include "calibration/registration/comb_blur.hpp"
 
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 
 #include <algorithm>
 #include <array>
@@ -32,8 +33,6 @@ constexpr int kOrders = 5;
 constexpr int kCombRounds = 8;
 /// What the model leaves, as a share of the flood-lit light, in the first round and at the least.
 constexpr double kFirstMisfit = 0.02, kLeastMisfit = 1e-4;
-/// A pixel that is this many sigmas off does not count (Tukey's biweight).
-constexpr double kCombTukey = 4.685;
 /// [cells²] Of both blurs together.
 constexpr double kLeastBoth = 1e-3, kMostBoth = 1;
 
@@ -252,10 +251,9 @@ class CombBlurFit {
         const Row row = row_of(s, k);
         const double variance =
             s.variance[static_cast<std::size_t>(k)] + misfit_ * misfit_ * s.flood[0] * s.flood[0];
-        const double u = row.left / (kCombTukey * std::sqrt(variance));
+        const double weight = tukey_weight(row.left / std::sqrt(variance)) / variance;
         if (k == 0) shares.push_back(row.left / s.flood[0]);
-        if (std::abs(u) >= 1) continue;
-        const double weight = std::pow(1 - u * u, 2) / variance;
+        if (weight == 0) continue;
         sums[s.tile].normal += weight * row.columns * row.columns.transpose();
         sums[s.tile].right += weight * row.left * row.columns;
       }

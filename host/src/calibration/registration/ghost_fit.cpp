@@ -4,6 +4,7 @@
 #include "calibration/registration/ghost_search.hpp"
 #include "calibration/registration/ghost_subtraction.hpp"
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 #include "symrig/calibration/ghost.hpp"
 
 #include <algorithm>
@@ -25,8 +26,6 @@ constexpr double kStep = 0.25;
 /// [cells] The place moves at most so far in a round.
 constexpr double kMostMotion = 0.5;
 constexpr int kFitRounds = 10;
-/// A residual that is this many sigmas off does not count (Tukey's biweight).
-constexpr double kTukey = 4.685;
 
 /// A dark pixel under one pattern.
 struct Row {
@@ -135,9 +134,8 @@ Eigen::Vector3d regress(const std::vector<Row>& rows, double share, bool slopes)
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const double u = sigma > 0 ? off[k].first / (kTukey * sigma) : 0;
-    if (u >= 1) continue;
-    const double weight = std::pow(1 - u * u, 2);
+    const double weight = sigma > 0 ? tukey_weight(off[k].first / sigma) : 1;
+    if (weight == 0) continue;
     Eigen::Vector3d light = rows[k].light;
     if (!slopes) light.tail<2>().setZero();
     normal += weight * light * light.transpose();

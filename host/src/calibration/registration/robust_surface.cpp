@@ -2,6 +2,7 @@
 #include "calibration/registration/robust_surface.hpp"
 
 #include "symrig/base/quantile.hpp"
+#include "symrig/base/tukey.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +11,6 @@
 
 namespace symrig::calibration {
 namespace {
-
-/// How much a value counts that is this many robust sigmas off.
-double tukey(double off) {
-  const double u = off / 4.685;
-  return std::abs(u) < 1 ? std::pow(1 - u * u, 2) : 0;
-}
 
 /// |value − surface| in units of what the weights say.
 std::vector<double> distances(const SplineSurface& surface, std::span<const SeenValue> values) {
@@ -39,7 +34,7 @@ std::optional<RobustFit> fit_robustly(SplineSurface& surface, std::span<const Se
     std::vector<double> sorted = off;
     fit = {std::max(1.4826 * median(sorted), least_sigma), 0};
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const double keep = tukey(off[i] / fit.sigma);
+      const double keep = tukey_weight(off[i] / fit.sigma);
       weighted[i].weight = values[i].weight * keep;
       fit.left_out += keep == 0 ? 1 : 0;
     }
