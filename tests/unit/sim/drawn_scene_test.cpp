@@ -106,6 +106,20 @@ TEST(RandomScene, is_applied_as_its_columns_say) {
   }
 }
 
+// The keys that act on every scene: more points a cell, blur, and a camera of its own.
+TEST(RandomScene, takes_the_keys_of_all_scenes) {
+  const auto scene = scene_of(uri(9, "14x17", "&fine=3&psf=0.1"));
+  const DenseTransport t = form(*scene);
+  const float largest = *std::max_element(t.columns.begin(), t.columns.end());
+  for (std::size_t i = 0; i < t.n; ++i)
+    for (std::size_t j = 0; j < i; ++j) ASSERT_NEAR(t.entry(i, j), t.entry(j, i), 1e-6F * largest);
+  const Image<float> flood = flood_lit(*scene);
+  EXPECT_LE(*std::max_element(flood.values().begin(), flood.values().end()), 1.F);
+  const auto bench = parse_scene_uri("sim:random?size=16x16&fine=2&camera=40x40&parallax=1&defocus=0.3,0.2");
+  ASSERT_TRUE(bench.ok());
+  EXPECT_TRUE(make_scene(*bench).ok());
+}
+
 TEST(RandomScene, differs_between_any_two_seeds) {
   std::set<std::vector<float>> seen;
   for (int seed = 1; seed <= kSeeds; ++seed) {

@@ -94,8 +94,8 @@ TEST(RigProfiles, dim_needs_ten_times_the_light_time_of_screen60) {
   EXPECT_NEAR(ten_photographs("screen60", "&light=0.1").time.light, dim.time.light, 1e-6 * dim.time.light);
 }
 
-// A pattern waits for a refresh of 0.7 ms, and one more passes until the pulse that asks for it has ended. A frame
-// takes 5 ms instead of 16.7 ms.
+// A pattern waits for a refresh of 0.7 ms, and one more passes until the pulse that asks for it has ended. A
+// frame takes 5 ms instead of 16.7 ms.
 TEST(RigProfiles, video_waits_less) {
   const Spent screen = ten_photographs("screen60"), video = ten_photographs("video");
   EXPECT_LT(video.time.projector, 11 * 2.0 / 1440);  // ten patterns and a reference
