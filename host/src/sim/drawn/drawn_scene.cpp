@@ -172,6 +172,7 @@ std::unique_ptr<Transport> channel_of(const std::shared_ptr<const Stage>& stage,
 std::vector<std::unique_ptr<Transport>> drawn_scene(const SceneUri& uri) {
   const auto stage = std::make_shared<const Stage>(uri.seed, uri.size);
   std::vector<std::unique_ptr<Transport>> channels;
+  channels.reserve(static_cast<std::size_t>(uri.channels));
   for (int c = 0; c < uri.channels; ++c) channels.push_back(channel_of(stage, c, uri.indirect));
   return channels;
 }
