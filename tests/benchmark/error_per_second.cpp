@@ -107,7 +107,7 @@ int main(int argc, char** argv) {
   const std::string size = argc > 1 ? argv[1] : "64x64";
   const std::vector<std::string> profiles = split(argc > 2 ? argv[2] : "screen60");
   const std::string_view scenes = argc > 3 ? argv[3] : "all";
-  const int seed = argc > 4 ? std::atoi(argv[4]) : 7;
+  const int seed = argc > 4 ? static_cast<int>(std::strtol(argv[4], nullptr, 10)) : 7;
   fmt::print(
       "scene,size,profile,seed,way,patterns,frames,rig_seconds,light_seconds,camera_seconds,projector_"
       "seconds,"

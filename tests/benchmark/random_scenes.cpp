@@ -11,6 +11,9 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -74,6 +77,10 @@ void paste(const Image<float>& from, double power, int row, int col, Image<std::
     }
 }
 
+int number(const char* text) {
+  return static_cast<int>(std::strtol(text, nullptr, 10));
+}
+
 Image<float> one_point(const Scene& scene) {
   const Grid grid = scene.grid();
   Image<float> light(grid);
@@ -87,7 +94,7 @@ Image<float> one_point(const Scene& scene) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const int first = argc > 1 ? std::atoi(argv[1]) : 1, last = argc > 2 ? std::atoi(argv[2]) : 60;
+  const int first = argc > 1 ? number(argv[1]) : 1, last = argc > 2 ? number(argv[2]) : 60;
   const std::string size = argc > 3 ? argv[3] : "64x64";
   constexpr int kAcross = 5, kGap = 4;
   Image<std::uint8_t> picture;
@@ -107,8 +114,8 @@ int main(int argc, char** argv) {
   }
   if (argc <= 4) return 0;
   const auto bytes = encode_png(picture);
-  std::FILE* file = std::fopen(argv[4], "wb");
-  if (file == nullptr) return 4;
-  const bool written = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-  return std::fclose(file) == 0 && written ? 0 : 4;
+  std::ofstream file(argv[4], std::ios::binary);
+  std::copy(bytes.begin(), bytes.end(), std::ostreambuf_iterator<char>(file));
+  file.close();
+  return file ? 0 : 4;
 }

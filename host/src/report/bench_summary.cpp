@@ -97,6 +97,7 @@ BenchSummary summary_of(const BenchRun& run, const std::string& profile, Grid si
 
 std::vector<BenchSummary> summarize(const BenchRun& run) {
   std::vector<BenchSummary> all;
+  all.reserve(run.plan.profiles.size() * run.plan.sizes.size());
   for (const std::string& profile : run.plan.profiles)
     for (const Grid size : run.plan.sizes) all.push_back(summary_of(run, profile, size));
   return all;

@@ -76,6 +76,7 @@ KeyRow choice_key(std::string_view name, std::string_view meaning, Value SceneUr
 /// The name of one of the rig profiles.
 KeyRow profile_key(std::string_view name, std::string_view meaning, std::string SceneUri::*member) {
   std::vector<std::string_view> names;
+  names.reserve(rig_profiles().size());
   for (const RigProfile& profile : rig_profiles()) names.push_back(profile.name);
   const std::string values = fmt::format("{}", fmt::join(names, ", "));
   return {name, meaning, values,

@@ -207,7 +207,7 @@ TEST(RandomScene, draws_every_ingredient_in_both_halves) {
   }
 }
 
-Recipe two_balls(std::optional<Body> between) {
+Recipe two_balls(const std::optional<Body>& between) {
   Recipe recipe;
   recipe.bodies.push_back({Ball{{8, 8, 0}, 4}, {}, false});
   recipe.bodies.push_back({Ball{{24, 8, 0}, 4}, {}, false});

@@ -46,6 +46,7 @@ class EveryProfile : public testing::TestWithParam<std::string> {};
 
 std::vector<std::string> names() {
   std::vector<std::string> all;
+  all.reserve(rig_profiles().size());
   for (const RigProfile& one : rig_profiles()) all.emplace_back(one.name);
   return all;
 }

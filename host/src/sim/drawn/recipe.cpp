@@ -51,7 +51,10 @@ Chances draw_chances(Draws draws) {
   chances.translucent = draws.chance(0.5) ? 0.7 : 0;
   chances.speckled = draws.chance(0.6) ? 1 : 0;
   chances.brightest = draws.chance(0.75) ? 0.85 : draws.between(0.1, 0.5);
-  if (draws.chance(0.3)) chances.lowest_contrast = 0.5, chances.highest_contrast = 0.9;
+  if (draws.chance(0.3)) {
+    chances.lowest_contrast = 0.5;
+    chances.highest_contrast = 0.9;
+  }
   return chances;
 }
 
@@ -240,6 +243,7 @@ std::string ingredients(const Recipe& recipe) {
   add(counts.balls, "ball", "balls");
   add(counts.boxes, "box", "boxes");
   std::vector<std::string_view> spectra;
+  spectra.reserve(counts.spectra.size());
   for (const Spectrum one : counts.spectra) spectra.push_back(kSpectrumNames[static_cast<std::size_t>(one)]);
   parts.push_back(fmt::format("{}", fmt::join(spectra, " + ")));
   add(counts.fins, "fin", "fins");
