@@ -38,12 +38,15 @@ def name_of(row):
 
 
 def read(path):
-    """{profile: {scene: {way: row}}}, in the order of the file."""
+    """{profile: {scene: {way: row}}}, in the order of the file. Scenes without all ways are left out: the run was stopped."""
     all_rows = {}
     with open(path, encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             all_rows.setdefault(row["profile"], {}).setdefault(name_of(row), {})[row["way"]] = row
-    return all_rows
+    return {
+        profile: {scene: ways for scene, ways in scenes.items() if len(ways) == len(WAYS)}
+        for profile, scenes in all_rows.items()
+    }
 
 
 def table(head, rows):
@@ -78,7 +81,8 @@ def against_paper(profiles):
     """Ratios to `paper`: geometric mean, and the worst."""
     rows = []
     for profile, scenes in profiles.items():
-        for group, chosen in (("nine scenes", False), ("random 1-20", True)):
+        drawn = sum(scene.startswith("random") for scene in scenes)
+        for group, chosen in ((f"{len(scenes) - drawn} named", False), (f"{drawn} random", True)):
             for way in WAYS[1:]:
                 cells = []
                 for key in ("patterns", "rig_seconds", "frobenius", "indirect", "bar_indirect"):
