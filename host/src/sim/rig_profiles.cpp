@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace symrig::sim {
 namespace {
@@ -18,7 +19,7 @@ constexpr std::array kProfiles{
 };
 
 Nanoseconds duration(double seconds) {
-  return Nanoseconds{static_cast<std::int64_t>(1e9 * seconds + 0.5)};
+  return Nanoseconds{std::llround(1e9 * seconds)};
 }
 
 }  // namespace
