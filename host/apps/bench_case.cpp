@@ -31,6 +31,7 @@ Result<BenchedTensor> run_case(const BenchPlan& plan, const BenchCase& what, con
                        .frames = cost.frames,
                        .tensor_bytes = result.tensor.bytes(),
                        .rig_seconds = cost.rig_seconds,
+                       .rig_time = rig->rig().time(),
                        .process_seconds = result.process_seconds,
                        .merge_seconds = cost.merge_seconds,
                        .simulate_seconds = cost.simulate_seconds,

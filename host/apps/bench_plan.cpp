@@ -44,18 +44,21 @@ std::vector<std::string> algorithms_of(const BenchChoice& choice) {
   return names;
 }
 
-/// Parses one rig name per scene and size, so that names and numbers are checked as in every other command.
+/// Parses one rig name per scene, size and profile, so that names and numbers are checked as in every other
+/// command.
 Result<void> read_rigs(const BenchChoice& choice, BenchPlan& plan) {
   plan.scenes = scenes_of(choice);
+  if (!choice.profiles.empty()) plan.profiles = each_once(choice.profiles);
   for (const std::string& size : sizes_of(choice))
-    for (const std::string& scene : plan.scenes) {
-      const std::string rig =
-          fmt::format("sim:{}?size={}&noise={}&channels={}", scene, size, choice.noise, choice.channels);
-      SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
-      plan.camera_noise = uri.camera_noise;
-      plan.channels = uri.channels;
-      if (scene == plan.scenes.front()) plan.sizes.push_back(uri.size);
-    }
+    for (const std::string& scene : plan.scenes)
+      for (const std::string& profile : plan.profiles) {
+        const std::string rig = fmt::format("sim:{}?size={}&noise={}&channels={}&profile={}", scene, size,
+                                            choice.noise, choice.channels, profile);
+        SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+        plan.camera_noise = uri.camera_noise;
+        plan.channels = uri.channels;
+        if (scene == plan.scenes.front()) plan.sizes.push_back(uri.size);
+      }
   plan.sizes = each_once(plan.sizes);
   return {};
 }
@@ -165,6 +168,9 @@ void add_bench_choice(CLI::App& command, BenchChoice& choice) {
   };
   list("--scenes", choice.scenes, "Scenes, separated by commas (default: all)", "NAME,...");
   list("--size", choice.sizes, "Grid, rows x columns; can be repeated (default: 64x64)", "RxC");
+  list("--profiles", choice.profiles,
+       "Timing and light of the rig, separated by commas: values of the key profile (default: standard)",
+       "NAME,...");
   const std::string algorithms_help =
       fmt::format("Algorithms, separated by commas (default: {})", fmt::join(algorithms_of({}), ","));
   list("--algorithms", choice.algorithms, algorithms_help.c_str(), "NAME,...");

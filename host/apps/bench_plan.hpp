@@ -15,7 +15,7 @@ namespace symrig::apps {
 /// The options of `symrig bench` that choose the captures. Empty values mean the defaults, which --quick
 /// makes smaller.
 struct BenchChoice {
-  std::vector<std::string> scenes, sizes, algorithms, tolerances;
+  std::vector<std::string> scenes, sizes, algorithms, tolerances, profiles;
   std::optional<int> seeds;
   std::string noise = "camera";
   int channels = 1;

@@ -39,7 +39,7 @@ TEST_F(Bench, writes_the_table_four_ways) {
   EXPECT_EQ(count(outcome.out, "16x16 "), 14U) << outcome.out;
   EXPECT_EQ(count(outcome.out, "geometric means over 2 pairs"), 1U);
   EXPECT_EQ(count(read_text(path("b.csv")), "\n"), 15U);
-  EXPECT_EQ(count(read_text(path("b.html")), "role=\"img\""), 12U);
+  EXPECT_EQ(count(read_text(path("b.html")), "role=\"img\""), 18U);
   const nlohmann::json j = json("b.json");
   EXPECT_EQ(j.at("complete"), true);
   ASSERT_EQ(j.at("captures").size(), 14U);
@@ -70,6 +70,32 @@ TEST_F(Bench, a_capture_is_that_of_the_capture_command) {
     EXPECT_NEAR(same->at("rig_seconds").get<double>(), json("c.json").at("rig_seconds").get<double>(), 1e-5);
     EXPECT_EQ(same->at("error"), json("e.json").at("error")) << algorithm;
   }
+}
+
+// Without noise the photographs do not depend on exposures. So patterns and errors are those of the other
+// rig, and only the time differs.
+TEST_F(Bench, runs_every_capture_on_each_rig) {
+  const Outcome outcome = symrig({"bench", "--scenes", "random", "--size", "16x16", "--seeds", "1", "--noise",
+                                  "off", "--algorithms", "symrig", "--tolerances", "1e-3", "--no-memory",
+                                  "--profiles", "screen60,video", "--json", "b.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const nlohmann::json captures = json("b.json").at("captures");
+  ASSERT_EQ(captures.size(), 2U);
+  EXPECT_EQ(captures[0].at("profile"), "screen60");
+  EXPECT_EQ(captures[1].at("profile"), "video");
+  EXPECT_EQ(captures[0].at("patterns"), captures[1].at("patterns"));
+  EXPECT_GT(captures[0].at("rig_seconds").get<double>(), captures[1].at("rig_seconds").get<double>());
+  for (const nlohmann::json& one : captures) {
+    double sum = 0;
+    for (const nlohmann::json& part : one.at("rig_time")) sum += part.get<double>();
+    EXPECT_NEAR(sum, one.at("rig_seconds").get<double>(), 1e-6);
+  }
+}
+
+TEST_F(Bench, refuses_an_unknown_rig) {
+  const Outcome outcome = symrig({"bench", "--profiles", "cinema"});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(count(outcome.err, "cinema"), 1U) << outcome.err;
 }
 
 TEST_F(Bench, is_the_same_every_time) {

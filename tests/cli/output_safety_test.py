@@ -129,7 +129,7 @@ JOBS = [
 
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
---light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances
+--light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
 --compare --channel --plug --revision""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the

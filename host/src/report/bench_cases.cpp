@@ -36,11 +36,12 @@ void add_sweep(const BenchSweep& sweep, const BenchPlan& plan, BenchCase what,
 
 std::vector<BenchCase> bench_cases(const BenchPlan& plan) {
   std::vector<BenchCase> cases;
-  for (const Grid size : plan.sizes)
-    for (const std::string& scene : plan.scenes)
-      for (const int seed : plan.seeds)
-        for (const BenchSweep& sweep : plan.sweeps)
-          add_sweep(sweep, plan, {.scene = scene, .grid = size, .seed = seed}, cases);
+  for (const std::string& profile : plan.profiles)
+    for (const Grid size : plan.sizes)
+      for (const std::string& scene : plan.scenes)
+        for (const int seed : plan.seeds)
+          for (const BenchSweep& sweep : plan.sweeps)
+            add_sweep(sweep, plan, {.scene = scene, .grid = size, .seed = seed, .profile = profile}, cases);
   return cases;
 }
 
@@ -50,6 +51,7 @@ std::string bench_rig(const BenchPlan& plan, const BenchCase& what) {
   uri.size = what.grid;
   uri.seed = what.seed;
   uri.channels = plan.channels;
+  uri.profile = what.profile;
   uri.camera_noise = plan.camera_noise;
   if (!plan.camera_noise) uri.black = 0;  // as in a rig without noise
   return uri.to_string();

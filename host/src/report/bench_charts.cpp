@@ -91,13 +91,14 @@ double reference_error(const std::vector<const BenchCapture*>& captures, const E
   return line.empty() ? 0 : line.front().error;
 }
 
-std::string scene_chart(const BenchRun& run, const std::string& scene, Grid size, const CostAxis& cost,
-                        const ErrorAxis& error) {
+std::string scene_chart(const BenchRun& run, const std::string& scene, const BenchSummary& of,
+                        const CostAxis& cost, const ErrorAxis& error) {
   CurveChart chart{.title = scene, .cost_label = cost.label, .error_label = error.label, .series = {}};
   for (const Look& look : looks()) {
     std::vector<const BenchCapture*> captures;
     for (const BenchCapture& c : run.captures)
-      if (c.done() && c.what.scene == scene && c.what.grid == size && c.what.algorithm == look.algorithm)
+      if (c.done() && c.what.scene == scene && c.what.grid == of.grid && c.what.profile == of.profile &&
+          c.what.algorithm == look.algorithm)
         captures.push_back(&c);
     if (algorithm_info(look.algorithm).reference) chart.target = reference_error(captures, error);
     chart.series.push_back(series_of(look, captures, cost, error));
@@ -108,10 +109,11 @@ std::string scene_chart(const BenchRun& run, const std::string& scene, Grid size
 
 }  // namespace
 
-std::string bench_charts(const BenchRun& run, Grid size, const CostAxis& cost, const ErrorAxis& error) {
+std::string bench_charts(const BenchRun& run, const BenchSummary& of, const CostAxis& cost,
+                         const ErrorAxis& error) {
   std::vector<std::string> charts;
   for (const std::string& scene : run.plan.scenes)
-    charts.push_back("<figure>" + scene_chart(run, scene, size, cost, error) + "</figure>\n");
+    charts.push_back("<figure>" + scene_chart(run, scene, of, cost, error) + "</figure>\n");
   constexpr int kLeast = 310;  // CSS pixels: three in a row on a desktop screen, one on a phone
   return row_of(charts, kLeast);
 }

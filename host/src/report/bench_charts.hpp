@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/report/bench.hpp"
+#include "symrig/report/bench_summary.hpp"
 
 #include <string>
 
@@ -14,6 +15,7 @@ struct CostAxis {
 };
 inline constexpr CostAxis kPatternAxis{"patterns",
                                        [](const BenchCapture& c) { return static_cast<double>(c.patterns); }};
+inline constexpr CostAxis kRigAxis{"rig seconds", [](const BenchCapture& c) { return c.rig_seconds; }};
 inline constexpr CostAxis kSecondAxis{"seconds", [](const BenchCapture& c) { return c.capture_seconds(); }};
 
 struct ErrorAxis {
@@ -21,9 +23,10 @@ struct ErrorAxis {
   double TransportErrors::*of;
 };
 
-/// One chart for each scene, side by side. Each capture is a marker; each algorithm has a line (geometric
-/// mean over the seeds).
-std::string bench_charts(const BenchRun& run, Grid size, const CostAxis& cost, const ErrorAxis& error);
+/// One chart for each scene of a size and profile, side by side. Each capture is a marker; each algorithm has
+/// a line (geometric mean over the seeds).
+std::string bench_charts(const BenchRun& run, const BenchSummary& of, const CostAxis& cost,
+                         const ErrorAxis& error);
 
 /// The legend: the marker of each algorithm of the plan.
 std::string bench_legend(const BenchPlan& plan);

@@ -12,7 +12,8 @@ namespace {
 constexpr std::string_view kNames =
     "scene,rows,cols,channels,noise,seed,algorithm,tolerance,preset,patterns,frames,rig_seconds,host_seconds,"
     "process_seconds,merge_seconds,simulate_seconds,wall_seconds,tensor_bytes,frobenius,indirect,flood,"
-    "relight_bar,relight_random,relight_natural,bar_indirect,failure\n";
+    "relight_bar,relight_random,relight_natural,bar_indirect,failure,profile,light_seconds,camera_seconds,"
+    "projector_seconds\n";
 
 /// The shortest text that is read back as the same number; empty for NaN and infinity.
 std::string number(double value) {
@@ -46,12 +47,18 @@ std::string measured(const BenchCapture& c) {
   return joined(fields);
 }
 
+/// The parts of the rig's time.
+std::string parts_of(const BenchCapture& c) {
+  if (!c.done()) return ",,";
+  return joined({number(c.rig_time.light), number(c.rig_time.camera), number(c.rig_time.projector)});
+}
+
 std::string line(const BenchPlan& plan, const BenchCapture& c) {
   const std::string tolerance = c.what.tolerance ? number(*c.what.tolerance) : std::string();
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(c.what.scene), c.what.grid.rows,
+  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_text(c.what.scene), c.what.grid.rows,
                      c.what.grid.cols, plan.channels, plan.camera_noise ? "camera" : "off", c.what.seed,
                      name(c.what.algorithm), tolerance, c.what.preset ? 1 : 0, measured(c),
-                     csv_text(c.failure));
+                     csv_text(c.failure), c.what.profile, parts_of(c));
 }
 
 }  // namespace

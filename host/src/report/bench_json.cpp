@@ -36,7 +36,8 @@ Json plan_json(const BenchPlan& plan) {
           {"seeds", plan.seeds},
           {"sweeps", sweeps},
           {"noise", plan.camera_noise ? "camera" : "off"},
-          {"channels", plan.channels}};
+          {"channels", plan.channels},
+          {"profiles", plan.profiles}};
 }
 
 Json errors_json(const TransportErrors& e) {
@@ -54,7 +55,8 @@ Json case_json(const BenchPlan& plan, const BenchCase& what) {
           {"seed", what.seed},
           {"algorithm", name(what.algorithm)},
           {"tolerance", what.tolerance ? Json(*what.tolerance) : Json(nullptr)},
-          {"preset", what.preset}};
+          {"preset", what.preset},
+          {"profile", what.profile}};
 }
 
 Json capture_json(const BenchPlan& plan, const BenchCapture& c) {
@@ -66,6 +68,8 @@ Json capture_json(const BenchPlan& plan, const BenchCapture& c) {
   json["patterns"] = c.patterns;
   json["frames"] = c.frames;
   json["rig_seconds"] = c.rig_seconds;
+  json["rig_time"] = {
+      {"light", c.rig_time.light}, {"camera", c.rig_time.camera}, {"projector", c.rig_time.projector}};
   json["seconds"] = {{"host", c.host_seconds()},
                      {"process", c.process_seconds},
                      {"merge", c.merge_seconds},
@@ -110,6 +114,7 @@ Json summary_json(const BenchSummary& s) {
                      {"at_preset", bias.at_preset},
                      {"worst", bias.worst}});
   return {{"grid", grid_json(s.grid)},
+          {"profile", s.profile},
           {"symrig_over_paper",
            {{"patterns_at_indirect", mean_json(s.patterns_at_indirect)},
             {"patterns_at_bar_indirect", mean_json(s.patterns_at_bar_indirect)},

@@ -3,6 +3,7 @@
 #include "report/html.hpp"
 #include "report/ratio_text.hpp"
 #include "symrig/report/bench.hpp"
+#include "symrig/sim/scene.hpp"
 
 #include <algorithm>
 #include <array>
@@ -45,6 +46,12 @@ std::string lead(const BenchRun& run) {
   return html;
 }
 
+/// The size, with the profile of the rig if it is not always the standard one.
+std::string place_of(const BenchPlan& plan, const BenchSummary& s) {
+  const bool standard = plan.profiles == std::vector<std::string>{"standard"};
+  return standard ? to_string(s.grid) : to_string(s.grid) + ", " + s.profile;
+}
+
 std::string tile(const std::string& number, const std::string& meaning) {
   return fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>\n", escape(number), escape(meaning));
 }
@@ -53,7 +60,7 @@ std::string tiles(const BenchRun& run, const std::vector<BenchSummary>& summarie
   std::string html;
   for (const BenchSummary& s : summaries) {
     if (s.pairs.empty()) continue;
-    const std::string at = ", symrig / paper at " + to_string(s.grid);
+    const std::string at = ", symrig / paper at " + place_of(run.plan, s);
     html += tile(mean_text(s.patterns_at_indirect), "patterns at equal indirect error" + at);
     html += tile(mean_text(s.patterns_at_bar_indirect), "patterns at equal bar_indirect" + at);
     html += tile(mean_text(s.indirect_at_patterns), "indirect error at equal patterns" + at);
@@ -99,26 +106,75 @@ std::string summary_table(const BenchRun& run, const BenchSummary& s) {
          fmt::format("<p class=\"note\">{}</p>\n", report::kRatioNote);
 }
 
-std::string charts_over(const BenchRun& run, Grid size, const report::CostAxis& cost) {
+std::string charts_over(const BenchRun& run, const BenchSummary& of, const report::CostAxis& cost) {
   std::string html;
   for (std::size_t k = 0; k < kErrors.size(); ++k)
     html += paragraph(fmt::format("<b>{}</b> over {}: {}.", kErrors[k].label, cost.label, kMeanings[k])) +
-            report::bench_charts(run, size, cost, kErrors[k]);
+            report::bench_charts(run, of, cost, kErrors[k]);
   return html;
 }
 
+/// Sums over captures.
+struct TimeSum {
+  int captures = 0;
+  double rig = 0, light = 0, camera = 0, projector = 0, host = 0;
+
+  void add(const BenchCapture& c) {
+    ++captures;
+    rig += c.rig_seconds;
+    light += c.rig_time.light;
+    camera += c.rig_time.camera;
+    projector += c.rig_time.projector;
+    host += c.host_seconds();
+  }
+};
+
+std::vector<std::string> time_cells(const BenchRun& run, const BenchSummary& of, Algorithm algorithm) {
+  TimeSum sum;
+  for (const BenchCapture& c : run.captures)
+    if (c.done() && c.what.preset && c.what.grid == of.grid && c.what.profile == of.profile &&
+        c.what.algorithm == algorithm)
+      sum.add(c);
+  if (sum.captures == 0) return {};
+  const auto mean = [&sum](double seconds) { return report::duration(seconds / sum.captures); };
+  return {std::string(name(algorithm)), mean(sum.rig), mean(sum.light), mean(sum.camera),
+          mean(sum.projector),          mean(sum.host)};
+}
+
+std::string about_profile(const std::string& profile) {
+  for (const RigProfile& one : rig_profiles())
+    if (one.name == profile) return std::string(one.about);
+  return {};
+}
+
+/// Where the time of the captures at the default tolerance went.
+std::string time_table(const BenchRun& run, const BenchSummary& of) {
+  std::vector<std::vector<std::string>> rows;
+  for (const BenchSweep& sweep : run.plan.sweeps)
+    if (const auto cells = time_cells(run, of, sweep.algorithm); !cells.empty()) rows.push_back(cells);
+  if (rows.empty()) return {};
+  return paragraph(fmt::format("The rig: {}. Means over the captures at the default tolerance. Light: the "
+                               "shutter is open. Camera: it reads out. Projector: the rest of the rig's "
+                               "time. Host: the processing time of this computer, beside the rig's.",
+                               escape(about_profile(of.profile)))) +
+         report::number_table({"algorithm", "rig", "light", "camera", "projector", "host"}, rows);
+}
+
 std::string size_sections(const BenchRun& run, const BenchSummary& s) {
-  const std::string size = to_string(s.grid);
+  const std::string size = place_of(run.plan, s);
+  const std::string id = s.profile == "standard" ? to_string(s.grid) : to_string(s.grid) + "-" + s.profile;
   const std::string legend = report::bench_legend(run.plan);
-  return report::section("summary-" + size, size + ": summary", summary_table(run, s)) +
-         report::section("patterns-" + size, size + ": error against patterns",
-                         legend + charts_over(run, s.grid, report::kPatternAxis)) +
+  return report::section("summary-" + id, size + ": summary", summary_table(run, s)) +
+         report::section("patterns-" + id, size + ": error against patterns",
+                         legend + charts_over(run, s, report::kPatternAxis)) +
+         report::section("rig-" + id, size + ": error against rig seconds",
+                         time_table(run, s) + legend + charts_over(run, s, report::kRigAxis)) +
          report::section(
-             "seconds-" + size, size + ": error against seconds",
+             "seconds-" + id, size + ": error against seconds",
              paragraph("Seconds on the rig's clock plus the processing time of this computer (merging, "
                        "subtracting, "
                        "testing, scheduling). The time for simulating the scene is not included.") +
-                 legend + charts_over(run, s.grid, report::kSecondAxis));
+                 legend + charts_over(run, s, report::kSecondAxis));
 }
 
 std::string speed_section(const BenchRun& run) {
@@ -142,9 +198,12 @@ std::string speed_section(const BenchRun& run) {
 }
 
 std::vector<std::string> capture_row(const BenchCapture& c) {
-  std::vector<std::string> row{c.what.scene, to_string(c.what.grid), std::string(name(c.what.algorithm)),
+  std::vector<std::string> row{c.what.scene,
+                               to_string(c.what.grid),
+                               std::string(name(c.what.algorithm)),
                                c.what.tolerance ? fmt::format("{:.2g}", *c.what.tolerance) : "-",
-                               std::to_string(c.what.seed)};
+                               std::to_string(c.what.seed),
+                               c.what.profile};
   if (!c.done()) {
     row.push_back("failed: " + c.failure);
     return row;
@@ -152,7 +211,9 @@ std::vector<std::string> capture_row(const BenchCapture& c) {
   const TransportErrors& e = c.error;
   for (const std::string& cell :
        {report::grouped(static_cast<double>(c.patterns)), report::grouped(static_cast<double>(c.frames)),
-        report::duration(c.rig_seconds), report::duration(c.host_seconds()), report::duration(c.wall_seconds),
+        report::duration(c.rig_seconds), report::duration(c.rig_time.light),
+        report::duration(c.rig_time.camera), report::duration(c.rig_time.projector),
+        report::duration(c.host_seconds()), report::duration(c.wall_seconds),
         report::byte_size(static_cast<double>(c.tensor_bytes))})
     row.push_back(cell);
   for (const double error :
@@ -167,10 +228,13 @@ std::string captures_section(const BenchRun& run) {
   return report::section(
       "captures", "Every capture",
       "<details><summary>Show the table</summary>" +
-          report::number_table({"scene", "size", "algorithm", "tolerance", "seed", "patterns", "frames",
-                                "rig", "host", "wall", "tensor", "frobenius", "indirect", "flood",
-                                "relight bar", "relight random", "relight natural", "bar_indirect"},
-                               rows) +
+          report::number_table(
+              {"scene",           "size",        "algorithm", "tolerance",   "seed",
+               "profile",         "patterns",    "frames",    "rig",         "light",
+               "camera",          "projector",   "host",      "wall",        "tensor",
+               "frobenius",       "indirect",    "flood",     "relight bar", "relight random",
+               "relight natural", "bar_indirect"},
+              rows) +
           "</details>\n");
 }
 

@@ -12,7 +12,7 @@ std::vector<BenchCapture> captures_of(const BenchRun& run, const BenchCase& like
   std::vector<BenchCapture> found;
   for (const BenchCapture& one : run.captures)
     if (one.done() && one.what.scene == like.scene && one.what.grid == like.grid &&
-        one.what.seed == like.seed && one.what.algorithm == algorithm)
+        one.what.seed == like.seed && one.what.profile == like.profile && one.what.algorithm == algorithm)
       found.push_back(one);
   return found;
 }
@@ -63,7 +63,7 @@ void add_flood(const BenchRun& run, const std::string& scene, Algorithm algorith
   bool any = false;
   for (const BenchCapture& one : run.captures) {
     const bool counts = one.done() && one.what.scene == scene && one.what.grid == summary.grid &&
-                        one.what.algorithm == algorithm;
+                        one.what.profile == summary.profile && one.what.algorithm == algorithm;
     if (!counts) continue;
     any = true;
     bias.worst = std::max(bias.worst, flood_bias(one.error));
@@ -80,21 +80,26 @@ void add_means(BenchSummary& summary) {
   summary.frobenius_at_patterns = mean_of(summary.pairs, &BenchPair::frobenius_at_patterns);
 }
 
+BenchSummary summary_of(const BenchRun& run, const std::string& profile, Grid size) {
+  BenchSummary summary;
+  summary.grid = size;
+  summary.profile = profile;
+  for (const std::string& scene : run.plan.scenes) {
+    for (const int seed : run.plan.seeds)
+      add_pair(run, {.scene = scene, .grid = size, .seed = seed, .profile = profile}, summary);
+    for (const BenchSweep& sweep : run.plan.sweeps) add_flood(run, scene, sweep.algorithm, summary);
+  }
+  add_means(summary);
+  return summary;
+}
+
 }  // namespace
 
 std::vector<BenchSummary> summarize(const BenchRun& run) {
   std::vector<BenchSummary> all;
-  for (const Grid size : run.plan.sizes) {
-    BenchSummary summary;
-    summary.grid = size;
-    for (const std::string& scene : run.plan.scenes) {
-      for (const int seed : run.plan.seeds)
-        add_pair(run, {.scene = scene, .grid = size, .seed = seed}, summary);
-      for (const BenchSweep& sweep : run.plan.sweeps) add_flood(run, scene, sweep.algorithm, summary);
-    }
-    add_means(summary);
-    all.push_back(std::move(summary));
-  }
+  all.reserve(run.plan.profiles.size() * run.plan.sizes.size());
+  for (const std::string& profile : run.plan.profiles)
+    for (const Grid size : run.plan.sizes) all.push_back(summary_of(run, profile, size));
   return all;
 }
 

@@ -14,7 +14,7 @@ using report::mean_text;
 using text::short_number;
 
 constexpr const char* kRow =
-    "{:<17}{:<9}{:<7}{:>10}{:>5}{:>10}{:>10}{:>15}{:>10}{:>10}{:>10}{:>11}{:>10}{:>10}{:>10}{:>14}\n";
+    "{:<17}{:<9}{:<7}{:>10}{:>5}{:>10}{:>10}{:>15}{:>10}{:>10}{:>10}{:>11}{:>10}{:>10}{:>10}{:>14}{:>10}\n";
 
 std::string tolerance_text(const BenchCase& what) {
   if (!what.tolerance) return "-";
@@ -40,7 +40,8 @@ std::string scene_row(const BenchSummary& summary, const std::string& scene) {
 
 std::string size_text(const BenchRun& run, const BenchSummary& s) {
   if (s.pairs.empty()) return {};
-  std::string text = fmt::format("\n{}: symrig / paper\n", to_string(s.grid));
+  std::string text = fmt::format("\n{}{}: symrig / paper\n", to_string(s.grid),
+                                 s.profile == "standard" ? "" : ", profile " + s.profile);
   text += fmt::format(kSummaryRow, "", "patterns at", "patterns at", "patterns at", "indirect at",
                       "frobenius at", "symrig, flood", "the same,");
   text += fmt::format(kSummaryRow, "scene", "indirect", "bar_indirect", "both", "= patterns", "= patterns",
@@ -80,7 +81,8 @@ std::string relight_text(const BenchRun& run) {
 
 std::string bench_table_head() {
   return fmt::format(kRow, "scene", "size", "method", "tolerance", "seed", "patterns", "frames", "rig",
-                     "host", "wall", "tensor", "frobenius", "indirect", "flood", "relight", "bar_indirect");
+                     "host", "wall", "tensor", "frobenius", "indirect", "flood", "relight", "bar_indirect",
+                     "profile");
 }
 
 std::string bench_table_row(const BenchCapture& c) {
@@ -95,7 +97,7 @@ std::string bench_table_row(const BenchCapture& c) {
                      text::duration(c.host_seconds()), text::duration(c.wall_seconds),
                      text::byte_size(static_cast<double>(c.tensor_bytes)), short_number(e.frobenius),
                      short_number(e.indirect), short_number(e.flood), short_number(worst_relight(e)),
-                     short_number(e.bar_indirect));
+                     short_number(e.bar_indirect), c.what.profile);
 }
 
 std::string bench_summary_text(const BenchRun& run) {

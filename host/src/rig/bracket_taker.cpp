@@ -141,6 +141,7 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
   SYMRIG_TRY(const BoardEvidence evidence,
              devices_->of(Part::board, board_evidence(receipt, exposure_line(), first, devices_->clock())));
   frames_ += static_cast<std::int64_t>(evidence.exposures.size());
+  split_time(evidence, seconds(receipt.duration()));
   SYMRIG_TRY(auto frames, frames_of(evidence.exposures.size()));
   const RunIdentity identity = identify(evidence.exposures, frames);
   trouble_.unanswered += evidence.unanswered;
@@ -199,6 +200,20 @@ Result<Receipt> BracketTaker::wait_for_end(Nanoseconds most) {
     if (forgot)
       return Error{ErrorCode::timeout, "the board was restarted during a run", "check its power and cable"};
   }
+}
+
+/// Between two exposures, the camera is the reason for as long as it reads out.
+void BracketTaker::split_time(const BoardEvidence& evidence, double run_seconds) {
+  double light = 0, camera = 0;
+  for (std::size_t k = 0; k < evidence.exposures.size(); ++k) {
+    light += seconds(evidence.widths[k]);
+    if (k == 0) continue;
+    const Nanoseconds dark = evidence.exposures[k].begin - evidence.exposures[k - 1].end;
+    camera += seconds(std::clamp(dark, Nanoseconds{0}, options_.setup.camera.readout));
+  }
+  time_.light += light;
+  time_.camera += camera;
+  time_.projector += run_seconds - light - camera;
 }
 
 /// Judges frames that came too late for their run.

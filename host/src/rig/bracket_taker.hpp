@@ -46,6 +46,7 @@ class BracketTaker {
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
   double rig_seconds() const { return rig_seconds_; }  ///< run time of the board's programs
+  RigTime time() const { return time_; }
 
  private:
   using Brackets = std::vector<std::optional<TakenBracket>>;
@@ -65,6 +66,7 @@ class BracketTaker {
   Result<Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
+  void split_time(const BoardEvidence& evidence, double run_seconds);
   RunIdentity identify(std::span<const SeenExposure> exposures, std::span<const CameraFrame> frames);
   bool began_after_pattern(const BoardEvidence& evidence) const;
   Result<void> recover(const Error& error);
@@ -82,6 +84,7 @@ class BracketTaker {
   bool loaded_ = false;         // the projector has loaded the patterns of this take()
   std::int64_t frames_ = 0;
   double rig_seconds_ = 0;
+  RigTime time_;
 };
 
 }  // namespace symrig

@@ -79,6 +79,10 @@ ProbeCost Rig::cost() const {
   return cost;
 }
 
+RigTime Rig::time() const {
+  return taker_->time();
+}
+
 const RigTrouble& Rig::trouble() const {
   return taker_->trouble();
 }

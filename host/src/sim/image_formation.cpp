@@ -2,6 +2,7 @@
 #include "sim/image_formation.hpp"
 
 #include "sim/camera_optics.hpp"
+#include "sim/rig_profiles.hpp"
 #include "symrig/projector/placement.hpp"
 
 #include <cmath>
@@ -17,7 +18,7 @@ ImageFormation::ImageFormation(const SceneUri& uri, const View& view)
       misalign_(is_bench(uri) ? 0 : uri.misalign),
       flare_(uri.flare),
       drift_(uri.drift),
-      sensor_{NoiseModel::from_electrons({}), kSensitivity * uri.light,
+      sensor_{NoiseModel::from_electrons({}), kSensitivity * transmission_of(uri),
               static_cast<std::uint64_t>(uri.seed)} {
   if (uri.black > 0 && !view.moves()) leak_ = view.see(Image<float>(cells_, 1, black_), 0);
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace symrig::sim {
 namespace {
@@ -70,6 +71,22 @@ KeyRow choice_key(std::string_view name, std::string_view meaning, Value SceneUr
             return {};
           },
           [=](const SceneUri& uri) { return std::string(uri.*member == one.value ? one.text : other.text); }};
+}
+
+/// The name of one of the rig profiles.
+KeyRow profile_key(std::string_view name, std::string_view meaning, std::string SceneUri::*member) {
+  std::vector<std::string_view> names;
+  names.reserve(rig_profiles().size());
+  for (const RigProfile& profile : rig_profiles()) names.push_back(profile.name);
+  const std::string values = fmt::format("{}", fmt::join(names, ", "));
+  return {name, meaning, values,
+          [=](std::string_view text, SceneUri& uri) -> Result<void> {
+            if (std::find(names.begin(), names.end(), text) == names.end())
+              return bad_value(name, text, values);
+            uri.*member = text;
+            return {};
+          },
+          [=](const SceneUri& uri) { return uri.*member; }};
 }
 
 /// A number, or a word. The word is 0 in the member.
@@ -205,6 +222,7 @@ std::span<const KeyRow> key_table() {
       number_key("drift", "change of the lamp over 1,000 photographs", &S::drift, -0.5, 0.5),
       number_key("gamma", "if not 1: 256 levels, light is (level / 255)^gamma", &S::gamma, 0.25, 4.0),
       number_key("light", "transmission of a grey filter before the camera", &S::light, 1e-3, 1.0),
+      profile_key("profile", "timing and light of projector and camera", &S::profile),
       number_key("fine", "points of the scene along the side of a cell", &S::fine, 1, 16),
       size_or_word_key("cells",
                        size_key("camera", "pixels of the camera; cells: it shares the cells", &S::camera),

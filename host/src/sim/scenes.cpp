@@ -2,6 +2,7 @@
 // The table of scenes. A new scene is a function that makes its channels, and a line of the table.
 #include "sim/scenes.hpp"
 
+#include "sim/drawn/drawn_scene.hpp"
 #include "sim/exchange.hpp"
 #include "sim/groove_transport.hpp"
 #include "sim/gummy.hpp"
@@ -148,6 +149,8 @@ constexpr std::array kScenes{
         "views2", "a textured V-groove, seen from 2x2 coaxial views", views_channels, tiled_depth<2>, {2, 2}},
     SceneRow{
         "views3", "a textured V-groove, seen from 3x3 coaxial views", views_channels, tiled_depth<3>, {3, 3}},
+    SceneRow{"random", "planes, balls and boxes with random surfaces; the seed draws what is in it",
+             drawn::drawn_scene, dome_depth},
 };
 
 constexpr auto kInfos = [] {

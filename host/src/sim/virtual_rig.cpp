@@ -5,6 +5,7 @@
 #include "sim/exact_frames.hpp"
 #include "sim/hash.hpp"
 #include "sim/image_formation.hpp"
+#include "sim/rig_profiles.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
 #include "symrig/base/stopwatch.hpp"
@@ -213,13 +214,26 @@ class SimulatedRig final : public VirtualRig {
   std::unique_ptr<Rig> rig_;
 };
 
+board_sim::SimProjectorConfig raster_of(const RigProfile& profile) {
+  board_sim::SimProjectorConfig config;
+  config.refresh_hz = static_cast<std::uint32_t>(profile.refresh_hz);
+  return config;
+}
+
+/// The camera is ready a millisecond before the program expects it.
+board_sim::SimCameraConfig shutter_of(const RigProfile& profile) {
+  board_sim::SimCameraConfig config;
+  config.readout_us = static_cast<std::uint64_t>(1e6 * profile.readout_seconds) - 1000;
+  return config;
+}
+
 SimulatedRig::SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks)
     : uri_(std::move(uri)),
       bench_(std::move(bench)),
       hooks_(std::move(hooks)),
       board_(std::make_unique<board_sim::SimBoard>()),
-      raster_(*board_),
-      shutter_(*board_) {
+      raster_(*board_, raster_of(profile_of(uri_))),
+      shutter_(*board_, shutter_of(profile_of(uri_))) {
   board_->attach(raster_);
   board_->attach(shutter_);
 }
@@ -228,7 +242,8 @@ RigOptions SimulatedRig::rig_options() const {
   RigOptions options;
   options.exposures = uri_.exposures;
   options.ratio = uri_.ratio;
-  options.scale = 1 / (kSensitivity * uri_.light);
+  options.setup = setup_of(profile_of(uri_));
+  options.scale = 1 / (kSensitivity * transmission_of(uri_));
   options.views = views_of(uri_);
   options.name = uri_.to_string();
   if (!uri_.camera_noise) options.reading = std::make_shared<ExactFrames>();

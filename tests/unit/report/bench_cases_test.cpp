@@ -28,6 +28,21 @@ TEST(BenchCases, are_every_combination_once) {
     EXPECT_EQ(std::count(cases.begin(), cases.end(), *one), 1);
 }
 
+// Every rig runs the same captures.
+TEST(BenchCases, are_the_same_on_every_rig) {
+  BenchPlan plan = small_plan();
+  plan.profiles = {"screen60", "video"};
+  const std::vector<BenchCase> cases = bench_cases(plan);
+  ASSERT_EQ(cases.size(), 72U);
+  for (std::size_t k = 0; k < 36; ++k) {
+    BenchCase other = cases[k];
+    EXPECT_EQ(other.profile, "screen60");
+    other.profile = "video";
+    EXPECT_EQ(cases[k + 36], other);
+  }
+  EXPECT_EQ(bench_rig(plan, cases[40]).find("&profile=video") == std::string::npos, false);
+}
+
 TEST(BenchCases, brute_force_stays_on_small_grids) {
   const auto brute_on = [](Grid grid) {
     const std::vector<BenchCase> cases = bench_cases(small_plan());

@@ -12,12 +12,12 @@ std::size_t count(const std::string& text, const std::string& word) {
   return n;
 }
 
-// One scene: three errors over two costs.
+// One scene: three errors over three costs.
 TEST(BenchPage, has_a_chart_for_each_scene_error_and_cost) {
   const std::string page = bench_page(test::small_run());
-  EXPECT_EQ(count(page, "role=\"img\""), 6U);
+  EXPECT_EQ(count(page, "role=\"img\""), 9U);
   for (const char* error : {"indirect", "bar_indirect", "frobenius"})
-    for (const char* cost : {"patterns", "seconds"})
+    for (const char* cost : {"patterns", "rig seconds", "seconds"})
       EXPECT_EQ(count(page, std::string("gummy: ") + error + " over " + cost), 1U) << error << cost;
 }
 
@@ -25,9 +25,9 @@ TEST(BenchPage, has_a_chart_for_each_scene_error_and_cost) {
 // symrig; paper has one tolerance and so no line.
 TEST(BenchPage, shows_every_capture_and_one_line_an_algorithm) {
   const std::string page = bench_page(test::small_run());
-  EXPECT_EQ(count(page, "<title>symrig"), 6U * 6U);
-  EXPECT_EQ(count(page, "<title>paper"), 6U * 2U);
-  EXPECT_EQ(count(page, "<polyline"), 6U);
+  EXPECT_EQ(count(page, "<title>symrig"), 9U * 6U);
+  EXPECT_EQ(count(page, "<title>paper"), 9U * 2U);
+  EXPECT_EQ(count(page, "<polyline"), 9U);
 }
 
 TEST(BenchPage, tells_the_ratios) {
@@ -35,6 +35,33 @@ TEST(BenchPage, tells_the_ratios) {
   EXPECT_GT(count(page, "<b>0.500</b>"), 0U);
   EXPECT_GT(count(page, "<b>≤ 0.250</b>"), 0U);
   EXPECT_GT(count(page, "geometric mean"), 0U);
+}
+
+// Of 400 s, three quarters are light, 15 % the camera's and a tenth the projector's.
+TEST(BenchPage, splits_the_time_of_the_rig) {
+  const std::string page = bench_page(test::small_run());
+  EXPECT_EQ(count(page, "a 60 Hz projector, and a camera that reads out in 4 ms"), 1U);
+  for (const char* part : {"light", "camera", "projector", "host"})  // here, and of every capture
+    EXPECT_EQ(count(page, std::string("<th scope=\"col\">") + part + "</th>"), 2U) << part;
+  // Both algorithms take 400 patterns at their default: one row each.
+  EXPECT_EQ(count(page, "<td>6 min 40 s</td><td>5 min 0 s</td><td>1 min 0 s</td><td>40.0 s</td>"), 2U + 4U);
+}
+
+TEST(BenchPage, has_a_summary_for_each_rig) {
+  BenchRun run = test::small_run();
+  const std::size_t captures = run.captures.size();
+  run.plan.profiles = {"screen60", "video"};
+  for (std::size_t k = 0; k < captures; ++k) {
+    run.captures[k].what.profile = "screen60";
+    run.captures.push_back(run.captures[k]);
+    run.captures.back().what.profile = "video";
+  }
+  run.planned = run.captures.size();
+  const std::string page = bench_page(run);
+  EXPECT_EQ(count(page, "role=\"img\""), 18U);
+  EXPECT_GE(count(page, "16x16, video: error against rig seconds"), 1U);
+  EXPECT_GE(count(page, "16x16, screen60: error against rig seconds"), 1U);
+  EXPECT_EQ(count(page, "<polyline"), 18U);
 }
 
 TEST(BenchPage, asks_nobody_for_anything) {

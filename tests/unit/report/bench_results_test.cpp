@@ -29,18 +29,17 @@ TEST(BenchCsv, has_a_line_of_names_and_one_a_capture) {
   const std::vector<std::string> csv = lines(bench_csv(test::small_run()));
   ASSERT_EQ(csv.size(), 9U);
   const auto fields = [](const std::string& line) { return std::count(line.begin(), line.end(), ',') + 1; };
-  for (const std::string& line : csv) EXPECT_EQ(fields(line), 26) << line;
+  for (const std::string& line : csv) EXPECT_EQ(fields(line), 30) << line;
   EXPECT_EQ(csv[1],
             "gummy,16,16,1,camera,1,paper,0.0003,1,400,1600,400,0.75,0.5,0.25,0,2,400000,"
-            "0.03,0.01,0.06,0,0,0,0.02,");
+            "0.03,0.01,0.06,0,0,0,0.02,,standard,300,60,40");
 }
 
 TEST(BenchCsv, a_failure_leaves_its_numbers_empty_and_its_reason_quoted) {
   const std::string csv = bench_csv(with_a_failure());
-  EXPECT_NE(
-      csv.find(
-          "gummy,16,16,1,camera,2,symrig,0.001,0,,,,,,,,,,,,,,,,,\"too \"\"large\"\", sorry\nfor that\"\n"),
-      std::string::npos)
+  EXPECT_NE(csv.find("gummy,16,16,1,camera,2,symrig,0.001,0,,,,,,,,,,,,,,,,,\"too \"\"large\"\", sorry\nfor "
+                     "that\",standard,,,\n"),
+            std::string::npos)
       << csv;
 }
 
@@ -54,6 +53,10 @@ TEST(BenchJson, tells_captures_and_summary) {
   EXPECT_EQ(first.at("algorithm"), "paper");
   EXPECT_EQ(first.at("patterns"), 400);
   EXPECT_EQ(first.at("seconds").at("host"), 0.75);
+  EXPECT_EQ(first.at("rig_time"), nlohmann::json({{"light", 300}, {"camera", 60}, {"projector", 40}}));
+  EXPECT_EQ(first.at("profile"), "standard");
+  EXPECT_EQ(j.at("plan").at("profiles"), nlohmann::json({"standard"}));
+  EXPECT_EQ(j.at("summary").at(0).at("profile"), "standard");
   EXPECT_EQ(first.at("error").at("bar_indirect"), 0.02);
   const nlohmann::json& summary = j.at("summary").at(0);
   const nlohmann::json& ratios = summary.at("symrig_over_paper");

@@ -13,6 +13,7 @@ inline BenchCapture captured(const BenchCase& what, std::int64_t patterns, doubl
   capture.patterns = patterns;
   capture.frames = 4 * patterns;
   capture.rig_seconds = static_cast<double>(patterns);
+  capture.rig_time = {0.75 * capture.rig_seconds, 0.15 * capture.rig_seconds, 0.1 * capture.rig_seconds};
   capture.process_seconds = 0.5;
   capture.merge_seconds = 0.25;
   capture.wall_seconds = 2;

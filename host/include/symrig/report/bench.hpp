@@ -5,6 +5,7 @@
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/image/grid.hpp"
 #include "symrig/report/relight_speed.hpp"
+#include "symrig/rig/rig.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -20,11 +21,12 @@ struct BenchSweep {
   double preset = 0;                    ///< the default tolerance; 0 if the algorithm has none
 };
 
-/// The captures of `symrig bench`: every scene × size × seed × algorithm × tolerance.
+/// The captures of `symrig bench`: every profile × scene × size × seed × algorithm × tolerance.
 struct BenchPlan {
   std::vector<std::string> scenes = {};
   std::vector<Grid> sizes = {};
   std::vector<int> seeds = {};
+  std::vector<std::string> profiles = {"standard"};  ///< of the simulated rig: rig_profiles()
   std::vector<BenchSweep> sweeps = {};
   bool camera_noise = true;
   int channels = 1;
@@ -39,12 +41,13 @@ struct BenchCase {
   Algorithm algorithm = Algorithm::symrig;
   std::optional<double> tolerance = {};  ///< empty: the algorithm has none
   bool preset = false;                   ///< uses the default tolerance
+  std::string profile = "standard";      ///< of the rig
 
   bool operator==(const BenchCase&) const = default;
 };
 
-/// All cases in the order of the run: by size, scene and seed; large tolerances before small ones. The
-/// default tolerance of `paper` is always included, because the summary uses it. Deterministic; no case
+/// All cases in the order of the run: by profile, size, scene and seed; large tolerances before small ones.
+/// The default tolerance of `paper` is always included, because the summary uses it. Deterministic; no case
 /// twice.
 std::vector<BenchCase> bench_cases(const BenchPlan& plan);
 
@@ -56,6 +59,7 @@ struct BenchCapture {
   BenchCase what;
   std::int64_t patterns = 0, frames = 0, tensor_bytes = 0;
   double rig_seconds = 0;       ///< on the rig's clock
+  RigTime rig_time = {};        ///< the parts of it
   double process_seconds = 0;   ///< host: subtract, test, schedule
   double merge_seconds = 0;     ///< host: exposures into photographs
   double simulate_seconds = 0;  ///< host: simulating the scene, which a real rig does not need

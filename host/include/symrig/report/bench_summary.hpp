@@ -31,16 +31,17 @@ struct FloodBias {
   double worst = 0;      ///< worst over all tolerances
 };
 
-/// The summary of one grid size.
+/// The summary of one grid size on one rig.
 struct BenchSummary {
   Grid grid;
-  std::vector<BenchPair> pairs;  ///< by scene and seed; only if both algorithms were run
+  std::string profile = "standard";  ///< of the rig
+  std::vector<BenchPair> pairs;      ///< by scene and seed; only if both algorithms were run
   std::vector<FloodBias> flood;
   MeanRatio patterns_at_indirect, patterns_at_bar_indirect, patterns_at_both, indirect_at_patterns,
       frobenius_at_patterns;  ///< over all pairs
 };
 
-/// One summary for each size, in the order of the plan. Failed captures are ignored.
+/// One summary for each profile and size, in the order of the plan. Failed captures are ignored.
 std::vector<BenchSummary> summarize(const BenchRun& run);
 
 /// The pairs of one scene.

@@ -92,6 +92,13 @@ struct RigTrouble {
   std::string exposures;
 };
 
+/// Where the time on the rig's clock went [seconds]. The parts sum to ProbeCost::rig_seconds.
+struct RigTime {
+  double light = 0;      ///< the shutter was open
+  double camera = 0;     ///< nothing was exposed because the camera read out a frame
+  double projector = 0;  ///< the rest: waiting for a refresh, and until the pattern has settled
+};
+
 class BracketTaker;
 class DeviceSet;
 class LampLog;
@@ -145,6 +152,8 @@ class Rig final : public Probe {
   /// rig_seconds: the run time of the board's programs, on the board's clock.
   ProbeCost cost() const override;
   std::string describe() const override { return options_.name; }
+  /// Since the rig was opened.
+  RigTime time() const;
 
   /// Exposures of a photograph without an expectation.
   std::span<const Nanoseconds> exposures() const { return exposures_; }

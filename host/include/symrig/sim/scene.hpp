@@ -50,6 +50,7 @@ struct SceneUri {
   double drift = 0;
   double gamma = 1;  ///< if not 1: the projector has 256 levels, and light = (level / 255)^gamma
   double light = 1;  ///< transmission of a grey filter before the camera; exposures are 1 / light longer
+  std::string profile = "standard";  ///< of the rig's devices: rig_profiles()
 
   // A bench whose camera has pixels of its own. docs/command-line.md defines each key.
   int fine = 1;           ///< the scene has fine × fine points in each cell
@@ -94,6 +95,18 @@ struct SceneKey {
 };
 /// All keys, for help and documents. The table is host/src/sim/scene_keys.cpp.
 std::span<const SceneKey> scene_keys();
+
+/// The timing and the light of a simulated rig's devices: the values of the key `profile`.
+struct RigProfile {
+  std::string_view name;
+  std::string_view about;      ///< one line
+  double refresh_hz = 60;      ///< of the projector: a pattern can begin at each refresh
+  double settle_seconds = 0;   ///< from the refresh to the first exposure
+  double readout_seconds = 0;  ///< from the end of an exposure to the next one
+  double light = 1;            ///< factor on the light: exposures are 1 / light longer
+};
+/// All profiles, for help and documents. The table is host/src/sim/rig_profiles.cpp.
+std::span<const RigProfile> rig_profiles();
 
 /// The coaxial views that tile the scene's grid.
 ViewLayout views_of(const SceneUri& uri);

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of rig profiles. A new profile is a line of the table, and a row in docs/command-line.md.
+#include "sim/rig_profiles.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace symrig::sim {
+namespace {
+
+// A camera of N frames a second without overlap: the next exposure begins 1/N s after the last one ends.
+constexpr std::array kProfiles{
+    RigProfile{"standard", "a 60 Hz projector, and a camera that reads out in 4 ms", 60, 1e-3, 4e-3, 1},
+    RigProfile{"screen60", "a 60 Hz screen, and a camera of 60 frames a second", 60, 1e-3, 1.0 / 60, 1},
+    RigProfile{"video", "a projector of 1,440 binary patterns a second, and a camera of 200 frames a second",
+               1440, 1e-5, 5e-3, 1},
+    RigProfile{"dim", "as screen60 with a tenth of the light", 60, 1e-3, 1.0 / 60, 0.1},
+};
+
+Nanoseconds duration(double seconds) {
+  return Nanoseconds{std::llround(1e9 * seconds)};
+}
+
+}  // namespace
+
+const RigProfile& profile_of(const SceneUri& uri) {
+  const auto* found = std::find_if(kProfiles.begin(), kProfiles.end(),
+                                   [&uri](const RigProfile& one) { return one.name == uri.profile; });
+  return found == kProfiles.end() ? kProfiles.front() : *found;
+}
+
+double transmission_of(const SceneUri& uri) {
+  return uri.light * profile_of(uri).light;
+}
+
+RigSetup setup_of(const RigProfile& profile) {
+  RigSetup setup = default_rig_setup();
+  setup.camera.readout = duration(profile.readout_seconds);
+  setup.projector.refresh = duration(1 / profile.refresh_hz);
+  setup.projector.vsync_timeout = duration(3 / profile.refresh_hz);
+  setup.projector.settle = duration(profile.settle_seconds);
+  return setup;
+}
+
+}  // namespace symrig::sim
+
+namespace symrig {
+
+std::span<const RigProfile> rig_profiles() {
+  return sim::kProfiles;
+}
+
+}  // namespace symrig
