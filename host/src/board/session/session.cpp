@@ -58,6 +58,9 @@ Result<symrig_wire_Reply> Board::Session::ask(const symrig_wire_Request& request
 }
 
 Result<void> Board::Session::introduce() {
+  info_ = {};
+  has_program_ = false;
+  ttl_ = {};
   SYMRIG_CHECK(learn_identity());
   SYMRIG_CHECK(learn_capabilities());
   const std::size_t lines = info_.lines.size();
@@ -356,8 +359,15 @@ Result<void> Board::Session::store_config(std::string_view label) {
 
 Result<void> Board::Session::reboot(bool bootloader) {
   symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
-  request.body.reboot = {reboot_token_, bootloader};
+  request.body.reboot = {reboot_token_, bootloader, false};
   SYMRIG_CHECK(ask(request, "to restart"));
+  return {};
+}
+
+Result<void> Board::Session::starve_watchdog() {
+  symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
+  request.body.reboot = {reboot_token_, false, true};
+  SYMRIG_CHECK(ask(request, "to starve its watchdog"));
   return {};
 }
 
