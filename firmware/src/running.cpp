@@ -49,7 +49,7 @@ bool Core::stopped_by_trip(symrig_wire_Reply& reply) {
   const uint32_t tripped = board_.engine.tripped();
   if (tripped == 0) return false;
   watch_trips();
-  refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, static_cast<uint64_t>(__builtin_ctz(tripped)));
+  refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, protocol::lowest_bit(tripped));
   return true;
 }
 

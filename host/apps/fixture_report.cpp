@@ -77,10 +77,7 @@ Json fixture_json(const BoardInfo& info, const FixtureTest& test) {
             {"latency_ns", latency},
             {"resolution_ns", nanoseconds(info, test.trip.resolution)}}},
           {"watchdog",
-           {{"passed", dog.passed},
-            {"text", dog.text},
-            {"answered_ns", answered},
-            {"reset_cause", cause}}}};
+           {{"passed", dog.passed}, {"text", dog.text}, {"answered_ns", answered}, {"reset_cause", cause}}}};
 }
 
 std::filesystem::path results_name(const BoardInfo& info, std::string made) {

@@ -81,8 +81,8 @@ Result<WatchdogTest> test_watchdog(Board& board, const Reconnect& reconnect) {
   SYMRIG_TRY(const ResetCause later, cause_after_request(board, reconnect));
   found.passed = in_time && found.cause == ResetCause::watchdog && status.state == BoardState::safe &&
                  later == ResetCause::request;
-  found.text = fmt::format("without feeds it answered for {}, then started by {}; after a request by {}", time,
-                           name(*found.cause), name(later));
+  found.text = fmt::format("without feeds it answered for {}, then started by {}; after a request by {}",
+                           time, name(*found.cause), name(later));
   return found;
 }
 
