@@ -22,6 +22,14 @@ die() {
   exit 1
 }
 
+# debian_mirror: the address of the Debian archive that this machine's apt uses.
+debian_mirror() {
+  local mirror
+  mirror=$(apt-get indextargets --format '$(COMPONENT) $(SITE) $(REPO_URI)' "Created-By: Packages" 2>/dev/null |
+    awk '$1 == "main" && $3 ~ /\/debian\/?$/ { print $3; exit }') || true
+  echo "${mirror:-http://deb.debian.org/debian}"
+}
+
 # logged NAME COMMAND...: runs it with its output in out/logs/NAME.log. Shows the end of the log only if the
 # command fails.
 logged() {

@@ -86,7 +86,7 @@ void Core::load_stored_config() {
 void Core::store_config(const symrig_wire_StoreConfig& store, symrig_wire_Reply& reply) {
   const bool configured = state_ == State::configured || state_ == State::loaded || state_ == State::done;
   // A write to flash stops everything else for some time.
-  if (!configured || board_.engine.levels() != safe_levels_)
+  if (!configured || leaving() || board_.engine.levels() != safe_levels_)
     return refuse(reply, symrig_wire_Code_CODE_BAD_STATE, static_cast<uint64_t>(state_));
   Label label;
   put_text(store.label, label.text);

@@ -38,7 +38,7 @@ void Core::poll() {
   link_.send_events(board_.clock.now());
   leave();
   beacon_.show(state_, board_.clock.now());
-  board_.watchdog.feed();
+  if (!starving_) board_.watchdog.feed();
 }
 
 bool Core::apply(Condition condition) {

@@ -49,7 +49,7 @@ bool Core::stopped_by_trip(symrig_wire_Reply& reply) {
   const uint32_t tripped = board_.engine.tripped();
   if (tripped == 0) return false;
   watch_trips();
-  refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, static_cast<uint64_t>(__builtin_ctz(tripped)));
+  refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, protocol::lowest_bit(tripped));
   return true;
 }
 
@@ -71,6 +71,10 @@ bool Core::arm_trips(symrig_wire_Reply& reply) {
 /// Checks all conditions for changing the lines in `mask` at `tick`. false: the reply names the one that
 /// fails.
 bool Core::may_move(uint32_t mask, hal::Tick tick, symrig_wire_Reply& reply) const {
+  if (leaving()) {
+    refuse(reply, symrig_wire_Code_CODE_BAD_STATE, static_cast<uint64_t>(state_));
+    return false;
+  }
   const int open = open_interlock();
   if (open >= 0) {
     refuse(reply, symrig_wire_Code_CODE_INTERLOCK_OPEN, static_cast<uint64_t>(open));
@@ -182,11 +186,15 @@ void Core::identify(uint32_t seconds, symrig_wire_Reply& reply) {
   beacon_.identify_until(board_.clock.now() + ticks_of_ms(seconds * 1000));
 }
 
-/// Restarts the board after its answer had time to leave.
+/// Restarts the board after its answer had time to leave. The watchdog takes longer than that by itself.
 void Core::reboot(const symrig_wire_Reboot& reboot, symrig_wire_Reply& reply) {
   const protocol::ByteView id{board_.traits.unique_id, board_.traits.unique_id_size};
   if (reboot.token != protocol::crc32c(id)) return bad_value(reply, symrig_wire_Reboot_token_tag);
+  if (reboot.starve_watchdog && reboot.bootloader)
+    return bad_value(reply, symrig_wire_Reboot_starve_watchdog_tag);
   if (!permit(Condition::reboot, reply)) return;
+  starving_ = starving_ || reboot.starve_watchdog;
+  if (reboot.starve_watchdog) return;
   reboot_at_ = board_.clock.now() + ticks_of_ms(kRebootDelayMs);
   to_bootloader_ = reboot.bootloader;
 }

@@ -49,7 +49,8 @@ std::string fixture_text(const FixtureTest& test) {
     text += row(wire.passed, "wire", wire_name(wire.wire) + ": " + wire.text);
   if (test.wires.empty()) return text;
   return text + row(test.crossing.passed, test.crossing.name, test.crossing.text) +
-         row(test.trip.passed, "trip", test.trip.text);
+         row(test.trip.passed, "trip", test.trip.text) +
+         row(test.watchdog.passed, "watchdog", test.watchdog.text);
 }
 
 Json fixture_json(const BoardInfo& info, const FixtureTest& test) {
@@ -63,6 +64,9 @@ Json fixture_json(const BoardInfo& info, const FixtureTest& test) {
     wires.push_back(
         {{"wire", wire_name(wire.wire)}, {"passed", wire.passed}, {"text", wire.text}, {"pulses", pulses}});
   }
+  const WatchdogTest& dog = test.watchdog;
+  const Json answered = dog.answered ? Json(nanoseconds(info, *dog.answered)) : Json(nullptr);
+  const Json cause = dog.cause ? Json(name(*dog.cause)) : Json(nullptr);
   const Json latency = test.trip.latency ? Json(nanoseconds(info, *test.trip.latency)) : Json(nullptr);
   return {{"wires", wires},
           {"crossing", {{"passed", test.crossing.passed}, {"text", test.crossing.text}}},
@@ -73,7 +77,7 @@ Json fixture_json(const BoardInfo& info, const FixtureTest& test) {
             {"latency_ns", latency},
             {"resolution_ns", nanoseconds(info, test.trip.resolution)}}},
           {"watchdog",
-           {{"passed", nullptr}, {"text", "not tested: no request makes a board starve its watchdog"}}}};
+           {{"passed", dog.passed}, {"text", dog.text}, {"answered_ns", answered}, {"reset_cause", cause}}}};
 }
 
 std::filesystem::path results_name(const BoardInfo& info, std::string made) {
@@ -88,6 +92,7 @@ Result<void> fixture_verdict(const FixtureTest& test) {
     if (!wire.passed) return refused("wire " + wire_name(wire.wire), wire.text);
   if (!test.crossing.passed) return refused("crossing", test.crossing.text);
   if (!test.trip.passed) return refused("trip", test.trip.text);
+  if (!test.watchdog.passed) return refused("watchdog", test.watchdog.text);
   return {};
 }
 

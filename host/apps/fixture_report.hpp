@@ -17,7 +17,7 @@ Result<std::vector<Jumper>> plug_of(const std::string& text);
 
 /// A line for each check of the plug.
 std::string fixture_text(const FixtureTest& test);
-/// What the plug showed, for the results file: wires, crossing, trip.
+/// What the plug showed, for the results file: wires, crossing, trip, watchdog.
 nlohmann::ordered_json fixture_json(const BoardInfo& info, const FixtureTest& test);
 /// BOARD-SERIAL-20261124T160000Z.json. made: "2026-11-24T16:00:00Z".
 std::filesystem::path results_name(const BoardInfo& info, std::string made);

@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The scripts behind the Pico's image: each refuses what it is there to refuse."""
 
+import contextlib
 import copy
+import io
 import pathlib
 import struct
 import sys
 import tempfile
+import tomllib
 import unittest
 
 PICO = pathlib.Path(__file__).resolve().parent.parent.parent / "boards" / "pico"
@@ -16,6 +19,7 @@ import check_flash  # noqa: E402
 import check_size  # noqa: E402
 import check_stack  # noqa: E402
 import generate  # noqa: E402
+import image_size  # noqa: E402
 import make_image  # noqa: E402
 
 
@@ -141,6 +145,23 @@ class Heap(unittest.TestCase):
             self.assertTrue(check_size.HEAP.match(name), name)
         for name in ("main", "__cxa_pure_virtual", "_ZN6symrig8firmware4Core5abortEv", "free_running"):
             self.assertFalse(check_size.HEAP.match(name), name)
+
+    def test_sizes_and_heap_are_refused(self):
+        limits = self.limits()
+        sizes = {"flash": limits["flash_limit"], "ram": limits["ram_limit"]}
+        self.assertEqual(self.verdict({"main": 1}, sizes), 0)
+        self.assertEqual(self.verdict({"main": 1}, {**sizes, "flash": sizes["flash"] + 1}), 1)
+        self.assertEqual(self.verdict({"main": 1}, {**sizes, "ram": sizes["ram"] + 1}), 1)
+        self.assertEqual(self.verdict({"main": 1, "malloc": 2}, sizes), 1)
+
+    @staticmethod
+    def limits():
+        return tomllib.loads((PICO / "board.toml").read_text(encoding="utf-8"))["resources"]
+
+    @staticmethod
+    def verdict(found, sizes):
+        with contextlib.redirect_stdout(io.StringIO()):
+            return image_size.check(PICO, found, sizes, check_size.HEAP)
 
 
 class Stack(unittest.TestCase):

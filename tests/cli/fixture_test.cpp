@@ -46,7 +46,9 @@ TEST_F(Fixture, tests_every_wire_and_writes_a_results_file) {
   for (const Json& wire : fixture["wires"]) EXPECT_EQ(wire["passed"], true);
   EXPECT_EQ(fixture["trip"]["interlock"], "vsync");
   EXPECT_EQ(fixture["trip"]["latency_ns"], 0.0);
-  EXPECT_TRUE(fixture["watchdog"]["passed"].is_null());
+  EXPECT_EQ(fixture["watchdog"]["passed"], true) << fixture["watchdog"]["text"];
+  EXPECT_EQ(fixture["watchdog"]["reset_cause"], "watchdog");
+  EXPECT_NEAR(fixture["watchdog"]["answered_ns"].get<double>(), 400e6, 20e6);
 }
 
 TEST_F(Fixture, an_open_wire_fails_with_its_name_and_is_on_file) {

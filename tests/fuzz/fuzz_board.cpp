@@ -160,7 +160,7 @@ class BoardPlayer {
         break;
       case 1:
         request.which_body = symrig_wire_Request_reboot_tag;
-        request.body.reboot = {token_, what % 4 == 1};
+        request.body.reboot = {token_, what % 4 == 1, what % 8 == 3};
         break;
       case 2:
         request.which_body = symrig_wire_Request_identify_tag;

@@ -170,7 +170,9 @@ std::map<std::string, symrig_wire_Request> requests() {
   all["store_config"] = request(symrig_wire_Request_store_config_tag);
   put_text("left rig", all["store_config"].body.store_config.label);
   all["reboot"] = request(symrig_wire_Request_reboot_tag);
-  all["reboot"].body.reboot = {0x89ABCDEF, true};
+  all["reboot"].body.reboot = {0x89ABCDEF, true, false};
+  all["starve_watchdog"] = request(symrig_wire_Request_reboot_tag);
+  all["starve_watchdog"].body.reboot = {0x89ABCDEF, false, true};
   return all;
 }
 

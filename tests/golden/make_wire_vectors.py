@@ -106,6 +106,7 @@ MESSAGES = {
     "request.program_line": message(19, uint(1, 2)),
     "request.store_config": message(20, text(1, b"left rig")),
     "request.reboot": message(21, fixed32(1, 0x89ABCDEF) + uint(2, 1)),
+    "request.starve_watchdog": message(21, fixed32(1, 0x89ABCDEF) + uint(3, 1)),
     # replies
     "reply.ok": b"",
     "reply.bad_state": uint(1, 3) + uint(3, 5),

@@ -2,6 +2,7 @@
 // What makes the outputs safe: an interlock at any moment, an abort, a stopped processor; and what is kept
 // over a reset.
 #include "assert_ok.hpp"
+#include "board/session/watchdog_test.hpp"
 #include "emulated_mega.hpp"
 #include "symrig/board/board.hpp"
 
@@ -116,6 +117,24 @@ TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
   const auto status = board->status();
   ASSERT_OK(status);
   EXPECT_EQ(status->reset_cause, ResetCause::watchdog);
+}
+
+TEST(MegaSafety, a_watchdog_that_is_starved_on_purpose_resets_the_board) {
+  NEEDS_MEGA();
+  EmulatedMega mega;
+  auto board = Board::connect(mega.link());
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  ASSERT_OK(board->set_line("aux0", true));
+  const auto test = board::test_watchdog(*board, {});
+  ASSERT_OK(test);
+  EXPECT_TRUE(test->passed) << test->text;
+  ASSERT_TRUE(test->answered);
+  const Nanoseconds answered = board->info().rate.nanoseconds(*test->answered);
+  EXPECT_GE(answered, 200ms);
+  EXPECT_LE(answered, 260ms);
+  EXPECT_FALSE(mega.output(kAux0));
+  std::printf("watchdog: %s\n", test->text.c_str());
 }
 
 TEST(MegaSafety, a_stored_configuration_holds_after_a_restart) {

@@ -93,7 +93,10 @@ SYMRIG_RAM void SegmentRing::open() {
 
 SYMRIG_RAM void SegmentRing::service() {
   if (grants_unread() <= 1) grant();
-  if (take_error(kData) || take_error(kControl)) ++errors_;
+  if (take_error(kData) || take_error(kControl)) {
+    ++errors_;
+    open_ = false;  // its interrupt flag looks like that of a zero: a restart would repeat a grant
+  }
   if (open_) restart();
 }
 

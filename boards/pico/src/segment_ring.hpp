@@ -32,7 +32,8 @@ class SegmentRing {
   /// every round of the main loop.
   void service();
 
-  /// Times at which a channel had stopped because of a bus error.
+  /// Times at which a channel had halted because of a bus error. No word follows then until reset(), so the
+  /// queue runs empty.
   uint32_t errors() const { return errors_; }
   /// Segments that are written and not yet read.
   uint32_t used() const { return (static_cast<uint32_t>(written_) - place()) % kWords / 2; }

@@ -120,10 +120,29 @@ class SimSystem final : public hal::System {
   bool bootloader_ = false;
 };
 
-/// Real watchdogs count time themselves. Here the stall says how long the firmware did not run.
+/// Simulated firmware runs only when it has something to do, and a real one at least every millisecond. So a
+/// round that ends without a feed starts the watchdog, not the time without a round. A stall says how long
+/// the firmware does not run.
 class SimWatchdog final : public hal::Watchdog {
  public:
-  void feed() override {}
+  explicit SimWatchdog(std::uint64_t patience) : patience_(patience) {}
+  void feed() override { fed_ = true; }
+
+  /// The tick of the reset; kNever while the firmware feeds.
+  std::uint64_t resets_at() const { return resets_at_; }
+  void restart() {
+    fed_ = false;
+    resets_at_ = kNever;
+  }
+  void end_round(std::uint64_t tick) {
+    const bool fed = std::exchange(fed_, false);
+    resets_at_ = fed ? kNever : std::min(resets_at_, tick + patience_);
+  }
+
+ private:
+  std::uint64_t patience_;
+  std::uint64_t resets_at_ = kNever;
+  bool fed_ = false;
 };
 
 class SimIndicator final : public hal::Indicator {
@@ -190,6 +209,7 @@ struct SimBoard::Impl final : board_common::WordSink {
 
   void start_up(hal::ResetCause cause) {
     release_outputs();
+    watchdog.restart();
     watchdog_at = kNever;
     stalled_until = 0;
     system.started(cause);
@@ -220,9 +240,10 @@ struct SimBoard::Impl final : board_common::WordSink {
     const std::uint64_t wanted = wake ? clock.now() : core->next_deadline();
     return wanted == kNever ? kNever : std::max(wanted, stalled_until);
   }
+  std::uint64_t reset_at() const { return std::min(watchdog_at, watchdog.resets_at()); }
   std::uint64_t next_event() const {
     const std::uint64_t next =
-        std::min({engine.next_event(), peripherals_next(), firmware_next(), watchdog_at});
+        std::min({engine.next_event(), peripherals_next(), firmware_next(), reset_at()});
     return next == kNever ? kNever : std::max(next, clock.now());
   }
 
@@ -235,7 +256,7 @@ struct SimBoard::Impl final : board_common::WordSink {
     for (Peripheral* peripheral : peripherals)
       if (peripheral->next_event() <= clock.now()) peripheral->on_event(clock.now(), self);
     wake = wake || capture.pending();
-    if (watchdog_at <= clock.now()) start_up(hal::ResetCause::watchdog);
+    if (reset_at() <= clock.now()) start_up(hal::ResetCause::watchdog);
     if (firmware_next() <= clock.now()) run_firmware();
   }
 
@@ -249,6 +270,7 @@ struct SimBoard::Impl final : board_common::WordSink {
     watchdog_at = kNever;
     do {
       core->poll();
+      watchdog.end_round(clock.now());
     } while (core->busy() || capture.pending());  // the firmware takes no virtual time
     if (!system.take_reboot()) return;
     if (system.bootloader()) {
@@ -275,7 +297,7 @@ struct SimBoard::Impl final : board_common::WordSink {
   std::vector<std::uint8_t> program;
   std::vector<symrig_wire_Event> events;
   std::vector<firmware::QueuedMark> marks;
-  SimWatchdog watchdog;
+  SimWatchdog watchdog{config.tick_hz * kSimWatchdogMs / 1000};
   SimIndicator indicator;
   SimSettings settings;
   SimSystem system;

@@ -128,11 +128,12 @@ Result<void> keep_results(const SelftestArguments& arguments, const BoardInfo& i
 /// The production test: with a plug that joins outputs and inputs.
 Result<void> run_fixture(const SelftestArguments& arguments, SelfTestOptions options) {
   SYMRIG_TRY(auto plug, plug_of(arguments.plug));
-  SYMRIG_TRY(auto board, open_board(arguments.device));
+  SYMRIG_TRY(const DeviceUri uri, choose_board(arguments.device));
+  SYMRIG_TRY(auto board, open_board(uri));
   if (plug.empty()) plug = default_plug(board.info());
   std::optional<Meter> meter(std::in_place, "selftest", "answers");
   options.progress = meter->progress();
-  SYMRIG_TRY(const FixtureTest test, fixture_test(board, plug, options));
+  SYMRIG_TRY(const FixtureTest test, fixture_test(board, plug, options, [&uri] { return open_board(uri); }));
   meter.reset();
   SYMRIG_CHECK(keep_results(arguments, board.info(), test));
   if (!is_standard_output(arguments.json))
@@ -181,7 +182,7 @@ Job add_selftest(CLI::App& command) {
       ->capture_default_str()
       ->type_name("N");
   command.add_flag("--fixture", arguments->fixture,
-                   "Production test: a plug joins outputs and inputs; also measures an interlock");
+                   "Production test: a plug joins outputs and inputs; also an interlock and the watchdog");
   command
       .add_option("--plug", arguments->plug,
                   "The wires of the plug (default: the first output with the first input, and so on)")

@@ -203,10 +203,11 @@ Verdict BoardUnderTest::send_program(const Bytes& program) {
   SYMRIG_MUST(code_is("program_begin", symrig_wire_Code_CODE_OK,
                       program_begin(static_cast<std::uint32_t>(program.size()))));
   const std::span<const std::uint8_t> bytes(program);
-  for (std::size_t at = 0; at < program.size(); at += protocol::kMaxChunk) {
+  const std::size_t chunk = protocol::chunk_room(can.mtu);
+  for (std::size_t at = 0; at < program.size(); at += chunk) {
     session.forget();
     session.send_chunk(program_id, static_cast<std::uint32_t>(at),
-                       bytes.subspan(at, std::min(protocol::kMaxChunk, program.size() - at)));
+                       bytes.subspan(at, std::min(chunk, program.size() - at)));
     const auto acknowledged = [&] {
       const Received* answer = session.last(protocol::Kind::ack);
       return answer != nullptr && answer->header.ack == session.seq;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The board's identity and capabilities.
 #include "conformance/board_under_test.hpp"
+#include "symrig/protocol/data_chunk.hpp"
 
 #include <algorithm>
 #include <array>
@@ -40,7 +41,7 @@ Verdict capabilities(BoardUnderTest& board) {
   SYMRIG_MUST(within("program_bytes", 8, UINT32_MAX, can.program_bytes));
   SYMRIG_MUST(same("program_bytes modulo 8", 0, can.program_bytes % 8));
   SYMRIG_MUST(within("loop_depth", 1, protocol::kMaxLoopDepth, can.loop_depth));
-  SYMRIG_MUST(same("mtu", protocol::kMtu, can.mtu));
+  SYMRIG_MUST(within("mtu", protocol::kLeastMtu, protocol::kMtu, can.mtu));
   SYMRIG_MUST(within("window", 1, 255, can.window));
   SYMRIG_MUST(within("event_ring", 8, 16'384, can.event_ring));
   return within("queue_segments", 2, UINT32_MAX, can.queue_segments);

@@ -13,7 +13,6 @@ namespace symrig::conformance {
 namespace {
 
 using protocol::Kind;
-using protocol::kMaxChunk;
 using protocol::raw;
 
 /// A legal program of this length. All words differ, so that a chunk in the wrong place changes the CRC.
@@ -29,14 +28,20 @@ Bytes program_of(const BoardUnderTest& board, std::size_t bytes) {
   return program;
 }
 
+/// Bytes of the longest chunk that the board receives.
+std::size_t chunk_room(const BoardUnderTest& board) {
+  return protocol::chunk_room(board.can.mtu);
+}
+
 struct Upload {
   BoardUnderTest& board;
   Bytes program;
   std::uint16_t first = 0;  ///< number of the first chunk
 
-  std::size_t chunks() const { return (program.size() + kMaxChunk - 1) / kMaxChunk; }
+  std::size_t room() const { return chunk_room(board); }
+  std::size_t chunks() const { return (program.size() + room() - 1) / room(); }
   std::span<const std::uint8_t> chunk(std::size_t k) const {
-    return std::span(program).subspan(k * kMaxChunk, std::min(kMaxChunk, program.size() - k * kMaxChunk));
+    return std::span(program).subspan(k * room(), std::min(room(), program.size() - k * room()));
   }
   Verdict begin() {
     SYMRIG_MUST(board.configure());
@@ -50,7 +55,7 @@ struct Upload {
   void send(std::size_t k) {
     board.session.send(
         Kind::data, static_cast<std::uint16_t>(first + k), 0,
-        RawSession::chunk_body(board.program_id, static_cast<std::uint32_t>(k * kMaxChunk), chunk(k)));
+        RawSession::chunk_body(board.program_id, static_cast<std::uint32_t>(k * room()), chunk(k)));
   }
   bool acknowledged(std::size_t k) {
     const auto wanted = static_cast<std::uint16_t>(first + k + 1);
@@ -72,7 +77,7 @@ struct Upload {
 };
 
 Verdict window(BoardUnderTest& board) {
-  Upload upload{board, program_of(board, kMaxChunk * board.can.window)};
+  Upload upload{board, program_of(board, chunk_room(board) * board.can.window)};
   SYMRIG_MUST(upload.begin());
   for (std::size_t k = 0; k < upload.chunks(); ++k) upload.send(k);
   SYMRIG_MUST(
@@ -82,7 +87,7 @@ Verdict window(BoardUnderTest& board) {
 }
 
 Verdict chunk_repeated(BoardUnderTest& board) {
-  Upload upload{board, program_of(board, 2 * kMaxChunk)};
+  Upload upload{board, program_of(board, 2 * chunk_room(board))};
   SYMRIG_MUST(upload.begin());
   upload.send(0);
   upload.send(0);
@@ -94,7 +99,7 @@ Verdict chunk_repeated(BoardUnderTest& board) {
 }
 
 Verdict chunks_out_of_order(BoardUnderTest& board) {
-  Upload upload{board, program_of(board, 3 * kMaxChunk)};
+  Upload upload{board, program_of(board, 3 * chunk_room(board))};
   if (upload.chunks() < 3) return skipped("the board has no room for three chunks");
   SYMRIG_MUST(upload.begin());
   upload.send(1);
@@ -109,7 +114,7 @@ Verdict chunks_out_of_order(BoardUnderTest& board) {
 
 /// A chunk with the right frame number, but the wrong offset in the program.
 Verdict chunk_misplaced(BoardUnderTest& board) {
-  Upload upload{board, program_of(board, 2 * kMaxChunk)};
+  Upload upload{board, program_of(board, 2 * chunk_room(board))};
   SYMRIG_MUST(upload.begin());
   board.session.send_chunk(board.program_id, 8, upload.chunk(0));
   board.session.listen_until([&] { return board.session.count(Kind::reply) > 0; }, kAnswerTime);
@@ -124,7 +129,7 @@ Verdict chunk_misplaced(BoardUnderTest& board) {
 }
 
 Verdict incomplete(BoardUnderTest& board) {
-  Upload upload{board, program_of(board, 2 * kMaxChunk)};
+  Upload upload{board, program_of(board, 2 * chunk_room(board))};
   SYMRIG_MUST(upload.begin());
   upload.send(0);
   SYMRIG_MUST(that(upload.acknowledged(0), "the board acknowledges a chunk"));
@@ -134,7 +139,7 @@ Verdict incomplete(BoardUnderTest& board) {
   const auto reply = board.session.ask(request);
   SYMRIG_MUST(code_is("program_commit of half a program", symrig_wire_Code_CODE_INCOMPLETE,
                       reply ? raw(reply->code) : kNoCode));
-  return same("detail, the received bytes", kMaxChunk, reply->detail);
+  return same("detail, the received bytes", chunk_room(board), reply->detail);
 }
 
 Verdict wrong_crc(BoardUnderTest& board) {

@@ -12,15 +12,12 @@ import { FrameReader, frame } from './link.mjs';
 import { BoardSession } from './session.mjs';
 
 const DRIVE_POLL_MS = 100;
+const LEAVING_MS = 200;
 
 /** `onGone()`: a client has left. */
 export function serve(session, onGone = () => {}) {
   let client = null;
-  return net.createServer((socket) => {
-    if (client) {
-      socket.end(frame('x', Buffer.from('another client is connected')));
-      return;
-    }
+  const attend = (socket) => {
     client = socket;
     socket.setNoDelay?.(true);
     const reader = new FrameReader();
@@ -31,12 +28,19 @@ export function serve(session, onGone = () => {}) {
         socket.end(frame('x', Buffer.from(error.message)));
       }
     });
-    socket.on('error', () => {});
     socket.on('close', () => {
       client = null;
       session.writeVcd();
       onGone();
     });
+  };
+  const refuse = (socket) => socket.end(frame('x', Buffer.from('another client is connected')));
+  return net.createServer((socket) => {
+    socket.on('error', () => {});
+    if (!client) return attend(socket);
+    // The next client may be seen before the end of the one that has just left.
+    setTimeout(() => (client ? refuse(socket) : attend(socket)), LEAVING_MS);
+    return undefined;
   });
 }
 

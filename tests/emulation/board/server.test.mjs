@@ -151,6 +151,15 @@ test('a second client at the same time is turned away', async () => {
   await client.close();
 });
 
+test('clients that come right after another are not turned away', async () => {
+  for (let i = 0; i < 20; i++) {
+    const client = await VirtualClient.connect({ path: place });
+    client.socket.end();
+  }
+  const last = await VirtualClient.connect({ path: place });
+  await last.close();
+});
+
 test('a recording is written when a client goes', async () => {
   const client = await VirtualClient.connect({ path: place });
   await client.must('i', Buffer.from([20, 1]));

@@ -81,3 +81,28 @@ test('a chain starts the next channel, and an abort is over at once', () => {
   assert.equal(bench.read(DMA + 0x444), 0);
   assert.equal(busy(bench, 4), 0);
 });
+
+test('an address without anything is a bus error: the channel halts and says so', () => {
+  const SIO = 0xd0000000;
+  const flags = INCREMENT_READ | INCREMENT_WRITE;
+  for (const [read, write, bit] of [[0x30000000, RAM, 30], [RAM, 0x60000000, 29], [SIO, RAM, 30], [RAM, SIO, 29]]) {
+    const bench = new Bench();
+    channel(bench, 2, { read, write, count: 4, flags });
+    bench.run(10);
+    const control = bench.read(DMA + 0x80 + 0xc);
+    assert.equal((control >>> 24) & 0xe1, (1 << 7) | (1 << (bit - 24)), 'not busy, one error, and their sum');
+    assert.equal(bench.read(DMA + 0x400), 1 << 2, 'its interrupt, although it is quiet');
+    assert.equal(bench.read(DMA + 0x80 + 8), 4, 'nothing was transferred');
+    bench.write(DMA + 0x80 + 0x10 + 0x2000, 1 << bit); // writing 1 clears it
+    assert.equal(bench.read(DMA + 0x80 + 0xc) >>> 29, 0);
+  }
+});
+
+test('an error in the middle of a ring in memory keeps what was transferred', () => {
+  const bench = new Bench();
+  fill(bench, [1, 2, 3, 4]);
+  channel(bench, 0, { read: RAM + 0x41ff8, write: RAM, count: 4, flags: INCREMENT_READ | INCREMENT_WRITE });
+  bench.run(10);
+  assert.equal(bench.read(DMA + 0xc) >>> 29, 0b110, 'the end of the memory');
+  assert.equal(bench.read(DMA + 8), 2);
+});

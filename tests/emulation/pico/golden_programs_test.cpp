@@ -2,14 +2,14 @@
 // The same programs on the simulated board and on the emulated Pico: the same edges, to the tick. The
 // simulated board gets the Pico's lines and timing, so that the programs are the same bytes; and it sees the
 // very pulses that the Pico saw.
+#include "golden_programs.hpp"
+
 #include "emulated_pico.hpp"
-#include "symrig/boards/sim_board.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -20,30 +20,10 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// An output changed, counted from the begin of the run.
-struct Change {
-  std::int64_t tick;
-  unsigned line;
-  bool level;
-
-  bool operator==(const Change&) const = default;
-};
-
-void PrintTo(const Change& change, std::ostream* out) {
-  *out << change.tick << ": line " << change.line << (change.level ? " high" : " low");
-}
-
-/// One run: what the outputs did, what vsync did, and the receipt.
-struct Played {
-  std::vector<Change> changes;
-  std::vector<std::int64_t> vsync;  // ticks of its edges: rising, falling, rising, ...
-  Receipt receipt;
-};
-
 constexpr unsigned kOutputs = 12;
 
-Played run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
-  Played run;
+GoldenRun run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
+  GoldenRun run;
   EXPECT_TRUE(board.upload(program).ok());
   EXPECT_TRUE(board.arm().ok());
   pico.edges();
@@ -63,81 +43,15 @@ Played run_on_pico(EmulatedPico& pico, Board& board, const Program& program) {
   const unsigned vsync = gpio_of(board.info(), "vsync");
   for (const PinEdge& edge : edges) {
     const auto tick = static_cast<std::int64_t>(edge.cycle) - static_cast<std::int64_t>(begin);
-    if (edge.gpio < kOutputs) run.changes.push_back({tick, edge.gpio, edge.level});
+    if (edge.gpio < kOutputs) run.changes.push_back({static_cast<double>(tick), edge.gpio, edge.level});
     // From the first rising edge on; a pulse that was under way before has no part in the run.
     if (edge.gpio == vsync && (edge.level || !run.vsync.empty())) run.vsync.push_back(tick);
   }
   return run;
 }
 
-/// Replays vsync and writes down what the outputs do.
-class Wiring final : public board_sim::Peripheral {
- public:
-  Wiring(int line, std::uint64_t origin, std::vector<std::int64_t> edges)
-      : line_(line), origin_(origin), edges_(std::move(edges)) {}
-
-  void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard&) override {
-    for (unsigned k = 0; k < kOutputs; ++k)
-      if ((((levels ^ levels_) >> k) & 1U) != 0)
-        changes.push_back({static_cast<std::int64_t>(tick - origin_), k, ((levels >> k) & 1U) != 0});
-    levels_ = levels;
-  }
-  std::uint64_t next_event() const override {
-    return next_ < edges_.size() ? origin_ + static_cast<std::uint64_t>(edges_[next_]) : board_sim::kNever;
-  }
-  void on_event(std::uint64_t, board_sim::SimBoard& board) override {
-    board.set_input(line_, next_++ % 2 == 0);
-  }
-
-  std::vector<Change> changes;
-
- private:
-  int line_;
-  std::uint64_t origin_;
-  std::vector<std::int64_t> edges_;
-  std::size_t next_ = 0;
-  std::uint32_t levels_ = 0;
-};
-
-Played run_on_sim(const BoardInfo& info, const Program& program, const std::vector<std::int64_t>& vsync) {
-  board_sim::SimBoardConfig config;
-  config.lines.clear();
-  for (const LineInfo& line : info.lines) config.lines.push_back({line.name, line.output});
-  config.min_dwell = static_cast<std::uint32_t>(info.min_dwell.count);
-  config.wait_latency = static_cast<std::uint32_t>(info.wait_latency.count);
-  config.engine_segments = info.queue_segments;
-  board_sim::SimBoard sim(config);
-  constexpr std::uint64_t kBegin = 10'000'000;
-  // Pulses from before the run began do not matter to it.
-  std::vector<std::int64_t> seen;
-  for (std::size_t k = 0; k + 1 < vsync.size(); k += 2)
-    if (vsync[k] > -static_cast<std::int64_t>(kBegin)) seen.insert(seen.end(), {vsync[k], vsync[k + 1]});
-  Wiring wiring(info.line("vsync"), kBegin, seen);
-  sim.attach(wiring);
-  Played run;
-  auto board = Board::connect(make_sim_link(sim));
-  EXPECT_TRUE(board.ok());
-  if (!board) return run;
-  EXPECT_TRUE(board->configure({}).ok());
-  EXPECT_TRUE(board->upload(program).ok());
-  EXPECT_TRUE(board->arm().ok());
-  EXPECT_TRUE(board->start_at(Ticks{kBegin}).ok());
-  auto receipt = board->wait(60s);
-  EXPECT_TRUE(receipt.ok());
-  if (receipt) run.receipt = *receipt;
-  run.changes = wiring.changes;
-  return run;
-}
-
-struct Golden {
-  const char* name;
-  std::function<Result<Program>(const BoardInfo&)> make;
-  Nanoseconds vsync_period{0};
-};
-
-void PrintTo(const Golden& golden, std::ostream* out) {
-  *out << golden.name;
-}
+/// Pulses from before the simulated run's time 0 do not matter to it.
+constexpr std::int64_t kFrom = -9'999'999;
 
 Result<Program> nested(const BoardInfo& info) {
   ProgramBuilder program(info);
@@ -183,13 +97,13 @@ Result<Program> scan(const BoardInfo& info) {
   return compiled.program;
 }
 
-const std::vector<Golden>& goldens() {
-  static const std::vector<Golden> kGoldens{
+const std::vector<GoldenProgram>& goldens() {
+  static const std::vector<GoldenProgram> kGoldens{
       {"nested", nested}, {"shortest", shortest}, {"waits", waits, 400'003ns}, {"scan", scan, 2'000'003ns}};
   return kGoldens;
 }
 
-class GoldenPrograms : public testing::TestWithParam<Golden> {};
+class GoldenPrograms : public testing::TestWithParam<GoldenProgram> {};
 
 TEST_P(GoldenPrograms, give_the_same_edges_on_both_boards) {
   NEEDS_EMULATION();
@@ -202,13 +116,9 @@ TEST_P(GoldenPrograms, give_the_same_edges_on_both_boards) {
   const auto vsync = static_cast<std::uint8_t>(gpio_of(info, "vsync"));
   if (GetParam().vsync_period.count() > 0)
     ASSERT_OK(pico.bench().pulse(vsync, GetParam().vsync_period, GetParam().vsync_period / 4));
-  const Played real = run_on_pico(pico, board, *program);
-  const Played simulated = run_on_sim(info, *program, real.vsync);
-  ASSERT_EQ(real.receipt.end, RunEnd::completed);
-  ASSERT_EQ(simulated.receipt.end, RunEnd::completed);
-  EXPECT_EQ(real.receipt.program_hash, simulated.receipt.program_hash);
-  EXPECT_EQ(real.receipt.steps, simulated.receipt.steps);
-  EXPECT_GT(real.changes.size(), 10U);
+  const GoldenRun real = run_on_pico(pico, board, *program);
+  const GoldenRun simulated = golden_run_on_sim(info, *program, real.vsync, kFrom);
+  expect_same_run(real, simulated);
   EXPECT_EQ(real.changes, simulated.changes);
   // Marks are dated by stamps of the awaited line, which are up to two ticks off.
   ASSERT_EQ(real.receipt.marks.size(), simulated.receipt.marks.size());
@@ -239,11 +149,11 @@ TEST(GoldenPrograms, a_wait_that_runs_out_resumes_within_a_millisecond) {
   builder.wait_edge("vsync", EdgeKind::rising, 2ms, OnTimeout::keep_going);
   const auto program = builder.set("aux1", true).hold(50us).set("aux1", false).hold(1us).end();
   ASSERT_OK(program);
-  const Played real = run_on_pico(pico, board, *program);
-  const Played simulated = run_on_sim(board.info(), *program, {});
+  const GoldenRun real = run_on_pico(pico, board, *program);
+  const GoldenRun simulated = golden_run_on_sim(board.info(), *program, {}, kFrom);
   ASSERT_EQ(real.changes.size(), 4U);
   ASSERT_EQ(simulated.changes.size(), 4U);
-  const std::int64_t later = real.changes[2].tick - simulated.changes[2].tick;
+  const auto later = static_cast<std::int64_t>(real.changes[2].tick - simulated.changes[2].tick);
   EXPECT_GE(later, 0);
   EXPECT_LE(later, 125'000);
   EXPECT_EQ(real.changes[3].tick - real.changes[2].tick,

@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 import fs from 'node:fs';
 import { test } from 'node:test';
 import { writeFlash } from '../board/drive.mjs';
-import { CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
+import { CYCLES_PER_MICROSECOND, CYCLES_PER_MILLISECOND } from '../clock/constants.mjs';
 import { crc32c } from '../wire/frames.mjs';
 import { records } from '../wire/client.mjs';
 import { IMAGE, PicoRig, outputs, skip } from './rig.mjs';
@@ -38,6 +38,32 @@ test('nor does a board that was flashed with its button, and never ran before', 
   const status = back(rig);
   assert.equal(status.reset_cause, 'RESET_CAUSE_REQUEST');
   assert.equal(status.reset_fault, undefined);
+});
+
+const WATCHDOG_US = 400_000;
+
+test('a watchdog that is starved on purpose resets the chip, in its time, with outputs and alive at rest', { skip }, () => {
+  const rig = new PicoRig();
+  rig.configure(outputs);
+  rig.client.must({ manual_set: { mask: 1, levels: 1 } });
+  const starve = { reboot: { token: crc32c(rig.hello.unique_id), starve_watchdog: true } };
+  rig.client.must(starve);
+  const begin = rig.board.cycle;
+  assert.equal(rig.outputLevels, 0);
+  assert.equal(rig.client.ask({ manual_set: { mask: 1, levels: 1 } }).code, 'CODE_BAD_STATE');
+  rig.client.run(2);
+  rig.board.recorder.clear();
+  // It goes on answering, without a feed.
+  rig.client.run(WATCHDOG_US / 1000 - 20);
+  assert.equal(rig.status().reset_cause, 'RESET_CAUSE_POWER');
+  rig.board.run(50 * CYCLES_PER_MILLISECOND, () => rig.board.chip.resetCount > 0);
+  assert.equal(rig.board.chip.resetCount, 1);
+  const after = (rig.board.cycle - begin) / CYCLES_PER_MICROSECOND;
+  assert.ok(Math.abs(after - WATCHDOG_US) < 5000, `${after} us`);
+  assert.equal(rig.edges(ALIVE).length, 0, 'alive stands still while the watchdog starves');
+  const { reset_cause: cause, reset_fault: fault, state } = back(rig);
+  assert.deepEqual([cause, fault.code, state], ['RESET_CAUSE_WATCHDOG', 'FAULT_WATCHDOG', 'STATE_SAFE']);
+  assert.equal(rig.client.must({ get_diagnostics: {} }).diagnostics.crash, undefined);
 });
 
 test('a crystal that stops: outputs and alive are let go, and the board does not come back', { skip }, () => {

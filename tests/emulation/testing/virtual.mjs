@@ -2,7 +2,6 @@
 // A client of the virtual link, for tests.
 
 import net from 'node:net';
-import { setTimeout as delay } from 'node:timers/promises';
 import { FrameReader, frame, u64 } from '../board/link.mjs';
 
 export class VirtualClient {
@@ -18,14 +17,11 @@ export class VirtualClient {
     });
   }
 
-  /** The one client: the server may still see the one before, however long it takes to hear that it has gone. */
+  /** The one client, also right after another one has left. */
   static async connect(place) {
-    for (;;) {
-      const client = await VirtualClient.open(place);
-      if ((await client.ask('n')).type === 'n') return client;
-      client.socket.destroy();
-      await delay(10);
-    }
+    const client = await VirtualClient.open(place);
+    await client.must('n');
+    return client;
   }
 
   /** One that may be turned away. */

@@ -289,7 +289,7 @@ std::vector<Broken> broken_words() {
        {"identity.stable"}},
       {"has a small MTU",
        from(
-           told(symrig_wire_Reply_capabilities_tag, [](Reply& reply) { reply.body.capabilities.mtu = 256; })),
+           told(symrig_wire_Reply_capabilities_tag, [](Reply& reply) { reply.body.capabilities.mtu = 120; })),
        "^identity",
        {"identity.capabilities"}},
       {"has lines of one name",

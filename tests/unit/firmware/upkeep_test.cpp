@@ -114,7 +114,7 @@ TEST(Upkeep, the_light_tells_a_fault_from_rest) {
 
 symrig_wire_Request reboot_request(std::uint32_t token, bool bootloader) {
   symrig_wire_Request request = RawHost::make(symrig_wire_Request_reboot_tag);
-  request.body.reboot = {token, bootloader};
+  request.body.reboot = {token, bootloader, false};
   return request;
 }
 
@@ -149,6 +149,69 @@ TEST(Upkeep, the_boot_loader_is_entered_at_rest_only) {
   bench.board.advance_to(bench.board.now() + 30 * kMs);
   EXPECT_TRUE(bench.board.in_bootloader());
   EXPECT_FALSE(bench.host.hello());
+}
+
+symrig_wire_Request starve_request(std::uint32_t token) {
+  symrig_wire_Request request = RawHost::make(symrig_wire_Request_reboot_tag);
+  request.body.reboot = {token, false, true};
+  return request;
+}
+
+TEST(Upkeep, a_watchdog_that_is_starved_resets_the_board) {
+  Bench bench;
+  ASSERT_EQ(bench.host.set_by_hand(1, 1), 0U);
+  ASSERT_EQ(bench.host.code(starve_request(token_of(bench.host))), 0U);
+  EXPECT_EQ(bench.board.levels() & 7U, 0U);
+  const std::uint64_t starved = bench.board.now();
+  // The board still answers, and its answers do not feed the watchdog.
+  for (std::uint64_t ms = 50; ms < board_sim::kSimWatchdogMs; ms += 50) {
+    bench.board.advance_to(starved + ms * kMs);
+    EXPECT_EQ(bench.host.status().reset_cause, symrig_wire_ResetCause_RESET_CAUSE_POWER) << ms;
+  }
+  bench.board.advance_to(starved + (board_sim::kSimWatchdogMs + 1) * kMs);
+  bench.host.hello();
+  const symrig_wire_StatusReply status = bench.host.status();
+  EXPECT_EQ(status.state, symrig_wire_State_STATE_SAFE);
+  EXPECT_EQ(status.reset_cause, symrig_wire_ResetCause_RESET_CAUSE_WATCHDOG);
+  EXPECT_EQ(status.reset_fault.code, symrig_wire_FaultCode_FAULT_WATCHDOG);
+  // After the reset it is fed again.
+  bench.board.advance_to(bench.board.now() + 3 * board_sim::kSimWatchdogMs * kMs);
+  EXPECT_EQ(bench.host.configure(test::plain_config()), 0U);
+}
+
+TEST(Upkeep, a_watchdog_is_starved_only_where_outputs_are_safe) {
+  Bench bench;
+  const std::uint32_t token = token_of(bench.host);
+  ASSERT_EQ(bench.host.upload(program_of(2'000)), 0U);
+  ASSERT_EQ(bench.host.arm(), 0U);
+  EXPECT_EQ(bench.host.code(starve_request(token)), symrig_wire_Code_CODE_BAD_STATE);
+  ASSERT_EQ(bench.host.start(), 0U);
+  EXPECT_EQ(bench.host.code(starve_request(token)), symrig_wire_Code_CODE_BAD_STATE);
+  bench.host.abort();
+  EXPECT_EQ(bench.host.code(starve_request(token + 1)), symrig_wire_Code_CODE_BAD_VALUE);
+  symrig_wire_Request both = starve_request(token);
+  both.body.reboot.bootloader = true;
+  const auto refused = bench.host.ask(both);
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->code, symrig_wire_Code_CODE_BAD_VALUE);
+  EXPECT_EQ(refused->field, static_cast<std::uint32_t>(symrig_wire_Reboot_starve_watchdog_tag));
+  // None of them stopped the feeding.
+  bench.board.advance_to(bench.board.now() + 2 * board_sim::kSimWatchdogMs * kMs);
+  EXPECT_EQ(bench.host.status().reset_cause, symrig_wire_ResetCause_RESET_CAUSE_POWER);
+}
+
+TEST(Upkeep, nothing_moves_and_nothing_is_stored_before_a_restart) {
+  for (const bool starve : {false, true}) {
+    Bench bench;
+    ASSERT_EQ(bench.host.upload(program_of(10)), 0U);
+    const std::uint32_t token = token_of(bench.host);
+    ASSERT_EQ(bench.host.code(starve ? starve_request(token) : reboot_request(token, false)), 0U);
+    EXPECT_EQ(bench.host.set_by_hand(1, 1), symrig_wire_Code_CODE_BAD_STATE);
+    EXPECT_EQ(bench.host.arm(), symrig_wire_Code_CODE_BAD_STATE);
+    EXPECT_EQ(bench.host.code(RawHost::make(symrig_wire_Request_store_config_tag)),
+              symrig_wire_Code_CODE_BAD_STATE);
+    EXPECT_EQ(bench.board.levels() & 7U, 0U);
+  }
 }
 
 TEST(Upkeep, verify_reads_the_program_again) {

@@ -82,6 +82,8 @@ class Core final : private Requests {
   void identify(uint32_t seconds, symrig_wire_Reply& reply);
   void reboot(const symrig_wire_Reboot& reboot, symrig_wire_Reply& reply);
   bool may_move(uint32_t mask, hal::Tick tick, symrig_wire_Reply& reply) const;
+  /// A restart is under way: nothing may move or be stored any more.
+  bool leaving() const { return starving_ || reboot_at_ != hal::kNever; }
   int unguarded_line(uint32_t mask) const;
   int hazardous_line() const;
   int open_interlock() const;
@@ -152,6 +154,7 @@ class Core final : private Requests {
   hal::Tick alive_until_ = hal::kNever;
   hal::Tick reboot_at_ = hal::kNever;
   bool to_bootloader_ = false;
+  bool starving_ = false;  // the watchdog gets no more feeds, at a host's request
 };
 
 }  // namespace symrig::firmware

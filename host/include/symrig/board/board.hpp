@@ -156,6 +156,12 @@ class Board {
   Result<void> store_config(std::string_view label);
   /// Restarts the board, in its boot loader if `bootloader`. This ends the session.
   Result<void> reboot(bool bootloader);
+  /// The board feeds its watchdog no more, until that resets it: a test of the watchdog. Its outputs go to
+  /// their safe levels first and stay there. It still answers until the reset, which ends the session.
+  Result<void> starve_watchdog();
+  /// Begins a new session over the same link, after the board has restarted. fails: as connect();
+  /// device_lost also if the link itself ended (USB).
+  Result<void> rejoin();
 
   /// Called for each mark as it arrives during wait(). Empty: none.
   void on_mark(std::function<void(const StepMark&)> callback);

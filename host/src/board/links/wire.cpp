@@ -35,12 +35,13 @@ Error restarted() {
 struct Wire::Upload {
   std::uint32_t program_id;
   std::span<const std::uint8_t> bytes;
-  unsigned window;
+  Limits limits;
   std::uint16_t first;
   std::size_t base = 0;
   std::size_t next = 0;
 
-  std::size_t chunks() const { return (bytes.size() + protocol::kMaxChunk - 1) / protocol::kMaxChunk; }
+  std::size_t chunk() const { return protocol::chunk_room(limits.mtu); }
+  std::size_t chunks() const { return (bytes.size() + chunk() - 1) / chunk(); }
   std::uint16_t seq(std::size_t chunk) const { return static_cast<std::uint16_t>(first + chunk); }
 };
 
@@ -89,8 +90,8 @@ Result<symrig_wire_Reply> Wire::ask(const symrig_wire_Request& request, std::uin
 
 Result<std::optional<symrig_wire_Reply>> Wire::send_chunks(std::uint32_t program_id,
                                                            std::span<const std::uint8_t> bytes,
-                                                           unsigned window) {
-  Upload upload{program_id, bytes, std::max(window, 1U), next_seq_};
+                                                           const Limits& limits) {
+  Upload upload{program_id, bytes, {limits.mtu, std::max(limits.window, 1U)}, next_seq_};
   next_seq_ = upload.seq(upload.chunks());
   acked_ = upload.first;
   int silent = 0;
@@ -114,9 +115,9 @@ Result<std::optional<symrig_wire_Reply>> Wire::send_chunks(std::uint32_t program
 }
 
 Result<void> Wire::send_window(Upload& upload) {
-  for (; upload.next < upload.chunks() && upload.next - upload.base < upload.window; ++upload.next) {
-    const std::size_t offset = upload.next * protocol::kMaxChunk;
-    const std::size_t count = std::min(protocol::kMaxChunk, upload.bytes.size() - offset);
+  for (; upload.next < upload.chunks() && upload.next - upload.base < upload.limits.window; ++upload.next) {
+    const std::size_t offset = upload.next * upload.chunk();
+    const std::size_t count = std::min(upload.chunk(), upload.bytes.size() - offset);
     std::array<std::uint8_t, protocol::kMaxBody> body{};
     const std::size_t size = protocol::encode_chunk(
         {upload.program_id, static_cast<std::uint32_t>(offset), {upload.bytes.data() + offset, count}},

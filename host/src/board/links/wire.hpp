@@ -28,10 +28,17 @@ class Wire {
   Result<symrig_wire_Reply> request(const symrig_wire_Request& request);
   /// Sends a request that overtakes others (Abort only).
   Result<symrig_wire_Reply> urgent(const symrig_wire_Request& request);
-  /// Sends a program in chunks, up to `window` in flight. If the board refuses a chunk, returns its reply.
-  /// fails: device_lost.
+  /// What a board can receive.
+  struct Limits {
+    std::uint32_t mtu = protocol::kMtu;  ///< bytes of a decoded frame
+    unsigned window = 1;                 ///< frames in flight
+  };
+
+  /// Sends a program in chunks, as large and as many in flight as the board can receive. If the board refuses
+  /// a chunk, returns its reply. fails: device_lost.
   Result<std::optional<symrig_wire_Reply>> send_chunks(std::uint32_t program_id,
-                                                       std::span<const std::uint8_t> bytes, unsigned window);
+                                                       std::span<const std::uint8_t> bytes,
+                                                       const Limits& limits);
   /// Handles bytes that arrive within `timeout`; returns after the first ones.
   Result<void> listen(Nanoseconds timeout);
 

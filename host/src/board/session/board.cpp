@@ -94,6 +94,12 @@ Result<void> Board::store_config(std::string_view label) {
 Result<void> Board::reboot(bool bootloader) {
   return session_->reboot(bootloader);
 }
+Result<void> Board::starve_watchdog() {
+  return session_->starve_watchdog();
+}
+Result<void> Board::rejoin() {
+  return session_->introduce();
+}
 void Board::on_mark(std::function<void(const StepMark&)> callback) {
   session_->log().on_mark = std::move(callback);
 }

@@ -3,6 +3,7 @@
 
 #include "board/session/jumper_test.hpp"
 #include "board/session/names.hpp"
+#include "board/session/watchdog_test.hpp"
 
 #include <algorithm>
 #include <set>
@@ -175,7 +176,7 @@ Result<TripTest> test_trip(Board& board, const std::vector<Jumper>& plug) {
 }  // namespace
 
 bool FixtureTest::passed() const {
-  return basics.passed() && crossing.passed && trip.passed &&
+  return basics.passed() && crossing.passed && trip.passed && watchdog.passed &&
          std::all_of(wires.begin(), wires.end(), [](const WireTest& wire) { return wire.passed; });
 }
 
@@ -190,7 +191,7 @@ std::vector<Jumper> default_plug(const BoardInfo& board) {
 }
 
 Result<FixtureTest> fixture_test(Board& board, const std::vector<Jumper>& plug,
-                                 const SelfTestOptions& options) {
+                                 const SelfTestOptions& options, const Reconnect& reconnect) {
   SYMRIG_CHECK(check_plug(board.info(), plug));
   SYMRIG_CHECK(trip_wires(board.info(), plug));
   FixtureTest found;
@@ -202,6 +203,7 @@ Result<FixtureTest> fixture_test(Board& board, const std::vector<Jumper>& plug,
   }
   SYMRIG_TRY(found.crossing, test_crossing(board, plug));
   SYMRIG_TRY(found.trip, test_trip(board, plug));
+  SYMRIG_TRY(found.watchdog, board::test_watchdog(board, reconnect));
   return found;
 }
 

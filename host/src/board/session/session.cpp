@@ -5,6 +5,7 @@
 #include "board/session/line_setup.hpp"
 #include "board/session/names.hpp"
 #include "board/session/refusal.hpp"
+#include "symrig/protocol/data_chunk.hpp"
 #include "symrig/protocol/line_config.hpp"
 
 #include <algorithm>
@@ -58,6 +59,9 @@ Result<symrig_wire_Reply> Board::Session::ask(const symrig_wire_Request& request
 }
 
 Result<void> Board::Session::introduce() {
+  info_ = {};
+  has_program_ = false;
+  ttl_ = {};
   SYMRIG_CHECK(learn_identity());
   SYMRIG_CHECK(learn_capabilities());
   const std::size_t lines = info_.lines.size();
@@ -99,10 +103,11 @@ Result<void> Board::Session::learn_identity() {
 Result<void> Board::Session::learn_capabilities() {
   SYMRIG_TRY(const auto reply, ask(make_request(symrig_wire_Request_capabilities_tag), "capabilities"));
   const symrig_wire_CapabilitiesReply& can = reply.body.capabilities;
-  const bool sound =
-      reply.which_body == symrig_wire_Reply_capabilities_tag && can.lines <= protocol::kMaxLines &&
-      can.tick_hz >= 1000 && can.tick_hz <= 10'000'000'000U && can.min_dwell >= 1 &&
-      can.max_dwell >= 2 * std::uint64_t{can.min_dwell} && can.loop_depth <= protocol::kMaxLoopDepth;
+  const bool sound = reply.which_body == symrig_wire_Reply_capabilities_tag &&
+                     can.lines <= protocol::kMaxLines && can.tick_hz >= 1000 &&
+                     can.tick_hz <= 10'000'000'000U && can.min_dwell >= 1 &&
+                     can.max_dwell >= 2 * std::uint64_t{can.min_dwell} &&
+                     can.loop_depth <= protocol::kMaxLoopDepth && can.mtu >= protocol::kLeastMtu;
   if (!sound) return nonsense("capabilities");
   info_.rate = {can.tick_hz};
   info_.lines.assign(can.lines, {});
@@ -165,7 +170,7 @@ Result<void> Board::Session::upload(const Program& program) {
   const std::uint32_t program_id = next_program_id_++;
   request.body.program_begin = {program_id, static_cast<std::uint32_t>(program.bytes().size())};
   SYMRIG_CHECK(ask(request, "the program"));
-  SYMRIG_TRY(const auto refused, wire_.send_chunks(program_id, program.bytes(), info_.window));
+  SYMRIG_TRY(const auto refused, wire_.send_chunks(program_id, program.bytes(), {info_.mtu, info_.window}));
   if (refused) return board::explain_refusal(*refused, "the program", info_);
   return commit(program_id, program.hash());
 }
@@ -356,8 +361,15 @@ Result<void> Board::Session::store_config(std::string_view label) {
 
 Result<void> Board::Session::reboot(bool bootloader) {
   symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
-  request.body.reboot = {reboot_token_, bootloader};
+  request.body.reboot = {reboot_token_, bootloader, false};
   SYMRIG_CHECK(ask(request, "to restart"));
+  return {};
+}
+
+Result<void> Board::Session::starve_watchdog() {
+  symrig_wire_Request request = make_request(symrig_wire_Request_reboot_tag);
+  request.body.reboot = {reboot_token_, false, true};
+  SYMRIG_CHECK(ask(request, "to starve its watchdog"));
   return {};
 }
 

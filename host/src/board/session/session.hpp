@@ -37,6 +37,7 @@ class Board::Session {
   Result<void> identify(Nanoseconds duration);
   Result<void> store_config(std::string_view label);
   Result<void> reboot(bool bootloader);
+  Result<void> starve_watchdog();
 
   const BoardInfo& info() const { return info_; }
   board::RunLog& log() { return log_; }

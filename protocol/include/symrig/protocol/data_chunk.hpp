@@ -8,6 +8,16 @@ namespace symrig::protocol {
 constexpr size_t kChunkHeaderSize = 12;
 /// Program bytes in one DATA frame: the most whole records that fit.
 constexpr size_t kMaxChunk = (kMaxBody - kChunkHeaderSize) / 8 * 8;
+/// The least `mtu` of a board: every request fits, and chunks are not small.
+constexpr size_t kLeastMtu = 128;
+
+/// Bytes of the longest chunk, in whole records, that a board with this `mtu` receives.
+constexpr size_t chunk_room(size_t mtu) {
+  constexpr size_t kAround = kHeaderSize + kChunkHeaderSize + kCrcSize;
+  if (mtu < kLeastMtu) mtu = kLeastMtu;
+  return mtu >= kMtu ? kMaxChunk : (mtu - kAround) / 8 * 8;
+}
+static_assert(chunk_room(kMtu) == kMaxChunk && chunk_room(kLeastMtu) == 104);
 
 /// Body of a DATA frame: 12 bytes little endian (program_id:u32, offset:u32, length:u16, reserved:u16 = 0),
 /// then `length` bytes of program.

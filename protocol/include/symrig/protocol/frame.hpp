@@ -12,7 +12,13 @@ constexpr uint8_t kProtoMinor = 0;
 
 constexpr size_t kHeaderSize = 8;
 constexpr size_t kCrcSize = 4;
-constexpr size_t kMtu = 512;  ///< bytes of a decoded frame, header and CRC included
+/// Bytes of a decoded frame, header and CRC included. The build of a board with little memory defines
+/// SYMRIG_MTU, 128 to 512; its capabilities tell the host.
+#ifdef SYMRIG_MTU
+constexpr size_t kMtu = SYMRIG_MTU;
+#else
+constexpr size_t kMtu = 512;
+#endif
 constexpr size_t kMaxBody = kMtu - kHeaderSize - kCrcSize;
 constexpr size_t kMaxWire = cobs_bound(kMtu) + 1;  ///< bytes of a frame on the wire, closing zero included
 
