@@ -8,7 +8,7 @@ namespace symrig::sim::drawn {
 namespace {
 
 constexpr int kFaces = 6;
-constexpr double kFar = 1e6;  // the rig is this far away; no scene is as deep
+constexpr double kRigDistance = 1e6;  // the rig is this far away; no scene is as deep
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::vector<SeenPoint> survey(const Recipe& recipe, Grid grid) {
   for (int row = 0; row < grid.rows; ++row) {
     for (int col = 0; col < grid.cols; ++col) {
       SeenPoint& point = seen.emplace_back();
-      const auto sighting = look(recipe, {col + 0.5, row + 0.5, kFar}, -1 * kToRig, -1);
+      const auto sighting = look(recipe, {col + 0.5, row + 0.5, kRigDistance}, -1 * kToRig, -1);
       if (!sighting) continue;
       point = {sighting->body, kFaces * sighting->body + sighting->face, sighting->at, sighting->normal,
                std::max(kSteepest, sighting->normal.z)};
