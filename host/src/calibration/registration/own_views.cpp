@@ -73,13 +73,13 @@ std::vector<Candidates> candidates(const GrayCode& code, std::span<const std::ve
   std::vector<Candidates> found(static_cast<std::size_t>(camera.size()));
   for (const auto& photographs : by_view) {
     const auto cells = decoded(code, photographs);
-    for (std::size_t pixel = 0; pixel < found.size(); ++pixel)
-      if (std::isfinite(cells[0][pixel]) && std::isfinite(cells[1][pixel]))
-        found[pixel].cells.push_back({cells[0][pixel], cells[1][pixel]});
+    for (std::size_t k = 0; k < found.size(); ++k)
+      if (std::isfinite(cells[0][k]) && std::isfinite(cells[1][k]))
+        found[k].cells.push_back({cells[0][k], cells[1][k]});
   }
-  for (std::size_t pixel = 0; pixel < found.size(); ++pixel)
-    found[pixel].at = {static_cast<double>(static_cast<std::int64_t>(pixel) / camera.cols) + 0.5,
-                       static_cast<double>(static_cast<std::int64_t>(pixel) % camera.cols) + 0.5};
+  std::size_t pixel = 0;
+  for (int row = 0; row < camera.rows; ++row)
+    for (int col = 0; col < camera.cols; ++col) found[pixel++].at = {row + 0.5, col + 0.5};
   std::erase_if(found, [](const Candidates& one) { return one.cells.empty(); });
   return found;
 }
