@@ -23,6 +23,10 @@ void Optics::see(std::span<const float> scene, std::span<float> seen) const {
 
 void Optics::light(std::span<const float> light, std::span<float> lit) const {
   std::fill(lit.begin(), lit.end(), 0.F);
+  add_light(light, lit);
+}
+
+void Optics::add_light(std::span<const float> light, std::span<float> lit) const {
   std::size_t entry = 0;
   for (std::size_t pixel = 0; pixel < end_.size(); ++pixel)
     for (; entry < end_[pixel]; ++entry) lit[point_[entry]] += weight_[entry] * light[pixel];

@@ -30,6 +30,8 @@ class Optics {
   void see(std::span<const float> scene, std::span<float> seen) const;
   /// lit = Mᵀ light.
   void light(std::span<const float> light, std::span<float> lit) const;
+  /// lit += Mᵀ light.
+  void add_light(std::span<const float> light, std::span<float> lit) const;
 
  private:
   std::size_t scene_points_;

@@ -34,7 +34,7 @@ int cells_along(int points, int spacing) {
 
 Lattice::Lattice(std::span<const SeenPoint> seen, Grid grid, int spacing, double row_offset,
                  double col_offset)
-    : cells_{cells_along(grid.rows, spacing), cells_along(grid.cols, spacing)} {
+    : cells_{cells_along(grid.rows, spacing), cells_along(grid.cols, spacing)}, points_(seen.size()) {
   add_nodes(seen, parts_of(seen, grid, spacing, row_offset, col_offset));
 }
 
@@ -66,17 +66,16 @@ void Lattice::add_nodes(std::span<const SeenPoint> seen, std::vector<Part> parts
     const Part& part = parts[i];
     const SeenPoint& point = seen[part.point];
     if (i == 0 || parts[i - 1].key != part.key) {
+      if (i > 0) points_.end_pixel();
       nodes_.push_back({static_cast<std::int64_t>(part.key >> kSurfaceBits), point.body, {}, {}});
-      end_.push_back(point_.size());
       sum.push_back(0);
     }
     nodes_.back().at = nodes_.back().at + part.weight * point.at;
     nodes_.back().normal = nodes_.back().normal + part.weight * point.normal;
     sum.back() += part.weight;
-    point_.push_back(part.point);
-    weight_.push_back(part.weight);
-    end_.back() = point_.size();
+    points_.add(part.point, part.weight);
   }
+  if (!parts.empty()) points_.end_pixel();
   first_.assign(static_cast<std::size_t>(cells_.size()) + 1, nodes_.size());
   for (std::size_t k = nodes_.size(); k-- > 0;) {
     nodes_[k].at = 1 / sum[k] * nodes_[k].at;
@@ -85,21 +84,6 @@ void Lattice::add_nodes(std::span<const SeenPoint> seen, std::vector<Part> parts
   }
   for (std::size_t cell = first_.size() - 1; cell-- > 0;)
     first_[cell] = std::min(first_[cell], first_[cell + 1]);
-}
-
-void Lattice::gather(std::span<const float> points, std::span<float> nodes) const {
-  std::size_t entry = 0;
-  for (std::size_t k = 0; k < end_.size(); ++k) {
-    float sum = 0;
-    for (; entry < end_[k]; ++entry) sum += weight_[entry] * points[point_[entry]];
-    nodes[k] = sum;
-  }
-}
-
-void Lattice::spread(std::span<const float> nodes, std::span<float> points) const {
-  std::size_t entry = 0;
-  for (std::size_t k = 0; k < end_.size(); ++k)
-    for (; entry < end_[k]; ++entry) points[point_[entry]] += weight_[entry] * nodes[k];
 }
 
 }  // namespace symrig::sim::drawn

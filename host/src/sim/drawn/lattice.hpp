@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/drawn/survey.hpp"
+#include "sim/optics.hpp"
 
 #include <cstdint>
 #include <span>
@@ -30,9 +31,11 @@ class Lattice {
   std::size_t first_of(std::int64_t cell) const { return first_[static_cast<std::size_t>(cell)]; }
 
   /// nodes = Wᵀ points.
-  void gather(std::span<const float> points, std::span<float> nodes) const;
+  void gather(std::span<const float> points, std::span<float> nodes) const { points_.see(points, nodes); }
   /// points += W nodes.
-  void spread(std::span<const float> nodes, std::span<float> points) const;
+  void spread(std::span<const float> nodes, std::span<float> points) const {
+    points_.add_light(nodes, points);
+  }
 
  private:
   /// What a point has in a node.
@@ -48,9 +51,7 @@ class Lattice {
   Grid cells_;
   std::vector<Node> nodes_;
   std::vector<std::size_t> first_;
-  std::vector<std::size_t> end_;  // of each node's points
-  std::vector<std::uint32_t> point_;
-  std::vector<float> weight_;
+  Optics points_;  // Wᵀ: the points of each node
 };
 
 }  // namespace symrig::sim::drawn

@@ -159,12 +159,12 @@ void add_objects(std::span<const HalfSpace> planes, const Picture& picture, cons
   const int count = least + draws.below(7 - least);
   const bool mirrored = draws.chance(0.3);
   for (int k = 0; k < count; ++k) {
-    Draws own(combine(combine(key, kFinish), static_cast<std::uint64_t>(100 + k)));
+    Draws own(combine(combine(key, kFinish), std::uint64_t{100} + static_cast<std::uint64_t>(k)));
     Body body{draw_object(planes, picture, recipe.ground == Ground::none && k == 0, draws),
               draw_finish(own, chances, picture.longer, true), false};
     if (mirrored && k == 1) body.finish.mirror = own.between(0.5, 0.9);
     if (body.finish.mirror > 0) body.finish.translucency = {};
-    recipe.bodies.push_back(std::move(body));
+    recipe.bodies.push_back(body);
   }
 }
 

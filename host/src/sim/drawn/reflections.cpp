@@ -8,7 +8,6 @@ namespace symrig::sim::drawn {
 
 namespace {
 
-constexpr double kFar = 1e6;
 constexpr int kRays = 2;  // per point and axis
 
 /// The points around a place that show the same surface, with bilinear weights. Weights of other surfaces are
@@ -17,9 +16,10 @@ void add_landing(std::span<const SeenPoint> seen, Grid grid, const Vec& at, int 
                  Optics& optics) {
   const double top = std::floor(at.y - 0.5), left = std::floor(at.x - 0.5);
   for (int k = 0; k < 4; ++k) {
-    const double row = top + k / 2, col = left + k % 2;
+    const int down = k / 2, right = k % 2;
+    const double row = top + down, col = left + right;
     if (row < 0 || col < 0 || row >= grid.rows || col >= grid.cols) continue;
-    const std::int64_t point = static_cast<std::int64_t>(row) * grid.cols + static_cast<std::int64_t>(col);
+    const auto point = static_cast<std::int64_t>(row) * grid.cols + static_cast<std::int64_t>(col);
     const double share = (1 - std::abs(at.y - 0.5 - row)) * (1 - std::abs(at.x - 0.5 - col));
     if (share > 0 && seen[static_cast<std::size_t>(point)].body == body)
       optics.add(point, static_cast<float>(weight * share));
@@ -35,9 +35,22 @@ void add_ray(const Recipe& recipe, std::span<const SeenPoint> seen, Grid grid, c
   const auto landing = look(recipe, mirror->at, direction, mirror->body);
   if (!landing || recipe.bodies[static_cast<std::size_t>(landing->body)].finish.mirror > 0) return;
   if (!sees(recipe, mirror->at, mirror->body, landing->at, landing->body)) return;  // a fin is between
-  const auto above = look(recipe, {landing->at.x, landing->at.y, kFar}, -1 * kToRig, -1);
+  const auto above = look(recipe, {landing->at.x, landing->at.y, kRigDistance}, -1 * kToRig, -1);
   if (!above || above->body != landing->body || above->face != landing->face) return;
   add_landing(seen, grid, landing->at, landing->body, weight, optics);
+}
+
+/// The rays of a point that shows a mirror.
+void add_rays(const Recipe& recipe, std::span<const SeenPoint> seen, Grid grid, std::size_t point,
+              Optics& optics) {
+  const auto cols = static_cast<std::size_t>(grid.cols);
+  const auto row = static_cast<double>(point / cols), col = static_cast<double>(point % cols);
+  const double weight =
+      recipe.bodies[static_cast<std::size_t>(seen[point].body)].finish.mirror / (kRays * kRays);
+  for (int down = 0; down < kRays; ++down)
+    for (int right = 0; right < kRays; ++right)
+      add_ray(recipe, seen, grid, {col + (right + 0.5) / kRays, row + (down + 0.5) / kRays, kRigDistance},
+              weight, optics);
 }
 
 }  // namespace
@@ -49,12 +62,10 @@ std::shared_ptr<const Optics> reflections(const Recipe& recipe, std::span<const 
   if (std::none_of(seen.begin(), seen.end(), reflects)) return nullptr;
   auto optics = std::make_shared<Optics>(seen.size());
   for (std::size_t i = 0; i < seen.size(); ++i) {
-    const double row = static_cast<double>(i / static_cast<std::size_t>(grid.cols));
-    const double col = static_cast<double>(i % static_cast<std::size_t>(grid.cols));
-    for (int k = 0; k < kRays * kRays && reflects(seen[i]); ++k)
-      add_ray(recipe, seen, grid, {col + (k % kRays + 0.5) / kRays, row + (k / kRays + 0.5) / kRays, kFar},
-              recipe.bodies[static_cast<std::size_t>(seen[i].body)].finish.mirror / (kRays * kRays), *optics);
-    if (!reflects(seen[i])) optics->add(static_cast<std::int64_t>(i), 1);
+    if (reflects(seen[i]))
+      add_rays(recipe, seen, grid, i, *optics);
+    else
+      optics->add(static_cast<std::int64_t>(i), 1);
     optics->end_pixel();
   }
   return optics;

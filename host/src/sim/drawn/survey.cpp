@@ -8,7 +8,6 @@ namespace symrig::sim::drawn {
 namespace {
 
 constexpr int kFaces = 6;
-constexpr double kRigDistance = 1e6;  // the rig is this far away; no scene is as deep
 
 }  // namespace
 

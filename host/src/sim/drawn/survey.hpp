@@ -32,6 +32,9 @@ struct SeenPoint {
 /// surface.
 inline constexpr double kSteepest = 0.1;
 
+/// [points] The rig is this far away. No scene is as deep.
+inline constexpr double kRigDistance = 1e6;
+
 /// What the rig sees, point by point in raster order. It looks along −z from far away.
 std::vector<SeenPoint> survey(const Recipe& recipe, Grid grid);
 

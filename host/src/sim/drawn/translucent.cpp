@@ -9,12 +9,8 @@ namespace symrig::sim::drawn {
 
 namespace {
 
-struct Bounds {
-  int top = 0, left = 0;
-  Grid part{1, 1};
-};
-
-Bounds bounds_of(Grid grid, std::span<const float> entrance) {
+/// The smallest part of the picture that holds all of a body; one point if it is nowhere.
+Tile bounds_of(Grid grid, std::span<const float> entrance) {
   int top = grid.rows, left = grid.cols, bottom = -1, right = -1;
   for (std::size_t i = 0; i < entrance.size(); ++i) {
     if (entrance[i] == 0) continue;
@@ -22,7 +18,7 @@ Bounds bounds_of(Grid grid, std::span<const float> entrance) {
     top = std::min(top, row), bottom = std::max(bottom, row);
     left = std::min(left, col), right = std::max(right, col);
   }
-  return bottom < 0 ? Bounds{} : Bounds{top, left, {bottom - top + 1, right - left + 1}};
+  return bottom < 0 ? Tile{0, 0, {1, 1}} : Tile{top, left, {bottom - top + 1, right - left + 1}};
 }
 
 /// Points far apart are dark in most pictures: mean 1, mean square 16/7.
@@ -41,15 +37,17 @@ std::vector<std::vector<float>> speckle_pictures(std::uint64_t key, std::size_t 
 }
 
 Translucent::Translucent(const Translucency& inside, Grid grid, std::span<const float> entrance)
-    : first_(0),
-      stride_(static_cast<std::size_t>(grid.cols)),
-      part_(bounds_of(grid, entrance).part),
+    : Translucent(inside, grid, entrance, bounds_of(grid, entrance)) {}
+
+Translucent::Translucent(const Translucency& inside, Grid grid, std::span<const float> entrance,
+                         const Tile& bounds)
+    : stride_(static_cast<std::size_t>(grid.cols)),
+      first_(static_cast<std::size_t>(bounds.row) * stride_ + static_cast<std::size_t>(bounds.col)),
+      part_(bounds.grid),
       near_(static_cast<float>(inside.share * (1 - inside.far_share))),
       far_(static_cast<float>(inside.share * inside.far_share)),
       narrow_(part_, inside.near),
       wide_(part_, inside.far) {
-  const Bounds bounds = bounds_of(grid, entrance);
-  first_ = static_cast<std::size_t>(bounds.top) * stride_ + static_cast<std::size_t>(bounds.left);
   for (std::size_t i = 0; i < static_cast<std::size_t>(part_.size()); ++i)
     entrance_.push_back(entrance[point(i)]);
   if (inside.speckle != 0) speckles_ = speckle_pictures(inside.speckle, entrance_.size(), kSpeckles);

@@ -3,6 +3,7 @@
 
 #include "sim/drawn/survey.hpp"
 #include "sim/gaussian_blur.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <span>
@@ -28,12 +29,13 @@ class Translucent {
   void add(float weight, std::span<const float> x, std::span<float> y) const;
 
  private:
+  Translucent(const Translucency& inside, Grid grid, std::span<const float> entrance, const Tile& bounds);
   std::size_t point(std::size_t i) const {
     const std::size_t cols = part_.cols;
     return first_ + i / cols * stride_ + i % cols;
   }
 
-  std::size_t first_, stride_;  // the part of the picture that holds the body
+  std::size_t stride_, first_;  // the part of the picture that holds the body
   Grid part_;
   std::vector<float> entrance_;
   float near_, far_;
