@@ -33,6 +33,15 @@ std::uint64_t high_after(EmulatedMega& mega, std::uint64_t from) {
   return high ? UINT64_MAX : last;
 }
 
+/// A configured board whose aux0 is high.
+Result<Board> lit_board(EmulatedMega& mega) {
+  SYMRIG_TRY(Board board, Board::connect(mega.link()));
+  SYMRIG_CHECK(board.configure({}));
+  SYMRIG_CHECK(board.set_line("aux0", true));
+  EXPECT_TRUE(mega.output(kAux0));
+  return board;
+}
+
 TEST(MegaSafety, an_interlock_stops_a_run_at_any_moment_of_a_word) {
   NEEDS_MEGA();
   std::uint64_t worst = 0;
@@ -90,11 +99,8 @@ TEST(MegaSafety, a_manual_set_never_survives_an_interlock) {
 TEST(MegaSafety, an_abort_works_while_the_board_is_busy) {
   NEEDS_MEGA();
   EmulatedMega mega;
-  auto board = Board::connect(mega.link());
+  auto board = lit_board(mega);
   ASSERT_OK(board);
-  ASSERT_OK(board->configure({}));
-  ASSERT_OK(board->set_line("aux0", true));
-  ASSERT_TRUE(mega.output(kAux0));
   ASSERT_OK(board->abort());
   EXPECT_FALSE(mega.output(kAux0));
 }
@@ -102,13 +108,7 @@ TEST(MegaSafety, an_abort_works_while_the_board_is_busy) {
 TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
   NEEDS_MEGA();
   EmulatedMega mega;
-  {
-    auto board = Board::connect(mega.link());
-    ASSERT_OK(board);
-    ASSERT_OK(board->configure({}));
-    ASSERT_OK(board->set_line("aux0", true));
-  }
-  ASSERT_TRUE(mega.output(kAux0));
+  ASSERT_OK(lit_board(mega));
   mega.stop_firmware();
   mega.run(16'000'000);
   EXPECT_FALSE(mega.output(kAux0));
@@ -122,10 +122,8 @@ TEST(MegaSafety, the_watchdog_restarts_a_processor_that_stands_still) {
 TEST(MegaSafety, a_watchdog_that_is_starved_on_purpose_resets_the_board) {
   NEEDS_MEGA();
   EmulatedMega mega;
-  auto board = Board::connect(mega.link());
+  auto board = lit_board(mega);
   ASSERT_OK(board);
-  ASSERT_OK(board->configure({}));
-  ASSERT_OK(board->set_line("aux0", true));
   const auto test = board::test_watchdog(*board, {});
   ASSERT_OK(test);
   EXPECT_TRUE(test->passed) << test->text;
