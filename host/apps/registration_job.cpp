@@ -29,7 +29,7 @@ Result<void> register_rig(Probe& rig, const RegistrationJob& job) {
   SYMRIG_TRY(const Registration found, register_camera(rig, options));
   meter.reset();
   SYMRIG_TRY(const CellWeights weights, found.weights());
-  const RegistrationSummary summary{found, weights, rig.cost().rig_seconds, made_now()};
+  const RegistrationSummary summary{found, weights, rig.cost().rig_seconds, made_now(), rig.views()};
   if (!job.output.empty()) SYMRIG_CHECK(save_registration(job.output, found));
   if (!job.report.empty()) {
     SYMRIG_TRY(const std::string page, registration_page(summary));

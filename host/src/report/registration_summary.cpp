@@ -46,7 +46,7 @@ std::string registration_json(const RegistrationSummary& summary) {
                      {"cells_seen", summary.weights.valid_cells()},
                      {"cells_by_area", summary.weights.cells_without_core()},
                      {"noise_share", summary.weights.noise_share()}};
-  const auto expected = expected_indirect(r);
+  const auto expected = expected_indirect(r, summary.views);
   json["expected_indirect"] =
       expected ? Json{{"surfaces", expected->surfaces}, {"scattering", expected->scattering}} : Json(nullptr);
   json["gain"] = {{"known", r.gain.known}, {"spread", r.gain.spread(r.cells)}, {"sigma", r.gain.sigma},
@@ -150,7 +150,7 @@ std::string registration_text(const RegistrationSummary& summary) {
         r.margin(), weights.noise_share());
   else
     lines += blur_text(r.blur, weights);
-  if (const auto expected = expected_indirect(r))
+  if (const auto expected = expected_indirect(r, summary.views))
     lines += fmt::format(
         "expect an error of the indirect light of about {} on surfaces, and of up to {} in translucent "
         "scenes "

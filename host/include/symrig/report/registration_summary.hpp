@@ -3,6 +3,7 @@
 
 #include "symrig/calibration/cell_weights.hpp"
 #include "symrig/calibration/registration.hpp"
+#include "symrig/image/view_layout.hpp"
 #include "symrig/report/made.hpp"
 
 #include <string>
@@ -15,6 +16,7 @@ struct RegistrationSummary {
   const CellWeights& weights;
   double rig_seconds = 0;  ///< on the rig's clock
   Made made = {};
+  ViewLayout views = {};  ///< of the rig
   MapShape shape = registration.shape();
 };
 

@@ -4,6 +4,7 @@
 #include "calibration/registration/fitted_maps.hpp"
 #include "calibration/registration/own_views.hpp"
 #include "calibration/registration/photograph_each.hpp"
+#include "calibration/registration/scaled_sum.hpp"
 #include "calibration/registration/view_by_view.hpp"
 
 #include <cstdint>
@@ -48,25 +49,6 @@ std::vector<Radiance> composed(const OwnViews& own, std::span<const std::vector<
   return photographs;
 }
 
-/// The mean of several photographs of the flood-lit scene.
-Result<Radiance> mean_flood_lit(Probe& rig, const Progress& progress) {
-  const std::vector<Pattern> white(kFloods, Pattern(rig.grid(), 1, 1.F));
-  SYMRIG_TRY(const auto photographs, photograph_each(rig, white, "flood-lit scene", progress));
-  Radiance mean = photographs.front();
-  for (std::size_t i = 0; i < mean.mean.values().size(); ++i) {
-    float sum = 0, variance = 0;
-    bool valid = true;
-    for (const Radiance& one : photographs) {
-      sum += one.mean.values()[i], variance += one.variance.values()[i];
-      valid = valid && one.valid.values()[i] != 0;
-    }
-    mean.valid.values()[i] = valid ? 1 : 0;
-    mean.mean.values()[i] = valid ? sum / kFloods : 0;
-    mean.variance.values()[i] = valid ? variance / (kFloods * kFloods) : 0;
-  }
-  return mean;
-}
-
 }  // namespace
 
 Result<Registration> register_views(Probe& rig, const RegistrationOptions& options) {
@@ -75,7 +57,9 @@ Result<Registration> register_views(Probe& rig, const RegistrationOptions& optio
   const GrayCode code(found.cells);
   ViewByView lit(rig);
   SYMRIG_TRY(const auto by_view, code_by_view(lit, gray_code_patterns(found.cells), options.progress));
-  SYMRIG_TRY(found.flood, mean_flood_lit(rig, options.progress));
+  const std::vector<Pattern> white(kFloods, Pattern(rig.grid(), 1, 1.F));
+  SYMRIG_TRY(const auto floods, photograph_each(rig, white, "flood-lit scene", options.progress));
+  found.flood = scaled_sum(floods, 1.F / kFloods);
   SYMRIG_TRY(OwnViews own, OwnViews::find(code, rig.views(), by_view));
   // The first map leaves out a strip at the borders of views, and shows which pixels really cross them.
   for (int round = 0; round < 2; ++round) {

@@ -8,6 +8,7 @@
 #include "calibration/registration/photograph_each.hpp"
 #include "calibration/registration/reciprocal_shift.hpp"
 #include "calibration/registration/register_views.hpp"
+#include "calibration/registration/scaled_sum.hpp"
 #include "calibration/registration/shared_grid.hpp"
 #include "symrig/calibration/gray_code.hpp"
 #include "symrig/calibration/registered_probe.hpp"
@@ -39,22 +40,8 @@ constexpr double kEdgesMiss = 1.5;
 
 /// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
 Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
-  Radiance flood = photographs[code.white()];
-  for (int k = 0; k < code.white(); ++k) {
-    const Radiance& one = photographs[k];
-    for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
-      flood.mean.values()[i] += one.mean.values()[i];
-      flood.variance.values()[i] += one.variance.values()[i];
-      flood.valid.values()[i] &= one.valid.values()[i];
-    }
-  }
-  const auto share = static_cast<float>(1.0 / (code.pairs() + 1));
-  for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
-    const float valid = flood.valid.values()[i] ? share : 0;
-    flood.mean.values()[i] *= valid;
-    flood.variance.values()[i] *= valid * valid;
-  }
-  return flood;
+  return calibration::scaled_sum(photographs.first(static_cast<std::size_t>(code.white()) + 1),
+                                 static_cast<float>(1.0 / (code.pairs() + 1)));
 }
 
 /// 1 for the cells that the camera sees in all channels. A cell that one channel does not see would be lit
