@@ -41,6 +41,17 @@ TEST_F(RegistrationCommand, two_commands_capture_a_bench) {
   EXPECT_GT(indirect, expected / 2);
 }
 
+// Light of other views looks like blur, and adds errors that pixels a cell do not tell.
+TEST_F(RegistrationCommand, several_views_are_promised_nothing) {
+  const Outcome calibrated =
+      symrig({"calibrate", "--rig", "sim:views2?size=24x24&fine=2&camera=110x110&zoom=0.8", "-o", "views.h5",
+              "--report", "views.html"});
+  ASSERT_EQ(calibrated.code, 0) << calibrated.err;
+  EXPECT_NE(calibrated.out.find("blur is not measured"), std::string::npos) << calibrated.out;
+  EXPECT_EQ(calibrated.out.find("expect an error"), std::string::npos) << calibrated.out;
+  EXPECT_EQ(read_text(path("views.html")).find("edges are sharp"), std::string::npos);
+}
+
 TEST_F(RegistrationCommand, a_ghost_is_named) {
   const Outcome calibrated = symrig(
       {"calibrate", "--rig", "sim:plane?size=32x32&camera=150x150&turn=1.5&zoom=0.78&ghost=0.02@4.5,-3", "-o",

@@ -73,6 +73,9 @@ std::string parallax_text(const Parallax& parallax) {
 
 std::string registration_facts(const RegistrationSummary& s) {
   const Registration& r = s.registration;
+  const std::string not_measured = s.views.single()
+                                       ? "not needed: edges are sharp"
+                                       : "not measured: the light of other views looks like blur";
   std::vector<std::pair<std::string, std::string>> rows{
       {"Photographs", grouped(static_cast<double>(r.photographs))},
       {"Camera, cells", to_string(r.camera()) + ", " + to_string(r.cells)},
@@ -91,11 +94,11 @@ std::string registration_facts(const RegistrationSummary& s) {
       {"Blur of projector and camera", r.blur.measured
                                            ? fmt::format("{:.3f} and {:.3f} cells rms, difference ± {:.3f}",
                                                          r.blur.projector, r.blur.camera, r.blur.sigma)
-                                           : std::string("not measured: edges are sharp")},
+                                           : not_measured},
       {"Map corrected by reciprocity",
        r.reciprocity.measured ? fmt::format("{:.4f} cells rms along an axis; {:.4f} are not known of it",
                                             r.reciprocity.corrected, r.reciprocity.left)
-                              : std::string("not needed: edges are sharp")},
+                              : not_measured},
       {"Variance of a cell, by that of a pixel", fmt::format("{:.2f}", s.weights.noise_share())}};
   if (r.ghost.found) rows.emplace_back("Ghost", ghost_text(r.ghost));
   return facts_table(rows);

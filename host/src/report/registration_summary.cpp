@@ -144,9 +144,9 @@ std::string registration_text(const RegistrationSummary& summary) {
         r.shift->row, r.shift->col, weights.noise_share());
   else if (r.weighting() == Weighting::cores)
     lines += fmt::format(
-        "the picture is sharp: a cell is measured by the pixels that lie at least {:.4f} cells inside it, "
-        "and gets its part of what those on its border see beyond that; its variance is {:.2f} of a "
-        "pixel's\n",
+        "{}a cell is measured by the pixels that lie at least {:.4f} cells inside it, and gets its part of "
+        "what those on its border see beyond that; its variance is {:.2f} of a pixel's\n",
+        summary.views.single() ? "the picture is sharp: " : "with several views, blur is not measured: ",
         r.margin(), weights.noise_share());
   else
     lines += blur_text(r.blur, weights);
