@@ -44,7 +44,7 @@ void add_ray(const Recipe& recipe, std::span<const SeenPoint> seen, Grid grid, c
 void add_rays(const Recipe& recipe, std::span<const SeenPoint> seen, Grid grid, std::size_t point,
               Optics& optics) {
   const auto cols = static_cast<std::size_t>(grid.cols);
-  const auto row = static_cast<double>(point / cols), col = static_cast<double>(point % cols);
+  const auto row = static_cast<int>(point / cols), col = static_cast<int>(point % cols);
   const double weight =
       recipe.bodies[static_cast<std::size_t>(seen[point].body)].finish.mirror / (kRays * kRays);
   for (int down = 0; down < kRays; ++down)
