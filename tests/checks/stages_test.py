@@ -31,6 +31,10 @@ FAILED_REPORT = report(
     case("test_tensor", "fail", FAILED), case("test_that_crashed", "fail", "Segmentation fault\n"),
     case("bench.no_such_machine", "notrun"), case("checks.words", "run"),
 )  # fmt: skip
+FAILED_JOB = report(case("bench.prepare", "run"), case("bench.projector", "fail", FAILED), case("checks.words", "run"))
+# ctest also runs again what prepares the bench.
+PASSED_JOB = report(case("bench.prepare", "run"), case("bench.projector", "run", PASSED))
+UNPREPARED = report(case("bench.prepare", "fail"), case("bench.projector", "notrun"), case("checks.words", "run"))
 
 
 class Tree:
@@ -56,6 +60,21 @@ class Tree:
     def ctest(self, report, code):
         body = f"""while [ $# -gt 0 ]; do [ "$1" != --output-junit ] || echo '{report}' >"$2"; shift; done"""
         self.program(self.bin / "ctest", "ctest", body, code)
+
+    def ctest_again(self, first, second, code):
+        """ctest that gives the second report when it is called with -R."""
+        (self.root / "first").write_text(first, encoding="utf-8")
+        (self.root / "second").write_text(second, encoding="utf-8")
+        body = f"""report=first code=8
+        echo "$*" >>{self.root}/arguments
+        while [ $# -gt 0 ]; do
+          [ "$1" != -R ] || report=second code={code}
+          [ "$1" != --output-junit ] || to=$2
+          shift
+        done
+        cp {self.root}/$report "$to"
+        exit $code"""
+        self.program(self.bin / "ctest", "ctest", body)
 
     def run(self):
         environment = {**os.environ, "PATH": f"{self.bin}:{os.environ['PATH']}"}
@@ -85,6 +104,33 @@ class StagesTest(unittest.TestCase):
         self.assertEqual(code, 1)
         self.assertEqual(called.count("ctest"), 2)
         self.assertEqual(last, "12 passed, 6 failed, 2 skipped")
+
+    def test_a_job_that_passes_alone_has_passed(self):
+        self.tree.ctest_again(FAILED_JOB, PASSED_JOB, 0)
+        code, called, last = self.tree.run()
+        self.assertEqual(code, 0)
+        self.assertEqual(called.count("ctest"), 4)
+        self.assertEqual(last, "8 passed, 0 failed, 0 skipped")
+
+    def test_a_job_that_fails_twice_has_failed_once(self):
+        self.tree.ctest_again(FAILED_JOB, FAILED_JOB, 8)
+        code, _, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertEqual(last, "6 passed, 2 failed, 0 skipped")
+
+    def test_a_job_that_was_not_run_again_has_failed(self):
+        self.tree.ctest_again(FAILED_JOB, "", 0)
+        code, _, last = self.tree.run()
+        self.assertEqual(code, 1)
+        self.assertEqual(last, "6 passed, 2 failed, 0 skipped")
+
+    def test_a_bench_that_was_not_prepared_runs_all_its_jobs_again(self):
+        self.tree.ctest_again(UNPREPARED, PASSED_JOB, 0)
+        code, _, last = self.tree.run()
+        self.assertEqual(code, 0)
+        self.assertEqual(last, "8 passed, 0 failed, 0 skipped")
+        arguments = (self.tree.root / "arguments").read_text(encoding="utf-8").splitlines()
+        self.assertEqual([line.split()[3] for line in arguments if " -R " in line], [r"^bench\."] * 2)
 
     def test_an_interrupted_build_ends_the_run(self):
         self.tree.program(self.tree.bin / "ninja", "ninja", code=130)
