@@ -2,6 +2,7 @@
 #include "sim/image_formation.hpp"
 
 #include "sim/camera_optics.hpp"
+#include "sim/hash.hpp"
 #include "sim/rig_profiles.hpp"
 #include "symrig/projector/placement.hpp"
 
@@ -9,6 +10,16 @@
 #include <utility>
 
 namespace symrig::sim {
+
+namespace {
+
+/// The key of the camera's noise.
+std::uint64_t noise_of(const SceneUri& uri) {
+  const auto seed = static_cast<std::uint64_t>(uri.seed);
+  return uri.noise_seed == 0 ? seed : combine(seed, static_cast<std::uint64_t>(uri.noise_seed));
+}
+
+}  // namespace
 
 ImageFormation::ImageFormation(const SceneUri& uri, const View& view)
     : view_(view),
@@ -18,8 +29,7 @@ ImageFormation::ImageFormation(const SceneUri& uri, const View& view)
       misalign_(is_bench(uri) ? 0 : uri.misalign),
       flare_(uri.flare),
       drift_(uri.drift),
-      sensor_{NoiseModel::from_electrons({}), kSensitivity * transmission_of(uri),
-              static_cast<std::uint64_t>(uri.seed)} {
+      sensor_{NoiseModel::from_electrons({}), kSensitivity * transmission_of(uri), noise_of(uri)} {
   if (uri.black > 0 && !view.moves()) leak_ = view.see(Image<float>(cells_, 1, black_), 0);
 }
 

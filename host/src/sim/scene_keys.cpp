@@ -205,6 +205,7 @@ std::span<const KeyRow> key_table() {
   static const std::vector<KeyRow> all{
       size_key("size", "rows x columns of the grid", &S::size),
       number_key("seed", "textures and noise", &S::seed, 0, kHighestSeed),
+      number_key("noise_seed", "other noise in the same scene", &S::noise_seed, 0, kHighestSeed),
       choice_key("channels", "colour channels", &S::channels, {"1", 1}, {"3", 3}),
       choice_key("noise", "noise of the camera", &S::camera_noise, {"off", false}, {"camera", true}),
       number_key("black", "black level of the projector as a share of white; 0 with noise=off", &S::black,

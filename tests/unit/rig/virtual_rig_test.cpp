@@ -56,6 +56,28 @@ TEST(NoiseOff, shows_the_scene_itself) {
   }
 }
 
+// The scene stays the same to the last bit. Of two draws, independent noise of as many pixels correlates by
+// less than 5 / sqrt(pixels): 5 sigma.
+TEST(NoiseSeed, draws_other_noise_in_the_same_scene) {
+  const std::string uri = "sim:vgroove-textured?size=48x48&seed=3";
+  const auto one = open(uri), other = open(uri + "&noise_seed=1"), again = open(uri + "&noise_seed=1");
+  const Pattern pattern = law_pattern(one->grid(), 5);
+  const auto truth = one->truth().apply(pattern);
+  EXPECT_EQ(truth, other->truth().apply(pattern));
+  const auto a = measured(*one, {pattern})[0].mean, b = measured(*other, {pattern})[0].mean;
+  EXPECT_EQ(b, measured(*again, {pattern})[0].mean);
+  double both = 0, first = 0, second = 0;
+  for (std::size_t i = 0; i < truth.values().size(); ++i) {
+    // Divided by the light's root, which is in proportion to the noise's sigma.
+    const double sigma = std::sqrt(static_cast<double>(truth.values()[i]) + 1e-3);
+    const double of_one = (a.values()[i] - truth.values()[i]) / sigma;
+    const double of_other = (b.values()[i] - truth.values()[i]) / sigma;
+    both += of_one * of_other, first += of_one * of_one, second += of_other * of_other;
+  }
+  EXPECT_GT(first, 0);
+  EXPECT_LT(std::abs(both) / std::sqrt(first * second), 5.0 / 48);
+}
+
 /// A photograph with no error.
 Radiance exact(Image<float> mean) {
   const Grid grid = mean.grid();

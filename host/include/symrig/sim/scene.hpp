@@ -37,6 +37,7 @@ struct SceneUri {
   std::string name = "plane";
   Grid size{128, 128};
   int seed = 1;
+  int noise_seed = 0;  ///< the same scene with another draw of the camera's noise
   int channels = 1;
   bool camera_noise = true;  ///< noise=camera (true) or noise=off
   double black = 0.0005;     ///< projector black level, share of white; always 0 with noise=off
