@@ -8,7 +8,6 @@
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 
 namespace symrig::bench::board_edges_test {
 namespace {
@@ -26,13 +25,6 @@ constexpr double kOneIn = 400;
 // before a few edges: one in a hundred, as in the bench's own schedule test. The word is then late, and the
 // board counts it if it is later than promised.
 constexpr std::size_t kDisturbedOneIn = 100;
-
-/// The daemon of this build keeps kTolerance; that counts the instructions of its compiler and C library.
-/// Another daemon keeps what it promises itself.
-std::uint64_t tolerance(const BoardInfo& info) {
-  const bool other = std::getenv("SYMRIG_OTHER_SYMRIGD") != nullptr;
-  return other ? info.lateness.count + kTraceGrain : kTolerance;
-}
 
 std::size_t most_disturbed(std::size_t edges) {
   return 1 + edges / kDisturbedOneIn;
@@ -67,7 +59,7 @@ void compare(const std::vector<PlannedEdge>& plan, const std::vector<TracedEdge>
     EXPECT_GE(seen[k].tick + kTraceGrain, planned) << where() << " is early";
     EXPECT_LT(error, std::max(kInterrupted, info.min_dwell.count)) << where() << " comes after its word";
     worst = std::max(worst, error);
-    if (error > tolerance(info)) ++beyond;
+    if (error > kTolerance) ++beyond;
     if (error > kInterrupted) ++disturbed;
     if (seen[k].tick > planned + info.lateness.count + kTraceGrain) ++late;
   }
@@ -80,7 +72,7 @@ void compare(const std::vector<PlannedEdge>& plan, const std::vector<TracedEdge>
   EXPECT_EQ(receipt.events_lost, 0U);
   std::printf("%zu edges: the worst %" PRIu64 " us from its plan, %zu more than %" PRIu64 " us, %" PRIu32
               " counted as late\n",
-              seen.size(), worst / 1000, beyond, tolerance(info) / 1000, receipt.late);
+              seen.size(), worst / 1000, beyond, kTolerance / 1000, receipt.late);
 }
 
 class BoardEdges : public testing::Test {
