@@ -10,6 +10,7 @@ find_dependency(TBB)
 find_dependency(nlohmann_json)
 find_dependency(OpenEXR)
 find_dependency(PNG)
+find_dependency(ZLIB)
 find_dependency(OpenSSL COMPONENTS Crypto)
 find_dependency(hwy)
 

@@ -2,6 +2,7 @@
 #include "bench_plan.hpp"
 
 #include "capture_options.hpp"
+#include "choices.hpp"
 #include "numbers.hpp"
 #include "symrig/sim/scene.hpp"
 
@@ -159,21 +160,32 @@ Result<void> check_quick_used(const BenchChoice& choice, const Tolerances& given
                "remove it"};
 }
 
+std::vector<std::string_view> profile_names() {
+  std::vector<std::string_view> names;
+  names.reserve(rig_profiles().size());
+  for (const RigProfile& profile : rig_profiles()) names.push_back(profile.name);
+  return names;
+}
+
 }  // namespace
 
 void add_bench_choice(CLI::App& command, BenchChoice& choice) {
   const auto list = [&command](const char* option, std::vector<std::string>& into, const char* help,
                                const char* type) {
-    command.add_option(option, into, help)->delimiter(',')->allow_extra_args(false)->type_name(type);
+    return command.add_option(option, into, help)->delimiter(',')->allow_extra_args(false)->type_name(type);
   };
-  list("--scenes", choice.scenes, "Scenes, separated by commas (default: all)", "NAME,...");
+  takes_words(list("--scenes", choice.scenes, "Scenes, separated by commas (default: all)", "NAME,..."),
+              scene_names());
   list("--size", choice.sizes, "Grid, rows x columns; can be repeated (default: 64x64)", "RxC");
-  list("--profiles", choice.profiles,
-       "Timing and light of the rig, separated by commas: values of the key profile (default: standard)",
-       "NAME,...");
+  takes_words(
+      list("--profiles", choice.profiles,
+           "Timing and light of the rig, separated by commas: values of the key profile (default: standard)",
+           "NAME,..."),
+      profile_names());
   const std::string algorithms_help =
       fmt::format("Algorithms, separated by commas (default: {})", fmt::join(algorithms_of({}), ","));
-  list("--algorithms", choice.algorithms, algorithms_help.c_str(), "NAME,...");
+  takes_words(list("--algorithms", choice.algorithms, algorithms_help.c_str(), "NAME,..."),
+              algorithm_names());
   command
       .add_option(
           "--tolerances", choice.tolerances,
@@ -183,12 +195,14 @@ void add_bench_choice(CLI::App& command, BenchChoice& choice) {
       ->type_name("[NAME:]X,...");
   command.add_option("--seeds", choice.seeds, "Run seeds 1 to N of textures and noise (default: 3)")
       ->type_name("N");
-  command.add_option("--noise", choice.noise, "Camera noise: camera or off")
-      ->type_name("NAME")
-      ->capture_default_str();
-  command.add_option("--channels", choice.channels, "Colour channels: 1 or 3")
-      ->type_name("N")
-      ->capture_default_str();
+  takes_words(command.add_option("--noise", choice.noise, "Camera noise: camera or off")
+                  ->type_name("NAME")
+                  ->capture_default_str(),
+              {"camera", "off"});
+  takes_words(command.add_option("--channels", choice.channels, "Colour channels: 1 or 3")
+                  ->type_name("N")
+                  ->capture_default_str(),
+              {"1", "3"});
   takes_number<int>(command.get_option("--seeds"));
   takes_number<int>(command.get_option("--channels"));
   command.add_flag("--quick", choice.quick, "Smaller defaults: 32x32, one seed, three tolerances");

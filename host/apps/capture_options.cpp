@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -23,14 +24,23 @@ constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
     {"algorithm", "--algorithm"},
 }};
 
-std::string in_command_words(const std::string& text) {
+/// Names in the next step of an error. The other names are also plain words.
+constexpr std::array<std::pair<const char*, const char*>, 4> kHintNames{{
+    {"channel", "--channel"},
+    {"resume", "--resume"},
+    {"check_axis", "--check-axis"},
+    {"algorithm", "--algorithm"},
+}};
+
+std::string in_command_words(const std::string& text,
+                             std::span<const std::pair<const char*, const char*>> names) {
   std::string words;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find_first_of(" ,", begin), text.size());
     const std::string word = text.substr(begin, end - begin);
-    const auto* found =
-        std::find_if(kNames.begin(), kNames.end(), [&word](const auto& name) { return name.first == word; });
-    words += found == kNames.end() ? word : found->second;
+    const auto found =
+        std::find_if(names.begin(), names.end(), [&word](const auto& name) { return name.first == word; });
+    words += found == names.end() ? word : found->second;
     if (end < text.size()) words += text[end];
     begin = end + 1;
   }
@@ -40,7 +50,12 @@ std::string in_command_words(const std::string& text) {
 }  // namespace
 
 Error in_command_words(Error error) {
-  error.what = in_command_words(error.what);
+  error.what = in_command_words(error.what, kNames);
+  return error;
+}
+
+Error hint_in_command_words(Error error) {
+  error.hint = in_command_words(error.hint, kHintNames);
   return error;
 }
 

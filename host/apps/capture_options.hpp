@@ -10,6 +10,9 @@ namespace symrig::apps {
 /// --max-patterns.
 Error in_command_words(Error error);
 
+/// An error of a CaptureJob whose next step names options: resume becomes --resume.
+Error hint_in_command_words(Error error);
+
 /// Checks one tolerance of a list.
 /// fails: bad_argument (names the option) unless 0 < value < 1.
 Result<void> check_tolerance(const char* option, double value);

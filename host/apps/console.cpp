@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "console.hpp"
 
+#include "colour.hpp"
 #include "symrig/base/printable.hpp"
 #include "symrig/base/standard_streams.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace symrig::apps {
 
@@ -13,8 +15,9 @@ Result<void> print(std::string_view text) {
 }
 
 void print_error(std::string_view command, std::string_view line) {
-  write_standard_error(
-      fmt::format("symrig{}{}: {}\n", command.empty() ? "" : " ", command, printable_line(line)));
+  const std::string head = fmt::format("symrig{}{}:", command.empty() ? "" : " ", command);
+  write_standard_error(fmt::format(
+      "{} {}\n", takes_colours(STDERR_FILENO) ? coloured(head, Colour::red) : head, printable_line(line)));
 }
 
 }  // namespace symrig::apps

@@ -39,8 +39,9 @@ Result<void> write_text(const std::string& path, std::string_view text) {
   return path.empty() ? Result<void>() : write_text_output(path, text);
 }
 
-Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure) {
-  return is_png(path) ? write_display_png(path, picture, exposure) : write_image(path, picture);
+Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure,
+                           const PictureFacts& facts) {
+  return is_png(path) ? write_display_png(path, picture, exposure) : write_image(path, picture, facts);
 }
 
 }  // namespace symrig::apps

@@ -4,6 +4,7 @@
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
+#include "symrig/image/picture_facts.hpp"
 
 #include <string>
 
@@ -20,8 +21,9 @@ bool is_png(const std::string& path);
 Result<void> write_text(const std::string& path, std::string_view text);
 
 /// Writes a picture; the suffix chooses the format. EXR and PFM store the values unchanged. PNG is 8-bit sRGB
-/// of value × exposure, clipped at 1.
+/// of value × exposure, clipped at 1. facts: go into an EXR header.
 /// fails: io, bad_argument.
-Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure);
+Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure,
+                           const PictureFacts& facts);
 
 }  // namespace symrig::apps

@@ -122,7 +122,7 @@ Result<void> calibrate_levels(const LevelCalibration& asked) {
                    .writes("--json", asked.json, FileFormat::json)
                    .check());
   SYMRIG_CHECK(check_uncorrected(asked.rig));
-  SYMRIG_TRY(const OpenedRig opened, open_bare_rig(asked.rig));
+  SYMRIG_TRY(const OpenedRig opened, open_rig_to_calibrate(asked.rig));
   SYMRIG_TRY(const std::vector<FieldLight> fields,
              photograph_levels(*opened.probe, opened.probe->together()));
   SYMRIG_TRY(const ProjectorResponse response, ProjectorResponse::fit(fields, kWhite));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "command.hpp"
+#include "command_table.hpp"
 #include "console.hpp"
 #include "invocation.hpp"
 #include "meter.hpp"
@@ -7,10 +7,8 @@
 #include "symrig/base/standard_streams.hpp"
 #include "usage.hpp"
 
-#include <array>
 #include <csignal>
 #include <exception>
-#include <iterator>
 #include <new>
 #include <optional>
 #include <span>
@@ -28,40 +26,10 @@ namespace {
 constexpr int kUsage = exit_code(ErrorCode::bad_argument);
 constexpr int kFault = exit_code(ErrorCode::limit);
 
-struct Command {
-  std::string_view name;
-  const char* about;
-  Job (*add)(CLI::App& command);
-};
-
-constexpr Command kCommands[] = {
-#define SYMRIG_COMMAND_ROW(name, about) {#name, about, add_##name},
-#include "commands.def"
-#undef SYMRIG_COMMAND_ROW
-};
-
-constexpr const char* kExample =
-    "Example:\n"
-    "  symrig capture --rig 'sim:vgroove-textured?size=64x64' -o scene.h5   measure how the scene "
-    "transports light\n"
-    "  symrig relight scene.h5 --light letters -o relit.png                 compute the picture "
-    "under new light\n"
-    "  symrig report scene.h5 -o report.html                                one page with pictures "
-    "and numbers\n"
-    "\n"
-    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.\n"
-    "Each command has its own help: symrig capture --help";
-
-std::vector<std::string_view> command_names() {
-  std::vector<std::string_view> names;
-  for (const Command& command : kCommands) names.push_back(command.name);
-  return names;
-}
-
 /// The first word, if it is neither a command nor an option.
 std::optional<std::string> unknown_command(int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  for (const Command& command : kCommands)
+  for (const Command& command : commands())
     if (command.name == argv[1]) return std::nullopt;
   return argv[1];
 }
@@ -107,14 +75,8 @@ int parse_failure(CLI::App& app, const CLI::ParseError& error, std::span<const s
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("symrig measures how a real scene transports light, and lets you relight it.");
-  app.name("symrig");
-  app.require_subcommand(1);
-  app.set_version_flag("--version", "symrig " SYMRIG_VERSION);
-  app.footer(kExample);
-  std::array<Job, std::size(kCommands)> jobs;
-  for (std::size_t k = 0; k < jobs.size(); ++k)
-    jobs[k] = kCommands[k].add(*app.add_subcommand(std::string(kCommands[k].name), kCommands[k].about));
+  CLI::App app;
+  const std::vector<Job> jobs = declare(app);
   if (const auto word = unknown_command(argc, argv))
     return usage_error("", no_command(*word, command_names()));
   if (argc < 2)
@@ -131,7 +93,7 @@ int run(int argc, char** argv) {
   static_cast<void>(std::signal(
       SIGXFSZ, SIG_IGN));  // a file over its size limit then makes write() fail instead of ending the process
   for (std::size_t k = 0; k < jobs.size(); ++k)
-    if (app.got_subcommand(std::string(kCommands[k].name))) return finish(kCommands[k].name, jobs[k]());
+    if (app.got_subcommand(std::string(commands()[k].name))) return finish(commands()[k].name, jobs[k]());
   return kUsage;
 }
 

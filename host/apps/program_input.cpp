@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "program_input.hpp"
 
+#include "colour.hpp"
 #include "console.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/printable.hpp"
+#include "symrig/base/standard_streams.hpp"
 #include "symrig/board/board.hpp"
 #include "symrig/board/board_file.hpp"
 #include "symrig/board/device_uri.hpp"
@@ -12,6 +15,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace symrig::apps {
 
@@ -30,12 +34,40 @@ Error about(const std::string& file, const Error& error) {
   return {error.code, file + ": " + error.what, error.hint};
 }
 
+Colour colour_of(Severity severity) {
+  if (severity == Severity::error) return Colour::red;
+  return severity == Severity::warning ? Colour::yellow : Colour::cyan;
+}
+
+/// The severity stands after the file and the line: "scan.toml:12: error: ...".
+std::string coloured_finding(const std::string& file, const FileFinding& finding) {
+  std::string text = printable(finding.text(file) + "\n");
+  const std::string word = std::string(name(finding.severity)) + ":";
+  const std::size_t at = text.find(": " + word, printable(file).size());
+  if (at == std::string::npos) return text;
+  return text.substr(0, at + 2) + coloured(word, colour_of(finding.severity)) +
+         text.substr(at + 2 + word.size());
+}
+
 }  // namespace
 
 JobFiles program_files(const std::string& file, const std::string& board) {
   JobFiles files;
   files.reads_settings("the input or a file that it names", file);
   return looks_like_uri(board) ? files : files.reads("--board", board);
+}
+
+Result<ProgramFile> ProgramSource::read() const {
+  return typed ? parse_program_file(*typed, file, ".") : read_program_file(file);
+}
+
+Result<ProgramSource> program_source(const std::string& file, const std::string& board) {
+  if (file != "-") return ProgramSource{file, std::nullopt, program_files(file, board)};
+  SYMRIG_TRY(const std::string text, read_standard_input(kMaxProgramFile));
+  ProgramSource source{file, text, JobFiles()};
+  source.files.reads_settings_text("a file that the input names", text);
+  if (!looks_like_uri(board)) source.files.reads("--board", board);
+  return source;
 }
 
 Result<BoardInfo> board_info_of(const std::string& board) {
@@ -62,11 +94,14 @@ Error first_error(const std::string& file, const Compilation& compilation) {
                     : first->alternative};
 }
 
-std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings, Severity least) {
+Result<void> print_findings(const std::string& file, const std::vector<FileFinding>& findings,
+                            Severity least) {
   std::string text;
   for (const FileFinding& finding : findings)
-    if (finding.severity >= least) text += finding.text(file) + "\n";
-  return text;
+    if (finding.severity >= least)
+      text += takes_colours(STDOUT_FILENO) ? coloured_finding(file, finding)
+                                           : printable(finding.text(file) + "\n");
+  return write_standard_output(text);
 }
 
 Result<bool> is_compiled(const std::string& file) {

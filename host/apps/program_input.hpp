@@ -4,7 +4,9 @@
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/program/compile.hpp"
+#include "symrig/program/program_file.hpp"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,11 +26,26 @@ struct ProgramInput {
   std::vector<FileFinding> findings;  ///< of a TOML file; none has the severity error
 };
 
+/// Where a program file is, before it is parsed; "-" is standard input. A file with this name is ./-.
+struct ProgramSource {
+  std::string file;
+  std::optional<std::string>
+      typed;       ///< what standard input had; its files are relative to the current folder
+  JobFiles files;  ///< what the program and `--board` read
+
+  /// fails: as read_program_file.
+  Result<ProgramFile> read() const;
+};
+/// fails: as read_standard_input.
+Result<ProgramSource> program_source(const std::string& file, const std::string& board);
+
 /// The first error of a compilation. The hint counts the other errors.
 Error first_error(const std::string& file, const Compilation& compilation);
 
-/// One line for each finding, such as "scan.toml:12: warning: ...".
-std::string findings_text(const std::string& file, const std::vector<FileFinding>& findings, Severity least);
+/// Prints one line for each finding, such as "scan.toml:12: warning: ...". On a terminal, their severities
+/// have colours. fails: io.
+Result<void> print_findings(const std::string& file, const std::vector<FileFinding>& findings,
+                            Severity least);
 
 /// Does the file hold a compiled program (scan.symprog)? fails: not_found, io.
 Result<bool> is_compiled(const std::string& file);

@@ -1,15 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "symrig/acquisition/evaluate.hpp"
-#include "symrig/base/job_files.hpp"
-#include "symrig/base/progress.hpp"
-#include "symrig/base/result.hpp"
-#include "symrig/calibration/registered_probe.hpp"
-#include "symrig/rig/rig.hpp"
-#include "symrig/sim/virtual_rig.hpp"
+#include "symrig/job/rig_by_name.hpp"
 
-#include <memory>
 #include <optional>
 #include <string>
 
@@ -17,53 +10,13 @@
 
 namespace symrig::apps {
 
-/// True for "sim:…".
-bool is_simulated(const std::string& rig);
-
-/// True for what is neither "sim:…" nor "exec:…": the name of a rig file.
-bool is_rig_file(const std::string& rig);
-
-/// An open rig.
-struct OpenedRig {
-  std::unique_ptr<Probe> probe;
-  const Rig* rig = nullptr;               ///< inside the probe; none in a rig that is a child process
-  std::string noise;                      ///< "off" or "camera"
-  RegisteredProbe* registered = nullptr;  ///< the probe, if it uses a registration
-  Result<void> coaxial = {};              ///< require_coaxial() of the registration's parallax
-
-  /// What the rig found and solved; nothing if it reports none.
-  RigTrouble trouble() const;
-};
-
-/// The files that opening `--rig RIG` reads: the rig file and the files that it names. Others read none.
-JobFiles rig_files(const std::string& rig);
-
-/// Opens `--rig RIG` as it is: sim:NAME?key=value&…, exec:COMMAND (docs/howto-own-rig.md) or a rig file
-/// (docs/rig-file.md). Its camera may have pixels of its own. exposures: frames of a photograph; none: as the
-/// rig says. A child process takes its own.
-/// fails: unknown_name, bad_argument, not_found, bad_format, device errors; and as ExecProbe::open.
+/// The functions of symrig/job/rig_by_name.hpp. Ctrl-C ends their waiting.
 Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> exposures = {});
-
-/// The same, with photographs on the projector's cells. It notices if the rig has moved. registration:
-/// the file to use; empty: the one that the rig file names, if any.
-/// fails: as open_bare_rig, load_registration and RegisteredProbe::make.
+Result<OpenedRig> open_rig_to_calibrate(const std::string& rig);
 Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration);
 
 /// Adds `--registration FILE`.
 void add_registration(CLI::App& command, std::string& registration);
-
-/// As open_rig, for simulated rigs only. These know the exact transport.
-Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig);
-
-/// The scene of a `sim:` rig, without board, camera or noise, as the truth.
-/// fails: as open_simulated_rig.
-Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig);
-
-/// The scene as a function for evaluate() and for reports. It keeps the scene alive.
-TrueTransport truth_of(std::shared_ptr<const Scene> scene);
-
-/// The same function. Each call is one step of `progress`, which may be empty.
-TrueTransport told(TrueTransport truth, Progress progress);
 
 /// The names of all scenes, for help texts: "plane, vgroove-white, …".
 std::string known_scenes();

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// benchmark_error_per_second [SIZE [PROFILES [SCENES [SEED]]]]: the table of
-// docs/benchmarks/error-per-second.md, as CSV: what four ways to capture cost and leave, on every scene and
-// on sim:random with seeds 1 to 20.
+// benchmark_error_per_second [SIZE [PROFILES [SCENES [SEED [SEEDS]]]]]: the table of
+// docs/benchmarks/error-per-second.md, as CSV: what several ways to capture cost and leave, on every scene
+// and on sim:random.
 //   SIZE      default 64x64
 //   PROFILES  of the rig, separated by commas; default screen60
 //   SCENES    "fixed" for the nine scenes, "random" for the seeds, "all" (default)
 //   SEED      of the nine scenes, default 7
+//   SEEDS     of sim:random, default 1-20
 // Seeds from 21 on are not for choosing rules: they are judged once, in the end (docs/random-scenes.md).
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
@@ -15,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,18 +27,21 @@ namespace {
 
 using namespace symrig;
 
-constexpr int kLastChosen = 20;  // of the seeds of sim:random
-
 struct Way {
   const char* name;
   Algorithm algorithm;
   const char* exposures;
-  int polish;
+  std::optional<int> polish = {};
+  double tolerance = 1;  ///< times the default
 };
-constexpr std::array kWays{Way{"paper, four", Algorithm::paper, "4", 0},
+// The tolerances show what a given error costs.
+constexpr std::array kWays{Way{"paper, four", Algorithm::paper, "4"},
                            Way{"symrig, four", Algorithm::symrig, "4", 0},
-                           Way{"symrig, auto", Algorithm::symrig, "auto", 0},
-                           Way{"symrig, auto, polish 2", Algorithm::symrig, "auto", 2}};
+                           Way{"symrig", Algorithm::symrig, "auto"},
+                           Way{"symrig, 8/3", Algorithm::symrig, "auto", {}, 8.0 / 3},
+                           Way{"symrig, 4/3", Algorithm::symrig, "auto", {}, 4.0 / 3},
+                           Way{"symrig, 2/3", Algorithm::symrig, "auto", {}, 2.0 / 3},
+                           Way{"symrig, 1/2", Algorithm::symrig, "auto", {}, 1.0 / 2}};
 
 [[noreturn]] void give_up(const Error& error) {
   (void)std::fprintf(stderr, "%s\n", error.line().c_str());
@@ -71,7 +76,8 @@ void run(const std::string& scene, const std::string& size, const std::string& p
   const auto rig = or_give_up(open_virtual_rig(uri));
   CaptureOptions options;
   options.algorithm = way.algorithm;
-  if (way.polish > 0) options.polish = way.polish;
+  options.polish = way.polish;
+  if (way.tolerance != 1) options.tolerance = way.tolerance * *default_tolerance(way.algorithm);
   const CaptureResult result = or_give_up(capture(*rig, options));
   const Scene& truth = rig->truth();
   const TransportErrors error = or_give_up(
@@ -108,6 +114,10 @@ int main(int argc, char** argv) {
   const std::vector<std::string> profiles = split(argc > 2 ? argv[2] : "screen60");
   const std::string_view scenes = argc > 3 ? argv[3] : "all";
   const int seed = argc > 4 ? static_cast<int>(std::strtol(argv[4], nullptr, 10)) : 7;
+  const std::string seeds = argc > 5 ? argv[5] : "1-20";
+  char* rest = nullptr;
+  const int first = static_cast<int>(std::strtol(seeds.c_str(), &rest, 10));
+  const int last = *rest == '-' ? static_cast<int>(std::strtol(rest + 1, nullptr, 10)) : first;
   fmt::print(
       "scene,size,profile,seed,way,patterns,frames,rig_seconds,light_seconds,camera_seconds,projector_"
       "seconds,"
@@ -118,7 +128,7 @@ int main(int argc, char** argv) {
     for (const std::string_view name : scene_names())
       for (const Way& way : kWays)
         if (name != "random" && scenes != "random") run(std::string(name), size, profile, seed, way);
-    for (int k = 1; k <= kLastChosen && scenes != "fixed"; ++k)
+    for (int k = first; k <= last && scenes != "fixed"; ++k)
       for (const Way& way : kWays) run("random", size, profile, k, way);
   }
 }

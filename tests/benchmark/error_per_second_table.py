@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes the tables of docs/benchmarks/error-per-second.md from the CSV of benchmark_error_per_second.
 
-usage: tests/benchmark/error_per_second_table.py CSV [PAGE]
+usage: tests/benchmark/error_per_second_table.py CSV [BEFORE [PAGE]]
 
-Replaces what stands between the two marks of the page. Without PAGE it prints the tables.
+BEFORE: a CSV of an earlier version, whose way "symrig, auto, polish 2" becomes the column "before". Replaces what stands between the two marks of the page. Without PAGE it prints the tables.
 """
 
 import csv
@@ -14,7 +14,10 @@ import statistics
 import sys
 
 BEGIN, END = "<!-- tables -->\n", "<!-- end of tables -->\n"
-WAYS = ["paper, four", "symrig, four", "symrig, auto", "symrig, auto, polish 2"]
+BEFORE = "before"
+WAYS = ["paper, four", BEFORE, "symrig, four", "symrig"]
+# The same at several tolerances, coarsest first.
+CURVE = ["symrig, 8/3", "symrig, 4/3", "symrig", "symrig, 2/3", "symrig, 1/2"]
 ERRORS = ["frobenius", "flood", "indirect", "bar_indirect"]
 
 
@@ -37,16 +40,60 @@ def name_of(row):
     return f"random {row['seed']}" if row["scene"] == "random" else row["scene"]
 
 
-def read(path):
+def rows_of(path):
+    with open(path, encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def read(path, before):
     """{profile: {scene: {way: row}}}, in the order of the file. Scenes without all ways are left out: the run was stopped."""
     all_rows = {}
-    with open(path, encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
-            all_rows.setdefault(row["profile"], {}).setdefault(name_of(row), {})[row["way"]] = row
+    for row in rows_of(path):
+        all_rows.setdefault(row["profile"], {}).setdefault(name_of(row), {})[row["way"]] = row
+    for row in rows_of(before) if before else []:
+        ways = all_rows.get(row["profile"], {}).get(name_of(row))
+        if row["way"] == "symrig, auto, polish 2" and ways and row["size"] == ways["symrig"]["size"]:
+            ways[BEFORE] = row
+    if not any(BEFORE in ways for scenes in all_rows.values() for ways in scenes.values()):
+        WAYS.remove(BEFORE)
     return {
-        profile: {scene: ways for scene, ways in scenes.items() if len(ways) == len(WAYS)}
+        profile: {scene: ways for scene, ways in scenes.items() if all(way in ways for way in WAYS + CURVE)}
         for profile, scenes in all_rows.items()
     }
+
+
+def cost_at(ways, error, wanted, cost):
+    """What the coarsest tolerance costs that leaves no larger error, between two of them by logarithms. If none does: by the square of the error."""
+    points = [(number(ways[way][error]), number(ways[way][cost])) for way in CURVE]
+    if points[0][0] <= wanted:
+        return points[0][1]
+    for (e0, c0), (e1, c1) in zip(points, points[1:]):
+        if e1 <= wanted:
+            return c0 * (c1 / c0) ** (math.log(e0 / wanted) / math.log(e0 / e1))
+    return points[-1][1] * (points[-1][0] / wanted) ** 2
+
+
+def at_equal_errors(profiles):
+    """Rig seconds and patterns at which `indirect` and `bar_indirect` are both those of another way, as ratios to its own."""
+    rows = []
+    for profile, scenes in profiles.items():
+        drawn = sum(scene.startswith("random") for scene in scenes)
+        for group, chosen in ((f"{len(scenes) - drawn} named", False), (f"{drawn} random", True)):
+            for way in WAYS[: WAYS.index("symrig, four")]:
+                cells = []
+                for cost in ("rig_seconds", "patterns"):
+                    ratios = [
+                        max(cost_at(ways, error, number(ways[way][error]), cost) for error in ("indirect", "bar_indirect"))
+                        / number(ways[way][cost])
+                        for scene, ways in scenes.items()
+                        if scene.startswith("random") == chosen and number(ways[way]["indirect"]) > 0
+                    ]
+                    if ratios:
+                        mean, worst = geometric_mean(ratios)
+                        cells.append(f"{short(mean)} ({short(worst)})")
+                if cells:
+                    rows.append([profile, group, way, *cells])
+    return table(["profile", "scenes", "at the errors of", "rig seconds", "patterns"], rows)
 
 
 def table(head, rows):
@@ -107,6 +154,8 @@ def signed(scenes):
     for way in WAYS:
         values = [number(ways[way]["signed_outside_bar"]) for scene, ways in scenes.items() if scene.startswith("random")]
         values = [v for v in values if math.isfinite(v)]
+        if not values:
+            continue
         worst = max(values, key=abs)
         rows.append([
             way,
@@ -154,20 +203,26 @@ def tables(profiles):
     first = next(iter(profiles.values()))
     text += "### Against paper\n\nRatios to `paper, four`: geometric mean (worst). Scenes whose error is 0 are left out.\n\n"
     text += against_paper(profiles) + "\n"
+    text += (
+        "### At equal errors\n\n"
+        "What the default capture costs at the tolerance where both `indirect` and `bar_indirect` are those of another way.\n"
+        "Ratios: geometric mean (worst).\n\n"
+    )  # fmt: skip
+    text += at_equal_errors(profiles) + "\n"
     text += "### Where the time goes\n\nSeconds, arithmetic means over all scenes. Host is beside the rig's time.\n\n" + times(profiles) + "\n"
-    text += "### Signed error outside the bar\n\nRandom seeds 1 to 20, first profile.\n\n" + signed(first) + "\n" + signed_by_seed(first) + "\n"
-    text += "### Estimated over true errors\n\nRandom seeds 1 to 20, first profile.\n\n" + estimates(first)
+    text += "### Signed error outside the bar\n\nRandom scenes, first profile.\n\n" + signed(first) + "\n" + signed_by_seed(first) + "\n"
+    text += "### Estimated over true errors\n\nRandom scenes, first profile.\n\n" + estimates(first)
     return text
 
 
 def main():
-    if len(sys.argv) not in (2, 3):
+    if not 2 <= len(sys.argv) <= 4:
         sys.exit(__doc__)
-    text = tables(read(sys.argv[1]))
-    if len(sys.argv) == 2:
+    text = tables(read(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else ""))
+    if len(sys.argv) < 4:
         print(text, end="")
         return
-    page = pathlib.Path(sys.argv[2])
+    page = pathlib.Path(sys.argv[3])
     old = page.read_text(encoding="utf-8")
     if BEGIN not in old or END not in old:
         sys.exit(f"{page} lacks the marks {BEGIN.strip()} and {END.strip()}")

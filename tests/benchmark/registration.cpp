@@ -128,9 +128,11 @@ Result<TrueTransport> truth_of(const VirtualRig& rig, bool own) {
 }
 
 /// Captures a bench with a registration of it.
-Result<Captured> captured_registered(VirtualRig& rig, const Registration& registration, bool own) {
+/// moved: what the registration is told of its error [cells]; none: nothing but its own.
+Result<Captured> captured_registered(VirtualRig& rig, const Registration& registration, bool own,
+                                     double moved = 0) {
   SYMRIG_TRY(CellWeights weights, registration.weights());
-  RegisteredProbe probe(rig, std::move(weights));
+  RegisteredProbe probe(rig, std::move(weights), std::hypot(registration.error(), moved));
   SYMRIG_TRY(const TrueTransport truth, truth_of(rig, own));
   return captured(probe, truth);
 }
@@ -247,27 +249,37 @@ int run_blur() {
   return 0;
 }
 
-/// What a capture errs if the rig has moved after its registration, and nobody watches.
+/// What a capture errs if the rig has moved after its registration, and nobody watches. Beside it: the
+/// registration is told how far.
 Result<void> capture_moved(const std::string& scene, int size) {
   SYMRIG_TRY(const auto still, open_virtual_rig(scene + bench_of(size)));
   SYMRIG_TRY(const Registration registration, register_camera(*still));
-  for (const double moved : {0.0, 0.0025, 0.005, 0.01, 0.02, 0.04}) {
-    SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench_of(size, moved)));
-    SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, false));
-    fmt::print("{:<18} {:5.4f} {:9.0f} {:9.4f} {:9.4f} {:13.4f}\n", rig->uri().name, moved, found.patterns,
-               found.errors.frobenius, found.errors.indirect, found.errors.bar_indirect);
+  for (const double moved : {0.0, 0.0025, 0.005, 0.01, 0.02, 0.04, 0.1}) {
+    std::string row;
+    for (const double told : {0.0, moved}) {
+      SYMRIG_TRY(const auto rig, open_virtual_rig(scene + bench_of(size, moved)));
+      SYMRIG_TRY(const Captured found, captured_registered(*rig, registration, false, told));
+      row += fmt::format("   {:8.0f} {:9.4f} {:8.4f} {:8.4f} {:12.4f} {:8.4f}", found.patterns,
+                         found.errors.frobenius, found.errors.indirect, found.estimated.indirect,
+                         found.errors.bar_indirect, found.estimated.bar_indirect);
+    }
+    fmt::print("{:<18} {:6.4f}{}\n", still->uri().name, moved, row);
     (void)std::fflush(stdout);
   }
   return {};
 }
 
-int run_moved(int size) {
-  fmt::print("{0}x{0} cells, seed 1\n{1:<18} moved  patterns frobenius  indirect  bar_indirect\n", size,
-             "scene");
-  for (const std::string_view name : scene_names())
+/// only: a scene, or empty for all.
+int run_moved(int size, std::string_view only) {
+  const std::string_view columns = "patterns frobenius indirect     said bar_indirect     said";
+  fmt::print("{0}x{0} cells, seed 1\n{1:<18} {2:<6}   {3:<56}   the same, told\n{1:<18} {4:<6}   {5}   {5}\n",
+             size, "", "", "not told", "moved", columns);
+  for (const std::string_view name : scene_names()) {
+    if (!only.empty() && only != name) continue;
     if (const auto done = capture_moved(fmt::format("sim:{}?size={}x{}&fine=4", name, size, size), size);
         !done)
       fmt::print("{:<18} {}\n", name, done.error().line());
+  }
   return 0;
 }
 
@@ -372,6 +384,81 @@ int run_distance(int size, const std::string& bench) {
   return 0;
 }
 
+/// Single lit cells, 16 apart, so that most of the grid is further than three cells from all of them.
+Pattern far_dots(Grid cells, int number) {
+  Pattern pattern(cells);
+  for (int row = number * 5 % 16; row < cells.rows; row += 16)
+    for (int col = number * 3 % 16; col < cells.cols; col += 16) pattern.at(row, col) = 1;
+  return pattern;
+}
+
+/// True if a cell is lit within three cells.
+bool near_light(const Pattern& lit, int row, int col) {
+  constexpr int kNear = 3;
+  const Grid cells = lit.grid();
+  for (int r = std::max(row - kNear, 0); r <= std::min(row + kNear, cells.rows - 1); ++r)
+    for (int c = std::max(col - kNear, 0); c <= std::min(col + kNear, cells.cols - 1); ++c)
+      if (lit.at(r, c) > 0) return true;
+  return false;
+}
+
+/// The error of light that goes further than three cells, as a share of it.
+Result<double> far_error(const TransportTensor& tensor, const TrueTransport& truth) {
+  constexpr int kPatterns = 16;
+  double error = 0, light = 0;
+  for (int k = 0; k < kPatterns; ++k) {
+    const Pattern lit = far_dots(tensor.projector_grid(), k);
+    SYMRIG_TRY(const Image<float> expected, truth(lit));
+    SYMRIG_TRY(const Image<float> found, tensor.apply(lit));
+    for (int row = 0; row < lit.grid().rows; ++row)
+      for (int col = 0; col < lit.grid().cols; ++col) {
+        if (near_light(lit, row, col)) continue;
+        const double is = expected.at(row, col), off = static_cast<double>(found.at(row, col)) - is;
+        error += off * off, light += is * is;
+      }
+  }
+  return light > 0 ? std::sqrt(error / light) : 0;
+}
+
+/// The weights of a registration, with the exact map in the place of the one that it found.
+Result<CellWeights> exact_weights(const VirtualRig& rig, const Registration& found) {
+  const WeightOptions options{.weighting = found.weighting(), .margin = found.margin()};
+  SYMRIG_TRY(CellWeights weights,
+             CellWeights::make(found.cells, rig.exact_corners(), found.flood, options, &found.shares));
+  if (found.gain.known) SYMRIG_CHECK(weights.divide_by(found.gain.over(found.cells)));
+  SYMRIG_CHECK(weights.blur_by(found.blur.missing(weights.pixel_side())));
+  return weights;
+}
+
+/// Light far away, captured through the map that was found and through the exact one.
+Result<void> compare_far(const std::string& scene) {
+  SYMRIG_TRY(const auto rig, open_virtual_rig(scene));
+  SYMRIG_TRY(const TrueTransport truth, truth_of(*rig, true));
+  SYMRIG_TRY(const Registration found, register_camera(*rig));
+  std::array<double, 2> errors{};
+  for (const bool exact : {false, true}) {
+    SYMRIG_TRY(const auto again, open_virtual_rig(scene));
+    SYMRIG_TRY(CellWeights weights, exact ? exact_weights(*again, found) : found.weights());
+    RegisteredProbe probe(*again, std::move(weights), exact ? 0 : found.error());
+    SYMRIG_TRY(const CaptureResult result, capture(probe, {}));
+    SYMRIG_TRY(errors[exact ? 1 : 0], far_error(result.tensor, truth));
+  }
+  fmt::print("{:<18} {:.4f} {:.4f} {:.2f}\n", rig->uri().name, errors[0], errors[1], errors[0] / errors[1]);
+  (void)std::fflush(stdout);
+  return {};
+}
+
+int run_far(int size, int seed, const std::string& bench) {
+  fmt::print("{0}x{0} cells, seed {1}: {2}\nerror of light beyond three cells\n{3:<18} {4:<6} {5:<6} ratio\n",
+             size, seed, bench, "scene", "found", "exact");
+  for (const std::string_view name : scene_names())
+    if (const auto done =
+            compare_far(fmt::format("sim:{}?size={}x{}&fine=4&seed={}{}", name, size, size, seed, bench));
+        !done)
+      fmt::print("{:<18} {}\n", name, done.error().line());
+  return 0;
+}
+
 /// How long a photograph of 2048x1536 pixels and three channels takes to become cells, best of ten.
 int run_time() {
   const Grid camera{1536, 2048}, cells{384, 512};
@@ -400,9 +487,10 @@ int run_time() {
 
 constexpr const char* kUsage =
     "usage: benchmark_registration [A | B | C [SIZE [SEED [SCENE]]]]\n"
-    "       benchmark_registration map | estimates-A | estimates-B | estimates-C [SIZE [SEED]]\n"
+    "       benchmark_registration map | far | estimates-A | estimates-B | estimates-C [SIZE [SEED]]\n"
     "       benchmark_registration gain [SIZE [SEED [PLANTED]]]\n"
-    "       benchmark_registration moved | pixels | distance [SIZE]\n"
+    "       benchmark_registration moved [SIZE [SCENE]]\n"
+    "       benchmark_registration pixels | distance [SIZE]\n"
     "       benchmark_registration blur | time\n"
     "SIZE: from 8 to 1024, default 64\n";
 
@@ -422,7 +510,7 @@ int main(int argc, char** argv) {
   const std::string_view only = argc > 4 ? argv[4] : "";
   if (what == "blur") return run_blur();
   if (what == "time") return run_time();
-  if (what == "moved") return run_moved(size);
+  if (what == "moved") return run_moved(size, argc > 3 ? argv[3] : "");
   if (what == "pixels") return run_pixels(size);
   const std::string bench = bench_of(size);
   if (what == "distance") return run_distance(size, bench);
@@ -431,6 +519,7 @@ int main(int argc, char** argv) {
   const std::string blurred = bench + "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
   if (what == "B") return run(size, seed, {"&defocus=0.3,0.3", blurred, true}, only);
   if (what == "map") return run_map(size, seed, blurred);
+  if (what == "far") return run_far(size, seed, blurred);
   const std::string ghost = blurred + "&ghost=0.01@4.3,-2.6";
   if (what == "C") return run(size, seed, {"&defocus=0.3,0.3", ghost, true}, only);
   // Cores refer to the ideal T, so what a camera pixel does not show of a cell is in the true error.

@@ -26,8 +26,9 @@ TEST_F(Capture, writes_a_scene_and_the_promised_keys) {
   const auto per_level = j.at("patterns_per_level").get<std::vector<std::int64_t>>();
   EXPECT_EQ(per_level.at(0), 1 + 6);  // flood-lit, checks
   EXPECT_EQ(std::accumulate(per_level.begin(), per_level.end(), std::int64_t{0}), j.at("patterns"));
-  EXPECT_GE(j.at("frames").get<std::int64_t>(),
-            4 * j.at("patterns").get<std::int64_t>());  // four exposures each
+  // Exposures are planned, and without noise one is enough.
+  EXPECT_GE(j.at("frames").get<std::int64_t>(), j.at("patterns").get<std::int64_t>());
+  EXPECT_LT(j.at("frames").get<std::int64_t>(), 2 * j.at("patterns").get<std::int64_t>());
   for (const char* kind : {"rank1", "lowrank", "empty", "scalar"})
     EXPECT_EQ(j.at("leaves_per_level").at(kind).size(), 6U) << kind;  // 17 → 9, 5, 3, 2, 1: five halvings
   EXPECT_GT(j.at("tensor_bytes").get<std::int64_t>(), 0);

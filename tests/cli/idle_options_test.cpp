@@ -12,7 +12,8 @@ class IdleOptions : public CommandTest {
  protected:
   /// A capture with these options is refused, and says why.
   void expect_idle(Words options, const std::string& idle, const std::string& why) const {
-    Words words{"capture", "--rig", kSmall, "-o", "a.h5"};
+    // On a rig that plans, --photograph-seconds has an effect.
+    Words words{"capture", "--rig", std::string(kSmall) + "&exposures=4", "-o", "a.h5"};
     words.insert(words.end(), options.begin(), options.end());
     expect_refusal(words, kUsage, {idle + " has no effect", why});
   }
@@ -69,6 +70,12 @@ TEST_F(IdleOptions, relight) {
                  {"--views has no effect"});
   expect_refusal({"dual", "scene.h5", "--light", "white", "-o", "a.pfm", "--exposure", "2"}, kUsage,
                  {"--exposure applies to .png only"});
+}
+
+TEST_F(IdleOptions, ports_of_pages) {
+  expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--port", "8080"}, kUsage,
+                 {"--port has no effect", "without --watch"});
+  expect_refusal({"view", "a.h5", "--export", "a.html", "--port", "8080"}, kUsage, {"--port has no effect"});
 }
 
 TEST_F(IdleOptions, flash_and_calibrate) {

@@ -46,7 +46,7 @@ class Library : public CommandTest {
 
   /// The library refuses by itself, before it measures.
   static void expect_refused(const CaptureOptions& options, const std::string& begins) {
-    auto rig = open_virtual_rig(kSmall);
+    auto rig = open_virtual_rig(std::string(kSmall) + "&exposures=4");
     ASSERT_TRUE(rig.ok());
     const auto result = capture(**rig, options);
     ASSERT_FALSE(result.ok()) << begins;

@@ -56,7 +56,11 @@ class OptionValues : public CommandTest {
     if (command == "capture") return {"--rig", kSmall, "--output", "a.h5"};
     if (command == "relight" || command == "dual") return {"a.h5", "--light", "white", "--output", "a.png"};
     if (command == "fit") return {"--from", ".", "--output", "a.h5"};
+    if (command == "serve") return {"sim:", "--listen", "unix:a.sock"};
+    if (command == "import") return {"a.npy", "--output", "b.h5"};
+    if (command == "export") return {"a.h5", "--dense", "b.npy"};
     if (command == "flash") return {"a.uf2"};
+    if (command == "view") return {"a.h5"};
     if (command == "report" || command == "compile") return {"a", "--output", "b"};
     if (command == "conformance") return {"sim:"};
     const std::set<std::string> of_a_file{"evaluate", "inspect", "lint", "run", "trace"};

@@ -63,7 +63,10 @@ JOBS = [
         ends=3,
     ),
     Job(["inspect", "in.h5"], {"--json": "out.json"}, ["in.h5"]),
+    Job(["export", "in.h5"], {"--dense": "T.npy"}, ["in.h5"]),
+    Job(["import", "T0.npy"], {"-o": "out.h5", "--json": "out.json"}, ["T0.npy"]),
     Job(["report", "in.h5"], {"-o": "out.html"}, ["in.h5"]),
+    Job(["view", "in.h5"], {"--export": "out.html"}, ["in.h5"]),
     Job(["align", "--rig", "sim:plane?size=12x17&noise=off", "--updates", "1"], {"--json": "out.json"}),
     Job(["align", "--rig", "rig.toml", "--updates", "1"], {"--json": "out.json"}, ["rig.toml", "map.exr"], ends=3),
     Job(
@@ -131,7 +134,7 @@ JOBS = [
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
 --light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
---compare --channel --plug --revision""".split()
+--compare --channel --grid --listen --plug --revision --port --max-mb""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
 # program names by board and date; selftest reads none.
 OWN_RULE = {("flash", "--drive"), ("selftest", "--results")}
@@ -315,7 +318,7 @@ def table_is_complete(bench):
     head = bench.run(["--help"]).stdout.decode()
     commands = set(re.findall(r"^  (\w+) {2,}\w", head.split("Example:")[0].split("ommands:", 1)[1], re.MULTILINE))
     listed = {job.words[0] for job in JOBS}
-    assert commands - listed == {"identify", "flash"}, (commands - listed, listed - commands)
+    assert commands - listed == {"identify", "flash", "help", "serve"}, (commands - listed, listed - commands)
     for command in sorted(commands):
         text = bench.run([command, "--help"]).stdout.decode()
         written = {name for job in JOBS if job.words[0] == command for name in job.outputs}
@@ -332,6 +335,9 @@ def prepare(bench):
     bench.path("photographs/00.png").write_text("a photograph")
     bench.path("photographs/response.toml").write_text("a response")
     bench.path("photographs/capture.toml").write_text('symrig = 1\nresponse = "response.toml"  # not "out.json"\n')
+    head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (16, 16), }".ljust(117) + b"\n"
+    unit = b"".join(b"\0\0\x80?" if k % 17 == 0 else b"\0\0\0\0" for k in range(256))
+    bench.path("T0.npy").write_bytes(b"\x93NUMPY\x01\0\x76\0" + head + unit)
     bench.path("light.pfm").write_bytes(b"Pf\n17 12\n-1.0\n" + b"\0\0\0\0" * (17 * 12))
     assert bench.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
     registered = RIG.replace('map = "map.exr"', 'registration = "registration.h5"') + '[capture]\ngrid = "12x17"\n'

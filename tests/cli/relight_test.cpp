@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/image/file.hpp"
+#include "symrig/job/file_hash.hpp"
 #include "symrig/report/letters.hpp"
 #include "symrig/tensor/file.hpp"
 
@@ -40,6 +41,27 @@ Image<float> ramp(Grid grid, int channels) {
 }
 
 // EXR and PFM hold 32-bit floats: what the command writes is what the library computes, bit for bit.
+TEST_F(Relight, an_exr_states_what_it_is) {
+  ASSERT_EQ(symrig({"relight", "scene.h5", "--light", "white", "-o", "out.exr"}).code, 0);
+  ASSERT_EQ(symrig({"dual", "scene.h5", "--light", "letters", "-o", "dual.exr"}).code, 0);
+  const PictureFacts relit = read_picture_facts(path("out.exr")).value();
+  const PictureFacts dual = read_picture_facts(path("dual.exr")).value();
+  EXPECT_EQ(relit.units, "radiance per unit of projector light");
+  EXPECT_EQ(relit.view, "camera");
+  EXPECT_EQ(relit.light, "white");
+  EXPECT_EQ(dual.view, "projector");
+  EXPECT_EQ(dual.light, "letters");
+  EXPECT_EQ(relit.scene, file_hash(path("scene.h5")).value());
+  EXPECT_EQ(dual.scene, relit.scene);
+  EXPECT_EQ(relit.scene.size(), 64U);
+  // 99.5 % of the values times the exposure are below white.
+  const Image<float> picture = read_image(path("out.exr")).value();
+  const auto bright = std::count_if(picture.values().begin(), picture.values().end(), [&](float v) {
+    return static_cast<double>(v) * *relit.exposure > 1 + 1e-6;
+  });
+  EXPECT_LE(bright, std::ssize(picture.values()) / 200 + 1);
+}
+
 TEST_F(Relight, an_exr_holds_exactly_what_the_library_computes) {
   write_light("light.exr", ramp(kGrid, 1));
   for (const char* output : {"out.exr", "out.pfm"}) {

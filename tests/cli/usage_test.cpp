@@ -64,6 +64,17 @@ TEST_F(Usage, version_is_told) {
   const Outcome version = symrig({"--version"});
   EXPECT_EQ(version.code, 0);
   EXPECT_TRUE(version.out.starts_with("symrig 0.")) << version.out;
+  EXPECT_EQ(symrig({"-V"}).out, version.out);
+}
+
+TEST_F(Usage, help_command_prints_what_the_option_prints) {
+  EXPECT_EQ(symrig({"help"}).out, symrig({"--help"}).out);
+  for (const Command& command : kCommands) {
+    const Outcome help = symrig({"help", command.name});
+    EXPECT_EQ(help.code, 0) << command.name;
+    EXPECT_EQ(help.out, symrig({command.name, "--help"}).out);
+  }
+  expect_refusal({"help", "captur"}, kUsage, {"'captur'", "did you mean 'capture'?"});
 }
 
 TEST_F(Usage, no_command_is_a_usage_error) {
@@ -72,7 +83,7 @@ TEST_F(Usage, no_command_is_a_usage_error) {
 
 // Commands that the design promises for later must not pretend to exist.
 TEST_F(Usage, commands_that_do_not_exist_are_refused_with_those_that_do) {
-  for (const char* word : {"view", "Capture", "nonsense"})
+  for (const char* word : {"merge", "Capture", "nonsense"})
     expect_refusal({word}, kUsage, {std::string("'") + word + "'", "capture, relight, dual, evaluate"});
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake -DBUILD= -DSOURCE= -DPROBE= -DWORK= -DBUILD_TYPE= -DGENERATOR= -DCXX= -DC= -P install_test.cmake
+# cmake -DBUILD= -DSOURCE= -DPROBE= -DC_EXAMPLE= -DWORK= -DBUILD_TYPE= -DGENERATOR= -DCXX= -DC= -P install_test.cmake
 set(prefix ${WORK}/prefix)
 file(REMOVE_RECURSE ${WORK})
 
@@ -21,6 +21,30 @@ foreach(file IN LISTS cmake_files)
     message(FATAL_ERROR "${file} points into the build tree: ${back}")
   endif()
 endforeach()
+
+# Every file belongs to one of the components that cmake/SymrigInstall.cmake lists.
+file(GLOB_RECURSE whole RELATIVE ${prefix} ${prefix}/*)
+set(parts "")
+foreach(component library development command python board)
+  step("install ${component}" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/${component} --component ${component})
+  file(GLOB_RECURSE part RELATIVE ${WORK}/${component} ${WORK}/${component}/*)
+  list(APPEND parts ${part})
+endforeach()
+list(SORT whole)
+list(SORT parts)
+if(NOT whole STREQUAL parts)
+  list(REMOVE_ITEM whole ${parts})
+  message(FATAL_ERROR "files of no component, or of two: ${whole} (all components: ${parts})")
+endif()
+
+# For the C interface a C compiler and pkg-config are enough.
+file(GLOB_RECURSE pc ${prefix}/symrig.pc)
+get_filename_component(pc_folder ${pc} DIRECTORY)
+get_filename_component(library_folder ${pc_folder} DIRECTORY)
+step("a C program by pkg-config" ${CMAKE_COMMAND} -E env PKG_CONFIG_PATH=${pc_folder} sh -c
+  "${C} -std=c11 -Wall -Werror ${C_EXAMPLE} -o ${WORK}/c_example $(pkg-config --cflags --libs symrig)")
+step("its library" ${CMAKE_COMMAND} -E env LD_LIBRARY_PATH=${library_folder} sh -c
+  "ldd ${WORK}/c_example | grep libsymrig.so.0 && ! ldd ${WORK}/c_example | grep 'not found' && {\n ${WORK}/c_example\n test $? = 2\n }")
 
 # Every installed header stands alone, with nothing but what is installed. Those of symrig/testing need GoogleTest.
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/symrig/*.hpp)

@@ -6,9 +6,9 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
-#include "guarded.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
+#include "symrig/base/guarded.hpp"
 
 #include <algorithm>
 #include <array>

@@ -206,7 +206,7 @@ Result<void> write_map(const CalibrateArguments& arguments, const std::string& o
 
 /// A camera with pixels of its own is registered, unless a map is asked for.
 Result<void> calibrate_rig(const CalibrateArguments& arguments, const std::string& output) {
-  SYMRIG_TRY(const OpenedRig opened, open_bare_rig(arguments.rig));
+  SYMRIG_TRY(const OpenedRig opened, open_rig_to_calibrate(arguments.rig));
   Probe& rig = *opened.probe;
   const bool own_pixels = rig.grid() != rig.camera_grid();
   const bool map_asked = !(arguments.uncertainty + output).empty() && !is_registration(output);

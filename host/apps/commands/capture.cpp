@@ -1,30 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/acquisition/capture.hpp"
 
-#include "capture_log.hpp"
 #include "capture_options.hpp"
+#include "choices.hpp"
 #include "command.hpp"
 #include "console.hpp"
+#include "effects.hpp"
 #include "error_table.hpp"
-#include "files.hpp"
-#include "guarded.hpp"
 #include "invocation.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
+#include "port_option.hpp"
 #include "rig.hpp"
 #include "symrig/base/nearest_name.hpp"
-#include "symrig/base/stopwatch.hpp"
-#include "symrig/calibration/coaxial_check.hpp"
-#include "symrig/report/summary.hpp"
-#include "symrig/tensor/file.hpp"
+#include "symrig/base/standard_streams.hpp"
+#include "symrig/job/capture_job.hpp"
+#include "symrig/job/capture_page.hpp"
+#include "undetermined_text.hpp"
 
+#include <array>
+#include <chrono>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
-#include <sys/resource.h>
 
 namespace symrig::apps {
 namespace {
@@ -35,7 +38,8 @@ struct CaptureArguments {
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
   std::string split;
-  bool dual_subtract = false, check_axis = false;
+  bool dual_subtract = false, check_axis = false, watch = false;
+  std::optional<int> port;
   LogOptions log;
 };
 
@@ -66,26 +70,12 @@ std::string described_algorithms() {
   return text;
 }
 
-std::int64_t peak_memory() {
-  struct rusage usage {};
-  getrusage(RUSAGE_SELF, &usage);
-  return std::int64_t{usage.ru_maxrss} * 1024;
-}
-
-/// Refuses a budget of 0, because 0 means no budget in the library.
-Result<void> check_budgets_given(const CaptureArguments& arguments) {
-  const auto none = [](const char* option, const char* next) {
-    return Error{ErrorCode::bad_argument, fmt::format("{} 0 allows no measurement", option), next};
-  };
-  if (arguments.max_patterns == 0) return none("--max-patterns", "give 1 or more");
-  if (arguments.max_seconds == 0.0) return none("--max-seconds", "give seconds, such as 3600");
-  if (arguments.target_error == 0.0) return none("--target-error", "give a number above 0, such as 0.02");
-  return {};
-}
-
 Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
   SYMRIG_TRY(const Algorithm algorithm, parse_algorithm(arguments.algorithm));
-  SYMRIG_CHECK(check_budgets_given(arguments));
+  if (const Result<void> given =
+          check_budgets({arguments.max_patterns, arguments.max_seconds, arguments.target_error});
+      !given)
+    return in_command_words(given.error());
   std::optional<SplitOrder> split;
   if (!arguments.split.empty()) {
     SYMRIG_TRY(split, parse_split_order(arguments.split));
@@ -102,26 +92,7 @@ Result<CaptureOptions> options_of(const CaptureArguments& arguments) {
                         .target_error = arguments.target_error.value_or(0)};
 }
 
-/// Why a search gave up, and what the capture did instead.
-std::string search_text(const Undetermined& found) {
-  std::string text = fmt::format(
-      "the transport is not data-sparse: {} (the search would need at least {} photographs, brute "
-      "force {})\n",
-      found.reason, grouped(static_cast<double>(found.forecast)),
-      grouped(static_cast<double>(found.brute_force)));
-  for (const LevelEvidence& level : found.levels)
-    if (level.tested > 0)
-      text += fmt::format("  level {}: {} of {} nodes are leaves; {} of their energy is unexplained\n",
-                          level.level, grouped(static_cast<double>(level.leaves)),
-                          grouped(static_cast<double>(level.tested)), percent(level.unexplained));
-  return text +
-         (found.completed
-              ? fmt::format("  brute force measured the rest after {} photographs\n",
-                            grouped(static_cast<double>(found.patterns)))
-              : "  a budget or the memory limit does not allow brute force: the search went on within it\n");
-}
-
-/// Compares the photographs with brute force, unless search_text does.
+/// Compares the photographs with brute force, unless undetermined_text does.
 std::string brute_force_text(Algorithm algorithm, const CaptureResult& result) {
   const std::int64_t brute = result.tensor.projector_grid().size();
   if (result.patterns > brute)
@@ -141,7 +112,7 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
     text += fmt::format("{} of the photographs came from the log\n",
                         grouped(static_cast<double>(summary.replayed)));
   text += trouble_text(summary.trouble);
-  if (result.undetermined) text += search_text(*result.undetermined);
+  if (result.undetermined) text += undetermined_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
@@ -188,71 +159,61 @@ std::string result_text(const CaptureSummary& summary, const CaptureResult& resu
       byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
 }
 
-struct Measured {
-  CaptureSummary summary;
-  CaptureResult result;
-};
-
-/// Runs the capture on a rig, through the log if there is one.
-Result<Measured> measure(OpenedRig& opened, CaptureOptions options, CaptureLog& log) {
-  const Stopwatch watch;
-  Probe& rig = *opened.probe;
-  std::optional<LoggedProbe> logged;
-  if (log.log() != nullptr) logged.emplace(rig, *log.log(), rig.together());
-  Probe& probe = logged ? static_cast<Probe&>(*logged) : rig;
-  options.log = log.log();
-  SYMRIG_TRY(const CaptureSettings settings, settings_of(options));
-  auto result = capture(probe, options);
-  if (!result) return result.error();
-  if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());
-  const CaptureSummary summary{.scene = rig.describe(),
-                               .algorithm = settings.algorithm,
-                               .rule = settings.rule,
-                               .dual_threshold = settings.dual_threshold,
-                               .noise = opened.noise,
-                               .cost = probe.cost(),
-                               .measure_seconds = watch.seconds() - result->process_seconds,
-                               .peak_memory_bytes = peak_memory(),
-                               .replayed = logged ? logged->replayed() : 0,
-                               .trouble = opened.trouble(),
-                               .made = made_now()};
-  return Measured{summary, *std::move(result)};
+CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, const Stopwatch& watch) {
+  return {.output = arguments.output,
+          .log = arguments.log,
+          .json = arguments.json,
+          .options = std::move(options),
+          .check_axis = arguments.check_axis,
+          .made = made_now,
+          .watch = watch};
 }
 
-Result<void> save(const CaptureArguments& arguments, Measured measured, const std::string& json) {
-  CaptureResult& result = measured.result;
-  SYMRIG_CHECK(save_scene(arguments.output, {std::move(result.tensor), json, std::move(result.held_out)}));
-  return write_text(arguments.json, json);
+/// Captures while a line shows the progress.
+Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
+  Meter meter("capture", "photographs");
+  job.options.progress = [watched = std::move(job.options.progress),
+                          shown = meter.progress()](const ProgressEvent& event) {
+    if (watched) watched(event);
+    return shown(event);
+  };
+  return run_job(job, rig);
 }
 
-Result<void> check_axis(Probe& rig) {
-  Result<void> checked = require_coaxial(rig);
-  if (checked || checked.error().code != ErrorCode::bad_value) return checked;
-  Error error = checked.error();
-  error.hint += ", or capture without --check-axis";
-  return error;
+/// Says where the page is. With --json - standard output belongs to the JSON.
+Result<void> tell_address(const CaptureArguments& arguments, const CapturePage& page) {
+  const std::string text =
+      fmt::format("{}\nOpen this address in a browser of this machine to watch.\n", page.address());
+  if (!is_standard_output(arguments.json)) return print(text);
+  write_standard_error(text);
+  return {};
 }
 
-/// The algorithms that use the symmetry of T need a coaxial rig.
-Result<void> check_symmetric(const OpenedRig& opened, Algorithm algorithm) {
-  if (opened.coaxial || algorithm == Algorithm::brute || algorithm == Algorithm::dual) return {};
-  Error error = opened.coaxial.error();
-  error.hint += ", or capture with --algorithm brute or dual";
-  return error;
+/// The same, and serves the page: of the capture, then of its scene, until Ctrl-C.
+Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const CaptureJob& job,
+                                     OpenedRig& rig) {
+  SYMRIG_TRY(const CapturePage page,
+             CapturePage::open(rig, {.title = std::filesystem::path(arguments.output).filename().string(),
+                                     .port = static_cast<std::uint16_t>(arguments.port.value_or(0)),
+                                     .truth = {}}));
+  SYMRIG_CHECK(tell_address(arguments, page));
+  SYMRIG_TRY(CaptureOutcome outcome, run_with_meter(page.watched(job, rig), rig));
+  page.complete(outcome);
+  if (!is_standard_output(arguments.json)) {
+    SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output)));
+    SYMRIG_CHECK(print("The page now shows the scene. Ctrl-C ends.\n"));
+  }
+  while (!interrupted()) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  return outcome;
 }
 
-/// Captures and saves everything to the disk. Returns the text to print.
-Result<std::string> measure_and_save(const CaptureArguments& arguments, CaptureOptions options,
-                                     OpenedRig& opened, CaptureLog& log, const Stopwatch& watch) {
-  std::optional<Meter> meter(std::in_place, "capture", "photographs");
-  options.progress = meter->progress();
-  SYMRIG_TRY(Measured measured, measure(opened, options, log));
-  meter.reset();
-  measured.summary.total_seconds = watch.seconds();
-  const std::string json = capture_json(measured.summary, measured.result);
-  std::string text = result_text(measured.summary, measured.result, arguments.output);
-  SYMRIG_CHECK(save(arguments, std::move(measured), json));
-  return text;
+void add_log_options(CLI::App& command, LogOptions& options) {
+  auto* off = command.add_flag("--no-log", options.off, "Keep no log; an interrupted capture is lost");
+  command
+      .add_flag("--resume", options.resume, "Continue an interrupted capture from its log, if there is one")
+      ->excludes(off);
+  command.add_flag("--keep-log", options.keep, "Do not delete scene.h5.log when scene.h5 is complete")
+      ->excludes(off);
 }
 
 JobFiles files_of(const CaptureArguments& arguments) {
@@ -262,26 +223,22 @@ JobFiles files_of(const CaptureArguments& arguments) {
   return CaptureLog::declare(arguments.output, arguments.log, std::move(files));
 }
 
-Result<void> run(const CaptureArguments& arguments) {
+Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   const Stopwatch watch;
+  SYMRIG_CHECK(check_effects(command, std::array{Idle{"--port", !arguments.watch, "without --watch"}}));
+  if (arguments.port) SYMRIG_CHECK(check_port(*arguments.port));
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
-  const Result<CaptureSettings> settings = settings_of(options);
-  if (!settings) return in_command_words(settings.error());
+  if (const auto settings = settings_of(options); !settings) return in_command_words(settings.error());
   SYMRIG_CHECK(files_of(arguments).check());
-  SYMRIG_CHECK(CaptureLog::check(arguments.output, arguments.log));
-  SYMRIG_TRY(OpenedRig opened, open_rig(arguments.rig, arguments.registration));
-  const std::unique_ptr<Probe>& rig = opened.probe;
-  if (const Result<void> fits = check_rig(options, *rig); !fits) return in_command_words(fits.error());
-  SYMRIG_CHECK(check_symmetric(opened, settings->algorithm));
-  if (arguments.check_axis && !CaptureLog::goes_on(arguments.output, arguments.log))
-    SYMRIG_CHECK(check_axis(*rig));
-  SYMRIG_TRY(CaptureLog log,
-             CaptureLog::open(arguments.output, arguments.log, log_identity(*rig, *settings)));
-  const Result<std::string> text =
-      guarded([&] { return measure_and_save(arguments, options, opened, log, watch); });
-  if (!text) return log.broken_off(text.error());
-  SYMRIG_CHECK(log.finished());
-  return is_standard_output(arguments.json) ? Result<void>() : print(*text);
+  const CaptureJob job = job_of(arguments, options, watch);
+  if (const auto free = check_job(job); !free) return hint_in_command_words(free.error());
+  SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration));
+  if (const Result<void> fits = check_rig(options, *rig.probe); !fits) return in_command_words(fits.error());
+  const Result<CaptureOutcome> outcome =
+      arguments.watch ? run_with_page(arguments, job, rig) : run_with_meter(job, rig);
+  if (!outcome) return hint_in_command_words(outcome.error());
+  if (is_standard_output(arguments.json) || arguments.watch) return {};
+  return print(result_text(outcome->summary, outcome->result, arguments.output));
 }
 
 }  // namespace
@@ -299,9 +256,10 @@ Job add_capture(CLI::App& command) {
   command.add_flag(
       "--dual-subtract", arguments->dual_subtract,
       "For dual: subtract the transport that is already stored (better than the published method)");
-  command.add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
-      ->type_name("NAME")
-      ->capture_default_str();
+  takes_words(command.add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
+                  ->type_name("NAME")
+                  ->capture_default_str(),
+              algorithm_names());
   command
       .add_option("--tolerance", arguments->tolerance,
                   "Tolerance, as a share of the flood-lit RMS; a smaller one needs more patterns")
@@ -324,18 +282,23 @@ Job add_capture(CLI::App& command) {
                   "If exposures are planned: longest total exposure of one photograph (default: 10)")
       ->type_name("S");
   add_log_options(command, arguments->log);
-  command
-      .add_option(
-          "--split", arguments->split,
-          "Order of several views: flat, views-first, views-last, all-at-once, compensated (default: by "
-          "the flood-lit photograph)")
-      ->type_name("ORDER");
+  takes_words(command
+                  .add_option("--split", arguments->split,
+                              "Order of several views: " + listed(split_order_names()) +
+                                  " (default: by the flood-lit photograph)")
+                  ->type_name("ORDER"),
+              split_order_names());
   command.add_flag("--check-axis", arguments->check_axis,
                    "First check with 8 photographs that camera and projector pixels coincide");
   command
       .add_option("--polish", arguments->polish,
-                  "Steps of a final refit of all transport to all photographs; 0: none")
+                  "Most steps of a final refit of all transport to all photographs; 0: none (default: by the "
+                  "algorithm)")
       ->type_name("N");
+  command.add_flag("--watch", arguments->watch,
+                   "Serve a page that shows the capture while it runs, and its scene afterwards, until "
+                   "Ctrl-C");
+  add_port(command, arguments->port);
   command.footer(fmt::format(kCaptureExample, described_algorithms()) + "\n" + rig_help() + "\n" +
                  kExitCodes);
   for (const char* option :
@@ -343,7 +306,7 @@ Job add_capture(CLI::App& command) {
     takes_number<double>(command.get_option(option));
   takes_number<std::int64_t>(command.get_option("--max-patterns"));
   takes_number<int>(command.get_option("--polish"));
-  return [arguments] { return run(*arguments); };
+  return [&command, arguments] { return run(command, *arguments); };
 }
 
 }  // namespace symrig::apps

@@ -59,8 +59,8 @@ Result<void> run(const CompileArguments& arguments) {
   SYMRIG_CHECK(write_file_atomically(arguments.output, std::as_bytes(std::span(bytes))));
   SYMRIG_CHECK(write_text(arguments.json, to_json(program, config)));
   if (is_standard_output(arguments.json)) return {};
-  return print(findings_text(arguments.file, compilation.findings, Severity::warning) +
-               fmt::format("{} for board '{}': ", arguments.output, board.board) + program_summary(program));
+  SYMRIG_CHECK(print_findings(arguments.file, compilation.findings, Severity::warning));
+  return print(fmt::format("{} for board '{}': ", arguments.output, board.board) + program_summary(program));
 }
 
 }  // namespace

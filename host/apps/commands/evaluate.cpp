@@ -6,10 +6,9 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
-#include "symrig/acquisition/measured_errors.hpp"
+#include "symrig/job/evaluation.hpp"
 #include "symrig/report/provenance.hpp"
 #include "symrig/report/summary.hpp"
-#include "symrig/sim/bench_truth.hpp"
 #include "symrig/tensor/file.hpp"
 
 #include <array>
@@ -29,55 +28,15 @@ struct EvaluateArguments {
   std::string scene, rig, registration, json;
 };
 
-Error grids_differ(const TransportTensor& tensor, Grid rig, int channels) {
-  return {ErrorCode::size_mismatch,
-          fmt::format("the rig is {} with {} channels, the scene file {} with {}", to_string(rig), channels,
-                      to_string(tensor.camera_grid()), tensor.channels()),
-          "give the rig that the scene was captured from"};
-}
-
-/// Errors, and the rig's own description.
-struct Judged {
-  ErrorEstimate errors;
-  std::string rig;
-  /// If `errors` refer to T of a bench: those against T of the ideal coaxial rig.
-  std::optional<ErrorEstimate> ideal = {};
-};
-
-Result<Judged> against_truth(const TransportTensor& tensor, const std::string& rig) {
-  SYMRIG_TRY(const std::shared_ptr<const Scene> truth, open_truth(rig));
-  const bool fits = truth->grid() == tensor.camera_grid() && truth->grid() == tensor.projector_grid() &&
-                    truth->channels() == tensor.channels();
-  if (!fits) return grids_differ(tensor, truth->grid(), truth->channels());
-  Meter meter("evaluate", "patterns");
-  SYMRIG_TRY(ErrorEstimate ideal, measure_errors(tensor, told(truth_of(truth), meter.progress())));
-  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
-  SYMRIG_TRY(const auto bench, bench_truth(uri));
-  if (!bench) return Judged{std::move(ideal), rig};
-  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, told(*bench, meter.progress())));
-  return Judged{std::move(errors), rig, std::move(ideal)};
-}
-
-/// Compares with new photographs of a real rig.
-Result<Judged> against_rig(const TransportTensor& tensor, const EvaluateArguments& arguments) {
-  SYMRIG_TRY(const OpenedRig opened, open_rig(arguments.rig, arguments.registration));
-  SYMRIG_CHECK(check_aligned(*opened.probe));
-  Probe& probe = *opened.probe;
-  const bool fits = probe.grid() == tensor.camera_grid() && probe.grid() == tensor.projector_grid() &&
-                    probe.channels() == tensor.channels();
-  if (!fits) return grids_differ(tensor, probe.grid(), probe.channels());
-  Meter meter("evaluate", "photographs");
-  SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, probe, {}, meter.progress()));
-  return Judged{std::move(errors), probe.describe()};
-}
-
-Result<std::vector<HeldOutError>> against_photographs(const StoredScene& scene) {
-  std::vector<HeldOutError> errors;
-  for (const HeldOut& one : scene.held_out) {
-    SYMRIG_TRY(HeldOutError error, held_out_error(scene.tensor, one));
-    errors.push_back(std::move(error));
+/// A real rig takes new photographs.
+Result<Judged> against(const TransportTensor& tensor, const EvaluateArguments& arguments) {
+  if (is_simulated(arguments.rig)) {
+    Meter meter("evaluate", "patterns");
+    return judge_by_truth(tensor, arguments.rig, meter.progress());
   }
-  return errors;
+  SYMRIG_TRY(const OpenedRig opened, open_rig(arguments.rig, arguments.registration));
+  Meter meter("evaluate", "photographs");
+  return judge_by_rig(tensor, *opened.probe, meter.progress());
 }
 
 std::string result_text(const HeldOutError& e) {
@@ -120,13 +79,11 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
   std::optional<Judged> errors;
   std::vector<std::string> differs;
   if (!arguments.rig.empty()) {
-    const bool known = is_simulated(arguments.rig);
-    SYMRIG_TRY(errors,
-               known ? against_truth(scene.tensor, arguments.rig) : against_rig(scene.tensor, arguments));
+    SYMRIG_TRY(errors, against(scene.tensor, arguments));
     differs = differences_of_scene(captured_scene(scene), errors->rig);
     warn(arguments.scene, differs);
   }
-  SYMRIG_TRY(const std::vector<HeldOutError> held_out, against_photographs(scene));
+  SYMRIG_TRY(const std::vector<HeldOutError> held_out, judge_by_photographs(scene));
   SYMRIG_CHECK(write_text(
       arguments.json,
       evaluation_json(captured_scene(scene), arguments.rig, errors ? &errors->errors.value : nullptr,

@@ -32,19 +32,17 @@ std::string to_json(const LintArguments& arguments, const Compilation& compilati
 }
 
 Result<void> run(const LintArguments& arguments) {
-  SYMRIG_CHECK(program_files(arguments.file, arguments.board)
-                   .writes("--json", arguments.json, FileFormat::json)
-                   .check());
-  SYMRIG_TRY(const auto file, read_program_file(arguments.file));
+  SYMRIG_TRY(auto source, program_source(arguments.file, arguments.board));
+  SYMRIG_CHECK(source.files.writes("--json", arguments.json, FileFormat::json).check());
+  SYMRIG_TRY(const auto program, source.read());
   SYMRIG_TRY(const auto board, board_info_of(arguments.board));
-  const auto compilation = compile_program(file, board);
+  const auto compilation = compile_program(program, board);
   SYMRIG_CHECK(write_text(arguments.json, to_json(arguments, compilation)));
   if (!is_standard_output(arguments.json)) {
-    std::string text = findings_text(arguments.file, compilation.findings, Severity::note);
+    SYMRIG_CHECK(print_findings(arguments.file, compilation.findings, Severity::note));
     if (compilation.ok())
-      text += fmt::format("{}: no errors for board '{}'; ", arguments.file, board.board) +
-              program_summary(*compilation.program);
-    SYMRIG_CHECK(print(text));
+      SYMRIG_CHECK(print(fmt::format("{}: no errors for board '{}'; ", arguments.file, board.board) +
+                         program_summary(*compilation.program)));
   }
   if (compilation.ok()) return {};
   const auto& all = compilation.findings;
@@ -59,7 +57,9 @@ Result<void> run(const LintArguments& arguments) {
 
 Job add_lint(CLI::App& command) {
   const auto arguments = std::make_shared<LintArguments>();
-  command.add_option("file", arguments->file, "Program file (TOML)")->required()->type_name("scan.toml");
+  command.add_option("file", arguments->file, "Program file (TOML); - is standard input")
+      ->required()
+      ->type_name("scan.toml");
   command
       .add_option("--board", arguments->board,
                   "The board that will run it: a URI, or a file that describes the board")
@@ -70,6 +70,7 @@ Job add_lint(CLI::App& command) {
       std::string(
           "Example:\n"
           "  symrig lint scan.toml --board sim:\n"
+          "  generate-scan | symrig lint -\n"
           "\n"
           "Each finding is FILE:LINE: severity: rule: what; alternative. docs/lint-rules.md explains the "
           "rules.\n"

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // relight applies the tensor; dual applies its transpose.
+#include "choices.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "effects.hpp"
 #include "files.hpp"
-#include "light.hpp"
 #include "numbers.hpp"
 #include "symrig/base/quantile.hpp"
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/job/file_hash.hpp"
+#include "symrig/job/light.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
@@ -15,6 +17,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -126,6 +129,20 @@ double automatic_exposure(const Image<float>& picture) {
   return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
+/// What an EXR header states.
+Result<PictureFacts> facts_of(const RelightArguments& arguments, bool dual, double exposure) {
+  SYMRIG_TRY(std::string scene, file_hash(arguments.scene));
+  std::string view = dual ? "projector" : "camera";
+  if (!arguments.from_view.empty()) view += ", lit from view " + arguments.from_view;
+  if (!arguments.to_view.empty()) view += ", seen from view " + arguments.to_view;
+  return PictureFacts{
+      .units = dual ? "radiance per unit of light from the camera" : "radiance per unit of projector light",
+      .exposure = exposure,
+      .view = std::move(view),
+      .light = std::filesystem::path(arguments.light).filename().string(),
+      .scene = std::move(scene)};
+}
+
 std::string result_text(const RelightArguments& arguments, const Image<float>& picture, double exposure) {
   const auto [least, most] = std::minmax_element(picture.values().begin(), picture.values().end());
   std::string text = fmt::format("{}: {}, {} channel{}, radiance {:.4g} to {:.4g}", arguments.output,
@@ -158,8 +175,21 @@ Result<void> run(const CLI::App& command, const RelightArguments& arguments, boo
     SYMRIG_TRY(picture, coloured(arguments, scene.tensor, std::move(picture)));
   }
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
-  SYMRIG_CHECK(write_picture(arguments.output, picture, exposure));
+  SYMRIG_TRY(const PictureFacts facts, facts_of(arguments, dual, exposure));
+  SYMRIG_CHECK(write_picture(arguments.output, picture, exposure, facts));
   return print(result_text(arguments, picture, exposure));
+}
+
+/// Help text: lights.
+std::string light_help() {
+  std::string text =
+      "IMAGE is an EXR, PNG or PFM file of that grid. Its values are linear light (PNG: code / "
+      "largest code);\n"
+      "any finite value is allowed. Colour becomes luminance, because projectors show white light.\n"
+      "Or IMAGE is a built-in light:\n";
+  for (const BuiltInLight& one : built_in_lights())
+    text += fmt::format("  {:<9}  {}\n", one.name, one.meaning);
+  return text;
 }
 
 void add_views(CLI::App& command, RelightArguments& arguments) {
@@ -194,10 +224,12 @@ Job add(CLI::App& command, bool dual, const char* footer) {
       ->type_name("X");
   if (!dual) {
     add_views(command, *arguments);
-    command
-        .add_option("--mosaic", arguments->mosaic,
-                    "The scene was measured as a raw mosaic with these colours: write a colour picture")
-        ->type_name("RGGB|GRBG|GBRG|BGGR");
+    takes_words(
+        command
+            .add_option("--mosaic", arguments->mosaic,
+                        "The scene was measured as a raw mosaic with these colours: write a colour picture")
+            ->type_name("RGGB|GRBG|GBRG|BGGR"),
+        {"RGGB", "GRBG", "GBRG", "BGGR"});
   }
   command.footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
   takes_number<double>(command.get_option("--exposure"));

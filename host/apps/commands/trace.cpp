@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "analyser_report.hpp"
+#include "capture_options.hpp"
 #include "command.hpp"
 #include "console.hpp"
 #include "effects.hpp"
@@ -176,7 +177,7 @@ Result<void> compare_capture(const TraceArguments& arguments, Drawing& drawing) 
   };
   if (!capture) return in_file(capture.error());
   const auto found = compare_with_analyser(drawing.plan, drawing.board, *capture, names);
-  if (!found) return in_file(found.error());
+  if (!found) return hint_in_command_words(in_file(found.error()));
   drawing.summary += analyser_summary(*found, drawing.board);
   drawing.differences = analyser_csv(*found, drawing.board);
   drawing.verdict = analyser_verdict(*found, arguments.capture);

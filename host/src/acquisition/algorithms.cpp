@@ -24,6 +24,8 @@ constexpr std::array kAlgorithms{
                               .shrink_noise = true,
                               .checks = true,
                               .direct_share = 0.05,
+                              .polish = 2,
+                              .polish_share = 0.5,
                               .rank = 3},
                   .tolerance = kTolerance,
                   .hierarchical = true,

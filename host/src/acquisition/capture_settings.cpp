@@ -76,6 +76,7 @@ Result<void> check_policy(const CaptureSettings& settings) {
       Number{"economy.dominance", economy.dominance, 0, 1},
       Number{"economy.diagonal_spread", economy.diagonal_spread, 0, kLarge},
       Number{"economy.direct_share", economy.direct_share, 0, 1},
+      Number{"economy.polish_share", economy.polish_share, 0, kLarge},
       Number{"economy.rank", static_cast<double>(economy.rank), 1, BlockTree::kMaxChildren},
       Number{"exposure.share_of_tolerance", goal.share_of_tolerance, 0, kLarge},
       Number{"exposure.relative", goal.relative, 0, kLarge},
@@ -142,10 +143,14 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options) {
                            .max_seconds = options.max_seconds,
                            .target_error = options.target_error,
                            .log = options.log,
-                           .progress = options.progress};
+                           .progress = options.progress,
+                           .watch = options.watch};
   if (options.tolerance) settings.rule.flood_fraction = settings.rule.empty_fraction = *options.tolerance;
   settings.exposure.longest_seconds = options.photograph_seconds.value_or(settings.exposure.longest_seconds);
-  settings.economy.polish = options.polish.value_or(settings.economy.polish);
+  if (options.polish) {
+    settings.economy.polish = *options.polish;
+    settings.economy.polish_share = 0;
+  }
   SYMRIG_CHECK(check_share("tolerance", options.tolerance));
   SYMRIG_CHECK(check_share("dual_threshold", options.dual_threshold));
   SYMRIG_CHECK(check_budgets(options));

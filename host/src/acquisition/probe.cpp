@@ -26,7 +26,7 @@ Result<void> check_aligned(const Probe& probe) {
   return Error{ErrorCode::size_mismatch,
                fmt::format("the projector shows {} cells, but the camera has {} pixels",
                            to_string(probe.grid()), to_string(probe.camera_grid())),
-               "register the camera: symrig calibrate --rig RIG -o registration.h5, then --registration"};
+               "register the camera with symrig calibrate, and give the registration"};
 }
 
 Result<void> check_patterns(const Probe& probe, std::span<const Pattern> patterns) {

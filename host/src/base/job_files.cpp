@@ -25,11 +25,11 @@ using base::descriptor_of, base::FilePlace, base::folder_of, base::place_of;
 struct FormatNames {
   FileFormat format;
   const char* text;    ///< "an HDF5 scene"
-  const char* suffix;  ///< the suffix to suggest
+  const char* suffix;  ///< the suffixes to suggest
   bool binary;
 };
 
-constexpr std::array<FormatNames, 11> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
+constexpr std::array<FormatNames, 12> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
                                                 {FileFormat::registration, "a registration", ".h5", true},
                                                 {FileFormat::picture, "a picture", ".exr", true},
                                                 {FileFormat::map, "a map", ".exr", true},
@@ -39,7 +39,8 @@ constexpr std::array<FormatNames, 11> kFormats{{{FileFormat::scene, "an HDF5 sce
                                                 {FileFormat::json, "JSON", ".json", false},
                                                 {FileFormat::table, "CSV", ".csv", false},
                                                 {FileFormat::settings, "TOML", ".toml", false},
-                                                {FileFormat::waveform, "a VCD waveform", ".vcd", false}}};
+                                                {FileFormat::waveform, "a VCD waveform", ".vcd", false},
+                                                {FileFormat::matrix, "a matrix", ".npy or .mat", true}}};
 
 const FormatNames& names_of(FileFormat format) {
   return *std::find_if(kFormats.begin(), kFormats.end(),
@@ -52,7 +53,7 @@ struct Suffix {
 };
 
 /// Suffixes with a known format. Any output may have another suffix.
-constexpr std::array<Suffix, 21> kSuffixes{{
+constexpr std::array<Suffix, 23> kSuffixes{{
     {".h5", FileFormat::scene},        {".hdf5", FileFormat::scene},   {".exr", FileFormat::picture},
     {".pfm", FileFormat::picture},     {".png", FileFormat::picture},  {".jpg", FileFormat::picture},
     {".jpeg", FileFormat::picture},    {".tif", FileFormat::picture},  {".tiff", FileFormat::picture},
@@ -60,6 +61,7 @@ constexpr std::array<Suffix, 21> kSuffixes{{
     {".symprog", FileFormat::program}, {".log", FileFormat::log},      {".html", FileFormat::page},
     {".htm", FileFormat::page},        {".json", FileFormat::json},    {".csv", FileFormat::table},
     {".toml", FileFormat::settings},   {".vcd", FileFormat::waveform}, {".elf", FileFormat::program},
+    {".npy", FileFormat::matrix},      {".mat", FileFormat::matrix},
 }};
 
 bool fits(FileFormat suffix, FileFormat output) {
@@ -73,7 +75,7 @@ Result<void> check_suffix(const std::string& option, const fs::path& path, FileF
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const auto known =
+  const auto* const known =
       std::find_if(kSuffixes.begin(), kSuffixes.end(), [&](const Suffix& one) { return one.text == suffix; });
   if (known == kSuffixes.end() || fits(known->format, format)) return {};
   return Error{ErrorCode::bad_argument,
@@ -142,6 +144,11 @@ JobFiles& JobFiles::reads_settings(std::string_view what, const fs::path& path) 
   if (path.empty()) return *this;
   for (const fs::path& named : base::files_named_in(path)) reads(what, named);
   return reads(what, path);
+}
+
+JobFiles& JobFiles::reads_settings_text(std::string_view what, std::string_view text) {
+  for (const fs::path& named : base::files_named_in(text, ".")) reads(what, named);
+  return *this;
 }
 
 JobFiles& JobFiles::writes(std::string_view option, const fs::path& path, FileFormat format) {

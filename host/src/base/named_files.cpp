@@ -62,13 +62,17 @@ std::vector<fs::path> photographs_in(const fs::path& folder) {
 }
 
 std::vector<fs::path> files_named_in(const fs::path& settings) {
-  std::vector<fs::path> paths;
   const auto bytes = read_file(settings, kMostText);
-  if (!bytes) return paths;
-  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  if (!bytes) return {};
+  return files_named_in(std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()),
+                        folder_of(settings));
+}
+
+std::vector<fs::path> files_named_in(std::string_view text, const fs::path& folder) {
+  std::vector<fs::path> paths;
   for (const std::string& name : quoted(text)) {
     if (name.empty() || name.size() > 4096 || name.find('\0') != std::string::npos) continue;
-    const fs::path path = folder_of(settings) / name;
+    const fs::path path = folder / name;
     const auto place = place_of(path);
     if (place && place->regular()) paths.push_back(path);
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 #include <vector>
 
 namespace symrig::base {
@@ -13,5 +14,7 @@ std::vector<std::filesystem::path> photographs_in(const std::filesystem::path& f
 /// Regular files that a TOML file names in a string, relative to its own folder. It needs no knowledge of the
 /// keys. A string that happens to be the name of a file protects that file, which does no harm.
 std::vector<std::filesystem::path> files_named_in(const std::filesystem::path& settings);
+/// The same of a text that is in no file; names are relative to `folder`.
+std::vector<std::filesystem::path> files_named_in(std::string_view text, const std::filesystem::path& folder);
 
 }  // namespace symrig::base

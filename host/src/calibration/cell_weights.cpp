@@ -182,11 +182,11 @@ Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
                     to_string(photograph.mean.grid()), photograph.mean.channels(), to_string(camera_),
                     channels_),
         "register the camera again"};
-  if (shift_) return unmix(photograph);
   return ghost_ ? gather_plain((*ghost_)(photograph)) : gather_plain(photograph);
 }
 
 Radiance CellWeights::gather_plain(const Radiance& photograph) const {
+  if (shift_) return unmix(photograph);
   return blur_ > 0 ? gather_sharp(calibration::blurred(photograph, blur_)) : gather_sharp(photograph);
 }
 

@@ -24,7 +24,8 @@ Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<P
                              registration.flood.mean.channels(), rig->channels()),
                  "calibrate the rig again"};
   SYMRIG_TRY(CellWeights weights, registration.weights());
-  return std::unique_ptr<RegisteredProbe>(new RegisteredProbe(std::move(rig), std::move(weights)));
+  return std::unique_ptr<RegisteredProbe>(
+      new RegisteredProbe(std::move(rig), std::move(weights), registration.error()));
 }
 
 std::string RegisteredProbe::identity() const {
@@ -69,6 +70,7 @@ Result<void> RegisteredProbe::check_motion() {
 Result<void> RegisteredProbe::move_to_new_place() {
   SYMRIG_TRY(const Registration found, again_(rig_));
   SYMRIG_TRY(weights_, found.weights());
+  map_error_ = found.error();
   watch_ = found.watch();
   ++registered_again_;
   return {};

@@ -157,12 +157,11 @@ Result<void> check_reach(const SequenceLight& light) {
   if (where.empty()) return {};
   const Grid least{std::max(projector.rows, reach.rows.farthest + 1),
                    std::max(projector.cols, reach.columns.farthest + 1)};
-  return Error{
-      ErrorCode::bad_value,
-      fmt::format("the stripes reach {}: the projector that showed them is larger than {}{}",
-                  fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
-      fmt::format("give its size, at least {} in rows x columns (--projector, or projector in capture.toml)",
-                  to_string(least))};
+  return Error{ErrorCode::bad_value,
+               fmt::format("the stripes reach {}: the projector that showed them is larger than {}{}",
+                           fmt::join(where, " and "), to_string(projector), fmt::join(else_swapped, "")),
+               fmt::format("give its size as projector, or in capture.toml: at least {} in rows x columns",
+                           to_string(least))};
 }
 
 }  // namespace

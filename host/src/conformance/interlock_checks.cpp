@@ -66,7 +66,7 @@ Verdict not_an_output(BoardUnderTest& board) {
 
 /// With the jumper, the program itself opens the interlock.
 Verdict trips(BoardUnderTest& board) {
-  if (!board.jumper) return skipped("needs --jumper OUTPUT:INPUT");
+  if (!board.jumper) return skipped("needs a jumper from an output to an input");
   const auto [output, input] = *board.jumper;
   if (!board.lines[input].trips) return skipped("the jumper's input cannot be an interlock");
   board.config.lines[input].role = symrig_wire_LineRole_LINE_ROLE_INTERLOCK;

@@ -14,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::string_view kNeeds = "needs --jumper OUTPUT:INPUT";
+constexpr std::string_view kNeeds = "needs a jumper from an output to an input";
 
 Bytes pulses(const BoardUnderTest& board, std::uint32_t output) {
   const std::uint32_t bit = 1U << output;

@@ -179,11 +179,20 @@ class Planner {
     }
   }
 
+  /// Whole microseconds are whole ticks of a board: the exposure then does not depend on where in a run it
+  /// begins.
+  Nanoseconds whole_microseconds(double t) const {
+    const Nanoseconds exact{std::llround(1e9 * t)}, whole = exact - exact % std::chrono::microseconds{1};
+    return rules_.whole_periods.count() > 0 || whole < rules_.min_exposure ? exact : whole;
+  }
+
   BracketPlan plan_of(std::vector<double> times) const {
     std::sort(times.begin(), times.end());
     BracketPlan plan;
-    for (const double t : times)
-      plan.exposures.emplace_back(static_cast<std::int64_t>(std::llround(1e9 * t)));
+    for (double& t : times) {
+      plan.exposures.push_back(whole_microseconds(t));
+      t = seconds(plan.exposures.back());
+    }
     plan.noise = misses_of(times);
     return plan;
   }

@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
+#include "symrig/image/picture_facts.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -25,7 +26,9 @@ Result<Image<float>> decode_exr(Bytes bytes, const std::string& name);
 Result<Image<float>> decode_png(Bytes bytes, const std::string& name);
 Result<Image<float>> decode_pfm(Bytes bytes, const std::string& name);
 
-Result<Buffer> encode_exr(const Image<float>& image, const std::string& name);
+/// facts: for the header.
+Result<Buffer> encode_exr(const Image<float>& image, const std::string& name, const PictureFacts& facts = {});
+Result<PictureFacts> decode_exr_facts(Bytes bytes, const std::string& name);
 Buffer encode_pfm(const Image<float>& image);
 
 /// Rows of interleaved 8- or 16-bit codes (16 bits in the machine's byte order) → PNG. Empty if libpng fails.

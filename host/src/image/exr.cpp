@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OpenEXR throws exceptions. Each call stands inside a try block here, so none leaves this file.
 #include "image/codec.hpp"
+#include "image/exr_facts.hpp"
 
 #include <algorithm>
 #include <array>
@@ -62,8 +63,8 @@ class MemoryOutput : public Imf::OStream {
   std::size_t at_ = 0;
 };
 
-/// Size of the data window, read from the header alone. Imf::InputFile allocates tables of this size at once.
-Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
+/// The header alone, of a flat picture.
+Result<Imf::Header> peek_header(Bytes bytes, const std::string& name) {
   MemoryInput input(bytes, name);
   int magic = 0;
   int version = 0;
@@ -73,6 +74,12 @@ Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
     return damaged(name, "is a multi-part or deep OpenEXR file; only flat pictures are read");
   Imf::Header header;
   header.readFrom(input, version);
+  return header;
+}
+
+/// Size of the data window, read from the header alone. Imf::InputFile allocates tables of this size at once.
+Result<Grid> peek_grid(Bytes bytes, const std::string& name) {
+  SYMRIG_TRY(const Imf::Header header, peek_header(bytes, name));
   const auto& window = header.dataWindow();
   SYMRIG_TRY(const Grid grid, checked_grid(std::int64_t{window.max.y} - window.min.y + 1,
                                            std::int64_t{window.max.x} - window.min.x + 1, name));
@@ -115,11 +122,12 @@ Result<Image<float>> decode(Bytes bytes, const std::string& name) {
   return image;
 }
 
-Buffer encode(const Image<float>& image, const std::string& name) {
+Buffer encode(const Image<float>& image, const std::string& name, const PictureFacts& facts) {
   static constexpr std::array<const char*, 3> kColour{"R", "G", "B"};
   const Grid grid = image.grid();
   Imf::Header header(grid.cols, grid.rows);
   header.compression() = Imf::ZIP_COMPRESSION;
+  write_facts(facts, header);
   Imf::FrameBuffer frame;
   for (int c = 0; c < image.channels(); ++c) {
     const char* channel = image.channels() == 1 ? "Y" : kColour[c];
@@ -151,9 +159,18 @@ Result<Image<float>> decode_exr(Bytes bytes, const std::string& name) {
   }
 }
 
-Result<Buffer> encode_exr(const Image<float>& image, const std::string& name) {
+Result<PictureFacts> decode_exr_facts(Bytes bytes, const std::string& name) {
   try {
-    return encode(image, name);
+    SYMRIG_TRY(const Imf::Header header, peek_header(bytes, name));
+    return facts_of(header);
+  } catch (const std::exception& exception) {
+    return damaged(name, std::string("OpenEXR header cannot be read: ") + exception.what());
+  }
+}
+
+Result<Buffer> encode_exr(const Image<float>& image, const std::string& name, const PictureFacts& facts) {
+  try {
+    return encode(image, name, facts);
   } catch (const std::exception& exception) {
     return Error{ErrorCode::io, name + ": OpenEXR file cannot be made: " + exception.what()};
   }

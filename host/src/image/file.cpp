@@ -3,9 +3,9 @@
 
 #include "image/codec.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/image/finite.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstdint>
@@ -31,22 +31,6 @@ Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::strin
 }  // namespace image
 
 namespace {
-
-Result<void> check_finite(const Image<float>& image, const std::string& name) {
-  const auto values = image.values();
-  // Counting takes a vector of pixels at a time; searching does not.
-  constexpr std::uint32_t kExponent = 0x7F800000;
-  const auto is_bad = [](float v) { return (std::bit_cast<std::uint32_t>(v) & kExponent) == kExponent; };
-  if (std::ranges::count_if(values, is_bad) == 0) return {};
-  const auto bad = std::ranges::find_if(values, is_bad);
-  const std::int64_t index = bad - values.begin();
-  const std::int64_t pixel = index % image.grid().size();
-  return Error{ErrorCode::bad_value,
-               fmt::format("{}: pixel (row {}, column {}) of channel {} is {}", name,
-                           pixel / image.grid().cols, pixel % image.grid().cols, index / image.grid().size(),
-                           std::isnan(*bad) ? "NaN" : "infinite"),
-               "replace such pixels before you use the picture as light"};
-}
 
 Result<void> check_writable(const Image<float>& image, const std::string& name) {
   if (!image.grid().valid() || (image.channels() != 1 && image.channels() != 3))
@@ -106,13 +90,20 @@ Result<Image<float>> read_image(const std::filesystem::path& path) {
   return decode_image(bytes, path.string());
 }
 
-Result<void> write_image(const std::filesystem::path& path, const Image<float>& image) {
+Result<PictureFacts> read_picture_facts(const std::filesystem::path& path) {
+  SYMRIG_TRY(const auto bytes, read_file(path));
+  if (image::is_exr(bytes)) return image::decode_exr_facts(bytes, path.string());
+  return PictureFacts{};
+}
+
+Result<void> write_image(const std::filesystem::path& path, const Image<float>& image,
+                         const PictureFacts& facts) {
   SYMRIG_CHECK(check_writable(image, path.string()));
   const std::string suffix = lower_suffix(path);
   if (suffix == ".png") return write_png_bytes(path, image::encode_png_codes(to_16_bits(image)));
   if (suffix == ".pfm") return write_file_atomically(path, image::encode_pfm(image));
   if (suffix == ".exr") {
-    SYMRIG_TRY(const auto bytes, image::encode_exr(image, path.string()));
+    SYMRIG_TRY(const auto bytes, image::encode_exr(image, path.string(), facts));
     return write_file_atomically(path, bytes);
   }
   return Error{ErrorCode::bad_argument,

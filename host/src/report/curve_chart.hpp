@@ -40,7 +40,7 @@ struct CurveChart {
 /// A chart as SVG. A logarithmic axis cannot show error 0, so such a capture is drawn on the lower edge.
 /// Without any point, or without any error, the chart contains a sentence. A dot with a cost that is not
 /// positive, with a value that is not finite, or beyond 1e±30 is ignored.
-std::string curve_chart(const CurveChart& chart);
+std::string curve_chart(const CurveChart& asked);
 
 /// One marker for a line of text.
 std::string marker_sample(const std::string& colour, Marker marker);

@@ -135,9 +135,8 @@ std::string number_table(const std::vector<std::string>& head,
 std::string number_table_html(std::string_view name, const std::vector<std::string>& head,
                               const std::vector<std::vector<std::string>>& rows_html, Last last) {
   // The keyboard can reach and scroll a wide table.
-  std::string html =
-      fmt::format("<div class=\"wide\" role=\"region\" tabindex=\"0\" aria-label=\"{}\"><table><thead><tr>",
-                  escape(name));
+  std::string html = fmt::format(
+      R"(<div class="wide" role="region" tabindex="0" aria-label="{}"><table><thead><tr>)", escape(name));
   const auto words = [&](std::size_t k, std::size_t columns) {
     return last == Last::words && k + 1 == columns ? " class=\"words\"" : "";
   };

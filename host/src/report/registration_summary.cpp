@@ -113,7 +113,7 @@ std::string shape_text(const MapShape& shape) {
       shape.shift.col, shape.parallax.range);
   if (const auto coaxial = require_coaxial(shape.parallax); !coaxial)
     lines += "warning: " + coaxial.error().line() +
-             "; captures with --algorithm brute and dual, and maps (-o map.exr), work all the same\n";
+             "; captures with algorithm brute or dual, and maps (-o map.exr), work all the same\n";
   return lines;
 }
 

@@ -57,9 +57,8 @@ std::string estimate_cell(const Context& context, const ErrorKind& kind) {
 }
 
 bool estimated(const Context& context) {
-  for (const ErrorKind& kind : kErrorKinds)
-    if (estimate_of(context, kind)) return true;
-  return false;
+  return std::ranges::any_of(kErrorKinds,
+                             [&](const ErrorKind& kind) { return estimate_of(context, kind).has_value(); });
 }
 
 std::string error_table(const Context& context) {

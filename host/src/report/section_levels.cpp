@@ -30,7 +30,8 @@ std::string counts_table(const Context& context, const std::vector<NodeCounts>& 
   Csv csv(head);
   std::vector<std::vector<std::string>> rows;
   for (std::size_t level = 0; level < counts.size(); ++level) {
-    std::vector<std::string> row{std::to_string(level)}, plain = row;
+    std::vector<std::string> row{std::to_string(level)};
+    std::vector<std::string> plain{std::to_string(level)};
     for (const Column& column : kColumns) {
       const auto count = static_cast<double>(column.count(counts[level]));
       row.push_back(number(count, fmt::format("inspect:{}/{}", column.path, level), grouped(count)));

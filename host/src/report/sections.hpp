@@ -51,7 +51,7 @@ Result<std::string> maps_over_the_picture(const Context& context);
 std::string ranks_of_leaves(const TransportTensor& tensor);
 
 /// A number of the file, with its source.
-std::string sourced_text(const std::optional<Sourced>& number, std::string (*text)(double));
+std::string sourced_text(const std::optional<Sourced>& sourced, std::string (*text)(double));
 /// All digits, for the tables that scripts read; "" without a number.
 std::string exact_or_empty(const std::optional<Sourced>& number);
 

@@ -50,7 +50,7 @@ FrameCounts& FrameCounts::operator+=(const FrameCounts& other) {
 
 std::string FrameCounts::trouble() const {
   std::string text = missing > 0 ? fmt::format("{} missing", missing) : std::string();
-  for (std::size_t k = static_cast<std::size_t>(Verdict::damaged); k < kVerdicts; ++k)
+  for (auto k = static_cast<std::size_t>(Verdict::damaged); k < kVerdicts; ++k)
     if (by_verdict[k] > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", by_verdict[k], kNames[k]);
   return text;
 }

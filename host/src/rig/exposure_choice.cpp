@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/exposure_choice.hpp"
 
+#include "program/timing.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,28 +16,41 @@ namespace symrig {
 namespace {
 
 constexpr double kShareOfBlack = 1.0 / 16;  // share of the photographs' noise
+// [ns] The host merges 300 million samples a second (docs/benchmarks/kernels.md).
+constexpr double kMerging = 1e9 / 300e6;
+
+Nanoseconds frame_cost(const RigOptions& options, const Camera& camera) {
+  if (options.frame_cost) return *options.frame_cost;
+  const double samples = static_cast<double>(camera.grid().size()) * camera.channels();
+  return options.gap.value_or(program::shortest_gap(options.setup.camera)) +
+         Nanoseconds{std::llround(kMerging * samples)};
+}
+
+Nanoseconds least_exposure(const RigOptions& options, const CameraTiming& timing) {
+  return std::max(timing.min_exposure, options.setup.camera.min_exposure);
+}
 
 }  // namespace
 
-ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing) {
+ExposureRules exposure_rules(const RigOptions& options, const Camera& camera) {
+  const CameraTiming timing = camera.timing();
   ExposureRules rules;
-  rules.min_exposure = std::max(timing.min_exposure, options.setup.camera.min_exposure);
+  rules.min_exposure = least_exposure(options, timing);
   rules.max_exposure = timing.max_exposure;
   rules.whole_periods = options.setup.projector.light_period;
-  rules.each_frame = options.frame_cost;
+  rules.each_frame = frame_cost(options, camera);
   rules.headroom = options.headroom;
   return rules;
 }
 
 Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing) {
-  const ExposureRules rules = exposure_rules(options, timing);
-  const Nanoseconds whole = rules.whole_periods;
-  if (whole.count() == 0) return rules.min_exposure;
-  return std::max<std::int64_t>(1, (rules.min_exposure + whole - Nanoseconds{1}) / whole) * whole;
+  const Nanoseconds least = least_exposure(options, timing), whole = options.setup.projector.light_period;
+  if (whole.count() == 0) return least;
+  return std::max<std::int64_t>(1, (least + whole - Nanoseconds{1}) / whole) * whole;
 }
 
 Result<Exposures> in_whole_periods(Exposures exposures, const RigOptions& options) {
-  const Nanoseconds whole = exposure_rules(options, {}).whole_periods;
+  const Nanoseconds whole = options.setup.projector.light_period;
   if (whole.count() == 0) return exposures;
   for (Nanoseconds& exposure : exposures) {
     if (exposure < whole)
@@ -82,6 +98,38 @@ Expectation expected_black(const Radiance& black, const Expectation& of_photogra
   Expectation expected;
   expected.parts.push_back({lights.lights(), kShareOfBlack * photographs * least_noise(of_photographs)});
   expected.longest_seconds = of_photographs.longest_seconds / (kShareOfBlack * photographs);
+  return expected;
+}
+
+Expectation expected_flood_lit(const Radiance& metered) {
+  constexpr double kRelative = 0.02, kFloor = 1e-4, kOctaves = 3;
+  LightHistogram histogram;
+  for (std::size_t i = 0; i < metered.mean.values().size(); ++i)
+    if (metered.valid.values()[i] != 0) histogram.add(std::max(0.0F, metered.mean.values()[i]));
+  const std::vector<ExpectedLight> lights = histogram.lights();
+  Expectation expected;
+  if (lights.empty() || !(lights.back().radiance > 0)) return expected;
+  const double brightest = lights.back().radiance;
+  double part_brightest = 0;
+  std::vector<ExpectedPart> parts;
+  for (std::size_t k = lights.size(); k-- > 0;) {
+    const ExpectedLight& light = lights[k];
+    if (parts.empty() || (light.radiance < part_brightest * std::exp2(-kOctaves) &&
+                          kRelative * part_brightest > kFloor * brightest)) {
+      parts.emplace_back();
+      part_brightest = light.radiance;
+    }
+    parts.back().lights.push_back(light);
+  }
+  for (ExpectedPart& part : parts) {
+    double squares = 0, pixels = 0;
+    for (const ExpectedLight& light : part.lights) {
+      squares += light.pixels * light.radiance * light.radiance;
+      pixels += light.pixels;
+    }
+    part.noise = kRelative * kRelative * squares / pixels + kFloor * kFloor * brightest * brightest;
+  }
+  expected.parts = std::move(parts);
   return expected;
 }
 

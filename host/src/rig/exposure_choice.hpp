@@ -13,8 +13,8 @@
 
 namespace symrig {
 
-/// The limits of the rig's devices, for the exposure planner.
-ExposureRules exposure_rules(const RigOptions& options, const CameraTiming& timing);
+/// The limits of the rig's devices and the cost of a frame, for the exposure planner.
+ExposureRules exposure_rules(const RigOptions& options, const Camera& camera);
 
 /// The shortest exposure that camera and projector allow.
 Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing);
@@ -35,6 +35,10 @@ double least_noise(const Expectation& expected);
 /// The expectation for photographs of the dark projector. With it, the error of their average adds at most
 /// 1/16 to the expected noise of other photographs.
 Expectation expected_black(const Radiance& black, const Expectation& of_photographs, int photographs);
+
+/// The expectation of a flood-lit photograph, from the metering's: each part of 3 octaves to 2 % of its RMS
+/// radiance, and no pixel better than 1e-4 of the brightest ones. No parts if it is dark.
+Expectation expected_flood_lit(const Radiance& metered);
 
 /// Electrons per second of the brightest live pixel, from a geometric bracket with the shortest frame first.
 /// Uses the longest unsaturated frame.

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,12 +18,7 @@
 
 namespace symrig {
 
-namespace {
-
-/// Frames of a photograph without an expectation, on a rig that plans exposures.
-constexpr int kUnplanned = 4;
-
-}  // namespace
+using namespace std::chrono_literals;
 
 Rig::Rig(RigOptions options) : options_(std::move(options)) {}
 
@@ -87,7 +83,26 @@ const RigTrouble& Rig::trouble() const {
   return taker_->trouble();
 }
 
-/// Takes a wide bracket of the flood-lit scene, and sets the exposures from its brightest pixel.
+/// Takes a wide bracket of the flood-lit scene, the shortest frame first. If exposures are planned, it ends
+/// with the first frame that saturates: longer ones show little and cost most of the light.
+Result<TakenBracket> Rig::metering_bracket(const Exposures& trial) {
+  const Pattern flood(grid(), 1, 1.F);
+  const std::size_t at_once = planned() ? 1 : trial.size();
+  TakenBracket all;
+  for (std::size_t next = 0; next < trial.size(); next += at_once) {
+    const Exposures some(trial.begin() + static_cast<std::ptrdiff_t>(next),
+                         trial.begin() + static_cast<std::ptrdiff_t>(next + at_once));
+    SYMRIG_TRY(auto taken, taker_->take({&flood, 1}, {&some, 1}));
+    std::ranges::move(taken[0].frames, std::back_inserter(all.frames));
+    std::ranges::copy(taken[0].exposures, std::back_inserter(all.exposures));
+    if (!options_.reading->brightest_rate(all.frames.back(), all.exposures.back(), taker_->camera(),
+                                          options_.scale))
+      break;
+  }
+  return all;
+}
+
+/// Sets the exposures from the brightest pixel of the flood-lit scene.
 Result<void> Rig::meter() {
   const Camera& camera = taker_->camera();
   const CameraTiming timing = camera.timing();
@@ -95,21 +110,31 @@ Result<void> Rig::meter() {
   const double span = std::max(1.0, 0.1 * timing.max_exposure / shortest);
   const int count = 1 + static_cast<int>(std::log(span) / std::log(6.0));
   SYMRIG_TRY(const auto trial, plan_exposures(shortest, count, 6, timing));
-  const Pattern flood(grid(), 1, 1.F);
-  SYMRIG_TRY(const auto taken, taker_->take({&flood, 1}, {&trial, 1}));
-  const auto rate =
-      brightest_rate(*options_.reading, taken[0].frames, taken[0].exposures, camera, options_.scale);
+  SYMRIG_TRY(const TakenBracket taken, metering_bracket(trial));
+  const auto rate = brightest_rate(*options_.reading, taken.frames, taken.exposures, camera, options_.scale);
   taker_->doubt_exposures(
-      options_.reading->contradicted_exposures(taken[0].frames, taken[0].exposures, camera.noise()));
+      options_.reading->contradicted_exposures(taken.frames, taken.exposures, camera.noise()));
   if (!rate)
     return Error{ErrorCode::limit,
                  fmt::format("the flood-lit scene saturates the camera at its shortest exposure, {:.3g} ms",
                              1e3 * seconds(shortest)),
                  "use less light or close the aperture"};
-  SYMRIG_TRY(exposures_, plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
-                                        planned() ? kUnplanned : options_.exposures, options_.ratio, timing));
+  SYMRIG_TRY(exposures_,
+             plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
+                            planned() ? kUnforeseenExposures : options_.exposures, options_.ratio, timing));
   SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
-  if (planned() && options_.reading->exact()) exposures_.resize(1);  // without noise one frame is enough
+  if (!planned()) return {};
+  // Whole ticks of the board last as long wherever in a run they begin. Runs of planned exposures begin
+  // anywhere.
+  if (options_.setup.projector.light_period.count() == 0)
+    for (Nanoseconds& exposure : exposures_)
+      if (exposure >= shortest + 1us) exposure -= exposure % 1us;
+  if (options_.reading->exact()) {
+    exposures_.resize(1);  // without noise one frame is enough
+    return {};
+  }
+  SYMRIG_TRY(const Radiance seen, merge_one(taken, 1));
+  flood_lit_ = expected_flood_lit(seen);
   return {};
 }
 
@@ -129,8 +154,8 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
   const std::size_t count = options_.black_photographs;
   const Expectation dark = expected_black(*black_, expected, options_.black_photographs);
-  SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(),
-                                                  exposure_rules(options_, camera.timing())));
+  SYMRIG_TRY(const BracketPlan plan,
+             plan_bracket(dark, {options_.scale, 0}, camera.noise(), exposure_rules(options_, camera)));
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   black_.reset();
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
@@ -149,18 +174,27 @@ Result<void> Rig::refine_black(const Expectation& expected) {
 Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
                                            std::span<const Expectation> expected) {
   std::vector<Exposures> brackets(patterns.size(), exposures_);
-  if (!planned() || expected.empty() || exposures_.size() == 1) return brackets;
-  if (expected.size() != patterns.size())
+  if (!planned() || exposures_.size() == 1) return brackets;
+  if (!expected.empty() && expected.size() != patterns.size())
     return Error{ErrorCode::size_mismatch,
                  fmt::format("{} patterns, but {} expectations", patterns.size(), expected.size())};
-  for (const Expectation& one : expected) SYMRIG_CHECK(refine_black(one));
+  // What each photograph is expected to show; nullptr: that is not known. A first look is known from
+  // metering.
+  std::vector<const Expectation*> expectation(patterns.size(), nullptr);
+  for (std::size_t i = 0; i < patterns.size(); ++i) {
+    if (!expected.empty()) expectation[i] = expected[i].parts.empty() ? &flood_lit_ : &expected[i];
+    if (expectation[i] != nullptr && expectation[i]->parts.empty()) expectation[i] = nullptr;
+    if (expectation[i] != nullptr) SYMRIG_CHECK(refine_black(*expectation[i]));
+  }
   const LightPath path{options_.scale, black_level(black_)};
-  const ExposureRules rules = exposure_rules(options_, taker_->camera().timing());
+  const ExposureRules rules = exposure_rules(options_, taker_->camera());
   std::vector<Result<BracketPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t i) {
-    plans[i] = plan_bracket(expected[i], path, taker_->camera().noise(), rules);
+    if (expectation[i] != nullptr)
+      plans[i] = plan_bracket(*expectation[i], path, taker_->camera().noise(), rules);
   });
   for (std::size_t i = 0; i < plans.size(); ++i) {
+    if (expectation[i] == nullptr) continue;
     if (!plans[i].ok()) return plans[i].error();
     brackets[i] = std::move(plans[i]->exposures);
   }

@@ -99,7 +99,7 @@ void read_moved(TableReader& table, bool& registers_again) {
   std::string text;
   if (!table.read("moved", text)) return;
   if (text != "stop" && text != "register")
-    return table.fail("moved", "\"" + text + "\" is not known", "give \"stop\" or \"register\"");
+    return table.fail("moved", "\"" + text + "\" is not known", R"(give "stop" or "register")");
   registers_again = text == "register";
 }
 

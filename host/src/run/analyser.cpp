@@ -68,7 +68,7 @@ Result<Channels> channels_of(const Timeline& plan, const BoardInfo& board, const
     return Error{ErrorCode::bad_value,
                  fmt::format("no channel of the capture is a line that the plan moves (channels: {})",
                              fmt::join(capture.channels, ", ")),
-                 "name them: --channel camera_trigger=D0"};
+                 "name them: channel camera_trigger=D0"};
   return found;
 }
 

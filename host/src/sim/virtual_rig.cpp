@@ -286,7 +286,9 @@ Result<void> SimulatedRig::start() {
   projector_ = std::make_unique<SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
   if (hooks_.pacing == Pacing::host) projector_->pace_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
-  frame_maker_ = std::make_unique<FrameMaker>(uri_, *bench_.view, *projector_, tick_seconds);
+  SceneUri as_opened = uri_;
+  as_opened.exposures = options.exposures;  // a hook may fix what is planned
+  frame_maker_ = std::make_unique<FrameMaker>(as_opened, *bench_.view, *projector_, tick_seconds);
   camera_ = make_camera();
   SYMRIG_TRY(rig_, Rig::open(devices(), options));
   return {};

@@ -9,6 +9,9 @@ namespace {
 
 using tensor::kBatch;
 
+/// The pixels of a picture of one channel.
+using Light = std::span<const float>;
+
 Result<void> check_light(const Image<float>& light, Grid expected) {
   if (light.grid() == expected && light.channels() == 1) return {};
   return Error{ErrorCode::size_mismatch,
@@ -21,16 +24,16 @@ Result<void> check_light(const Image<float>& light, Grid expected) {
 /// one, so that the loops over lanes have a fixed length.
 template <std::size_t Width>
 void photograph(const TransportTensor& tensor, const tensor::Store& store, bool transposed,
-                std::span<const Image<float>> lights, std::span<Image<float>> out) {
+                std::span<const Light> lights, std::span<Image<float>> out) {
   const std::int32_t* const from =
       (transposed ? tensor.camera_tree() : tensor.projector_tree()).order().data();
   const std::int32_t* const to = (transposed ? tensor.projector_tree() : tensor.camera_tree()).order().data();
-  const Image<float> dark(out.size() < Width ? lights[0].grid() : Grid{1, 1});
+  const std::vector<float> dark(out.size() < Width ? lights[0].size() : 0);
   Image<float> spare(out.size() < Width ? out[0].grid() : Grid{1, 1});
   std::array<const float*, Width> lit{};
   std::array<float*, Width> seen{};
   for (std::size_t lane = 0; lane < Width; ++lane)
-    lit[lane] = (lane < lights.size() ? lights[lane] : dark).plane(0).data();
+    lit[lane] = lane < lights.size() ? lights[lane].data() : dark.data();
   tensor::Application<Width> application(tensor, store, transposed);
   application.light([&](std::int32_t begin, std::int32_t end, float* p) {
     for (std::int32_t i = begin; i < end; ++i, p += Width)
@@ -48,13 +51,17 @@ void photograph(const TransportTensor& tensor, const tensor::Store& store, bool 
 
 }  // namespace
 
-Result<Image<float>> TransportTensor::apply_between(const Image<float>& light, const BlockTree& from,
+Result<Image<float>> TransportTensor::apply_between(std::span<const float> light, const BlockTree& from,
                                                     const BlockTree& to, bool transposed) const {
-  SYMRIG_CHECK(check_light(light, from.grid()));
+  if (static_cast<std::int64_t>(light.size()) != from.grid().size())
+    return Error{
+        ErrorCode::size_mismatch,
+        "light has " + std::to_string(light.size()) + " pixels, the tensor needs " + to_string(from.grid()),
+        "give a picture of " + to_string(from.grid()) + " (rows x columns)"};
   Image<float> out(to.grid(), channels_);
   if (draft_) {
-    std::vector<float> p(light.values().size()), y(static_cast<std::size_t>(to.grid().size()));
-    from.to_tree(light.plane(0), p);
+    std::vector<float> p(light.size()), y(static_cast<std::size_t>(to.grid().size()));
+    from.to_tree(light, p);
     for (int channel = 0; channel < channels_; ++channel) {
       std::fill(y.begin(), y.end(), 0.0F);
       apply_tree(p, y, channel, transposed);
@@ -67,11 +74,17 @@ Result<Image<float>> TransportTensor::apply_between(const Image<float>& light, c
 }
 
 Result<Image<float>> TransportTensor::apply(const Image<float>& pattern) const {
+  SYMRIG_CHECK(check_light(pattern, projector_grid()));
+  return apply_between(pattern.plane(0), projector_tree(), camera_tree(), false);
+}
+
+Result<Image<float>> TransportTensor::apply_values(std::span<const float> pattern) const {
   return apply_between(pattern, projector_tree(), camera_tree(), false);
 }
 
 Result<Image<float>> TransportTensor::apply_transposed(const Image<float>& light) const {
-  return apply_between(light, camera_tree(), projector_tree(), true);
+  SYMRIG_CHECK(check_light(light, camera_grid()));
+  return apply_between(light.plane(0), camera_tree(), projector_tree(), true);
 }
 
 Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const Image<float>> patterns) const {
@@ -85,9 +98,11 @@ Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const I
     return out;
   }
   out.resize(patterns.size(), Image<float>(camera_grid(), channels_));
+  std::vector<Light> lights;
+  for (const Image<float>& pattern : patterns) lights.push_back(pattern.plane(0));
   for (std::size_t first = 0; first < patterns.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, patterns.size() - first);
-    photograph<kBatch>(*this, store(), false, patterns.subspan(first, count),
+    photograph<kBatch>(*this, store(), false, std::span<const Light>(lights).subspan(first, count),
                        std::span(out).subspan(first, count));
   }
   return out;

@@ -30,13 +30,18 @@ std::string_view name(SplitOrder order) {
   return "unknown";
 }
 
+std::vector<std::string_view> split_order_names() {
+  std::vector<std::string_view> names;
+  names.reserve(kOrders.size());
+  for (const auto& order : kOrders) names.push_back(order.second);
+  return names;
+}
+
 Result<SplitOrder> parse_split_order(std::string_view text) {
   for (const auto& [value, known] : kOrders)
     if (known == text) return value;
-  std::vector<std::string_view> names;
-  for (const auto& order : kOrders) names.push_back(order.second);
   return Error{ErrorCode::unknown_name, "there is no split order '" + std::string(text) + "'",
-               nearest_hint(text, names)};
+               nearest_hint(text, split_order_names())};
 }
 
 namespace tensor {

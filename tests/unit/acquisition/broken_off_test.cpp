@@ -7,7 +7,7 @@ namespace {
 
 class BrokenOff : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Rigs, BrokenOff,
-                         testing::Values("sim:vgroove-textured?size=13x17&drift=0.5&dead=0.02",
+                         testing::Values("sim:vgroove-textured?size=13x17&drift=0.5&dead=0.02&exposures=4",
                                          "sim:gummy?size=12x9&channels=3&exposures=3&flare=0.01",
                                          "sim:gummy?size=12x9&exposures=auto&drift=0.5"),
                          [](const auto& rig) { return "rig" + std::to_string(rig.index + 1); });

@@ -2,9 +2,12 @@
 // Transport that is not data-sparse, of many kinds and grids: photographs and errors stay within their
 // bounds.
 #include "dense_transport.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 namespace symrig::not_sparse_accuracy_test {
 namespace {
@@ -68,6 +71,26 @@ TEST(NotSparse, a_checkerboard_is_found_by_the_held_out_photographs) {
     EXPECT_LE(outcome.error, std::numbers::sqrt2 * before / (side * side)) << side;
     EXPECT_LE(outcome.error,
               outcome.result.estimated->frobenius + outcome.result.estimated_half_width.frobenius);
+  }
+}
+
+// Scenes with little but direct light: what goes between pixels looks wrong, or like noise, and is less than
+// a twentieth of all light. Brute force would take 16,384 photographs for it.
+TEST(NotSparse, little_light_is_no_reason_for_brute_force) {
+  for (const auto& [scene, tolerance] : {std::pair{"sim:random?seed=3&size=128x128", 3e-4},
+                                         std::pair{"sim:random?seed=8&size=128x128", 1.2e-3}}) {
+    const auto rig = open_virtual_rig(scene);
+    ASSERT_TRUE(rig.ok());
+    CaptureOptions options;
+    options.tolerance = tolerance;
+    const auto result = capture(**rig, options);
+    ASSERT_TRUE(result.ok());
+    EXPECT_FALSE(result->undetermined) << scene;
+    const Scene& truth = (*rig)->truth();
+    const auto error = evaluate(
+        result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return truth.apply(p); });
+    ASSERT_TRUE(error.ok());
+    EXPECT_LT(error->frobenius, 0.05) << scene;
   }
 }
 

@@ -7,9 +7,10 @@
 
 #include <chrono>
 #include <cstdio>
+#include <exception>
 #include <string>
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using Clock = std::chrono::steady_clock;
   if (argc < 2) return 2;
   auto rig = symrig::open_virtual_rig(argv[1]);
@@ -31,4 +32,7 @@ int main(int argc, char** argv) {
   if (!result) return 5;
   std::printf("%.4f %lld 0 0 -1 end\n", seconds(), static_cast<long long>(result->patterns));
   return 0;
+} catch (const std::exception& error) {
+  (void)std::fprintf(stderr, "record_progress: %s\n", error.what());
+  return 1;
 }

@@ -25,7 +25,7 @@ using test::corners_of;
 using test::seen;
 
 constexpr const char* kBench =
-    "?size=32x32&fine=4&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
+    "?size=32x32&exposures=4&fine=4&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
 constexpr const char* kBlurred = "&vignetting=0.2,0.35&defocus=0.15,0.3&parallax=0.3";
 
 Registration registration_of(const std::string& uri) {

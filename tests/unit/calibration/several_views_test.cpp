@@ -75,14 +75,42 @@ TEST_P(Views, share_one_map) {
   ASSERT_TRUE(found.ok()) << found.error().line();
   EXPECT_LT(map_error(*rig, *found), 0.008);
   EXPECT_LT(map_error(*rig, *found), 4 * found->error());
-  // And 4 of the flood-lit scene, 2 of stripes, 16 for the gain ratio.
-  EXPECT_EQ(found->photographs, code_photographs(*rig) + 22);
+  // And 4 of the flood-lit scene, 2 of stripes, 16 for the gain ratio; 6 for a ghost, if a tile has 12 cells.
+  const bool ghost_is_looked_for = rig->views().rows == 2;
+  EXPECT_EQ(found->photographs, code_photographs(*rig) + (ghost_is_looked_for ? 28 : 22));
+  EXPECT_FALSE(found->ghost.found) << found->ghost.significance;
+  EXPECT_FALSE(found->blur.measured);
   const auto weights = found->weights();
   ASSERT_TRUE(weights.ok()) << weights.error().line();
   EXPECT_EQ(weights->valid_cells(), std::int64_t{32} * 32);
 }
 // 3 x 3 tiles of 10 or 11 cells do not begin at powers of two.
 INSTANTIATE_TEST_SUITE_P(Scenes, Views, testing::Values("sim:views2?size=32x32", "sim:views3?size=32x32"));
+
+// The bars are those of one view: a fifth of the share, and a camera pixel, which is 0.27 cells wide.
+TEST(ManyViews, a_ghost_is_found) {
+  const auto rig =
+      rig_of("sim:views2?size=48x48&fine=4&camera=245x245&turn=1.5&zoom=0.7288&ghost=0.02@4.3,-2.6");
+  const auto found = register_camera(*rig);
+  ASSERT_TRUE(found.ok()) << found.error().line();
+  ASSERT_TRUE(found->ghost.found) << found->ghost.significance;
+  EXPECT_NEAR(found->ghost.share, 0.02, 0.2 * 0.02);
+  EXPECT_NEAR(found->ghost.place.row, 4.3, 0.27);
+  EXPECT_NEAR(found->ghost.place.col, -2.6, 0.27);
+  EXPECT_LT(map_error(*rig, *found), 0.008);
+}
+
+// Photographs are blurred by √(σp² − σc²). With four points along the side of a cell, one view tells it to
+// 0.025 cells (docs/benchmarks/registration.md, A blurred bench).
+TEST(ManyViews, both_blurs_are_measured) {
+  const auto rig =
+      rig_of("sim:views2?size=48x48&fine=4&camera=245x245&turn=1.5&zoom=0.7288&defocus=0.15,0.3");
+  const auto found = register_camera(*rig);
+  ASSERT_TRUE(found.ok()) << found.error().line();
+  ASSERT_TRUE(found->blur.measured);
+  const double missing = std::sqrt(std::pow(found->blur.projector, 2) - std::pow(found->blur.camera, 2));
+  EXPECT_NEAR(missing, std::sqrt(0.299 * 0.299 - 0.173 * 0.173), 0.025);
+}
 
 TEST(ManyViews, a_camera_on_its_side_is_found_too) {
   const auto rig = rig_of("sim:views2?size=32x32&fine=4&camera=185x185&turn=92&zoom=0.6435");

@@ -107,6 +107,45 @@ TEST(SharedGrid, a_shifted_rig_captures_as_the_aligned_one) {
   EXPECT_LE(indirect, 1.3 * best);
 }
 
+// A ghost of a camera with a pixel for each cell is found to a fifth of its share and half a cell, and
+// subtracted: then the rig captures as one without it.
+TEST(SharedGrid, a_ghost_is_subtracted) {
+  const std::string scene = "sim:vgroove-textured?size=32x32";
+  const auto clean = open_virtual_rig(scene),
+             ghostly = open_virtual_rig(scene + "&misalign=0.02&ghost=0.02@4.3,-2.6");
+  ASSERT_TRUE(clean.ok() && ghostly.ok());
+  const auto found = register_camera(**ghostly);
+  ASSERT_TRUE(found.ok()) << found.error().line();
+  ASSERT_TRUE(found->ghost.found) << found->ghost.significance;
+  EXPECT_NEAR(found->ghost.share, 0.02, 0.2 * 0.02);
+  EXPECT_NEAR(found->ghost.place.row, 4.3, 0.5);
+  EXPECT_NEAR(found->ghost.place.col, -2.6, 0.5);
+  EXPECT_NEAR(found->shift->row, 0.02, 0.002);
+  EXPECT_NEAR(found->shift->col, 0.02, 0.002);
+  const auto indirect = [](Probe& probe, const VirtualRig& rig) {
+    const auto result = capture(probe, {});
+    EXPECT_TRUE(result.ok());
+    const auto errors = evaluate(
+        result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return rig.truth().apply(p); });
+    EXPECT_TRUE(errors.ok());
+    return errors->indirect;
+  };
+  auto weights = found->weights();
+  ASSERT_TRUE(weights.ok());
+  RegisteredProbe probe(**ghostly, *std::move(weights), found->error());
+  EXPECT_LE(indirect(probe, **ghostly), 1.5 * indirect(**clean, **clean));
+}
+
+TEST(SharedGrid, there_is_no_ghost_without_one) {
+  for (const char* scene : {"plane", "vgroove-white", "gummy", "occluder", "mirror"}) {
+    const auto rig = open_virtual_rig(std::string("sim:") + scene + "?size=32x32&misalign=0.02");
+    ASSERT_TRUE(rig.ok());
+    const auto found = register_camera(**rig);
+    ASSERT_TRUE(found.ok()) << found.error().line();
+    EXPECT_FALSE(found->ghost.found) << scene << " " << found->ghost.significance;
+  }
+}
+
 TEST(Unmixing, a_shift_that_is_too_large_or_no_number_is_refused) {
   const double nan = std::nan("");
   for (const Point shift : {Point{0.13, 0}, {0, -0.13}, {nan, 0}, {0, nan}}) {

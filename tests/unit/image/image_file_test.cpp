@@ -45,6 +45,42 @@ Image<float> picture(Grid grid, int channels) {
   return image;
 }
 
+TEST_F(ImageFile, AnExrKeepsItsFacts) {
+  const PictureFacts facts{.units = "radiance",
+                           .exposure = 0.25,
+                           .view = "camera, seen from view 0,1",
+                           .light = "letters \xC3\xA9.exr",
+                           .scene = std::string(64, 'a')};
+  const fs::path with = folder_ / "with.exr", without = folder_ / "without.exr", pfm = folder_ / "a.pfm";
+  const auto image = picture({5, 7}, 3);
+  ASSERT_TRUE(write_image(with, image, facts).ok());
+  ASSERT_TRUE(write_image(without, image).ok());
+  ASSERT_TRUE(write_image(pfm, image, facts).ok());
+  EXPECT_EQ(read_picture_facts(with).value(), facts);
+  EXPECT_EQ(read_picture_facts(without).value(), PictureFacts{});
+  EXPECT_EQ(read_picture_facts(pfm).value(), PictureFacts{});
+  EXPECT_EQ(read_image(with).value(), image);
+  EXPECT_EQ(read_image(without).value(), image);
+}
+
+TEST_F(ImageFile, ADamagedHeaderStatesNothing) {
+  const fs::path path = folder_ / "facts.exr";
+  ASSERT_TRUE(write_image(path, picture({5, 7}, 1), {.units = "radiance", .exposure = 2}).ok());
+  const auto whole = read_file(path).value();
+  int read = 0;
+  for (std::size_t cut = 0; cut < whole.size(); ++cut) {
+    ASSERT_TRUE(write_file_atomically(path, std::span(whole).first(cut)).ok());
+    const auto facts = read_picture_facts(path);
+    if (!facts) {
+      EXPECT_EQ(facts.error().code, ErrorCode::bad_format) << cut;
+    } else if (facts->exposure) {
+      ++read;
+      EXPECT_EQ(facts->exposure, 2.0);
+    }
+  }
+  EXPECT_GT(read, 0);  // of files whose header is whole
+}
+
 class FloatFormats : public ImageFile, public testing::WithParamInterface<std::tuple<const char*, int>> {};
 
 TEST_P(FloatFormats, KeepEveryBit) {

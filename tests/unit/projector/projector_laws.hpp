@@ -35,6 +35,7 @@ inline void expect_projector_laws(Projector& projector) {
 
   const Grid grid = projector.grid();
   std::vector<Pattern> patterns;
+  patterns.reserve(3);
   for (int k = 0; k < 3; ++k) patterns.emplace_back(grid, 1, static_cast<float>(k) / 2.F);
   ASSERT_TRUE(projector.load(patterns).ok());
   if (projector.pacing() == Pacing::host) {

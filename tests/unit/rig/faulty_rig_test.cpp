@@ -23,8 +23,8 @@ using test::FaultyCamera;
 using test::FaultyProjector;
 using test::ProjectorMischief;
 
-constexpr const char* kNoisy = "sim:vgroove-textured?size=24x32";
-constexpr const char* kQuiet = "sim:vgroove-textured?size=24x32&noise=off";
+constexpr const char* kNoisy = "sim:vgroove-textured?size=24x32&exposures=4";
+constexpr const char* kQuiet = "sim:vgroove-textured?size=24x32&exposures=4&noise=off";
 
 /// A virtual rig between whose parts mischief may be put. Nobody sleeps while it waits.
 struct Workshop {
@@ -63,7 +63,9 @@ struct Workshop {
 /// Distinct patterns, so that a photograph of the wrong one shows.
 std::vector<Pattern> distinct(Grid grid, int count) {
   std::vector<Pattern> patterns;
-  for (int i = 0; i < count; ++i) patterns.push_back(law_pattern(grid, static_cast<std::uint64_t>(1000 + i)));
+  patterns.reserve(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    patterns.push_back(law_pattern(grid, 1000U + static_cast<std::uint64_t>(i)));
   return patterns;
 }
 

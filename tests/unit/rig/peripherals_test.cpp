@@ -22,7 +22,7 @@ struct Bench {
     board.attach(raster);
     board.attach(shutter);
   }
-  std::uint64_t ms(double t) const { return static_cast<std::uint64_t>(125'000 * t); }
+  static std::uint64_t ms(double t) { return static_cast<std::uint64_t>(125'000 * t); }
   void outputs(double t, std::uint32_t levels) {
     board.advance_to(ms(t));
     raster.outputs_changed(board.now(), levels, board);

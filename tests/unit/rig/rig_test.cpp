@@ -19,6 +19,13 @@
 namespace symrig::sim::rig_test {
 namespace {
 
+/// Four frames each, so that a test can count them.
+RigOptions four_exposures() {
+  RigOptions options;
+  options.exposures = 4;
+  return options;
+}
+
 using namespace std::chrono_literals;
 
 TEST(PlanExposures, is_geometric_and_starts_at_what_is_wanted) {
@@ -55,7 +62,7 @@ class Wall {
     board_.attach(shutter_);
   }
 
-  Result<std::unique_ptr<Rig>> open(const RigOptions& options = {}, Grid camera = {3, 4}) {
+  Result<std::unique_ptr<Rig>> open(const RigOptions& options = four_exposures(), Grid camera = {3, 4}) {
     auto projector =
         std::make_unique<SimulatedProjector>(Grid{3, 4}, raster_, options.setup.projector.refresh);
     const SimulatedProjector* screen = projector.get();
@@ -145,7 +152,7 @@ TEST(Rig, sets_its_exposures_by_the_flood_lit_scene) {
 // White that is made up in 2 ms: 7.98 ms become 6 ms, and so on; a wall that needs less than a period is
 // refused, not photographed at whatever the wheel shows.
 TEST(Rig, exposes_whole_periods_of_the_light) {
-  RigOptions options;
+  RigOptions options = four_exposures();
   options.setup.projector.light_period = 2ms;
   Wall wall(2e6);
   const auto rig = wall.open(options);
@@ -191,7 +198,7 @@ TEST(Rig, meters_around_dead_pixels) {
 // half the light is measured as ever.
 TEST(Rig, marks_what_saturates_its_shortest_exposure) {
   Wall wall(2e6);
-  RigOptions options;
+  RigOptions options = four_exposures();
   options.headroom = 0.8;
   const auto rig = wall.open(options);
   ASSERT_TRUE(rig.ok()) << rig.error().line();
@@ -206,7 +213,7 @@ TEST(Rig, marks_what_saturates_its_shortest_exposure) {
 // References can be left out, and then nothing is divided by anything.
 TEST(Rig, shows_no_reference_if_told_not_to) {
   Wall wall(2e6);
-  RigOptions options;
+  RigOptions options = four_exposures();
   options.reference_every = 0;
   const auto rig = wall.open(options);
   ASSERT_TRUE(rig.ok()) << rig.error().line();
@@ -289,7 +296,7 @@ TEST(Rig, gives_no_photograph_if_the_camera_missed_a_trigger) {
 
 TEST(Rig, fails_when_a_line_is_not_there) {
   Wall wall(2e6);
-  RigOptions options;
+  RigOptions options = four_exposures();
   for (RigLine& line : options.setup.lines)
     if (line.role == RigRole::camera) line.config.line = "shutter";
   const auto rig = wall.open(options);

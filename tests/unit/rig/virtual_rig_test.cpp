@@ -184,7 +184,7 @@ TEST(Reciprocity, is_broken_by_flare_and_misalignment) {
 
 // A probe that states half its variance breaks the laws: residuals come out with a mean square of 2.
 TEST(Whiten, notices_an_understated_variance) {
-  const auto rig = open("sim:vgroove-textured?size=40x40");
+  const auto rig = open("sim:vgroove-textured?size=40x40&exposures=4");
   const Pattern pattern = law_pattern(rig->grid(), 1);
   auto p = measured(*rig, {pattern, pattern});
   for (auto& photograph : p)
@@ -199,7 +199,7 @@ TEST(Whiten, notices_an_understated_variance) {
 // two and a half times the drift that a lamp is expected to have, so that it is taken for drift, not for
 // jumps.
 TEST(Drift, changes_the_lamp_until_a_second_reference_tells_it) {
-  const auto rig = open("sim:plane?size=8x8&noise=off&drift=-0.05");
+  const auto rig = open("sim:plane?size=8x8&noise=off&drift=-0.05&exposures=4");
   const Pattern flood(rig->grid(), 1, 1.F);
   const auto p = measured(*rig, std::vector<Pattern>(161, flood));
   const float truth = rig->truth().apply(flood).at(3, 3);
@@ -277,7 +277,7 @@ TEST(Dead, pixels_are_invalid_and_the_others_are_not) {
 // and 8 · 4 black frames before the first, and one reference of 4 with it.
 TEST(Cost, counts_frames_and_time) {
   for (const std::string noise : {"off", "camera"}) {
-    const auto rig = open("sim:vgroove-textured?size=20x20&noise=" + noise);
+    const auto rig = open("sim:vgroove-textured?size=20x20&exposures=4&noise=" + noise);
     const ProbeCost before = rig->cost();
     EXPECT_EQ(before.photographs, 0);
     EXPECT_EQ(before.frames, 7 + 8 * 4);
@@ -296,8 +296,8 @@ TEST(Cost, counts_frames_and_time) {
 
 // The same scene in time: noise or not, the board runs the same kind of program.
 TEST(Cost, is_alike_with_and_without_noise) {
-  const auto ideal = open("sim:vgroove-textured?size=40x40&noise=off");
-  const auto noisy = open("sim:vgroove-textured?size=40x40");
+  const auto ideal = open("sim:vgroove-textured?size=40x40&exposures=4&noise=off");
+  const auto noisy = open("sim:vgroove-textured?size=40x40&exposures=4");
   const std::vector<Pattern> patterns(10, Pattern({40, 40}, 1, 1.F));
   measured(*ideal, patterns);
   measured(*noisy, patterns);

@@ -21,7 +21,7 @@ struct Spent {
 
 /// Ten photographs of a lit plane.
 Spent ten_photographs(const std::string& profile, const std::string& keys = "") {
-  auto rig = open_virtual_rig(fmt::format("sim:plane?size=16x16&profile={}{}", profile, keys));
+  auto rig = open_virtual_rig(fmt::format("sim:plane?size=16x16&exposures=4&profile={}{}", profile, keys));
   EXPECT_TRUE(rig.ok());
   const ProbeCost before = (*rig)->cost();
   const RigTime opened = (*rig)->rig().time();

@@ -22,7 +22,7 @@ TEST(SceneUri, has_the_documented_defaults) {
   EXPECT_EQ(uri->flare, 0);
   EXPECT_EQ(uri->dead, 0);
   EXPECT_EQ(uri->indirect, 1);
-  EXPECT_EQ(uri->exposures, 4);
+  EXPECT_EQ(uri->exposures, 0);  // planned
   EXPECT_EQ(uri->ratio, 8);
   EXPECT_EQ(uri->drift, 0);
   EXPECT_EQ(uri->gamma, 1);
@@ -74,11 +74,15 @@ TEST(SceneUri, reads_the_keys_of_a_bench) {
   EXPECT_EQ(uri->to_string(), text);
 }
 
-TEST(SceneUri, exposures_may_be_planned) {
-  const auto uri = parse_scene_uri("sim:plane?exposures=auto");
-  ASSERT_TRUE(uri.ok()) << uri.error().line();
-  EXPECT_EQ(uri->exposures, 0);
-  EXPECT_EQ(uri->to_string(), "sim:plane?size=128x128&exposures=auto");
+TEST(SceneUri, exposures_are_planned_or_fixed) {
+  const auto planned = parse_scene_uri("sim:plane?exposures=auto");
+  ASSERT_TRUE(planned.ok()) << planned.error().line();
+  EXPECT_EQ(planned->exposures, 0);
+  EXPECT_EQ(planned->to_string(), "sim:plane?size=128x128");
+  const auto fixed = parse_scene_uri("sim:plane?exposures=3");
+  ASSERT_TRUE(fixed.ok()) << fixed.error().line();
+  EXPECT_EQ(fixed->exposures, 3);
+  EXPECT_EQ(fixed->to_string(), "sim:plane?size=128x128&exposures=3");
 }
 
 TEST(SceneUri, has_no_black_level_without_noise) {

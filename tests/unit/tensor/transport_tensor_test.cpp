@@ -130,6 +130,19 @@ TEST(TransportTensor, wide_columns_spread_over_their_block) {
   EXPECT_EQ(x, (std::vector<float>{7, 7, 7, 7, 0, 0, 0, 0}));
 }
 
+TEST(TransportTensor, a_pattern_in_memory_of_the_caller_gives_the_same_photograph) {
+  const auto made = RandomTensor({5, 4}, {}, true, 2, 8).make(1, 1, 3);
+  Image<float> pattern(Grid{5, 4});
+  std::iota(pattern.values().begin(), pattern.values().end(), 0.5F);
+  const auto photograph = made.tensor.apply_values(pattern.values());
+  ASSERT_TRUE(photograph.ok());
+  EXPECT_EQ(*photograph, *made.tensor.apply(pattern));
+  const auto refused = made.tensor.apply_values(pattern.values().first(19));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::size_mismatch);
+  EXPECT_NE(refused.error().what.find("19 pixels"), std::string::npos);
+}
+
 TEST(TransportTensor, a_pattern_of_another_size_is_refused_by_name) {
   const auto made = RandomTensor({4, 4}, {}, true, 1, 8).make(1, 1, 3);
   const auto answer = made.tensor.apply(Image<float>(Grid{4, 5}));

@@ -62,6 +62,9 @@ struct Economy {
   double direct_share = 0;
   /// Gauss-Newton steps that refit everything stored to all photographs in the end.
   int polish = 0;
+  /// Polish takes fewer steps where the host is expected to need more than this share of the rig's seconds
+  /// for them: more light would then give the same error sooner. 0, or a rig without a clock: no limit.
+  double polish_share = 0;
   /// The largest rank of a leaf. Leaves are found one by one and have rank 1. In the end neighbours are
   /// merged into leaves of higher rank, where that saves memory and adds at most 2 % to what a leaf may miss.
   int rank = 1;

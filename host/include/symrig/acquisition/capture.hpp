@@ -15,18 +15,37 @@
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace symrig {
 
+/// How a search stood when a level was done.
+struct CaptureStep {
+  int level = 0;
+  std::int64_t patterns = 0;  ///< photographs taken by then, the flood-lit and the held-out ones included
+  double rig_seconds = 0;     ///< on the rig's clock by then
+  /// Estimated frobenius error if the search had ended here; none: nothing was held out.
+  std::optional<double> error = {};
+};
+
+/// A search that goes on, for those who watch it.
+struct CaptureSnapshot {
+  std::optional<CaptureStep> step = {};   ///< of the last level; none: only the flood-lit photograph is known
+  std::optional<double> half_width = {};  ///< of the interval around its error (kErrorConfidence)
+  /// T as it would be if the search ended here, without the last refinement. To be called once, on any
+  /// thread, also after the capture: it rounds and packs a copy.
+  std::function<TransportTensor()> tensor;
+};
+
 /// How well photographs must be known where the rig chooses its exposures (Probe::measure_expected).
 struct ExposureGoal {
-  /// σ of dark pixels as a share of τ_A F, the misfit that a leaf may have: less is of no use.
-  double share_of_tolerance = 0.35;
+  /// σ of dark pixels as a share of τ_A F, the misfit that a leaf may have.
+  double share_of_tolerance = 0.7;
   /// RMS noise as a share of the RMS radiance: of lit pixels, and of dark ones (added to the former).
-  double relative = 0.02;
+  double relative = 0.06;
   double relative_dark = 0.025;
   double longest_seconds = 10;  ///< of all exposures of one photograph
 };
@@ -39,7 +58,9 @@ struct CaptureOptions {
   std::optional<double> tolerance = {};
   std::optional<RankRule> rule = {};    ///< none: default_rule(algorithm)
   std::optional<Economy> economy = {};  ///< none: default_economy(algorithm)
-  std::optional<int> polish = {};       ///< Economy::polish, 0 to 20
+  /// Economy::polish, 0 to 20, whatever time they take; none: the algorithm's own, within
+  /// Economy::polish_share.
+  std::optional<int> polish = {};
   ExposureGoal exposure = {};
   std::optional<double> photograph_seconds = {};  ///< ExposureGoal::longest_seconds, 0.01 to 100000
   /// Several views: how blocks are cut across them (docs/howto-views.md); none: chosen from the flood-lit
@@ -57,6 +78,9 @@ struct CaptureOptions {
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
   Progress progress = {};  ///< may be empty
+  /// Called by the thread that captures, after the flood-lit photograph and after each level; may be empty.
+  /// It costs a copy of the transport known so far, and changes no result. dual and brute never call it.
+  std::function<void(const CaptureSnapshot&)> watch = {};
 };
 
 /// What a capture runs with: its options, and the defaults for whatever they leave out.
@@ -74,6 +98,7 @@ struct CaptureSettings {
   double target_error = 0;        ///< 0: none
   PhotographLog* log = nullptr;
   Progress progress = {};
+  std::function<void(const CaptureSnapshot&)> watch = {};
 };
 
 /// What capture() makes of options.
@@ -84,15 +109,6 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options);
 /// Options that would change nothing on this rig. capture() asks unless options.log is set: a rig that
 /// answers from a log plans no exposures.  fails: bad_argument, as settings_of.
 Result<void> check_rig(const CaptureOptions& options, const Probe& rig);
-
-/// How a search stood when a level was done.
-struct CaptureStep {
-  int level = 0;
-  std::int64_t patterns = 0;  ///< photographs taken by then, the flood-lit and the held-out ones included
-  double rig_seconds = 0;     ///< on the rig's clock by then
-  /// Estimated frobenius error if the search had ended here; none: nothing was held out.
-  std::optional<double> error = {};
-};
 
 /// What the tests of one level said about pairs of different blocks.
 struct LevelEvidence {

@@ -110,6 +110,7 @@ class LoggedProbe final : public Probe {
   Grid camera_grid() const override { return inner_.camera_grid(); }
   int channels() const override { return inner_.channels(); }
   ViewLayout views() const override { return inner_.views(); }
+  double residual_shift() const override { return inner_.residual_shift(); }
   /// Where a smaller budget chose the log's next photographs and this capture asks for others, it measures on
   /// from there.  fails: also bad_format (the log has another pattern for another reason), and as
   /// append_run().
@@ -131,7 +132,7 @@ class LoggedProbe final : public Probe {
 
  private:
   Result<std::optional<Radiance>> replay(const Pattern& pattern);
-  Result<void> leave_log(std::vector<Radiance>& photographs);
+  Result<void> leave_log(std::vector<Radiance>& photographs, bool planned);
   Result<void> go_on();
   Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,
                           std::vector<Radiance>& photographs);

@@ -51,6 +51,10 @@ class Probe {
   /// fails: size_mismatch, bad_value, device errors. On failure no photograph is returned.
   virtual Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) = 0;
 
+  /// How far off the pixels of photographs may look, rms along an axis [pixels]. It is the same in all
+  /// photographs, so their variances do not contain it. A search spends no patterns on describing it.
+  virtual double residual_shift() const { return 0; }
+
   /// True if the probe would choose its exposures for the next photographs by what is expected of them.
   virtual bool plans_exposures(std::size_t /*photographs*/) const { return false; }
   /// As measure(), with what is expected of each photograph: a hint that saves exposures and changes nothing

@@ -24,6 +24,7 @@ enum class FileFormat : std::uint8_t {
   table,         ///< .csv
   settings,      ///< .toml
   waveform,      ///< .vcd
+  matrix,        ///< .npy, .mat: binary
 };
 
 /// True for "-" and for the system's names of standard output, such as /dev/stdout.
@@ -43,6 +44,8 @@ class JobFiles {
   JobFiles& reads_folder(std::string_view what, const std::filesystem::path& folder);
   /// A TOML file and the files that it names: profiles, a sensor, levels.
   JobFiles& reads_settings(std::string_view what, const std::filesystem::path& path);
+  /// The files that a text names which is in no file; names are relative to the current folder.
+  JobFiles& reads_settings_text(std::string_view what, std::string_view text);
   /// option: the output's name in messages, such as "--json". Text may go to "-" and to open descriptors.
   JobFiles& writes(std::string_view option, const std::filesystem::path& path, FileFormat format);
   /// A file that an input names, but that this output measures again. Only this output may replace it.

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace symrig {
 
@@ -47,5 +48,8 @@ struct DeviceUri {
 
 /// True if the text begins like a DeviceUri ("usb:", "virtual:", ...). A serial number does not.
 bool looks_like_uri(std::string_view text);
+
+/// How a DeviceUri can begin: "usb:", "sim:", ...
+std::vector<std::string_view> device_schemes();
 
 }  // namespace symrig

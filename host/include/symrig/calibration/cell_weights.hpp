@@ -86,7 +86,8 @@ class CellWeights {
   /// gathered.
   /// fails: bad_value.
   Result<void> blur_by(double variance);
-  /// Subtracts this ghost from photographs before all else. corners: as in make(). Not for unmixing().
+  /// Subtracts this ghost from photographs before all else. corners: as in make(); for unmixing(), the
+  /// shifted pixels.
   /// fails: as without_ghost().
   Result<void> subtract_ghost(std::span<const CornerMap> corners, const CameraGhost& ghost);
   /// The side of a camera pixel, root of the mean area [cells].

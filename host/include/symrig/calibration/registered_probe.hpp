@@ -19,13 +19,16 @@ class RegisteredProbe final : public Probe {
   /// fails: size_mismatch (the registration is of other cells, pixels or channels); as CellWeights::make.
   static Result<std::unique_ptr<RegisteredProbe>> make(std::unique_ptr<Probe> rig,
                                                        const Registration& registration);
-  /// rig must outlive this. weights: from the rig's camera grid to its grid.
-  RegisteredProbe(Probe& rig, CellWeights weights)
-      : rig_(rig), weights_(std::move(weights)), digest_(weights_.digest()) {}
+  /// rig must outlive this. weights: from the rig's camera grid to its grid. map_error: what residual_shift()
+  /// says, such as Registration::error().
+  RegisteredProbe(Probe& rig, CellWeights weights, double map_error = 0)
+      : rig_(rig), weights_(std::move(weights)), digest_(weights_.digest()), map_error_(map_error) {}
 
   Grid grid() const override { return weights_.cells(); }
   ViewLayout views() const override { return rig_.views(); }
   int channels() const override { return rig_.channels(); }
+  /// The error of the map [cells].
+  double residual_shift() const override { return map_error_; }
   /// fails: also size_mismatch (the registration is of another camera).
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override;
   bool plans_exposures(std::size_t photographs) const override { return rig_.plans_exposures(photographs); }
@@ -61,8 +64,12 @@ class RegisteredProbe final : public Probe {
   static constexpr double kMostMotion = 0.005;
 
  private:
-  RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights)
-      : owned_(std::move(rig)), rig_(*owned_), weights_(std::move(weights)), digest_(weights_.digest()) {}
+  RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights, double map_error)
+      : owned_(std::move(rig)),
+        rig_(*owned_),
+        weights_(std::move(weights)),
+        digest_(weights_.digest()),
+        map_error_(map_error) {}
   Result<void> move_to_new_place();
   Result<void> watch_before(std::size_t photographs);
   Result<std::vector<Radiance>> gather(const Result<std::vector<Radiance>>& photographs);
@@ -71,6 +78,7 @@ class RegisteredProbe final : public Probe {
   Probe& rig_;
   CellWeights weights_;
   std::uint32_t digest_;  // of the first weights
+  double map_error_;      // [cells]
   double gather_seconds_ = 0;
   std::optional<MotionWatch> watch_;
   std::int64_t every_ = 0, until_check_ = 0;

@@ -91,10 +91,10 @@ struct RegistrationOptions {
 /// that is not sharp. A ghost is subtracted from the photographs, and the map fitted again. The photographs
 /// for the blurs also show by reciprocity where the map is wrong, and it is corrected until nothing is left
 /// above their noise. A rig of several views shows its Gray code in one view after another, because a point
-/// is lit from all of them; a ghost and blurs are not looked for there. fails: as fit_camera_maps and
-/// check_coaxial; bad_value (no map of the views; the map is too uncertain, or the picture out of focus);
-/// limit (the camera is too coarse, and the message says which cells would do; or shifted too far);
-/// interrupted; as the rig.
+/// is lit from all of them; a ghost and blurs are those of the view in the middle. If such a rig has a pixel
+/// for each cell, they are not looked for. fails: as fit_camera_maps and check_coaxial; bad_value (no map of
+/// the views; the map is too uncertain, or the picture out of focus); limit (the camera is too coarse, and
+/// the message says which cells would do; or shifted too far); interrupted; as the rig.
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options = {});
 
 /// [cells] From the nearest to the farthest part. At twice the parallax of the scenes that lose nothing,

@@ -23,6 +23,7 @@ struct ExpectedPart {
 /// The expected light of a photograph and its wanted noise. A rig uses it to choose the exposures. Radiance
 /// per unit of projector light.
 struct Expectation {
+  /// None: the first look at the flood-lit scene. Nothing but the rig's own metering foresees it.
   std::vector<ExpectedPart> parts;
   /// The longest allowed sum of the exposures of this photograph [s]. It has priority over the wanted noise.
   double longest_seconds = 10;

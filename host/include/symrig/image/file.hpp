@@ -3,6 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
+#include "symrig/image/picture_facts.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -29,9 +30,10 @@ Result<Image<float>> read_image(const std::filesystem::path& path);
 Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::string& name);
 
 /// Writes a linear picture of 1 or 3 channels. The suffix chooses the format: .exr (32-bit float), .pfm, .png
-/// (16 bits, clipped to [0,1], linear). The file is written atomically.
+/// (16 bits, clipped to [0,1], linear). The file is written atomically. facts: go into an OpenEXR header.
 /// fails: bad_argument (another suffix, other channels, empty), bad_value (NaN or infinity), not_found, io.
-Result<void> write_image(const std::filesystem::path& path, const Image<float>& image);
+Result<void> write_image(const std::filesystem::path& path, const Image<float>& image,
+                         const PictureFacts& facts = {});
 
 /// Writes a picture for viewing: 8-bit PNG, sRGB tone curve of exposure · value, clipped. The file is written
 /// atomically.

@@ -22,6 +22,9 @@
 
 namespace symrig {
 
+/// Frames of a photograph of which nothing is foreseen, as in a calibration: planning has nothing to go by.
+inline constexpr int kUnforeseenExposures = 4;
+
 /// How a Rig takes its photographs.
 struct RigOptions {
   /// The connected lines, and the timing of projector and camera. Without a strobe line, the camera's trigger
@@ -32,11 +35,11 @@ struct RigOptions {
   /// How long after its mark a strobe may rise.
   Nanoseconds strobe_tolerance{1'000'000};
   /// Frames of a photograph, shortest first. 0: planned for each photograph from its expectation
-  /// (Probe::measure_expected). Photographs without an expectation then get four frames.
-  int exposures = 4;
-  /// For planned exposures: a further frame must save at least this exposure time. This is the cost of
-  /// transferring, storing and merging a frame.
-  Nanoseconds frame_cost{500'000'000};
+  /// (Probe::measure_expected). Photographs without an expectation then get kUnforeseenExposures.
+  int exposures = 0;
+  /// For planned exposures: a further frame must save at least this exposure time. None: the time from the
+  /// end of an exposure to the next one, and what it takes to merge the frame.
+  std::optional<Nanoseconds> frame_cost;
   double ratio = 8;  ///< each exposure divided by the previous one
   /// The brightest pixel of the flood-lit scene fills 1 / headroom of the range of the shortest exposure.
   double headroom = 1.25;
@@ -175,6 +178,7 @@ class Rig final : public Probe {
 
   Result<void> begin(std::unique_ptr<DeviceSet> devices);
   Result<void> meter();
+  Result<TakenBracket> metering_bracket(const Exposures& trial);
   Result<void> photograph_black();
   Result<void> refine_black(const Expectation& expected);
   bool planned() const { return options_.exposures == 0; }
@@ -192,6 +196,7 @@ class Rig final : public Probe {
   Exposures exposures_;
   std::optional<Radiance> black_;
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits
+  Expectation flood_lit_;                                       // from metering, if exposures are planned
   std::unique_ptr<LampLog> lamp_;                               // none: photographs are not divided
   std::int64_t shown_ = 0;        // photographs since open(), references included
   std::int64_t photographs_ = 0;  // returned to the caller

@@ -46,7 +46,7 @@ struct SceneUri {
   double flare = 0;
   double dead = 0;
   double indirect = 1;
-  int exposures = 4;  ///< frames of a photograph; 0 (exposures=auto): planned for each photograph
+  int exposures = 0;  ///< frames of a photograph; 0 (exposures=auto): planned for each photograph
   double ratio = 8;
   double drift = 0;
   double gamma = 1;  ///< if not 1: the projector has 256 levels, and light = (level / 255)^gamma

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace symrig {
 
@@ -22,6 +23,8 @@ enum class SplitOrder : std::uint8_t {
 };
 /// "flat", "views-first", "views-last", "all-at-once", "compensated".
 std::string_view name(SplitOrder order);
+/// All orders, for help and completion.
+std::vector<std::string_view> split_order_names();
 /// fails: unknown_name.
 Result<SplitOrder> parse_split_order(std::string_view text);
 

@@ -102,6 +102,9 @@ class TransportTensor {
   /// size_mismatch.  source: [Garg06 §5.1]
   Result<Image<float>> apply(const Image<float>& pattern) const;
 
+  /// The same for a pattern in memory of the caller: projector_grid().size() values, raster order.
+  Result<Image<float>> apply_values(std::span<const float> pattern) const;
+
   /// Photographs of many patterns; reads T once for 16 of them. Same error and failures as apply. The order
   /// of the sums differs, so the last bits may differ.
   Result<std::vector<Image<float>>> apply_batch(std::span<const Image<float>> patterns) const;
@@ -157,7 +160,7 @@ class TransportTensor {
 
   const tensor::Store& store() const;
   bool listed(const ScalarLeaf& scalar) const;
-  Result<Image<float>> apply_between(const Image<float>& light, const BlockTree& from, const BlockTree& to,
+  Result<Image<float>> apply_between(std::span<const float> light, const BlockTree& from, const BlockTree& to,
                                      bool transposed) const;
   Result<std::vector<std::pair<std::int32_t, int>>> row_pixels(int camera_row) const;
 

@@ -20,7 +20,7 @@ Result<CaptureResult> capture_brute(Probe& probe, const CaptureSettings& options
     return Error{
         ErrorCode::limit,
         "brute force on " + to_string(tree.grid()) + " may hold " + std::to_string(bytes >> 20) + " MiB",
-        "use --algorithm symrig, or a smaller grid"};
+        "use algorithm symrig, or a smaller grid"};
   Photographer photographer(probe, nullptr, tree, options.progress);
   photographer.expect_later(kNoneToCome);
   std::vector<LitBlocks> patterns;

@@ -317,7 +317,7 @@ OneSided one_sided_light(const TransportTensor& tensor, const Residuals& all) {
 constexpr const char* kTooDark = "the photographs show no such light above their noise";
 constexpr const char* kOneSidedReason =
     "light goes from lit pixels to one side and not back: check the alignment of camera and projector "
-    "(capture --check-axis)";
+    "(symrig align, or check_axis of a capture)";
 
 /// Collects bars under their keys.
 class Table {

@@ -64,8 +64,10 @@ Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern) {
 
 /// Goes back to the beginning of the run that the next photograph would be in. Then runs, noise and costs are
 /// those of a capture that was never broken off. photographs: of this call; a call begins a run.
-Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs) {
-  const std::size_t back = photographs.size() % together_;
+/// planned: exposures are. Another budget chose other patterns in this call, so it also foresaw other light
+/// for those that are the same by chance. They are taken again, with the exposures of this capture.
+Result<void> LoggedProbe::leave_log(std::vector<Radiance>& photographs, bool planned) {
+  const std::size_t back = planned ? photographs.size() : photographs.size() % together_;
   const std::int64_t first = replayed_ - static_cast<std::int64_t>(back);
   SYMRIG_CHECK(log_.forget(first, replayed_));
   photographs.resize(photographs.size() - back);
@@ -113,7 +115,7 @@ Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Patt
     if (photograph)
       photographs.push_back(*std::move(photograph));
     else
-      SYMRIG_CHECK(leave_log(photographs));
+      SYMRIG_CHECK(leave_log(photographs, !expected.empty()));
   }
   const auto rest = patterns.subspan(photographs.size());
   if (rest.empty()) return photographs;

@@ -27,7 +27,8 @@ class Finishing {
     std::int64_t budget = 0;
   };
   Result<void> refit_direct_light(const DirectLightRefit& how);
-  /// Economy::polish steps of a refit of everything, or fewer if one does not help.
+  /// Economy::polish steps of a refit of everything; fewer if one does not help, or within
+  /// Economy::polish_share.
   Result<void> polish();
 
   /// The errors of a tensor that the checks are no part of, and whether photographs scatter as they state.
@@ -39,6 +40,7 @@ class Finishing {
   std::vector<LogRange> whole_photographs(bool reopened) const;
   Result<void> photograph_again(const DirectLightRefit& how);
   std::vector<double> least_misfit() const;
+  int polish_steps() const;
 
   const SceneFacts& facts_;
   Photographer& photographer_;

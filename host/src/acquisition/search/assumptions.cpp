@@ -46,6 +46,15 @@ Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& c
   return best;
 }
 
+TensorBuilder assumed_draft(const SceneFacts& facts, Findings& found, bool direct) {
+  const KnownTransport::Mark searched = found.known.mark();
+  assume_pairs(facts, found);
+  assume_diagonal(facts, found, direct);
+  TensorBuilder draft = found.known.draft();
+  found.known.rewind(searched);
+  return draft;
+}
+
 void accept_open(const SceneFacts& facts, Findings& found, Checks* checks) {
   const bool direct = checks == nullptr || better_assumption(facts, found, *checks).direct;
   assume_pairs(facts, found);

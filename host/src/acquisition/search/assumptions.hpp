@@ -18,6 +18,9 @@ struct Assumption {
 /// The assumption that the checks contradict less. Changes nothing that is known.
 Assumption better_assumption(const SceneFacts& facts, Findings& found, Checks& checks);
 
+/// The tensor with all unknown nodes as assumed. Changes nothing that is known.
+TensorBuilder assumed_draft(const SceneFacts& facts, Findings& found, bool direct);
+
 /// Stores all unknown nodes as assumed. checks: may be nullptr; then blocks with themselves are direct light.
 void accept_open(const SceneFacts& facts, Findings& found, Checks* checks);
 

@@ -9,6 +9,15 @@
 
 namespace symrig::acquisition {
 
+/// Foresees nothing: for the first photograph of a capture, the flood-lit one.
+class FirstLook final : public Forecaster {
+ public:
+  std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
+                                  std::span<const Preview> /*previews*/) const override {
+    return std::vector<Expectation>(patterns.size());
+  }
+};
+
 /// What photographs are expected to show, and how well they must be known.
 ///   lit pixels    the previewed light, at most the flood-lit radiance (T ≥ 0: no pattern gives a pixel more)
 ///   dark pixels   known light, and a quarter to four times the previewed light of unknown transport;

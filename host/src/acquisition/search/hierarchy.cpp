@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -48,6 +49,7 @@ class Hierarchy {
   Result<bool> finish_early();
   Result<void> search_level(int level);
   void report_step(int level);
+  void show(const CaptureSnapshot& so_far, bool direct);
   Result<CaptureResult> refine();
   Result<CaptureResult> measure_rest();
   void report(CaptureResult& result);
@@ -79,6 +81,7 @@ Result<CaptureResult> Hierarchy::run(bool plans_exposures) {
   place_root();
   if (plans_exposures) SYMRIG_CHECK(begin_forecast());
   SYMRIG_CHECK(take_checks());
+  show({}, true);
   SYMRIG_CHECK(search_and_mend());
   const double searched = processed();
   const bool refines = !sparseness_.brute_force_takes_over();
@@ -185,11 +188,27 @@ Result<void> Hierarchy::search_level(int level) {
 
 void Hierarchy::report_step(int level) {
   CaptureStep step{level, photographer_.taken(), photographer_.rig_seconds(), std::nullopt};
+  std::optional<double> half_width;
+  bool direct = true;
   if (checks_) {
-    error_per_level_.push_back(better_assumption(facts_, found_, *checks_).error);
-    step.error = error_per_level_.back().value;
+    const Assumption assumed = better_assumption(facts_, found_, *checks_);
+    direct = assumed.direct;
+    error_per_level_.push_back(assumed.error);
+    step.error = assumed.error.value;
+    sparseness_.misses({.between_pixels = 0, .of_all = assumed.error.value});
+    half_width = assumed.error.half_width;
   }
   steps_.push_back(step);
+  show({.step = step, .half_width = half_width, .tensor = {}}, direct);
+}
+
+/// Hands the search so far to who watches it. The copy is finished elsewhere, so the search hardly waits.
+void Hierarchy::show(const CaptureSnapshot& so_far, bool direct) {
+  if (!options().watch) return;
+  CaptureSnapshot snapshot = so_far;
+  const auto draft = std::make_shared<TensorBuilder>(assumed_draft(facts_, found_, direct));
+  snapshot.tensor = [draft] { return std::move(*draft).finish(); };
+  options().watch(snapshot);
 }
 
 Result<CaptureResult> Hierarchy::refine() {
@@ -244,7 +263,7 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
                                   const Photographer& begun) {
   Photographer photographer(begun, tree);
   SYMRIG_TRY(FloodLit flood, FloodLit::read(photographer, probe.channels()));
-  const SceneFacts facts{options, tree, probe.channels(), flood.squared};
+  const SceneFacts facts{options, tree, probe.channels(), flood.squared, probe.residual_shift()};
   return Hierarchy(facts, photographer, std::move(flood)).run(probe.plans_exposures(kEndless));
 }
 
@@ -253,6 +272,8 @@ Result<CaptureResult> capture_logged(Probe& probe, const CaptureSettings& option
   const BlockTree flat(probe.grid());
   Photographer photographer(probe, options.log, flat, options.progress);
   const std::vector<LitBlocks> flood{{{0, static_cast<std::int32_t>(probe.grid().size())}}};
+  const FirstLook first_look;
+  photographer.forecast_by(first_look);
   SYMRIG_CHECK(photographer.take("flood-lit", flood));
   if (!algorithm_info(options.algorithm).splits_views || probe.views().count() == 1)
     return search_tree(probe, options, flat, photographer);

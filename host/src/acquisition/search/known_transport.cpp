@@ -235,7 +235,7 @@ void KnownTransport::add_leaves_to(TensorBuilder& builder) const {
   }
 }
 
-TransportTensor KnownTransport::tensor() const {
+TensorBuilder KnownTransport::draft() const {
   TensorBuilder builder(tree_, channels_);
   add_leaves_to(builder);
   for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);
@@ -246,7 +246,7 @@ TransportTensor KnownTransport::tensor() const {
         std::span(scalar_values_)
             .subspan(k * static_cast<std::size_t>(channels_), static_cast<std::size_t>(channels_)));
   if (band_radius_ > 0) add_band_to(builder);
-  return std::move(builder).finish();
+  return builder;
 }
 
 }  // namespace symrig::acquisition

@@ -98,8 +98,10 @@ class KnownTransport {
   /// lacks what was added since.
   std::int64_t rewritten() const { return rewritten_; }
 
+  /// A tensor to be finished. It holds copies.
+  TensorBuilder draft() const;
   /// The finished tensor.
-  TransportTensor tensor() const;
+  TransportTensor tensor() const { return draft().finish(); }
 
  private:
   /// y += T_known p of a batch; p: floats or masks (tensor::add_leaf_batch).

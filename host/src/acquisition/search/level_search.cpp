@@ -3,6 +3,7 @@
 
 #include "acquisition/search/colouring.hpp"
 #include "acquisition/search/conflict_graph.hpp"
+#include "acquisition/search/residual_shift.hpp"
 #include "acquisition/search/search_forecast.hpp"
 
 #include <algorithm>
@@ -262,6 +263,7 @@ std::vector<Preview> LevelSearch::preview(std::size_t r, std::span<const Shot> s
 void LevelSearch::subtract_and_record(std::size_t r, std::int64_t first,
                                       std::span<TreePhotograph> photographs) {
   const Round& round = rounds_[r];
+  add_shift_variance(facts_.tree, kNotDescribed * facts_.residual_shift, photographs);
   found_.known.subtract_from(photographs);
   const auto shots = std::span(round.shots).subspan(first - round.first, photographs.size());
   for (std::size_t other = 0; other < rounds_.size(); ++other)

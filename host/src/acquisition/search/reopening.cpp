@@ -3,11 +3,23 @@
 
 #include "acquisition/errors/dark_excess.hpp"
 #include "acquisition/search/placement.hpp"
+#include "acquisition/search/residual_shift.hpp"
 #include "acquisition/search/suspects.hpp"
 
 #include <utility>
 
 namespace symrig::acquisition {
+namespace {
+
+/// Light that a residual shift moves makes no leaf wrong.
+std::vector<Checks::Residual> with_shift(const SceneFacts& facts, std::vector<Checks::Residual> residuals) {
+  for (Checks::Residual& one : residuals)
+    add_shift_variance(facts.tree, facts.residual_shift, {&one.photograph, 1});
+  return residuals;
+}
+
+}  // namespace
+
 void Reopening::review(Checks& checks, bool done) {
   // A pattern that deceives all blocks looks no better until single pixels are separated.
   constexpr double kWorse = 0.01;
@@ -18,9 +30,11 @@ void Reopening::review(Checks& checks, bool done) {
   changed_ = changed_ || last_;
   last_.reset();
   if (!done) return;
-  std::vector<std::int32_t> found = acquisition::suspects(facts_, found_.known, residuals);
+  std::vector<std::int32_t> found =
+      acquisition::suspects(facts_, found_.known, with_shift(facts_, residuals));
   suspects_ = std::ssize(found);
-  sparseness_.leaves_miss(Checks::errors(residuals).indirect);
+  const TransportErrors missed = Checks::errors(residuals);
+  sparseness_.misses({missed.indirect, missed.frobenius});
   budget_.begin_reopening();
   if (found.empty()) return;
   // The rest of the budget may be too small for a single leaf. Then the same leaves would be reopened for

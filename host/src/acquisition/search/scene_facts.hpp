@@ -14,6 +14,7 @@ struct SceneFacts {
   const BlockTree& tree;
   int channels;
   std::vector<double> flood_squared;  ///< F² of each channel; F: RMS of the flood-lit photograph
+  double residual_shift = 0;          ///< of all photographs [pixels] (Probe::residual_shift)
 
   /// τ_A², the mean square misfit that a leaf may have, in units of F².
   double tolerance() const { return options.rule.flood_fraction * options.rule.flood_fraction; }

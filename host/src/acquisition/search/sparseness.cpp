@@ -40,7 +40,13 @@ bool Sparseness::brute_force_fits() const {
 /// deceived (a checkerboard), half of the light and more is missed.
 bool Sparseness::misses_little() const {
   constexpr double kLittle = 0.25;
-  return missed_ > 0 && missed_ < kLittle;
+  return misses_little_of_all() || (missed_.between_pixels > 0 && missed_.between_pixels < kLittle);
+}
+
+/// Where hardly any light goes between pixels, half of it is little of all light.
+bool Sparseness::misses_little_of_all() const {
+  constexpr double kLittle = 0.05;
+  return missed_.of_all > 0 && missed_.of_all < kLittle;
 }
 
 bool Sparseness::can_take_over() const {
@@ -58,7 +64,7 @@ bool Sparseness::worth_searching(int level, std::int64_t photographs, std::int64
     return !doubt(kWrongLeaves, taken + photographs);
   }
   const std::int64_t dense = taken + dense_levels(level);
-  if (unstructured() && dense > facts_.tree.grid().size())
+  if (unstructured() && !misses_little_of_all() && dense > facts_.tree.grid().size())
     return !doubt("no pair of blocks is explained by a product of two pictures", dense);
   if (photographs + later <= budget_.brute_force_left()) return true;
   return !doubt("too few pairs of blocks are explained by a product of two pictures",

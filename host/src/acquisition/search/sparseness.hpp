@@ -26,9 +26,13 @@ class Sparseness {
   /// False, and brute_force_takes_over(), if brute force should measure the rest. photographs: of the next
   /// round of `level`. later: of the levels after it, at least.
   bool worth_searching(int level, std::int64_t photographs, std::int64_t later);
-  /// Before leaves are reopened: the estimated error of the light between pixels (Checks::errors, indirect);
-  /// 0: not known.
-  void leaves_miss(double error) { missed_ = error; }
+  /// What is missed, by the checks: the estimated error if the search ended now.
+  struct Missed {
+    double between_pixels = 0;  ///< of the light between pixels (Checks::errors, indirect); 0: not known
+    double of_all = 0;          ///< of all light (frobenius); 0: not known
+  };
+  /// After a level, and before leaves are reopened.
+  void misses(const Missed& missed) { missed_ = missed; }
   /// The checks find leaves wrong that cannot be reopened within the budget.
   void doubt_leaves();
 
@@ -45,13 +49,14 @@ class Sparseness {
   bool unstructured() const;
   bool brute_force_fits() const;
   bool misses_little() const;
+  bool misses_little_of_all() const;
   bool doubt(std::string reason, std::int64_t forecast);
 
   const SceneFacts& facts_;
   const Photographer& photographer_;
   const Budget& budget_;
   std::vector<LevelEvidence> evidence_;
-  double missed_ = 0;
+  Missed missed_;
   std::optional<Undetermined> undetermined_;
 };
 

@@ -135,6 +135,13 @@ Result<DeviceUri> parse_virtual(std::string_view text, std::string_view rest, Tr
 
 }  // namespace
 
+std::vector<std::string_view> device_schemes() {
+  std::vector<std::string_view> schemes;
+  schemes.reserve(kSchemes.size());
+  for (const Scheme& scheme : kSchemes) schemes.push_back(scheme.text);
+  return schemes;
+}
+
 bool looks_like_uri(std::string_view text) {
   return text.find(':') != std::string_view::npos;
 }

@@ -29,6 +29,12 @@ Result<Fd> connect_unix(const std::string& path);
 /// at most `patience`. fails: device_lost (no such host, refused, no answer).
 Result<Fd> connect_tcp(const std::string& host, std::uint16_t port, Nanoseconds patience);
 
+/// A listening local socket, for this user only. fails: io (something is at this path), bad_argument (it does
+/// not fit).
+Result<Fd> listen_unix(const std::string& path);
+/// A listening TCP port of this machine. fails: io (in use), bad_argument (a host of another machine).
+Result<Fd> listen_here(const std::string& host, std::uint16_t port);
+
 /// Claims the vendor interface of the board whose serial number begins with `serial`. fails: device_lost (no
 /// such board, no permission, in use), bad_argument (several match), io (no USB).
 Result<std::unique_ptr<Link>> open_usb(const std::string& serial);

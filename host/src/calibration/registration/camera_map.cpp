@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/camera_map.hpp"
 
+#include "calibration/normal_equations.hpp"
 #include "calibration/registration/camera_map_surfaces.hpp"
 
 #include <algorithm>
@@ -151,7 +152,7 @@ Image<float> CameraMap::bend(Grid cells) const {
       normal += ray(row, col) * ray(row, col).transpose();
       right += ray(row, col) * at;
     }
-  const Eigen::Matrix<double, 3, 2> affine = normal.ldlt().solve(right);
+  const Eigen::Matrix<double, 3, 2> affine = calibration::solve_normal(normal, right);
   Image<float> bent(camera_);
   tbb::parallel_for(0, camera_.rows, [&](int row) {
     for (int col = 0; col < camera_.cols; ++col)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/ghost_fit.hpp"
 
+#include "calibration/normal_equations.hpp"
 #include "calibration/registration/ghost_search.hpp"
 #include "calibration/registration/ghost_subtraction.hpp"
 #include "symrig/base/quantile.hpp"
@@ -141,7 +142,7 @@ Eigen::Vector3d regress(const std::vector<Row>& rows, double share, bool slopes)
     normal += weight * light * light.transpose();
     right += weight * rows[k].seen * light;
   }
-  const Eigen::Vector3d found = normal.completeOrthogonalDecomposition().solve(right);
+  const Eigen::Vector3d found = solve_shortest(normal, right);
   return found.allFinite() ? found : Eigen::Vector3d::Zero();
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/motion_watch.hpp"
 
+#include "calibration/normal_equations.hpp"
+
 #include <cmath>
 
 #include <Eigen/Dense>
@@ -67,11 +69,11 @@ Result<Motion> MotionWatch::compare(std::span<const Radiance> now) const {
     }
   const Error unseen{ErrorCode::bad_value, "the stripes cannot be seen, so motion cannot be measured",
                      "check lamp and shutter, then calibrate the rig again"};
-  const Eigen::FullPivLU<Eigen::Matrix3d> solver(normal);
-  if (!solver.isInvertible()) return unseen;
-  const Eigen::Vector3d found = solver.solve(right);
+  const Eigen::MatrixXd inverse = calibration::inverse_if_regular(normal);
+  if (inverse.size() == 0) return unseen;
+  const Eigen::Vector3d found = inverse * right;
   if (!(found[0] > kDark) || !found.allFinite()) return unseen;
-  const Eigen::Matrix3d inverse = solver.inverse(), covariance = inverse * noise * inverse;
+  const Eigen::Matrix3d covariance = inverse * noise * inverse;
   const double down = found[1] / found[0], across = found[2] / found[0];
   Motion motion;
   motion.brightness = found[0];

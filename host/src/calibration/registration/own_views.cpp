@@ -198,13 +198,25 @@ Result<OwnViews> OwnViews::find(const GrayCode& code, ViewLayout views,
 }
 
 OwnViews::OwnViews(Grid cells, ViewLayout views, std::span<const CornerMap> maps, double margin)
-    : own_({maps.front().grid().rows - 1, maps.front().grid().cols - 1}) {
+    : views_(views), own_({maps.front().grid().rows - 1, maps.front().grid().cols - 1}) {
   for (int row = 0; row < own_.grid().rows; ++row)
     for (int col = 0; col < own_.grid().cols; ++col) {
       std::uint16_t& own = own_.at(row, col);
       own = view_of(outline_of(maps.front(), row, col), cells, views, margin);
       for (const CornerMap& map : maps.subspan(1))
         if (view_of(outline_of(map, row, col), cells, views, margin) != own) own = 0;
+    }
+}
+
+void OwnViews::leave_only(View view, Radiance& photograph) const {
+  const int number = 1 + view.row * views_.cols + view.col;
+  const auto pixels = own_.values();
+  for (int c = 0; c < photograph.mean.channels(); ++c)
+    for (std::size_t pixel = 0; pixel < pixels.size(); ++pixel) {
+      if (pixels[pixel] == number) continue;
+      photograph.mean.plane(c)[pixel] = 0;
+      photograph.variance.plane(c)[pixel] = 0;
+      photograph.valid.plane(c)[pixel] = 0;
     }
 }
 

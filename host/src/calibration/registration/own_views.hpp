@@ -35,8 +35,11 @@ class OwnViews {
 
   /// Each pixel as its own view alone shows it. A pixel that belongs to none is invalid.
   Radiance compose(std::span<const Radiance> by_view) const;
+  /// Makes the pixels that do not belong to this view invalid.
+  void leave_only(View view, Radiance& photograph) const;
 
  private:
+  ViewLayout views_;
   Image<std::uint16_t> own_;  // 1 + the number of the view, or 0: none; on the camera's grid
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/perspective_map.hpp"
 
+#include "calibration/normal_equations.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
@@ -92,7 +93,7 @@ void PerspectiveMap::fit(std::span<const SeenCoordinate> seen) {
       normal.bottomRightCorner<3, 3>().setIdentity();
       right.tail<3>().setZero();
     }
-    const Numbers step = normal.ldlt().solve(right);
+    const Numbers step = solve_normal(normal, right);
     if (!step.allFinite()) return;
     n_ += step;
     if (round > 0 && step.norm() < 1e-12 * (1 + n_.norm())) return;
@@ -129,7 +130,8 @@ Parallax parallax_of(const Image<float>& rest) {
   if (left.empty()) return {};
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
   for (const auto& v : left) spread += v * v.transpose() / static_cast<double>(left.size());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(spread);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(spread);
   Eigen::Vector2d direction = solver.eigenvectors().col(1);
   // The direction has no sign: its larger component points to larger rows or columns.
   if (direction[std::abs(direction[0]) > std::abs(direction[1]) ? 0 : 1] < 0) direction = -direction;

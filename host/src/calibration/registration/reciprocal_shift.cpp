@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/reciprocal_shift.hpp"
 
+#include "calibration/normal_equations.hpp"
 #include "calibration/registration/comb_pairs.hpp"
 #include "symrig/base/quantile.hpp"
 
@@ -131,11 +132,10 @@ ShiftField::ShiftField(std::span<const Radiance> combs, const Image<std::uint8_t
   }
   Eigen::MatrixXd whole = covariance;
   for (Eigen::Index i = 0; i < n; ++i) whole(i, i) += shown[i].variance;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(whole);
-  const double not_known = (covariance - covariance * factor.solve(covariance)).trace();
+  const double not_known = (covariance - covariance * solve_normal(whole, covariance)).trace();
   unknown_ = std::sqrt(std::max(0.0, not_known / static_cast<double>(n)));
   if (variance == 0) return;
-  const Eigen::VectorXd solved = factor.solve(values);
+  const Eigen::VectorXd solved = solve_normal(whole, values);
   size_ = (covariance * solved).norm() / std::sqrt(static_cast<double>(n));
   weight_.resize(shown.size());
   for (Eigen::Index i = 0; i < n; ++i) weight_[i] = prior * solved[i];

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/registration/register_views.hpp"
 
+#include "calibration/registration/add_blur.hpp"
+#include "calibration/registration/add_ghost.hpp"
 #include "calibration/registration/fitted_maps.hpp"
+#include "calibration/registration/one_view.hpp"
 #include "calibration/registration/own_views.hpp"
 #include "calibration/registration/photograph_each.hpp"
 #include "calibration/registration/scaled_sum.hpp"
@@ -56,17 +59,36 @@ Result<Registration> register_views(Probe& rig, const RegistrationOptions& optio
   found.cells = rig.grid();
   const GrayCode code(found.cells);
   ViewByView lit(rig);
-  SYMRIG_TRY(const auto by_view, code_by_view(lit, gray_code_patterns(found.cells), options.progress));
+  SYMRIG_TRY(auto by_view, code_by_view(lit, gray_code_patterns(found.cells), options.progress));
   const std::vector<Pattern> white(kFloods, Pattern(rig.grid(), 1, 1.F));
   SYMRIG_TRY(const auto floods, photograph_each(rig, white, "flood-lit scene", options.progress));
   found.flood = scaled_sum(floods, 1.F / kFloods);
   SYMRIG_TRY(OwnViews own, OwnViews::find(code, rig.views(), by_view));
-  // The first map leaves out a strip at the borders of views, and shows which pixels really cross them.
-  for (int round = 0; round < 2; ++round) {
+  const auto fit = [&]() -> Result<void> {
     SYMRIG_CHECK(fit_maps(composed(own, by_view), found));
     own = OwnViews(found.cells, rig.views(), found.corners(), 0);
-  }
+    return {};
+  };
+  // The first map leaves out a strip at the borders of views, and shows which pixels really cross them.
+  for (int round = 0; round < 2; ++round) SYMRIG_CHECK(fit());
+  const View middle{rig.views().rows / 2, rig.views().cols / 2};
+  const std::size_t number = static_cast<std::size_t>(middle.row) * rig.views().cols + middle.col;
+  const Radiance of_middle =
+      by_view[number][code.white()];  // with its ghost, which is subtracted from by_view
+  OneView one(rig, own, middle);
+  const Registration part = one.part_of(found, of_middle);
+  SYMRIG_CHECK(add_ghost({one, part}, by_view, fit, options.progress, found));
   SYMRIG_CHECK(check_maps(found, options));
+  if (is_blurred(found, true)) {
+    if (found.ghost.found) {
+      SYMRIG_TRY(auto ghost, GhostSubtraction::make(found.corners(), found.ghost.share, found.ghost.place));
+      one.subtract(std::move(ghost));
+    }
+    SYMRIG_TRY(const CombPhotographs combs, photograph_combs(one, options.progress));
+    Registration sharp = one.part_of(found, of_middle);
+    SYMRIG_CHECK(add_blur(combs, sharp));
+    found.blur = sharp.blur;
+  }
   return found;
 }
 

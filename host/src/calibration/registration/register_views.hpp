@@ -10,9 +10,12 @@ namespace symrig::calibration {
 ///
 /// The Gray code is shown in one view after another. Which view a pixel belongs to is found first
 /// (OwnViews::find), and again from the map. Photographs: for each view one, and one for each bit that
-/// changes inside its tile; and four of the flood-lit scene. Ghosts and blurs are not looked for, because the
-/// light of other views looks like both.
-/// fails: as fit_camera_maps, OwnViews::find and check_maps; interrupted; as the rig.
+/// changes inside its tile; four of the flood-lit scene; 6 for a ghost; and 8 for the blurs of a picture that
+/// is not sharp. Ghost and blurs are those of the view in the middle, by its own light: the light of other
+/// views looks like both. They are taken to be the same in all views. A tile of fewer than 12 cells along a
+/// side tells no ghost.
+/// fails: as fit_camera_maps, OwnViews::find, check_maps, measure_ghost and measure_blur; interrupted; as the
+/// rig.
 Result<Registration> register_views(Probe& rig, const RegistrationOptions& options);
 
 }  // namespace symrig::calibration

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/registration.hpp"
 
-#include "calibration/registration/comb_blur.hpp"
+#include "calibration/registration/add_blur.hpp"
+#include "calibration/registration/add_ghost.hpp"
 #include "calibration/registration/comb_pairs.hpp"
 #include "calibration/registration/fitted_maps.hpp"
-#include "calibration/registration/ghost_subtraction.hpp"
 #include "calibration/registration/photograph_each.hpp"
 #include "calibration/registration/reciprocal_shift.hpp"
 #include "calibration/registration/register_views.hpp"
@@ -24,34 +24,18 @@ namespace symrig {
 
 using calibration::check_maps;
 using calibration::fit_maps;
+using calibration::seen_cells;
 using calibration::ShiftField;
 
 namespace {
 
 /// Errors of the map are normal, so nearly none is three times the rms.
 constexpr double kMarginErrors = 3;
-/// [cells] Of edge_blur(). From here on, both blurs are measured: it is what edges show of a blur of 0.09.
-constexpr double kLeastBlur = 0.02;
-/// Of OpticsBlur::far. A blur of 0.2 cells gives less than 0.02, and indirect light in sharp grooves 0.01.
-/// Scattering below the surface gives 0.1 and more, and leaves edges sharp.
-constexpr double kScattered = 0.05;
-/// Edges show a blur of 0.2 cells and more to a tenth. A smaller one gives next to no far light.
-constexpr double kEdgesMiss = 1.5;
 
 /// The mean of white and of each pattern plus its complement. photographs: of a Gray code, in order.
 Radiance mean_flood(const GrayCode& code, std::span<const Radiance> photographs) {
   return calibration::scaled_sum(photographs.first(static_cast<std::size_t>(code.white()) + 1),
                                  static_cast<float>(1.0 / (code.pairs() + 1)));
-}
-
-/// 1 for the cells that the camera sees in all channels. A cell that one channel does not see would be lit
-/// and not seen.
-Result<Image<std::uint8_t>> seen_cells(const CellWeights& weights, const Radiance& flood) {
-  SYMRIG_TRY(const Radiance cells, weights.gather(flood));
-  Image<std::uint8_t> seen(weights.cells(), 1, std::uint8_t{1});
-  for (int c = 0; c < cells.valid.channels(); ++c)
-    for (std::size_t i = 0; i < seen.values().size(); ++i) seen.values()[i] &= cells.valid.plane(c)[i];
-  return seen;
 }
 
 Result<void> add_gain(Probe& rig, Registration& found, const Progress& progress) {
@@ -70,62 +54,6 @@ Result<void> add_stripes(Probe& rig, Registration& found) {
     for (int c = 0; c < channels; ++c)
       std::ranges::copy(photographs[static_cast<std::size_t>(k)].mean.plane(c),
                         found.stripes.plane(k * channels + c).begin());
-  return {};
-}
-
-/// Weights of a registration on a grid of `cells`, without its ghost. corners, ghost: on that grid.
-Result<CellWeights> weights_without_ghost(Grid cells, const std::vector<CornerMap>& corners,
-                                          const Radiance& flood, const CameraGhost& ghost,
-                                          const WeightOptions& options, const Image<float>* shares) {
-  if (!ghost.found) return CellWeights::make(cells, corners, flood, options, shares);
-  SYMRIG_TRY(const Radiance plain, without_ghost(flood, corners, ghost));
-  SYMRIG_TRY(CellWeights weights, CellWeights::make(cells, corners, plain, options, shares));
-  SYMRIG_CHECK(weights.subtract_ghost(corners, ghost));
-  return weights;
-}
-
-/// Photographs on the camera's grid, without the ghost of the registration.
-Result<std::vector<Radiance>> without_its_ghost(const Registration& found, std::span<const CornerMap> corners,
-                                                std::span<const Radiance> photographs) {
-  std::vector<Radiance> plain;
-  plain.reserve(photographs.size());
-  for (const Radiance& one : photographs) {
-    SYMRIG_TRY(Radiance without, found.ghost.found ? without_ghost(one, corners, found.ghost) : Result(one));
-    plain.push_back(std::move(without));
-  }
-  return plain;
-}
-
-/// Fits both blurs to the camera's pixels.
-Result<OpticsBlur> blur_of_pixels(const CombPhotographs& combs, const Registration& found) {
-  const std::vector<CornerMap> corners = found.corners();
-  SYMRIG_TRY(const auto flood, without_its_ghost(found, corners, {&found.flood, 1}));
-  CombPhotographs plain;
-  SYMRIG_TRY(plain.rows, without_its_ghost(found, corners, combs.rows));
-  SYMRIG_TRY(plain.columns, without_its_ghost(found, corners, combs.columns));
-  return calibration::fit_comb_blur({found.cells, corners, flood.front(), plain}, found.blur);
-}
-
-Result<void> add_blur(const CombPhotographs& combs, Registration& found) {
-  std::vector<CornerMap> corners = found.corners();
-  const WeightOptions by_area{.weighting = Weighting::area};
-  SYMRIG_TRY(const CellWeights weights,
-             weights_without_ghost(found.cells, corners, found.flood, found.ghost, by_area, nullptr));
-  for (CornerMap& map : corners)
-    for (double& v : map.values()) v *= 2;
-  CameraGhost ghost = found.ghost;
-  ghost.place = {2 * ghost.place.row, 2 * ghost.place.col};
-  SYMRIG_TRY(const CellWeights halves, weights_without_ghost({2 * found.cells.rows, 2 * found.cells.cols},
-                                                             corners, found.flood, ghost, by_area, nullptr));
-  SYMRIG_TRY(const Radiance flood, halves.gather(found.flood));
-  SYMRIG_TRY(const Image<std::uint8_t> seen, seen_cells(weights, found.flood));
-  SYMRIG_TRY(found.blur, measure_blur(combs, {weights, halves, flood.mean, seen}));
-  // Light that scatters below the surface gets to the next cell too, but farther, and it leaves edges sharp.
-  if (found.blur.far > kScattered + OpticsBlur::far_light(kEdgesMiss * found.edge_blur()))
-    found.blur = OpticsBlur{.far = found.blur.far};
-  if (found.blur.measured) {
-    SYMRIG_TRY(found.blur, blur_of_pixels(combs, found));
-  }
   return {};
 }
 
@@ -178,40 +106,6 @@ Result<void> add_reciprocity(const CombPhotographs& combs, Registration& found) 
   return {};
 }
 
-/// Pixels beyond the cells see little but the ghost: they tell where that is, not where they look. The ghost
-/// is known to some hundredths, so half of a pixel's light of its own is enough. flood: with the ghost;
-/// plain: without.
-void leave_out_ghosts(const Radiance& flood, const Radiance& plain, std::vector<Radiance>& photographs) {
-  constexpr float kOwnLight = 0.5F;
-  for (std::size_t i = 0; i < flood.mean.values().size(); ++i) {
-    if (plain.mean.values()[i] > kOwnLight * flood.mean.values()[i]) continue;
-    for (Radiance& one : photographs)
-      one.mean.values()[i] = 0, one.variance.values()[i] = 0, one.valid.values()[i] = 0;
-  }
-}
-
-/// Looks for a ghost. Subtracts it from the photographs of the Gray code, and fits the maps again.
-Result<void> add_ghost(Probe& rig, Registration& found, std::vector<Radiance>& photographs,
-                       const Progress& progress) {
-  std::vector<CornerMap> corners = found.corners();
-  SYMRIG_TRY(const CellWeights by_area,
-             CellWeights::make(found.cells, corners, found.flood, {.weighting = Weighting::area}));
-  SYMRIG_TRY(found.ghost, measure_ghost(rig, by_area, corners, progress));
-  if (!found.ghost.found) return {};
-  // At the border, the first map follows the ghost, and so does a little of the second. So two maps without
-  // the pixels that see it come first.
-  for (const bool subtracted : {false, false, true}) {
-    SYMRIG_TRY(const auto subtract,
-               calibration::GhostSubtraction::make(corners, found.ghost.share, found.ghost.place));
-    if (subtracted)
-      for (Radiance& one : photographs) one = subtract(one);
-    leave_out_ghosts(found.flood, subtract(found.flood), photographs);
-    SYMRIG_CHECK(fit_maps(photographs, found));
-    corners = found.corners();
-  }
-  return {};
-}
-
 /// The map of a camera with more pixels than cells.
 Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& options) {
   SYMRIG_TRY(auto photographs, calibration::photograph_each(rig, gray_code_patterns(rig.grid()), "Gray code",
@@ -220,7 +114,10 @@ Result<Registration> register_own_pixels(Probe& rig, const RegistrationOptions& 
   found.cells = rig.grid();
   found.flood = mean_flood(GrayCode(found.cells), photographs);
   SYMRIG_CHECK(fit_maps(photographs, found));
-  SYMRIG_CHECK(add_ghost(rig, found, photographs, options.progress));
+  const Registration first = found;
+  SYMRIG_CHECK(calibration::add_ghost(
+      {rig, first}, {&photographs, 1}, [&] { return fit_maps(photographs, found); }, options.progress,
+      found));
   SYMRIG_CHECK(check_maps(found, options));
   return found;
 }
@@ -279,11 +176,15 @@ Weighting Registration::weighting() const {
 }
 
 Result<CellWeights> Registration::bare_weights() const {
-  if (shift) return CellWeights::unmixing(cells, flood.mean.channels(), *shift);
+  if (shift) {
+    SYMRIG_TRY(CellWeights weights, CellWeights::unmixing(cells, flood.mean.channels(), *shift));
+    if (ghost.found) SYMRIG_CHECK(weights.subtract_ghost(corners(), ghost));
+    return weights;
+  }
   WeightOptions options;
   options.weighting = weighting();
   options.margin = margin();
-  return weights_without_ghost(cells, corners(), flood, ghost, options, &shares);
+  return calibration::weights_without_ghost(cells, corners(), flood, ghost, options, &shares);
 }
 
 Result<Registration> register_camera(Probe& rig, const RegistrationOptions& options) {
@@ -295,9 +196,9 @@ Result<Registration> register_camera(Probe& rig, const RegistrationOptions& opti
   found.rig = rig.describe();
   SYMRIG_CHECK(add_stripes(rig, found));
   CombPhotographs combs;
-  if (!shared && one_view && found.edge_blur() > kLeastBlur) {
+  if (!shared && one_view && calibration::is_blurred(found, false)) {
     SYMRIG_TRY(combs, photograph_combs(rig, options.progress));
-    SYMRIG_CHECK(add_blur(combs, found));
+    SYMRIG_CHECK(calibration::add_blur(combs, found));
   }
   SYMRIG_CHECK(add_gain(rig, found, options.progress));
   if (options.refine) SYMRIG_CHECK(add_reciprocity(combs, found));

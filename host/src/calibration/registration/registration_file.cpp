@@ -281,7 +281,6 @@ Result<Registration> read_all(const Source& source) {
     SYMRIG_TRY(r.reciprocity, read_reciprocity(source));
   }
   if (H5Lexists(file, "ghost", H5P_DEFAULT) > 0) {
-    if (r.shift) return damaged("it has a ghost and a shift");
     SYMRIG_TRY(r.ghost, read_ghost(source, r.cells));
   }
   for (std::int32_t k = 0; k < maps; ++k) {

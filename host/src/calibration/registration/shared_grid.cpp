@@ -3,6 +3,7 @@
 
 #include "calibration/registration/spline_surface.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
+#include "symrig/calibration/ghost.hpp"
 #include "symrig/calibration/registered_probe.hpp"
 
 #include <algorithm>
@@ -41,40 +42,58 @@ CameraMapNumbers straight_map(Grid grid, Point shift, double error) {
           .edge_width = 1};
 }
 
-Result<CoaxialCheck> check_with(Probe& rig, Point shift) {
-  if (shift.row == 0 && shift.col == 0) return check_coaxial(rig);
-  SYMRIG_TRY(CellWeights weights, CellWeights::unmixing(rig.grid(), rig.channels(), shift));
+/// Corrects photographs by what is known of the camera.
+Result<CellWeights> weights_of(const Registration& found) {
+  SYMRIG_TRY(CellWeights weights,
+             CellWeights::unmixing(found.cells, found.flood.mean.channels(), *found.shift));
+  if (found.ghost.found) SYMRIG_CHECK(weights.subtract_ghost(found.corners(), found.ghost));
+  return weights;
+}
+
+Result<CoaxialCheck> check_with(Probe& rig, const Registration& found) {
+  if (found.shift->row == 0 && found.shift->col == 0 && !found.ghost.found) return check_coaxial(rig);
+  SYMRIG_TRY(CellWeights weights, weights_of(found));
   RegisteredProbe corrected(rig, std::move(weights));
   return check_coaxial(corrected);
+}
+
+/// Finds the shift by axis checks, each with the shift that the last one left.
+Result<void> find_shift(Probe& rig, const Progress& progress, Registration& found) {
+  for (int k = 0; k < kChecks; ++k) {
+    if (progress && !progress({"axis check", k, kChecks, kNoneToCome}))
+      return Error{ErrorCode::interrupted, "calibration stopped during the axis check", "run it again"};
+    SYMRIG_TRY(const CoaxialCheck check, check_with(rig, found));
+    if (!check.rows.measured || !check.cols.measured)
+      return Error{ErrorCode::bad_value, "the camera's shift cannot be measured: " + check.to_string(),
+                   "light the scene, or use a larger grid"};
+    // The camera sees at x what the rig has at x + shift.
+    found.shift = {found.shift->row + check.rows.shift.value, found.shift->col + check.cols.shift.value};
+    const double error = std::hypot(check.rows.shift.sigma, check.cols.shift.sigma) / std::sqrt(2);
+    SYMRIG_TRY(CameraMap map, CameraMap::make(straight_map(found.cells, *found.shift, error)));
+    found.maps = {std::move(map)};
+    SYMRIG_CHECK(weights_of(found));
+    if (std::max(std::abs(check.rows.shift.value), std::abs(check.cols.shift.value)) < kSmallest) break;
+  }
+  return {};
 }
 
 }  // namespace
 
 Result<Registration> register_shared_grid(Probe& rig, const RegistrationOptions& options) {
-  Point shift;
-  double error = 0;
-  for (int k = 0; k < kChecks; ++k) {
-    if (options.progress && !options.progress({"axis check", k, kChecks, kNoneToCome}))
-      return Error{ErrorCode::interrupted, "calibration stopped during the axis check", "run it again"};
-    SYMRIG_TRY(const CoaxialCheck check, check_with(rig, shift));
-    if (!check.rows.measured || !check.cols.measured)
-      return Error{ErrorCode::bad_value, "the camera's shift cannot be measured: " + check.to_string(),
-                   "light the scene, or use a larger grid"};
-    // The camera sees at x what the rig has at x + shift.
-    shift = {shift.row + check.rows.shift.value, shift.col + check.cols.shift.value};
-    error = std::hypot(check.rows.shift.sigma, check.cols.shift.sigma) / std::sqrt(2);
-    SYMRIG_CHECK(CellWeights::unmixing(rig.grid(), rig.channels(), shift));
-    if (std::max(std::abs(check.rows.shift.value), std::abs(check.cols.shift.value)) < kSmallest) break;
-  }
   Registration found;
   found.cells = rig.grid();
-  found.shift = shift;
-  SYMRIG_TRY(CameraMap map, CameraMap::make(straight_map(rig.grid(), shift, error)));
-  found.maps.push_back(std::move(map));
+  found.shift = Point{};
   const Pattern white(rig.grid(), 1, 1.F);
   SYMRIG_TRY(auto photographs, rig.measure({&white, 1}));
   found.flood = std::move(photographs.front());
   found.shares = Image<float>(found.camera(), 2, 1.F);
+  SYMRIG_CHECK(find_shift(rig, options.progress, found));
+  if (!rig.views().single()) return found;
+  // A ghost is one-sided light like that of a shift, so the shift is found again without it.
+  SYMRIG_TRY(const CellWeights by_area,
+             CellWeights::make(found.cells, found.corners(), found.flood, {.weighting = Weighting::area}));
+  SYMRIG_TRY(found.ghost, measure_ghost(rig, by_area, found.corners(), options.progress));
+  if (found.ghost.found) SYMRIG_CHECK(find_shift(rig, options.progress, found));
   return found;
 }
 

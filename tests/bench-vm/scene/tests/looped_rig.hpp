@@ -33,6 +33,7 @@ class LoopedRig {
   Result<std::unique_ptr<Rig>> open() {
     RigOptions options;
     options.scale = formation_.scale();
+    options.exposures = 4;      // the auditor knows photographs by their brackets, as in the jobs' rig files
     options.ledger.guards = 0;  // as in the virtual rig, whose camera loses no frames at its start
     auto projector =
         std::make_unique<sim::SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/base/stopwatch.hpp"
+#include "symrig/job/capture_log.hpp"
+#include "symrig/job/rig_by_name.hpp"
+#include "symrig/report/summary.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace symrig {
+
+/// Looks at the photographs of a capture as they come. Called by the thread that captures.
+using SeePhotographs = std::function<void(const ProbeCost& so_far, std::span<const Pattern> patterns,
+                                          std::span<const Radiance> photographs)>;
+
+/// One capture from its rig to its file: `symrig capture`, and capture() of the Python module.
+struct CaptureJob {
+  std::string output;               ///< scene.h5; empty: the scene is only returned, and there is no log
+  LogOptions log = {};              ///< of `output`.log
+  std::string json = {};            ///< file of the capture's facts (capture_json); empty: none
+  CaptureOptions options = {};      ///< its member `log` is set by the job
+  bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
+  std::function<Made()> made = {};  ///< date, version and command; empty: not recorded
+  SeePhotographs see = {};          ///< may be empty
+  Stopwatch watch = {};             ///< from the start of the job
+};
+
+/// What a capture has found and saved.
+struct CaptureOutcome {
+  CaptureSummary summary;
+  CaptureResult result;
+  std::string json;  ///< capture_json of both
+};
+
+/// Budgets as a person gives them: none means no limit.
+struct GivenBudgets {
+  std::optional<std::int64_t> max_patterns = {};
+  std::optional<double> max_seconds = {};
+  std::optional<double> target_error = {};
+};
+
+/// Refuses a budget of 0, because 0 means no limit in CaptureOptions.  fails: bad_argument.
+Result<void> check_budgets(const GivenBudgets& given);
+
+/// Checks the job before its rig is opened: options, and a log that is in the way.
+/// fails: as settings_of; bad_argument (a log exists, and LogOptions::resume is not set).
+Result<CaptureSettings> check_job(const CaptureJob& job);
+
+/// Checks that the rig fits the job.
+/// fails: as check_rig; bad_value (an algorithm that uses the symmetry of T needs a coaxial rig).
+Result<void> check_job(const CaptureJob& job, const OpenedRig& rig);
+
+/// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the
+/// photographs.
+/// fails: as check_job; as capture, create_photograph_log, open_photograph_log, save_scene and
+/// RegisteredProbe::check_motion. The error says if a log keeps photographs.
+Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig);
+
+}  // namespace symrig

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/error_estimate.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/progress.hpp"
+#include "symrig/base/result.hpp"
+#include "symrig/report/summary.hpp"
+#include "symrig/tensor/file.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// The errors of a tensor against a rig, and the rig's own description.
+struct Judged {
+  ErrorEstimate errors;
+  std::string rig;
+  /// If `errors` refer to T of a bench: those against T of the ideal coaxial rig.
+  std::optional<ErrorEstimate> ideal = {};
+};
+
+/// Compares with the true transport of a `sim:` rig. progress: one step for each pattern; may be empty.
+/// fails: as open_truth; size_mismatch (the rig of another scene); interrupted.
+Result<Judged> judge_by_truth(const TransportTensor& tensor, const std::string& rig,
+                              const Progress& progress);
+
+/// The true transport behind a scene, if it was captured from a simulated rig that fits it; otherwise empty.
+TrueTransport true_transport_of(const StoredScene& scene);
+
+/// Compares with new photographs of a rig. progress: one step for each photograph; may be empty.
+/// fails: as check_aligned and Probe::measure; size_mismatch (the rig of another scene); interrupted.
+Result<Judged> judge_by_rig(const TransportTensor& tensor, Probe& rig, const Progress& progress);
+
+/// Compares with the photographs that the scene file has kept, one result each.
+/// fails: size_mismatch.
+Result<std::vector<HeldOutError>> judge_by_photographs(const StoredScene& scene);
+
+}  // namespace symrig

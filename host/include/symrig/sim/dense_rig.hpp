@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/acquisition/probe.hpp"
+#include "symrig/base/result.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace symrig {
+
+/// T as a matrix, one channel, in raster order.
+struct DenseMatrix {
+  Grid grid;                  ///< of camera and projector
+  std::vector<float> values;  ///< [camera pixel × projector pixel], row after row
+};
+
+/// What `dense:FILE` or `dense:FILE?grid=ROWSxCOLS` names.
+struct DenseUri {
+  std::filesystem::path file;
+  Grid grid = {};  ///< 0x0: not given
+};
+
+/// True for "dense:…".
+bool is_dense(const std::string& rig);
+
+/// fails: bad_argument.
+Result<DenseUri> parse_dense_uri(const std::string& rig);
+
+/// Reads a matrix. The content of the file chooses the format:
+/// - .npy (NumPy's format, version 1 or 2) and HDF5 (the data set T): pixels in raster order;
+/// - .mat (MATLAB's level 4, 5, 7 or 7.3; the variable T): pixels column after column, as T · light(:) has
+///   them. light_size or photo_size states the grid.
+/// shapes: [rows, cols, rows, cols] (camera, then projector), or [n, n] with n = grid.size(). Without a grid,
+/// n must be a square number: the grid is then a square. Numbers are real. fails: as read_file; bad_format
+/// (none of these, other numbers, truncated), size_mismatch, bad_value (NaN or infinity), limit (more than
+/// 2^16 pixels).
+Result<DenseMatrix> read_dense(const DenseUri& uri);
+
+/// The largest |T_ij - T_ji| as a share of the largest |T_ij|.
+double asymmetry(const DenseMatrix& matrix);
+
+/// A rig whose photographs are T · pattern, exact to the rounding of one float. It has no clock and no noise.
+std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name);
+
+}  // namespace symrig

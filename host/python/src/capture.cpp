@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bindings.hpp"
+#include "failure.hpp"
+#include "rig.hpp"
+#include "symrig/job/capture_job.hpp"
+
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <pybind11/stl.h>
+
+namespace symrig::python {
+namespace {
+
+template <class T>
+std::optional<T> given(const py::dict& options, const char* name) {
+  const py::object value = options[name];
+  if (value.is_none()) return std::nullopt;
+  try {
+    return value.cast<T>();
+  } catch (const py::cast_error&) {
+    throw Failure{{ErrorCode::bad_argument, std::string(name) + " is " + py::repr(value).cast<std::string>(),
+                   "give a number"}};
+  }
+}
+
+bool flag(const py::dict& options, const char* name) {
+  return py::bool_(options[name]);
+}
+
+CaptureOptions options_of(const py::dict& options) {
+  const GivenBudgets budgets{given<std::int64_t>(options, "max_patterns"),
+                             given<double>(options, "max_seconds"), given<double>(options, "target_error")};
+  check(check_budgets(budgets));
+  std::optional<SplitOrder> split;
+  if (const auto order = given<std::string>(options, "split")) split = value_of(parse_split_order(*order));
+  return {.algorithm = value_of(parse_algorithm(options["algorithm"].cast<std::string>())),
+          .tolerance = given<double>(options, "tolerance"),
+          .polish = given<int>(options, "polish"),
+          .photograph_seconds = given<double>(options, "photograph_seconds"),
+          .split = split,
+          .dual_threshold = given<double>(options, "dual_threshold"),
+          .dual_subtracts = flag(options, "dual_subtracts"),
+          .max_patterns = budgets.max_patterns.value_or(0),
+          .max_seconds = budgets.max_seconds.value_or(0),
+          .target_error = budgets.target_error.value_or(0)};
+}
+
+Made made_in_python() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  char text[sizeof "2026-01-31T23:59:58Z"] = "";
+  const bool known =
+      gmtime_r(&now, &parts) != nullptr && std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts) > 0;
+  return {known ? text : "", SYMRIG_VERSION, "symrig.capture() of Python"};
+}
+
+CaptureJob job_of(const std::string& output, const py::dict& options) {
+  return {.output = output,
+          .log = {.resume = flag(options, "resume"),
+                  .keep = flag(options, "keep_log"),
+                  .off = !flag(options, "log")},
+          .options = options_of(options),
+          .check_axis = flag(options, "check_axis"),
+          .made = made_in_python};
+}
+
+std::shared_ptr<StoredScene> run(CaptureJob job, RigInUse& rig, py::object progress) {
+  const Turn turn(rig, std::move(progress));
+  job.options.progress = rig.caller->progress();
+  CaptureOutcome outcome = rig.caller->run([&] { return run_job(job, rig.opened); });
+  return std::make_shared<StoredScene>(StoredScene{std::move(outcome.result.tensor), std::move(outcome.json),
+                                                   std::move(outcome.result.held_out)});
+}
+
+/// Files are checked before the rig is opened.
+void check_files(const CaptureJob& job, const std::string& rig, const std::string& registration) {
+  JobFiles files = rig.empty() ? JobFiles() : rig_files(rig);
+  files.reads("the registration", registration).writes("output", job.output, FileFormat::scene);
+  check(CaptureLog::declare(job.output, job.log, std::move(files)).check());
+  value_of(check_job(job));
+}
+
+std::shared_ptr<StoredScene> capture_by_name(const std::string& name, const std::string& registration,
+                                             const std::string& output, const py::dict& options,
+                                             py::object progress) {
+  CaptureJob job = job_of(output, options);
+  check_files(job, name, registration);
+  const std::unique_ptr<RigInUse> rig = open_rig_by_name(name, registration);
+  return run(std::move(job), *rig, std::move(progress));
+}
+
+std::shared_ptr<StoredScene> capture_rig(RigInUse& rig, const std::string& output, const py::dict& options,
+                                         py::object progress) {
+  CaptureJob job = job_of(output, options);
+  check_files(job, "", "");
+  return run(std::move(job), rig, std::move(progress));
+}
+
+}  // namespace
+
+void bind_capture(py::module_& module) {
+  module.def("capture_by_name", capture_by_name);
+  module.def("capture_rig", capture_rig);
+}
+
+}  // namespace symrig::python

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/board/board_server.hpp"
+
+#include "board/links/links.hpp"
+#include "symrig/base/stopwatch.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+namespace symrig {
+namespace {
+
+/// Replies that a host has not taken. One that leaves more is sent away.
+constexpr std::size_t kMostWaiting = std::size_t{1} << 20;
+/// A process that did not run for longer lets the board's clock stand still for the rest.
+constexpr Nanoseconds kMostLag{1'000'000'000};
+
+Result<DeviceUri> place_of_server(const std::string& place) {
+  SYMRIG_TRY(DeviceUri uri, DeviceUri::parse(place));
+  if (uri.transport == Transport::unix_socket || uri.transport == Transport::tcp) return uri;
+  return Error{ErrorCode::bad_argument, fmt::format("'{}' is no place to listen at", place),
+               "give unix:PATH or tcp:127.0.0.1:PORT"};
+}
+
+Result<DeviceUri> simulated_device(const std::string& device) {
+  SYMRIG_TRY(DeviceUri uri, DeviceUri::parse(device));
+  if (uri.transport == Transport::sim) return uri;
+  return Error{ErrorCode::bad_argument, fmt::format("'{}' is no simulated board", device), "give sim:"};
+}
+
+}  // namespace
+
+class BoardServer::Serving {
+ public:
+  Serving(std::unique_ptr<Link> board, Fd listener, std::string socket_file)
+      : board_(std::move(board)), listener_(std::move(listener)), socket_file_(std::move(socket_file)) {}
+  Serving(const Serving&) = delete;
+  Serving& operator=(const Serving&) = delete;
+  ~Serving() {
+    if (!socket_file_.empty()) ::unlink(socket_file_.c_str());
+  }
+
+  void run(const std::function<bool()>& keep_going) {
+    const Stopwatch watch;
+    Nanoseconds begin = board_->now();
+    while (keep_going()) {
+      wait();
+      const Nanoseconds lag = watch.elapsed() + begin - board_->now();
+      if (lag > kMostLag) begin -= lag - kMostLag;
+      // First the time, then the requests: the board stamps them with the time at which they came.
+      follow(watch.elapsed() + begin);
+      if (host_)
+        take_requests();
+      else
+        host_ = next_host();
+      follow(watch.elapsed() + begin);
+      if (host_) send_replies();
+    }
+  }
+
+ private:
+  /// Until there is something to read, a millisecond at most.
+  void wait() const {
+    pollfd one{host_ ? host_.get() : listener_.get(), POLLIN, 0};
+    ::poll(&one, 1, 1);
+  }
+
+  Fd next_host() const {
+    Fd host(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    const int on = 1;  // of no effect, and no matter, on a local socket
+    if (host) ::setsockopt(host.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
+    return host;
+  }
+
+  void take_requests() {
+    std::array<std::uint8_t, 4096> bytes{};
+    const ssize_t count = ::recv(host_.get(), bytes.data(), bytes.size(), 0);
+    if (count > 0) {
+      const auto sent = board_->send(std::span(bytes).first(static_cast<std::size_t>(count)));
+      if (!sent) leave();
+    } else if (count == 0 || (errno != EAGAIN && errno != EINTR)) {
+      leave();
+    }
+  }
+
+  /// Moves the board's clock on to this time.
+  void follow(Nanoseconds until) {
+    while (board_->now() < until) {
+      const auto bytes = board_->receive(until - board_->now());
+      if (!bytes) return;
+      if (host_) replies_.insert(replies_.end(), bytes->begin(), bytes->end());
+    }
+  }
+
+  void send_replies() {
+    if (replies_.empty()) return;
+    const ssize_t count = ::send(host_.get(), replies_.data(), replies_.size(), MSG_NOSIGNAL);
+    if (count > 0) replies_.erase(replies_.begin(), replies_.begin() + count);
+    if ((count < 0 && errno != EAGAIN && errno != EINTR) || replies_.size() > kMostWaiting) leave();
+  }
+
+  /// The board goes on, as a real one does: its keep-alive notices that the host is gone.
+  void leave() {
+    host_ = Fd();
+    replies_.clear();
+  }
+
+  std::unique_ptr<Link> board_;
+  Fd listener_, host_;
+  std::string socket_file_;
+  std::vector<std::uint8_t> replies_;
+};
+
+BoardServer::BoardServer(std::unique_ptr<Serving> serving) : serving_(std::move(serving)) {}
+BoardServer::BoardServer(BoardServer&&) noexcept = default;
+BoardServer& BoardServer::operator=(BoardServer&&) noexcept = default;
+BoardServer::~BoardServer() = default;
+
+Result<BoardServer> BoardServer::open(const std::string& device, const std::string& place) {
+  SYMRIG_TRY(const DeviceUri simulated, simulated_device(device));
+  SYMRIG_TRY(const DeviceUri where, place_of_server(place));
+  SYMRIG_TRY(std::unique_ptr<Link> board, board::open_sim_device(simulated));
+  const bool local = where.transport == Transport::unix_socket;
+  SYMRIG_TRY(Fd listener,
+             local ? board::listen_unix(where.place) : board::listen_here(where.place, where.port));
+  return BoardServer(
+      std::make_unique<Serving>(std::move(board), std::move(listener), local ? where.place : std::string()));
+}
+
+void BoardServer::run(const std::function<bool()>& keep_going) {
+  serving_->run(keep_going);
+}
+
+}  // namespace symrig

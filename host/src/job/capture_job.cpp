@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/job/capture_job.hpp"
+
+#include "job/watched_probe.hpp"
+#include "symrig/base/guarded.hpp"
+#include "symrig/base/job_files.hpp"
+#include "symrig/calibration/coaxial_check.hpp"
+#include "symrig/tensor/file.hpp"
+
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+
+namespace symrig {
+namespace {
+
+std::int64_t peak_memory() {
+  struct rusage usage {};
+  getrusage(RUSAGE_SELF, &usage);
+  return std::int64_t{usage.ru_maxrss} * 1024;
+}
+
+/// A job without an output has nothing to log for.
+LogOptions log_options(const CaptureJob& job) {
+  LogOptions options = job.log;
+  options.off = options.off || job.output.empty();
+  return options;
+}
+
+/// The algorithms that use the symmetry of T need a coaxial rig.
+Result<void> check_symmetric(const OpenedRig& rig, Algorithm algorithm) {
+  if (rig.coaxial || algorithm == Algorithm::brute || algorithm == Algorithm::dual) return {};
+  Error error = rig.coaxial.error();
+  error.hint += ", or capture with algorithm brute or dual";
+  return error;
+}
+
+Result<void> check_axis(Probe& rig) {
+  Result<void> checked = require_coaxial(rig);
+  if (checked || checked.error().code != ErrorCode::bad_value) return checked;
+  Error error = checked.error();
+  error.hint += ", or capture without check_axis";
+  return error;
+}
+
+/// Runs the capture on a rig, through the log if there is one.
+Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& settings, OpenedRig& opened,
+                               PhotographLog* log) {
+  const Stopwatch watch;
+  Probe& rig = *opened.probe;
+  std::optional<LoggedProbe> logged;
+  if (log != nullptr) logged.emplace(rig, *log, rig.together());
+  Probe& measuring = logged ? static_cast<Probe&>(*logged) : rig;
+  std::optional<job::WatchedProbe> watched;
+  if (job.see) watched.emplace(measuring, job.see);
+  Probe& probe = watched ? static_cast<Probe&>(*watched) : measuring;
+  CaptureOptions options = job.options;
+  options.log = log;
+  SYMRIG_TRY(CaptureResult result, capture(probe, options));
+  if (opened.registered != nullptr) SYMRIG_CHECK(opened.registered->check_motion());
+  CaptureSummary summary{.scene = rig.describe(),
+                         .algorithm = settings.algorithm,
+                         .rule = settings.rule,
+                         .dual_threshold = settings.dual_threshold,
+                         .noise = opened.noise,
+                         .cost = probe.cost(),
+                         .measure_seconds = watch.seconds() - result.process_seconds,
+                         .total_seconds = job.watch.seconds(),
+                         .peak_memory_bytes = peak_memory(),
+                         .replayed = logged ? logged->replayed() : 0,
+                         .trouble = opened.trouble(),
+                         .made = job.made ? job.made() : Made{}};
+  return CaptureOutcome{std::move(summary), std::move(result), {}};
+}
+
+Result<void> save(const std::string& path, CaptureOutcome& outcome) {
+  StoredScene scene{outcome.result.tensor, outcome.json, std::move(outcome.result.held_out)};
+  Result<void> saved = save_scene(path, scene);
+  outcome.result.held_out = std::move(scene.held_out);
+  return saved;
+}
+
+Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
+                                        OpenedRig& rig, PhotographLog* log) {
+  SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
+  outcome.json = capture_json(outcome.summary, outcome.result);
+  if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome));
+  if (!job.json.empty()) SYMRIG_CHECK(write_text_output(job.json, outcome.json));
+  return outcome;
+}
+
+Error no_measurement(const char* option, const char* next) {
+  return {ErrorCode::bad_argument, fmt::format("{} 0 allows no measurement", option), next};
+}
+
+}  // namespace
+
+Result<void> check_budgets(const GivenBudgets& given) {
+  if (given.max_patterns == 0) return no_measurement("max_patterns", "give 1 or more");
+  if (given.max_seconds == 0.0) return no_measurement("max_seconds", "give seconds, such as 3600");
+  if (given.target_error == 0.0) return no_measurement("target_error", "give a number above 0, such as 0.02");
+  return {};
+}
+
+Result<CaptureSettings> check_job(const CaptureJob& job) {
+  SYMRIG_TRY(CaptureSettings settings, settings_of(job.options));
+  SYMRIG_CHECK(CaptureLog::check(job.output, log_options(job)));
+  return settings;
+}
+
+Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
+  SYMRIG_CHECK(check_rig(job.options, *rig.probe));
+  return check_symmetric(rig, job.options.algorithm);
+}
+
+Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
+  SYMRIG_TRY(const CaptureSettings settings, check_job(job));
+  SYMRIG_CHECK(check_job(job, rig));
+  const LogOptions keeping = log_options(job);
+  if (job.check_axis && !CaptureLog::goes_on(job.output, keeping)) SYMRIG_CHECK(check_axis(*rig.probe));
+  SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
+  Result<CaptureOutcome> outcome = guarded([&] { return measure_and_save(job, settings, rig, log.log()); });
+  if (!outcome) return log.broken_off(outcome.error());
+  SYMRIG_CHECK(log.finished());
+  return outcome;
+}
+
+}  // namespace symrig

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/job/rig_by_name.hpp"
+
+#include "symrig/base/nearest_name.hpp"
+#include "symrig/calibration/registration_file.hpp"
+#include "symrig/rig/exec_probe.hpp"
+#include "symrig/rig/open_rig.hpp"
+#include "symrig/sim/dense_rig.hpp"
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+constexpr std::string_view kExec = "exec:";
+
+Error not_simulated(const std::string& rig) {
+  return {ErrorCode::unknown_name, fmt::format("'{}' is not a simulated rig", rig),
+          "give a simulated rig, such as sim:vgroove-textured: only these know the exact transport"};
+}
+
+/// "simm:gumy" and "gumy" mean sim:gummy.
+std::string meant_scene(const std::string& rig) {
+  const std::size_t colon = rig.find(':');
+  const std::string name = rig.substr(colon == std::string::npos ? 0 : colon + 1);
+  const auto nearest = nearest_name(name.substr(0, name.find('?')), scene_names());
+  return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
+}
+
+/// A rig that is neither simulated nor a child process is a rig file.
+Result<void> check_file(const std::string& rig) {
+  std::error_code failed;
+  const bool there = std::filesystem::exists(rig, failed);
+  if (there || failed == std::errc::permission_denied) return {};  // reading it gives the exact error
+  if (rig.ends_with(".toml"))
+    return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
+  return Error{ErrorCode::unknown_name, fmt::format("there is no rig '{}'", rig),
+               meant_scene(rig) +
+                   "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
+}
+
+Result<OpenedRig> open_exec_rig(const std::string& rig, const KeepWaiting& keep_waiting) {
+  ExecOptions options;
+  options.keep_waiting = keep_waiting;
+  SYMRIG_TRY(auto probe, ExecProbe::open(rig.substr(kExec.size()), std::move(options)));
+  return OpenedRig{std::move(probe), nullptr, "camera"};
+}
+
+Result<RigDescription> read_checked(const std::string& rig) {
+  SYMRIG_CHECK(check_file(rig));
+  return read_rig_file(rig);
+}
+
+Result<OpenedRig> open_described(RigDescription file, const KeepWaiting& keep_waiting) {
+  file.options.keep_waiting = keep_waiting;
+  SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
+  const Rig* inside = real.get();
+  return OpenedRig{std::move(real), inside, "camera"};
+}
+
+/// Registers a rig that has moved.
+Result<Registration> register_now(Probe& rig, const KeepWaiting& keep_waiting) {
+  RegistrationOptions options;
+  options.progress = [&keep_waiting](const ProgressEvent&) { return !keep_waiting || keep_waiting(); };
+  return register_camera(rig, options);
+}
+
+/// Above this, T is not taken to be symmetric: far above the rounding of a float, far below a tolerance.
+constexpr double kSymmetric = 1e-5;
+
+Result<void> check_symmetric_matrix(const DenseMatrix& matrix, const std::string& rig) {
+  const double share = asymmetry(matrix);
+  if (share <= kSymmetric) return {};
+  return Error{
+      ErrorCode::bad_value,
+      fmt::format("{}: T is not symmetric: T and its transpose differ by {:.2g} of the largest entry", rig,
+                  share),
+      "give (T + T') / 2 if the difference is noise"};
+}
+
+Result<OpenedRig> open_dense_rig(const std::string& rig) {
+  SYMRIG_TRY(const DenseUri uri, parse_dense_uri(rig));
+  SYMRIG_TRY(DenseMatrix matrix, read_dense(uri));
+  Result<void> symmetric = check_symmetric_matrix(matrix, rig);
+  return OpenedRig{make_dense_rig(std::move(matrix), rig), nullptr, "off", nullptr, std::move(symmetric)};
+}
+
+bool is_exec(const std::string& rig) {
+  return rig.starts_with(kExec);
+}
+
+}  // namespace
+
+bool is_simulated(const std::string& rig) {
+  return rig.starts_with("sim:");
+}
+
+bool is_rig_file(const std::string& rig) {
+  return !is_simulated(rig) && !is_exec(rig) && !is_dense(rig);
+}
+
+JobFiles rig_files(const std::string& rig) {
+  if (is_rig_file(rig)) return JobFiles().reads_settings("the rig file or a file of it", rig);
+  if (!is_dense(rig)) return {};
+  const auto uri = parse_dense_uri(rig);
+  return uri ? JobFiles().reads("the matrix", uri->file) : JobFiles();
+}
+
+Result<std::unique_ptr<VirtualRig>> open_simulated_rig(const std::string& rig) {
+  if (!is_simulated(rig)) return not_simulated(rig);
+  return open_virtual_rig(rig);
+}
+
+namespace {
+
+Result<OpenedRig> open_with(const std::string& rig, const std::function<void(RigOptions&)>& set,
+                            const KeepWaiting& keep_waiting) {
+  if (is_simulated(rig)) {
+    VirtualRigHooks hooks;
+    hooks.options = set;
+    SYMRIG_TRY(auto simulated, open_virtual_rig(rig, std::move(hooks)));
+    const Rig* inside = &simulated->rig();
+    const std::string noise = simulated->uri().camera_noise ? "camera" : "off";
+    return OpenedRig{std::move(simulated), inside, noise};
+  }
+  if (is_exec(rig)) return open_exec_rig(rig, keep_waiting);
+  if (is_dense(rig)) return open_dense_rig(rig);
+  SYMRIG_TRY(RigDescription file, read_checked(rig));
+  set(file.options);
+  return open_described(std::move(file), keep_waiting);
+}
+
+}  // namespace
+
+Result<OpenedRig> open_bare_rig(const std::string& rig, std::optional<int> exposures,
+                                const KeepWaiting& keep_waiting) {
+  return open_with(
+      rig, [exposures](RigOptions& options) { options.exposures = exposures.value_or(options.exposures); },
+      keep_waiting);
+}
+
+Result<OpenedRig> open_rig_to_calibrate(const std::string& rig, const KeepWaiting& keep_waiting) {
+  return open_with(
+      rig,
+      [](RigOptions& options) {
+        if (options.exposures == 0) options.exposures = kUnforeseenExposures;
+      },
+      keep_waiting);
+}
+
+Result<OpenedRig> open_rig(const std::string& rig, const std::string& registration,
+                           const KeepWaiting& keep_waiting) {
+  std::optional<RigDescription> described;
+  if (is_rig_file(rig)) {
+    SYMRIG_TRY(described, read_checked(rig));
+  }
+  const std::string file = registration.empty() && described ? described->registration : registration;
+  const bool again = described && described->registers_again;
+  const auto open = [&] {
+    return described ? open_described(*std::move(described), keep_waiting)
+                     : open_bare_rig(rig, {}, keep_waiting);
+  };
+  if (file.empty()) return open();
+  // The file first: it takes no time, and the devices may.
+  SYMRIG_TRY(const Registration found, load_registration(file));
+  SYMRIG_TRY(OpenedRig opened, open());
+  SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found));
+  registered->watch_motion(found.watch());
+  if (again)
+    registered->register_again([keep_waiting](Probe& moved) { return register_now(moved, keep_waiting); });
+  opened.registered = registered.get();
+  opened.coaxial = require_coaxial(found.shape().parallax);
+  opened.probe = std::move(registered);
+  return opened;
+}
+
+RigTrouble OpenedRig::trouble() const {
+  RigTrouble found = rig == nullptr ? RigTrouble() : rig->trouble();
+  if (registered != nullptr) found.registered_again = registered->registered_again();
+  return found;
+}
+
+Result<std::shared_ptr<const Scene>> open_truth(const std::string& rig) {
+  if (!is_simulated(rig)) return not_simulated(rig);
+  SYMRIG_TRY(const SceneUri uri, parse_scene_uri(rig));
+  SYMRIG_TRY(std::unique_ptr<Scene> scene, make_scene(uri));
+  return std::shared_ptr<const Scene>(std::move(scene));
+}
+
+TrueTransport truth_of(std::shared_ptr<const Scene> scene) {
+  return [scene = std::move(scene)](const Image<float>& pattern) -> Result<Image<float>> {
+    if (pattern.grid() != scene->grid())
+      return Error{ErrorCode::size_mismatch,
+                   fmt::format("the rig's grid is {}, the scene file's {}", to_string(scene->grid()),
+                               to_string(pattern.grid())),
+                   "give the rig that the scene was captured from"};
+    return scene->apply(pattern);
+  };
+}
+
+TrueTransport told(TrueTransport truth, Progress progress) {
+  return [truth = std::move(truth), progress = std::move(progress),
+          done = std::int64_t{0}](const Image<float>& pattern) mutable -> Result<Image<float>> {
+    if (progress && !progress({"comparing with the true transport", done++, 0}))
+      return Error{ErrorCode::interrupted, "stopped before the comparison was complete",
+                   "nothing was written"};
+    return truth(pattern);
+  };
+}
+
+}  // namespace symrig

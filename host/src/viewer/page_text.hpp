@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "symrig/tensor/file.hpp"
+
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace symrig::viewer {
+
+/// What the page's script must know of a scene: title, grids, channels, views, names of held-out photographs.
+nlohmann::json scene_facts(const StoredScene& scene, std::string_view title);
+
+/// What differs between two pages.
+struct PageParts {
+  nlohmann::json facts;
+  std::string_view nonce;        ///< a word that only this page's style and script carry
+  std::string_view kernel = {};  ///< base64, of an exported page
+  std::string_view pack = {};    ///< base64, of an exported page
+};
+/// The whole page.
+std::string page_text(const PageParts& parts);
+
+/// The policy of the page: it may run its own script and style, and load nothing but from its own address.
+/// server: may it talk to its server?
+std::string content_policy(std::string_view nonce, bool server);
+
+}  // namespace symrig::viewer

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// A matrix becomes a tensor: its errors, its size, and what is refused.
+#include "command.hpp"
+#include "symrig/base/random.hpp"
+
+#include <fstream>
+
+#include <fmt/format.h>
+
+namespace symrig::test::import_test {
+namespace {
+
+class Import : public CommandTest {
+ protected:
+  /// T of a captured scene, as a matrix.
+  void write_matrix(const std::string& file) {
+    capture_small(kSmall);
+    ASSERT_EQ(symrig({"export", "scene.h5", "--dense", file}).code, 0);
+  }
+};
+
+TEST_F(Import, compresses_a_matrix_and_compares) {
+  write_matrix("T.mat");  // which states its grid
+  const Outcome outcome = symrig({"import", "T.mat", "-o", "new.h5", "--json", "import.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("times smaller than the matrix"), std::string::npos) << outcome.out;
+  const nlohmann::json facts = json("import.json");
+  EXPECT_EQ(facts.at("command"), "import");
+  EXPECT_EQ(facts.at("noise"), "off");
+  EXPECT_LT(facts.at("error").at("frobenius").get<double>(), 0.02);
+  EXPECT_GT(facts.at("error").at("frobenius").get<double>(), 0);
+  EXPECT_GT(facts.at("matrix_bytes"), facts.at("tensor_bytes"));
+  // The same in two steps.
+  ASSERT_EQ(
+      symrig({"capture", "--rig", "dense:T.mat", "--no-log", "-o", "two.h5", "--json", "two.json"}).code, 0);
+  EXPECT_EQ(json("two.json").at("patterns"), facts.at("patterns"));
+  ASSERT_EQ(symrig({"evaluate", "two.h5", "--rig", "dense:T.mat", "--json", "errors.json"}).code, 0);
+  EXPECT_EQ(json("errors.json").at("error"), facts.at("error"));
+}
+
+/// A .npy file of n x n random numbers; symmetric, or not.
+void write_random(const std::filesystem::path& path, std::size_t n, bool symmetric) {
+  std::vector<float> values(n * n);
+  symrig::Random rng(1);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      values[i * n + j] = symmetric && j < i ? values[j * n + i] : static_cast<float>(rng.uniform());
+  std::string head = fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({0}, {0}), }}", n);
+  head.append(117 - head.size(), ' ');
+  std::ofstream file(path, std::ios::binary);
+  file << std::string("\x93NUMPY\x01\0\x76\0", 10) << head << '\n';
+  file.write(reinterpret_cast<const char*>(values.data()),
+             static_cast<std::streamsize>(values.size() * sizeof(float)));
+}
+
+TEST_F(Import, a_matrix_that_is_not_data_sparse_comes_with_the_evidence) {
+  write_random(path("random.npy"), 256, true);
+  const Outcome outcome = symrig({"import", "random.npy", "-o", "new.h5", "--json", "import.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("the transport is not data-sparse: "), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("brute force measured the rest"), std::string::npos) << outcome.out;
+  // A tolerance is a share of the flood-lit picture, to which each of the 256 columns adds little.
+  EXPECT_LT(json("import.json").at("error").at("flood").get<double>(), 1e-3);
+  EXPECT_LT(json("import.json").at("error").at("frobenius").get<double>(), 0.1);
+}
+
+TEST_F(Import, what_cannot_be_imported_is_refused) {
+  write_random(path("T.npy"), 96, false);
+  expect_refusal({"import", "T.npy", "--grid", "8x12", "-o", "new.h5"}, kBadInput,
+                 {"not symmetric", "algorithm brute"});
+  EXPECT_EQ(symrig({"import", "T.npy", "--grid", "8x12", "--algorithm", "brute", "-o", "new.h5"}).code, 0);
+  expect_refusal({"import", "T.npy", "-o", "other.h5"}, kBadInput, {"(96, 96)", "grid=ROWSxCOLS"});
+  expect_refusal({"import", "T.npy", "--grid", "8", "-o", "other.h5"}, kUsage, {"grid=8"});
+  expect_refusal({"import", "none.npy", "-o", "other.h5"}, kBadInput, {"none.npy"});
+  std::ofstream(path("text.mat")) << "text";
+  expect_refusal({"import", "text.mat", "--grid", "8x12", "-o", "other.h5"}, kBadInput,
+                 {"text.mat", "neither"});
+}
+
+}  // namespace
+}  // namespace symrig::test::import_test

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""symrig serve: a simulated board behind a local socket and a port, for the command's own hosts, one after the other.
+
+usage: serve_test.py SYMRIG
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import random
+import signal
+import socket
+import stat
+import subprocess
+import sys
+import tempfile
+
+
+class Server:
+    def __init__(self, symrig, place, device="sim:"):
+        self.place = place
+        self.process = subprocess.Popen([symrig, "serve", device, "--listen", place], stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout.readline() == place + "\n"
+        assert "Ctrl-C" in self.process.stdout.readline()
+
+    def end(self):
+        self.process.send_signal(signal.SIGINT)
+        return self.process.wait(timeout=60)
+
+
+def run(symrig, *words, code=0):
+    done = subprocess.run([symrig, *words], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == code, f"{words}: {done.returncode} {done.stderr}"
+    return done
+
+
+def free_port():
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+def hosts_one_after_the_other(symrig, place, folder):
+    here, there = (json.loads(run(symrig, "info", "--device", device, "--json", "-").stdout) for device in ("sim:", place))
+    for key in ("name", "lines", "limits"):
+        assert here.get(key) == there.get(key), key
+    for _ in range(2):
+        run(symrig, "identify", "--device", place)
+    run(symrig, "conformance", place, "--filter", "hello")
+    # A program with a camera that answers its triggers: the planned edges came, and none is missing.
+    program = pathlib.Path(__file__).parents[2] / "examples/programs/by-hand.toml"
+    assert "0 missing, 0 unplanned" in run(symrig, "run", program, "--device", place, "-o", f"{folder}/receipt.json").stdout
+
+
+def odd_bytes_do_no_harm(symrig, path, place):
+    rng = random.Random(1)
+    for _ in range(50):
+        with socket.socket(socket.AF_UNIX) as link, contextlib.suppress(OSError):
+            link.connect(path)
+            link.sendall(rng.randbytes(rng.randrange(1, 20_000)))
+    run(symrig, "info", "--device", place)
+
+
+def refusals(symrig, path):
+    pathlib.Path(path).write_text("mine", encoding="ascii")
+    for device, place, code, word in (
+        ("sim:", f"unix:{path}", 4, "remove what is there"),
+        ("sim:", "tcp:0.0.0.0:4000", 2, "127.0.0.1"),
+        ("sim:", "serial:/dev/null", 2, "no place to listen"),
+        ("usb:", f"unix:{path}2", 2, "no simulated board"),
+        ("sim:?jumper=none:aux", f"unix:{path}2", 2, "none"),
+    ):
+        told = run(symrig, "serve", device, "--listen", place, code=code).stderr
+        assert told.count("\n") == 1 and word in told, told
+    assert pathlib.Path(path).read_text(encoding="ascii") == "mine" and not os.path.exists(path + "2")
+    os.unlink(path)
+
+
+def main(symrig):
+    with tempfile.TemporaryDirectory() as folder:
+        path = f"{folder}/board.sock"
+        refusals(symrig, path)
+        server = Server(symrig, f"unix:{path}")
+        try:
+            assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
+            hosts_one_after_the_other(symrig, server.place, folder)
+            odd_bytes_do_no_harm(symrig, path, server.place)
+            assert server.end() == 0 and not os.path.exists(path)
+        finally:
+            server.process.kill()
+        server = Server(symrig, f"tcp:127.0.0.1:{free_port()}")
+        try:
+            run(symrig, "info", "--device", server.place)
+            assert server.end() == 0
+        finally:
+            server.process.kill()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

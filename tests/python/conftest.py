@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+import os
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+import symrig
+
+GROOVE = "sim:vgroove-textured?size=32x24&exposures=4"
+COLOUR = "sim:gummy?size=12x16&channels=3&exposures=4"
+
+
+@pytest.fixture(scope="session")
+def root():
+    return pathlib.Path(os.environ["SYMRIG_ROOT"])
+
+
+@pytest.fixture(scope="session")
+def command():
+    """Runs the symrig command."""
+
+    def run(*words, **options):
+        return subprocess.run([os.environ["SYMRIG"], *map(str, words)], check=True, capture_output=True, text=True, **options)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("scenes")
+
+
+@pytest.fixture(scope="session")
+def groove_file(folder, command):
+    """A scene of one channel, captured by the command."""
+    path = folder / "groove.h5"
+    command("capture", "--rig", GROOVE, "-o", path, "--polish", 0)
+    return path
+
+
+@pytest.fixture(scope="session")
+def groove(groove_file):
+    return symrig.load(groove_file)
+
+
+@pytest.fixture(scope="session")
+def colour():
+    return symrig.capture(COLOUR, polish=0)
+
+
+@pytest.fixture
+def noise():
+    return np.random.default_rng(1)
