@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <ctime>
 #include <string_view>
 #include <vector>
 
@@ -32,14 +31,6 @@ std::string quoted(std::string_view word) {
   }
   out.push_back('\'');
   return out;
-}
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  char text[sizeof "2026-01-31T23:59:58Z"] = "";
-  if (gmtime_r(&now, &parts) == nullptr) return {};
-  return std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts) > 0 ? text : "";
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 RELEASED = HERE / "libsymrig.abi"
 HEADER = ROOT / "host/include/symrig/symrig.h"
+MAP = ROOT / "host/src/capi/exported_symbols.map"
 # abidiff's exit status is a sum; an added function only sets the bit 4.
 INCOMPATIBLE = 1 | 2 | 8
 
@@ -75,7 +76,23 @@ PLANTED = [
     ("a member in the middle", r"(  uint64_t marks;)", r"  uint64_t retries;\n\1"),
     ("a larger text", r"char what\[512\]", "char what[1024]"),
     ("a function that is gone", r"^int symrig_board_abort\([^;]*;", ""),
+    ("a member in the middle of what a callback gets", r"(  float\* variance;)", r"  float* weight;\n\1"),
+    ("a member in the middle of what a caller fills", r"(  const char\* name; )", r"  int32_t kind;\n\1"),
 ]
+
+
+def version_script(names):
+    """The nodes of exported_symbols.map with these functions alone. One that the map lacks goes to the newest node."""
+    text = re.sub(r"/\*.*?\*/", "", MAP.read_text(encoding="utf-8"), flags=re.DOTALL)
+    nodes = {node: set(re.findall(r"\bsymrig_\w+", body)) for node, body in re.findall(r"(\w+) \{([^}]*)\}", text)}
+    assert len(nodes) >= 2 and all(nodes.values()), nodes
+    nodes[list(nodes)[-1]] |= set(names) - set().union(*nodes.values())
+    script, before = "", ""
+    for node, functions in nodes.items():
+        kept = "".join(f"{name}; " for name in sorted(functions & set(names)))
+        script += f"{node} {{ global: {kept}{'' if before else 'local: *; '}}} {before};\n"
+        before = node
+    return script
 
 
 def built(folder, compiler, header):
@@ -87,7 +104,7 @@ def built(folder, compiler, header):
     source = '#include "symrig/symrig.h"\n' + "".join(body + " { __builtin_trap(); }\n" for body in bodies)
     (folder / "empty.cpp").write_text(source, encoding="utf-8")
     names = re.findall(r"(symrig_[a-z_]+)\(", "\n".join(bodies))
-    (folder / "map").write_text("SYMRIG_1 { global: " + "".join(f"{name}; " for name in names) + "local: *; };", encoding="utf-8")
+    (folder / "map").write_text(version_script(names), encoding="utf-8")
     made = run(compiler, "-g", "-shared", "-fPIC", "-w", f"-I{folder}", f"-Wl,--version-script={folder / 'map'}",
                "-Wl,-soname,libsymrig.so.0", folder / "empty.cpp", "-o", folder / "libsymrig.so.0")  # fmt: skip
     assert made.returncode == 0, made.stderr

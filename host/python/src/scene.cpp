@@ -13,6 +13,7 @@
 #include "symrig/report/html_report.hpp"
 #include "symrig/report/node_counts.hpp"
 #include "symrig/report/summary.hpp"
+#include "symrig/tensor/adjoint.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
 #include <algorithm>
@@ -72,27 +73,9 @@ py::array_t<float> dual(const StoredScene& scene, const FloatArray& light) {
   return array_of(unlocked([&] { return scene.tensor.apply_transposed(shining); }));
 }
 
-/// Σ_c T_cᵀ y_c: [camera rows, cols, channels] → [projector rows, cols].
-Result<Image<float>> transposed_sum(const TransportTensor& tensor, const Image<float>& picture) {
-  if (picture.grid() != tensor.camera_grid() || picture.channels() != tensor.channels())
-    return Error{
-        ErrorCode::size_mismatch,
-        fmt::format("the picture is {} with {} channels, the camera {} with {}", to_string(picture.grid()),
-                    picture.channels(), to_string(tensor.camera_grid()), tensor.channels()),
-        "give a picture of the scene's photo_shape"};
-  std::vector<float> y(picture.plane(0).size()), p(tensor.projector_grid().size());
-  for (int channel = 0; channel < tensor.channels(); ++channel) {
-    tensor.camera_tree().to_tree(picture.plane(channel), y);
-    tensor.apply_tree(y, p, channel, true);
-  }
-  Image<float> light(tensor.projector_grid());
-  tensor.projector_tree().to_raster(p, light.plane(0));
-  return light;
-}
-
 py::array_t<float> adjoint(const StoredScene& scene, const FloatArray& picture) {
   const Image<float> seen = image_of(picture, "the picture");
-  return array_of(unlocked([&] { return transposed_sum(scene.tensor, seen); }));
+  return array_of(unlocked([&] { return apply_adjoint(scene.tensor, seen); }));
 }
 
 std::optional<View> view_at(const ViewIndex& index) {

@@ -9,6 +9,21 @@
 namespace symrig::capi {
 namespace {
 
+constexpr bool same(ErrorCode ours, symrig_code theirs) {
+  return static_cast<int>(ours) == static_cast<int>(theirs);
+}
+static_assert(same(ErrorCode::bad_argument, SYMRIG_BAD_ARGUMENT) &&
+              same(ErrorCode::unknown_name, SYMRIG_UNKNOWN_NAME) &&
+              same(ErrorCode::device_lost, SYMRIG_DEVICE_LOST) &&
+              same(ErrorCode::device_refused, SYMRIG_DEVICE_REFUSED) &&
+              same(ErrorCode::protocol, SYMRIG_PROTOCOL) && same(ErrorCode::timeout, SYMRIG_TIMEOUT) &&
+              same(ErrorCode::frame_missing, SYMRIG_FRAME_MISSING) &&
+              same(ErrorCode::not_found, SYMRIG_NOT_FOUND) && same(ErrorCode::io, SYMRIG_IO) &&
+              same(ErrorCode::bad_format, SYMRIG_BAD_FORMAT) &&
+              same(ErrorCode::size_mismatch, SYMRIG_SIZE_MISMATCH) &&
+              same(ErrorCode::bad_value, SYMRIG_BAD_VALUE) && same(ErrorCode::limit, SYMRIG_LIMIT) &&
+              same(ErrorCode::fault, SYMRIG_FAULT) && same(ErrorCode::interrupted, SYMRIG_INTERRUPTED));
+
 /// Copies a text, cut between two UTF-8 characters if it is too long.
 template <std::size_t N>
 void copy(const std::string& text, char (&out)[N]) {

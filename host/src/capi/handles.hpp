@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/board/board.hpp"
+#include "symrig/job/rig_by_name.hpp"
 #include "symrig/program/compile.hpp"
 #include "symrig/program/program_file.hpp"
 #include "symrig/symrig.h"
@@ -10,6 +11,7 @@
 #include <atomic>
 #include <mutex>
 #include <optional>
+#include <string>
 
 // The opaque handles of symrig.h. A program has exactly one of the two values.
 struct symrig_program {
@@ -30,4 +32,11 @@ struct symrig_board {
 
 struct symrig_tensor {
   symrig::StoredScene scene;
+};
+
+struct symrig_rig {
+  std::string name, registration;  ///< as given to symrig_rig_open(); empty: a callback
+  std::atomic<bool> busy{false};   ///< a call uses the rig
+  std::atomic<bool> stop{false};   ///< tells the capture in progress to end
+  symrig::OpenedRig opened;        ///< the last member: its devices may ask `stop` until they are closed
 };

@@ -218,6 +218,17 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
   return json_text(json);
 }
 
+std::string stored_errors_json(const StoredScene& scene, const std::vector<HeldOutError>& held_out) {
+  const report::CaptureFacts facts(scene.capture_json);
+  Json json;
+  for (const char* key : {"estimated_error", "estimated_error_uncertainty", "estimated_error_not_given"}) {
+    const nlohmann::json* const found = facts.find((std::string("/") + key).c_str());
+    json[key] = found == nullptr ? Json(nullptr) : Json(*found);
+  }
+  json["held_out"] = report::held_out_json(held_out);
+  return json_text(json);
+}
+
 std::string inspection_json(const StoredScene& scene) {
   const TransportTensor& tensor = scene.tensor;
   Json subdivided = Json::array();

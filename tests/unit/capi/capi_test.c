@@ -1,21 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /* The C interface as a C11 program sees it. usage: test_capi FOLDER */
+#include "expect.h"
 #include "scene_for_c.h"
 #include "symrig/symrig.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-static int failures = 0;
-
-#define EXPECT(condition)                                                     \
-  do {                                                                        \
-    if (!(condition)) {                                                       \
-      fprintf(stderr, "%s:%d: not so: %s\n", __FILE__, __LINE__, #condition); \
-      ++failures;                                                             \
-    }                                                                         \
-  } while (0)
 
 enum {
   kBadArgument = 100,

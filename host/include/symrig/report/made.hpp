@@ -12,4 +12,7 @@ struct Made {
   std::string command_line = {};  ///< as typed into a shell
 };
 
+/// The time now, as Made::date has it; empty if the system does not know it.
+std::string utc_now();
+
 }  // namespace symrig

@@ -64,6 +64,11 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
                             const std::vector<std::string>& differs = {},
                             const TransportErrors* ideal = nullptr);
 
+/// What the capture has estimated, and the given errors of held-out photographs, as JSON: estimated_error,
+/// estimated_error_uncertainty and estimated_error_not_given of capture_json (null if absent), and held_out
+/// of evaluation_json.
+std::string stored_errors_json(const StoredScene& scene, const std::vector<HeldOutError>& held_out);
+
 /// The JSON of `symrig inspect --json`.
 std::string inspection_json(const StoredScene& scene);
 

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capi/capture_text.hpp"
+
+#include "symrig/base/nearest_name.hpp"
+#include "symrig/base/printable.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace symrig::capi {
+namespace {
+
+/// A budget of 0 is refused, but means "none" in CaptureOptions. So budgets wait until all are known.
+struct CaptureDraft {
+  CaptureJob& job;
+  GivenBudgets budgets;
+};
+
+Error wrong_value(std::string_view key, std::string_view value, const char* next) {
+  return {ErrorCode::bad_argument, fmt::format("the option {} cannot be '{}'", key, printable_line(value)),
+          next};
+}
+
+template <class Number>
+Result<void> take_number(std::string_view key, std::string_view value, std::optional<Number>& into) {
+  Number number{};
+  const char* const end = value.data() + value.size();
+  const auto [stop, failed] = std::from_chars(value.data(), end, number);
+  if (failed != std::errc{} || stop != end)
+    return wrong_value(key, value, std::is_integral_v<Number> ? "give a whole number" : "give a number");
+  into = number;
+  return {};
+}
+
+Result<void> take_switch(std::string_view key, std::string_view value, bool& into) {
+  if (value != "on" && value != "off") return wrong_value(key, value, "give on or off");
+  into = value == "on";
+  return {};
+}
+
+struct CaptureKey {
+  std::string_view name;
+  Result<void> (*take)(std::string_view key, std::string_view value, CaptureDraft& draft);
+};
+
+constexpr std::array kCaptureKeys{
+    CaptureKey{"algorithm",
+               [](std::string_view, std::string_view value, CaptureDraft& draft) -> Result<void> {
+                 SYMRIG_TRY(draft.job.options.algorithm, parse_algorithm(value));
+                 return {};
+               }},
+    CaptureKey{"tolerance",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.job.options.tolerance);
+               }},
+    CaptureKey{"max_patterns",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.budgets.max_patterns);
+               }},
+    CaptureKey{"max_seconds",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.budgets.max_seconds);
+               }},
+    CaptureKey{"target_error",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.budgets.target_error);
+               }},
+    CaptureKey{"photograph_seconds",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.job.options.photograph_seconds);
+               }},
+    CaptureKey{"polish",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.job.options.polish);
+               }},
+    CaptureKey{"split",
+               [](std::string_view, std::string_view value, CaptureDraft& draft) -> Result<void> {
+                 SYMRIG_TRY(draft.job.options.split, parse_split_order(value));
+                 return {};
+               }},
+    CaptureKey{"dual_threshold",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_number(key, value, draft.job.options.dual_threshold);
+               }},
+    CaptureKey{"dual_subtracts",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_switch(key, value, draft.job.options.dual_subtracts);
+               }},
+    CaptureKey{"check_axis",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_switch(key, value, draft.job.check_axis);
+               }},
+    CaptureKey{"log",
+               [](std::string_view key, std::string_view value, CaptureDraft& draft) -> Result<void> {
+                 bool on = true;
+                 SYMRIG_CHECK(take_switch(key, value, on));
+                 draft.job.log.off = !on;
+                 return {};
+               }},
+    CaptureKey{"resume", [](std::string_view key, std::string_view value,
+                            CaptureDraft& draft) { return take_switch(key, value, draft.job.log.resume); }},
+    CaptureKey{"keep_log", [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+                 return take_switch(key, value, draft.job.log.keep);
+               }}};
+
+const CaptureKey* capture_key(std::string_view name) {
+  const auto* const found = std::find_if(kCaptureKeys.begin(), kCaptureKeys.end(),
+                                         [&](const CaptureKey& one) { return one.name == name; });
+  return found == kCaptureKeys.end() ? nullptr : found;
+}
+
+Error unknown_option(std::string_view key) {
+  std::vector<std::string_view> names;
+  names.reserve(kCaptureKeys.size());
+  for (const CaptureKey& one : kCaptureKeys) names.push_back(one.name);
+  return {ErrorCode::unknown_name, fmt::format("there is no option '{}' of a capture", printable_line(key)),
+          nearest_hint(key, names)};
+}
+
+Result<void> take_pair(std::string_view pair, std::vector<std::string_view>& seen, CaptureDraft& draft) {
+  const std::size_t equals = pair.find('=');
+  if (equals == std::string_view::npos)
+    return Error{ErrorCode::bad_argument, fmt::format("the option '{}' has no value", printable_line(pair)),
+                 "give key=value"};
+  const std::string_view key = pair.substr(0, equals);
+  const CaptureKey* const known = capture_key(key);
+  if (known == nullptr) return unknown_option(key);
+  if (std::find(seen.begin(), seen.end(), key) != seen.end())
+    return Error{ErrorCode::bad_argument, fmt::format("the option {} is given twice", key), "give it once"};
+  seen.push_back(key);
+  return known->take(key, pair.substr(equals + 1), draft);
+}
+
+}  // namespace
+
+Result<void> take_capture_text(std::string_view text, CaptureJob& job) {
+  constexpr std::string_view kBetween = " \n\r\t";
+  CaptureDraft draft{job, {}};
+  std::vector<std::string_view> seen;
+  for (std::size_t at = text.find_first_not_of(kBetween); at != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(kBetween, at), text.size());
+    SYMRIG_CHECK(take_pair(text.substr(at, end - at), seen, draft));
+    at = text.find_first_not_of(kBetween, end);
+  }
+  SYMRIG_CHECK(check_budgets(draft.budgets));
+  job.options.max_patterns = draft.budgets.max_patterns.value_or(0);
+  job.options.max_seconds = draft.budgets.max_seconds.value_or(0);
+  job.options.target_error = draft.budgets.target_error.value_or(0);
+  return {};
+}
+
+}  // namespace symrig::capi
