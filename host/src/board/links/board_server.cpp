@@ -2,6 +2,7 @@
 #include "symrig/board/board_server.hpp"
 
 #include "board/links/links.hpp"
+#include "board/links/listening_place.hpp"
 #include "symrig/base/stopwatch.hpp"
 
 #include <array>
@@ -12,11 +13,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 namespace symrig {
 namespace {
@@ -25,13 +23,6 @@ namespace {
 constexpr std::size_t kMostWaiting = std::size_t{1} << 20;
 /// A process that did not run for longer lets the board's clock stand still for the rest.
 constexpr Nanoseconds kMostLag{1'000'000'000};
-
-Result<DeviceUri> place_of_server(const std::string& place) {
-  SYMRIG_TRY(DeviceUri uri, DeviceUri::parse(place));
-  if (uri.transport == Transport::unix_socket || uri.transport == Transport::tcp) return uri;
-  return Error{ErrorCode::bad_argument, fmt::format("'{}' is no place to listen at", place),
-               "give unix:PATH or tcp:127.0.0.1:PORT"};
-}
 
 Result<DeviceUri> simulated_device(const std::string& device) {
   SYMRIG_TRY(DeviceUri uri, DeviceUri::parse(device));
@@ -43,13 +34,11 @@ Result<DeviceUri> simulated_device(const std::string& device) {
 
 class BoardServer::Serving {
  public:
-  Serving(std::unique_ptr<Link> board, Fd listener, std::string socket_file)
-      : board_(std::move(board)), listener_(std::move(listener)), socket_file_(std::move(socket_file)) {}
+  Serving(std::unique_ptr<Link> board, board::ListeningPlace place)
+      : board_(std::move(board)), place_(std::move(place)) {}
   Serving(const Serving&) = delete;
   Serving& operator=(const Serving&) = delete;
-  ~Serving() {
-    if (!socket_file_.empty()) ::unlink(socket_file_.c_str());
-  }
+  ~Serving() = default;
 
   void run(const std::function<bool()>& keep_going) {
     const Stopwatch watch;
@@ -63,7 +52,7 @@ class BoardServer::Serving {
       if (host_)
         take_requests();
       else
-        host_ = next_host();
+        host_ = place_.accept();
       follow(watch.elapsed() + begin);
       if (host_) send_replies();
     }
@@ -72,15 +61,8 @@ class BoardServer::Serving {
  private:
   /// Until there is something to read, a millisecond at most.
   void wait() const {
-    pollfd one{host_ ? host_.get() : listener_.get(), POLLIN, 0};
+    pollfd one{host_ ? host_.get() : place_.fd(), POLLIN, 0};
     ::poll(&one, 1, 1);
-  }
-
-  Fd next_host() const {
-    Fd host(::accept4(listener_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
-    const int on = 1;  // of no effect, and no matter, on a local socket
-    if (host) ::setsockopt(host.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof(on));
-    return host;
   }
 
   void take_requests() {
@@ -117,8 +99,8 @@ class BoardServer::Serving {
   }
 
   std::unique_ptr<Link> board_;
-  Fd listener_, host_;
-  std::string socket_file_;
+  board::ListeningPlace place_;
+  Fd host_;
   std::vector<std::uint8_t> replies_;
 };
 
@@ -129,13 +111,9 @@ BoardServer::~BoardServer() = default;
 
 Result<BoardServer> BoardServer::open(const std::string& device, const std::string& place) {
   SYMRIG_TRY(const DeviceUri simulated, simulated_device(device));
-  SYMRIG_TRY(const DeviceUri where, place_of_server(place));
+  SYMRIG_TRY(board::ListeningPlace listening, board::ListeningPlace::open(place));
   SYMRIG_TRY(std::unique_ptr<Link> board, board::open_sim_device(simulated));
-  const bool local = where.transport == Transport::unix_socket;
-  SYMRIG_TRY(Fd listener,
-             local ? board::listen_unix(where.place) : board::listen_here(where.place, where.port));
-  return BoardServer(
-      std::make_unique<Serving>(std::move(board), std::move(listener), local ? where.place : std::string()));
+  return BoardServer(std::make_unique<Serving>(std::move(board), std::move(listening)));
 }
 
 void BoardServer::run(const std::function<bool()>& keep_going) {

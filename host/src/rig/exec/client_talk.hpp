@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "board/links/listening_place.hpp"
+#include "symrig/base/fd.hpp"
+#include "symrig/base/stopwatch.hpp"
+#include "symrig/base/units.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace symrig::rig {
+
+/// Bytes to and from one client of a PhotographServer. While it waits, others that connect are turned away.
+class ClientTalk {
+ public:
+  /// turned_away: keeps the last client that was refused. All but `client` must outlive this.
+  ClientTalk(Fd client, const board::ListeningPlace& place, Fd& turned_away,
+             const std::function<bool()>& keep_going)
+      : client_(std::move(client)), place_(place), turned_away_(turned_away), keep_going_(keep_going) {}
+
+  /// How long it waits for a byte in either direction; none: as long as it takes.
+  void set_patience(std::optional<Nanoseconds> patience) { patience_ = patience; }
+
+  // Each is false if the client has gone, is silent for too long, or the server ends.
+  bool receive(std::span<std::byte> into);
+  /// Reads up to a line feed, which is left out. Stops at `longest` bytes, so line.size() == longest means
+  /// that the line is too long.
+  bool receive_line(std::string& line, std::size_t longest);
+  bool send(std::span<const std::byte> bytes);
+  bool send(std::string_view text) { return send(std::as_bytes(std::span(text))); }
+
+  /// The last word to the client: it gets this line, whatever it still sends.
+  void dismiss(std::string_view line);
+
+ private:
+  bool wait(short events);
+  void turn_others_away();
+
+  Fd client_;
+  const board::ListeningPlace& place_;
+  Fd& turned_away_;
+  const std::function<bool()>& keep_going_;
+  std::optional<Nanoseconds> patience_;
+};
+
+}  // namespace symrig::rig
