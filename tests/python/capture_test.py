@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """symrig.capture(): named rigs, rigs of your own, logs, interruptions."""
 
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
 import threading
+import urllib.error
+import urllib.request
 
 import numpy as np
 import pytest
@@ -246,3 +250,83 @@ def test_an_output_that_is_no_scene_is_refused_before_the_rig_is_opened(tmp_path
         symrig.open_rig(str(tmp_path / "rig.toml"))
     with pytest.raises(symrig.UsageError, match="did you mean 'gummy'"):
         symrig.open_rig("sim:gumy")
+
+
+def asked(address, what=""):
+    with urllib.request.urlopen(address + what, timeout=60) as answer:
+        return answer.read().decode()
+
+
+def address_in(captured_text):
+    """What capture(watch=...) prints first."""
+    return captured_text.split("\n")[0]
+
+
+def test_a_page_shows_the_capture_and_then_its_scene(capsys):
+    seen = []
+
+    class Watched(Matrix):
+        """Asks the page how far its own capture is."""
+
+        def measure(self, patterns):
+            if len(self.patterns) in (0, 20):
+                self.address = getattr(self, "address", None) or address_in(capsys.readouterr().out)
+                seen.append(json.loads(asked(self.address, "live")))
+            return super().measure(patterns)
+
+    rig = Watched(integers((16, 16)), (16, 16))
+    scene = symrig.capture(rig, watch=True)
+    assert scene.page == rig.address and scene.page.startswith("http://127.0.0.1:")
+    assert len(seen) == 2 and not any(one["complete"] or one["failed"] for one in seen)
+    assert seen[0]["done"] == 0 < seen[1]["done"]
+    assert json.loads(asked(scene.page, "live"))["complete"]
+    assert json.loads(asked(scene.page, "facts"))["camera"] == [16, 16]
+    scene.close_page()
+    assert scene.page is None
+    with pytest.raises(urllib.error.URLError):
+        asked(rig.address, "live")
+    assert np.array_equal(scene.to_numpy(), symrig.capture(Matrix(rig.t, rig.grid)).to_numpy())
+
+
+def test_a_page_says_why_a_capture_failed(capsys):
+    told = []
+
+    def look(address, asking):
+        """As a page does: asks until it hears of the end."""
+        while not told:
+            now = json.loads(asked(address, "live"))
+            asking.set()
+            if now["failed"]:
+                told.append(now["failed"])
+
+    class Failing(Matrix):
+        def measure(self, patterns):
+            if len(self.patterns) == 10:
+                asking = threading.Event()
+                self.visitor = threading.Thread(target=look, args=[address_in(capsys.readouterr().out), asking])
+                self.visitor.start()
+                assert asking.wait(timeout=300)
+                raise ValueError("the lamp is cold")
+            return super().measure(patterns)
+
+    rig = Failing(integers((16, 16)), (16, 16))
+    with pytest.raises(ValueError, match="the lamp is cold"):
+        symrig.capture(rig, watch=True)
+    rig.visitor.join(timeout=300)
+    assert told == ["ValueError: the lamp is cold"]
+
+
+@pytest.mark.parametrize("watch", [0, 70000, -1, 5.5, "yes"])
+def test_a_port_is_checked(watch):
+    with pytest.raises(symrig.UsageError, match="watch is"):
+        symrig.capture(Matrix(integers((4, 4)), (4, 4)), watch=watch)
+
+
+def test_a_page_at_a_port_of_its_own():
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    scene = symrig.capture(GROOVE, max_patterns=20, watch=port)
+    assert scene.page.startswith(f"http://127.0.0.1:{port}/")
+    with pytest.raises(symrig.InputError, match=f"port {port}"):
+        symrig.capture(GROOVE, max_patterns=20, watch=port)

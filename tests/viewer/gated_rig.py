@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A rig of 24x24 cells without noise that waits: before photograph N it needs a file gate-N, if N is one of the gates.
 
+If the file says "fail", the rig ends with status 3.
+
 usage: gated_rig.py FOLDER GATE...
 """
 
@@ -34,8 +36,11 @@ def main(folder, *gates):
     while line := patterns.readline():
         for number in range(1, int(line.split()[1]) + 1):
             taken += 1
-            while str(taken) in gates and not (pathlib.Path(folder) / f"gate-{taken}").exists():
+            gate = pathlib.Path(folder) / f"gate-{taken}"
+            while str(taken) in gates and not gate.exists():
                 time.sleep(0.01)
+            if str(taken) in gates and gate.read_text(encoding="ascii") == "fail":
+                sys.exit(3)
             record = photograph(array("f", patterns.read(4 * CELLS)))
             answers.write(b"photograph %d %d\n" % (number, len(record)) + record)
             answers.flush()

@@ -122,6 +122,23 @@ TEST_F(Live, becomes_the_page_of_the_scene) {
   EXPECT_EQ(get("pack").status, 200U);
 }
 
+TEST_F(Live, says_why_the_capture_failed) {
+  EXPECT_FALSE(scene->watched_within(Nanoseconds{60'000'000'000}));
+  EXPECT_TRUE(nlohmann::json::parse(get("live").body).at("failed").is_null());
+  EXPECT_TRUE(scene->watched_within(Nanoseconds{600'000'000'000}));
+  EXPECT_FALSE(scene->failure_told());
+  scene->show(std::nullopt, [] { return scaled(0.25F); });
+  scene->show(LiveStatus{.stage = "level 1", .done = 9});
+  scene->fail("the lamp is cold; \"wait\"");
+  EXPECT_FALSE(scene->failure_told());
+  const auto status = nlohmann::json::parse(get("live").body);
+  EXPECT_EQ(status.at("failed"), "the lamp is cold; \"wait\"");
+  EXPECT_EQ(status.at("complete"), false);
+  EXPECT_EQ(status.at("done"), 9);
+  EXPECT_TRUE(scene->failure_told());
+  EXPECT_FLOAT_EQ(first_value(relight()), 0.25F);  // the last picture stays
+}
+
 TEST_F(Live, refuses_requests_from_elsewhere) {
   const auto status = [&](std::string_view method, std::string_view target, std::string_view host,
                           std::string_view origin = "") {

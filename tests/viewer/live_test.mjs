@@ -14,7 +14,11 @@ const file = (name) => path.join(folder, name);
 const kSide = 24, kBegin = 1, kHeld = 40; // photographs before which the rig waits
 const rig = `exec:exec ${python} -B ${path.join(import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname), 'gated_rig.py')} ${folder} ${kBegin} ${kHeld}`;
 
-const open_gate = (number) => fs.writeFileSync(file(`gate-${number}`), '');
+// What a gate says is there at once.
+const open_gate = (number, said = '') => {
+  fs.writeFileSync(file('gate'), said);
+  fs.renameSync(file('gate'), file(`gate-${number}`));
+};
 const text = (page, id) => page.$eval(`#${id}`, (one) => one.textContent);
 const hidden = (page, id) => page.$eval(`#${id}`, (one) => one.hidden);
 
@@ -82,6 +86,23 @@ async function becomes_the_viewer(browser, page) {
   assert.equal(held, 6);
 }
 
+/** The page and the terminal say the same, and the last picture stays. */
+async function says_why_it_failed(browser) {
+  for (const number of [kBegin, kHeld]) fs.rmSync(file(`gate-${number}`), { force: true });
+  const failing = await start(symrig, ['capture', '--rig', rig, '-o', file('failed.h5'), '--watch']);
+  const { page, faults } = await open_live(browser, failing.address);
+  open_gate(kBegin);
+  await shows_the_picture_so_far(page);
+  open_gate(kHeld, 'fail');
+  await until(page, "/without a scene/.test(document.getElementById('capture-stage').textContent)");
+  assert.match(await text(page, 'capture-stage'), /^The capture has ended without a scene: exec:.* ended with status 3 before photograph 1 of 1; .*; .*failed\.h5\.log keeps 39 photographs: continue with --resume$/);
+  assert.equal(await hidden(page, 'capture-bar'), true);
+  assert.equal(await hidden(page, 'main'), false);
+  assert.equal(await failing.end(), 3);
+  assert.deepEqual(faults, []);
+  await page.close();
+}
+
 const browser = await launch(chromium);
 const capture = await start(symrig, ['capture', '--rig', rig, '-o', file('scene.h5'), '--watch']);
 try {
@@ -108,6 +129,7 @@ try {
   // The rest of its life is that of `symrig view`: Ctrl-C ends it, and it is no failure.
   await page.close();
   assert.equal(await capture.end(), 0);
+  await says_why_it_failed(browser);
 } finally {
   await browser.close();
   await capture.end();

@@ -197,7 +197,12 @@ Result<CaptureOutcome> run_with_page(const CaptureArguments& arguments, const Ca
                                      .port = static_cast<std::uint16_t>(arguments.port.value_or(0)),
                                      .truth = {}}));
   SYMRIG_CHECK(tell_address(arguments, page));
-  SYMRIG_TRY(CaptureOutcome outcome, run_with_meter(page.watched(job, rig), rig));
+  Result<CaptureOutcome> captured = run_with_meter(page.watched(job, rig), rig);
+  if (!captured) {
+    page.fail(hint_in_command_words(captured.error()).line());
+    return captured;
+  }
+  CaptureOutcome outcome = *std::move(captured);
   page.complete(outcome);
   if (!is_standard_output(arguments.json)) {
     SYMRIG_CHECK(print(result_text(outcome.summary, outcome.result, arguments.output)));

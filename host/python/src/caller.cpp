@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "caller.hpp"
 
+#include "symrig/base/printable.hpp"
+
 #include <string>
 
 namespace symrig::python {
@@ -30,6 +32,14 @@ bool Caller::go_on(const ProgressEvent* event) {
 
 void Caller::keep(py::error_already_set& raised) {
   if (!raised_) raised_.emplace(std::move(raised));
+}
+
+std::string Caller::reason(const Error& job) const {
+  const py::gil_scoped_acquire lock;
+  if (!raised_) return job.line();
+  const std::string what = py::str(raised_->type().attr("__name__")).cast<std::string>() + ": " +
+                           py::str(raised_->value()).cast<std::string>();
+  return printable_line(job.hint.empty() ? what : what + "; " + job.hint);
 }
 
 /// The exception of the Python code says in a note what the job has kept.

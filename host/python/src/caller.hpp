@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <pybind11/pybind11.h>
@@ -42,6 +43,9 @@ class Caller {
     }
     return Error{ErrorCode::interrupted, "the Python code of this job raised an exception", ""};
   }
+
+  /// Why a job has failed, in one line: the kept exception of the Python code, or the job's own error.
+  std::string reason(const Error& job) const;
 
   /// Runs the job without the lock. Then raises the kept exception, or the job's error, or returns its value.
   template <class Job>

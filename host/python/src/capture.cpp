@@ -3,8 +3,10 @@
 #include "failure.hpp"
 #include "rig.hpp"
 #include "symrig/job/capture_job.hpp"
+#include "symrig/job/capture_page.hpp"
 
-#include <ctime>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -50,12 +52,7 @@ CaptureOptions options_of(const py::dict& options) {
 }
 
 Made made_in_python() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  char text[sizeof "2026-01-31T23:59:58Z"] = "";
-  const bool known =
-      gmtime_r(&now, &parts) != nullptr && std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts) > 0;
-  return {known ? text : "", SYMRIG_VERSION, "symrig.capture() of Python"};
+  return {utc_now(), SYMRIG_VERSION, "symrig.capture() of Python"};
 }
 
 CaptureJob job_of(const std::string& output, const py::dict& options) {
@@ -68,12 +65,46 @@ CaptureJob job_of(const std::string& output, const py::dict& options) {
           .made = made_in_python};
 }
 
-std::shared_ptr<StoredScene> run(CaptureJob job, RigInUse& rig, py::object progress) {
+using SharedPage = std::shared_ptr<CapturePage>;
+
+/// watch: None or False: no page; True: a page at any free port; a number: at this port.
+SharedPage page_of(const py::dict& options, const OpenedRig& rig, const std::string& output) {
+  const py::object watch = options["watch"];
+  if (watch.is_none() || watch.is(py::bool_(false))) return nullptr;
+  ViewOptions view;
+  view.title = output.empty() ? "symrig.capture()" : std::filesystem::path(output).filename().string();
+  if (!watch.is(py::bool_(true))) {
+    const auto port = given<long long>(options, "watch");
+    if (!port || *port < 1 || *port > 65535)
+      throw Failure{{ErrorCode::bad_argument, "watch is " + py::repr(watch).cast<std::string>(),
+                     "give True, or a port from 1 to 65535"}};
+    view.port = static_cast<std::uint16_t>(*port);
+  }
+  auto page = std::make_shared<CapturePage>(value_of(CapturePage::open(rig, std::move(view))));
+  py::module_::import("symrig._capture").attr("_tell_address")(page->address());
+  return page;
+}
+
+/// The exception that Python raises for it says the same.
+Result<CaptureOutcome> run_on_page(const CaptureJob& job, RigInUse& rig, const CapturePage* page) {
+  if (page == nullptr) return run_job(job, rig.opened);
+  auto outcome = run_job(page->watched(job, rig.opened), rig.opened);
+  if (outcome)
+    page->complete(*outcome);
+  else
+    page->fail(rig.caller->reason(outcome.error()));
+  return outcome;
+}
+
+/// The scene, and its page or None. The page serves as long as somebody holds it.
+py::tuple run(CaptureJob job, const py::dict& options, RigInUse& rig, py::object progress) {
   const Turn turn(rig, std::move(progress));
   job.options.progress = rig.caller->progress();
-  CaptureOutcome outcome = rig.caller->run([&] { return run_job(job, rig.opened); });
-  return std::make_shared<StoredScene>(StoredScene{std::move(outcome.result.tensor), std::move(outcome.json),
-                                                   std::move(outcome.result.held_out)});
+  const SharedPage page = page_of(options, rig.opened, job.output);
+  CaptureOutcome outcome = rig.caller->run([&] { return run_on_page(job, rig, page.get()); });
+  const auto scene = std::make_shared<StoredScene>(StoredScene{
+      std::move(outcome.result.tensor), std::move(outcome.json), std::move(outcome.result.held_out)});
+  return py::make_tuple(scene, page);
 }
 
 /// Files are checked before the rig is opened.
@@ -84,25 +115,26 @@ void check_files(const CaptureJob& job, const std::string& rig, const std::strin
   value_of(check_job(job));
 }
 
-std::shared_ptr<StoredScene> capture_by_name(const std::string& name, const std::string& registration,
-                                             const std::string& output, const py::dict& options,
-                                             py::object progress) {
+py::tuple capture_by_name(const std::string& name, const std::string& registration, const std::string& output,
+                          const py::dict& options, py::object progress) {
   CaptureJob job = job_of(output, options);
   check_files(job, name, registration);
   const std::unique_ptr<RigInUse> rig = open_rig_by_name(name, registration);
-  return run(std::move(job), *rig, std::move(progress));
+  return run(std::move(job), options, *rig, std::move(progress));
 }
 
-std::shared_ptr<StoredScene> capture_rig(RigInUse& rig, const std::string& output, const py::dict& options,
-                                         py::object progress) {
+py::tuple capture_rig(RigInUse& rig, const std::string& output, const py::dict& options,
+                      py::object progress) {
   CaptureJob job = job_of(output, options);
   check_files(job, "", "");
-  return run(std::move(job), rig, std::move(progress));
+  return run(std::move(job), options, rig, std::move(progress));
 }
 
 }  // namespace
 
 void bind_capture(py::module_& module) {
+  py::class_<CapturePage, SharedPage>(module, "CapturePage")
+      .def_property_readonly("address", &CapturePage::address);
   module.def("capture_by_name", capture_by_name);
   module.def("capture_rig", capture_rig);
 }

@@ -131,6 +131,7 @@ def capture(
     resume: bool = False,
     keep_log: bool = False,
     progress: Optional[ProgressCallback] = None,
+    watch: Union[bool, int] = False,
 ) -> Scene:
     """Measures the light transport of a scene, as `symrig capture` does.
 
@@ -151,6 +152,9 @@ def capture(
         resume: continue an interrupted capture from its log, if there is one.
         keep_log: do not delete the log at the end.
         progress: called with a Progress after each photograph. If it returns False, the capture stops.
+        watch: serve the page of `symrig capture --watch`: True at a free port of 127.0.0.1, or the number of a port.
+            The address is printed. Afterwards the page shows the scene, until the scene is deleted or
+            scene.close_page() is called. If the capture fails, the page says why, and ends.
 
     Returns:
         The scene. scene.facts says what the capture took.
@@ -175,9 +179,15 @@ def capture(
         log=log,
         resume=resume,
         keep_log=keep_log,
+        watch=watch,
     )
     path = "" if output is None else os.fspath(output)
     if isinstance(rig, str):
-        return Scene(_symrig.capture_by_name(rig, os.fspath(registration), path, options, progress))
+        return Scene(*_symrig.capture_by_name(rig, os.fspath(registration), path, options, progress))
     opened = rig._open if isinstance(rig, Rig) else _symrig.rig_of_probe(rig)
-    return Scene(_symrig.capture_rig(opened, path, options, progress))
+    return Scene(*_symrig.capture_rig(opened, path, options, progress))
+
+
+def _tell_address(address: str) -> None:
+    """The address has a secret, so there is no other way to know it while the capture runs."""
+    print(f"{address}\nOpen this address in a browser of this machine to watch.", flush=True)

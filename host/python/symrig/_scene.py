@@ -144,8 +144,9 @@ class Scene(_Pictures):
     Raises InputError for a light of another shape, or with NaN or infinity.
     """
 
-    def __init__(self, stored: _symrig.StoredScene) -> None:
+    def __init__(self, stored: _symrig.StoredScene, page: Optional[_symrig.CapturePage] = None) -> None:
         self._stored = stored
+        self._page = page
         camera, channels = stored.camera_grid, stored.channels
         super().__init__(stored.projector_grid, camera if channels == 1 else (*camera, channels))
 
@@ -246,6 +247,15 @@ class Scene(_Pictures):
     def nbytes(self) -> int:
         """Bytes of T in memory."""
         return self._stored.bytes
+
+    @property
+    def page(self) -> Optional[str]:
+        """The address of the page of capture(watch=True); None if there is none."""
+        return self._page.address if self._page else None
+
+    def close_page(self) -> None:
+        """Ends the page of capture(watch=True)."""
+        self._page = None
 
     @property
     def compression(self) -> float:

@@ -17,6 +17,10 @@ namespace symrig {
 namespace {
 
 constexpr Nanoseconds kStatusEvery{100'000'000}, kPhotographEvery{500'000'000};
+/// A page asks every half second, or every second if it is in the background.
+constexpr Nanoseconds kWatches{3'000'000'000}, kMostFarewell{5'000'000'000};
+constexpr Nanoseconds kGlanceAtPage{20'000'000};
+constexpr Nanoseconds kOthers{600'000'000};  // for the reply on its way, and for other pages
 
 /// Signals go to the thread that captures: its system calls must end when they come.
 std::thread thread_without_signals(std::function<void()> work) {
@@ -134,6 +138,16 @@ void CapturePage::complete(const CaptureOutcome& outcome) const {
   StoredScene scene{outcome.result.tensor, outcome.json, outcome.result.held_out};
   auto truth = true_transport_of(scene);
   serving_->scene().complete(std::move(scene), std::move(truth));
+}
+
+void CapturePage::fail(std::string line) const {
+  LiveScene& scene = serving_->scene();
+  const bool watched = scene.watched_within(kWatches);
+  scene.fail(std::move(line));
+  if (!watched) return;
+  for (const Deadline deadline(kMostFarewell); !deadline.passed() && !scene.failure_told();)
+    std::this_thread::sleep_for(kGlanceAtPage);
+  std::this_thread::sleep_for(kOthers);
 }
 
 }  // namespace symrig

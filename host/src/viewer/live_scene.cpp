@@ -40,6 +40,22 @@ void LiveScene::complete(StoredScene scene, Truth truth) {
   now_.make.swap(last);
 }
 
+void LiveScene::fail(std::string reason) {
+  auto why = std::make_shared<const std::string>(std::move(reason));
+  const std::lock_guard lock(mutex_);
+  now_.failure.swap(why);
+}
+
+void LiveScene::asked(bool told) const {
+  last_asked_ = steady_now().count();
+  if (told) told_ = true;
+}
+
+bool LiveScene::watched_within(Nanoseconds time) const {
+  const std::int64_t last = last_asked_;
+  return last != kNever && steady_now().count() - last <= time.count();
+}
+
 LiveScene::Now LiveScene::now() const {
   const std::lock_guard lock(mutex_);
   return now_;

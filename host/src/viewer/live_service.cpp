@@ -28,6 +28,7 @@ nlohmann::json levels_json(const std::vector<LiveLevel>& levels) {
 nlohmann::json live_json(const LiveScene::Now& now, double seconds) {
   const LiveStatus& status = *now.status;
   return {{"complete", now.scene != nullptr},
+          {"failed", now.failure ? nlohmann::json(*now.failure) : nlohmann::json()},
           {"stage", status.stage},
           {"done", status.done},
           {"expected", status.expected},
@@ -64,7 +65,10 @@ ViewReply LiveService::answer(const ViewRequest& request) {
   if (auto refusal = gate_.refused_or_odd(request)) return *std::move(refusal);
   const LiveScene::Now now = scene_->now();
   const std::string_view what = gate_.asked(request);
-  if (what == "live" && !request.post()) return json_reply(live_json(now, scene_->seconds()));
+  if (what == "live" && !request.post()) {
+    scene_->asked(now.failure != nullptr);
+    return json_reply(live_json(now, scene_->seconds()));
+  }
   if (now.scene) return finished(request, now);
   ViewReply reply;
   one_thread_.execute([&] {

@@ -37,12 +37,24 @@ export class RunningCapture {
       }
       await pause(kEvery);
     }
-    field("capture-stage").textContent = "symrig does not answer. The capture was stopped or has failed: its terminal says more. This is the last state.";
+    this.tell_end("symrig does not answer. The capture was stopped or has failed: its terminal says more. This is the last state.");
+  }
+
+  /** Nothing more will come. */
+  tell_end(text) {
+    field("capture-stage").textContent = text;
+    field("capture-bar").hidden = true;
+    if (this.tensor === 0) field("facts").textContent = "There is no picture.";
   }
 
   /** Asks once. True if the capture is complete. */
   async look() {
     const now = JSON.parse(new TextDecoder().decode(await ask("live")));
+    if (now.failed !== null) {
+      this.show(now);
+      this.tell_end(`The capture has ended without a scene: ${now.failed}`);
+      return true;
+    }
     if (now.complete) {
       field("capture").hidden = true;
       await this.on_complete();

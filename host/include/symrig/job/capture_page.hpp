@@ -28,6 +28,9 @@ class CapturePage {
   CaptureJob watched(CaptureJob job, const OpenedRig& rig) const;
   /// From now on, as long as this lives, the page shows the captured scene.
   void complete(const CaptureOutcome& outcome) const;
+  /// The page now says why there is no scene. line: the message of the command, in one line. If somebody
+  /// watches, this waits until the page has asked, five seconds at most.
+  void fail(std::string line) const;
 
  private:
   class Serving;

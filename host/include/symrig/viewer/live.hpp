@@ -3,10 +3,12 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/stopwatch.hpp"
+#include "symrig/base/units.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -65,6 +67,19 @@ class LiveScene {
   /// The capture is complete. truth: as ViewOptions::truth.
   void complete(StoredScene scene, Truth truth);
 
+  /// The capture has ended without a scene. reason: a sentence for the page.
+  void fail(std::string reason);
+
+  // The serving thread:
+  /// Somebody has asked how far the capture is. told: the answer said that it has failed.
+  void asked(bool told) const;
+
+  // The capturing thread again, after fail():
+  /// Whether somebody has asked within this time.
+  bool watched_within(Nanoseconds time) const;
+  /// Whether an answer has said why the capture failed.
+  bool failure_told() const { return told_; }
+
   /// What the page shows. Each part keeps its value when a later one takes its place.
   struct Now {
     std::shared_ptr<const LiveStatus> status;              ///< never empty
@@ -73,16 +88,21 @@ class LiveScene {
     std::shared_ptr<const MakeTensor> make = {};
     std::shared_ptr<const StoredScene> scene = {};  ///< set: the capture is complete
     std::shared_ptr<const Truth> truth = {};
-    std::int64_t tensors = 0, photographs = 0;  ///< how many were handed over
+    std::shared_ptr<const std::string> failure = {};  ///< set: the capture has failed, for this reason
+    std::int64_t tensors = 0, photographs = 0;        ///< how many were handed over
   };
   Now now() const;
 
  private:
+  static constexpr std::int64_t kNever = -1;
+
   const Grid grid_;
   const int channels_;
   const ViewLayout views_;
   const Stopwatch watch_;
   mutable std::mutex mutex_;
+  mutable std::atomic<std::int64_t> last_asked_ = kNever;  // ns of the steady clock
+  mutable std::atomic<bool> told_ = false;
   Now now_{.status = std::make_shared<const LiveStatus>(),
            .levels = std::make_shared<const std::vector<LiveLevel>>()};
 };
