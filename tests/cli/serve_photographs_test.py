@@ -149,6 +149,17 @@ def clients_that_leave(place):
     check_alive(place)
 
 
+def a_silent_client_loses_its_place(place):
+    silent = Client(place, greets=False)
+    silent.link.sendall(GREETING[:5])
+    waiting = Client(place)
+    assert waiting.answer.startswith(b"busy"), waiting.answer
+    waiting.close()
+    assert silent.bytes.read() == b""  # the server has ended it
+    check_alive(place)
+    silent.close()
+
+
 def odd_bytes(server):
     rng = random.Random(1)
     for k in range(100):
@@ -205,6 +216,7 @@ def main(symrig, connect):
             a_second_client_is_refused(symrig, connect, server.place, folder)
             broken_framing_is_told(server.place)
             clients_that_leave(server.place)
+            a_silent_client_loses_its_place(server.place)
             odd_bytes(server)
             memory_is_bounded(server)
             assert server.end() == 0 and not os.path.exists(path)

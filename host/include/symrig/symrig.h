@@ -192,7 +192,7 @@ typedef struct symrig_batch {
 
 /* Shows the patterns and fills the photographs. Return 0; or SYMRIG_INTERRUPTED to stop the capture; or a
  * code of symrig_code for an error. Another number counts as SYMRIG_DEVICE_LOST.
- * It is called by the thread that captures. It must not use the rig's handle. */
+ * It is called by the thread that captures. It must not use the rig's handle, except to stop. */
 typedef int (*symrig_measure)(symrig_batch* batch, void* user);
 
 /* A rig of your own. Set all members to 0 first, then `size`. Later versions may add members at its end;
@@ -229,7 +229,8 @@ typedef struct symrig_capture_progress {
   int64_t expected;  /* photographs expected by the end of the stage; 0: not known */
 } symrig_capture_progress;
 
-/* Called after each photograph by the thread that captures. Return 0 to continue, another value to stop. */
+/* Called at the beginning and after photographs, by the thread that captures. Return 0 to continue, another
+ * value to stop. */
 typedef int (*symrig_on_capture)(const symrig_capture_progress* progress, void* user);
 
 /* Measures the light transport of the scene in front of a rig, as `symrig capture` does.

@@ -303,6 +303,10 @@ static void test_options(void) {
   const symrig_own_rig own = own_matrix(&state);
   rig = rig_of(&own);
   expect_option(rig, "tolerence=0.1", SYMRIG_UNKNOWN_NAME, "did you mean 'tolerance'");
+  /* All keys, as symrig.h lists them. */
+  expect_option(rig, "nothing-like-it=1", SYMRIG_UNKNOWN_NAME,
+                "algorithm, tolerance, max_patterns, max_seconds, target_error, photograph_seconds, polish, "
+                "split, dual_threshold, dual_subtracts, check_axis, log, resume, keep_log");
   expect_option(rig, "tolerance", SYMRIG_BAD_ARGUMENT, "has no value");
   expect_option(rig, "tolerance=much", SYMRIG_BAD_ARGUMENT, "tolerance cannot be 'much'");
   expect_option(rig, "tolerance=", SYMRIG_BAD_ARGUMENT, "tolerance cannot be ''");
@@ -340,6 +344,22 @@ static void test_a_rig_in_use(void) {
   own.user = &rig;
   rig = rig_of(&own);
   EXPECT(symrig_capture(rig, NULL, NULL, NULL, NULL, &tensor, &error) == SYMRIG_DEVICE_REFUSED);
+  symrig_rig_close(rig);
+}
+
+static void test_callbacks_that_throw(void) {
+  symrig_error error;
+  symrig_tensor* tensor = NULL;
+  matrix_rig state = {0, 0, NULL};
+  symrig_own_rig own = own_matrix(&state);
+  symrig_rig* rig = rig_of(&own);
+  EXPECT(symrig_capture(rig, NULL, NULL, throwing_progress, NULL, &tensor, &error) == SYMRIG_INTERRUPTED);
+  EXPECT(tensor == NULL && error.code == SYMRIG_INTERRUPTED);
+  symrig_rig_close(rig);
+  own.measure = throwing_measure;
+  rig = rig_of(&own);
+  EXPECT(symrig_capture(rig, NULL, NULL, NULL, NULL, &tensor, &error) == SYMRIG_FAULT);
+  EXPECT(tensor == NULL && strstr(error.what, "threw an exception") != NULL);
   symrig_rig_close(rig);
 }
 
@@ -439,6 +459,7 @@ int main(int count, char** words) {
   test_refused_rigs();
   test_options();
   test_a_rig_in_use();
+  test_callbacks_that_throw();
   test_a_tensor();
   test_a_named_rig();
   return failures == 0 ? 0 : 1;

@@ -4,6 +4,7 @@
 #include "symrig/tensor/file.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 #include <vector>
 
 namespace symrig::matrix_probe {
@@ -75,6 +76,14 @@ int capture_by_probe(const char* path) {
   const auto captured = symrig::capture(probe, {});
   if (!captured) return 1;
   return symrig::save_scene(path, {captured->tensor, "{}", captured->held_out}) ? 0 : 2;
+}
+
+int throwing_measure(symrig_batch* /*batch*/, void* /*user*/) {
+  throw std::runtime_error("thrown by a callback");
+}
+
+int throwing_progress(const symrig_capture_progress* /*at*/, void* /*user*/) {
+  throw 7;  // NOLINT(hicpp-exception-baseclass): any value can be thrown
 }
 
 int same_tensor(const char* one, const char* other) {
