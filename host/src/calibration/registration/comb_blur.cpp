@@ -31,6 +31,8 @@ constexpr int kSmoothReach = 6;
 /// Derivatives of W that count.
 constexpr int kOrders = 5;
 constexpr int kCombRounds = 8;
+/// What the model is off by everywhere alike, as a share of the light.
+constexpr double kSame = 0.002;
 /// What the model leaves, as a share of the flood-lit light, in the first round and at the least.
 constexpr double kFirstMisfit = 0.02, kLeastMisfit = 1e-4;
 /// [cells²] Of both blurs together.
@@ -244,6 +246,7 @@ class CombBlurFit {
 
   void step() {
     std::vector<Sums> sums(tiles_.size());
+    light_ = 0;
     std::vector<double> shares;
     shares.reserve(samples_.size());
     for (const Sample& s : samples_)
@@ -254,6 +257,7 @@ class CombBlurFit {
         const double weight = tukey_weight(row.left / std::sqrt(variance)) / variance;
         if (k == 0) shares.push_back(row.left / s.flood[0]);
         if (weight == 0) continue;
+        light_ += weight * row.columns[0] * row.columns[0];
         sums[s.tile].normal += weight * row.columns * row.columns.transpose();
         sums[s.tile].right += weight * row.left * row.columns;
       }
@@ -264,10 +268,6 @@ class CombBlurFit {
   void solve(const std::vector<Sums>& sums) {
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero(), scatter = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    if (prior_variance_ > 0) {
-      normal(1, 1) = 1 / prior_variance_;
-      right[1] = (prior_ - blur_[1]) / prior_variance_;
-    }
     std::vector<Eigen::Matrix2d> inverse(sums.size(), Eigen::Matrix2d::Zero());
     for (std::size_t t = 0; t < sums.size(); ++t) {
       const Eigen::Matrix2d own = sums[t].normal.topLeftCorner<2, 2>();
@@ -278,6 +278,14 @@ class CombBlurFit {
       normal += sums[t].normal.bottomRightCorner<2, 2>() - cross * inverse[t] * cross.transpose();
       right += wants;
       scatter += wants * wants.transpose();
+    }
+    if (prior_variance_ > 0 && normal(1, 1) > 0) {
+      // What the model leaves is no noise: pixels of a tile err together. Tiles scatter more than the pixels'
+      // weights say, and a prior that counts as much less would be worth nothing.
+      const double overstated = std::max(scatter(1, 1) / normal(1, 1), 1 + kSame * kSame * light_);
+      normal(1, 1) += overstated / prior_variance_;
+      right[1] += overstated * (prior_ - blur_[1]) / prior_variance_;
+      scatter(1, 1) += overstated * overstated / prior_variance_;
     }
     const Eigen::Matrix2d solved = normal.inverse();
     if (!solved.allFinite()) return;
@@ -294,6 +302,7 @@ class CombBlurFit {
   std::vector<Eigen::Vector2d> tiles_;  ///< factor; shift times factor [cells]
   Eigen::Vector2d blur_;                ///< variances: both, camera [cells²]
   double prior_, prior_variance_, misfit_ = kFirstMisfit;
+  double light_ = 0;  ///< Σ weight light²
   Eigen::Matrix2d covariance_ = Eigen::Matrix2d::Zero();
 };
 

@@ -18,12 +18,23 @@ using calibration::gathered;
 namespace {
 
 constexpr int kPeriod = CombPhotographs::period, kTile = 8;
-/// [cells] A priori standard deviation of σp − σc.
-constexpr double kPrior = 0.2;
+/// σp − σc before anything is measured. Projectors have less depth of field than cameras. So it is anywhere
+/// between 0 and what it is if the camera is as sharp as its pixels are, all alike probable.
+struct Prior {
+  double mean, sigma;  ///< [cells]
 
-/// What f − g is off by, as a share of √(a a′): shift and light are not even over a tile. It matters where
-/// albedo is.
-constexpr double kUneven = 0.001;
+  /// both: √((σp² + σc²) / 2). pixel: rms width of a pixel. [cells]
+  Prior(double both, double pixel) {
+    const double largest = std::max(0.0, std::sqrt(std::max(0.0, 2 * both * both - pixel * pixel)) - pixel);
+    mean = 0.5 * largest;
+    sigma = largest / std::sqrt(12.0);
+  }
+};
+
+/// What f − g is off by, as a share of √(a a′), the same way wherever light has a gradient: a gradient shifts
+/// the edges of the pattern that the map is found from. Maps of blurred benches are off by as much
+/// (docs/benchmarks/registration.md), and counting it twice leaves smooth scenes to the prior.
+constexpr double kUneven = 0.005;
 
 /// Sums over the pairs of neighbours in a tile: m = √(a a′), d = a − a′, f − g.
 struct Tile {
@@ -103,22 +114,23 @@ void add_halves(std::span<const Radiance> combs, const Image<std::uint8_t>& seen
 }
 
 /// σp and σc from σp² + σc² and σp − σc.
-OpticsBlur solve(const Sums& sums) {
+OpticsBlur solve(const Sums& sums, double pixel) {
   OpticsBlur blur;
   if (!(sums.own > 0)) return blur;
   const double root = std::sqrt(2 * std::numbers::pi);
   // A cell's own light is what does not cross its two borders.
   const double ratio = std::max(0.0, sums.crossing / sums.own), stays = 1 / (1 + 2 * ratio);
   const double both = root * ratio * stays;
-  // Regression with a prior of no difference.
-  double difference = 0;
-  blur.sigma = kPrior;
+  const Prior prior(both, pixel / std::sqrt(12.0));
+  double difference = prior.mean;
+  blur.sigma = prior.sigma;
   if (sums.spread > 0) {
     const double noise =
         2 * std::numbers::pi / sums.spread * (sums.variance / sums.spread + kUneven * kUneven * sums.light);
-    const double trust = kPrior * kPrior / (kPrior * kPrior + noise);
+    const double trust = prior.sigma * prior.sigma / (prior.sigma * prior.sigma + noise);
     const double largest = std::numbers::sqrt2 * both;
-    difference = std::clamp(trust * stays * root * sums.slope / sums.spread, -largest, largest);
+    const double measured = stays * root * sums.slope / sums.spread;
+    difference = std::clamp(prior.mean + trust * (measured - prior.mean), -largest, largest);
     blur.sigma = std::sqrt(trust * noise);
   }
   const double sum = std::sqrt(std::max(0.0, 2 * both * both - difference * difference));
@@ -177,7 +189,7 @@ Result<OpticsBlur> measure_blur(const CombPhotographs& combs, const BlurWeights&
     add_axis(on_cells, weights.flood, weights.seen, rows, sums);
     add_halves(on_quarters, weights.seen, rows, sums);
   }
-  return solve(sums);
+  return solve(sums, weights.cells.pixel_side());
 }
 
 }  // namespace symrig
