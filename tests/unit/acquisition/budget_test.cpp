@@ -107,6 +107,41 @@ TEST_F(Budget, time_on_the_clock_of_the_rig_is_never_exceeded) {
     }
 }
 
+/// Light between pixels goes to near ones most of all, and only the last levels see it. So a budget is spent
+/// as a tolerance that is coarser throughout would spend it, not on the first levels. The best such tolerance
+/// is the yardstick: one and a half of its steps of coarseness are a factor of 1.5² in what leaves may miss.
+TEST_F(Budget, a_budget_does_about_what_the_best_coarser_tolerance_does) {
+  const DenseTransport large = facing_planes(Grid{32, 32});
+  struct Captured {
+    std::int64_t patterns;
+    double indirect;
+  };
+  const auto run = [&](CaptureOptions options) {
+    DenseProbe probe(large);
+    const auto result = capture(probe, options);
+    EXPECT_TRUE(result.ok());
+    return Captured{result->patterns, evaluate(result->tensor, large.truth())->indirect};
+  };
+  std::vector<Captured> coarser;
+  const CaptureOptions base = default_options();
+  const double tolerance = default_rule(base.algorithm).flood_fraction;
+  for (double factor = 1; factor < 100; factor *= 1.5) {
+    CaptureOptions options = base;
+    options.tolerance = tolerance * factor;
+    coarser.push_back(run(options));
+  }
+  for (const double share : {0.5, 0.7, 0.85}) {
+    CaptureOptions options = base;
+    options.max_patterns = std::llround(share * static_cast<double>(coarser.front().patterns));
+    const Captured bound = run(options);
+    double best = 1;
+    for (const Captured& one : coarser)
+      if (one.patterns <= options.max_patterns) best = std::min(best, one.indirect);
+    EXPECT_LE(bound.patterns, options.max_patterns);
+    EXPECT_LE(bound.indirect, 1.5 * 1.5 * best) << share << ": " << best;
+  }
+}
+
 TEST_F(Budget, the_tighter_of_two_is_named) {
   for (const int most : {12, 400}) {
     ClockProbe probe(scene, 1.0);

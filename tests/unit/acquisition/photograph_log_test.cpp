@@ -151,5 +151,26 @@ TEST_F(PhotographLogFile, wrong_sizes_and_numbers_are_errors) {
   }
 }
 
+// A capture with another budget of seconds wants other exposures of the same pattern.
+TEST_F(PhotographLogFile, keeps_by_how_much_a_budget_raised_the_noise) {
+  LogIdentity budgeted = identity_;
+  budgeted.budget = {.photographs = 0, .rig_seconds = 12, .any = true};
+  entries_.push_back(random_entry(identity_.grid, identity_.channels, true, 1));
+  {
+    const auto log = *create_photograph_log(path(), budgeted);
+    for (const std::int32_t steps : {0, 3, 11}) {
+      log->note_coarser(steps);
+      append(*log, entries_[0]);
+    }
+  }
+  const auto log = *open_photograph_log(path(), budgeted);
+  ASSERT_EQ(log->size(), 3);
+  EXPECT_EQ(log->coarser(0), 0);
+  EXPECT_EQ(log->coarser(1), 3);
+  EXPECT_EQ(log->coarser(2), 11);
+  EXPECT_TRUE(log->budgeted(2));
+  expect_holds(*log, 2, entries_[0]);
+}
+
 }  // namespace
 }  // namespace symrig::photograph_log_test

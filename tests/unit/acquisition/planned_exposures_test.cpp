@@ -5,7 +5,9 @@
 #include "symrig/sim/scene.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
+#include <algorithm>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -37,6 +39,42 @@ TEST(PlannedExposures, find_indirect_light_at_one_in_ten_thousand) {
     const auto fixed = errors_of(uri + "&exposures=4");
     ASSERT_TRUE(fixed.ok()) << fixed.error().line();
     EXPECT_GT(fixed->indirect, 0.20) << scene;
+  }
+}
+
+struct WithinSeconds {
+  double rig_seconds = 0;
+  double indirect = 0;
+};
+
+/// A capture of vgroove-textured, with a tolerance and a budget of seconds; 0: none.
+WithinSeconds capture_within(double coarser, double max_seconds) {
+  const auto rig = open_virtual_rig("sim:vgroove-textured?size=32x32&exposures=auto");
+  EXPECT_TRUE(rig.ok());
+  CaptureOptions options;
+  options.tolerance = coarser * default_rule(options.algorithm).flood_fraction;
+  options.max_seconds = max_seconds;
+  const auto result = capture(**rig, options);
+  EXPECT_TRUE(result.ok());
+  const Scene& scene = (*rig)->truth();
+  const auto errors =
+      evaluate(result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return scene.apply(p); });
+  return {(*rig)->cost().rig_seconds, errors->indirect};
+}
+
+// As Budget.a_budget_does_about_what_the_best_coarser_tolerance_does: two steps more than the best tolerance
+// that takes as many seconds. Without shorter exposures, the same seconds take too few photographs.
+TEST(PlannedExposures, a_budget_of_seconds_does_about_what_the_best_coarser_tolerance_does) {
+  std::vector<WithinSeconds> coarser;
+  for (double factor = 1; factor < 100; factor *= 1.5) coarser.push_back(capture_within(factor, 0));
+  for (const double share : {0.5, 0.7}) {
+    const double seconds = share * coarser.front().rig_seconds;
+    const WithinSeconds bound = capture_within(1, seconds);
+    double best = 1;
+    for (const WithinSeconds& one : coarser)
+      if (one.rig_seconds <= seconds) best = std::min(best, one.indirect);
+    EXPECT_LE(bound.rig_seconds, seconds) << share;
+    EXPECT_LE(bound.indirect, 1.5 * 1.5 * best) << share << ": " << best;
   }
 }
 

@@ -71,8 +71,8 @@ struct CaptureOptions {
   bool dual_subtracts = false;  ///< dual: subtract what is stored already, which [Sen05] does not do
   std::int64_t memory_limit = std::int64_t{12}
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
-  std::int64_t max_patterns = 0;      ///< stop after as many photographs; 0: no limit
-  double max_seconds = 0;             ///< stop after as long on the rig's clock; 0: no limit
+  std::int64_t max_patterns = 0;      ///< photographs at most; 0: no limit
+  double max_seconds = 0;             ///< at most, on the rig's clock; 0: no limit
   /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1.
   double target_error = 0;
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
@@ -136,7 +136,7 @@ struct CaptureResult {
   std::int64_t patterns = 0;                     ///< photographs taken
   std::vector<std::int64_t> patterns_per_level;  ///< [0] is the flood-lit one
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
-  /// "done", or the budget that ended it: "max_patterns", "max_seconds", "target_error".
+  /// "done", or the budget that ended it or made it coarser: "max_patterns", "max_seconds", "target_error".
   std::string stopped_by = "done";
   /// From held_out; none: nothing was held out. NaN where an error cannot be estimated: estimate_not_given.
   std::optional<TransportErrors> estimated = {};

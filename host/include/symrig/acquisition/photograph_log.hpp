@@ -56,6 +56,10 @@ class PhotographLog {
 
   /// True if photograph k was taken by a capture with a budget: with a larger one it may ask for another.
   virtual bool budgeted([[maybe_unused]] std::int64_t k) const { return false; }
+  /// Expectation::coarser_steps of the photographs that are appended next, and of photograph k. A log that
+  /// keeps no notes on budgets has none.
+  virtual void note_coarser([[maybe_unused]] std::int32_t steps) {}
+  virtual std::int32_t coarser([[maybe_unused]] std::int64_t k) const { return 0; }
   /// The capture asks for another photograph number `differs` than the log holds. Forgets the photographs
   /// from number `first` on, if a smaller budget chose them; a file keeps them until the next append_run().
   /// fails: bad_format (why they are kept: the log is as it was).
@@ -131,7 +135,7 @@ class LoggedProbe final : public Probe {
   std::int64_t replayed() const { return replayed_; }
 
  private:
-  Result<std::optional<Radiance>> replay(const Pattern& pattern);
+  Result<std::optional<Radiance>> replay(const Pattern& pattern, const Expectation* expected);
   Result<void> leave_log(std::vector<Radiance>& photographs, bool planned);
   Result<void> go_on();
   Result<void> measure_on(std::span<const Pattern> patterns, std::span<const Expectation> expected,

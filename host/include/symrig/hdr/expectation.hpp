@@ -27,6 +27,9 @@ struct Expectation {
   std::vector<ExpectedPart> parts;
   /// The longest allowed sum of the exposures of this photograph [s]. It has priority over the wanted noise.
   double longest_seconds = 10;
+  /// Steps by which a budget of seconds has raised the wanted noise. A log keeps them: a capture with another
+  /// budget wants another photograph of the same pattern.
+  std::int32_t coarser_steps = 0;
 };
 
 /// A histogram of radiances, four bins an octave from 2⁻⁶⁰ to 2²⁰; darker values count as 0.

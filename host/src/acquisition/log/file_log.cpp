@@ -66,6 +66,8 @@ class FileLog final : public PhotographLog {
   Result<void> read(std::int64_t k, LoggedPhotograph& to) const override;
   Result<ProbeCost> spent(std::int64_t k) const override;
   bool budgeted(std::int64_t k) const override { return place(k).budgeted; }
+  void note_coarser(std::int32_t steps) override { coarser_steps_ = steps; }
+  std::int32_t coarser(std::int64_t k) const override { return place(k).coarser_steps; }
   Result<void> forget(std::int64_t first, std::int64_t differs) override;
 
  private:
@@ -74,7 +76,12 @@ class FileLog final : public PhotographLog {
     std::uint64_t bytes;
     std::uint32_t crc;
     bool budgeted;
+    std::int32_t coarser_steps;
   };
+  static Place place_of(std::uint64_t offset, std::uint32_t crc, const Record& record) {
+    return {offset, record.size(), crc, acquisition::record_budgeted(record),
+            acquisition::record_coarser(record)};
+  }
   const Place& place(std::int64_t k) const { return records_[k]; }
   Result<void> check_forgetting(std::int64_t differs);
   Result<void> make_sound();
@@ -89,6 +96,7 @@ class FileLog final : public PhotographLog {
   HeadState head_;
   std::uint64_t end_;  ///< of the last photograph that counts; behind it the file may hold damaged bytes
   std::vector<Place> records_;
+  std::int32_t coarser_steps_ = 0;
   Record written_;  // the last one; kept for its memory
   SyncTimer sync_timer_;
 };
@@ -107,8 +115,7 @@ Result<std::optional<FileLog::Place>> FileLog::sound_record(std::uint64_t offset
   const bool sound =
       acquisition::fast_crc32c(buffer) == front.crc && acquisition::record_fits(shape_, buffer);
   if (!sound) return std::optional<Place>();
-  return std::optional<Place>(
-      {offset + sizeof front, front.bytes, front.crc, acquisition::record_budgeted(buffer)});
+  return std::optional(place_of(offset + sizeof front, front.crc, buffer));
 }
 
 Result<void> FileLog::find_photographs() {
@@ -177,8 +184,9 @@ Result<void> FileLog::append_run(std::span<const Pattern> patterns, std::span<co
   const bool noted = identity_.budget.any && head_ == HeadState::whole;
   const std::size_t before = records_.size();
   for (std::size_t k = 0; k < patterns.size(); ++k) {
-    acquisition::encode_record(patterns[k], photographs[k],
-                               {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted}, written_);
+    acquisition::encode_record(
+        patterns[k], photographs[k],
+        {spent, static_cast<std::uint32_t>(patterns.size() - k - 1), noted, coarser_steps_}, written_);
     auto written = append_record(written_);
     if (written) continue;
     records_.resize(before);
@@ -193,7 +201,7 @@ Result<void> FileLog::append_record(const Record& record) {
   const RecordFront front{kRecordMagic, acquisition::fast_crc32c(record), record.size()};
   const std::uint64_t begin = file_.size();
   SYMRIG_CHECK(file_.append(std::as_bytes(std::span(&front, 1)), record));
-  records_.push_back({begin + sizeof front, front.bytes, front.crc, acquisition::record_budgeted(record)});
+  records_.push_back(place_of(begin + sizeof front, front.crc, record));
   return {};
 }
 

@@ -48,9 +48,10 @@ Result<void> PhotographLog::forget(std::int64_t /*first*/, std::int64_t differs)
 }
 
 /// Nothing if the log holds another photograph here.
-Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern) {
+Result<std::optional<Radiance>> LoggedProbe::replay(const Pattern& pattern, const Expectation* expected) {
   SYMRIG_TRY(const Pattern logged, log_.pattern(replayed_));
-  if (logged != pattern) return std::optional<Radiance>();
+  const bool as_long = expected == nullptr || expected->coarser_steps == log_.coarser(replayed_);
+  if (logged != pattern || !as_long) return std::optional<Radiance>();
   SYMRIG_TRY(Radiance photograph, log_.photograph(replayed_));
   SYMRIG_TRY(replayed_cost_, log_.spent(replayed_));
   if (!photograph_ok(photograph) || !cost_ok(replayed_cost_))
@@ -93,6 +94,7 @@ Result<void> LoggedProbe::measure_on(std::span<const Pattern> patterns, std::spa
     SYMRIG_TRY(std::vector<Radiance> answers,
                expected.empty() ? inner_.measure(few)
                                 : inner_.measure_expected(few, expected.subspan(first, few.size())));
+    log_.note_coarser(expected.empty() ? 0 : expected[first].coarser_steps);
     SYMRIG_CHECK(log_.append_run(few, answers, cost()));
     std::move(answers.begin(), answers.end(), std::back_inserter(photographs));
   }
@@ -111,7 +113,9 @@ Result<std::vector<Radiance>> LoggedProbe::measure_expected(std::span<const Patt
   std::vector<Radiance> photographs;
   photographs.reserve(patterns.size());
   while (!measuring_ && replayed_ < log_.size() && photographs.size() < patterns.size()) {
-    SYMRIG_TRY(std::optional<Radiance> photograph, replay(patterns[photographs.size()]));
+    const std::size_t next = photographs.size();
+    SYMRIG_TRY(std::optional<Radiance> photograph,
+               replay(patterns[next], expected.empty() ? nullptr : &expected[next]));
     if (photograph)
       photographs.push_back(*std::move(photograph));
     else

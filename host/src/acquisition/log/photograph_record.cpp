@@ -12,9 +12,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "records are little-endian and copied as they are");
 static_assert(sizeof(float) == 4 && sizeof(double) == 8);
 
-constexpr std::uint32_t kBinary = 0;        ///< a bit a pixel
-constexpr std::uint32_t kGrey = 1;          ///< a float a pixel
-constexpr std::uint32_t kBudgeted = 0x100;  ///< beside the kind: a capture with a budget took it
+constexpr std::uint32_t kBinary = 0;         ///< a bit a pixel
+constexpr std::uint32_t kGrey = 1;           ///< a float a pixel
+constexpr std::uint32_t kBudgeted = 0x100;   ///< beside the kind: a capture with a budget took it
+constexpr std::uint32_t kCoarserShift = 16;  ///< and by how many steps its wanted noise was raised
+constexpr std::uint32_t kCoarser = 0xFFU << kCoarserShift;
 
 /// The fixed front of a record.
 struct RecordFront {
@@ -104,7 +106,7 @@ RecordFront front_of(std::span<const std::byte> record) {
 }
 
 std::uint32_t kind_of(std::span<const std::byte> record) {
-  return front_of(record).pattern_kind & ~kBudgeted;
+  return front_of(record).pattern_kind & ~(kBudgeted | kCoarser);
 }
 
 template <class T>
@@ -142,6 +144,14 @@ Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> pa
   return {};
 }
 
+namespace {
+
+std::uint32_t budget_bits(std::int32_t coarser_steps) {
+  return kBudgeted | ((static_cast<std::uint32_t>(coarser_steps) << kCoarserShift) & kCoarser);
+}
+
+}  // namespace
+
 void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
                    Record& record) {
   const std::uint32_t kind = is_binary(pattern.values()) ? kBinary : kGrey;
@@ -151,7 +161,7 @@ void encode_record(const Pattern& pattern, const Radiance& photograph, const Rec
                           note.spent.rig_seconds,
                           note.spent.simulate_seconds,
                           note.spent.merge_seconds,
-                          kind | (note.budgeted ? kBudgeted : 0),
+                          kind | (note.budgeted ? budget_bits(note.coarser_steps) : 0),
                           note.left};
   Writer writer(record.data());
   writer.bytes(&front, sizeof front);
@@ -185,6 +195,10 @@ std::uint32_t record_left(std::span<const std::byte> record) {
 
 bool record_budgeted(std::span<const std::byte> record) {
   return (front_of(record).pattern_kind & kBudgeted) != 0;
+}
+
+std::int32_t record_coarser(std::span<const std::byte> record) {
+  return static_cast<std::int32_t>((front_of(record).pattern_kind & kCoarser) >> kCoarserShift);
 }
 
 ProbeCost record_spent(std::span<const std::byte> record) {

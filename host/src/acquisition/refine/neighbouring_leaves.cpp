@@ -16,7 +16,7 @@ NeighbouringLeaves::NeighbouringLeaves(const SceneFacts& facts, const KnownTrans
       flood_squared_(facts.flood_squared),
       channels_(facts.channels),
       most_(facts.options.economy.rank),
-      sigmas_(facts.options.rule.noise_sigmas),
+      sigmas_(facts.rule().noise_sigmas),
       pieces_(pieces.begin(), pieces.end()),
       bases_(static_cast<std::size_t>(channels_) * 2 * BlockTree::kMaxChildren) {
   for (int channel = 0; channel < channels_; ++channel) {

@@ -24,15 +24,24 @@ class Budget {
     }
   };
 
-  /// pixels: of the grid.
+  /// pixels: of the grid. photographer: has taken the flood-lit photograph.
   Budget(const CaptureSettings& options, std::int64_t pixels, const Photographer& photographer)
-      : options_(options), pixels_(pixels), photographer_(photographer) {}
+      : options_(options),
+        pixels_(pixels),
+        photographer_(photographer),
+        since_(photographer.taken()),
+        since_seconds_(photographer.rig_seconds()) {
+    note_pace();
+  }
 
-  /// The limits that the user has set.
-  Limit of_user() const;
+  /// Photographs from now on tell how long one takes.
+  void begin_pace();
+
+  /// The limits that the user has set. pace: how long a photograph takes, as a multiple of the last ones.
+  Limit of_user(double pace = 1) const;
   /// These, and the limits that need no option: brute force, and a tenth for reopened leaves. The latter is
   /// no limit of the user: a search that it ends is done.
-  Limit tightest() const;
+  Limit tightest(double pace = 1) const;
   std::int64_t left() const { return tightest().left; }
   /// Until as many photographs are taken as brute force takes.
   std::int64_t brute_force_left() const { return pixels_ - photographer_.taken(); }
@@ -49,7 +58,13 @@ class Budget {
   const CaptureSettings& options_;
   std::int64_t pixels_;
   const Photographer& photographer_;
+  std::int64_t since_;                           ///< photographs when begin_pace() was called
+  double since_seconds_;                         ///< on the rig's clock by then
+  double pace_ = 0;                              ///< seconds a photograph before then
   std::optional<std::int64_t> reopening_until_;  ///< number of photographs
+
+  void note_pace();
+  double seconds_each() const;
 };
 
 }  // namespace symrig::acquisition

@@ -55,7 +55,8 @@ std::vector<Expectation> ExposureForecast::expect(std::span<const LitBlocks> pat
 void ExposureForecast::add_parts(const LightHistogram& histogram, double relative, double octaves,
                                  Expectation& expected) const {
   const std::vector<ExpectedLight> lights = histogram.lights();
-  const double floor = sigma_ * sigma_;
+  const double sigma = coarseness_.factor() * sigma_;
+  const double floor = sigma * sigma;
   ExpectedPart part;
   double squares = 0, pixels = 0;
   const auto finish = [&] {
@@ -68,7 +69,7 @@ void ExposureForecast::add_parts(const LightHistogram& histogram, double relativ
   double brightest = 0;
   for (std::size_t k = lights.size(); k-- > 0;) {
     const ExpectedLight& light = lights[k];
-    const bool below_floor = relative * brightest < sigma_;  // such a part is known alike throughout
+    const bool below_floor = relative * brightest < sigma;  // such a part is known alike throughout
     if (pixels > 0 && !below_floor && light.radiance < brightest * std::exp2(-octaves)) finish();
     if (pixels <= 0) brightest = light.radiance;
     part.lights.push_back(light);
@@ -94,6 +95,7 @@ Expectation ExposureForecast::expect_one(const LitBlocks& pattern, const Preview
   }
   Expectation expected;
   expected.longest_seconds = goal_.longest_seconds;
+  expected.coarser_steps = coarseness_.steps;
   add_parts(bright, goal_.relative, kLitOctaves, expected);
   if (std::find(lit.begin(), lit.end(), 0) != lit.end())
     add_parts(preview != nullptr ? dark : anything_, goal_.relative_dark, kDarkOctaves, expected);

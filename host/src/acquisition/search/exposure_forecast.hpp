@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/search/coarseness.hpp"
 #include "acquisition/search/photographer.hpp"
 #include "symrig/hdr/expectation.hpp"
 
@@ -29,6 +30,9 @@ class ExposureForecast final : public Forecaster {
   /// flood: the flood-lit photograph. sigma: what a pixel is known to well enough, whatever it shows.
   ExposureForecast(const BlockTree& tree, const ExposureGoal& goal, const Radiance& flood, double sigma);
 
+  /// From now on, pixels are known well enough with more noise.
+  void coarsen(Coarseness coarseness) { coarseness_ = coarseness; }
+
   std::vector<Expectation> expect(std::span<const LitBlocks> patterns,
                                   std::span<const Preview> previews) const override;
 
@@ -40,7 +44,8 @@ class ExposureForecast final : public Forecaster {
   const BlockTree& tree_;
   ExposureGoal goal_;
   TreePhotograph flood_;
-  double sigma_;
+  double sigma_;  // without coarseness
+  Coarseness coarseness_ = {};
   LightHistogram anything_;  // what dark pixels may show where nothing is foreseen
 };
 

@@ -7,6 +7,7 @@
 #include "acquisition/search/assumptions.hpp"
 #include "acquisition/search/brute_force_rest.hpp"
 #include "acquisition/search/budget.hpp"
+#include "acquisition/search/budget_tolerance.hpp"
 #include "acquisition/search/exposure_forecast.hpp"
 #include "acquisition/search/findings.hpp"
 #include "acquisition/search/flood_lit.hpp"
@@ -34,7 +35,7 @@ constexpr std::size_t kEndless = std::size_t{1} << 40;
 /// The algorithm of [Garg06 §5.2], with checks around it.
 class Hierarchy {
  public:
-  Hierarchy(const SceneFacts& facts, Photographer& photographer, FloodLit flood)
+  Hierarchy(SceneFacts& facts, Photographer& photographer, FloodLit flood)
       : facts_(facts), photographer_(photographer), flood_(std::move(flood)) {}
 
   /// plans_exposures: the rig asks for forecasts of its photographs.
@@ -57,12 +58,13 @@ class Hierarchy {
   const CaptureSettings& options() const { return facts_.options; }
   Checks* checks() { return checks_ ? &*checks_ : nullptr; }
 
-  const SceneFacts& facts_;
+  SceneFacts& facts_;
   Photographer& photographer_;
   FloodLit flood_;
   Findings found_{facts_};
   Budget budget_{facts_.options, facts_.tree.grid().size(), photographer_};
   Sparseness sparseness_{facts_, photographer_, budget_};
+  BudgetTolerance tolerance_{facts_, photographer_, found_};
   ShortRange short_range_{facts_, photographer_, found_};
   Reopening reopening_{facts_, photographer_, found_, budget_, sparseness_};
   std::optional<ExposureForecast> forecast_;  ///< of a rig that plans its exposures
@@ -107,6 +109,7 @@ Result<void> Hierarchy::begin_forecast() {
   if (!(f > 0)) return {};
   forecast_.emplace(facts_.tree, goal, flood, goal.share_of_tolerance * std::sqrt(facts_.tolerance() * f));
   photographer_.forecast_by(*forecast_);
+  if (options().max_seconds > 0) tolerance_.shorten_exposures();
   return {};
 }
 
@@ -172,8 +175,13 @@ Result<void> Hierarchy::search_level(int level) {
   search.ask_first([&](std::int64_t photographs, std::int64_t later) {
     return sparseness_.worth_searching(level, photographs, later);
   });
-  const Budget::Limit budget = sparseness_.can_take_over() ? budget_.of_user() : budget_.tightest();
-  SYMRIG_TRY(const std::vector<Tested> tested, search.run(budget.left));
+  const auto limit = [&](double pace) {
+    return sparseness_.can_take_over() ? budget_.of_user(pace) : budget_.tightest(pace);
+  };
+  const Budget::Limit budget = limit(tolerance_.pace());
+  if (forecast_ && options().max_seconds > 0) forecast_->coarsen(tolerance_.next());
+  if (!budget_.reopening()) budget_.begin_pace();
+  SYMRIG_TRY(std::vector<Tested> tested, search.run(budget.left));
   if (search.given_up()) {
     found_.open[at] = std::move(unknown);
     accept_open(facts_, found_, checks());
@@ -182,7 +190,12 @@ Result<void> Hierarchy::search_level(int level) {
   sparseness_.add(search.evidence(tested));
   if (search.cut_short() && !budget_.reopening()) stopped_by_ = budget.name;
   NodeLevel none(facts_.tree, level, facts_.channels);  // single pixels have no children
-  settle(facts_, found_.known, unknown, tested, last ? none : found_.open[at + 1]);
+  if (last || budget_.reopening())
+    settle(facts_, found_.known, unknown, tested, last ? none : found_.open[at + 1]);
+  else
+    tolerance_.settle(search, unknown, std::move(tested), found_.open[at + 1],
+                      [&](double pace) { return limit(pace).left; });
+  if (tolerance_.raised() && !budget_.reopening()) stopped_by_ = budget.name;
   return {};
 }
 
@@ -214,6 +227,7 @@ void Hierarchy::show(const CaptureSnapshot& so_far, bool direct) {
 Result<CaptureResult> Hierarchy::refine() {
   Finishing finishing(facts_, photographer_, found_, checks());
   budget_.end_reopening();
+  tolerance_.keep_coarsest();
   SYMRIG_CHECK(finishing.refit_direct_light(
       {.noisy = flood_.noisy, .reopened = reopening_.changed(), .budget = budget_.left()}));
   SYMRIG_CHECK(finishing.polish());
@@ -263,7 +277,7 @@ Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, 
                                   const Photographer& begun) {
   Photographer photographer(begun, tree);
   SYMRIG_TRY(FloodLit flood, FloodLit::read(photographer, probe.channels()));
-  const SceneFacts facts{options, tree, probe.channels(), flood.squared, probe.residual_shift()};
+  SceneFacts facts{options, tree, probe.channels(), flood.squared, probe.residual_shift()};
   return Hierarchy(facts, photographer, std::move(flood)).run(probe.plans_exposures(kEndless));
 }
 

@@ -44,10 +44,15 @@ std::vector<Shot> shots_of(const std::vector<std::vector<std::int32_t>>& colours
 
 }  // namespace
 
-Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
-  std::vector<NodeIndex> doubtful, predicted;
+LevelSearch::Split LevelSearch::doubtful_and_predicted() const {
+  Split split;
   for (NodeIndex n = 0; n < std::ssize(unknown_.nodes()); ++n)
-    (expected_to_pass(node(n)) ? predicted : doubtful).push_back(n);
+    (expected_to_pass(node(n)) ? split.predicted : split.doubtful).push_back(n);
+  return split;
+}
+
+Result<std::vector<Tested>> LevelSearch::run(std::int64_t budget) {
+  auto [doubtful, predicted] = doubtful_and_predicted();
   std::vector<Tested> tested;
   while (!doubtful.empty()) {
     rounds_.push_back(schedule_within(budget, std::move(doubtful), predicted));
@@ -78,6 +83,12 @@ std::vector<Tested> LevelSearch::give_up() {
   return {};
 }
 
+/// Photographs of the first round, if they were taken now.
+std::int64_t LevelSearch::foreseen() const {
+  auto [doubtful, predicted] = doubtful_and_predicted();
+  return doubtful.empty() ? 0 : std::ssize(schedule(std::move(doubtful), predicted).shots);
+}
+
 std::int64_t LevelSearch::photographs() const {
   std::int64_t sum = 0;
   for (const Round& round : rounds_) sum += std::ssize(round.shots);
@@ -101,11 +112,7 @@ LevelEvidence LevelSearch::evidence(std::span<const Tested> tested) const {
 
 /// Photographs of later levels, once the round planned last is taken.
 UnitsToCome LevelSearch::later() const {
-  const BlockTree& tree = facts_.tree;
-  std::vector<double> children;
-  for (int l = 0; l + 1 < tree.levels(); ++l)
-    children.push_back(static_cast<double>(tree.level(l + 1).size()) /
-                       static_cast<double>(tree.level(l).size()));
+  const std::vector<double> children = children_per_block(facts_.tree);
   const std::size_t level = unknown_.level();
   const std::int64_t round = std::ssize(rounds_.back().shots);
   return forecast_later({.level = unknown_.level(),
@@ -335,7 +342,7 @@ std::vector<Tested> LevelSearch::judge() const {
 }
 
 void LevelSearch::judge(Tested& tested) const {
-  const RankRule& rule = facts_.options.rule;
+  const RankRule rule = facts_.rule();
   const Node& of = node(tested.node);
   const RankEvidence evidence = unknown_.evidence(of, facts_.flood_squared);
   tested.total = evidence.total();
@@ -356,7 +363,7 @@ void LevelSearch::learn(std::span<const Tested> tested) {
   double nodes = 0;
   for (const Tested& t : tested) {
     if (!expected_to_pass(node(t.node)) || t.total.samples <= 0) continue;
-    const double allowed = noise_allowance(t.total.noise, t.total.samples, facts_.options.rule.noise_sigmas);
+    const double allowed = noise_allowance(t.total.noise, t.total.samples, facts_.rule().noise_sigmas);
     found += std::max(0.0, t.total.misfit - allowed) / t.total.samples / facts_.tolerance();
     ++nodes;
   }

@@ -41,6 +41,10 @@ class LevelSearch {
   using Worth = std::function<bool(std::int64_t photographs, std::int64_t later)>;
   void ask_first(Worth worth) { worth_ = std::move(worth); }
   bool given_up() const { return given_up_; }
+  /// Photographs that the level would begin with, by the present rule.
+  std::int64_t foreseen() const;
+  /// The tested nodes by the present rule.
+  std::vector<Tested> judge() const;
   /// Photographs taken.
   std::int64_t photographs() const;
   /// Of pairs of different blocks.
@@ -61,6 +65,11 @@ class LevelSearch {
     std::int32_t leaf;
   };
 
+  struct Split {
+    std::vector<NodeIndex> doubtful, predicted;
+  };
+
+  Split doubtful_and_predicted() const;
   const Node& node(NodeIndex n) const { return unknown_.nodes()[n]; }
   bool expected_to_pass(const Node& of) const;
   void accept(NodeIndex n);
@@ -82,7 +91,6 @@ class LevelSearch {
                          std::span<TreePhotograph> photographs) const;
   void record(std::span<const NodeIndex> tested, std::span<const Shot> shots,
               std::span<const TreePhotograph> photographs);
-  std::vector<Tested> judge() const;
   void judge(Tested& tested) const;
   void learn(std::span<const Tested> tested);
   std::vector<NodeIndex> take_back();

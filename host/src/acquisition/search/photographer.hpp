@@ -94,6 +94,8 @@ class Photographer {
   std::int64_t taken() const { return taken_; }
   double measure_seconds() const { return measure_seconds_; }
   double rig_seconds() const { return probe_.cost().rig_seconds; }
+  std::int64_t frames() const { return probe_.cost().frames; }
+  bool plans_exposures() const { return probe_.plans_exposures(1); }
 
  private:
   using Answer = std::function<Result<void>(std::size_t first, std::vector<Radiance>& answers)>;

@@ -144,7 +144,7 @@ void place(const SceneFacts& facts, KnownTransport& known, NodeLevel& into, std:
   const Block& j = into.block(col);
   const Energy energy =
       energy_of(facts, estimate, static_cast<std::size_t>(i.size()), static_cast<std::size_t>(j.size()));
-  if (is_empty(energy, facts.options.rule)) {
+  if (is_empty(energy, facts.rule())) {
     known.add_empty(into.level(), row, col);
   } else if (i.single_pixel() && j.single_pixel()) {
     add_pixel(facts, known, i.begin, j.begin, estimate);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/search/coarseness.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
@@ -8,16 +9,26 @@
 
 namespace symrig::acquisition {
 
-/// What does not change while a scene is searched.
+/// What is known of a scene before it is searched.
 struct SceneFacts {
   const CaptureSettings& options;
   const BlockTree& tree;
   int channels;
   std::vector<double> flood_squared;  ///< F² of each channel; F: RMS of the flood-lit photograph
   double residual_shift = 0;          ///< of all photographs [pixels] (Probe::residual_shift)
+  Coarseness coarseness = {};         ///< of the level that is searched (BudgetTolerance)
 
-  /// τ_A², the mean square misfit that a leaf may have, in units of F².
-  double tolerance() const { return options.rule.flood_fraction * options.rule.flood_fraction; }
+  /// The rule of the level that is searched.
+  RankRule rule() const {
+    RankRule coarser = options.rule;
+    coarser.flood_fraction *= coarseness.factor();
+    return coarser;
+  }
+  /// τ_A², the mean square misfit that a leaf of this level may have, in units of F².
+  double tolerance() const {
+    const double fraction = options.rule.flood_fraction * coarseness.factor();
+    return fraction * fraction;
+  }
 };
 
 }  // namespace symrig::acquisition

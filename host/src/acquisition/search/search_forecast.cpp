@@ -40,6 +40,19 @@ bool shares_nothing(const LevelPlan& plan) {
 
 }  // namespace
 
+std::vector<double> children_per_block(const BlockTree& tree) {
+  std::vector<double> children;
+  for (int l = 0; l + 1 < tree.levels(); ++l)
+    children.push_back(static_cast<double>(tree.level(l + 1).size()) /
+                       static_cast<double>(tree.level(l).size()));
+  return children;
+}
+
+double photographs_if_growing(const LevelPlan& plan, double second, double growth) {
+  if (plan.planned < 1 || static_cast<std::size_t>(plan.level) >= plan.children.size()) return 0;
+  return static_cast<double>(plan.planned) + all_later(plan, second, growth);
+}
+
 UnitsToCome forecast_later(const LevelPlan& plan) {
   const bool known = plan.level >= 1 && static_cast<std::size_t>(plan.level) < plan.children.size();
   if (!known || plan.planned < 1 || shares_nothing(plan)) return {};

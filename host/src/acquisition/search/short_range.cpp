@@ -72,7 +72,7 @@ bool within(const SceneFacts& facts, const NodeLevel& level, const Node& node, i
       total.samples += e.samples;
     }
   }
-  return is_empty(total, facts.options.rule);
+  return is_empty(total, facts.rule());
 }
 
 /// The least radius that covers all unknown light, or more than kLargestRadius.
@@ -91,7 +91,7 @@ int radius_of(const SceneFacts& facts, const std::vector<NodeLevel>& open) {
 /// photographs' own.
 bool dark(const SceneFacts& facts, const std::vector<Checks::Residual>& residuals, double noise) {
   const DarkExcess excess(residuals, facts.flood_squared);
-  const RankRule& rule = facts.options.rule;
+  const RankRule rule = facts.rule();
   bool all = true;
   for_blocks(facts.tree, [&](std::int32_t begin, std::int32_t end) {
     const Comparison seen = excess.of(begin, end);

@@ -44,6 +44,7 @@ Error malformed(std::string_view text, std::string_view why) {
 Error unknown_scheme(std::string_view text) {
   Error error = malformed(text, "it does not begin with a known kind of link");
   std::vector<std::string_view> known;
+  known.reserve(kSchemes.size());
   for (const Scheme& scheme : kSchemes) known.push_back(scheme.text);
   const std::size_t colon = text.find(':');
   error.hint =

@@ -11,8 +11,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-namespace symrig::board {
-namespace usb {
+namespace symrig::board::usb {
 namespace {
 
 Error no_usb(int code) {
@@ -104,8 +103,7 @@ Result<std::vector<Candidate>> candidates(libusb_context& context) {
   return found;
 }
 
-}  // namespace usb
-}  // namespace symrig::board
+}  // namespace symrig::board::usb
 
 namespace symrig {
 namespace {

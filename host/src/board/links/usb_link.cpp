@@ -204,6 +204,7 @@ Error cannot_open_usb(const std::string& name, int code) {
 Result<usb::Candidate> pick(std::vector<usb::Candidate> candidates, const std::string& serial) {
   std::vector<FoundBoard> found;
   std::erase_if(candidates, [](const usb::Candidate& one) { return !is_symrig(one.about); });
+  found.reserve(candidates.size());
   for (const usb::Candidate& one : candidates) found.push_back(as_board(one.about));
   SYMRIG_TRY(const DeviceUri chosen, choose_board(found, serial));
   const auto same = [&](const usb::Candidate& one) { return one.about.serial == chosen.place; };

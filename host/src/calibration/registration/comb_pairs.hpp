@@ -26,11 +26,11 @@ struct CombPair {
 template <class Visit>
 void each_comb_pair(std::span<const Radiance> combs, const Image<std::uint8_t>& seen, bool rows, int channel,
                     const Visit& visit) {
-  constexpr int kPeriod = CombPhotographs::period;
+  constexpr int period = CombPhotographs::period;
   const Grid grid = seen.grid();
   const int down = rows ? 1 : 0, right = rows ? 0 : 1;
   const auto comb = [&](int row, int col, int ahead) -> const Radiance& {
-    return combs[((rows ? row : col) + ahead) % kPeriod];
+    return combs[((rows ? row : col) + ahead) % period];
   };
   const auto light = [&](int row, int col, int ahead) {
     return static_cast<double>(comb(row, col, ahead).mean.at(row, col, channel));

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "acquisition/search/coarseness.hpp"
+#include "acquisition/search/findings.hpp"
+#include "acquisition/search/level_search.hpp"
+#include "acquisition/search/photographer.hpp"
+#include "acquisition/search/scene_facts.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace symrig::acquisition {
+
+/// Makes a budget reach to single pixels (docs/decisions/budgets.md). Most light between pixels goes to near
+/// ones, and only the last levels see it. Where the budget would end before them, leaves of all levels may
+/// miss more. Each level gets the finest tolerance with which it takes no more than its share of what is
+/// left.
+class BudgetTolerance {
+ public:
+  BudgetTolerance(SceneFacts& facts, Photographer& photographer, Findings& found)
+      : facts_(facts), photographer_(photographer), found_(found) {}
+
+  /// Coarser levels get shorter exposures.
+  void shorten_exposures() { shortens_ = true; }
+
+  /// Photographs that the budget has left, if one takes `pace` times as long as the last ones.
+  using Left = std::function<std::int64_t(double pace)>;
+  /// Makes leaves of the nodes of `level` that pass their test, and unknown nodes of `next` of the others.
+  /// search: of that level, done. tested: by its rule.
+  void settle(const LevelSearch& search, const NodeLevel& level, std::vector<Tested> tested, NodeLevel& next,
+              const Left& left);
+
+  /// Of the level that is next.
+  Coarseness next() const { return next_; }
+  /// How long a photograph of it takes, as a multiple of those of the level before.
+  double pace() const { return pace_; }
+  /// The budget has made a level coarser.
+  bool raised() const { return most_.steps > 0; }
+  /// What is done after the search must expect what the coarsest leaves may miss.
+  void keep_coarsest() { facts_.coarseness = most_; }
+
+ private:
+  double pace_from(Coarseness before) const;
+  bool fits(NodeLevel& next, const Left& left) const;
+
+  SceneFacts& facts_;
+  Photographer& photographer_;
+  Findings& found_;
+  Coarseness next_, most_;
+  double pace_ = 1;
+  bool shortens_ = false;
+};
+
+}  // namespace symrig::acquisition
