@@ -104,7 +104,8 @@ inline DenseTransport facing_planes(Grid grid, double indirect = 0.2) {
             const double direct = i == j ? albedo(i) : 0;
             const double xi = i % grid.cols + 0.5 - crease, xj = j % grid.cols + 0.5 - crease;
             if (xi * xj > 0) return direct;
-            const double dy = (i / grid.cols - j / grid.cols) / static_cast<double>(grid.rows);
+            const int rows = i / grid.cols - j / grid.cols;
+            const double dy = rows / static_cast<double>(grid.rows);
             const double dx = (std::abs(xi) + std::abs(xj)) / grid.cols;
             return direct + scale * albedo(i) * albedo(j) / (0.05 + dx * dx + dy * dy);
           }};

@@ -65,6 +65,7 @@ Running::Running(const fs::path& folder, const std::vector<std::string>& argumen
   std::vector<std::string> all{SYMRIG_COMMAND};
   all.insert(all.end(), arguments.begin(), arguments.end());
   std::vector<char*> words;
+  words.reserve(all.size() + 1);
   for (std::string& word : all) words.push_back(word.data());
   words.push_back(nullptr);
   child_ = fork();

@@ -42,7 +42,7 @@ class OptionValues : public CommandTest {
     return options;
   }
   Outcome expect_one_line(const Words& words) const {
-    const Outcome outcome = symrig(words);
+    Outcome outcome = symrig(words);
     std::string all;
     for (const std::string& word : words) all += word + " ";
     EXPECT_EQ(outcome.code, kUsage) << all << outcome.err;

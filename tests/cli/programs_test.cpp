@@ -117,7 +117,7 @@ TEST_F(Programs, trace_draws_plans_without_a_board) {
   EXPECT_EQ(plan.out.find("actual"), std::string::npos);
   expect_refusal({"trace", "scan.toml", "--actual", "--vcd", "x.vcd"}, kUsage,
                  {"not a receipt", "symrig run"});
-  write("other.json", "{\"format\": \"other\"}");
+  write("other.json", R"({"format": "other"})");
   expect_refusal({"trace", "other.json", "--vcd", "x.vcd"}, kBadInput, {"other.json", "not the receipt"});
 }
 

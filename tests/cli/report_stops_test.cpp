@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include <fmt/format.h>
+
 namespace symrig::test::report_stops_test {
 namespace {
 
@@ -70,10 +72,19 @@ TEST_F(ReportStops, agree_with_captures_whose_budget_ends_there) {
     capture(rig, {});
     const std::vector<Stop> told = stops(page());
     ASSERT_GE(told.size(), 5U) << rig;
+    const auto errors = json("capture.json").at("error_per_level").get<std::vector<double>>();
+    const auto widths = json("capture.json").at("error_per_level_uncertainty").get<std::vector<double>>();
     const double finished = *told.back().letters;
     std::vector<double> really;
     for (std::size_t k = 0; k < told.size(); ++k) {
-      capture(rig, {"--max-patterns", std::to_string(static_cast<int>(told[k].patterns))});
+      // A budget of patterns would make all levels coarser (docs/decisions/budgets.md); one that no tolerance
+      // fits into ends after its level. It serves where the first level leaves no error that can be asked
+      // for.
+      const double reached = k == 0 ? 1 : errors[k - 1] + widths[k - 1];
+      if (reached < 1)
+        capture(rig, {"--target-error", fmt::format("{:.17g}", reached)});
+      else
+        capture(rig, {"--max-patterns", std::to_string(static_cast<int>(told[k].patterns))});
       const nlohmann::json per_level = json("capture.json").at("error_per_level");
       ASSERT_EQ(per_level.size(), k) << rig;
       really.push_back(last_letters(page()));

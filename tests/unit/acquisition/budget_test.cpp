@@ -109,14 +109,15 @@ TEST_F(Budget, time_on_the_clock_of_the_rig_is_never_exceeded) {
 
 /// Light between pixels goes to near ones most of all, and only the last levels see it. So a budget is spent
 /// as a tolerance that is coarser throughout would spend it, not on the first levels. The best such tolerance
-/// is the yardstick: one and a half of its steps of coarseness are a factor of 1.5² in what leaves may miss.
+/// is the yardstick. A level's own tolerance has steps of 1.5, and each of two levels may be a step too
+/// coarse: 1.5².
 TEST_F(Budget, a_budget_does_about_what_the_best_coarser_tolerance_does) {
   const DenseTransport large = facing_planes(Grid{32, 32});
   struct Captured {
     std::int64_t patterns;
     double indirect;
   };
-  const auto run = [&](CaptureOptions options) {
+  const auto run = [&](const CaptureOptions& options) {
     DenseProbe probe(large);
     const auto result = capture(probe, options);
     EXPECT_TRUE(result.ok());
@@ -125,9 +126,9 @@ TEST_F(Budget, a_budget_does_about_what_the_best_coarser_tolerance_does) {
   std::vector<Captured> coarser;
   const CaptureOptions base = default_options();
   const double tolerance = default_rule(base.algorithm).flood_fraction;
-  for (double factor = 1; factor < 100; factor *= 1.5) {
+  for (int steps = 0; steps < 12; ++steps) {
     CaptureOptions options = base;
-    options.tolerance = tolerance * factor;
+    options.tolerance = tolerance * std::pow(1.5, steps);
     coarser.push_back(run(options));
   }
   for (const double share : {0.5, 0.7, 0.85}) {

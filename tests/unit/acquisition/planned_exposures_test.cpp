@@ -6,6 +6,7 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -66,7 +67,7 @@ WithinSeconds capture_within(double coarser, double max_seconds) {
 // that takes as many seconds. Without shorter exposures, the same seconds take too few photographs.
 TEST(PlannedExposures, a_budget_of_seconds_does_about_what_the_best_coarser_tolerance_does) {
   std::vector<WithinSeconds> coarser;
-  for (double factor = 1; factor < 100; factor *= 1.5) coarser.push_back(capture_within(factor, 0));
+  for (int steps = 0; steps < 12; ++steps) coarser.push_back(capture_within(std::pow(1.5, steps), 0));
   for (const double share : {0.5, 0.7}) {
     const double seconds = share * coarser.front().rig_seconds;
     const WithinSeconds bound = capture_within(1, seconds);

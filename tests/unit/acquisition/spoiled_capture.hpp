@@ -6,6 +6,7 @@
 #include "symrig/acquisition/noise_check.hpp"
 #include "workbench.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <string>
 
@@ -28,9 +29,8 @@ inline NoiseCheck check_of(const std::function<void(Radiance&, int photograph)>&
 }
 
 inline bool tells(const NoiseCheck& check, const std::string& word) {
-  for (const std::string& finding : check.findings)
-    if (finding.find(word) != std::string::npos) return true;
-  return false;
+  return std::ranges::any_of(
+      check.findings, [&](const std::string& finding) { return finding.find(word) != std::string::npos; });
 }
 
 }  // namespace symrig::tests

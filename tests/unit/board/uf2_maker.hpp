@@ -21,7 +21,7 @@ inline std::vector<std::uint8_t> make_image(std::size_t size, const std::string&
   std::vector<std::uint8_t> image(size);
   for (std::size_t k = 0; k < size; ++k) image[k] = static_cast<std::uint8_t>((k * 2654435761U) >> 11U);
   std::uint32_t crc = 0xFFFFFFFF;  // bit by bit, apart from the code under test
-  for (std::size_t bit = 0; bit < 252 * 8; ++bit) {
+  for (std::size_t bit = 0; bit < 252UL * 8; ++bit) {
     const std::uint32_t data = image[bit / 8] >> (7 - bit % 8) & 1U;
     const bool out = (crc >> 31U ^ data) != 0;
     crc = (crc << 1U) ^ (out ? 0x04C11DB7U : 0U);

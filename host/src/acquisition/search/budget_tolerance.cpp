@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace symrig::acquisition {
 namespace {
 
-/// A hundred times the tolerance. Where even that does not help, the last levels are cut short.
+/// A hundred times the tolerance.
 constexpr int kMostSteps = 11;
-constexpr std::int64_t kOneColour = 4;  // photographs of a level
 
 /// From one level to the next. Without a budget scenes take 0.9 to 1.7 times as many photographs in the mean,
 /// and level 2 more (search_forecast.hpp). With a coarser tolerance they take about as many.
@@ -37,18 +37,21 @@ void BudgetTolerance::settle(const LevelSearch& search, const NodeLevel& level, 
   const KnownTransport::Mark known = found_.known.mark();
   const NodeLevel open = next;
   const Coarseness before = next_;
-  for (int steps = 0; steps <= kMostSteps; ++steps) {
+  bool settled = false;
+  const auto settle_with = [&](int steps) {
     facts_.coarseness = next_ = {steps};
     pace_ = pace_from(before);
-    // The photographs of a level that was coarser itself show no more than its own tolerance.
+    // A level that was coarser itself is judged anew even by the user's tolerance.
     if (steps > 0 || before.steps > 0) tested = search.judge();
-    if (steps > 0) {
+    if (std::exchange(settled, true)) {
       found_.known.rewind(known);
       next = open;
     }
     acquisition::settle(facts_, found_.known, level, tested, next);
-    if (fits(next, left)) break;
-  }
+  };
+  int steps = 0;
+  for (settle_with(0); !fits(next, left); settle_with(steps))
+    if (++steps > kMostSteps) return settle_with(0);  // no tolerance helps: the search is cut
   if (next_.steps > most_.steps) most_ = next_;
 }
 
@@ -56,8 +59,8 @@ void BudgetTolerance::settle(const LevelSearch& search, const NodeLevel& level, 
 bool BudgetTolerance::fits(NodeLevel& next, const Left& left) const {
   const auto photographs = static_cast<double>(left(pace_));
   if (photographs > 4 * static_cast<double>(facts_.tree.grid().size())) return true;
+  if (facts_.tree.levels() < kFewestLevels) return true;
   const std::int64_t planned = LevelSearch(facts_, photographer_, found_, next).foreseen();
-  if (planned <= kOneColour || facts_.tree.levels() < kFewestLevels) return true;
   const std::vector<double> children = children_per_block(facts_.tree);
   const bool coarser = next_.steps > 0;
   const double all = photographs_if_growing({.level = next.level(), .planned = planned, .children = children},

@@ -208,7 +208,7 @@ void Hierarchy::report_step(int level) {
     direct = assumed.direct;
     error_per_level_.push_back(assumed.error);
     step.error = assumed.error.value;
-    sparseness_.misses({.between_pixels = 0, .of_all = assumed.error.value});
+    sparseness_.misses_of_all(assumed.error.value);
     half_width = assumed.error.half_width;
   }
   steps_.push_back(step);

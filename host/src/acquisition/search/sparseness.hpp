@@ -31,8 +31,10 @@ class Sparseness {
     double between_pixels = 0;  ///< of the light between pixels (Checks::errors, indirect); 0: not known
     double of_all = 0;          ///< of all light (frobenius); 0: not known
   };
-  /// After a level, and before leaves are reopened.
+  /// Before leaves are reopened.
   void misses(const Missed& missed) { missed_ = missed; }
+  /// After a level. What is missed between pixels stays as it was before leaves were reopened.
+  void misses_of_all(double share) { missed_.of_all = share; }
   /// The checks find leaves wrong that cannot be reopened within the budget.
   void doubt_leaves();
 
