@@ -31,9 +31,10 @@ struct Prior {
   }
 };
 
-/// What f − g is off by, as a share of √(a a′), the same way wherever light has a gradient: a gradient shifts
-/// the edges of the pattern that the map is found from. Maps of blurred benches are off by as much
-/// (docs/benchmarks/registration.md), and counting it twice leaves smooth scenes to the prior.
+/// What f − g is off by, as a share of √(a a′), the same way wherever light has a gradient. On smooth scenes
+/// f − g follows gradients where both blurs are equal: on vgroove-white, tiles say σp − σc = 0.3 to 0.5
+/// cells. Maps of blurred benches are off by up to 0.004 cells (docs/benchmarks/registration.md), which would
+/// do that. So smooth scenes are left to the prior.
 constexpr double kUneven = 0.005;
 
 /// Sums over the pairs of neighbours in a tile: m = √(a a′), d = a − a′, f − g.
