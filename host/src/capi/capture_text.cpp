@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <fmt/format.h>
@@ -45,70 +46,63 @@ Result<void> take_switch(std::string_view key, std::string_view value, bool& int
   return {};
 }
 
+using TakeValue = Result<void> (*)(std::string_view key, std::string_view value, CaptureDraft& draft);
+
 struct CaptureKey {
   std::string_view name;
-  Result<void> (*take)(std::string_view key, std::string_view value, CaptureDraft& draft);
+  TakeValue take;
 };
 
+/// A number of the options, or a budget.
+template <auto Member>
+constexpr TakeValue kNumber = [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+  if constexpr (std::is_invocable_v<decltype(Member), CaptureOptions&>)
+    return take_number(key, value, draft.job.options.*Member);
+  else
+    return take_number(key, value, draft.budgets.*Member);
+};
+
+/// A switch of the job, of its log, or of the options.
+template <auto Member>
+constexpr TakeValue kSwitch = [](std::string_view key, std::string_view value, CaptureDraft& draft) {
+  if constexpr (std::is_invocable_v<decltype(Member), CaptureJob&>)
+    return take_switch(key, value, draft.job.*Member);
+  else if constexpr (std::is_invocable_v<decltype(Member), LogOptions&>)
+    return take_switch(key, value, draft.job.log.*Member);
+  else
+    return take_switch(key, value, draft.job.options.*Member);
+};
+
+/// A word of a list.
+template <auto Member, auto Parse>
+constexpr TakeValue kWord =
+    [](std::string_view, std::string_view value, CaptureDraft& draft) -> Result<void> {
+  SYMRIG_TRY(draft.job.options.*Member, Parse(value));
+  return {};
+};
+
+Result<void> take_log(std::string_view key, std::string_view value, CaptureDraft& draft) {
+  bool on = true;
+  SYMRIG_CHECK(take_switch(key, value, on));
+  draft.job.log.off = !on;
+  return {};
+}
+
 constexpr std::array kCaptureKeys{
-    CaptureKey{"algorithm",
-               [](std::string_view, std::string_view value, CaptureDraft& draft) -> Result<void> {
-                 SYMRIG_TRY(draft.job.options.algorithm, parse_algorithm(value));
-                 return {};
-               }},
-    CaptureKey{"tolerance",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.job.options.tolerance);
-               }},
-    CaptureKey{"max_patterns",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.budgets.max_patterns);
-               }},
-    CaptureKey{"max_seconds",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.budgets.max_seconds);
-               }},
-    CaptureKey{"target_error",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.budgets.target_error);
-               }},
-    CaptureKey{"photograph_seconds",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.job.options.photograph_seconds);
-               }},
-    CaptureKey{"polish",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.job.options.polish);
-               }},
-    CaptureKey{"split",
-               [](std::string_view, std::string_view value, CaptureDraft& draft) -> Result<void> {
-                 SYMRIG_TRY(draft.job.options.split, parse_split_order(value));
-                 return {};
-               }},
-    CaptureKey{"dual_threshold",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_number(key, value, draft.job.options.dual_threshold);
-               }},
-    CaptureKey{"dual_subtracts",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_switch(key, value, draft.job.options.dual_subtracts);
-               }},
-    CaptureKey{"check_axis",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_switch(key, value, draft.job.check_axis);
-               }},
-    CaptureKey{"log",
-               [](std::string_view key, std::string_view value, CaptureDraft& draft) -> Result<void> {
-                 bool on = true;
-                 SYMRIG_CHECK(take_switch(key, value, on));
-                 draft.job.log.off = !on;
-                 return {};
-               }},
-    CaptureKey{"resume", [](std::string_view key, std::string_view value,
-                            CaptureDraft& draft) { return take_switch(key, value, draft.job.log.resume); }},
-    CaptureKey{"keep_log", [](std::string_view key, std::string_view value, CaptureDraft& draft) {
-                 return take_switch(key, value, draft.job.log.keep);
-               }}};
+    CaptureKey{"algorithm", kWord<&CaptureOptions::algorithm, &parse_algorithm>},
+    CaptureKey{"tolerance", kNumber<&CaptureOptions::tolerance>},
+    CaptureKey{"max_patterns", kNumber<&GivenBudgets::max_patterns>},
+    CaptureKey{"max_seconds", kNumber<&GivenBudgets::max_seconds>},
+    CaptureKey{"target_error", kNumber<&GivenBudgets::target_error>},
+    CaptureKey{"photograph_seconds", kNumber<&CaptureOptions::photograph_seconds>},
+    CaptureKey{"polish", kNumber<&CaptureOptions::polish>},
+    CaptureKey{"split", kWord<&CaptureOptions::split, &parse_split_order>},
+    CaptureKey{"dual_threshold", kNumber<&CaptureOptions::dual_threshold>},
+    CaptureKey{"dual_subtracts", kSwitch<&CaptureOptions::dual_subtracts>},
+    CaptureKey{"check_axis", kSwitch<&CaptureJob::check_axis>},
+    CaptureKey{"log", &take_log},
+    CaptureKey{"resume", kSwitch<&LogOptions::resume>},
+    CaptureKey{"keep_log", kSwitch<&LogOptions::keep>}};
 
 const CaptureKey* capture_key(std::string_view name) {
   const auto* const found = std::find_if(kCaptureKeys.begin(), kCaptureKeys.end(),

@@ -21,10 +21,11 @@ using symrig::Result;
 using symrig::TransportTensor;
 using namespace symrig::capi;
 
-/// Floats in memory of the caller: `pictures` of them, each of this size.
+/// Floats in memory of the caller. T: const where they are read.
+template <class T>
 struct Given {
   const char* name;
-  const float* values;
+  T* values;
   std::size_t count;
 };
 
@@ -36,7 +37,8 @@ struct Size {
   }
 };
 
-Result<void> check_pictures(const Given& given, std::size_t pictures, const Size& size) {
+template <class T>
+Result<void> check_pictures(const Given<T>& given, std::size_t pictures, const Size& size) {
   const bool fits = pictures == 0 ? given.count == 0
                                   : given.count % pictures == 0 && given.count / pictures == size.values();
   if (fits) return {};
@@ -47,14 +49,14 @@ Result<void> check_pictures(const Given& given, std::size_t pictures, const Size
                "use the sizes of symrig_tensor_shape()"};
 }
 
-Result<void> check_light(const Given& given) {
+Result<void> check_light(const Given<const float>& given) {
   if (std::all_of(given.values, given.values + given.count, [](float value) { return std::isfinite(value); }))
     return {};
   return Error{ErrorCode::bad_value, std::string(given.name) + " contains a NaN or an infinity",
                "give light from 0 to 1"};
 }
 
-Image<float> picture_at(const Given& given, std::size_t k, const Size& size) {
+Image<float> picture_at(const Given<const float>& given, std::size_t k, const Size& size) {
   Image<float> picture(size.grid, size.channels);
   std::copy_n(given.values + k * size.values(), size.values(), picture.values().begin());
   return picture;
@@ -66,24 +68,6 @@ Size pattern_size(const TransportTensor& tensor) {
 
 Size photograph_size(const TransportTensor& tensor) {
   return {tensor.camera_grid(), tensor.channels()};
-}
-
-/// Pictures of one kind to pictures of another: checks both counts, then maps batch after batch.
-template <class Map>
-Result<void> map_pictures(const Given& from, const Size& from_size, const Given& to, float* out,
-                          const Size& to_size, std::size_t pictures, Map map) {
-  SYMRIG_CHECK(check_pictures(from, pictures, from_size));
-  SYMRIG_CHECK(check_pictures(to, pictures, to_size));
-  SYMRIG_CHECK(check_light(from));
-  constexpr std::size_t kTogether = 16;  // T is read once for so many
-  for (std::size_t first = 0; first < pictures; first += kTogether) {
-    std::vector<Image<float>> batch;
-    for (std::size_t k = first; k < std::min(first + kTogether, pictures); ++k)
-      batch.push_back(picture_at(from, k, from_size));
-    SYMRIG_TRY(const std::vector<Image<float>> mapped, map(batch));
-    for (const Image<float>& one : mapped) out = std::copy(one.values().begin(), one.values().end(), out);
-  }
-  return {};
 }
 
 using Batch = std::vector<Image<float>>;
@@ -101,8 +85,43 @@ auto one_by_one(One one) {
   };
 }
 
-int code_of(const Result<void>& done, symrig_error* error) {
-  return done ? 0 : report(done.error(), error);
+/// Pictures of one kind and pictures of another, each of this size.
+struct Pictures {
+  std::size_t count;
+  Size from_size, to_size;
+};
+
+/// Checks both counts, then maps batch after batch.
+template <class Map>
+Result<void> map_pictures(const Given<const float>& from, const Given<float>& to, const Pictures& pictures,
+                          Map map) {
+  SYMRIG_CHECK(check_pictures(from, pictures.count, pictures.from_size));
+  SYMRIG_CHECK(check_pictures(to, pictures.count, pictures.to_size));
+  SYMRIG_CHECK(check_light(from));
+  constexpr std::size_t kTogether = 16;  // T is read once for so many
+  float* out = to.values;
+  for (std::size_t first = 0; first < pictures.count; first += kTogether) {
+    Batch batch;
+    for (std::size_t k = first; k < std::min(first + kTogether, pictures.count); ++k)
+      batch.push_back(picture_at(from, k, pictures.from_size));
+    SYMRIG_TRY(const Batch mapped, map(batch));
+    for (const Image<float>& one : mapped) out = std::copy(one.values().begin(), one.values().end(), out);
+  }
+  return {};
+}
+
+/// What the calls have in common. make: the sizes and the map, of the tensor.
+template <class Make>
+int mapped(const symrig_tensor* tensor, const Given<const float>& from, const Given<float>& to,
+           symrig_error* error, Make make) {
+  return guarded(error, [&] {
+    if (tensor == nullptr) return missing("tensor", error);
+    if (from.values == nullptr) return missing(from.name, error);
+    if (to.values == nullptr) return missing(to.name, error);
+    const auto [pictures, map] = make(tensor->scene.tensor);
+    const Result<void> done = map_pictures(from, to, pictures, map);
+    return done ? 0 : report(done.error(), error);
+  });
 }
 
 }  // namespace
@@ -132,60 +151,41 @@ symrig_shape symrig_tensor_shape(const symrig_tensor* tensor) {
 
 int symrig_tensor_relight(const symrig_tensor* tensor, const float* pattern, size_t pattern_count,
                           float* photograph, size_t photograph_count, symrig_error* error) {
-  return guarded(error, [&] {
-    if (tensor == nullptr) return missing("tensor", error);
-    if (pattern == nullptr) return missing("pattern", error);
-    if (photograph == nullptr) return missing("photograph", error);
-    const TransportTensor& held = tensor->scene.tensor;
-    const Given from{"pattern", pattern, pattern_count}, to{"photograph", photograph, photograph_count};
-    return code_of(map_pictures(from, pattern_size(held), to, photograph, photograph_size(held), 1,
-                                one_by_one([&held](const Image<float>& light) { return held.apply(light); })),
-                   error);
-  });
+  return mapped(tensor, {"pattern", pattern, pattern_count}, {"photograph", photograph, photograph_count},
+                error, [](const TransportTensor& held) {
+                  return std::pair(
+                      Pictures{1, pattern_size(held), photograph_size(held)},
+                      one_by_one([&held](const Image<float>& light) { return held.apply(light); }));
+                });
 }
 
 int symrig_tensor_relight_many(const symrig_tensor* tensor, size_t patterns, const float* pattern,
                                size_t pattern_count, float* photograph, size_t photograph_count,
                                symrig_error* error) {
-  return guarded(error, [&] {
-    if (tensor == nullptr) return missing("tensor", error);
-    if (pattern == nullptr) return missing("pattern", error);
-    if (photograph == nullptr) return missing("photograph", error);
-    const TransportTensor& held = tensor->scene.tensor;
-    const Given from{"pattern", pattern, pattern_count}, to{"photograph", photograph, photograph_count};
-    return code_of(map_pictures(from, pattern_size(held), to, photograph, photograph_size(held), patterns,
-                                [&held](const Batch& lights) { return held.apply_batch(lights); }),
-                   error);
-  });
+  return mapped(tensor, {"pattern", pattern, pattern_count}, {"photograph", photograph, photograph_count},
+                error, [patterns](const TransportTensor& held) {
+                  return std::pair(Pictures{patterns, pattern_size(held), photograph_size(held)},
+                                   [&held](const Batch& lights) { return held.apply_batch(lights); });
+                });
 }
 
 int symrig_tensor_adjoint(const symrig_tensor* tensor, size_t pictures, const float* picture,
                           size_t picture_count, float* light, size_t light_count, symrig_error* error) {
-  return guarded(error, [&] {
-    if (tensor == nullptr) return missing("tensor", error);
-    if (picture == nullptr) return missing("picture", error);
-    if (light == nullptr) return missing("light", error);
-    const TransportTensor& held = tensor->scene.tensor;
-    const Given from{"picture", picture, picture_count}, to{"light", light, light_count};
-    return code_of(
-        map_pictures(from, photograph_size(held), to, light, pattern_size(held), pictures,
-                     one_by_one([&held](const Image<float>& one) { return apply_adjoint(held, one); })),
-        error);
-  });
+  return mapped(tensor, {"picture", picture, picture_count}, {"light", light, light_count}, error,
+                [pictures](const TransportTensor& held) {
+                  return std::pair(
+                      Pictures{pictures, photograph_size(held), pattern_size(held)},
+                      one_by_one([&held](const Image<float>& one) { return apply_adjoint(held, one); }));
+                });
 }
 
 int symrig_tensor_dual(const symrig_tensor* tensor, const float* light, size_t light_count, float* picture,
                        size_t picture_count, symrig_error* error) {
-  return guarded(error, [&] {
-    if (tensor == nullptr) return missing("tensor", error);
-    if (light == nullptr) return missing("light", error);
-    if (picture == nullptr) return missing("picture", error);
-    const TransportTensor& held = tensor->scene.tensor;
-    const Given from{"light", light, light_count}, to{"picture", picture, picture_count};
-    const Size camera{held.camera_grid(), 1}, projector{held.projector_grid(), held.channels()};
-    return code_of(
-        map_pictures(from, camera, to, picture, projector, 1,
-                     one_by_one([&held](const Image<float>& one) { return held.apply_transposed(one); })),
-        error);
-  });
+  return mapped(tensor, {"light", light, light_count}, {"picture", picture, picture_count}, error,
+                [](const TransportTensor& held) {
+                  const Size camera{held.camera_grid(), 1}, projector{held.projector_grid(), held.channels()};
+                  return std::pair(
+                      Pictures{1, camera, projector},
+                      one_by_one([&held](const Image<float>& one) { return held.apply_transposed(one); }));
+                });
 }
