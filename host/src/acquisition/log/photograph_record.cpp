@@ -18,6 +18,10 @@ constexpr std::uint32_t kBudgeted = 0x100;   ///< beside the kind: a capture wit
 constexpr std::uint32_t kCoarserShift = 16;  ///< and by how many steps its wanted noise was raised
 constexpr std::uint32_t kCoarser = 0xFFU << kCoarserShift;
 
+std::uint32_t budget_bits(std::int32_t coarser_steps) {
+  return kBudgeted | ((static_cast<std::uint32_t>(coarser_steps) << kCoarserShift) & kCoarser);
+}
+
 /// The fixed front of a record.
 struct RecordFront {
   std::int64_t photographs, frames;
@@ -143,14 +147,6 @@ Result<void> check_run(const PhotographShape& shape, std::span<const Pattern> pa
     SYMRIG_CHECK(check_one(shape, patterns[k], photographs[k]));
   return {};
 }
-
-namespace {
-
-std::uint32_t budget_bits(std::int32_t coarser_steps) {
-  return kBudgeted | ((static_cast<std::uint32_t>(coarser_steps) << kCoarserShift) & kCoarser);
-}
-
-}  // namespace
 
 void encode_record(const Pattern& pattern, const Radiance& photograph, const RecordNote& note,
                    Record& record) {

@@ -58,7 +58,8 @@ void BudgetTolerance::settle(const LevelSearch& search, const NodeLevel& level, 
 /// The next level and those after it fit into the budget if all of them take as many photographs.
 bool BudgetTolerance::fits(NodeLevel& next, const Left& left) const {
   const auto photographs = static_cast<double>(left(pace_));
-  if (photographs > 4 * static_cast<double>(facts_.tree.grid().size())) return true;
+  // No search takes more than brute force does; a larger budget, or none, needs no forecast.
+  if (photographs >= static_cast<double>(facts_.tree.grid().size())) return true;
   if (facts_.tree.levels() < kFewestLevels) return true;
   const std::int64_t planned = LevelSearch(facts_, photographer_, found_, next).foreseen();
   const std::vector<double> children = children_per_block(facts_.tree);

@@ -25,15 +25,15 @@ class BudgetTolerance {
   /// Coarser levels get shorter exposures.
   void shorten_exposures() { shortens_ = true; }
 
-  /// Photographs that the budget has left, if one takes `pace` times as long as the last ones.
+  /// Photographs that the user's budget has left, if one takes `pace` times as long as the last ones.
   using Left = std::function<std::int64_t(double pace)>;
   /// Makes leaves of the nodes of `level` that pass their test, and unknown nodes of `next` of the others.
   /// search: of that level, done. tested: by its rule.
   void settle(const LevelSearch& search, const NodeLevel& level, std::vector<Tested> tested, NodeLevel& next,
               const Left& left);
 
-  /// Of the level that is next.
-  Coarseness next() const { return next_; }
+  /// By how much the level that is next raises the wanted noise of its photographs.
+  Coarseness of_exposures() const { return shortens_ ? next_ : Coarseness{}; }
   /// How long a photograph of it takes, as a multiple of those of the level before.
   double pace() const { return pace_; }
   /// The budget has made a level coarser.

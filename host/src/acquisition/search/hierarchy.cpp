@@ -175,11 +175,9 @@ Result<void> Hierarchy::search_level(int level) {
   search.ask_first([&](std::int64_t photographs, std::int64_t later) {
     return sparseness_.worth_searching(level, photographs, later);
   });
-  const auto limit = [&](double pace) {
-    return sparseness_.can_take_over() ? budget_.of_user(pace) : budget_.tightest(pace);
-  };
-  const Budget::Limit budget = limit(tolerance_.pace());
-  if (forecast_ && options().max_seconds > 0) forecast_->coarsen(tolerance_.next());
+  const double pace = tolerance_.pace();
+  const Budget::Limit budget = sparseness_.can_take_over() ? budget_.of_user(pace) : budget_.tightest(pace);
+  if (forecast_) forecast_->coarsen(tolerance_.of_exposures());
   if (!budget_.reopening()) budget_.begin_pace();
   SYMRIG_TRY(std::vector<Tested> tested, search.run(budget.left));
   if (search.given_up()) {
@@ -194,8 +192,8 @@ Result<void> Hierarchy::search_level(int level) {
     settle(facts_, found_.known, unknown, tested, last ? none : found_.open[at + 1]);
   else
     tolerance_.settle(search, unknown, std::move(tested), found_.open[at + 1],
-                      [&](double pace) { return limit(pace).left; });
-  if (tolerance_.raised() && !budget_.reopening()) stopped_by_ = budget.name;
+                      [&](double pace_there) { return budget_.of_user(pace_there).left; });
+  if (tolerance_.raised() && !budget_.reopening()) stopped_by_ = budget_.of_user().name;
   return {};
 }
 
