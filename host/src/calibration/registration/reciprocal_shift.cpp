@@ -132,10 +132,13 @@ ShiftField::ShiftField(std::span<const Radiance> combs, const Image<std::uint8_t
   }
   Eigen::MatrixXd whole = covariance;
   for (Eigen::Index i = 0; i < n; ++i) whole(i, i) += shown[i].variance;
-  const double not_known = (covariance - covariance * solve_normal(whole, covariance)).trace();
+  Eigen::MatrixXd right(n, n + 1);
+  right << covariance, values;
+  const Eigen::MatrixXd left = solve_normal(whole, right);
+  const double not_known = covariance.trace() - covariance.cwiseProduct(left.leftCols(n).transpose()).sum();
   unknown_ = std::sqrt(std::max(0.0, not_known / static_cast<double>(n)));
   if (variance == 0) return;
-  const Eigen::VectorXd solved = solve_normal(whole, values);
+  const Eigen::VectorXd solved = left.col(n);
   size_ = (covariance * solved).norm() / std::sqrt(static_cast<double>(n));
   weight_.resize(shown.size());
   for (Eigen::Index i = 0; i < n; ++i) weight_[i] = prior * solved[i];
