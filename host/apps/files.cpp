@@ -35,6 +35,10 @@ bool is_png(const std::string& path) {
   return suffix(path) == ".png";
 }
 
+bool is_exr(const std::string& path) {
+  return suffix(path) == ".exr";
+}
+
 Result<void> write_text(const std::string& path, std::string_view text) {
   return path.empty() ? Result<void>() : write_text_output(path, text);
 }

@@ -14,6 +14,7 @@ namespace symrig::apps {
 /// fails: bad_argument.
 Result<void> check_picture_suffix(const std::string& path);
 bool is_png(const std::string& path);
+bool is_exr(const std::string& path);
 
 /// Writes text unchanged to a file with write_text_output(), or to standard output. An empty path writes
 /// nothing.

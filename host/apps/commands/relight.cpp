@@ -175,7 +175,10 @@ Result<void> run(const CLI::App& command, const RelightArguments& arguments, boo
     SYMRIG_TRY(picture, coloured(arguments, scene.tensor, std::move(picture)));
   }
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
-  SYMRIG_TRY(const PictureFacts facts, facts_of(arguments, dual, exposure));
+  PictureFacts facts;  // other formats state none, and the hash reads the whole scene
+  if (is_exr(arguments.output)) {
+    SYMRIG_TRY(facts, facts_of(arguments, dual, exposure));
+  }
   SYMRIG_CHECK(write_picture(arguments.output, picture, exposure, facts));
   return print(result_text(arguments, picture, exposure));
 }
