@@ -30,7 +30,12 @@ def send(link):
 
 
 def main():
-    link = connect(sys.argv[1])
+    if len(sys.argv) != 2:
+        sys.exit("connect.py: give one place, unix:PATH or tcp:127.0.0.1:PORT")
+    try:
+        link = connect(sys.argv[1])
+    except (OSError, ValueError) as error:
+        sys.exit(f"connect.py: nothing answers at {sys.argv[1]} ({error}); start symrig serve there first")
     threading.Thread(target=send, args=[link], daemon=True).start()
     while data := link.recv(65536):
         while data:

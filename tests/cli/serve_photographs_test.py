@@ -9,14 +9,13 @@ import contextlib
 import os
 import pathlib
 import random
-import signal
 import socket
 import struct
-import subprocess
 import sys
 import tempfile
 
 from scene_content import content
+from served import Server, free_port, run
 
 GREETING = b"symrig-exec 1\n"
 RIG = "sim:vgroove-textured?size=16x12&noise=off"
@@ -24,24 +23,18 @@ CELLS = 16 * 12
 RECORD = 9 * CELLS
 
 
-class Server:
-    def __init__(self, symrig, place, rig=RIG):
-        self.place = place
-        command = [symrig, "serve", rig, "--photographs", "--listen", place]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout.readline() == place + "\n"
-        assert "photographs" in self.process.stdout.readline()
+def photographs(symrig, place, rig=RIG):
+    server = Server(symrig, rig, place, "--photographs")
+    assert "photographs" in server.told
+    return server
 
-    def end(self):
-        self.process.send_signal(signal.SIGINT)
-        return self.process.wait(timeout=60)
 
-    def memory(self):
-        """Bytes that it holds."""
-        for line in pathlib.Path(f"/proc/{self.process.pid}/status").read_text(encoding="ascii").splitlines():
-            if line.startswith("VmRSS:"):
-                return int(line.split()[1]) * 1024
-        raise AssertionError("no VmRSS")
+def memory(server):
+    """Bytes that it holds."""
+    for line in pathlib.Path(f"/proc/{server.process.pid}/status").read_text(encoding="ascii").splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) * 1024
+    raise AssertionError("no VmRSS")
 
 
 class Client:
@@ -76,18 +69,6 @@ class Client:
 
 def pattern(value):
     return struct.pack(f"<{CELLS}f", *[value] * CELLS)
-
-
-def run(*words, code=0):
-    done = subprocess.run(words, capture_output=True, text=True, timeout=600, check=False)
-    assert done.returncode == code, f"{words}: {done.returncode} {done.stderr}"
-    return done
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
 
 
 def captures_are_the_same(symrig, connect, place, folder):
@@ -181,13 +162,13 @@ def check_alive(place):
 def memory_is_bounded(server):
     """A flood of patterns, and of answers that nobody takes: the server holds one of each."""
     check_alive(server.place)
-    before = server.memory()
+    before = memory(server)
     client = Client(server.place)
     client.link.settimeout(0.2)
     with contextlib.suppress(OSError):
         for _ in range(10_000):  # 123 MB if it kept them
             client.link.sendall(b"measure 16\n" + pattern(1.0) * 16)
-    grown = server.memory() - before
+    grown = memory(server) - before
     client.close()
     assert grown < 32 << 20, f"the server grew by {grown} bytes"
     check_alive(server.place)
@@ -206,11 +187,18 @@ def refusals(symrig, path):
     assert not os.path.exists(path)
 
 
+def the_client_says_what_is_wrong(connect, path):
+    for words, word in (((), "give one place"), ((f"unix:{path}",), path), (("tcp:nowhere",), "tcp:nowhere")):
+        told = run(sys.executable, "-B", connect, *words, code=1).stderr
+        assert told.count("\n") == 1 and word in told, told
+
+
 def main(symrig, connect):
     with tempfile.TemporaryDirectory() as folder:
         path = f"{folder}/rig.sock"
         refusals(symrig, path)
-        server = Server(symrig, f"unix:{path}")
+        the_client_says_what_is_wrong(connect, path)
+        server = photographs(symrig, f"unix:{path}")
         try:
             captures_are_the_same(symrig, connect, server.place, folder)
             a_second_client_is_refused(symrig, connect, server.place, folder)
@@ -222,7 +210,7 @@ def main(symrig, connect):
             assert server.end() == 0 and not os.path.exists(path)
         finally:
             server.process.kill()
-        server = Server(symrig, f"tcp:127.0.0.1:{free_port()}")
+        server = photographs(symrig, f"tcp:127.0.0.1:{free_port()}")
         try:
             broken_framing_is_told(server.place)
             client = Client(server.place)

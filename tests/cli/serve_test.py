@@ -9,36 +9,18 @@ import json
 import os
 import pathlib
 import random
-import signal
 import socket
 import stat
-import subprocess
 import sys
 import tempfile
 
-
-class Server:
-    def __init__(self, symrig, place, device="sim:"):
-        self.place = place
-        self.process = subprocess.Popen([symrig, "serve", device, "--listen", place], stdout=subprocess.PIPE, text=True)
-        assert self.process.stdout.readline() == place + "\n"
-        assert "Ctrl-C" in self.process.stdout.readline()
-
-    def end(self):
-        self.process.send_signal(signal.SIGINT)
-        return self.process.wait(timeout=60)
+from served import Server, free_port, run
 
 
-def run(symrig, *words, code=0):
-    done = subprocess.run([symrig, *words], capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == code, f"{words}: {done.returncode} {done.stderr}"
-    return done
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
+def board(symrig, place):
+    server = Server(symrig, "sim:", place)
+    assert "Ctrl-C" in server.told
+    return server
 
 
 def hosts_one_after_the_other(symrig, place, folder):
@@ -68,6 +50,7 @@ def refusals(symrig, path):
         ("sim:", f"unix:{path}", 4, "remove what is there"),
         ("sim:", "tcp:0.0.0.0:4000", 2, "127.0.0.1"),
         ("sim:", "serial:/dev/null", 2, "no place to listen"),
+        ("sim:", path, 2, "no place to listen"),
         ("usb:", f"unix:{path}2", 2, "no simulated board"),
         ("sim:?jumper=none:aux", f"unix:{path}2", 2, "none"),
     ):
@@ -81,7 +64,7 @@ def main(symrig):
     with tempfile.TemporaryDirectory() as folder:
         path = f"{folder}/board.sock"
         refusals(symrig, path)
-        server = Server(symrig, f"unix:{path}")
+        server = board(symrig, f"unix:{path}")
         try:
             assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
             hosts_one_after_the_other(symrig, server.place, folder)
@@ -89,7 +72,7 @@ def main(symrig):
             assert server.end() == 0 and not os.path.exists(path)
         finally:
             server.process.kill()
-        server = Server(symrig, f"tcp:127.0.0.1:{free_port()}")
+        server = board(symrig, f"tcp:127.0.0.1:{free_port()}")
         try:
             run(symrig, "info", "--device", server.place)
             assert server.end() == 0

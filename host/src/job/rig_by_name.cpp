@@ -20,7 +20,7 @@ constexpr std::string_view kExec = "exec:";
 
 Error not_simulated(const std::string& rig) {
   return {ErrorCode::unknown_name, fmt::format("'{}' is not a simulated rig", rig),
-          "give a simulated rig, such as sim:vgroove-textured: only these know the exact transport"};
+          "give a simulated rig, such as sim:vgroove-textured"};
 }
 
 /// "simm:gumy" and "gumy" mean sim:gummy.

@@ -12,13 +12,13 @@
 namespace symrig::board {
 
 Result<ListeningPlace> ListeningPlace::open(const std::string& place) {
-  SYMRIG_TRY(const DeviceUri uri, DeviceUri::parse(place));
-  const bool local = uri.transport == Transport::unix_socket;
-  if (!local && uri.transport != Transport::tcp)
+  const auto uri = DeviceUri::parse(place);
+  const bool local = uri && uri->transport == Transport::unix_socket;
+  if (!local && !(uri && uri->transport == Transport::tcp))
     return Error{ErrorCode::bad_argument, fmt::format("'{}' is no place to listen at", place),
                  "give unix:PATH or tcp:127.0.0.1:PORT"};
-  SYMRIG_TRY(Fd fd, local ? listen_unix(uri.place) : listen_here(uri.place, uri.port));
-  return ListeningPlace(std::move(fd), local ? uri.place : std::string());
+  SYMRIG_TRY(Fd fd, local ? listen_unix(uri->place) : listen_here(uri->place, uri->port));
+  return ListeningPlace(std::move(fd), local ? uri->place : std::string());
 }
 
 ListeningPlace::~ListeningPlace() {
