@@ -10,6 +10,7 @@ BOOKS = ["relight", "compensate", "own_rig"]
 
 def test_the_page_works_as_typed(root, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(root / "examples")
     text = (root / "docs/python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) >= 10

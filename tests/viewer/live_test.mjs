@@ -96,8 +96,10 @@ async function says_why_it_failed(browser) {
   open_gate(kHeld, 'fail');
   await until(page, "/without a scene/.test(document.getElementById('capture-stage').textContent)");
   assert.match(await text(page, 'capture-stage'), /^The capture has ended without a scene: exec:.* ended with status 3 before photograph 1 of 1; .*; .*failed\.h5\.log keeps 39 photographs: continue with --resume$/);
+  assert.doesNotMatch(await text(page, 'capture-numbers'), /to go/);
   assert.equal(await hidden(page, 'capture-bar'), true);
   assert.equal(await hidden(page, 'main'), false);
+  if (screenshot) await page.screenshot({ path: screenshot.replace('.png', '-failed.png') });
   assert.equal(await failing.end(), 3);
   assert.deepEqual(faults, []);
   await page.close();

@@ -47,7 +47,7 @@ export class RunningCapture {
     if (this.tensor === 0) field("facts").textContent = "There is no picture.";
   }
 
-  /** Asks once. True if the capture is complete. */
+  /** Asks once. True if the capture has ended. */
   async look() {
     const now = JSON.parse(new TextDecoder().decode(await ask("live")));
     if (now.failed !== null) {
@@ -75,12 +75,13 @@ export class RunningCapture {
     const bar = field("capture-bar");
     if (now.expected > 0) [bar.max, bar.value] = [now.expected, now.done];
     else bar.removeAttribute("value");
+    const to_go = now.toGo === null ? "time to go not known yet" : `about ${time_text(now.toGo)} to go`;
     field("capture-numbers").textContent = [
       `${now.frames} frames`,
       `${now.lostFrames} lost`,
       `${time_text(now.rigSeconds)} of rig time`,
       `${time_text(now.seconds)} elapsed`,
-      now.toGo === null ? "time to go not known yet" : `about ${time_text(now.toGo)} to go`,
+      ...(now.failed === null ? [to_go] : []),
     ].join(" · ");
     field("capture-trouble").replaceChildren(...now.trouble.map((text) => element("li", { textContent: text })));
     this.show_levels(now.levels);
