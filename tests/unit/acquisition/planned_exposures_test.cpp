@@ -66,8 +66,10 @@ WithinSeconds capture_within(double coarser, double max_seconds) {
 // As Budget.a_budget_does_about_what_the_best_coarser_tolerance_does: two steps more than the best tolerance
 // that takes as many seconds. Without shorter exposures, the same seconds take too few photographs.
 TEST(PlannedExposures, a_budget_of_seconds_does_about_what_the_best_coarser_tolerance_does) {
+  constexpr int kSteps = 12;
   std::vector<WithinSeconds> coarser;
-  for (int steps = 0; steps < 12; ++steps) coarser.push_back(capture_within(std::pow(1.5, steps), 0));
+  coarser.reserve(kSteps);
+  for (int steps = 0; steps < kSteps; ++steps) coarser.push_back(capture_within(std::pow(1.5, steps), 0));
   for (const double share : {0.5, 0.7}) {
     const double seconds = share * coarser.front().rig_seconds;
     const WithinSeconds bound = capture_within(1, seconds);

@@ -129,6 +129,7 @@ class LoggedProbe final : public Probe {
   /// Photographs answered from the log count as they did when they were taken; setting up the rig again
   /// (metering, black) does not count again.
   ProbeCost cost() const override;
+  std::size_t together() const override { return together_; }
   std::string describe() const override { return inner_.describe(); }
 
   /// Photographs answered from the log so far.

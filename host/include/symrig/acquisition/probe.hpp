@@ -67,6 +67,7 @@ class Probe {
 
   /// Photographs that are worth asking for at once where each is logged. More than one pays where photographs
   /// are computed in parallel; a real rig loses as many when the process dies (docs/photograph-log.md).
+  /// 1: a capture works on the photographs before while this rig takes the next ones.
   virtual std::size_t together() const { return 1; }
 
   virtual ProbeCost cost() const = 0;

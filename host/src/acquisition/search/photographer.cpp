@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <future>
+#include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
@@ -14,7 +16,7 @@ namespace symrig::acquisition {
 namespace {
 
 constexpr std::size_t kBatchBytes =
-    std::size_t{64} << 20;  // photographs in flight; the rig and the host overlap well before that
+    std::size_t{32} << 20;  // two batches are in flight: one is photographed, the one before is used
 constexpr std::size_t kLargestBatch = 32;
 
 constexpr std::size_t kPoolBytes = std::size_t{256} << 20;  // photographs that are worked on at once
@@ -46,27 +48,27 @@ std::size_t Photographer::batch_size() const {
   return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
 }
 
-/// Empty without a forecaster.
-std::vector<Expectation> Photographer::expect(std::span<const LitBlocks> patterns, std::size_t first,
-                                              const MakePreviews& preview) const {
-  if (forecaster_ == nullptr || !probe_.plans_exposures(patterns.size())) return {};
-  return forecaster_->expect(patterns, preview ? preview(first, patterns.size()) : std::vector<Preview>{});
+/// first: the number of the first of these patterns, for preview.
+Photographer::Batch Photographer::prepare(std::span<const LitBlocks> patterns, std::size_t first,
+                                          bool planned, const MakePreviews& preview) const {
+  Batch batch{std::vector<Pattern>(patterns.size()), {}};
+  tbb::parallel_for(std::size_t{0}, patterns.size(),
+                    [&](std::size_t k) { batch.pictures[k] = picture(tree_, patterns[k]); });
+  if (planned)
+    batch.expected =
+        forecaster_->expect(patterns, preview ? preview(first, patterns.size()) : std::vector<Preview>{});
+  return batch;
 }
 
-/// Patterns [first, first + count).
-Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> patterns, std::size_t first,
-                                                    std::size_t count, const MakePreviews& preview) {
-  std::vector<Pattern> pictures(count);
-  tbb::parallel_for(std::size_t{0}, count,
-                    [&](std::size_t k) { pictures[k] = picture(tree_, patterns[first + k]); });
-  const std::vector<Expectation> expected = expect(patterns.subspan(first, count), first, preview);
+Result<std::vector<Radiance>> Photographer::measure(const Batch& batch) {
   const Stopwatch watch;
-  SYMRIG_TRY(std::vector<Radiance> answers,
-             expected.empty() ? probe_.measure(pictures) : probe_.measure_expected(pictures, expected));
+  SYMRIG_TRY(std::vector<Radiance> answers, batch.expected.empty()
+                                                ? probe_.measure(batch.pictures)
+                                                : probe_.measure_expected(batch.pictures, batch.expected));
   measure_seconds_ += watch.seconds();
-  if (answers.size() != pictures.size())
+  if (answers.size() != batch.pictures.size())
     return Error{ErrorCode::frame_missing,
-                 "the rig answered " + std::to_string(pictures.size()) + " patterns with " +
+                 "the rig answered " + std::to_string(batch.pictures.size()) + " patterns with " +
                      std::to_string(answers.size()) + " photographs",
                  "check the camera trigger"};
   for (const Radiance& answer : answers)
@@ -79,17 +81,44 @@ Result<std::vector<Radiance>> Photographer::measure(std::span<const LitBlocks> p
   return answers;
 }
 
+bool Photographer::plans_next(std::size_t photographs) const {
+  return forecaster_ != nullptr && probe_.plans_exposures(photographs);
+}
+
+/// While a batch is photographed, the one before is used and the next one is prepared. The rig is asked by
+/// the thread that captures, so that devices and scripts which belong to one thread work.
 Result<void> Photographer::take_batches(std::string_view stage, std::span<const LitBlocks> patterns,
                                         const Answer& use, const MakePreviews& preview) {
   const std::int64_t expected = taken_ + std::ssize(patterns);
-  for (std::size_t first = 0; first < patterns.size(); first += batch_size()) {
+  const auto part = [&](std::size_t first) {
+    return patterns.subspan(first, std::min(batch_size(), patterns.size() - first));
+  };
+  std::vector<Radiance> answers;  // of the batch before
+  Batch batch;
+  if (!patterns.empty()) batch = prepare(part(0), 0, plans_next(part(0).size()), preview);
+  for (std::size_t first = 0, end = 0; first < patterns.size(); first = end) {
     if (progress_ && !progress_({stage, taken_, expected, later_}))
       return Error{ErrorCode::interrupted, "capture stopped after " + std::to_string(taken_) + " photographs",
                    "run it again"};
-    const std::size_t count = std::min(batch_size(), patterns.size() - first);
-    SYMRIG_TRY(std::vector<Radiance> answers, measure(patterns, first, count, preview));
-    SYMRIG_CHECK(use(first, answers));
+    end = first + batch.pictures.size();
+    const bool more = end < patterns.size();
+    const bool planned = more && plans_next(end - first + part(end).size());
+    Batch next;
+    const auto host_work = [&]() -> Result<void> {
+      if (more) next = prepare(part(end), end, planned, preview);
+      return answers.empty() ? Result<void>() : use(first - answers.size(), answers);
+    };
+    // A rig that computes its photographs keeps all processors busy by itself.
+    const bool beside = probe_.together() == 1 && (more || !answers.empty());
+    std::future<Result<void>> used =
+        std::async(beside ? std::launch::async : std::launch::deferred, host_work);
+    Result<std::vector<Radiance>> taken = measure(batch);
+    SYMRIG_CHECK(used.get());
+    if (!taken) return taken.error();
+    answers = *std::move(taken);
+    batch = std::move(next);
   }
+  if (!answers.empty()) SYMRIG_CHECK(use(patterns.size() - answers.size(), answers));
   if (progress_) progress_({stage, taken_, expected, later_});
   return {};
 }

@@ -45,9 +45,9 @@ class Forecaster {
                                           std::span<const Preview> previews) const = 0;
 };
 
-/// Shows patterns made of blocks, and gives the photographs in tree order. It asks for them in batches:
-/// neither rig nor host waits for the other at each pattern, and memory stays bounded. It counts photographs
-/// and reports progress.
+/// Shows patterns made of blocks, and gives the photographs in tree order. It asks for them in batches, so
+/// that memory stays bounded. While the rig photographs one batch, another thread uses the one before and
+/// prepares the next. It counts photographs and reports progress.
 class Photographer {
  public:
   /// log: where the probe logs its photographs, number by number (LoggedProbe); needed for take() and read().
@@ -102,10 +102,15 @@ class Photographer {
   std::size_t batch_size() const;
   Result<void> take_batches(std::string_view stage, std::span<const LitBlocks> patterns, const Answer& use,
                             const MakePreviews& preview = {});
-  Result<std::vector<Radiance>> measure(std::span<const LitBlocks> patterns, std::size_t first,
-                                        std::size_t count, const MakePreviews& preview);
-  std::vector<Expectation> expect(std::span<const LitBlocks> patterns, std::size_t first,
-                                  const MakePreviews& preview) const;
+  /// What a rig needs for some patterns.
+  struct Batch {
+    std::vector<Pattern> pictures;
+    std::vector<Expectation> expected;  ///< empty: exposures are not planned
+  };
+  Batch prepare(std::span<const LitBlocks> patterns, std::size_t first, bool planned,
+                const MakePreviews& preview) const;
+  Result<std::vector<Radiance>> measure(const Batch& batch);
+  bool plans_next(std::size_t photographs) const;
   std::span<TreePhotograph> pool(std::size_t wanted) const;
 
   Probe& probe_;
