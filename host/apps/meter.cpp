@@ -55,6 +55,10 @@ Meter::~Meter() {
   if (shown_) write_standard_error("\r\033[K");
 }
 
+void Meter::say(const std::string& text) {
+  if (terminal_) write_standard_error(fmt::format("\r\033[Ksymrig {}: {}\n", command_, text));
+}
+
 Progress Meter::progress() {
   return [this](const ProgressEvent& event) { return report(event); };
 }

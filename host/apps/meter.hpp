@@ -24,6 +24,9 @@ class Meter {
   Meter& operator=(const Meter&) = delete;
   ~Meter();
 
+  /// A line that stays, above the progress. In a pipe it is not shown.
+  void say(const std::string& text);
+
   /// The callback for the library. It must not be used after the meter is destroyed.
   Progress progress();
 

@@ -66,7 +66,14 @@ def check(symrig, columns, later_columns):
     assert updates[0] == "", updates[0]
     assert len(updates) > resized_at + 3, "too few updates to judge"
     shown, rest = updates[1:-1], updates[-1]
+    told = [number for number, update in enumerate(shown, 1) if update.endswith("\r\n")]
+    assert len(told) == 1, "the forecast is told once, in a line that stays"
+    forecast = shown[told[0] - 1]
+    assert re.fullmatch(r"symrig capture: about .* on the rig's clock, \d+ photographs\r\n", forecast), repr(forecast)
+    assert not any(re.search(r"level \d", update) for update in shown[: told[0]]), "before the search"
     for number, update in enumerate(shown, 1):
+        if number == told[0]:
+            continue
         assert "\n" not in update and "\x1b" not in update, repr(update)
         # The first one may come before the terminal has its size, one while it changes.
         least = max(columns, later_columns) if number <= resized_at + 1 else later_columns

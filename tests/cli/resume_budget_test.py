@@ -80,6 +80,9 @@ def goes_on(folder):
         seconds = whole["rig_seconds"]
         same(folder, rig, [["--max-seconds", 0.3 * seconds], ["--max-seconds", 0.7 * seconds], []])
         same(folder, rig, [["--target-error", 0.2], ["--max-patterns", at[2]], []])
+        # A target that needs a second search, which the first session did not see.
+        same(folder, rig, [["--target-error", 0.005, "--max-patterns", at[2]], ["--target-error", 0.005]])
+        same(folder, rig, [["--target-error", 0.01, "--max-patterns", at[1]], ["--target-error", 0.01]])
         same(folder, rig, [["--max-patterns", at[1] + 1], ["--max-patterns", n + 1000, "--max-seconds", 1e6]])
 
 

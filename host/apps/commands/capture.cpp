@@ -105,6 +105,23 @@ std::string brute_force_text(Algorithm algorithm, const CaptureResult& result) {
   return "";
 }
 
+/// What a budget or a target has made of the tolerance, and a target that was missed.
+std::string tolerance_text(const CaptureSummary& summary, const CaptureResult& result) {
+  std::string text;
+  if (result.tolerance > summary.rule.flood_fraction)
+    text += fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
+                        summary.rule.flood_fraction);
+  const bool missed =
+      summary.target_error > 0 && result.estimated &&
+      result.estimated->frobenius + result.estimated_half_width.frobenius > summary.target_error;
+  if (missed && result.stopped_by == "done")
+    text += fmt::format(
+        "warning: estimated error and uncertainty are above the target of {}; a smaller --tolerance may "
+        "help\n",
+        percent(summary.target_error));
+  return text;
+}
+
 /// Facts that only some captures have: a log, a budget, an estimated error.
 std::string other_facts_text(const CaptureSummary& summary, const CaptureResult& result) {
   std::string text;
@@ -115,6 +132,7 @@ std::string other_facts_text(const CaptureSummary& summary, const CaptureResult&
   if (result.undetermined) text += undetermined_text(*result.undetermined);
   text += brute_force_text(summary.algorithm, result);
   if (result.stopped_by != "done") text += fmt::format("stopped by {}\n", result.stopped_by);
+  text += tolerance_text(summary, result);
   if (result.suspects > 0 && !(result.undetermined && result.undetermined->completed))
     text += fmt::format(
         "warning: held-out photographs find {} leaves wrong that could not be split; the estimated errors "
@@ -150,11 +168,12 @@ std::string result_text(const CaptureSummary& summary, const CaptureResult& resu
   const auto brute = static_cast<double>(result.tensor.projector_grid().size());
   return fmt::format(
       "{}: {} patterns ({} frames), brute force {}; tensor {}\n"
-      "capture time on the rig's clock {}; computing time {} ({} measuring, {} processing); peak "
+      "capture time on the rig's clock {}{}; computing time {} ({} measuring, {} processing); peak "
       "memory {}\n"
       "{}",
       output, grouped(patterns), grouped(static_cast<double>(summary.cost.frames)), grouped(brute),
       byte_size(static_cast<double>(result.tensor.bytes())), duration(summary.cost.rig_seconds),
+      result.forecast ? fmt::format(" (forecast {})", duration(result.forecast->rig_seconds)) : "",
       duration(summary.total_seconds), duration(summary.measure_seconds), duration(result.process_seconds),
       byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
 }
@@ -172,6 +191,10 @@ CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, con
 /// Captures while a line shows the progress.
 Result<CaptureOutcome> run_with_meter(CaptureJob job, OpenedRig& rig) {
   Meter meter("capture", "photographs");
+  job.options.foretell = [&meter](const CaptureForecast& forecast) {
+    meter.say(fmt::format("about {} on the rig's clock, {} photographs", duration(forecast.rig_seconds),
+                          grouped(static_cast<double>(forecast.patterns))));
+  };
   job.options.progress = [watched = std::move(job.options.progress),
                           shown = meter.progress()](const ProgressEvent& event) {
     if (watched) watched(event);
@@ -279,8 +302,9 @@ Job add_capture(CLI::App& command) {
       .add_option("--max-seconds", arguments->max_seconds, "Stop after this many seconds on the rig's clock")
       ->type_name("S");
   command
-      .add_option("--target-error", arguments->target_error,
-                  "Stop when the estimated error plus its uncertainty is below this share")
+      .add_option(
+          "--target-error", arguments->target_error,
+          "Stop when the estimated error plus its uncertainty is below this share; chooses the tolerance")
       ->type_name("E");
   command
       .add_option("--photograph-seconds", arguments->photograph_seconds,

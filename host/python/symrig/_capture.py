@@ -141,7 +141,8 @@ def capture(
         algorithm: "symrig", "paper", "dual" or "brute".
         tolerance: as a share of the flood-lit RMS; a smaller one needs more patterns.
         max_patterns, max_seconds, target_error: stop after so many photographs, after as long on the rig's clock, or
-            when the estimated error plus its uncertainty is below a share. The scene is complete in each case.
+            when the estimated error plus its uncertainty is below a share. The scene is complete in each case. Unless
+            `tolerance` is given, target_error also chooses it.
         photograph_seconds: longest total exposure of one photograph [s], if exposures are planned.
         polish: most steps of a final refit of all transport to all photographs.
         split: order of several views: "flat", "views-first", "views-last", "all-at-once", "compensated".

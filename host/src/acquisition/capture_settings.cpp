@@ -142,8 +142,10 @@ Result<CaptureSettings> settings_of(const CaptureOptions& options) {
                            .max_patterns = options.max_patterns,
                            .max_seconds = options.max_seconds,
                            .target_error = options.target_error,
+                           .keeps_tolerance = options.tolerance || options.rule,
                            .log = options.log,
                            .progress = options.progress,
+                           .foretell = options.foretell,
                            .watch = options.watch};
   if (options.tolerance) settings.rule.flood_fraction = settings.rule.empty_fraction = *options.tolerance;
   settings.exposure.longest_seconds = options.photograph_seconds.value_or(settings.exposure.longest_seconds);

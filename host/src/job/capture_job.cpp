@@ -64,6 +64,7 @@ Result<CaptureOutcome> measure(const CaptureJob& job, const CaptureSettings& set
                          .algorithm = settings.algorithm,
                          .rule = settings.rule,
                          .dual_threshold = settings.dual_threshold,
+                         .target_error = settings.target_error,
                          .noise = opened.noise,
                          .cost = probe.cost(),
                          .measure_seconds = watch.seconds() - result.process_seconds,

@@ -165,6 +165,10 @@ std::string capture_json(const CaptureSummary& summary, const CaptureResult& res
       {"refine", result.refine_seconds},     {"total", summary.total_seconds},
       {"merge", summary.cost.merge_seconds}, {"simulate", summary.cost.simulate_seconds}};
   json["rig_seconds"] = summary.cost.rig_seconds;
+  json["forecast"] = result.forecast ? Json{{"patterns", result.forecast->patterns},
+                                            {"rig_seconds", result.forecast->rig_seconds}}
+                                     : Json();
+  json["tolerance_coarsest"] = result.tolerance > 0 ? Json(result.tolerance) : Json();
   json["peak_memory_bytes"] = summary.peak_memory_bytes;
   json["noise"] = summary.noise;
   json["trouble"] = trouble_json(summary.trouble);

@@ -25,6 +25,7 @@ class FailingProbe final : public Probe {
 
   Grid grid() const override { return inner_.grid(); }
   int channels() const override { return inner_.channels(); }
+  ViewLayout views() const override { return inner_.views(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return measure_expected(patterns, {});
   }
@@ -96,8 +97,7 @@ struct Session {
 
 /// A capture that is broken off after a few photographs, a third, or all but one, and then continued is the
 /// same as a whole one. Noise and drift are those of the n-th photograph, whichever session takes it.
-inline void expect_continued_is_the_same(const char* uri) {
-  const CaptureOptions options = tested_options();
+inline void expect_continued_is_the_same(const char* uri, const CaptureOptions& options = tested_options()) {
   for (const std::size_t together : {1U, 4U}) {
     const Session whole(uri, together);
     const auto reference = capture(*whole.probe, options);

@@ -40,6 +40,13 @@ struct CaptureSnapshot {
   std::function<TransportTensor()> tensor;
 };
 
+/// What a capture is expected to take, before the first pattern of its search. In nearly nine of ten captures
+/// the time was right within a factor of 1.5 (docs/benchmarks/error-per-second.md).
+struct CaptureForecast {
+  std::int64_t patterns = 0;  ///< photographs of the whole capture, the flood-lit and held-out ones included
+  double rig_seconds = 0;     ///< of the whole capture, on the rig's clock
+};
+
 /// How well photographs must be known where the rig chooses its exposures (Probe::measure_expected).
 struct ExposureGoal {
   /// σ of dark pixels as a share of τ_A F, the misfit that a leaf may have.
@@ -73,11 +80,17 @@ struct CaptureOptions {
                               << 30;  ///< bytes; a capture that needs more ends with ErrorCode::limit
   std::int64_t max_patterns = 0;      ///< photographs at most; 0: no limit
   double max_seconds = 0;             ///< at most, on the rig's clock; 0: no limit
-  /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1.
+  /// Stop when the estimated frobenius error and its half width are below; 0: none. Below 1. Without
+  /// `tolerance` and `rule`, the tolerance is the coarsest that is expected to reach it, at least the
+  /// algorithm's own. If it does not, a finer search follows.
   double target_error = 0;
   /// What the probe logs to (LoggedProbe), to be read again; nullptr: photographs are not logged.
   PhotographLog* log = nullptr;
   Progress progress = {};  ///< may be empty
+  /// Called by the thread that captures, once the flood-lit and the held-out photographs are taken; may be
+  /// empty. A target that needs another search has another forecast. Only algorithms with held-out
+  /// photographs call it.
+  std::function<void(const CaptureForecast&)> foretell = {};
   /// Called by the thread that captures, after the flood-lit photograph and after each level; may be empty.
   /// It costs a copy of the transport known so far, and changes no result. dual and brute never call it.
   std::function<void(const CaptureSnapshot&)> watch = {};
@@ -96,8 +109,10 @@ struct CaptureSettings {
   std::int64_t max_patterns = 0;  ///< 0: no limit
   double max_seconds = 0;         ///< 0: no limit
   double target_error = 0;        ///< 0: none
+  bool keeps_tolerance = false;   ///< the user has given one: a target chooses no other
   PhotographLog* log = nullptr;
   Progress progress = {};
+  std::function<void(const CaptureForecast&)> foretell = {};
   std::function<void(const CaptureSnapshot&)> watch = {};
 };
 
@@ -138,6 +153,9 @@ struct CaptureResult {
   double process_seconds = 0;                    ///< subtract + test + schedule (merging is in Probe::cost)
   /// "done", or the budget that ended it or made it coarser: "max_patterns", "max_seconds", "target_error".
   std::string stopped_by = "done";
+  /// Detail that the coarsest level was searched to, as a share of F; 0: the algorithm has none. Above
+  /// CaptureSettings::rule where a budget or a target made it coarser.
+  double tolerance = 0;
   /// From held_out; none: nothing was held out. NaN where an error cannot be estimated: estimate_not_given.
   std::optional<TransportErrors> estimated = {};
   TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
@@ -151,8 +169,10 @@ struct CaptureResult {
   std::int64_t suspects = 0;           ///< leaves that the held-out photographs find wrong and that stayed so
   double refine_seconds =
       0;  ///< of process_seconds: after the last photograph of the search (direct light, polish)
-  /// In the order of the search. A level comes again where its leaves were split later.
+  /// In the order of the search. A level comes again where its leaves were split later, and in the next
+  /// search for a target.
   std::vector<CaptureStep> steps = {};
+  std::optional<CaptureForecast> forecast = {};  ///< the first one; none: nothing was held out
   std::optional<Undetermined> undetermined =
       {};  ///< none: the transport was data-sparse as far as tests tell
 };

@@ -20,6 +20,7 @@ struct CaptureSummary {
   Algorithm algorithm = Algorithm::symrig;
   RankRule rule = {};         ///< as used
   double dual_threshold = 0;  ///< of Algorithm::dual
+  double target_error = 0;    ///< that was asked for; 0: none
   std::string noise = {};     ///< "off" or "camera"
   ProbeCost cost = {};
   double measure_seconds = 0;          ///< waiting for photographs (simulation and merging included)

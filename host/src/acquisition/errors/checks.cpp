@@ -79,11 +79,13 @@ struct CheckSquares {
 Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
   Checks checks;
   checks.first_ = photographer.taken();
+  const double before = photographer.rig_seconds();
   std::vector<LitBlocks> patterns;
   for (const auto& lit : lit_pixels(tree.grid())) patterns.push_back(ranges_of(tree, lit));
   SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
     for (const TreePhotograph& photograph : taken) checks.residuals_.push_back({photograph, photograph.mean});
   }));
+  checks.seconds_each_ = (photographer.rig_seconds() - before) / static_cast<double>(kCount);
   return checks;
 }
 

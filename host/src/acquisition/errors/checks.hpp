@@ -51,6 +51,8 @@ class Checks {
   /// Mean square of what the known transport misses where a random half is dark, beyond noise, by channel. It
   /// is the error that half the light leaves in a sample.
   static std::vector<double> misfit_of_half(const std::vector<Residual>& residuals);
+  /// How long one of them took on the rig's clock.
+  double seconds_each() const { return seconds_each_; }
   /// Log numbers [first, last) of the check photographs.
   std::int64_t first() const { return first_; }
   std::int64_t last() const;
@@ -60,6 +62,7 @@ class Checks {
 
  private:
   std::int64_t first_ = 0;  // log number
+  double seconds_each_ = 0;
   std::vector<Residual> residuals_;
   KnownTransport::Mark mark_;    // what residuals_ has been rid of
   std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then

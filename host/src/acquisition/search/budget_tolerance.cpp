@@ -39,10 +39,10 @@ void BudgetTolerance::settle(const LevelSearch& search, const NodeLevel& level, 
   const Coarseness before = next_;
   bool settled = false;
   const auto settle_with = [&](int steps) {
-    facts_.coarseness = next_ = {steps};
+    facts_.coarseness = next_ = {least_.steps + steps};
     pace_ = pace_from(before);
-    // A level that was coarser itself is judged anew even by the user's tolerance.
-    if (steps > 0 || before.steps > 0) tested = search.judge();
+    // A level that was coarser itself is judged anew even by the tolerance without a budget.
+    if (next_.steps > least_.steps || before.steps > least_.steps) tested = search.judge();
     if (std::exchange(settled, true)) {
       found_.known.rewind(known);
       next = open;
@@ -63,7 +63,7 @@ bool BudgetTolerance::fits(NodeLevel& next, const Left& left) const {
   if (facts_.tree.levels() < kFewestLevels) return true;
   const std::int64_t planned = LevelSearch(facts_, photographer_, found_, next).foreseen();
   const std::vector<double> children = children_per_block(facts_.tree);
-  const bool coarser = next_.steps > 0;
+  const bool coarser = next_.steps > least_.steps;
   const double all = photographs_if_growing({.level = next.level(), .planned = planned, .children = children},
                                             coarser ? kCoarserGrowth : kSteadySecond,
                                             coarser ? kCoarserGrowth : kSteadyGrowth);

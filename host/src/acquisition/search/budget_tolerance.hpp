@@ -15,12 +15,12 @@ namespace symrig::acquisition {
 
 /// Makes a budget reach to single pixels (docs/decisions/budgets.md). Most light between pixels goes to near
 /// ones, and only the last levels see it. Where the budget would end before them, leaves of all levels may
-/// miss more. Each level gets the finest tolerance with which it takes no more than its share of what is
-/// left.
+/// miss more than those of a search without a budget (SceneFacts::coarseness when it begins). Each level gets
+/// the finest tolerance with which it takes no more than its share of what is left.
 class BudgetTolerance {
  public:
   BudgetTolerance(SceneFacts& facts, Photographer& photographer, Findings& found)
-      : facts_(facts), photographer_(photographer), found_(found) {}
+      : facts_(facts), photographer_(photographer), found_(found), least_(facts.coarseness) {}
 
   /// Coarser levels get shorter exposures.
   void shorten_exposures() { shortens_ = true; }
@@ -33,11 +33,11 @@ class BudgetTolerance {
               const Left& left);
 
   /// By how much the level that is next raises the wanted noise of its photographs.
-  Coarseness of_exposures() const { return shortens_ ? next_ : Coarseness{}; }
+  Coarseness of_exposures() const { return shortens_ ? next_ : least_; }
   /// How long a photograph of it takes, as a multiple of those of the level before.
   double pace() const { return pace_; }
   /// The budget has made a level coarser.
-  bool raised() const { return most_.steps > 0; }
+  bool raised() const { return most_.steps > least_.steps; }
   /// What is done after the search must expect what the coarsest leaves may miss.
   void keep_coarsest() { facts_.coarseness = most_; }
 
@@ -48,7 +48,8 @@ class BudgetTolerance {
   SceneFacts& facts_;
   Photographer& photographer_;
   Findings& found_;
-  Coarseness next_, most_;
+  Coarseness least_;  ///< of the whole search
+  Coarseness next_ = least_, most_ = least_;
   double pace_ = 1;
   bool shortens_ = false;
 };

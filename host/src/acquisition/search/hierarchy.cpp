@@ -8,6 +8,7 @@
 #include "acquisition/search/brute_force_rest.hpp"
 #include "acquisition/search/budget.hpp"
 #include "acquisition/search/budget_tolerance.hpp"
+#include "acquisition/search/capture_forecast.hpp"
 #include "acquisition/search/exposure_forecast.hpp"
 #include "acquisition/search/findings.hpp"
 #include "acquisition/search/flood_lit.hpp"
@@ -16,6 +17,7 @@
 #include "acquisition/search/reopening.hpp"
 #include "acquisition/search/short_range.hpp"
 #include "acquisition/search/sparseness.hpp"
+#include "acquisition/search/target_tolerance.hpp"
 #include "symrig/acquisition/views.hpp"
 #include "symrig/base/stopwatch.hpp"
 
@@ -35,16 +37,22 @@ constexpr std::size_t kEndless = std::size_t{1} << 40;
 /// The algorithm of [Garg06 §5.2], with checks around it.
 class Hierarchy {
  public:
-  Hierarchy(SceneFacts& facts, Photographer& photographer, FloodLit flood)
-      : facts_(facts), photographer_(photographer), flood_(std::move(flood)) {}
+  /// checks: of a search before this one, if there was one.
+  Hierarchy(SceneFacts& facts, Photographer& photographer, const FloodLit& flood,
+            std::optional<Checks> checks)
+      : facts_(facts), photographer_(photographer), flood_(flood), checks_(std::move(checks)) {}
 
   /// plans_exposures: the rig asks for forecasts of its photographs.
   Result<CaptureResult> run(bool plans_exposures);
+
+  /// The checks, for the next search.
+  std::optional<Checks> take_checks_away() && { return std::move(checks_); }
 
  private:
   void place_root();
   Result<void> begin_forecast();
   Result<void> take_checks();
+  void foretell();
   Result<void> search_and_mend();
   Result<void> search();
   Result<bool> finish_early();
@@ -60,7 +68,8 @@ class Hierarchy {
 
   SceneFacts& facts_;
   Photographer& photographer_;
-  FloodLit flood_;
+  const FloodLit& flood_;
+  const bool may_be_finer_ = facts_.coarseness.steps > 0;
   Findings found_{facts_};
   Budget budget_{facts_.options, facts_.tree.grid().size(), photographer_};
   Sparseness sparseness_{facts_, photographer_, budget_};
@@ -69,6 +78,7 @@ class Hierarchy {
   Reopening reopening_{facts_, photographer_, found_, budget_, sparseness_};
   std::optional<ExposureForecast> forecast_;  ///< of a rig that plans its exposures
   std::optional<Checks> checks_;
+  std::optional<CaptureForecast> forecast_of_all_;
   std::vector<ErrorBar> error_per_level_;
   std::vector<CaptureStep> steps_;
   std::string stopped_by_ = "done";
@@ -83,11 +93,14 @@ Result<CaptureResult> Hierarchy::run(bool plans_exposures) {
   place_root();
   if (plans_exposures) SYMRIG_CHECK(begin_forecast());
   SYMRIG_CHECK(take_checks());
+  foretell();
   show({}, true);
   SYMRIG_CHECK(search_and_mend());
   const double searched = processed();
   const bool refines = !sparseness_.brute_force_takes_over();
-  SYMRIG_TRY(CaptureResult result, refines ? refine() : measure_rest());
+  // A finer search is cheaper than brute force, and what was found wrong may be right there.
+  const bool given_up = !refines && may_be_finer_ && stopped_by_ == "done";
+  SYMRIG_TRY(CaptureResult result, refines ? refine() : given_up ? CaptureResult() : measure_rest());
   report(result);
   result.process_seconds = processed();
   if (refines) result.refine_seconds = result.process_seconds - searched;
@@ -107,17 +120,32 @@ Result<void> Hierarchy::begin_forecast() {
   const ExposureGoal& goal = options().exposure;
   const double f = *std::max_element(facts_.flood_squared.begin(), facts_.flood_squared.end());
   if (!(f > 0)) return {};
-  forecast_.emplace(facts_.tree, goal, flood, goal.share_of_tolerance * std::sqrt(facts_.tolerance() * f));
+  forecast_.emplace(facts_.tree, goal, flood,
+                    goal.share_of_tolerance * options().rule.flood_fraction * std::sqrt(f));
+  forecast_->coarsen(facts_.coarseness);
   photographer_.forecast_by(*forecast_);
   if (options().max_seconds > 0) tolerance_.shorten_exposures();
   return {};
 }
 
 Result<void> Hierarchy::take_checks() {
+  if (checks_) {
+    checks_->forget();
+    return {};
+  }
   if (!options().economy.checks || !found_.any_open() || budget_.left() < Checks::kCount) return {};
   SYMRIG_TRY(checks_, Checks::take(facts_.tree, photographer_));
   found_.patterns_per_level.back() += Checks::kCount;
   return {};
+}
+
+/// What the capture will take, as far as the checks tell.
+void Hierarchy::foretell() {
+  if (!checks_) return;
+  forecast_of_all_ =
+      forecast_capture(facts_, *checks_, found_.known,
+                       {photographer_.taken(), photographer_.rig_seconds(), checks_->seconds_each()});
+  if (options().foretell) options().foretell(*forecast_of_all_);
 }
 
 /// Until all nodes are settled and no suspect can be reopened, or brute force has to measure the rest.
@@ -261,22 +289,55 @@ void Hierarchy::report(CaptureResult& result) {
   result.patterns = photographer_.taken();
   result.patterns_per_level = std::move(found_.patterns_per_level);
   result.stopped_by = stopped_by_;
+  result.tolerance = options().rule.flood_fraction * facts_.coarseness.factor();
   result.suspects = reopening_.suspects();
   for (const ErrorBar& error : error_per_level_) {
     result.error_per_level.push_back(error.value);
     result.error_per_level_half_width.push_back(error.half_width);
   }
   result.steps = std::move(steps_);
+  result.forecast = forecast_of_all_;
   result.undetermined = std::move(sparseness_).finding();
+}
+
+/// One search after another, as one capture. patterns_per_level: the flood-lit photograph counts once.
+CaptureResult joined(const CaptureResult& before, CaptureResult last) {
+  const auto join = [](const auto& first, auto& second) {
+    second.insert(second.begin(), first.begin(), first.end());
+  };
+  std::vector<std::int64_t>& patterns = last.patterns_per_level;
+  if (!before.patterns_per_level.empty()) --patterns[0];
+  patterns.resize(std::max(patterns.size(), before.patterns_per_level.size()));
+  for (std::size_t k = 0; k < before.patterns_per_level.size(); ++k)
+    patterns[k] += before.patterns_per_level[k];
+  join(before.steps, last.steps);
+  join(before.error_per_level, last.error_per_level);
+  join(before.error_per_level_half_width, last.error_per_level_half_width);
+  if (before.forecast) last.forecast = before.forecast;
+  last.process_seconds += before.process_seconds;
+  last.refine_seconds += before.refine_seconds;
+  return last;
 }
 
 /// begun: has taken the flood-lit photograph, as number 0 of options.log.
 Result<CaptureResult> search_tree(Probe& probe, const CaptureSettings& options, const BlockTree& tree,
                                   const Photographer& begun) {
   Photographer photographer(begun, tree);
-  SYMRIG_TRY(FloodLit flood, FloodLit::read(photographer, probe.channels()));
-  SceneFacts facts{options, tree, probe.channels(), flood.squared, probe.residual_shift()};
-  return Hierarchy(facts, photographer, std::move(flood)).run(probe.plans_exposures(kEndless));
+  SYMRIG_TRY(const FloodLit flood, FloodLit::read(photographer, probe.channels()));
+  TargetTolerance target(options);
+  std::optional<Checks> checks;
+  CaptureResult result;
+  for (bool again = true; again;) {
+    SceneFacts facts{
+        options, tree, probe.channels(), flood.squared, probe.residual_shift(), target.coarseness()};
+    Hierarchy search(facts, photographer, flood, std::move(checks));
+    SYMRIG_TRY(CaptureResult found, search.run(probe.plans_exposures(kEndless)));
+    again = target.search_again(found);
+    if (!again && target.coarseness().steps > 0 && target.reached(found)) found.stopped_by = "target_error";
+    result = joined(result, std::move(found));
+    checks = std::move(search).take_checks_away();
+  }
+  return result;
 }
 
 /// One view has one tree. For several views, the flood-lit photograph chooses how the tree cuts them.
