@@ -137,6 +137,8 @@ TEST_F(RegistrationCommand, a_rig_file_that_names_one_needs_the_cells) {
   const std::string error = refused("registration = \"r.h5\"\n", "[capture]\ngrid = \"24x24\"\n");
   EXPECT_NE(error.find("r.h5"), std::string::npos) << error;
   EXPECT_NE(error.find("symrig calibrate"), std::string::npos) << error;
+  const std::string colour = refused("", "[capture]\ngrid = \"24x24\"\ncolour = true\n");
+  EXPECT_NE(colour.find("registration: capture.colour needs it"), std::string::npos) << colour;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "calibration/registration/shared_pixels.hpp"
 #include "calibration/registration/unmixing.hpp"
 #include "symrig/calibration/ghost.hpp"
+#include "symrig/hdr/mosaic.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -112,6 +113,15 @@ Result<CellWeights> CellWeights::make(Grid cells, std::span<const CornerMap> cor
   return weights;
 }
 
+Result<CellWeights> CellWeights::of_mosaic(Grid cells, std::span<const CornerMap> corners,
+                                           const Radiance& flood, const BayerPattern& filters,
+                                           const WeightOptions& options, const Image<float>* shares) {
+  SYMRIG_TRY(const Radiance colours, split_mosaic(flood, filters));
+  SYMRIG_TRY(CellWeights weights, make(cells, corners, colours, options, shares));
+  weights.of_mosaic_ = true;
+  return weights;
+}
+
 Result<void> CellWeights::divide_by(const Image<float>& gain) {
   if (gain.grid() != cells_)
     return Error{
@@ -175,12 +185,12 @@ std::int64_t CellWeights::valid_cells() const {
 }
 
 Result<Radiance> CellWeights::gather(const Radiance& photograph) const {
-  if (photograph.mean.grid() != camera_ || photograph.mean.channels() != channels_)
+  if (photograph.mean.grid() != camera_ || photograph.mean.channels() != camera_channels())
     return Error{
         ErrorCode::size_mismatch,
         fmt::format("the photograph is {} with {} channels, but the camera was registered with {} and {}",
                     to_string(photograph.mean.grid()), photograph.mean.channels(), to_string(camera_),
-                    channels_),
+                    camera_channels()),
         "register the camera again"};
   return ghost_ ? gather_plain((*ghost_)(photograph)) : gather_plain(photograph);
 }
@@ -229,9 +239,10 @@ Radiance CellWeights::gather_sharp(const Radiance& photograph) const {
   for (int c = 0; c < channels_; ++c) {
     const Channel& channel = channel_[static_cast<std::size_t>(c)];
     const Rows& rows = rows_[channel.rows];
-    const auto mean = photograph.mean.plane(c);
-    const auto variance = photograph.variance.plane(c);
-    const auto valid = photograph.valid.plane(c);
+    const int plane = of_mosaic_ ? 0 : c;
+    const auto mean = photograph.mean.plane(plane);
+    const auto variance = photograph.variance.plane(plane);
+    const auto valid = photograph.valid.plane(plane);
     const auto to_mean = cells.mean.plane(c);
     const auto to_variance = cells.variance.plane(c);
     const auto to_valid = cells.valid.plane(c);

@@ -7,8 +7,17 @@
 
 namespace symrig {
 
+namespace {
+
+Result<CellWeights> weights_of(const Registration& registration, const std::optional<BayerPattern>& mosaic) {
+  return mosaic ? registration.weights_of_mosaic(*mosaic) : registration.weights();
+}
+
+}  // namespace
+
 Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<Probe> rig,
-                                                               const Registration& registration) {
+                                                               const Registration& registration,
+                                                               const std::optional<BayerPattern>& mosaic) {
   const auto fit = [](const char* what, Grid registered, Grid now) -> Result<void> {
     if (registered == now) return {};
     return Error{ErrorCode::size_mismatch,
@@ -23,9 +32,9 @@ Result<std::unique_ptr<RegisteredProbe>> RegisteredProbe::make(std::unique_ptr<P
                  fmt::format("the registration has {} channels, but the rig has {}",
                              registration.flood.mean.channels(), rig->channels()),
                  "calibrate the rig again"};
-  SYMRIG_TRY(CellWeights weights, registration.weights());
+  SYMRIG_TRY(CellWeights weights, weights_of(registration, mosaic));
   return std::unique_ptr<RegisteredProbe>(
-      new RegisteredProbe(std::move(rig), std::move(weights), registration.error()));
+      new RegisteredProbe(std::move(rig), std::move(weights), registration.error(), mosaic));
 }
 
 std::string RegisteredProbe::identity() const {
@@ -69,7 +78,7 @@ Result<void> RegisteredProbe::check_motion() {
 /// The rig stays where it is now.
 Result<void> RegisteredProbe::move_to_new_place() {
   SYMRIG_TRY(const Registration found, again_(rig_));
-  SYMRIG_TRY(weights_, found.weights());
+  SYMRIG_TRY(weights_, weights_of(found, mosaic_));
   map_error_ = found.error();
   watch_ = found.watch();
   ++registered_again_;

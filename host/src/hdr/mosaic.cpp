@@ -77,6 +77,20 @@ Result<Radiance> demosaic(const Radiance& mosaic, const BayerPattern& pattern) {
   return colours;
 }
 
+Result<Radiance> split_mosaic(const Radiance& mosaic, const BayerPattern& pattern) {
+  SYMRIG_CHECK(check_mosaic(mosaic));
+  const Grid grid = mosaic.mean.grid();
+  Radiance colours = blank(grid);
+  for (int row = 0; row < grid.rows; ++row)
+    for (int col = 0; col < grid.cols; ++col) {
+      const int own = pattern.at(row, col);
+      colours.mean.at(row, col, own) = mosaic.mean.at(row, col);
+      colours.variance.at(row, col, own) = mosaic.variance.at(row, col);
+      colours.valid.at(row, col, own) = mosaic.valid.at(row, col);
+    }
+  return colours;
+}
+
 Result<Radiance> colour_by_flood(const Radiance& mosaic, const Radiance& flood_mosaic,
                                  const BayerPattern& pattern) {
   SYMRIG_CHECK(check_mosaic(mosaic));

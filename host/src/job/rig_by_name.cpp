@@ -7,6 +7,8 @@
 #include "symrig/rig/open_rig.hpp"
 #include "symrig/sim/dense_rig.hpp"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -60,6 +62,19 @@ Result<OpenedRig> open_described(RigDescription file, const KeepWaiting& keep_wa
   SYMRIG_TRY(auto real, open_rig_file(std::move(file)));
   const Rig* inside = real.get();
   return OpenedRig{std::move(real), inside, "camera"};
+}
+
+/// RGGB, as the camera names it.
+Result<BayerPattern> filters_of(const Rig& rig, const std::string& file) {
+  if (rig.mosaic() != Mosaic::none) {
+    std::string filters(name(rig.mosaic()));
+    std::transform(filters.begin(), filters.end(), filters.begin(),
+                   [](unsigned char c) { return std::toupper(c); });
+    return parse_bayer(filters);
+  }
+  return Error{ErrorCode::bad_argument,
+               fmt::format("{}: capture.colour: the camera's pixels have no colour filters", file),
+               "remove the key, or give camera.format a format with a mosaic (symrig info lists them)"};
 }
 
 /// Registers a rig that has moved.
@@ -160,6 +175,7 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
   }
   const std::string file = registration.empty() && described ? described->registration : registration;
   const bool again = described && described->registers_again;
+  const bool colour = described && described->colour;
   const auto open = [&] {
     return described ? open_described(*std::move(described), keep_waiting)
                      : open_bare_rig(rig, {}, keep_waiting);
@@ -168,7 +184,11 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
   // The file first: it takes no time, and the devices may.
   SYMRIG_TRY(const Registration found, load_registration(file));
   SYMRIG_TRY(OpenedRig opened, open());
-  SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found));
+  std::optional<BayerPattern> mosaic;
+  if (colour) {
+    SYMRIG_TRY(mosaic, filters_of(*opened.rig, rig));
+  }
+  SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found, mosaic));
   registered->watch_motion(found.watch());
   if (again)
     registered->register_again([keep_waiting](Probe& moved) { return register_now(moved, keep_waiting); });

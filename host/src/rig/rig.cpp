@@ -66,6 +66,10 @@ int Rig::channels() const {
   return taker_->camera().channels();
 }
 
+Mosaic Rig::mosaic() const {
+  return taker_->camera().mosaic();
+}
+
 ProbeCost Rig::cost() const {
   ProbeCost cost;
   cost.photographs = photographs_;

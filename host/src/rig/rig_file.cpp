@@ -156,6 +156,9 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   if (file.registers_again && file.registration.empty() && context.state)
     top.fail("registration", "capture.moved = \"register\" needs it",
              "give registration = \"registration.h5\"");
+  if (file.colour && file.registration.empty() && context.state)
+    top.fail("registration", "capture.colour needs it: a cell has a pixel of each colour only then",
+             "give registration = \"registration.h5\"");
   if (!file.registration.empty() && !file.grid && context.state)
     top.fail("registration", "it needs capture.grid", "give the projector's cells: grid = \"ROWSxCOLUMNS\"");
   top.finish();

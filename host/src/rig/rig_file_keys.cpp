@@ -153,6 +153,7 @@ void read_capture_entry(TableReader& top, RigDescription& rig) {
     table.read_whole("reference_every", options.reference_every, 0, 1'000'000);
     table.read_number("lamp_drift", options.lamp_drift, 1e-6, 100);
     read_views(table, options.views);
+    table.read("colour", rig.colour);
     read_moved(table, rig.registers_again);
     table.read_whole("retakes", options.retakes, 0, 1000);
     table.read("device_patience", options.device_patience);

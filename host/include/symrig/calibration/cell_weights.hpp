@@ -2,6 +2,7 @@
 #pragma once
 
 #include "symrig/base/result.hpp"
+#include "symrig/hdr/mosaic.hpp"
 #include "symrig/image/outline.hpp"
 #include "symrig/image/radiance.hpp"
 
@@ -63,6 +64,14 @@ class CellWeights {
   static Result<CellWeights> make(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
                                   const WeightOptions& options = {}, const Image<float>* shares = nullptr);
 
+  /// The same of a camera with a colour mosaic: photographs have one channel, and cells have three. Each
+  /// pixel counts in the channel of its own filter only: no colour is interpolated, so light stays where it
+  /// is. Red and blue have a quarter of the pixels. flood: of one channel.  fails: as make(); size_mismatch
+  /// (more than one channel).
+  static Result<CellWeights> of_mosaic(Grid cells, std::span<const CornerMap> corners, const Radiance& flood,
+                                       const BayerPattern& filters, const WeightOptions& options = {},
+                                       const Image<float>* shares = nullptr);
+
   /// Weights of a camera that has a pixel for each cell: pixel (i, j) sees what is at (i, j) + shift [cells].
   /// fails: limit (a shift of more than largest_shift).
   static Result<CellWeights> unmixing(Grid cells, int channels, Point shift);
@@ -71,7 +80,10 @@ class CellWeights {
 
   Grid cells() const { return cells_; }
   Grid camera() const { return camera_; }
+  /// Of the cells.
   int channels() const { return channels_; }
+  /// Of photographs: 1 if the camera has a colour mosaic.
+  int camera_channels() const { return of_mosaic_ ? 1 : channels_; }
 
   /// The photograph on the cells. Invalid pixels are left out. A cell without a valid pixel is not valid. The
   /// variance is that of independent pixels, and of light whose cell is uncertain. Neighbouring cells share
@@ -127,6 +139,7 @@ class CellWeights {
 
   Grid cells_, camera_;
   int channels_ = 0;
+  bool of_mosaic_ = false;
   std::vector<Rows> rows_;
   std::vector<Channel> channel_;
   std::int64_t without_core_ = 0;

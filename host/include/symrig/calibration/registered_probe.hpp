@@ -15,10 +15,13 @@ namespace symrig {
 /// A rig whose camera has pixels of its own, as a probe whose photographs are on the projector's cells.
 class RegisteredProbe final : public Probe {
  public:
-  /// Owns the rig.
-  /// fails: size_mismatch (the registration is of other cells, pixels or channels); as CellWeights::make.
+  /// Owns the rig. mosaic: the colour filters of its camera, whose photographs have one channel: cells then
+  /// have three colours. None: channels are those of the rig.
+  /// fails: size_mismatch (the registration is of other cells, pixels or channels); as Registration::weights
+  /// and weights_of_mosaic.
   static Result<std::unique_ptr<RegisteredProbe>> make(std::unique_ptr<Probe> rig,
-                                                       const Registration& registration);
+                                                       const Registration& registration,
+                                                       const std::optional<BayerPattern>& mosaic = {});
   /// rig must outlive this. weights: from the rig's camera grid to its grid. map_error: what residual_shift()
   /// says, such as Registration::error().
   RegisteredProbe(Probe& rig, CellWeights weights, double map_error = 0)
@@ -26,7 +29,7 @@ class RegisteredProbe final : public Probe {
 
   Grid grid() const override { return weights_.cells(); }
   ViewLayout views() const override { return rig_.views(); }
-  int channels() const override { return rig_.channels(); }
+  int channels() const override { return weights_.channels(); }
   /// The error of the map [cells].
   double residual_shift() const override { return map_error_; }
   /// fails: also size_mismatch (the registration is of another camera).
@@ -64,9 +67,11 @@ class RegisteredProbe final : public Probe {
   static constexpr double kMostMotion = 0.005;
 
  private:
-  RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights, double map_error)
+  RegisteredProbe(std::unique_ptr<Probe> rig, CellWeights weights, double map_error,
+                  const std::optional<BayerPattern>& mosaic)
       : owned_(std::move(rig)),
         rig_(*owned_),
+        mosaic_(mosaic),
         weights_(std::move(weights)),
         digest_(weights_.digest()),
         map_error_(map_error) {}
@@ -76,6 +81,7 @@ class RegisteredProbe final : public Probe {
 
   std::unique_ptr<Probe> owned_;  // or none
   Probe& rig_;
+  std::optional<BayerPattern> mosaic_ = {};
   CellWeights weights_;
   std::uint32_t digest_;  // of the first weights
   double map_error_;      // [cells]

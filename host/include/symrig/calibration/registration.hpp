@@ -68,6 +68,10 @@ struct Registration {
   /// What brings photographs to the cells, with gain ratio and blur corrected.
   /// fails: as CellWeights::make; bad_value (the blurs are too different).
   Result<CellWeights> weights() const;
+  /// The same in three colours, for a camera with a colour mosaic that was registered as one channel.
+  /// fails: also bad_argument (more than one map, a ghost, unequal blurs, or a camera with a pixel for each
+  /// cell: they would mix the colours).
+  Result<CellWeights> weights_of_mosaic(const BayerPattern& filters) const;
 };
 
 struct RegistrationOptions {

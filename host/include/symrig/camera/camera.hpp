@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/board/clock_time.hpp"
+#include "symrig/camera/mosaic.hpp"
 #include "symrig/hdr/noise_model.hpp"
 #include "symrig/image/image.hpp"
 
@@ -51,6 +52,8 @@ class Camera {
 
   virtual Grid grid() const = 0;
   virtual int channels() const = 0;
+  /// The colour filters of its pixels, whose samples are one channel.
+  virtual Mosaic mosaic() const { return Mosaic::none; }
   virtual CameraTiming timing() const = 0;
   virtual const NoiseModel& noise() const = 0;
   /// Defective pixels: 1 = dead, grid × 1. nullptr: none known.

@@ -76,7 +76,7 @@ class V4l2Camera final : public Camera {
   std::string describe() const override;
 
   /// The mosaic of the frames.
-  Mosaic mosaic() const;
+  Mosaic mosaic() const override;
   const PixelFormat& format() const;
   /// Path, name, driver, bus and serial number of this camera.
   const FoundCamera& found() const;

@@ -27,6 +27,10 @@ Result<BayerPattern> parse_bayer(std::string_view name);
 /// fails: size_mismatch (not one channel).
 Result<Radiance> demosaic(const Radiance& mosaic, const BayerPattern& pattern);
 
+/// The three colours of a mosaic as three channels. A pixel is valid in the channel of its own filter only.
+/// mosaic: grid × 1. → grid × 3.  fails: size_mismatch (not one channel).
+Result<Radiance> split_mosaic(const Radiance& mosaic, const BayerPattern& pattern);
+
 /// Colour of any photograph from the colour of the flood-lit scene:
 ///   L_c(i) = y(i) · flood_c(i) / flood_own(i)
 /// y: the photograph's sample at i, own: the colour that pixel i sees, flood: demosaic() of the flood-lit

@@ -144,6 +144,8 @@ class Rig final : public Probe {
   Grid camera_grid() const override;
   ViewLayout views() const override { return options_.views; }
   int channels() const override;
+  /// The colour filters of the camera's pixels, whose samples are one channel.
+  Mosaic mosaic() const;
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     return measure_expected(patterns, {});
   }

@@ -57,6 +57,7 @@ struct RigDescription {
   std::optional<Grid> grid;  ///< of patterns; none: the grid of the camera's region
   /// The file of a camera whose pixels are not the cells (registration_file.hpp). Empty: they are.
   std::string registration;
+  bool colour = false;           ///< three channels from the camera's colour mosaic (RegisteredProbe)
   bool registers_again = false;  ///< a registered rig that has moved is registered again; else it stops
   std::string map;     ///< where `symrig calibrate` stores the pixel map, .exr or .pfm; empty: nowhere
   RigOptions options;  ///< with the connected part of `setup`

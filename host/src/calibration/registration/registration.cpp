@@ -170,6 +170,24 @@ Result<CellWeights> Registration::weights() const {
   return weights;
 }
 
+Result<CellWeights> Registration::weights_of_mosaic(const BayerPattern& filters) const {
+  const auto refused = [](const char* cause, const char* next) {
+    return Error{ErrorCode::bad_argument, fmt::format("no colour can be gathered from the mosaic: {}", cause),
+                 next};
+  };
+  if (shift || flood.mean.channels() != 1)
+    return refused("the registration is not of one channel with several pixels in a cell",
+                   "use a camera with 4.4 pixels along the side of a cell");
+  if (ghost.found) return refused("the rig has a ghost", "remove the ghost, or capture without colour");
+  const WeightOptions options{.weighting = weighting(), .margin = margin()};
+  SYMRIG_TRY(CellWeights weights, CellWeights::of_mosaic(cells, corners(), flood, filters, options, &shares));
+  if (blur.missing(weights.pixel_side()) > 0)
+    return refused("camera and projector are not equally sharp",
+                   "focus the projector, or capture without colour");
+  if (gain.known) SYMRIG_CHECK(weights.divide_by(gain.over(cells)));
+  return weights;
+}
+
 Weighting Registration::weighting() const {
   if (shift) return Weighting::unmixed;
   return blur.measured ? Weighting::area : Weighting::cores;

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// A camera with a colour mosaic, registered: three channels on the projector's cells.
+#include "symrig/acquisition/capture.hpp"
+#include "symrig/acquisition/evaluate.hpp"
+#include "symrig/calibration/registered_probe.hpp"
+#include "symrig/calibration/registration.hpp"
+#include "symrig/sim/virtual_rig.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+namespace symrig::mosaic_cells_test {
+namespace {
+
+constexpr BayerPattern kRggb{};
+
+/// A camera that sees three colours, behind the filters of a mosaic.
+class FilteredProbe final : public Probe {
+ public:
+  explicit FilteredProbe(std::unique_ptr<VirtualRig> rig) : rig_(std::move(rig)) {}
+  Grid grid() const override { return rig_->grid(); }
+  Grid camera_grid() const override { return rig_->camera_grid(); }
+  int channels() const override { return 1; }
+  ProbeCost cost() const override { return rig_->cost(); }
+  std::string describe() const override { return rig_->describe(); }
+  bool plans_exposures(std::size_t photographs) const override { return rig_->plans_exposures(photographs); }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return filtered(rig_->measure(patterns));
+  }
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override {
+    return filtered(rig_->measure_expected(patterns, expected));
+  }
+
+ private:
+  static Result<std::vector<Radiance>> filtered(Result<std::vector<Radiance>> photographs) {
+    if (!photographs) return photographs;
+    for (Radiance& one : *photographs) {
+      const Grid grid = one.mean.grid();
+      Radiance mosaic{Image<float>(grid), Image<float>(grid), Image<std::uint8_t>(grid)};
+      for (int row = 0; row < grid.rows; ++row)
+        for (int col = 0; col < grid.cols; ++col) {
+          const int own = kRggb.at(row, col);
+          mosaic.mean.at(row, col) = one.mean.at(row, col, own);
+          mosaic.variance.at(row, col) = one.variance.at(row, col, own);
+          mosaic.valid.at(row, col) = one.valid.at(row, col, own);
+        }
+      one = std::move(mosaic);
+    }
+    return photographs;
+  }
+
+  std::unique_ptr<VirtualRig> rig_;
+};
+
+constexpr const char* kBench = "&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
+
+struct Outcome {
+  std::int64_t patterns;
+  TransportErrors errors;
+};
+
+Outcome measured(Probe& rig, const Scene& truth) {
+  const auto result = capture(rig, {});
+  EXPECT_TRUE(result.ok()) << result.error().line();
+  const auto errors =
+      evaluate(result->tensor, [&](const Image<float>& p) -> Result<Image<float>> { return truth.apply(p); });
+  return {result->patterns, *errors};
+}
+
+/// Red and blue have half the pixels along the side of a cell. So the bounds are those of a camera with as
+/// many pixels: 0.22 / p on surfaces, within a factor of 1.5 (docs/benchmarks/registration.md). Patterns and
+/// `frobenius` have the targets of a sharp bench there.
+TEST(MosaicCells, are_captured_in_colour_with_the_patterns_of_the_coaxial_rig) {
+  constexpr double kPixels = 152 * 0.784 / 32 / 2;
+  const std::string uri = "sim:occluder?size=32x32&fine=2&channels=3";
+  auto ideal = open_virtual_rig(uri), opened = open_virtual_rig(uri + kBench);
+  ASSERT_TRUE(ideal.ok() && opened.ok());
+  const Outcome coaxial = measured(**ideal, (*ideal)->truth());
+  auto filtered = std::make_unique<FilteredProbe>(*std::move(opened));
+  const auto registration = register_camera(*filtered);
+  ASSERT_TRUE(registration.ok()) << registration.error().line();
+  auto registered = RegisteredProbe::make(std::move(filtered), *registration, kRggb);
+  ASSERT_TRUE(registered.ok()) << registered.error().line();
+  EXPECT_EQ((*registered)->channels(), 3);
+  (*registered)->watch_motion(registration->watch());
+  const Outcome mosaic = measured(**registered, (*ideal)->truth());
+  EXPECT_LE(static_cast<double>(mosaic.patterns), 1.15 * static_cast<double>(coaxial.patterns));
+  EXPECT_LE(mosaic.errors.indirect, 1.5 * 0.22 / kPixels);
+  EXPECT_LE(mosaic.errors.frobenius, 0.03);
+}
+
+Registration registered(const char* keys) {
+  auto opened = open_virtual_rig(std::string("sim:vgroove-mixed?size=24x24&fine=2&channels=3") + keys);
+  EXPECT_TRUE(opened.ok()) << opened.error().line();
+  FilteredProbe rig(*std::move(opened));
+  auto found = register_camera(rig);
+  EXPECT_TRUE(found.ok()) << found.error().line();
+  return *std::move(found);
+}
+
+constexpr const char* kSmall = "&camera=128x128&turn=1.5&zoom=0.784&shift=3.3,-2.1";
+
+TEST(MosaicCells, gather_each_colour_from_the_pixels_of_its_filter) {
+  const Registration found = registered(kSmall);
+  const auto weights = found.weights_of_mosaic(kRggb);
+  ASSERT_TRUE(weights.ok()) << weights.error().line();
+  EXPECT_EQ(weights->channels(), 3);
+  EXPECT_EQ(weights->camera_channels(), 1);
+  const auto whole = weights->gather(found.flood);
+  ASSERT_TRUE(whole.ok());
+  for (int colour = 0; colour < 3; ++colour) {
+    Radiance only = found.flood;  // what the other filters let through changes nothing
+    for (int row = 0; row < only.mean.grid().rows; ++row)
+      for (int col = 0; col < only.mean.grid().cols; ++col)
+        if (kRggb.at(row, col) != colour) only.mean.at(row, col) = 1e6F;
+    const auto cells = weights->gather(only);
+    ASSERT_TRUE(cells.ok());
+    EXPECT_TRUE(std::ranges::equal(cells->mean.plane(colour), whole->mean.plane(colour))) << colour;
+    EXPECT_TRUE(std::ranges::equal(cells->valid.plane(colour), whole->valid.plane(colour))) << colour;
+  }
+}
+
+TEST(MosaicCells, are_refused_where_another_filter_would_mix_the_colours) {
+  Registration ghost = registered(kSmall);
+  ghost.ghost.found = true;
+  EXPECT_EQ(ghost.weights_of_mosaic(kRggb).error().code, ErrorCode::bad_argument);
+  Registration blurred = registered(kSmall);
+  blurred.blur = {.projector = 0.4, .camera = 0.1, .measured = true};
+  EXPECT_EQ(blurred.weights_of_mosaic(kRggb).error().code, ErrorCode::bad_argument);
+  const auto three = open_virtual_rig(std::string("sim:plane?size=24x24&channels=3") + kSmall);
+  const auto colours = register_camera(**three);
+  ASSERT_TRUE(colours.ok());
+  EXPECT_EQ(colours->weights_of_mosaic(kRggb).error().code, ErrorCode::bad_argument);
+}
+
+}  // namespace
+}  // namespace symrig::mosaic_cells_test
