@@ -26,3 +26,7 @@ endif()
 if(NOT TARGET PkgConfig::LIBDRM)
   pkg_check_modules(LIBDRM REQUIRED IMPORTED_TARGET GLOBAL libdrm)
 endif()
+# Optional: GenICam cameras. SYMRIG_GENICAM is the option of the build, and the installed symrigConfig.cmake repeats it.
+if(SYMRIG_GENICAM AND NOT TARGET PkgConfig::ARAVIS)
+  pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET GLOBAL aravis-0.8)
+endif()

@@ -231,7 +231,8 @@ Job add_info(CLI::App& command) {
   add_device(command, arguments->device);
   command
       .add_option("--camera", arguments->camera,
-                  "Show a camera instead: /dev/videoN, or its serial number, bus or name as in `symrig list`")
+                  "Show a camera instead: /dev/videoN, genicam:ADDRESS, or a V4L2 camera's serial number, "
+                  "bus or name")
       ->type_name("CAMERA")
       ->excludes("--device");
   add_json(command, arguments->json);

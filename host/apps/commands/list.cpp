@@ -143,7 +143,7 @@ Job add_list(CLI::App& command) {
           "another program\n"
           "uses, but does not ask it. The simulated board sim: is always listed.\n"
           "Projectors are the connectors of graphics cards, with the modes of the connected displays.\n"
-          "Cameras are V4L2 devices; symrig info --camera NODE shows everything about one.\n"
+          "Cameras are V4L2 and GenICam devices; symrig info --camera PATH shows everything about one.\n"
           "\n") +
       kExitCodes);
   return [arguments] { return run(*arguments); };

@@ -126,8 +126,12 @@ std::size_t row_bytes(const PixelFormat& format, int cols) {
       return groups(cols, 1, 2);
     case Packing::mipi10:
     case Packing::stream10:
+    case Packing::lowest10:
       return groups(cols, 4, 5);
     case Packing::mipi12:
+    case Packing::lowest12:
+    case Packing::gev10:
+    case Packing::gev12:
       return groups(cols, 2, 3);
     case Packing::mipi14:
       return groups(cols, 4, 7);

@@ -77,6 +77,26 @@ void split_stream10(const std::byte* bytes, Four& words) {
     words[k] = static_cast<std::uint16_t>((at(bytes, k) << 8 | at(bytes, k + 1)) >> (6 - 2 * k) & 1023U);
 }
 
+void split_lowest10(const std::byte* bytes, Four& words) {
+  for (std::size_t k = 0; k < 4; ++k)  // sample k begins at bit 10 k, that is 2 k bits into byte k
+    words[k] = static_cast<std::uint16_t>((at(bytes, k) | at(bytes, k + 1) << 8) >> 2 * k & 1023U);
+}
+
+void split_lowest12(const std::byte* bytes, Two& words) {
+  words[0] = static_cast<std::uint16_t>(at(bytes, 0) | (at(bytes, 1) & 15U) << 8);
+  words[1] = static_cast<std::uint16_t>(at(bytes, 1) >> 4 | at(bytes, 2) << 4);
+}
+
+void split_gev10(const std::byte* bytes, Two& words) {
+  words[0] = static_cast<std::uint16_t>(at(bytes, 0) << 2 | (at(bytes, 1) & 3U));
+  words[1] = static_cast<std::uint16_t>(at(bytes, 2) << 2 | (at(bytes, 1) >> 4 & 3U));
+}
+
+void split_gev12(const std::byte* bytes, Two& words) {
+  words[0] = static_cast<std::uint16_t>(at(bytes, 0) << 4 | (at(bytes, 1) & 15U));
+  words[1] = static_cast<std::uint16_t>(at(bytes, 2) << 4 | at(bytes, 1) >> 4);
+}
+
 }  // namespace
 
 int group_samples(Packing packing) {
@@ -86,12 +106,16 @@ int group_samples(Packing packing) {
     case Packing::words_high_first:
       return 1;
     case Packing::mipi12:
+    case Packing::lowest12:
+    case Packing::gev10:
+    case Packing::gev12:
     case Packing::luma_first:
     case Packing::luma_second:
       return 2;
     case Packing::mipi10:
     case Packing::mipi14:
     case Packing::stream10:
+    case Packing::lowest10:
       return 4;
   }
   return 1;
@@ -116,6 +140,14 @@ std::uint16_t unpack(Packing packing, SampleDepth depth, std::span<const std::by
       return unpack_groups<4, 7>(bytes, depth, codes, split_mipi14);
     case Packing::stream10:
       return unpack_groups<4, 5>(bytes, depth, codes, split_stream10);
+    case Packing::lowest10:
+      return unpack_groups<4, 5>(bytes, depth, codes, split_lowest10);
+    case Packing::lowest12:
+      return unpack_groups<2, 3>(bytes, depth, codes, split_lowest12);
+    case Packing::gev10:
+      return unpack_groups<2, 3>(bytes, depth, codes, split_gev10);
+    case Packing::gev12:
+      return unpack_groups<2, 3>(bytes, depth, codes, split_gev12);
     case Packing::luma_first:
       return unpack_words(depth, codes,
                           [bytes](std::size_t k) { return std::to_integer<std::uint16_t>(bytes[2 * k]); });

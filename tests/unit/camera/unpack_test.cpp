@@ -2,6 +2,7 @@
 // Every pixel format against a slow reference that reads single bits, where [Linux media, pixfmt] puts them.
 #include "camera/unpack.hpp"
 
+#include "camera/pfnc.hpp"
 #include "symrig/camera/pixel_format.hpp"
 
 #include <array>
@@ -29,6 +30,13 @@ Place mipi_place(std::size_t k, unsigned bit, std::size_t samples, unsigned bits
   return {group + samples + stream / 8, static_cast<unsigned>(stream % 8)};
 }
 
+/// 2 samples in 3 bytes: the outer bytes are the high ones, the halves of the middle one the low bits.
+Place gev_place(std::size_t k, unsigned bit, unsigned low) {
+  const std::size_t group = k / 2 * 3, j = k % 2;
+  if (bit >= low) return {group + 2 * j, bit - low};
+  return {group + 1, bit + 4 * static_cast<unsigned>(j)};
+}
+
 Place place(Packing packing, std::size_t k, unsigned bit) {
   switch (packing) {
     case Packing::bytes:
@@ -47,6 +55,14 @@ Place place(Packing packing, std::size_t k, unsigned bit) {
       const std::size_t from_front = 10 * k + (9 - bit);
       return {from_front / 8, static_cast<unsigned>(7 - from_front % 8)};
     }
+    case Packing::lowest10:
+      return {(10 * k + bit) / 8, static_cast<unsigned>((10 * k + bit) % 8)};
+    case Packing::lowest12:
+      return {(12 * k + bit) / 8, static_cast<unsigned>((12 * k + bit) % 8)};
+    case Packing::gev10:
+      return gev_place(k, bit, 2);
+    case Packing::gev12:
+      return gev_place(k, bit, 4);
     case Packing::luma_first:
       return {2 * k, bit};
     case Packing::luma_second:
@@ -98,6 +114,10 @@ TEST_P(EveryFormat, chroma_and_neighbours_do_not_leak_in) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(Pfnc, EveryFormat,
+                         testing::ValuesIn(camera::genicam_formats().begin(),
+                                           camera::genicam_formats().end()),
+                         [](const auto& format) { return std::string(format.param.name); });
 INSTANTIATE_TEST_SUITE_P(Unpack, EveryFormat,
                          testing::ValuesIn(pixel_formats().begin(), pixel_formats().end()),
                          [](const auto& format) { return std::string(format.param.name); });
@@ -140,6 +160,12 @@ TEST(Unpack, examples_by_hand) {
             (Codes{1, 2, 3, 0x3FFF}));
   EXPECT_EQ(first(Packing::stream10, 10, {0xFF, 0xC0, 0x18, 0x01, 0x55}, 4),
             (Codes{0x3FF, 0x001, 0x200, 0x155}));
+  // 0x3FF, 0x001, 0x200, 0x155 as bits from the lowest: 1111111111 1000000000 0000000001 1010101010.
+  EXPECT_EQ(first(Packing::lowest10, 10, {0xFF, 0x07, 0x00, 0x60, 0x55}, 4),
+            (Codes{0x3FF, 0x001, 0x200, 0x155}));
+  EXPECT_EQ(first(Packing::lowest12, 12, {0xBC, 0x3A, 0x12}, 2), (Codes{0xABC, 0x123}));
+  EXPECT_EQ(first(Packing::gev10, 10, {0xFF, 0x13, 0x00}, 2), (Codes{0x3FF, 0x001}));
+  EXPECT_EQ(first(Packing::gev12, 12, {0xAB, 0x3C, 0x12}, 2), (Codes{0xABC, 0x123}));
   EXPECT_EQ(first(Packing::luma_first, 8, {1, 99, 2, 98}, 2), (Codes{1, 2}));
   EXPECT_EQ(first(Packing::luma_second, 8, {99, 1, 98, 2}, 2), (Codes{1, 2}));
   EXPECT_EQ(first(Packing::words_high_first, 16, {0x12, 0x34}, 1), (Codes{0x1234}));
@@ -160,6 +186,19 @@ TEST(PixelFormat, names_and_codes_are_found_and_stand_once) {
   EXPECT_EQ(find_pixel_format("Y16-BE")->packing, Packing::words_high_first);
   EXPECT_EQ(find_pixel_format("MJPG"), nullptr);
   EXPECT_FALSE(find_pixel_format("YUYV")->linear);
+}
+
+// A PFNC code says in its bits 16 to 23 how many bits of memory a pixel takes.
+TEST(Pfnc, codes_stand_once_and_agree_with_packing_and_name) {
+  std::set<std::uint32_t> codes;
+  for (const PixelFormat& format : camera::genicam_formats()) {
+    EXPECT_TRUE(codes.insert(format.fourcc).second) << format.name;
+    EXPECT_EQ(row_bytes(format, 8), (format.fourcc >> 16U & 0xFFU)) << format.name;
+    EXPECT_EQ(camera::find_genicam_format(format.name), &format);
+    EXPECT_NE(format.name.find(std::to_string(format.bits)), std::string_view::npos);
+    EXPECT_EQ(format.name.starts_with("Bayer"), format.mosaic != Mosaic::none);
+  }
+  EXPECT_EQ(camera::find_genicam_format("RGB8"), nullptr);
 }
 
 TEST(PixelFormat, a_mosaic_and_its_name_agree) {

@@ -20,14 +20,18 @@ enum class Packing : std::uint8_t {
   mipi12,            ///< 2 samples in 3 bytes: two high bytes, then 2 × 4 low bits, the first sample lowest
   mipi14,            ///< 4 samples in 7 bytes: four high bytes, then 4 × 6 low bits, the first sample lowest
   stream10,          ///< 4 samples in 5 bytes as one bit stream, the highest bit first
-  luma_first,        ///< 4:2:2, luma in the even bytes
-  luma_second        ///< 4:2:2, luma in the odd bytes
+  lowest10,          ///< 4 samples in 5 bytes as one bit stream, the lowest bit first [PFNC, "10p"]
+  lowest12,          ///< 2 samples in 3 bytes as one bit stream, the lowest bit first [PFNC, "12p"]
+  gev10,       ///< 2 samples in 3 bytes: high byte, 2 + 2 low bits in a byte, high byte [PFNC, "10Packed"]
+  gev12,       ///< 2 samples in 3 bytes: high byte, 4 + 4 low bits, high byte [PFNC, "12Packed"]
+  luma_first,  ///< 4:2:2, luma in the even bytes
+  luma_second  ///< 4:2:2, luma in the odd bytes
 };
 
-/// A V4L2 pixel format that symrig can read: one sample per pixel, of `bits` bits.
+/// A pixel format that symrig can read: one sample per pixel, of `bits` bits.
 struct PixelFormat {
-  std::uint32_t fourcc = 0;
-  std::string_view name;  ///< V4L2_PIX_FMT_<name>
+  std::uint32_t fourcc = 0;  ///< of V4L2; with GenICam cameras the format's PFNC code
+  std::string_view name;     ///< V4L2_PIX_FMT_<name>; with GenICam cameras the PFNC name
   int bits = 8;
   Packing packing = Packing::bytes;
   Mosaic mosaic = Mosaic::none;

@@ -90,8 +90,4 @@ Result<CameraInfo> look_at_camera(VideoSystem& system, std::string_view wanted) 
   return info;
 }
 
-Result<CameraInfo> look_at_camera(std::string_view wanted) {
-  return look_at_camera(camera::linux_video(), wanted);
-}
-
 }  // namespace symrig

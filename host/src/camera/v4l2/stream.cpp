@@ -13,7 +13,6 @@ namespace symrig::camera {
 namespace {
 
 constexpr int kMostErrorsInARow = 16;
-constexpr std::size_t kMostNotes = 32;
 constexpr Nanoseconds kLook = std::chrono::seconds(1);  // interval of the checks while no frame arrives
 
 }  // namespace
@@ -23,8 +22,7 @@ Stream::Stream(OpenNode driver, const StreamPlan& plan, SequenceCount counts, St
       plan_(plan),
       reader_(plan.layout, plan.region, plan.saturation),
       counts_(counts),
-      room_(plan.waiting),
-      report_(std::move(report)) {}
+      queue_(plan.waiting, std::move(report)) {}
 
 Result<std::unique_ptr<Stream>> Stream::start(OpenNode driver, const StreamPlan& plan, SequenceCount counts,
                                               StreamReport report) {
@@ -48,10 +46,7 @@ Stream::~Stream() {
 }
 
 SequenceCount Stream::finish() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
+  stopping_ = true;
   if (thread_.joinable()) {
     driver_.node().interrupt();
     thread_.join();
@@ -62,10 +57,7 @@ SequenceCount Stream::finish() {
 void Stream::run() {
   for (;;) {
     const Wake wake = driver_.node().wait(kLook);
-    {
-      const std::lock_guard lock(mutex_);
-      if (stopping_) return;
-    }
+    if (stopping_) return;
     // After a hangup, too, the call that takes a buffer reports the reason.
     if ((wake == Wake::frame || wake == Wake::hangup) && !drain()) return;
     if (wake == Wake::hangup && !handle_error(EIO)) return;
@@ -88,10 +80,7 @@ bool Stream::drain() {
 /// EIO may be temporary [Linux media, VIDIOC_DQBUF]: only several in a row end the stream. Any other error
 /// ends it.
 bool Stream::handle_error(int reason) {
-  if (!is_gone(reason)) {
-    const std::lock_guard lock(mutex_);
-    ++report_.errors;
-  }
+  if (!is_gone(reason)) queue_.count([](StreamReport& report) { ++report.errors; });
   if (reason == EIO && ++errors_in_a_row_ < kMostErrorsInARow) return true;
   return lose(reason, "taking a frame");
 }
@@ -101,11 +90,10 @@ bool Stream::accept(const FilledBuffer& filled) {
   const bool damaged = filled.error || filled.data.size() < plan_.layout.bytes();
   const StampVerdict verdict = judge_->judge(filled.stamp, driver_.node().now(), damaged);
   const SequenceCount::Reading reading = counts_.read(filled.sequence);
-  if (!verdict.note.empty()) note(verdict.note);
+  if (!verdict.note.empty()) queue_.note(verdict.note);
   if (verdict.stale) {
     after_stale_ = true;
-    const std::lock_guard lock(mutex_);
-    ++report_.stale;
+    queue_.count([](StreamReport& report) { ++report.stale; });
   } else {
     // A gap between an old frame and the stream's first frame is no loss of this stream.
     if (!std::exchange(after_stale_, false)) count(reading);
@@ -113,22 +101,23 @@ bool Stream::accept(const FilledBuffer& filled) {
     frame.sequence = reading.number;
     frame.stamp = {filled.stamp.at};
     frame.stamp_of = verdict.of;
-    keep(std::move(frame));
+    queue_.keep(std::move(frame));
   }
   if (const int reason = ring_->give_back(filled.index); reason == 0)
     ++buffers_out_;
   else if (is_gone(reason) || buffers_out_ == 0)
     return lose(reason, "giving a buffer back");
   else
-    note(fmt::format("the driver refuses to take a buffer back ({})", std::strerror(reason)));
+    queue_.note(fmt::format("the driver refuses to take a buffer back ({})", std::strerror(reason)));
   return true;
 }
 
 void Stream::count(const SequenceCount::Reading& reading) {
-  const std::lock_guard lock(mutex_);
-  report_.missing += reading.missing;
-  if (reading.step == Step::repeated) ++report_.repeated;
-  if (reading.step == Step::backwards) ++report_.reordered;
+  queue_.count([&reading](StreamReport& report) {
+    report.missing += reading.missing;
+    if (reading.step == Step::repeated) ++report.repeated;
+    if (reading.step == Step::backwards) ++report.reordered;
+  });
 }
 
 CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
@@ -139,59 +128,20 @@ CameraFrame Stream::develop(const FilledBuffer& filled, bool damaged) {
   const auto& [bits, shift] = plan_.layout.depth;
   if (damaged) return frame;
   if (seen >> (bits + shift) != 0)
-    note(fmt::format("samples have bits above the stated {}; they count as saturated", bits));
+    queue_.note(fmt::format("samples have bits above the stated {}; they count as saturated", bits));
   if ((seen & ((1U << shift) - 1)) != 0)
-    note(fmt::format(
+    queue_.note(fmt::format(
         "samples have bits below the upper {}: the stated depth is too small, or samples are in the low bits",
         bits));
   return frame;
-}
-
-void Stream::keep(CameraFrame frame) {
-  const std::lock_guard lock(mutex_);
-  if (queue_.size() >= room_) {
-    ++report_.overflowed;
-    return;
-  }
-  ++report_.delivered;
-  report_.damaged += frame.damaged ? 1 : 0;
-  report_.unstamped += frame.stamp_of == StampOf::nothing ? 1 : 0;
-  queue_.push_back(std::move(frame));
-  ++arrived_;
-  changed_.notify_all();
 }
 
 /// Ends the stream. For any reason, the caller gets device_lost.
 bool Stream::lose(int reason, std::string_view doing) {
   Error error = driver_.error(reason, doing);
   error.code = ErrorCode::device_lost;
-  const std::lock_guard lock(mutex_);
-  lost_ = std::move(error);
-  changed_.notify_all();
+  queue_.lose(std::move(error));
   return false;
-}
-
-void Stream::note(const std::string& line) {
-  const std::lock_guard lock(mutex_);
-  const bool known = std::find(report_.notes.begin(), report_.notes.end(), line) != report_.notes.end();
-  if (!known && report_.notes.size() < kMostNotes) report_.notes.push_back(line);
-}
-
-StreamReport Stream::report() const {
-  const std::lock_guard lock(mutex_);
-  return report_;
-}
-
-Result<std::vector<CameraFrame>> Stream::take(std::size_t count, Nanoseconds patience) {
-  std::unique_lock lock(mutex_);
-  room_ = std::max(room_, count);
-  for (std::uint64_t before = arrived_; queue_.size() < count && !lost_; before = arrived_)
-    if (!changed_.wait_for(lock, patience, [&] { return arrived_ != before || lost_; })) break;
-  if (queue_.empty() && lost_) return *lost_;
-  std::vector<CameraFrame> frames(std::make_move_iterator(queue_.begin()),
-                                  std::make_move_iterator(queue_.end()));
-  queue_.clear();
-  return frames;
 }
 
 }  // namespace symrig::camera

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "camera/frame_queue.hpp"
 #include "camera/frame_reader.hpp"
 #include "camera/v4l2/buffer_ring.hpp"
 #include "camera/v4l2/sequence.hpp"
@@ -8,12 +9,9 @@
 #include "symrig/camera/camera.hpp"
 #include "symrig/camera/stream_report.hpp"
 
-#include <condition_variable>
-#include <deque>
+#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
@@ -45,8 +43,10 @@ class Stream {
 
   /// As Camera::take(). Frames that came before the end of the stream are returned first.
   /// fails: device_lost.
-  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience);
-  StreamReport report() const;
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) {
+    return queue_.take(count, patience);
+  }
+  StreamReport report() const { return queue_.report(); }
   /// For controls. Its calls may run beside the thread's calls.
   OpenNode& driver() { return driver_; }
   /// Ends the thread. Returns the frame count for this camera's next stream.
@@ -61,9 +61,7 @@ class Stream {
   bool accept(const FilledBuffer& filled);
   CameraFrame develop(const FilledBuffer& filled, bool damaged);
   void count(const SequenceCount::Reading& reading);
-  void keep(CameraFrame frame);
   bool lose(int reason, std::string_view doing);
-  void note(const std::string& line);
 
   OpenNode driver_;
   StreamPlan plan_;
@@ -75,14 +73,8 @@ class Stream {
   int errors_in_a_row_ = 0;
   int buffers_out_ = 0;  // buffers that the driver has
 
-  mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<CameraFrame> queue_;
-  std::uint64_t arrived_ = 0;  // frames kept since the start
-  std::size_t room_;           // greatest length of the queue
-  StreamReport report_;
-  std::optional<Error> lost_;
-  bool stopping_ = false;
+  FrameQueue queue_;
+  std::atomic<bool> stopping_ = false;
   std::thread thread_;
 };
 

@@ -2,6 +2,7 @@
 // The keys of `[camera]` for the V4L2 driver: docs/rig-file.md.
 #include "camera/v4l2/v4l2_driver.hpp"
 
+#include "camera/driver_parts.hpp"
 #include "camera/v4l2/video_system.hpp"
 #include "image/size_text.hpp"
 #include "symrig/camera/v4l2_camera.hpp"
@@ -26,7 +27,7 @@ class V4l2Source final : public CameraSource {
     CameraSettings settings = settings_;
     settings.bits = sensor.bits;
     settings.noise = sensor.noise;
-    settings.dead = dead_pixels(sensor.defects);
+    settings.dead = dead_pixels(sensor.defects, settings_.region);
     settings.timing = sensor.timing;
     SYMRIG_TRY(auto camera, V4l2Camera::open(std::move(settings)));
     return std::unique_ptr<Camera>(std::move(camera));
@@ -49,40 +50,8 @@ class V4l2Source final : public CameraSource {
   }
 
  private:
-  /// Maps the sensor's defects to pixels of the frames. A sum is dead if any of its samples is dead. Which
-  /// samples are summed depends on the mosaic, so every sample of the square counts.
-  Image<std::uint8_t> dead_pixels(const Image<std::uint8_t>& defects) const {
-    if (std::ranges::none_of(defects.values(), [](std::uint8_t d) { return d != 0; })) return {};
-    const Region region = resolved(defects.grid(), settings_.region);
-    const int each = region.binning;
-    Image<std::uint8_t> dead(Grid{region.size.rows / each, region.size.cols / each});
-    const int reach = each > 1 ? 2 : 1;
-    for (int row = 0; row < dead.grid().rows; ++row)
-      for (int col = 0; col < dead.grid().cols; ++col) {
-        const int top = region.row + row / reach * reach * each,
-                  left = region.col + col / reach * reach * each;
-        for (int y = top; y < std::min(top + reach * each, defects.grid().rows); ++y)
-          for (int x = left; x < std::min(left + reach * each, defects.grid().cols); ++x)
-            if (defects.at(y, x) != 0) dead.at(row, col) = 1;
-      }
-    return dead;
-  }
-
   CameraSettings settings_;
 };
-
-void read_region(TableReader& table, Region& region) {
-  const TomlNode* node = table.find("region");
-  if (node == nullptr) return;
-  TableReader keys(*node, table.path_of("region"), table.context());
-  keys.read_whole("row", region.row, 0, image::kLargestSide);
-  keys.read_whole("col", region.col, 0, image::kLargestSide);
-  keys.require("rows", "the region's height in pixels of the picture");
-  keys.require("cols", "the region's width in pixels of the picture");
-  keys.read_whole("rows", region.size.rows, 1, image::kLargestSide);
-  keys.read_whole("cols", region.size.cols, 1, image::kLargestSide);
-  keys.finish();
-}
 
 /// Values of the camera's controls, as text: numbers, menu entries, on or off.
 void read_controls(TableReader& table, std::vector<ControlSetting>& controls) {

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/frame_queue.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+namespace symrig::camera {
+namespace {
+
+constexpr std::size_t kRemarks = 32;
+
+}  // namespace
+
+void FrameQueue::keep(CameraFrame frame) {
+  const std::lock_guard lock(mutex_);
+  if (queue_.size() >= room_) {
+    ++report_.overflowed;
+    return;
+  }
+  ++report_.delivered;
+  report_.damaged += frame.damaged ? 1 : 0;
+  report_.unstamped += frame.stamp_of == StampOf::nothing ? 1 : 0;
+  queue_.push_back(std::move(frame));
+  ++arrived_;
+  changed_.notify_all();
+}
+
+void FrameQueue::lose(Error error) {
+  const std::lock_guard lock(mutex_);
+  if (!lost_) lost_ = std::move(error);
+  changed_.notify_all();
+}
+
+bool FrameQueue::lost() const {
+  const std::lock_guard lock(mutex_);
+  return lost_.has_value();
+}
+
+void FrameQueue::note(const std::string& line) {
+  const std::lock_guard lock(mutex_);
+  const bool known = std::ranges::find(report_.notes, line) != report_.notes.end();
+  if (!known && report_.notes.size() < kRemarks) report_.notes.push_back(line);
+}
+
+StreamReport FrameQueue::report() const {
+  const std::lock_guard lock(mutex_);
+  return report_;
+}
+
+Result<std::vector<CameraFrame>> FrameQueue::take(std::size_t count, Nanoseconds patience) {
+  std::unique_lock lock(mutex_);
+  room_ = std::max(room_, count);
+  for (std::uint64_t before = arrived_; queue_.size() < count && !lost_; before = arrived_)
+    if (!changed_.wait_for(lock, patience, [&] { return arrived_ != before || lost_; })) break;
+  if (queue_.empty() && lost_) return *lost_;
+  std::vector<CameraFrame> frames(std::make_move_iterator(queue_.begin()),
+                                  std::make_move_iterator(queue_.end()));
+  queue_.clear();
+  return frames;
+}
+
+}  // namespace symrig::camera

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/genicam/frame_numbers.hpp"
+
+#include <algorithm>
+
+namespace symrig::camera {
+namespace {
+
+constexpr std::int64_t kNarrowIds = 65'535;  // 1 to 65535
+
+}  // namespace
+
+std::int64_t FrameNumbers::ids_since(std::uint64_t id) const {
+  const auto distance = static_cast<std::int64_t>(id - id_->at);
+  if (wide_) return distance;
+  const std::int64_t ahead = ((distance % kNarrowIds) + kNarrowIds) % kNarrowIds;
+  return ahead <= kNarrowIds / 2 ? ahead : ahead - kNarrowIds;
+}
+
+SequenceCount::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> counter) {
+  wide_ = wide_ || id == 0 || id > static_cast<std::uint64_t>(kNarrowIds);
+  std::int64_t next = 0;
+  if (counter && counter_)
+    next = static_cast<std::int64_t>(counter_->number) +
+           static_cast<std::int32_t>(*counter - static_cast<std::uint32_t>(counter_->at));
+  else if (id_)
+    next = static_cast<std::int64_t>(id_->number) + ids_since(id);
+  else
+    next = static_cast<std::int64_t>(base_ + (counter ? *counter : id));
+  const auto number = static_cast<std::uint64_t>(std::max(next, static_cast<std::int64_t>(base_)));
+  SequenceCount::Reading reading{number, Step::first, 0};
+  if (begun_) {
+    reading.step = number == last_ ? Step::repeated : number < last_ ? Step::backwards : Step::next;
+    // A frame out of order fills a gap that was counted before.
+    if (number > highest_ + 1) {
+      reading.step = Step::gap;
+      reading.missing = number - highest_ - 1;
+    }
+  }
+  id_ = {id, number};
+  if (counter) counter_ = {*counter, number};
+  last_ = number;
+  highest_ = begun_ ? std::max(highest_, number) : number;
+  begun_ = true;
+  return reading;
+}
+
+void FrameNumbers::restart() {
+  if (!begun_) return;
+  base_ = highest_ + 2;
+  id_.reset();
+  counter_.reset();
+  wide_ = begun_ = false;
+}
+
+}  // namespace symrig::camera

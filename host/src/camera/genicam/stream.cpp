@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "camera/genicam/stream.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig::camera {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kLook = 50ms;                // how often the thread looks whether it should end
+constexpr Nanoseconds kClockInterval = 1s;  // clocks of quartz drift by 50 µs in this time
+constexpr std::int64_t kBufferMemory = 256 << 20, kFewestBuffers = 4;
+constexpr std::size_t kWantedSocket = 32U << 20U;
+
+std::size_t allowed_socket() {
+  std::ifstream file("/proc/sys/net/core/rmem_max");
+  std::size_t bytes = 0;
+  return file >> bytes ? bytes : kWantedSocket;
+}
+
+bool on_loopback(ArvDevice* device) {
+  GSocketAddress* const address = arv_gv_device_get_device_address(ARV_GV_DEVICE(device));
+  return g_inet_address_get_is_loopback(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address))) !=
+         0;
+}
+
+std::string_view cause(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets of a frame were lost";
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "a frame did not end in time";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "a frame is larger than the camera said";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "a frame has packets with wrong numbers";
+    default:
+      return "a frame is incomplete";
+  }
+}
+
+}  // namespace
+
+GenicamStream::GenicamStream(ArvDevice* device, const GenicamPlan& plan, StreamReport report)
+    : device_(device),
+      plan_(plan),
+      features_(device, plan.camera),
+      reader_(plan.layout, {0, 0, {}, plan.binning}, plan.saturation),
+      queue_(plan.waiting, std::move(report)) {}
+
+Result<std::unique_ptr<GenicamStream>> GenicamStream::start(ArvDevice* device, const GenicamPlan& plan,
+                                                            StreamReport report) {
+  std::unique_ptr<GenicamStream> stream(new GenicamStream(device, plan, std::move(report)));
+  SYMRIG_CHECK(stream->begin());
+  return stream;
+}
+
+/// A frame arrives faster than any thread is sure to wake up, so the socket must hold several.
+void GenicamStream::enlarge_socket(std::size_t payload) {
+  if (ARV_IS_GV_STREAM(stream_.get()) == 0) return;
+  const std::size_t wanted = std::max(kWantedSocket, 4 * payload), allowed = allowed_socket();
+  g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
+               static_cast<gint>(std::min({wanted, allowed, std::size_t{1} << 30U})), nullptr);
+  if (allowed < wanted)
+    socket_remark_ = fmt::format(
+        "the socket holds {} bytes, as net.core.rmem_max allows; if packets are lost: sudo sysctl -w "
+        "net.core.rmem_max={}",
+        allowed, wanted);
+}
+
+Result<void> GenicamStream::begin() {
+  SYMRIG_TRY(const std::int64_t payload, features_.integer("PayloadSize"));
+  // A packet socket delivers nothing on the loopback device.
+  if (ARV_IS_GV_DEVICE(device_) != 0 && on_loopback(device_))
+    arv_gv_device_set_stream_options(ARV_GV_DEVICE(device_), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  GLibError error;
+  stream_.reset(arv_device_create_stream(device_, nullptr, nullptr, error.out()));
+  if (!stream_)
+    return Error{ErrorCode::device_refused,
+                 fmt::format("camera {}: its stream cannot be opened: {}", plan_.camera, error.text()),
+                 "end other programs that use the camera"};
+  enlarge_socket(static_cast<std::size_t>(payload));
+  const auto room =
+      std::max<std::int64_t>(kFewestBuffers, kBufferMemory / std::max<std::int64_t>(1, payload));
+  for (std::int64_t k = 0; k < std::min<std::int64_t>(plan_.buffers, room); ++k)
+    arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(static_cast<size_t>(payload)));
+  if (!plan_.chunks.counter.empty() || !plan_.chunks.exposure.empty())
+    parser_.reset(arv_device_create_chunk_parser(device_));
+  if (plan_.stamp != StampOf::nothing && !clock_.latch(features_))
+    queue_.note("the camera's clock cannot be latched: stamps are not used");
+  lost_signal_ = g_signal_connect(device_, "control-lost", G_CALLBACK(control_lost), this);
+  if (features_.has("TLParamsLocked")) SYMRIG_CHECK(features_.set("TLParamsLocked", "1"));
+  SYMRIG_CHECK(features_.execute("AcquisitionStart"));
+  acquiring_ = true;
+  thread_ = std::thread([this] { run(); });
+  return {};
+}
+
+GenicamStream::~GenicamStream() {
+  stopping_ = true;
+  if (thread_.joinable()) thread_.join();
+  if (lost_signal_ != 0) g_signal_handler_disconnect(device_, lost_signal_);
+  // A camera that is gone cannot be stopped.
+  if (!acquiring_ || queue_.lost()) return;
+  arv_device_execute_command(device_, "AcquisitionStop", nullptr);
+  if (arv_device_get_feature(device_, "TLParamsLocked") != nullptr)
+    arv_device_set_integer_feature_value(device_, "TLParamsLocked", 0, nullptr);
+}
+
+void GenicamStream::control_lost(ArvDevice* /*device*/, gpointer stream) {
+  auto& self = *static_cast<GenicamStream*>(stream);
+  self.queue_.lose({ErrorCode::device_lost,
+                    fmt::format("camera {} does not answer any more", self.plan_.camera),
+                    "check its cable and power"});
+}
+
+void GenicamStream::run() {
+  Nanoseconds latched = monotonic_now();
+  while (!stopping_) {
+    ArvBuffer* const buffer = arv_stream_timeout_pop_buffer(
+        stream_.get(), static_cast<guint64>(std::chrono::microseconds(kLook).count()));
+    if (buffer != nullptr) {
+      accept(buffer);
+      arv_stream_push_buffer(stream_.get(), buffer);
+    }
+    if (plan_.stamp != StampOf::nothing && monotonic_now() - latched > kClockInterval && !queue_.lost()) {
+      clock_.latch(features_);
+      latched = monotonic_now();
+    }
+  }
+}
+
+FrameChunks GenicamStream::chunks_of(ArvBuffer* buffer) {
+  FrameChunks chunks;
+  if (!parser_ || arv_buffer_has_chunks(buffer) == 0) return chunks;
+  GLibError error;
+  if (!plan_.chunks.counter.empty()) {
+    const gint64 value =
+        arv_chunk_parser_get_integer_value(parser_.get(), buffer, plan_.chunks.counter.c_str(), error.out());
+    if (!error) chunks.trigger_counter = static_cast<std::uint32_t>(value);
+  }
+  if (!plan_.chunks.exposure.empty()) {
+    const double us =
+        arv_chunk_parser_get_float_value(parser_.get(), buffer, plan_.chunks.exposure.c_str(), error.out());
+    if (!error) chunks.exposure = Nanoseconds(std::llround(1e3 * us));
+  }
+  return chunks;
+}
+
+CameraFrame GenicamStream::develop(ArvBuffer* buffer, bool damaged) {
+  CameraFrame frame;
+  frame.damaged = damaged;
+  frame.raw.resize(reader_.grid().size());
+  std::size_t size = 0;
+  const auto* const data = static_cast<const std::byte*>(arv_buffer_get_data(buffer, &size));
+  const unsigned seen = reader_.read({data, size}, frame.raw);
+  const auto& [bits, shift] = plan_.layout.depth;
+  if (!damaged && seen >> (bits + shift) != 0)
+    queue_.note(fmt::format("samples have bits above the stated {}; they count as saturated", bits));
+  if (!damaged && (seen & ((1U << shift) - 1)) != 0)
+    queue_.note(fmt::format("samples have bits below the upper {}: the stated depth is too small", bits));
+  return frame;
+}
+
+void GenicamStream::accept(ArvBuffer* buffer) {
+  const ArvBufferStatus status = arv_buffer_get_status(buffer);
+  if (status == ARV_BUFFER_STATUS_ABORTED || status == ARV_BUFFER_STATUS_CLEARED) return;
+  bool damaged = status != ARV_BUFFER_STATUS_SUCCESS;
+  if (damaged) {
+    queue_.note(std::string(cause(status)));
+    if (!socket_remark_.empty()) queue_.note(socket_remark_);
+  }
+  // A frame of another size or format than was set up would be read as noise.
+  if (!damaged &&
+      (static_cast<std::uint32_t>(arv_buffer_get_image_pixel_format(buffer)) != plan_.layout.format->fourcc ||
+       arv_buffer_get_image_width(buffer) != plan_.layout.size.cols ||
+       arv_buffer_get_image_height(buffer) != plan_.layout.size.rows)) {
+    damaged = true;
+    queue_.note("a frame has another size or format than was set");
+  }
+  const FrameChunks chunks = damaged ? FrameChunks{} : chunks_of(buffer);
+  const auto reading = numbers_.read(arv_buffer_get_frame_id(buffer), chunks.trigger_counter);
+  queue_.count([&reading](StreamReport& report) {
+    report.missing += reading.missing;
+    report.repeated += reading.step == Step::repeated ? 1 : 0;
+    report.reordered += reading.step == Step::backwards ? 1 : 0;
+  });
+  CameraFrame frame = develop(buffer, damaged);
+  frame.sequence = reading.number;
+  if (plan_.stamp != StampOf::nothing && !damaged)
+    if (const auto at = clock_.host(arv_buffer_get_timestamp(buffer))) {
+      frame.stamp = *at;
+      frame.stamp_of = plan_.stamp;
+    }
+  if (parser_) frame.attachment = chunks;
+  queue_.keep(std::move(frame));
+}
+
+StreamReport GenicamStream::report() const {
+  StreamReport report = queue_.report();
+  guint64 completed = 0, failures = 0, underruns = 0;
+  arv_stream_get_statistics(stream_.get(), &completed, &failures, &underruns);
+  // Aravis had no buffer for them: our thread did not run in time.
+  report.overflowed += underruns;
+  if (ARV_IS_GV_STREAM(stream_.get()) == 0) return report;
+  guint64 resent = 0, missing = 0;
+  arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);
+  if (resent + missing != 0)
+    report.notes.push_back(fmt::format("packets: {} sent again, {} lost", resent, missing));
+  return report;
+}
+
+}  // namespace symrig::camera

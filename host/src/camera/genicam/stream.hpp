@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "camera/frame_queue.hpp"
+#include "camera/frame_reader.hpp"
+#include "camera/genicam/clock_map.hpp"
+#include "camera/genicam/features.hpp"
+#include "camera/genicam/frame_numbers.hpp"
+#include "camera/genicam/glib.hpp"
+#include "camera/genicam/negotiate.hpp"
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <thread>
+
+namespace symrig::camera {
+
+/// The settings of a stream.
+struct GenicamPlan {
+  PictureLayout layout;
+  int binning = 1;
+  int saturation = 0;  ///< as FrameReader
+  int buffers = 64;    ///< fewer if frames are large: 256 MiB are enough
+  std::size_t waiting = 64;
+  StampOf stamp = StampOf::nothing;
+  ChunkNames chunks;
+  std::string camera;  ///< for messages
+};
+
+/// A running stream of an open camera. A thread turns Aravis's buffers into frames.
+class GenicamStream {
+ public:
+  /// fails: device_refused, device_lost.
+  static Result<std::unique_ptr<GenicamStream>> start(ArvDevice* device, const GenicamPlan& plan,
+                                                      StreamReport report);
+  GenicamStream(const GenicamStream&) = delete;
+  GenicamStream& operator=(const GenicamStream&) = delete;
+  ~GenicamStream();
+
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) {
+    return queue_.take(count, patience);
+  }
+  StreamReport report() const;
+
+ private:
+  GenicamStream(ArvDevice* device, const GenicamPlan& plan, StreamReport report);
+  Result<void> begin();
+  void enlarge_socket(std::size_t payload);
+  void run();
+  void accept(ArvBuffer* buffer);
+  CameraFrame develop(ArvBuffer* buffer, bool damaged);
+  FrameChunks chunks_of(ArvBuffer* buffer);
+  static void control_lost(ArvDevice* device, gpointer stream);
+
+  ArvDevice* device_;
+  GenicamPlan plan_;
+  Features features_;
+  FrameReader reader_;
+  FrameNumbers numbers_;
+  ClockMap clock_;
+  Owned<ArvStream> stream_;
+  Owned<ArvChunkParser> parser_;
+  gulong lost_signal_ = 0;
+  bool acquiring_ = false;
+  FrameQueue queue_;
+  std::string socket_remark_;
+  std::atomic<bool> stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace symrig::camera

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gige/gige_camera.hpp"
+
+#include <fmt/format.h>
+
+namespace symrig::gige {
+namespace {
+
+struct Entry {
+  const char* name;
+  unsigned value;
+};
+
+std::string reg(const std::string& name, unsigned at, const char* access, unsigned length = 4) {
+  return fmt::format(
+      "<IntReg Name=\"{}\"><Address>{:#x}</Address><Length>{}</Length><AccessMode>{}</AccessMode>"
+      "<pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>\n",
+      name, at, length, access);
+}
+
+std::string integer(const std::string& name, unsigned at, int least, int most, const char* access = "RW") {
+  return fmt::format("<Integer Name=\"{0}\"><pValue>{0}Reg</pValue><Min>{1}</Min><Max>{2}</Max></Integer>\n",
+                     name, least, most) +
+         reg(name + "Reg", at, access);
+}
+
+std::string enumeration(const std::string& name, unsigned at, std::initializer_list<Entry> entries) {
+  std::string text = fmt::format("<Enumeration Name=\"{}\">", name);
+  for (const auto& [entry, value] : entries)
+    text += fmt::format("<EnumEntry Name=\"{}\"><Value>{}</Value></EnumEntry>", entry, value);
+  return text + fmt::format("<pValue>{0}Reg</pValue></Enumeration>\n", name) + reg(name + "Reg", at, "RW");
+}
+
+std::string command(const std::string& name, unsigned at, unsigned value) {
+  return fmt::format(
+             "<Command Name=\"{0}\"><pValue>{0}Reg</pValue><CommandValue>{1}</CommandValue></Command>\n",
+             name, value) +
+         reg(name + "Reg", at, "WO");
+}
+
+/// A number in microseconds, kept in nanoseconds.
+std::string microseconds(const std::string& name, unsigned at, double least, double most,
+                         const char* access) {
+  return fmt::format(
+             "<Float "
+             "Name=\"{0}\"><pValue>{0}Swiss</pValue><Min>{1}</Min><Max>{2}</Max><Unit>us</Unit></Float>\n"
+             "<Converter Name=\"{0}Swiss\"><FormulaTo>FROM * 1000</FormulaTo><FormulaFrom>TO / 1000.0"
+             "</FormulaFrom><pValue>{0}Reg</pValue></Converter>\n",
+             name, least, most) +
+         reg(name + "Reg", at, access);
+}
+
+std::string word(const std::string& name, unsigned at, unsigned length) {
+  return fmt::format(
+      "<StringReg Name=\"{}\"><Address>{:#x}</Address><Length>{}</Length><AccessMode>RO</AccessMode>"
+      "<pPort>Device</pPort></StringReg>\n",
+      name, at, length);
+}
+
+std::string chunk(const std::string& name, unsigned id, unsigned length) {
+  return fmt::format(
+      "<Port Name=\"{0}Port\"><ChunkID>{1:x}</ChunkID></Port>\n"
+      "<IntReg Name=\"{0}Reg\"><Address>0</Address><Length>{2}</Length><AccessMode>RO</AccessMode>"
+      "<pPort>{0}Port</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>\n",
+      name, id, length);
+}
+
+std::string chunk_features() {
+  return enumeration("ChunkSelector", 0x10044, {{"TriggerCounter", 0}, {"ExposureTime", 1}}) +
+         "<Boolean Name=\"ChunkModeActive\"><pValue>ChunkModeActiveReg</pValue><OnValue>1</OnValue>"
+         "<OffValue>0</OffValue></Boolean>\n" +
+         reg("ChunkModeActiveReg", 0x10040, "RW") +
+         "<Boolean Name=\"ChunkEnable\"><pValue>ChunkEnableReg</pValue><OnValue>1</OnValue>"
+         "<OffValue>0</OffValue></Boolean>\n" +
+         reg("ChunkEnableReg", 0x10048, "RW") + chunk("ChunkTriggerCounter", 0xC001, 4) +
+         "<Integer Name=\"ChunkTriggerCounter\"><pValue>ChunkTriggerCounterReg</pValue></Integer>\n" +
+         chunk("ChunkExposureTime", 0xC002, 4) +
+         "<Float Name=\"ChunkExposureTime\"><pValue>ChunkExposureTimeSwiss</pValue></Float>\n"
+         "<SwissKnife Name=\"ChunkExposureTimeSwiss\"><pVariable Name=\"NS\">ChunkExposureTimeReg</pVariable>"
+         "<Formula>NS / 1000.0</Formula></SwissKnife>\n";
+}
+
+constexpr const char* kHead =
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+    "<RegisterDescription ModelName=\"Loopback\" VendorName=\"Symrig\" StandardNameSpace=\"GEV\" "
+    "SchemaMajorVersion=\"1\" SchemaMinorVersion=\"1\" SchemaSubMinorVersion=\"0\" MajorVersion=\"1\" "
+    "MinorVersion=\"0\" SubMinorVersion=\"0\" xmlns=\"http://www.genicam.org/GenApi/Version_1_1\">\n";
+
+}  // namespace
+
+std::string camera_xml(const CameraTraits& traits) {
+  std::string text = kHead;
+  text += "<Category Name=\"Root\"><pFeature>Camera</pFeature></Category>\n<Category Name=\"Camera\">";
+  for (const char* const name :
+       {"DeviceVendorName",  "DeviceModelName",   "DeviceSerialNumber", "Width",        "Height",
+        "OffsetX",           "OffsetY",           "PixelFormat",        "PayloadSize",  "AcquisitionMode",
+        "AcquisitionStart",  "AcquisitionStop",   "TriggerSelector",    "TriggerMode",  "TriggerSource",
+        "TriggerActivation", "TriggerDelay",      "ExposureMode",       "ExposureTime", "Gain",
+        "BlackLevel",        "SensorReadoutTime", "LineInverter"})
+    text += fmt::format("<pFeature>{}</pFeature>", name);
+  text += "</Category>\n";
+  text += word("DeviceVendorName", 0x48, 32) + word("DeviceModelName", 0x68, 32) +
+          word("DeviceSerialNumber", 0xD8, 16);
+  text += integer("Width", 0x10000, 8, traits.cols) + integer("Height", 0x10004, 8, traits.rows) +
+          integer("OffsetX", 0x10008, 0, traits.cols - 8) + integer("OffsetY", 0x1000C, 0, traits.rows - 8);
+  text += enumeration("PixelFormat", 0x10010,
+                      {{"Mono8", 0x01080001},
+                       {"Mono10", 0x01100003},
+                       {"Mono12", 0x01100005},
+                       {"Mono12p", 0x010C0047},
+                       {"Mono12Packed", 0x010C0006},
+                       {"Mono16", 0x01100007},
+                       {"BayerRG12", 0x01100011},
+                       {"RGB8", 0x02180014}});
+  text += integer("PayloadSize", 0x10050, 0, 1 << 30, "RO") +
+          enumeration("AcquisitionMode", 0x10014, {{"Continuous", 0}});
+  text += command("AcquisitionStart", 0x10018, 1) + command("AcquisitionStop", 0x10018, 0);
+  text += integer("TLParamsLocked", 0x1001C, 0, 1);
+  text += enumeration("TriggerSelector", 0x10060, {{"FrameStart", 0}}) +
+          enumeration("TriggerMode", 0x10020, {{"Off", 0}, {"On", 1}}) +
+          enumeration("TriggerSource", 0x10024, {{"Software", 0}, {"Line1", 1}, {"Line2", 2}}) +
+          enumeration("TriggerActivation", 0x10028, {{"RisingEdge", 0}, {"LevelHigh", 1}}) +
+          enumeration("ExposureMode", 0x1002C, {{"Timed", 0}, {"TriggerWidth", 1}});
+  text += microseconds("ExposureTime", 0x10030, 20, 1e6, "RW") +
+          microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
+          microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
+  text += integer("Gain", 0x10038, 0, 24) + integer("BlackLevel", 0x1003C, 0, 255);
+  text +=
+      "<Boolean Name=\"LineInverter\"><pValue>LineInverterReg</pValue><OnValue>1</OnValue>"
+      "<OffValue>0</OffValue></Boolean>\n" +
+      reg("LineInverterReg", 0x10064, "RW");
+  if (traits.has_chunks) text += chunk_features();
+  text += reg("GevTimestampTickFrequency", 0x93C, "RO", 8) + reg("GevTimestampValue", 0x948, "RO", 8) +
+          command("GevTimestampControlLatch", 0x944, 2);
+  return text + "<Port Name=\"Device\"></Port>\n</RegisterDescription>\n";
+}
+
+}  // namespace symrig::gige

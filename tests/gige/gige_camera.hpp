@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// A GigE Vision camera on the loopback network, in the test's own process. Written from the public facts of
+// the standard: GVCP registers and commands, GVSP packets of version 1.x, GenICam XML.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <netinet/in.h>
+
+namespace symrig::gige {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// What goes wrong with one trigger pulse.
+enum class Mishap : std::uint8_t {
+  none,
+  trigger_dropped,  ///< the camera does not see the pulse
+  frame_dropped,    ///< the camera counts the pulse and sends nothing
+  late,             ///< the frame is sent with the next pulse, before its frame
+  swapped           ///< the frame is sent with the next pulse, after its frame
+};
+
+/// One exposure.
+struct Shot {
+  std::uint32_t counter = 0;  ///< trigger counter
+  std::chrono::nanoseconds exposure{};
+  int rows = 0, cols = 0, top = 0, left = 0;
+};
+
+/// How the camera and its link are.
+struct CameraTraits {
+  int rows = 64, cols = 64;
+  std::uint16_t first_id = 1;  ///< block id of the first frame
+  bool has_chunks = true;
+  double packet_loss = 0;  ///< share of stream packets that are lost, those sent again too
+  bool resends = true;
+  std::chrono::milliseconds pending{0};     ///< how long a register's write takes, told by PENDING_ACK
+  std::chrono::microseconds packet_gap{0};  ///< a slow link
+};
+
+/// The camera. The thread that calls pulse() is its trigger line.
+class GigeCamera {
+ public:
+  /// Fills the codes of a picture, 16 bits deep; formats of fewer bits take the upper ones.
+  using Scene = std::function<void(const Shot&, std::span<std::uint16_t>)>;
+
+  GigeCamera(CameraTraits traits, Scene scene);
+  GigeCamera(const GigeCamera&) = delete;
+  GigeCamera& operator=(const GigeCamera&) = delete;
+  ~GigeCamera();
+
+  /// Its address: another one in each process and for each camera.
+  const std::string& address() const { return address_; }
+  /// A pulse on Line1. The picture is sent before it returns. false: the camera did not expose.
+  bool pulse(std::chrono::nanoseconds width, Mishap mishap = Mishap::none);
+  /// Forgets its settings and its controller, as after a loss of power.
+  void reboot();
+  void set_packet_loss(double share) { loss_ = share; }
+  std::uint32_t reg(std::uint32_t at) const;
+  std::uint64_t packets_lost() const { return lost_; }
+  std::uint64_t packets_resent() const { return resent_; }
+
+ private:
+  struct Block {
+    std::uint16_t id = 0;
+    std::vector<Bytes> packets;
+  };
+
+  void serve();
+  void answer(std::span<const std::uint8_t> request, const sockaddr_in& from);
+  Bytes discovery() const;
+  bool write(std::uint32_t at, std::uint32_t value, const sockaddr_in& from);
+  std::uint32_t read(std::uint32_t at) const;
+  void store(std::uint32_t at, std::uint32_t value);
+  void reply(std::uint16_t status, std::uint16_t command, std::uint16_t id, const Bytes& payload,
+             const sockaddr_in& to) const;
+  void resend(std::uint16_t id, std::uint32_t first, std::uint32_t last);
+  void set_defaults();
+  std::size_t image_bytes() const;
+  std::size_t payload_bytes() const;
+  Bytes picture(const Shot& shot) const;
+  void send(const Shot& shot);
+  void transmit(const Bytes& packet);
+  bool chunks() const { return traits_.has_chunks && read(0x10040) != 0; }
+
+  CameraTraits traits_;
+  Scene scene_;
+  std::string address_, xml_;
+  int control_ = -1, stream_ = -1;
+  mutable std::mutex mutex_;
+  Bytes memory_;
+  std::optional<sockaddr_in> controller_;
+  std::chrono::steady_clock::time_point heard_;
+  std::uint32_t counter_ = 0;
+  std::uint16_t next_id_ = 1;
+  std::deque<Block> sent_;
+  std::optional<Shot> held_;  // waits for the next pulse
+  bool swap_ = false;         // held_ comes after the next frame
+  std::atomic<double> loss_;
+  std::atomic<std::uint64_t> lost_ = 0, resent_ = 0;
+  std::mt19937 random_{7};  // NOLINT: the same losses each time
+  std::atomic<bool> stopping_ = false;
+  std::thread thread_;
+};
+
+/// The camera's description of itself.
+std::string camera_xml(const CameraTraits& traits);
+
+}  // namespace symrig::gige
