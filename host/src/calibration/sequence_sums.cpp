@@ -55,6 +55,7 @@ class Sums {
   }
   std::string list(const std::vector<int>& pairs) const {
     std::vector<std::string> all;
+    all.reserve(pairs.size());
     for (const int pair : pairs) all.push_back(full(pair));
     return fmt::format("{}", fmt::join(all, ", "));
   }

@@ -27,10 +27,10 @@ struct SyntheticScene {
     const double x = mirrored ? camera.cols - 1 - c : c;
     return 3 + 0.62 * x + 0.05 * r + 2 * std::sin(x / 40.0);
   }
-  double row(int r, int c) const { return 2.5 + 0.6 * r - 0.03 * c + 1.5 * std::cos(r / 35.0); }
+  static double row(int r, int c) { return 2.5 + 0.6 * r - 0.03 * c + 1.5 * std::cos(r / 35.0); }
   /// Shadow: no direct light.
-  bool shadow(int r, int c) const { return r > 95 && c < 40; }
-  double albedo(int r, int c) const {
+  static bool shadow(int r, int c) { return r > 95 && c < 40; }
+  static double albedo(int r, int c) {
     return 0.55 + 0.2 * std::sin(0.21 * r) * std::cos(0.17 * c) + ((r / 20 + c / 20) % 2 ? 0.15 : -0.15);
   }
 };
