@@ -183,11 +183,14 @@ TEST(GenicamCamera, ids_of_16_bits_go_on_beyond_65535) {
   GigeCamera device(traits, scene);
   auto opened = GenicamCamera::open(settings_for(device));
   ASSERT_OK(opened);
-  for (int k = 0; k < 20; ++k) device.pulse(200us);
-  auto frames = (*opened)->take(20, kPatience);
-  ASSERT_OK(frames);
-  ASSERT_EQ(frames->size(), 20U) << (*opened)->report().to_string();
-  for (std::size_t k = 0; k < 20; ++k) EXPECT_EQ((*frames)[k].sequence, 65'530U + k);
+  // Each frame is taken before the next pulse: on a busy machine, a burst loses frames in the socket.
+  for (std::uint64_t k = 0; k < 20; ++k) {
+    device.pulse(200us);
+    auto frames = (*opened)->take(1, kPatience);
+    ASSERT_OK(frames);
+    ASSERT_EQ(frames->size(), 1U) << k << ": " << (*opened)->report().to_string();
+    EXPECT_EQ(frames->front().sequence, 65'530U + k);
+  }
   EXPECT_EQ((*opened)->report().missing, 0U);
 }
 
