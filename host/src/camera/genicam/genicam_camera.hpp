@@ -59,7 +59,7 @@ class GenicamCamera final : public Camera {
   /// "Mono12 64x64 from genicam:169.254.1.2 (Maker Model)"
   std::string describe() const override;
 
-  Mosaic mosaic() const;
+  Mosaic mosaic() const override;
   const FoundCamera& found() const;
   StreamReport report() const;
 
