@@ -111,9 +111,7 @@ std::string tolerance_text(const CaptureSummary& summary, const CaptureResult& r
   if (result.tolerance > summary.rule.flood_fraction)
     text += fmt::format("coarsest tolerance {:.2g}, instead of {:.2g}\n", result.tolerance,
                         summary.rule.flood_fraction);
-  const bool missed =
-      summary.target_error > 0 && result.estimated &&
-      result.estimated->frobenius + result.estimated_half_width.frobenius > summary.target_error;
+  const bool missed = summary.target_error > 0 && result.stated_error().value_or(0) > summary.target_error;
   if (missed && result.stopped_by == "done")
     text += fmt::format(
         "warning: estimated error and uncertainty are above the target of {}; a smaller --tolerance may "

@@ -7,8 +7,6 @@
 #include "symrig/rig/open_rig.hpp"
 #include "symrig/sim/dense_rig.hpp"
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -64,14 +62,8 @@ Result<OpenedRig> open_described(RigDescription file, const KeepWaiting& keep_wa
   return OpenedRig{std::move(real), inside, "camera"};
 }
 
-/// RGGB, as the camera names it.
 Result<BayerPattern> filters_of(const Rig& rig, const std::string& file) {
-  if (rig.mosaic() != Mosaic::none) {
-    std::string filters(name(rig.mosaic()));
-    std::transform(filters.begin(), filters.end(), filters.begin(),
-                   [](unsigned char c) { return std::toupper(c); });
-    return parse_bayer(filters);
-  }
+  if (rig.mosaic() != Mosaic::none) return filters(rig.mosaic());
   return Error{ErrorCode::bad_argument,
                fmt::format("{}: capture.colour: the camera's pixels have no colour filters", file),
                "remove the key, or give camera.format a format with a mosaic (symrig info lists them)"};

@@ -42,6 +42,12 @@ TEST(Mosaic, shifting_by_a_pixel_shows_the_colours_that_are_there) {
   EXPECT_EQ(shifted(Mosaic::none, 1, 1), Mosaic::none);
 }
 
+TEST(Mosaic, filters_are_those_of_its_name) {
+  for (const auto& [mosaic, bayer] : {std::pair(Mosaic::rggb, "RGGB"), std::pair(Mosaic::grbg, "GRBG"),
+                                      std::pair(Mosaic::gbrg, "GBRG"), std::pair(Mosaic::bggr, "BGGR")})
+    EXPECT_EQ(filters(mosaic).colours, parse_bayer(bayer)->colours) << bayer;
+}
+
 /// A picture of 16-bit words with its layout; stride is longer than a row needs.
 struct Picture {
   Picture(Grid size, const char* format, int bits, std::uint32_t seed)

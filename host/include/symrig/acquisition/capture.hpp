@@ -159,6 +159,12 @@ struct CaptureResult {
   /// From held_out; none: nothing was held out. NaN where an error cannot be estimated: estimate_not_given.
   std::optional<TransportErrors> estimated = {};
   TransportErrors estimated_half_width = {};  ///< of the interval around each (kErrorConfidence)
+  /// Estimated frobenius error and its half width, which a target error is compared with; none: nothing was
+  /// held out. NaN where there is no light to be relative to.
+  std::optional<double> stated_error() const {
+    if (!estimated) return {};
+    return estimated->frobenius + estimated_half_width.frobenius;
+  }
   std::vector<ErrorNotGiven> estimate_not_given = {};
   /// By the photographs of the search. If it was found, the estimated errors contain it.
   GainMismatch gain_mismatch = {};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/hdr/mosaic.hpp"
+
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -17,6 +19,14 @@ constexpr Mosaic shifted(Mosaic mosaic, int rows, int cols) {
   // In the order of the enumeration, one more column swaps 0↔1 and 2↔3. One more row swaps 0↔2 and 1↔3.
   const int index = (static_cast<int>(mosaic) - 1) ^ (cols & 1) ^ (2 * (rows & 1));
   return static_cast<Mosaic>(index + 1);
+}
+
+/// Which colour each pixel sees. mosaic: not none.
+constexpr BayerPattern filters(Mosaic mosaic) {
+  const int index = static_cast<int>(mosaic) - 1;  // as in shifted()
+  const BayerPattern rggb;
+  const auto seen = [&](int row, int col) { return rggb.at(row + index / 2, col + index % 2); };
+  return {{seen(0, 0), seen(0, 1), seen(1, 0), seen(1, 1)}};
 }
 
 /// "none", "rggb", "grbg", "gbrg", "bggr".

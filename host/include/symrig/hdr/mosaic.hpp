@@ -14,7 +14,7 @@ namespace symrig {
 struct BayerPattern {
   std::array<int, 4> colours{0, 1, 1, 2};
 
-  int at(int row, int col) const { return colours[2 * (row % 2) + col % 2]; }
+  constexpr int at(int row, int col) const { return colours[2 * (row % 2) + col % 2]; }
 };
 /// "RGGB", "GRBG", "GBRG", "BGGR".  fails: unknown_name.
 Result<BayerPattern> parse_bayer(std::string_view name);

@@ -35,17 +35,15 @@ TargetTolerance::TargetTolerance(const CaptureSettings& options) : target_(optio
 }
 
 bool TargetTolerance::reached(const CaptureResult& ended) const {
-  return target_ > 0 && ended.estimated &&
-         ended.estimated->frobenius + ended.estimated_half_width.frobenius <= target_;
+  return target_ > 0 && ended.stated_error() && *ended.stated_error() <= target_;
 }
 
 bool TargetTolerance::search_again(const CaptureResult& ended) {
   if (now_.steps == 0 || ended.stopped_by != "done" || reached(ended)) return false;
   int finer = kStepsAfterWrongLeaves;
-  if (!ended.undetermined && ended.estimated) {
-    const double error = ended.estimated->frobenius + ended.estimated_half_width.frobenius;
-    if (!std::isfinite(error)) return false;  // no light to be seen: no tolerance changes that
-    finer = 1 - steps_of(std::pow(target_ / error, 1 / kErrorPower));
+  if (const auto error = ended.stated_error(); error && !ended.undetermined) {
+    if (!std::isfinite(*error)) return false;  // no light to be seen: no tolerance changes that
+    finer = 1 - steps_of(std::pow(target_ / *error, 1 / kErrorPower));
   }
   now_ = worthwhile(now_.steps - finer);
   return true;

@@ -117,6 +117,10 @@ Result<void> Features::set(std::string_view name, std::string_view value) {
   }
   if (ARV_IS_GC_FLOAT(found) != 0) return set_number(name, value, false);
   if (ARV_IS_GC_INTEGER(found) != 0) return set_number(name, value, true);
+  return set_text(name, value);
+}
+
+Result<void> Features::set_text(std::string_view name, std::string_view value) {
   GLibError error;
   const std::string key(name);
   arv_device_set_string_feature_value(device_, key.c_str(), std::string(value).c_str(), error.out());
@@ -130,13 +134,7 @@ Result<void> Features::set_entry(std::string_view name, std::string_view value) 
   const auto known = entries(name);
   if (std::ranges::find(known, value) == known.end())
     return no_value(name, value, nearest_hint(value, known));
-  GLibError error;
-  const std::string key(name);
-  arv_device_set_string_feature_value(device_, key.c_str(), std::string(value).c_str(), error.out());
-  if (error) return refusal(error, fmt::format("setting {} to {}", name, value));
-  const char* const now = arv_device_get_string_feature_value(device_, key.c_str(), error.out());
-  if (error) return refusal(error, fmt::format("reading {}", name));
-  return now != nullptr && value == now ? Result<void>() : became(name, now == nullptr ? "" : now, value);
+  return set_text(name, value);
 }
 
 Result<void> Features::set_switch(std::string_view name, std::string_view value) {

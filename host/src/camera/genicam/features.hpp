@@ -46,6 +46,7 @@ class Features {
  private:
   Result<ArvGcNode*> node(std::string_view name) const;
   Result<void> set_number(std::string_view name, std::string_view value, bool whole);
+  Result<void> set_text(std::string_view name, std::string_view value);
   Result<void> set_entry(std::string_view name, std::string_view value);
   Result<void> set_switch(std::string_view name, std::string_view value);
   Error refusal(const GLibError& error, std::string_view doing) const;
