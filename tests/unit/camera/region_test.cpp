@@ -190,7 +190,7 @@ TEST_P(BinnedNoise, is_what_sums_of_samples_have) {
       picture.set(row, col,
                   static_cast<std::uint16_t>(
                       std::lround(sensor.pedestal() + sensor.gain() * (light(random) + read(random)))));
-  std::vector<std::uint16_t> codes(side * side);
+  std::vector<std::uint16_t> codes(static_cast<std::size_t>(side) * side);
   FrameReader(picture.layout, {0, 0, {}, binning}, sensor.saturation_code()).read(picture.bytes, codes);
 
   const auto n = static_cast<double>(codes.size());
