@@ -23,6 +23,7 @@ constexpr std::array kAlgorithms{
                               .look_in_the_dark = true,
                               .shrink_noise = true,
                               .checks = true,
+                              .check_share = 0.05,
                               .direct_share = 0.05,
                               .polish = 2,
                               .polish_share = 0.5,

@@ -75,6 +75,7 @@ Result<void> check_policy(const CaptureSettings& settings) {
       Number{"economy.largest_risk", economy.largest_risk, 0, kLarge},
       Number{"economy.dominance", economy.dominance, 0, 1},
       Number{"economy.diagonal_spread", economy.diagonal_spread, 0, kLarge},
+      Number{"economy.check_share", economy.check_share, 0, 1},
       Number{"economy.direct_share", economy.direct_share, 0, 1},
       Number{"economy.polish_share", economy.polish_share, 0, kLarge},
       Number{"economy.rank", static_cast<double>(economy.rank), 1, BlockTree::kMaxChildren},

@@ -30,6 +30,7 @@ Json economy_json(const Economy& economy) {
           {"dominance", economy.dominance},
           {"diagonal_spread", economy.diagonal_spread},
           {"checks", economy.checks},
+          {"check_share", economy.check_share},
           {"direct_share", economy.direct_share}};
 }
 

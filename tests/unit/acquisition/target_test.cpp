@@ -127,10 +127,10 @@ TEST(Target, is_reached_with_fewer_patterns_in_less_time) {
 constexpr const char* kTwice = "sim:views2?size=24x24&exposures=4";  // views miss more than other scenes
 
 TEST(Target, that_the_first_search_misses_is_reached_by_the_next) {
-  const Captured twice = captured(kTwice, {.target_error = 0.05});
+  const Captured twice = captured(kTwice, {.target_error = 0.03});
   ASSERT_EQ(twice.foretold.size(), 2U);
   EXPECT_EQ(twice.result.stopped_by, "target_error");
-  EXPECT_LE(stated(twice.result), 0.05);
+  EXPECT_LE(stated(twice.result), 0.03);
   EXPECT_GT(twice.foretold[1].patterns, twice.foretold[0].patterns);
   EXPECT_EQ(twice.result.forecast->patterns, twice.foretold[0].patterns);
   const CaptureResult& result = twice.result;
@@ -138,13 +138,13 @@ TEST(Target, that_the_first_search_misses_is_reached_by_the_next) {
       std::accumulate(result.patterns_per_level.begin(), result.patterns_per_level.end(), std::int64_t{0}),
       result.patterns);
   EXPECT_EQ(result.steps.size(), result.error_per_level.size());
-  EXPECT_EQ(result.held_out.size(), 6U);
+  EXPECT_EQ(result.held_out.size() % 4, 2U);  // six, and further sets of four
   for (std::size_t k = 1; k < result.steps.size(); ++k)
     EXPECT_GE(result.steps[k].patterns, result.steps[k - 1].patterns);
 }
 
 TEST(Target, broken_off_in_either_search_and_continued_is_the_same) {
-  tests::expect_continued_is_the_same(kTwice, {.target_error = 0.05});
+  tests::expect_continued_is_the_same(kTwice, {.target_error = 0.03});
 }
 
 TEST(Target, beside_a_budget_of_patterns_keeps_to_it) {

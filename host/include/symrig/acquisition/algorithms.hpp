@@ -58,6 +58,9 @@ struct Economy {
   /// the search of a scene that is all direct light. They find leaves that are wrong although their own
   /// photographs fit.
   bool checks = false;
+  /// Further held-out photographs, taken in the end while the estimated errors are unsure, as a share of
+  /// those taken by then.
+  double check_share = 0;
   /// Photographs spent on the noise of the direct light in the end, as a share of those taken by then.
   double direct_share = 0;
   /// Gauss-Newton steps that refit everything stored to all photographs in the end.

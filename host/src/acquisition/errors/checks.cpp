@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <utility>
 
 namespace symrig::acquisition {
@@ -39,16 +40,23 @@ std::vector<char> above(const Image<float>& picture, float level) {
   return lit;
 }
 
-std::vector<std::vector<char>> lit_pixels(Grid grid) {
+/// The two halves and the sparse pair of one set.
+std::vector<std::vector<char>> random_pixels(Grid grid, std::uint64_t seed) {
   const std::size_t pixels = grid.size();
-  std::vector<std::vector<char>> lit(kChecks, std::vector<char>(pixels));
-  Random random(kSeed);
+  std::vector<std::vector<char>> lit(Checks::kFurther, std::vector<char>(pixels));
+  Random random(seed);
   for (std::size_t i = 0; i < pixels; ++i) {
     const double u = random.uniform();
     lit[u < 0.5 ? kHalf : kOtherHalf][i] = 1;
     const double v = random.uniform();
     if (v < 1.0 / 16) lit[v < 1.0 / 32 ? kSparse : kOtherSparse][i] = 1;
   }
+  return lit;
+}
+
+std::vector<std::vector<char>> lit_pixels(Grid grid) {
+  std::vector<std::vector<char>> lit = random_pixels(grid, kSeed);
+  lit.resize(kChecks);
   lit[kBar] = above(bar_pattern(grid), 0);
   const Image<float> picture = natural_pattern(grid, kSeed);
   std::vector<float> values(picture.values().begin(), picture.values().end());
@@ -87,6 +95,30 @@ Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
   }));
   checks.seconds_each_ = (photographer.rig_seconds() - before) / static_cast<double>(kCount);
   return checks;
+}
+
+Result<void> Checks::take_further(const BlockTree& tree, Photographer& photographer) {
+  const std::int64_t first = photographer.taken();
+  std::vector<LitBlocks> patterns;
+  for (const auto& lit : random_pixels(tree.grid(), kSeed + 1 + further_sets()))
+    patterns.push_back(ranges_of(tree, lit));
+  SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
+    for (const TreePhotograph& photograph : taken) further_.push_back({photograph, {}});
+  }));
+  further_ranges_.push_back({first, first + kFurther});
+  return {};
+}
+
+std::vector<Checks::Residual> Checks::all() const {
+  std::vector<Residual> all = residuals_;
+  all.insert(all.end(), further_.begin(), further_.end());
+  return all;
+}
+
+std::vector<LogRange> Checks::ranges() const {
+  std::vector<LogRange> ranges{{first_, last()}};
+  ranges.insert(ranges.end(), further_ranges_.begin(), further_ranges_.end());
+  return ranges;
 }
 
 const std::vector<Checks::Residual>& Checks::residuals(const KnownTransport& known) {
@@ -148,6 +180,17 @@ TransportErrors Checks::errors(const std::vector<Residual>& residuals) {
           random.relative(),    natural.relative(),  bar_outside.relative()};
 }
 
+std::vector<LogRange> Checks::others(std::int64_t taken) const {
+  std::vector<LogRange> others;
+  std::int64_t next = 0;
+  for (const LogRange& range : ranges()) {
+    others.push_back({next, range.first});
+    next = range.last;
+  }
+  others.push_back({next, taken});
+  return others;
+}
+
 std::int64_t Checks::last() const {
   return first_ + static_cast<std::int64_t>(kChecks);
 }
@@ -185,6 +228,9 @@ std::vector<HeldOut> Checks::held_out(const BlockTree& tree) const {
   for (std::size_t k = 0; k < residuals_.size(); ++k)
     photographs.push_back(
         {kNames[k], raster(residuals_[k].photograph.pattern), raster(residuals_[k].photograph.mean)});
+  for (std::size_t k = 0; k < further_.size(); ++k)
+    photographs.push_back({std::string(kNames[k % kFurther]) + ", set " + std::to_string(2 + k / kFurther),
+                           raster(further_[k].photograph.pattern), raster(further_[k].photograph.mean)});
   return photographs;
 }
 

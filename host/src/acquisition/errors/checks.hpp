@@ -14,15 +14,19 @@ namespace symrig::acquisition {
 
 /// Six photographs that no part of the tensor is made from. Their patterns are independent of blocks: a
 /// random half of the pixels and its complement, two random thirty-seconds, a bar, and a picture. The picture
-/// has all scales and is cut at its median.
+/// has all scales and is cut at its median. Further sets of four have other random pixels; only estimates of
+/// a finished tensor look at them.
 class Checks {
  public:
   static constexpr std::int64_t kCount = 6;  ///< photographs
   /// Their order.
   enum Check : std::size_t { kHalf, kOtherHalf, kSparse, kOtherSparse, kBar, kNatural };
+  static constexpr std::int64_t kFurther = 4;  ///< photographs of a further set, ordered as the first four
 
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
+  /// Takes a further set.  fails: as Probe::measure.
+  Result<void> take_further(const BlockTree& tree, Photographer& photographer);
 
   /// What the known transport leaves of each check photograph.
   struct Residual {
@@ -34,6 +38,9 @@ class Checks {
   const std::vector<Residual>& residuals(const KnownTransport& known);
   /// The photographs; what is left of them is of the last residuals().
   const std::vector<Residual>& photographs() const { return residuals_; }
+  /// All photographs, those of further sets last; only Residual::photograph counts.
+  std::vector<Residual> all() const;
+  std::size_t further_sets() const { return further_.size() / kFurther; }
   /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
   /// residuals().
   void forget() { rewritten_ = -1; }
@@ -53,9 +60,13 @@ class Checks {
   static std::vector<double> misfit_of_half(const std::vector<Residual>& residuals);
   /// How long one of them took on the rig's clock.
   double seconds_each() const { return seconds_each_; }
-  /// Log numbers [first, last) of the check photographs.
+  /// Log numbers [first, last) of the six.
   std::int64_t first() const { return first_; }
   std::int64_t last() const;
+  /// Log numbers of all, ascending.
+  std::vector<LogRange> ranges() const;
+  /// Log numbers [0, taken) without them.
+  std::vector<LogRange> others(std::int64_t taken) const;
 
   /// The photographs as they are kept in scene.h5.
   std::vector<HeldOut> held_out(const BlockTree& tree) const;
@@ -64,6 +75,8 @@ class Checks {
   std::int64_t first_ = 0;  // log number
   double seconds_each_ = 0;
   std::vector<Residual> residuals_;
+  std::vector<Residual> further_;
+  std::vector<LogRange> further_ranges_;
   KnownTransport::Mark mark_;    // what residuals_ has been rid of
   std::int64_t rewritten_ = -1;  // KnownTransport::rewritten() then
 };

@@ -43,31 +43,51 @@ Residuals left_by(const TransportTensor& tensor, std::span<const Checks::Residua
   return all;
 }
 
-/// Sums over the pixels that are valid in all photographs of a signed sum, and dark in those of `dark`.
-struct Combination {
-  std::size_t first, second;
-  double sign;  ///< of the second photograph; 0: the first alone
-};
+using Combination = std::vector<WeightedCheck>;
 
+/// Adds a sum of photographs, over the pixels that are valid in all of them and dark in those of `dark`.
+void add(EnergySums& sums, const Residuals& all, const GainError& gain, const Combination& of,
+         std::span<const std::size_t> dark) {
+  const std::size_t pixels = all[0].photograph.pattern.size();
+  for (std::size_t at = 0; at < all[0].photograph.mean.size(); ++at) {
+    const std::size_t t = at % pixels;
+    const auto in_the_way = [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; };
+    const auto invalid = [&](const WeightedCheck& one) {
+      return all[one.photograph].photograph.valid[at] == 0;
+    };
+    if (std::any_of(of.begin(), of.end(), invalid) || std::any_of(dark.begin(), dark.end(), in_the_way))
+      continue;
+    double e = 0, y = 0, variance = 0;
+    for (const auto& [photograph, weight] : of) {
+      e += weight * static_cast<double>(all[photograph].residual[at]);
+      y += weight * static_cast<double>(all[photograph].photograph.mean[at]);
+      variance += weight * weight * static_cast<double>(all[photograph].photograph.variance[at]);
+    }
+    sums.add(t, e, y, y - e, variance);
+    sums.add_error(t, gain.more(of, at));
+  }
+}
+
+/// Of one combination.
 EnergySums sums_of(const Residuals& all, const GainError& gain, const Combination& of,
                    std::span<const std::size_t> dark = {}) {
-  const std::size_t pixels = all[0].photograph.pattern.size();
-  EnergySums sums(pixels);
-  const TreePhotograph& p = all[of.first].photograph;
-  const TreePhotograph& q = all[of.second].photograph;
-  for (std::size_t at = 0; at < p.mean.size(); ++at) {
-    const std::size_t t = at % pixels;
-    if (p.valid[at] == 0 || (of.sign != 0 && q.valid[at] == 0)) continue;
-    if (std::any_of(dark.begin(), dark.end(),
-                    [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; }))
-      continue;
-    const double e = all[of.first].residual[at] + of.sign * static_cast<double>(all[of.second].residual[at]);
-    const double y = p.mean[at] + of.sign * static_cast<double>(q.mean[at]);
-    sums.add(t, e, y, y - e, static_cast<double>(p.variance[at]) + of.sign * of.sign * q.variance[at]);
-    sums.add_error(t, gain.more(of.first, of.second, of.sign, at));
-  }
+  EnergySums sums(all[0].photograph.pattern.size());
+  add(sums, all, gain, of, dark);
   sums.doubt_added(gain.doubt());
   return sums;
+}
+
+/// One set of random patterns: two halves and a sparse pair.
+struct RandomSet {
+  std::size_t half, other_half, sparse, other_sparse;
+};
+
+/// The first set is of the six photographs; further ones follow them.
+std::vector<RandomSet> sets_of(const Residuals& all) {
+  std::vector<RandomSet> sets{{Checks::kHalf, Checks::kOtherHalf, Checks::kSparse, Checks::kOtherSparse}};
+  for (std::size_t k = Checks::kCount; k + Checks::kFurther <= all.size(); k += Checks::kFurther)
+    sets.push_back({k, k + 1, k + 2, k + 3});
+  return sets;
 }
 
 using Bar = ErrorBar;
@@ -121,13 +141,15 @@ Bar of_patterns(const EnergySums& sums, const BlockTree& tree, double noise_rati
   return {value, half_width(over_patterns(sums, tree, noise_ratio, times), sums.signal, value)};
 }
 
-/// How many pixels are lit in some photograph of a combination, as a share.
-double lit_share(const Residuals& all, std::span<const std::size_t> of) {
+/// How many pixels are lit in some photograph of a sparse pair, as a share, on average.
+double lit_share(const Residuals& all, const std::vector<RandomSet>& sets) {
   const std::size_t pixels = all[0].photograph.pattern.size();
   double lit = 0;
-  for (std::size_t t = 0; t < pixels; ++t)
-    for (const std::size_t k : of) lit += all[k].photograph.pattern[t] != 0 ? 1 : 0;
-  return lit / static_cast<double>(pixels);
+  for (const RandomSet& set : sets)
+    for (std::size_t t = 0; t < pixels; ++t)
+      for (const std::size_t k : {set.sparse, set.other_sparse})
+        lit += all[k].photograph.pattern[t] != 0 ? 1 : 0;
+  return lit / static_cast<double>(pixels * sets.size());
 }
 
 /// Mean of ‖T̃ z‖² over sparse random signs z, where they are dark. The sparse pair would show this much of
@@ -182,9 +204,43 @@ Bar joined(const std::vector<Reading>& readings) {
   return {value, half_width(interval, 1, value)};
 }
 
-constexpr std::size_t kSparsePair[] = {Checks::kSparse, Checks::kOtherSparse};
+/// The sparse pairs, where they are dark.
+EnergySums sums_of_pairs(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
+  EnergySums sums(all[0].photograph.pattern.size());
+  for (const RandomSet& set : sets)
+    add(sums, all, gain, {{set.sparse, 1}, {set.other_sparse, -1}},
+        std::vector{set.sparse, set.other_sparse});
+  sums.doubt_added(gain.doubt());
+  return sums;
+}
 
-/// Light between lit and other pixels, from the sparse pair and from the dark pixels of the random halves.
+/// The halves less their complements.
+EnergySums sums_of_halves(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
+  EnergySums sums(all[0].photograph.pattern.size());
+  for (const RandomSet& set : sets) add(sums, all, gain, {{set.half, 1}, {set.other_half, -1}}, {});
+  sums.doubt_added(gain.doubt());
+  return sums;
+}
+
+/// The same halves, each where it is dark.
+EnergySums sums_of_dark(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
+  EnergySums sums(all[0].photograph.pattern.size());
+  for (const RandomSet& set : sets)
+    for (const std::size_t half : {set.half, set.other_half})
+      add(sums, all, gain, {{half, 1}}, std::vector{half});
+  sums.doubt_added(gain.doubt());
+  return sums;
+}
+
+/// Each half and its complement add up to even light: their mean has the least noise.
+Combination flood_of(const std::vector<RandomSet>& sets) {
+  const double each = 1 / static_cast<double>(sets.size());
+  Combination flood;
+  for (const RandomSet& set : sets) flood.insert(flood.end(), {{set.half, each}, {set.other_half, each}});
+  return flood;
+}
+
+/// Light between lit and other pixels, from the sparse pairs and from the dark pixels of the random halves.
 class Indirect {
  public:
   Indirect(const TransportTensor& tensor, const Residuals& all, const GainError& gain, double noise_ratio)
@@ -192,13 +248,14 @@ class Indirect {
         all_(all),
         gain_(gain),
         noise_ratio_(noise_ratio),
-        pair_(sums_of(all, gain, {Checks::kSparse, Checks::kOtherSparse, -1}, kSparsePair)),
-        lit_(lit_share(all, kSparsePair)) {}
+        sets_(sets_of(all)),
+        pair_(sums_of_pairs(all, gain, sets_)),
+        lit_(lit_share(all, sets_)) {}
 
-  const EnergySums& pair() const { return pair_; }
-  /// Σ of squares of all entries between pixels that are wrong, as the sparse pair sees it.
+  /// Σ of squares of all entries between pixels that are wrong, as the sparse pairs see it.
   double wrong_entries() const {
-    return lit_ > 0 && lit_ < 1 ? std::max(0.0, pair_.error) / (lit_ * (1 - lit_)) : 0;
+    const double seen = lit_ * (1 - lit_) * static_cast<double>(sets_.size());
+    return seen > 0 ? std::max(0.0, pair_.error) / seen : 0;
   }
 
   Bar bar() const {
@@ -241,14 +298,11 @@ class Indirect {
   /// the squares of both halves are Σ E². Where they add up, it is up to twice as much.
   Reading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
-    constexpr std::size_t kFirst[] = {Checks::kHalf}, kSecond[] = {Checks::kOtherHalf};
-    const EnergySums a = sums_of(all_, gain_, {Checks::kHalf, Checks::kHalf, 0}, kFirst);
-    const EnergySums b = sums_of(all_, gain_, {Checks::kOtherHalf, Checks::kOtherHalf, 0}, kSecond);
+    const EnergySums dark = sums_of_dark(all_, gain_, sets_);
     const double scale = 2 * lit_ * (1 - lit_) / of;
-    const double energy = scale * (a.error + b.error);
-    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * (a.noise + b.noise);
-    const BlockTree& tree = tensor_.camera_tree();
-    const double scatter = std::max(a.scatter(tree, 0) + b.scatter(tree, 0), a.resolution() + b.resolution());
+    const double energy = scale * dark.error;
+    const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * dark.noise;
+    const double scatter = std::max(dark.scatter(tensor_.camera_tree(), 0), dark.resolution());
     return {energy, scale * scale * (scatter + misstated * misstated) + std::pow(kAddUp * energy, 2)};
   }
 
@@ -256,6 +310,7 @@ class Indirect {
   const Residuals& all_;
   const GainError& gain_;
   double noise_ratio_;
+  std::vector<RandomSet> sets_;
   EnergySums pair_;
   double lit_;
 };
@@ -339,7 +394,7 @@ ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual
                          std::span<const TreePhotograph> left) {
   Residuals all(residuals.begin(), residuals.begin() + 2);
   for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf}) all[k].residual = left[k].mean;
-  const Bar bar = of_patterns(sums_of(all, GainError(), {Checks::kHalf, Checks::kOtherHalf, -1}), tree, 1, 1);
+  const Bar bar = of_patterns(sums_of_halves(all, GainError(), sets_of(all)), tree, 1, 1);
   return given(bar) ? bar : Bar{};
 }
 
@@ -350,20 +405,23 @@ ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Che
   const Residuals all = left_by(tensor, residuals);
   const BlockTree& tree = tensor.camera_tree();
   const GainError gain(tensor, all, mismatch);
-  const EnergySums halves = sums_of(all, gain, {Checks::kHalf, Checks::kOtherHalf, -1});
-  const EnergySums flood = sums_of(all, gain, {Checks::kHalf, Checks::kOtherHalf, 1});
-  const EnergySums random = sums_of(all, gain, {Checks::kHalf, Checks::kHalf, 0});
-  const EnergySums natural = sums_of(all, gain, {Checks::kNatural, Checks::kNatural, 0});
-  const EnergySums bar = sums_of(all, gain, {Checks::kBar, Checks::kBar, 0});
+  const std::vector<RandomSet> sets = sets_of(all);
+  const EnergySums halves = sums_of_halves(all, gain, sets);
+  const EnergySums flood = sums_of(all, gain, flood_of(sets));
+  const EnergySums random = sums_of(all, gain, {{Checks::kHalf, 1}});
+  const EnergySums natural = sums_of(all, gain, {{Checks::kNatural, 1}});
+  const EnergySums bar = sums_of(all, gain, {{Checks::kBar, 1}});
   constexpr std::size_t kBarOnly[] = {Checks::kBar};
-  const EnergySums outside = sums_of(all, gain, {Checks::kBar, Checks::kBar, 0}, kBarOnly);
+  const EnergySums outside = sums_of(all, gain, {{Checks::kBar, 1}}, kBarOnly);
   const Indirect indirect(tensor, all, gain, noise_ratio);
 
   const OneSided one = one_sided_light(tensor, all);
   const bool lopsided =
       one.sigmas > kOneSidedSigmas && one.energy > kOneSidedShare * indirect.wrong_entries();
   // What a rig in line would show is up to twice the one-sided part away.
-  const double away = lopsided && halves.signal > 0 ? 2 * std::sqrt(one.energy / halves.signal) : 0;
+  const double away = lopsided && halves.signal > 0
+                          ? 2 * std::sqrt(one.energy * static_cast<double>(sets.size()) / halves.signal)
+                          : 0;
   const auto further = [&](Bar b) { return Bar{b.value, b.half_width + std::min(away, 2 * b.value)}; };
   const Bar unknown{kNone, kNone};
   Table table;

@@ -11,7 +11,7 @@
 namespace symrig::acquisition {
 
 /// The errors of a finished tensor by check photographs that it was not made from, each with its own error
-/// (docs/decisions/error-estimates.md). residuals: of Checks; only their photographs are read.
+/// (docs/decisions/error-estimates.md). residuals: Checks::all(); only their photographs are read.
 /// mismatch: of the gains; the errors contain it. noise_ratio: true over stated variance, as far as it is
 /// known to differ from 1.
 ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,

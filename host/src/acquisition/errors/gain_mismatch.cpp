@@ -50,12 +50,14 @@ GainError::GainError(const TransportTensor& tensor, std::span<const Checks::Resi
   }
 }
 
-double GainError::more(std::size_t first, std::size_t second, double sign, std::size_t at) const {
+double GainError::more(std::span<const WeightedCheck> sum, std::size_t at) const {
   if (seen_.empty()) return 0;
-  const auto sum = [&](const std::vector<float>& a, const std::vector<float>& b) {
-    return static_cast<double>(a[at]) + sign * static_cast<double>(b[at]);
-  };
-  return sum(seen_[first].here, seen_[second].here) * sum(seen_[first].there, seen_[second].there);
+  double here = 0, there = 0;
+  for (const WeightedCheck& one : sum) {
+    here += one.weight * static_cast<double>(seen_[one.photograph].here[at]);
+    there += one.weight * static_cast<double>(seen_[one.photograph].there[at]);
+  }
+  return here * there;
 }
 
 }  // namespace symrig::acquisition

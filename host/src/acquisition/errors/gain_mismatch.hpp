@@ -10,6 +10,12 @@
 
 namespace symrig::acquisition {
 
+/// A photograph in a sum of check photographs.
+struct WeightedCheck {
+  std::size_t photograph;
+  double weight;
+};
+
 /// What a mismatch of gains does to the check photographs. The rig shows (1 + ε) K with a symmetric K, and a
 /// symmetric tensor holds T̃_ij ≈ (1 + (ε_i + ε_j) / 2) K_ij. So a residual is (ε ∘ T̃p − T̃(ε ∘ p)) / 2, and
 /// the error is (ε ∘ T̃p + T̃(ε ∘ p)) / 2. It is larger where ε is alike, as for direct light.
@@ -22,9 +28,9 @@ class GainError {
   GainError(const TransportTensor& tensor, std::span<const Checks::Residual> residuals,
             const GainMismatch& mismatch);
 
-  /// Of photographs `first` + sign · `second`: how much the square of the error exceeds that of the residual
-  /// at a sample, (ε ∘ T̃p) · T̃(ε ∘ p). 0 if no mismatch was found. at: [channel][pixel].
-  double more(std::size_t first, std::size_t second, double sign, std::size_t at) const;
+  /// Of a sum of photographs: how much the square of the error exceeds that of the residual at a sample,
+  /// (ε ∘ T̃p) · T̃(ε ∘ p). 0 if no mismatch was found. at: [channel][pixel].
+  double more(std::span<const WeightedCheck> sum, std::size_t at) const;
   /// The share of itself to which `more` is known (one sigma): it is a product of two ε.
   double doubt() const { return doubt_; }
 

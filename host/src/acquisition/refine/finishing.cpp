@@ -33,19 +33,17 @@ Result<std::vector<TreePhotograph>> quarters(const BlockTree& tree, const Photog
 }
 
 /// Compares photographs of the same light that a capture has taken: the first flood-lit one, some of those at
-/// the end, and the held-out halves. first_again: log number of the flood-lit ones at the end, 0: none.
+/// the end, and the held-out halves. again: log numbers of the flood-lit ones at the end.
 /// rest: of a capture that brute force ended, or nullptr.
 Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& photographer,
-                                    const Checks& checks, std::int64_t first_again,
-                                    const BruteForceRest* rest) {
+                                    const Checks& checks, LogRange again, const BruteForceRest* rest) {
   constexpr std::int64_t kMost = 8;
   std::vector<TreePhotograph> floods;
   const auto keep = [&](std::int64_t, std::span<TreePhotograph> p) {
     floods.insert(floods.end(), p.begin(), p.end());
   };
   SYMRIG_CHECK(photographer.read(0, 1, keep));
-  const std::int64_t again = first_again > 0 ? photographer.taken() - first_again : 0;
-  SYMRIG_CHECK(photographer.read(first_again, std::min(again, kMost), keep));
+  SYMRIG_CHECK(photographer.read(again.first, std::min(again.last - again.first, kMost), keep));
   NoiseEvidence besides;
   std::vector<TreePhotograph> parts;
   if (rest != nullptr) {
@@ -58,6 +56,17 @@ Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& p
                      &held_out[Checks::kOtherHalf].photograph, besides);
 }
 
+/// An estimate that may be off by more than `kUnsure` of itself, at two standard deviations.
+bool unsure(const CaptureResult& result) {
+  // A quarter is a factor of 0.8 to 1.25 at 1.65 standard deviations, which is 90 %.
+  constexpr double kUnsure = 0.3;
+  const auto of = [&](double TransportErrors::*field) {
+    const double value = (*result.estimated).*field;
+    return value > 0 && result.estimated_half_width.*field > kUnsure * value;
+  };
+  return of(&TransportErrors::frobenius) || of(&TransportErrors::indirect);
+}
+
 }  // namespace
 
 Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
@@ -67,7 +76,7 @@ Result<void> Finishing::photograph_again(const DirectLightRefit& how) {
   const std::int64_t count = std::min(how.noisy ? std::max(kFewest, share) : 0, how.budget);
   const auto pixels = static_cast<std::int32_t>(facts_.tree.grid().size());
   photographer_.expect_later(kNoneToCome);
-  first_again_ = photographer_.taken();
+  again_ = {photographer_.taken(), photographer_.taken() + count};
   found_.patterns_per_level.push_back(count);
   return photographer_.take("direct light", std::vector<LitBlocks>(count, LitBlocks{{0, pixels}}));
 }
@@ -104,9 +113,10 @@ Result<void> Finishing::refit_direct_light(const DirectLightRefit& how) {
 /// whole again.
 std::vector<LogRange> Finishing::whole_photographs(bool reopened) const {
   std::vector<LogRange> left_out;
-  if (checks_ != nullptr) left_out.push_back({checks_->first(), checks_->last()});
+  if (checks_ != nullptr) left_out = checks_->ranges();
   if (!reopened)
     for (const LevelLight& level : found_.level_light) left_out.push_back(level.photographs);
+  std::sort(left_out.begin(), left_out.end(), [](LogRange a, LogRange b) { return a.first < b.first; });
   std::vector<LogRange> whole;
   std::int64_t next = 0;
   for (const LogRange& out : left_out) {
@@ -135,7 +145,7 @@ Result<void> Finishing::polish() {
   const int steps = polish_steps();
   if (steps <= 0) return {};
   std::vector<LogRange> ranges{{0, photographer_.taken()}};
-  if (checks_ != nullptr) ranges = {{0, checks_->first()}, {checks_->last(), photographer_.taken()}};
+  if (checks_ != nullptr) ranges = checks_->others(photographer_.taken());
   Polish polish(facts_, photographer_, found_.known, std::move(ranges), least_misfit());
   for (int k = 0; k < steps; ++k) {
     SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
@@ -144,12 +154,26 @@ Result<void> Finishing::polish() {
   return {};
 }
 
+Result<void> Finishing::make_sure(std::int64_t budget, CaptureResult& result) {
+  const auto most = std::min(budget, static_cast<std::int64_t>(facts_.options.economy.check_share *
+                                                               static_cast<double>(photographer_.taken())));
+  const std::int64_t before = photographer_.taken();
+  const auto spent = [&] { return photographer_.taken() - before; };
+  while (unsure(result) && spent() + Checks::kFurther <= most) {
+    photographer_.expect_later(kNoneToCome);
+    SYMRIG_CHECK(checks_->take_further(facts_.tree, photographer_));
+    SYMRIG_CHECK(estimate(result.tensor, nullptr, result));
+  }
+  found_.patterns_per_level.back() += spent();
+  return {};
+}
+
 Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                                  CaptureResult& result) const {
-  SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, first_again_, rest));
+  SYMRIG_TRY(result.noise_check, noise_of_capture(facts_.tree, photographer_, *checks_, again_, rest));
   result.gain_mismatch = found_.gain.fit();
-  ErrorEstimate estimate = estimate_errors(tensor, checks_->photographs(), result.gain_mismatch,
-                                           doubted_variance(result.noise_check));
+  ErrorEstimate estimate =
+      estimate_errors(tensor, checks_->all(), result.gain_mismatch, doubted_variance(result.noise_check));
   result.estimated = estimate.value;
   result.estimated_half_width = estimate.half_width;
   result.estimate_not_given = std::move(estimate.not_given);

@@ -35,6 +35,9 @@ class Finishing {
   /// rest: of a capture that brute force ended, or nullptr. Needs checks.
   Result<void> estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                         CaptureResult& result) const;
+  /// Takes further checks while the estimates of result.tensor are unsure, as many as Economy::check_share
+  /// says and at most `budget` photographs. Estimates anew. Needs estimate() before.
+  Result<void> make_sure(std::int64_t budget, CaptureResult& result);
 
  private:
   std::vector<LogRange> whole_photographs(bool reopened) const;
@@ -46,7 +49,7 @@ class Finishing {
   Photographer& photographer_;
   Findings& found_;
   Checks* checks_;
-  std::int64_t first_again_ = 0;  ///< log number of the first flood-lit photograph at the end; 0: none
+  LogRange again_{0, 0};  ///< log numbers of the flood-lit photographs at the end
 };
 
 }  // namespace symrig::acquisition

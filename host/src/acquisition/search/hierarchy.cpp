@@ -262,6 +262,7 @@ Result<CaptureResult> Hierarchy::refine() {
   result.tensor = found_.known.tensor();
   if (!checks_) return result;
   SYMRIG_CHECK(finishing.estimate(result.tensor, nullptr, result));
+  SYMRIG_CHECK(finishing.make_sure(budget_.left(), result));
   result.held_out = checks_->held_out(facts_.tree);
   return result;
 }
@@ -275,7 +276,7 @@ Result<CaptureResult> Hierarchy::measure_rest() {
   CaptureResult result;
   if (checks_) {
     SYMRIG_TRY(const TransportTensor without,
-               rest.tensor(facts_.tree, photographer_, {{0, checks_->first()}, {checks_->last(), before}}));
+               rest.tensor(facts_.tree, photographer_, checks_->others(before)));
     const Finishing finishing(facts_, photographer_, found_, checks());
     SYMRIG_CHECK(finishing.estimate(without, &rest, result));
   }
