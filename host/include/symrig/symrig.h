@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 /* Version of this interface. It increases when functions are added; existing ones keep their meaning. */
-#define SYMRIG_API_VERSION 2
+#define SYMRIG_API_VERSION 3
 /* The interface version of the library at run time. Stop if it is less than SYMRIG_API_VERSION. */
 uint32_t symrig_api_version(void);
 /* Version of the library, such as "0.1.0". Do not free it. */
@@ -219,7 +219,19 @@ void symrig_rig_close(symrig_rig* rig);
 /* The grids of patterns and photographs. */
 symrig_shape symrig_rig_shape(const symrig_rig* rig);
 
-/* Ends the capture that is in progress on this rig with code 402 (interrupted), after the photograph that is
+/* Shows patterns and gives their photographs, without a capture. Pictures follow each other; each goes row by
+ * row, a photograph channel after channel.
+ * pattern: patterns x rows x columns values from 0 to 1 (symrig_rig_shape()). mean: room for patterns x
+ * channels x photograph rows x photograph columns values, radiance per unit of light. variance (of the mean;
+ * 0: without noise) and valid (0: unusable) have as many values, and may be null. photograph_count: values
+ * that there is room for in each.
+ * fails: size_mismatch, bad_value (a pattern), bad_argument (the rig is in use), interrupted, errors of
+ * devices. The photographs are undefined then. */
+int symrig_rig_measure(symrig_rig* rig, size_t patterns, const float* pattern, size_t pattern_count,
+                       float* mean, float* variance, uint8_t* valid, size_t photograph_count,
+                       symrig_error* error);
+
+/* Ends the call that is in progress on this rig with code 402 (interrupted), after the photographs that are
  * being taken. Any thread and any signal handler may call it. */
 void symrig_rig_stop(symrig_rig* rig);
 
@@ -263,6 +275,15 @@ typedef int (*symrig_on_capture)(const symrig_capture_progress* progress, void* 
  * and what measure() returned. */
 int symrig_capture(symrig_rig* rig, const char* output, const char* options, symrig_on_capture on_progress,
                    void* user, symrig_tensor** tensor, symrig_error* error);
+
+/* The errors of a tensor against a rig, as JSON: "rig", "error" and "error_uncertainty" of
+ * `symrig evaluate --json`, and "error_ideal" of a bench. A simulated rig that was opened by its name tells
+ * its true transport; any other rig takes new photographs. on_progress (it may be null) is called as by
+ * symrig_capture().
+ * fails: size_mismatch (the rig of another scene), bad_argument (the rig is in use), interrupted, and as
+ * symrig_rig_measure(). */
+int symrig_rig_errors(symrig_rig* rig, const symrig_tensor* tensor, symrig_on_capture on_progress, void* user,
+                      char** json, symrig_error* error);
 
 #ifdef __cplusplus
 }

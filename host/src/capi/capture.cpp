@@ -2,47 +2,19 @@
 #include "capi/capture_text.hpp"
 #include "capi/guard.hpp"
 #include "capi/handles.hpp"
+#include "capi/rig_turn.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/job/capture_job.hpp"
 #include "symrig/report/made.hpp"
 
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace {
 
 using namespace symrig;
 using namespace symrig::capi;
-
-/// A rig works for one call at a time. A callback that uses its own rig would wait for itself.
-class RigTurn {
- public:
-  explicit RigTurn(symrig_rig& rig) : rig_(rig), taken_(!rig.busy.exchange(true)) {
-    if (taken_) rig_.stop = false;  // set during an earlier capture
-  }
-  RigTurn(const RigTurn&) = delete;
-  RigTurn& operator=(const RigTurn&) = delete;
-  ~RigTurn() {
-    if (taken_) rig_.busy = false;
-  }
-
-  bool taken() const { return taken_; }
-
- private:
-  symrig_rig& rig_;
-  bool taken_;
-};
-
-/// The callback may be C++. What it throws stops the capture.
-bool goes_on(symrig_on_capture told, void* user, const ProgressEvent& event) {
-  const std::string stage(event.stage);
-  const symrig_capture_progress at{stage.c_str(), event.done, event.expected};
-  try {
-    return told(&at, user) == 0;
-  } catch (...) {
-    return false;
-  }
-}
 
 Result<CaptureJob> capture_job(const symrig_rig& rig, const char* output, const char* options) {
   CaptureJob job;
@@ -55,10 +27,8 @@ Result<CaptureJob> capture_job(const symrig_rig& rig, const char* output, const 
   return job;
 }
 
-Result<StoredScene> capture_now(symrig_rig& rig, CaptureJob job, symrig_on_capture on_progress, void* user) {
-  job.options.progress = [&rig, on_progress, user](const ProgressEvent& event) {
-    return !rig.stop && (on_progress == nullptr || goes_on(on_progress, user, event));
-  };
+Result<StoredScene> capture_now(symrig_rig& rig, CaptureJob job, Progress progress) {
+  job.options.progress = std::move(progress);
   SYMRIG_TRY(CaptureOutcome outcome, run_job(job, rig.opened));
   return StoredScene{std::move(outcome.result.tensor), std::move(outcome.json),
                      std::move(outcome.result.held_out)};
@@ -74,11 +44,10 @@ int symrig_capture(symrig_rig* rig, const char* output, const char* options, sym
     const bool writes = output != nullptr && *output != '\0';
     if (tensor == nullptr && !writes) return missing("tensor", error);
     const RigTurn turn(*rig);
-    if (!turn.taken())
-      return report({ErrorCode::bad_argument, "another call uses the rig", "wait until it is done"}, error);
+    if (const auto free = turn.check(); !free) return report(free.error(), error);
     auto job = capture_job(*rig, output, options);
     if (!job) return report(job.error(), error);
-    auto scene = capture_now(*rig, *std::move(job), on_progress, user);
+    auto scene = capture_now(*rig, *std::move(job), turn.progress(on_progress, user));
     if (!scene) return report(scene.error(), error);
     if (tensor != nullptr) *tensor = new symrig_tensor{*std::move(scene)};
     return 0;

@@ -223,6 +223,16 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
   return json_text(json);
 }
 
+std::string rig_errors_json(const std::string& rig, const TransportErrors& errors,
+                            const TransportErrors& half_width, const TransportErrors* ideal) {
+  Json json;
+  json["rig"] = rig;
+  json["error"] = stated_errors_json(errors);
+  if (ideal != nullptr) json["error_ideal"] = stated_errors_json(*ideal);
+  json["error_uncertainty"] = uncertainty_json(half_width);
+  return json_text(json);
+}
+
 std::string stored_errors_json(const StoredScene& scene, const std::vector<HeldOutError>& held_out) {
   const report::CaptureFacts facts(scene.capture_json);
   Json json;

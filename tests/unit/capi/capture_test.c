@@ -329,8 +329,9 @@ static int measure_inside(symrig_batch* batch, void* user) {
   symrig_error error;
   symrig_tensor* tensor = NULL;
   symrig_rig** rig = user;
-  (void)batch;
   EXPECT(symrig_capture(*rig, NULL, NULL, NULL, NULL, &tensor, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(symrig_rig_measure(*rig, 1, batch->patterns, kMatrixPixels, batch->mean, NULL, NULL, kMatrixPixels,
+                            &error) == SYMRIG_BAD_ARGUMENT);
   return SYMRIG_DEVICE_REFUSED;
 }
 
@@ -431,6 +432,99 @@ static void test_a_tensor(void) {
   symrig_rig_close(rig);
 }
 
+/* Every pixel is noisy, and one of the red ones is unusable. */
+static int measure_noisy_colour(symrig_batch* batch, void* user) {
+  const int failed = measure_colour(batch, user);
+  for (int k = 0; k < 48; ++k) batch->variance[k] = 0.25F;
+  batch->valid[5] = 0;
+  return failed;
+}
+
+static void test_photographs(void) {
+  float patterns[2 * 16] = {0}, mean[2 * 48], variance[2 * 48];
+  uint8_t valid[2 * 48];
+  symrig_error error;
+  symrig_own_rig own;
+  memset(&own, 0, sizeof own);
+  own.size = sizeof own;
+  own.measure = measure_noisy_colour;
+  own.rows = 4;
+  own.columns = 4;
+  own.channels = 3;
+  symrig_rig* rig = rig_of(&own);
+  patterns[0] = 0.5F;
+  patterns[16 + 3] = 1.0F;
+  EXPECT(symrig_rig_measure(rig, 2, patterns, 32, mean, variance, valid, 96, &error) == 0);
+  for (int c = 0; c < 3; ++c) {
+    const float channel = (float)(c + 1);
+    EXPECT(mean[c * 16] == 0.5F * channel && mean[c * 16 + 15] == 0.25F * channel);
+    EXPECT(mean[48 + c * 16 + 3] == channel && mean[48 + c * 16] == 0.0F);
+  }
+  for (int k = 0; k < 96; ++k) {
+    EXPECT(valid[k] == (k % 48 == 5 ? 0 : 1));
+    EXPECT(valid[k] == 0 || variance[k] == 0.25F); /* where it is not valid, no variance is known */
+  }
+  EXPECT(symrig_rig_measure(rig, 1, patterns, 16, mean, NULL, NULL, 48, &error) == 0);
+  EXPECT(symrig_rig_measure(rig, 0, patterns, 0, mean, NULL, NULL, 0, &error) == 0);
+  EXPECT(symrig_rig_measure(rig, 2, patterns, 31, mean, NULL, NULL, 96, &error) == SYMRIG_SIZE_MISMATCH);
+  EXPECT(symrig_rig_measure(rig, 2, patterns, 32, mean, NULL, NULL, 95, &error) == SYMRIG_SIZE_MISMATCH);
+  EXPECT(strstr(error.what, "photograph has 95 values, not 2 x 48") != NULL);
+  EXPECT(symrig_rig_measure(rig, SIZE_MAX, patterns, 32, mean, NULL, NULL, 96, &error) ==
+         SYMRIG_SIZE_MISMATCH);
+  EXPECT(symrig_rig_measure(NULL, 1, patterns, 16, mean, NULL, NULL, 48, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(symrig_rig_measure(rig, 1, NULL, 16, mean, NULL, NULL, 48, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(symrig_rig_measure(rig, 1, patterns, 16, NULL, NULL, NULL, 48, &error) == SYMRIG_BAD_ARGUMENT);
+  patterns[1] = 2.0F; /* more light than the projector has */
+  EXPECT(symrig_rig_measure(rig, 1, patterns, 16, mean, NULL, NULL, 48, &error) == SYMRIG_BAD_VALUE);
+  symrig_rig_close(rig);
+}
+
+static double frobenius_in(const char* json) {
+  const char* at = json == NULL ? NULL : strstr(json, "\"error\"");
+  at = at == NULL ? NULL : strstr(at, "\"frobenius\": ");
+  return at == NULL ? NAN : strtod(at + strlen("\"frobenius\": "), NULL);
+}
+
+static void test_errors_against_rigs(void) {
+  symrig_error error;
+  symrig_tensor* tensor = NULL;
+  char* json = NULL;
+  matrix_rig state = {0, 0, NULL};
+  symrig_own_rig own = own_matrix(&state);
+  symrig_rig* rig = rig_of(&own);
+  EXPECT(symrig_capture(rig, NULL, "tolerance=1e-6", NULL, NULL, &tensor, &error) == 0);
+  state.taken = 0;
+  EXPECT(symrig_rig_errors(rig, tensor, NULL, NULL, &json, &error) == 0);
+  EXPECT(state.taken > 0); /* new photographs */
+  /* Leaves that pass a tolerance of 1e-6, and factors of 16 bits: 2^-11 a factor. */
+  EXPECT(frobenius_in(json) < 0.01);
+  EXPECT(json != NULL && strstr(json, "\"rig\": \"matrix\"") != NULL &&
+         strstr(json, "\"confidence\"") != NULL);
+  symrig_free(json);
+  EXPECT(symrig_rig_errors(rig, tensor, stop_at_five, NULL, &json, &error) == SYMRIG_INTERRUPTED);
+  EXPECT(json == NULL);
+  symrig_rig_close(rig);
+
+  /* The truth of a simulated rig, without a photograph; and a rig of another size. */
+  EXPECT(symrig_rig_open("sim:gummy?size=8x8", NULL, &rig, &error) == 0);
+  EXPECT(symrig_rig_errors(rig, tensor, NULL, NULL, &json, &error) == SYMRIG_SIZE_MISMATCH);
+  symrig_tensor_free(tensor);
+  EXPECT(symrig_capture(rig, NULL, "max_patterns=20", NULL, NULL, &tensor, &error) == 0);
+  EXPECT(symrig_rig_errors(rig, tensor, NULL, NULL, &json, &error) == 0);
+  const double coarse = frobenius_in(json);
+  symrig_free(json);
+  symrig_tensor_free(tensor);
+  EXPECT(symrig_capture(rig, NULL, NULL, NULL, NULL, &tensor, &error) == 0);
+  EXPECT(symrig_rig_errors(rig, tensor, NULL, NULL, &json, &error) == 0);
+  EXPECT(frobenius_in(json) < coarse);
+  symrig_free(json);
+  EXPECT(symrig_rig_errors(NULL, tensor, NULL, NULL, &json, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(symrig_rig_errors(rig, NULL, NULL, NULL, &json, &error) == SYMRIG_BAD_ARGUMENT);
+  EXPECT(symrig_rig_errors(rig, tensor, NULL, NULL, NULL, &error) == SYMRIG_BAD_ARGUMENT);
+  symrig_tensor_free(tensor);
+  symrig_rig_close(rig);
+}
+
 static void test_a_named_rig(void) {
   symrig_error error;
   symrig_rig* rig = NULL;
@@ -461,6 +555,8 @@ int main(int count, char** words) {
   test_a_rig_in_use();
   test_callbacks_that_throw();
   test_a_tensor();
+  test_photographs();
+  test_errors_against_rigs();
   test_a_named_rig();
   return failures == 0 ? 0 : 1;
 }

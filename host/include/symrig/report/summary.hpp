@@ -65,6 +65,10 @@ std::string evaluation_json(const std::string& scene, const std::string& rig, co
                             const std::vector<std::string>& differs = {},
                             const TransportErrors* ideal = nullptr);
 
+/// The same errors without a scene file: rig, error, error_uncertainty, and error_ideal unless ideal is null.
+std::string rig_errors_json(const std::string& rig, const TransportErrors& errors,
+                            const TransportErrors& half_width, const TransportErrors* ideal);
+
 /// What the capture has estimated, and the given errors of held-out photographs, as JSON: estimated_error,
 /// estimated_error_uncertainty and estimated_error_not_given of capture_json (null if absent), and held_out
 /// of evaluation_json.

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a rig photographs without a capture: given patterns, and the errors of a tensor.
+#include "capi/guard.hpp"
+#include "capi/rig_turn.hpp"
+#include "symrig/job/evaluation.hpp"
+#include "symrig/job/rig_by_name.hpp"
+#include "symrig/report/summary.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace symrig;
+using namespace symrig::capi;
+
+/// Where photographs go; variance and valid may be null.
+struct Photographs {
+  float* mean;
+  float* variance;
+  std::uint8_t* valid;
+};
+
+/// Sizes of `count` pictures.
+/// fails: size_mismatch.
+Result<void> check_size(const char* name, std::size_t values, std::size_t count, std::size_t each) {
+  if (count == 0 ? values == 0 : values % count == 0 && values / count == each) return {};
+  return Error{ErrorCode::size_mismatch,
+               std::string(name) + " has " + std::to_string(values) + " values, not " +
+                   std::to_string(count) + " x " + std::to_string(each),
+               "use the sizes of symrig_rig_shape()"};
+}
+
+/// As many patterns at a time as the rig likes, so that symrig_rig_stop() soon ends it.
+Result<void> photograph(const symrig_rig& rig, const float* pattern, std::size_t count, Photographs out) {
+  Probe& probe = *rig.opened.probe;
+  const auto pixels = static_cast<std::size_t>(probe.grid().size());
+  for (std::size_t first = 0; first < count;) {
+    if (rig.stop) return Error{ErrorCode::interrupted, "stopped", "call symrig_rig_measure() again"};
+    std::vector<Pattern> patterns;
+    for (; patterns.size() < probe.together() && first + patterns.size() < count;) {
+      Pattern& one = patterns.emplace_back(probe.grid());
+      std::copy_n(pattern + (first + patterns.size() - 1) * pixels, pixels, one.values().begin());
+    }
+    SYMRIG_TRY(const std::vector<Radiance> seen, probe.measure(patterns));
+    for (const Radiance& one : seen) {
+      out.mean = std::copy(one.mean.values().begin(), one.mean.values().end(), out.mean);
+      if (out.variance != nullptr)
+        out.variance = std::copy(one.variance.values().begin(), one.variance.values().end(), out.variance);
+      if (out.valid != nullptr)
+        out.valid = std::copy(one.valid.values().begin(), one.valid.values().end(), out.valid);
+    }
+    first += patterns.size();
+  }
+  return {};
+}
+
+Result<std::string> errors_text(const symrig_rig& rig, const TransportTensor& tensor,
+                                const Progress& progress) {
+  const bool knows_truth = is_simulated(rig.name);
+  SYMRIG_TRY(const Judged judged, knows_truth ? judge_by_truth(tensor, rig.name, progress)
+                                              : judge_by_rig(tensor, *rig.opened.probe, progress));
+  return rig_errors_json(judged.rig, judged.errors.value, judged.errors.half_width,
+                         judged.ideal ? &judged.ideal->value : nullptr);
+}
+
+}  // namespace
+
+int symrig_rig_measure(symrig_rig* rig, size_t patterns, const float* pattern, size_t pattern_count,
+                       float* mean, float* variance, uint8_t* valid, size_t photograph_count,
+                       symrig_error* error) {
+  return guarded(error, [&] {
+    if (rig == nullptr) return missing("rig", error);
+    if (pattern == nullptr) return missing("pattern", error);
+    if (mean == nullptr) return missing("mean", error);
+    const RigTurn turn(*rig);
+    if (const auto free = turn.check(); !free) return report(free.error(), error);
+    const Probe& probe = *rig->opened.probe;
+    const auto channels = static_cast<std::size_t>(probe.channels());
+    auto done = check_size("pattern", pattern_count, patterns, static_cast<std::size_t>(probe.grid().size()));
+    if (done)
+      done = check_size("photograph", photograph_count, patterns,
+                        static_cast<std::size_t>(probe.camera_grid().size()) * channels);
+    if (done) done = photograph(*rig, pattern, patterns, {mean, variance, valid});
+    return done ? 0 : report(done.error(), error);
+  });
+}
+
+int symrig_rig_errors(symrig_rig* rig, const symrig_tensor* tensor, symrig_on_capture on_progress, void* user,
+                      char** json, symrig_error* error) {
+  return guarded(error, [&] {
+    if (rig == nullptr) return missing("rig", error);
+    if (tensor == nullptr) return missing("tensor", error);
+    if (json == nullptr) return missing("json", error);
+    *json = nullptr;
+    const RigTurn turn(*rig);
+    if (const auto free = turn.check(); !free) return report(free.error(), error);
+    const auto text = errors_text(*rig, tensor->scene.tensor, turn.progress(on_progress, user));
+    return text ? give_text(*text, json, error) : report(text.error(), error);
+  });
+}
