@@ -74,7 +74,7 @@ std::string chunk_features() {
          "<OffValue>0</OffValue></Boolean>\n" +
          reg("ChunkEnableReg", 0x10048, "RW") + chunk("ChunkTriggerCounter", 0xC001, 4) +
          "<Integer Name=\"ChunkTriggerCounter\"><pValue>ChunkTriggerCounterReg</pValue></Integer>\n" +
-         chunk("ChunkExposureTime", 0xC002, 4) +
+         chunk("ChunkExposureTime", 0xC002, 8) +
          "<Float Name=\"ChunkExposureTime\"><pValue>ChunkExposureTimeSwiss</pValue></Float>\n"
          "<SwissKnife Name=\"ChunkExposureTimeSwiss\"><pVariable Name=\"NS\">ChunkExposureTimeReg</pVariable>"
          "<Formula>NS / 1000.0</Formula></SwissKnife>\n";
@@ -121,9 +121,10 @@ std::string camera_xml(const CameraTraits& traits) {
           enumeration("TriggerSource", 0x10024, {{"Software", 0}, {"Line1", 1}, {"Line2", 2}}) +
           enumeration("TriggerActivation", 0x10028, {{"RisingEdge", 0}, {"LevelHigh", 1}}) +
           enumeration("ExposureMode", 0x1002C, {{"Timed", 0}, {"TriggerWidth", 1}});
-  text += microseconds("ExposureTime", 0x10030, 20, 1e6, "RW") +
-          microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
-          microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
+  text +=
+      microseconds("ExposureTime", 0x10030, 20, static_cast<double>(traits.longest_exposure.count()), "RW") +
+      microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
+      microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
   text += integer("Gain", 0x10038, 0, 24) + integer("BlackLevel", 0x1003C, 0, 255);
   text +=
       "<Boolean Name=\"LineInverter\"><pValue>LineInverterReg</pValue><OnValue>1</OnValue>"

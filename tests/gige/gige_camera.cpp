@@ -249,7 +249,7 @@ std::size_t GigeCamera::image_bytes() const {
 }
 
 std::size_t GigeCamera::payload_bytes() const {
-  return image_bytes() + (chunks() ? 8 + (read(kChunkEnables) + read(kChunkEnables + 4)) * 12U : 0);
+  return image_bytes() + (chunks() ? 8 + read(kChunkEnables) * 12U + read(kChunkEnables + 4) * 16U : 0);
 }
 
 Bytes GigeCamera::picture(const Shot& shot) const {
@@ -303,20 +303,21 @@ void GigeCamera::resend(std::uint16_t id, std::uint32_t first, std::uint32_t las
   }
 }
 
-void GigeCamera::send(const Shot& shot) {
-  Bytes data = picture(shot);
+void GigeCamera::send(Exposed exposed) {
+  const Shot& shot = exposed.shot;
+  Bytes data = std::move(exposed.picture);
   const bool with_chunks = chunks();
   const std::uint16_t kind = with_chunks ? 0x4001 : 0x0001;
   if (with_chunks) {
     put(data, 0xC000, 4);  // the picture is a chunk too
     put(data, image_bytes(), 4);
-    const auto chunk = [&data](std::uint64_t id, std::uint64_t value) {
-      put(data, value, 4);
+    const auto chunk = [&data](std::uint64_t id, std::uint64_t value, int bytes) {
+      put(data, value, bytes);
       put(data, id, 4);
-      put(data, 4, 4);
+      put(data, static_cast<std::uint64_t>(bytes), 4);
     };
-    if (read(kChunkEnables) != 0) chunk(0xC001, shot.counter);
-    if (read(kChunkEnables + 4) != 0) chunk(0xC002, static_cast<std::uint64_t>(shot.exposure.count()));
+    if (read(kChunkEnables) != 0) chunk(0xC001, shot.counter, 4);
+    if (read(kChunkEnables + 4) != 0) chunk(0xC002, static_cast<std::uint64_t>(shot.exposure.count()), 8);
   }
   Block block{next_id_, {}};
   next_id_ = next_id_ == 65'535 ? std::uint16_t{1} : static_cast<std::uint16_t>(next_id_ + 1);
@@ -330,7 +331,7 @@ void GigeCamera::send(const Shot& shot) {
   Bytes& leader = packet(1);
   put(leader, 0, 2);
   put(leader, kind, 2);
-  put(leader, nanoseconds_now(), 8);
+  put(leader, static_cast<std::uint64_t>(shot.stamp.count()), 8);
   for (const std::uint32_t at : {0x10010U, 0x10000U, 0x10004U, 0x10008U, 0x1000CU}) put(leader, read(at), 4);
   put(leader, 0, 4);
   const std::size_t most = (read(kPacketSize) & 0xFFFFU) - kPacketOverhead;
@@ -348,27 +349,28 @@ void GigeCamera::send(const Shot& shot) {
   if (sent_.size() > kBlocksKept) sent_.pop_front();
 }
 
-bool GigeCamera::pulse(std::chrono::nanoseconds width, Mishap mishap) {
+bool GigeCamera::pulse(std::chrono::nanoseconds width, Mishap mishap,
+                       std::optional<std::chrono::nanoseconds> ended) {
   const std::lock_guard lock(mutex_);
   const bool armed = read(kStart) != 0 && read(0x10020) == 1 && read(0x10024) == 1;
   if (!armed || mishap == Mishap::trigger_dropped) return false;
   const bool timed = read(0x1002C) == 0;
   const Shot shot{++counter_,
                   timed ? std::chrono::nanoseconds(read(0x10030)) : width,
+                  ended.value_or(std::chrono::nanoseconds(nanoseconds_now())),
                   static_cast<int>(read(0x10004)),
                   static_cast<int>(read(0x10000)),
                   static_cast<int>(read(0x1000C)),
                   static_cast<int>(read(0x10008))};
-  const std::optional<Shot> before = std::exchange(held_, std::nullopt);
+  const std::optional<Exposed> before = std::exchange(held_, std::nullopt);
   const bool swapped = std::exchange(swap_, false);
   if (before && !swapped) send(*before);
   if (mishap == Mishap::late || mishap == Mishap::swapped) {
-    if (before && swapped) send(*before);
-    held_ = shot;
+    held_ = Exposed{shot, picture(shot)};
     swap_ = mishap == Mishap::swapped;
-    return true;
+  } else if (mishap != Mishap::frame_dropped) {
+    send({shot, picture(shot)});
   }
-  if (mishap != Mishap::frame_dropped) send(shot);
   if (before && swapped) send(*before);
   return true;
 }
