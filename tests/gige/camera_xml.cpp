@@ -131,8 +131,9 @@ std::string camera_xml(const CameraTraits& traits) {
       "<OffValue>0</OffValue></Boolean>\n" +
       reg("LineInverterReg", 0x10064, "RW");
   if (traits.has_chunks) text += chunk_features();
-  text += reg("GevTimestampTickFrequency", 0x93C, "RO", 8) + reg("GevTimestampValue", 0x948, "RO", 8) +
-          command("GevTimestampControlLatch", 0x944, 2);
+  if (traits.has_clock)
+    text += reg("GevTimestampTickFrequency", 0x93C, "RO", 8) + reg("GevTimestampValue", 0x948, "RO", 8) +
+            command("GevTimestampControlLatch", 0x944, 2);
   return text + "<Port Name=\"Device\"></Port>\n</RegisterDescription>\n";
 }
 

@@ -303,6 +303,12 @@ void GigeCamera::resend(std::uint16_t id, std::uint32_t first, std::uint32_t las
   }
 }
 
+/// 65535 is followed by 1.
+std::uint16_t GigeCamera::take_id() {
+  return std::exchange(next_id_,
+                       next_id_ == 65'535 ? std::uint16_t{1} : static_cast<std::uint16_t>(next_id_ + 1));
+}
+
 void GigeCamera::send(Exposed exposed) {
   const Shot& shot = exposed.shot;
   Bytes data = std::move(exposed.picture);
@@ -319,8 +325,7 @@ void GigeCamera::send(Exposed exposed) {
     if (read(kChunkEnables) != 0) chunk(0xC001, shot.counter, 4);
     if (read(kChunkEnables + 4) != 0) chunk(0xC002, static_cast<std::uint64_t>(shot.exposure.count()), 8);
   }
-  Block block{next_id_, {}};
-  next_id_ = next_id_ == 65'535 ? std::uint16_t{1} : static_cast<std::uint16_t>(next_id_ + 1);
+  Block block{traits_.ids_when_sent ? take_id() : exposed.id, {}};
   const auto packet = [&block](unsigned type) -> Bytes& {
     Bytes bytes;
     put(bytes, 0, 2);
@@ -365,11 +370,13 @@ bool GigeCamera::pulse(std::chrono::nanoseconds width, Mishap mishap,
   const std::optional<Exposed> before = std::exchange(held_, std::nullopt);
   const bool swapped = std::exchange(swap_, false);
   if (before && !swapped) send(*before);
-  if (mishap == Mishap::late || mishap == Mishap::swapped) {
-    held_ = Exposed{shot, picture(shot)};
+  if (mishap != Mishap::frame_dropped) {
+    Exposed now{shot, picture(shot), traits_.ids_when_sent ? std::uint16_t{0} : take_id()};
+    if (mishap == Mishap::none)
+      send(std::move(now));
+    else
+      held_ = std::move(now);
     swap_ = mishap == Mishap::swapped;
-  } else if (mishap != Mishap::frame_dropped) {
-    send({shot, picture(shot)});
   }
   if (before && swapped) send(*before);
   return true;

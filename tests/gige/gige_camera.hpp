@@ -45,6 +45,10 @@ struct CameraTraits {
   int rows = 64, cols = 64;
   std::uint16_t first_id = 1;  ///< block id of the first frame
   bool has_chunks = true;
+  bool has_clock = true;  ///< a time stamp that can be latched
+  /// Block ids count the frames as they are sent, so ids do not show that frames were swapped. false: as they
+  /// were exposed.
+  bool ids_when_sent = true;
   std::chrono::microseconds longest_exposure = std::chrono::seconds(1);
   double packet_loss = 0;  ///< share of stream packets that are lost, those sent again too
   bool resends = true;
@@ -86,6 +90,7 @@ class GigeCamera {
   struct Exposed {
     Shot shot;
     Bytes picture;
+    std::uint16_t id = 0;
   };
 
   void serve();
@@ -101,6 +106,7 @@ class GigeCamera {
   std::size_t image_bytes() const;
   std::size_t payload_bytes() const;
   Bytes picture(const Shot& shot) const;
+  std::uint16_t take_id();
   void send(Exposed exposed);
   void transmit(const Bytes& packet);
   bool chunks() const { return traits_.has_chunks && read(0x10040) != 0; }

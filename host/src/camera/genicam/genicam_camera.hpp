@@ -38,8 +38,9 @@ struct GenicamSettings {
   std::optional<NoiseModel> noise;       ///< of a single sample; none: gain 1 DN/e⁻, no read noise
   CameraTiming timing;
   Image<std::uint8_t> dead;
-  int buffers = 64;          ///< fewer if frames are large: 256 MiB are enough
-  std::size_t waiting = 64;  ///< longest queue of frames for take()
+  int buffers = 64;                         ///< fewer if frames are large: 256 MiB are enough
+  std::size_t waiting = 64;                 ///< longest queue of frames for take()
+  std::optional<std::size_t> socket_limit;  ///< bytes, instead of net.core.rmem_max: for tests
 };
 
 /// A GigE Vision or USB3 Vision camera, by Aravis. Frames arrive from the moment it is open.

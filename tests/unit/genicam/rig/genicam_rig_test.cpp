@@ -5,12 +5,15 @@
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/testing/probe_laws.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <functional>
 #include <random>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace symrig::genicam_rig_test {
 namespace {
@@ -35,8 +38,8 @@ TrueTransport truth_of(const VirtualRig& rig) {
 }
 
 /// The errors of a capture against the simulated truth.
-Result<TransportErrors> captured_errors(VirtualRig& rig) {
-  SYMRIG_TRY(const CaptureResult result, capture(rig, CaptureOptions{}));
+Result<TransportErrors> captured_errors(Probe& probe, const VirtualRig& rig) {
+  SYMRIG_TRY(const CaptureResult result, capture(probe, CaptureOptions{}));
   return evaluate(result.tensor, truth_of(rig));
 }
 
@@ -61,19 +64,48 @@ double misfit(const VirtualRig& rig, const Pattern& pattern, const Radiance& pho
   return count > 0 ? sum / static_cast<double>(count) : INFINITY;
 }
 
+/// Passes a rig's photographs on, and remembers how far the worst one is from what it should show.
+class JudgedRig final : public Probe {
+ public:
+  explicit JudgedRig(VirtualRig& rig) : rig_(rig) {}
+
+  Grid grid() const override { return rig_.grid(); }
+  int channels() const override { return rig_.channels(); }
+  ViewLayout views() const override { return rig_.views(); }
+  bool plans_exposures(std::size_t photographs) const override { return rig_.plans_exposures(photographs); }
+  std::size_t together() const override { return rig_.together(); }
+  ProbeCost cost() const override { return rig_.cost(); }
+  std::string describe() const override { return rig_.describe(); }
+  Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
+    return measure_expected(patterns, {});
+  }
+  Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
+                                                 std::span<const Expectation> expected) override {
+    SYMRIG_TRY(auto photographs, rig_.measure_expected(patterns, expected));
+    for (std::size_t i = 0; i < photographs.size(); ++i)
+      worst_ = std::max(worst_, misfit(rig_, patterns[i], photographs[i]));
+    return photographs;
+  }
+  double worst() const { return worst_; }
+
+ private:
+  VirtualRig& rig_;
+  double worst_ = 0;
+};
+
 // The sensor's noise depends on the pattern and on the frame's place in its bracket. So as long as nothing is
 // taken again, the camera on the network must deliver the very codes of the camera in the process. Then the
 // errors are equal to the last digit. A photograph that is taken again has other noise.
 TEST(GenicamRig, captures_what_the_rig_in_the_process_captures) {
   const auto plain = open_virtual_rig(kScene);
   ASSERT_OK(plain);
-  const auto expected = captured_errors(**plain);
+  const auto expected = captured_errors(**plain, **plain);
   ASSERT_OK(expected);
 
   GigeRig lab(traits());
   const auto rig = lab.open(kScene);
   ASSERT_OK(rig);
-  const auto errors = captured_errors(**rig);
+  const auto errors = captured_errors(**rig, **rig);
   ASSERT_OK(errors);
   const RigTrouble& trouble = (*rig)->rig().trouble();
   const double allowed = trouble.retaken == 0 ? 0 : 0.05;
@@ -124,6 +156,36 @@ TEST(GenicamRig, takes_only_photographs_of_what_it_was_asked_for) {
   EXPECT_GT(trouble.frames.missing, 0);
   std::printf("%d pulses, %d photographs taken again; frames: %s\n", static_cast<int>(lab.pulses()),
               static_cast<int>(trouble.retaken), trouble.frames.trouble().c_str());
+}
+
+// The misfit of the right photograph is 1 ± √(2/4096) from noise, as above. A photograph with one frame of
+// another pattern is far from it.
+TEST(GenicamRig, a_capture_goes_on_through_losses_and_restarts) {
+  CameraTraits faulty = traits();
+  faulty.packet_loss = 0.01;
+  GigeRig lab(faulty);
+  lab.options = [](RigOptions& options) { options.retakes = 60; };
+  const auto rig = lab.open(kScene);
+  ASSERT_OK(rig);
+  std::uint64_t restarts = 0;
+  lab.mishap = [&lab, &restarts, roll = dice()] {
+    if (restarts < 2 && lab.pulses() >= 150 * (restarts + 1)) {
+      lab.device().reboot();
+      ++restarts;
+    }
+    return roll();
+  };
+  JudgedRig judged(**rig);
+  const auto errors = captured_errors(judged, **rig);
+  ASSERT_OK(errors);
+  EXPECT_LT(judged.worst(), 1.6);
+  EXPECT_EQ(restarts, 2U);
+  const RigTrouble& trouble = (*rig)->rig().trouble();
+  EXPECT_EQ(trouble.cameras_reopened, 2);
+  EXPECT_GT(trouble.retaken, 0);
+  std::printf("frobenius %.5f; %d pulses, %d photographs taken again; worst misfit %.3f; frames: %s\n",
+              errors->frobenius, static_cast<int>(lab.pulses()), static_cast<int>(trouble.retaken),
+              judged.worst(), trouble.frames.trouble().c_str());
 }
 
 }  // namespace
