@@ -24,6 +24,15 @@ std::string integer(const std::string& name, unsigned at, int least, int most, c
          reg(name + "Reg", at, access);
 }
 
+/// An integer whose greatest value is a register of its own.
+std::string side(const std::string& name, unsigned at, unsigned most_at) {
+  return fmt::format(
+             "<Integer Name=\"{0}\"><pValue>{0}Reg</pValue><Min>8</Min><pMax>{0}Max</pMax></Integer>\n"
+             "<Integer Name=\"{0}Max\"><pValue>{0}MaxReg</pValue></Integer>\n",
+             name) +
+         reg(name + "Reg", at, "RW") + reg(name + "MaxReg", most_at, "RO");
+}
+
 std::string enumeration(const std::string& name, unsigned at, std::initializer_list<Entry> entries) {
   std::string text = fmt::format("<Enumeration Name=\"{}\">", name);
   for (const auto& [entry, value] : entries)
@@ -91,18 +100,40 @@ constexpr const char* kHead =
 std::string camera_xml(const CameraTraits& traits) {
   std::string text = kHead;
   text += "<Category Name=\"Root\"><pFeature>Camera</pFeature></Category>\n<Category Name=\"Camera\">";
-  for (const char* const name :
-       {"DeviceVendorName",  "DeviceModelName",   "DeviceSerialNumber", "Width",        "Height",
-        "OffsetX",           "OffsetY",           "PixelFormat",        "PayloadSize",  "AcquisitionMode",
-        "AcquisitionStart",  "AcquisitionStop",   "TriggerSelector",    "TriggerMode",  "TriggerSource",
-        "TriggerActivation", "TriggerDelay",      "ExposureMode",       "ExposureTime", "Gain",
-        "BlackLevel",        "SensorReadoutTime", "LineInverter"})
+  for (const char* const name : {"DeviceVendorName",
+                                 "DeviceModelName",
+                                 "DeviceSerialNumber",
+                                 "Width",
+                                 "Height",
+                                 "OffsetX",
+                                 "OffsetY",
+                                 "PixelFormat",
+                                 "PayloadSize",
+                                 "AcquisitionMode",
+                                 "AcquisitionStart",
+                                 "AcquisitionStop",
+                                 "TriggerSelector",
+                                 "TriggerMode",
+                                 "TriggerSource",
+                                 "TriggerActivation",
+                                 "TriggerDelay",
+                                 "TriggerOverlap",
+                                 "ExposureMode",
+                                 "ExposureTime",
+                                 "Gain",
+                                 "BlackLevel",
+                                 "SensorReadoutTime",
+                                 "LineInverter"})
     text += fmt::format("<pFeature>{}</pFeature>", name);
+  if (traits.has_binning)
+    text += "<pFeature>BinningHorizontal</pFeature><pFeature>BinningVertical</pFeature>";
   text += "</Category>\n";
   text += word("DeviceVendorName", 0x48, 32) + word("DeviceModelName", 0x68, 32) +
           word("DeviceSerialNumber", 0xD8, 16);
-  text += integer("Width", 0x10000, 8, traits.cols) + integer("Height", 0x10004, 8, traits.rows) +
+  text += side("Width", 0x10000, 0x10080) + side("Height", 0x10004, 0x10084) +
           integer("OffsetX", 0x10008, 0, traits.cols - 8) + integer("OffsetY", 0x1000C, 0, traits.rows - 8);
+  if (traits.has_binning)
+    text += integer("BinningHorizontal", 0x10078, 1, 4) + integer("BinningVertical", 0x1007C, 1, 4);
   text += enumeration("PixelFormat", 0x10010,
                       {{"Mono8", 0x01080001},
                        {"Mono10", 0x01100003},
@@ -120,6 +151,7 @@ std::string camera_xml(const CameraTraits& traits) {
           enumeration("TriggerMode", 0x10020, {{"Off", 0}, {"On", 1}}) +
           enumeration("TriggerSource", 0x10024, {{"Software", 0}, {"Line1", 1}, {"Line2", 2}}) +
           enumeration("TriggerActivation", 0x10028, {{"RisingEdge", 0}, {"LevelHigh", 1}}) +
+          enumeration("TriggerOverlap", 0x10088, {{"Off", 0}, {"ReadOut", 1}}) +
           enumeration("ExposureMode", 0x1002C, {{"Timed", 0}, {"TriggerWidth", 1}});
   text +=
       microseconds("ExposureTime", 0x10030, 20, static_cast<double>(traits.longest_exposure.count()), "RW") +

@@ -2,6 +2,7 @@
 #include "gige/gige_camera.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -22,7 +23,8 @@ constexpr std::uint32_t kXmlAt = 0x20000;
 constexpr std::uint32_t kPrivilege = 0xA00, kStreamPort = 0xD00, kPacketSize = 0xD04, kStreamTo = 0xD18,
                         kHeartbeat = 0x938, kLatch = 0x944;
 constexpr std::uint32_t kStart = 0x10018, kPayload = 0x10050, kChunkSelector = 0x10044,
-                        kChunkEnable = 0x10048, kChunkEnables = 0x10070;
+                        kChunkEnable = 0x10048, kChunkEnables = 0x10070, kBinning = 0x10078,
+                        kWidthMost = 0x10080, kHeightMost = 0x10084;
 constexpr std::size_t kBlocksKept = 16;
 constexpr std::size_t kPacketOverhead = 36;  // of IP, UDP and GVSP
 
@@ -48,8 +50,10 @@ std::string next_address() {
   return fmt::format("127.{}.{}.{}", 16 + (pid >> 8U) % 200, pid & 255U, 1 + count++ % 250);
 }
 
-int bound_socket(const std::string& address, std::uint16_t port) {
+int bound_socket(const std::string& address, std::uint16_t port, bool shared = false) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int on = 1;
+  if (shared) setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(port);
@@ -70,6 +74,7 @@ GigeCamera::GigeCamera(CameraTraits traits, Scene scene)
   memory_.resize(kXmlAt);
   control_ = bound_socket(address_, kControlPort);
   stream_ = bound_socket(address_, 0);
+  if (traits.discoverable) broadcast_ = bound_socket("255.255.255.255", kControlPort, true);
   set_defaults();
   thread_ = std::thread([this] { serve(); });
 }
@@ -79,6 +84,7 @@ GigeCamera::~GigeCamera() {
   thread_.join();
   close(control_);
   close(stream_);
+  if (broadcast_ >= 0) close(broadcast_);
 }
 
 void GigeCamera::set_defaults() {
@@ -107,7 +113,11 @@ void GigeCamera::set_defaults() {
   store(0x10004, static_cast<std::uint32_t>(traits_.rows));
   store(0x10010, 0x01080001);
   store(0x10030, 10'000'000);
-  store(0x10058, 4'000'000);
+  store(0x10058, static_cast<std::uint32_t>(std::chrono::nanoseconds(traits_.readout).count()));
+  store(0x10034, 7'000);  // a delay that another program left
+  store(0x10088, 1);      // and its overlap
+  store(kBinning, 1);
+  store(kBinning + 4, 1);
   controller_.reset();
   sent_.clear();
   held_.reset();
@@ -130,6 +140,8 @@ void GigeCamera::store(std::uint32_t at, std::uint32_t value) {
 }
 
 std::uint32_t GigeCamera::read(std::uint32_t at) const {
+  if (at == kWidthMost) return static_cast<std::uint32_t>(traits_.cols) / std::max(1U, read(kBinning));
+  if (at == kHeightMost) return static_cast<std::uint32_t>(traits_.rows) / std::max(1U, read(kBinning + 4));
   if (at == kPayload) return static_cast<std::uint32_t>(payload_bytes());
   if (at == kChunkEnable) return read(kChunkEnables + 4 * (read(kChunkSelector) & 1U));
   return at + 4 <= memory_.size() ? get(memory_, at, 4) : 0;
@@ -154,10 +166,9 @@ bool GigeCamera::write(std::uint32_t at, std::uint32_t value, const sockaddr_in&
 }
 
 void GigeCamera::serve() {
-  Bytes request(2048);
   while (!stopping_) {
-    pollfd ready{control_, POLLIN, 0};
-    const int count = poll(&ready, 1, 20);
+    std::array<pollfd, 2> ready{{{control_, POLLIN, 0}, {broadcast_, POLLIN, 0}}};
+    poll(ready.data(), ready.size(), 20);  // a socket of -1 is left out
     const std::lock_guard lock(mutex_);
     // A controller that is silent for longer than the heartbeat has lost its control.
     if (controller_ &&
@@ -166,13 +177,18 @@ void GigeCamera::serve() {
       store(kPrivilege, 0);
       store(kStart, 0);
     }
-    if (count <= 0) continue;
-    sockaddr_in from{};
-    socklen_t length = sizeof from;
-    const auto size =
-        recvfrom(control_, request.data(), request.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
-    if (size >= 8 && request[0] == 0x42) answer({request.data(), static_cast<std::size_t>(size)}, from);
+    for (const pollfd& one : ready)
+      if (one.revents != 0) receive(one.fd);
   }
+}
+
+void GigeCamera::receive(int socket) {
+  Bytes request(2048);
+  sockaddr_in from{};
+  socklen_t length = sizeof from;
+  const auto size =
+      recvfrom(socket, request.data(), request.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+  if (size >= 8 && request[0] == 0x42) answer({request.data(), static_cast<std::size_t>(size)}, from);
 }
 
 void GigeCamera::reply(std::uint16_t status, std::uint16_t command, std::uint16_t id, const Bytes& payload,

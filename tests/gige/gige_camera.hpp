@@ -49,6 +49,9 @@ struct CameraTraits {
   /// Block ids count the frames as they are sent, so ids do not show that frames were swapped. false: as they
   /// were exposed.
   bool ids_when_sent = true;
+  bool has_binning = true;
+  bool discoverable = false;  ///< answers broadcasts on the loopback network
+  std::chrono::microseconds readout = std::chrono::milliseconds(4);
   std::chrono::microseconds longest_exposure = std::chrono::seconds(1);
   double packet_loss = 0;  ///< share of stream packets that are lost, those sent again too
   bool resends = true;
@@ -94,6 +97,7 @@ class GigeCamera {
   };
 
   void serve();
+  void receive(int socket);
   void answer(std::span<const std::uint8_t> request, const sockaddr_in& from);
   Bytes discovery() const;
   bool write(std::uint32_t at, std::uint32_t value, const sockaddr_in& from);
@@ -114,7 +118,7 @@ class GigeCamera {
   CameraTraits traits_;
   Scene scene_;
   std::string address_, xml_;
-  int control_ = -1, stream_ = -1;
+  int control_ = -1, stream_ = -1, broadcast_ = -1;
   mutable std::mutex mutex_;
   Bytes memory_;
   std::optional<sockaddr_in> controller_;

@@ -67,8 +67,11 @@ void GigeRig::outputs_changed(std::uint64_t tick, std::uint32_t levels, board_si
   const int line = board.line(kTrigger);
   const bool high = line >= 0 && ((levels >> static_cast<unsigned>(line)) & 1U) != 0;
   if (high == std::exchange(high_, high)) return;
+  const TickRate rate{board.config().tick_hz};
   if (high) begin_ = tick;
-  if (!high && simulated_ != nullptr) expose(begin_, tick, board.config().tick_hz);
+  if (high && end_ != 0) shortest_gap_ = std::min(shortest_gap_, rate.nanoseconds({tick - end_}));
+  if (!high) end_ = tick;
+  if (!high && simulated_ != nullptr) expose(begin_, tick, rate.hz);
 }
 
 void GigeRig::expose(std::uint64_t begin, std::uint64_t end, std::uint64_t tick_hz) {

@@ -31,6 +31,8 @@ class GigeRig final : public board_sim::Peripheral {
   /// Called after the rig's own options were set.
   std::function<void(RigOptions&)> options;
   std::uint64_t pulses() const { return pulses_; }
+  /// The shortest time from the end of a pulse to the next one, so far.
+  Nanoseconds shortest_gap() const { return shortest_gap_; }
 
   void outputs_changed(std::uint64_t tick, std::uint32_t levels, board_sim::SimBoard& board) override;
   std::uint64_t next_event() const override { return board_sim::kNever; }
@@ -44,7 +46,8 @@ class GigeRig final : public board_sim::Peripheral {
   CameraFrame picture_;          // what the next pulse shows
   Camera* simulated_ = nullptr;  // makes the pictures
   bool attached_ = false, high_ = false;
-  std::uint64_t begin_ = 0, pulses_ = 0;
+  std::uint64_t begin_ = 0, end_ = 0, pulses_ = 0;
+  Nanoseconds shortest_gap_ = Nanoseconds::max();
   GigeCamera device_;  // last: its thread ends first
 };
 

@@ -112,6 +112,33 @@ TEST(GenicamCamera, region_gain_features_and_timing_are_the_cameras) {
   EXPECT_EQ((*opened)->timing().max_exposure, 1s);
 }
 
+TEST(GenicamCamera, a_delay_and_an_overlap_that_another_program_left_are_removed) {
+  GigeCamera device({}, gige::numbered_scene);
+  EXPECT_NE(device.reg(0x10034), 0U);
+  EXPECT_NE(device.reg(0x10088), 0U);
+  auto opened = GenicamCamera::open(settings_for(device));
+  ASSERT_OK(opened);
+  EXPECT_EQ(device.reg(0x10034), 0U) << "TriggerDelay";
+  EXPECT_EQ(device.reg(0x10088), 0U) << "TriggerOverlap";
+  EXPECT_EQ((*opened)->timing().readout, 4ms);
+}
+
+TEST(GenicamCamera, the_camera_bins_its_pixels_itself) {
+  GigeCamera device({}, gige::numbered_scene);
+  GenicamSettings settings = settings_for(device);
+  settings.camera_binning = 2;
+  auto opened = GenicamCamera::open(settings);
+  ASSERT_OK(opened);
+  EXPECT_EQ((*opened)->grid(), (Grid{32, 32}));
+  EXPECT_EQ(device.reg(0x10078), 2U) << "BinningHorizontal";
+  EXPECT_EQ(device.reg(0x1007C), 2U) << "BinningVertical";
+  device.pulse(200us);
+  auto frames = (*opened)->take(1, kPatience);
+  ASSERT_OK(frames);
+  ASSERT_EQ(frames->size(), 1U);
+  EXPECT_TRUE(whole(frames->front(), 200us));
+}
+
 void expect_refused(const GenicamSettings& settings, ErrorCode code,
                     std::initializer_list<std::string_view> parts) {
   const auto opened = GenicamCamera::open(settings);
@@ -144,9 +171,18 @@ TEST(GenicamCamera, what_the_camera_does_not_have_is_refused_by_name) {
   bad.region.size = {32, 72};
   expect_refused(bad, ErrorCode::bad_argument, {"Width", "72", "64"});
   bad = good;
+  bad.camera_binning = 5;
+  expect_refused(bad, ErrorCode::bad_argument, {"BinningHorizontal", "5", "1 to 4"});
+  bad = good;
   bad.exposure = 2s;
   expect_refused(bad, ErrorCode::bad_argument, {"ExposureTime", "2000000", "1000000"});
   ASSERT_OK(GenicamCamera::open(good));
+  CameraTraits plain;
+  plain.has_binning = false;
+  GigeCamera other(plain, gige::numbered_scene);
+  bad = settings_for(other);
+  bad.camera_binning = 2;
+  expect_refused(bad, ErrorCode::unknown_name, {"BinningHorizontal"});
 }
 
 TEST(GenicamCamera, one_program_controls_a_camera_at_a_time) {

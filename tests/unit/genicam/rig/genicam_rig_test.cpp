@@ -120,6 +120,22 @@ TEST(GenicamRig, captures_what_the_rig_in_the_process_captures) {
               static_cast<int>(trouble.retaken));
 }
 
+// The rig's own description says 4 ms.
+TEST(GenicamRig, waits_for_the_readout_that_the_camera_states) {
+  CameraTraits slow = traits();
+  slow.readout = 11ms;
+  GigeRig lab(slow);
+  const auto rig = lab.open("sim:vgroove-textured?size=64x64&exposures=4");
+  ASSERT_OK(rig);
+  ASSERT_OK((*rig)->measure(std::vector<Pattern>{law_pattern((*rig)->grid(), 1)}));
+  EXPECT_GE(lab.shortest_gap(), 11ms);
+  GigeRig quick(traits());
+  const auto other = quick.open("sim:vgroove-textured?size=64x64&exposures=4");
+  ASSERT_OK(other);
+  EXPECT_LT(quick.shortest_gap(), 11ms);
+  EXPECT_GE(quick.shortest_gap(), 4ms);
+}
+
 /// One mishap in fifty pulses.
 std::function<Mishap()> dice() {
   return [random = std::mt19937(5)]() mutable {  // NOLINT: the same faults each time
