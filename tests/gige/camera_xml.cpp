@@ -143,6 +143,13 @@ std::string camera_xml(const CameraTraits& traits) {
                        {"Mono16", 0x01100007},
                        {"BayerRG12", 0x01100011},
                        {"RGB8", 0x02180014}});
+  text +=
+      "<Integer "
+      "Name=\"GevSCPSPacketSize\"><pValue>GevSCPSPacketSizeReg</pValue><Min>576</Min><Max>16000</Max>"
+      "</Integer>\n"
+      "<MaskedIntReg Name=\"GevSCPSPacketSizeReg\"><Address>0xD04</Address><Length>4</Length>"
+      "<AccessMode>RW</AccessMode><pPort>Device</pPort><LSB>31</LSB><MSB>16</MSB><Sign>Unsigned</Sign>"
+      "<Endianess>BigEndian</Endianess></MaskedIntReg>\n";
   text += integer("PayloadSize", 0x10050, 0, 1 << 30, "RO") +
           enumeration("AcquisitionMode", 0x10014, {{"Continuous", 0}});
   text += command("AcquisitionStart", 0x10018, 1) + command("AcquisitionStop", 0x10018, 0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/genicam/stream.hpp"
 
+#include "camera/genicam/packet_size.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -29,13 +31,30 @@ std::size_t allowed_socket() {
   return file >> bytes ? bytes : std::numeric_limits<std::size_t>::max();
 }
 
-/// Where the stream's packets arrive.
-std::unique_ptr<StreamSocket> socket_of(ArvDevice* device, ArvStream* stream) {
+/// The address at which this computer meets the camera. None: unknown.
+std::optional<sockaddr_in> own_address(ArvDevice* device) {
   sockaddr_in at{};
   GSocketAddress* const here = arv_gv_device_get_interface_address(ARV_GV_DEVICE(device));
   if (here == nullptr || g_socket_address_to_native(here, &at, sizeof at, nullptr) == 0) return {};
-  at.sin_port = htons(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
-  return StreamSocket::bound_to(at);
+  return at;
+}
+
+/// Where the stream's packets arrive.
+std::unique_ptr<StreamSocket> socket_of(ArvDevice* device, ArvStream* stream) {
+  auto at = own_address(device);
+  if (!at) return {};
+  at->sin_port = htons(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
+  return StreamSocket::bound_to(*at);
+}
+
+/// A camera without the feature uses its own size, which nobody can check.
+Result<void> check_packets(ArvDevice* device, const Features& features, const std::string& camera) {
+  if (ARV_IS_GV_DEVICE(device) == 0 || !features.has("GevSCPSPacketSize")) return {};
+  const auto at = own_address(device);
+  const auto network = at ? interface_at(at->sin_addr) : std::optional<NetworkInterface>();
+  if (!network) return {};
+  SYMRIG_TRY(const std::int64_t bytes, features.integer("GevSCPSPacketSize"));
+  return check_packet_size(camera, static_cast<int>(bytes), *network);
 }
 
 std::string_view cause(ArvBufferStatus status) {
@@ -88,6 +107,7 @@ void GenicamStream::enlarge_socket(std::size_t payload) {
 }
 
 Result<void> GenicamStream::begin() {
+  SYMRIG_CHECK(check_packets(device_, features_, plan_.camera));
   SYMRIG_TRY(const std::int64_t payload, features_.integer("PayloadSize"));
   // As root, Aravis would read packets beside the kernel's network: nothing arrives from the loopback device,
   // no firewall applies, and nobody counts the packets that found no room.
