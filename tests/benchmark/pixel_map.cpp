@@ -91,14 +91,14 @@ void print_against_truth(const char* name, const symrig::test::SyntheticScene& s
   for (int r = 0; r < scene.camera.rows; ++r)
     for (int c = 0; c < scene.camera.cols; ++c) {
       const bool valid = map.mask.at(r, c) != 0;
-      if (scene.shadow(r, c)) {
+      if (symrig::test::SyntheticScene::shadow(r, c)) {
         shadow += 1, invented += valid;
         continue;
       }
       lit += 1;
       if (!valid) continue;
       const double dx = static_cast<double>(map.col.at(r, c)) - scene.col(r, c),
-                   dy = static_cast<double>(map.row.at(r, c)) - scene.row(r, c);
+                   dy = static_cast<double>(map.row.at(r, c)) - symrig::test::SyntheticScene::row(r, c);
       decoded += 1;
       if (std::hypot(dx, dy) > 1.5)
         off += 1;

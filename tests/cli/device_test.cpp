@@ -56,7 +56,10 @@ TEST_F(Device, list_has_cameras_under_their_own_key) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const Json cameras = Json::parse(outcome.out).at("cameras");
   ASSERT_TRUE(cameras.is_array());
-  for (const Json& camera : cameras) EXPECT_TRUE(camera["node"].get<std::string>().starts_with("/dev/video"));
+  for (const Json& camera : cameras) {
+    const auto node = camera["node"].get<std::string>();
+    EXPECT_TRUE(node.starts_with("/dev/video") || node.starts_with("genicam:")) << node;
+  }
 }
 
 TEST_F(Device, info_of_a_camera_that_is_not_there) {

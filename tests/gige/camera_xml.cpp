@@ -24,6 +24,15 @@ std::string integer(const std::string& name, unsigned at, int least, int most, c
          reg(name + "Reg", at, access);
 }
 
+/// An integer whose greatest value is a register of its own.
+std::string side(const std::string& name, unsigned at, unsigned most_at) {
+  return fmt::format(
+             "<Integer Name=\"{0}\"><pValue>{0}Reg</pValue><Min>8</Min><pMax>{0}Max</pMax></Integer>\n"
+             "<Integer Name=\"{0}Max\"><pValue>{0}MaxReg</pValue></Integer>\n",
+             name) +
+         reg(name + "Reg", at, "RW") + reg(name + "MaxReg", most_at, "RO");
+}
+
 std::string enumeration(const std::string& name, unsigned at, std::initializer_list<Entry> entries) {
   std::string text = fmt::format("<Enumeration Name=\"{}\">", name);
   for (const auto& [entry, value] : entries)
@@ -74,7 +83,7 @@ std::string chunk_features() {
          "<OffValue>0</OffValue></Boolean>\n" +
          reg("ChunkEnableReg", 0x10048, "RW") + chunk("ChunkTriggerCounter", 0xC001, 4) +
          "<Integer Name=\"ChunkTriggerCounter\"><pValue>ChunkTriggerCounterReg</pValue></Integer>\n" +
-         chunk("ChunkExposureTime", 0xC002, 4) +
+         chunk("ChunkExposureTime", 0xC002, 8) +
          "<Float Name=\"ChunkExposureTime\"><pValue>ChunkExposureTimeSwiss</pValue></Float>\n"
          "<SwissKnife Name=\"ChunkExposureTimeSwiss\"><pVariable Name=\"NS\">ChunkExposureTimeReg</pVariable>"
          "<Formula>NS / 1000.0</Formula></SwissKnife>\n";
@@ -91,18 +100,40 @@ constexpr const char* kHead =
 std::string camera_xml(const CameraTraits& traits) {
   std::string text = kHead;
   text += "<Category Name=\"Root\"><pFeature>Camera</pFeature></Category>\n<Category Name=\"Camera\">";
-  for (const char* const name :
-       {"DeviceVendorName",  "DeviceModelName",   "DeviceSerialNumber", "Width",        "Height",
-        "OffsetX",           "OffsetY",           "PixelFormat",        "PayloadSize",  "AcquisitionMode",
-        "AcquisitionStart",  "AcquisitionStop",   "TriggerSelector",    "TriggerMode",  "TriggerSource",
-        "TriggerActivation", "TriggerDelay",      "ExposureMode",       "ExposureTime", "Gain",
-        "BlackLevel",        "SensorReadoutTime", "LineInverter"})
+  for (const char* const name : {"DeviceVendorName",
+                                 "DeviceModelName",
+                                 "DeviceSerialNumber",
+                                 "Width",
+                                 "Height",
+                                 "OffsetX",
+                                 "OffsetY",
+                                 "PixelFormat",
+                                 "PayloadSize",
+                                 "AcquisitionMode",
+                                 "AcquisitionStart",
+                                 "AcquisitionStop",
+                                 "TriggerSelector",
+                                 "TriggerMode",
+                                 "TriggerSource",
+                                 "TriggerActivation",
+                                 "TriggerDelay",
+                                 "TriggerOverlap",
+                                 "ExposureMode",
+                                 "ExposureTime",
+                                 "Gain",
+                                 "BlackLevel",
+                                 "SensorReadoutTime",
+                                 "LineInverter"})
     text += fmt::format("<pFeature>{}</pFeature>", name);
+  if (traits.has_binning)
+    text += "<pFeature>BinningHorizontal</pFeature><pFeature>BinningVertical</pFeature>";
   text += "</Category>\n";
   text += word("DeviceVendorName", 0x48, 32) + word("DeviceModelName", 0x68, 32) +
           word("DeviceSerialNumber", 0xD8, 16);
-  text += integer("Width", 0x10000, 8, traits.cols) + integer("Height", 0x10004, 8, traits.rows) +
+  text += side("Width", 0x10000, 0x10080) + side("Height", 0x10004, 0x10084) +
           integer("OffsetX", 0x10008, 0, traits.cols - 8) + integer("OffsetY", 0x1000C, 0, traits.rows - 8);
+  if (traits.has_binning)
+    text += integer("BinningHorizontal", 0x10078, 1, 4) + integer("BinningVertical", 0x1007C, 1, 4);
   text += enumeration("PixelFormat", 0x10010,
                       {{"Mono8", 0x01080001},
                        {"Mono10", 0x01100003},
@@ -112,6 +143,13 @@ std::string camera_xml(const CameraTraits& traits) {
                        {"Mono16", 0x01100007},
                        {"BayerRG12", 0x01100011},
                        {"RGB8", 0x02180014}});
+  text +=
+      "<Integer "
+      "Name=\"GevSCPSPacketSize\"><pValue>GevSCPSPacketSizeReg</pValue><Min>576</Min><Max>16000</Max>"
+      "</Integer>\n"
+      "<MaskedIntReg Name=\"GevSCPSPacketSizeReg\"><Address>0xD04</Address><Length>4</Length>"
+      "<AccessMode>RW</AccessMode><pPort>Device</pPort><LSB>31</LSB><MSB>16</MSB><Sign>Unsigned</Sign>"
+      "<Endianess>BigEndian</Endianess></MaskedIntReg>\n";
   text += integer("PayloadSize", 0x10050, 0, 1 << 30, "RO") +
           enumeration("AcquisitionMode", 0x10014, {{"Continuous", 0}});
   text += command("AcquisitionStart", 0x10018, 1) + command("AcquisitionStop", 0x10018, 0);
@@ -120,18 +158,21 @@ std::string camera_xml(const CameraTraits& traits) {
           enumeration("TriggerMode", 0x10020, {{"Off", 0}, {"On", 1}}) +
           enumeration("TriggerSource", 0x10024, {{"Software", 0}, {"Line1", 1}, {"Line2", 2}}) +
           enumeration("TriggerActivation", 0x10028, {{"RisingEdge", 0}, {"LevelHigh", 1}}) +
+          enumeration("TriggerOverlap", 0x10088, {{"Off", 0}, {"ReadOut", 1}}) +
           enumeration("ExposureMode", 0x1002C, {{"Timed", 0}, {"TriggerWidth", 1}});
-  text += microseconds("ExposureTime", 0x10030, 20, 1e6, "RW") +
-          microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
-          microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
+  text +=
+      microseconds("ExposureTime", 0x10030, 20, static_cast<double>(traits.longest_exposure.count()), "RW") +
+      microseconds("TriggerDelay", 0x10034, 0, 1e6, "RW") +
+      microseconds("SensorReadoutTime", 0x10058, 0, 1e6, "RO");
   text += integer("Gain", 0x10038, 0, 24) + integer("BlackLevel", 0x1003C, 0, 255);
   text +=
       "<Boolean Name=\"LineInverter\"><pValue>LineInverterReg</pValue><OnValue>1</OnValue>"
       "<OffValue>0</OffValue></Boolean>\n" +
       reg("LineInverterReg", 0x10064, "RW");
   if (traits.has_chunks) text += chunk_features();
-  text += reg("GevTimestampTickFrequency", 0x93C, "RO", 8) + reg("GevTimestampValue", 0x948, "RO", 8) +
-          command("GevTimestampControlLatch", 0x944, 2);
+  if (traits.has_clock)
+    text += reg("GevTimestampTickFrequency", 0x93C, "RO", 8) + reg("GevTimestampValue", 0x948, "RO", 8) +
+            command("GevTimestampControlLatch", 0x944, 2);
   return text + "<Port Name=\"Device\"></Port>\n</RegisterDescription>\n";
 }
 

@@ -2,6 +2,7 @@
 #include "gige/gige_camera.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -22,7 +23,8 @@ constexpr std::uint32_t kXmlAt = 0x20000;
 constexpr std::uint32_t kPrivilege = 0xA00, kStreamPort = 0xD00, kPacketSize = 0xD04, kStreamTo = 0xD18,
                         kHeartbeat = 0x938, kLatch = 0x944;
 constexpr std::uint32_t kStart = 0x10018, kPayload = 0x10050, kChunkSelector = 0x10044,
-                        kChunkEnable = 0x10048, kChunkEnables = 0x10070;
+                        kChunkEnable = 0x10048, kChunkEnables = 0x10070, kBinning = 0x10078,
+                        kWidthMost = 0x10080, kHeightMost = 0x10084;
 constexpr std::size_t kBlocksKept = 16;
 constexpr std::size_t kPacketOverhead = 36;  // of IP, UDP and GVSP
 
@@ -48,8 +50,10 @@ std::string next_address() {
   return fmt::format("127.{}.{}.{}", 16 + (pid >> 8U) % 200, pid & 255U, 1 + count++ % 250);
 }
 
-int bound_socket(const std::string& address, std::uint16_t port) {
+int bound_socket(const std::string& address, std::uint16_t port, bool shared = false) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int on = 1;
+  if (shared) setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(port);
@@ -70,6 +74,7 @@ GigeCamera::GigeCamera(CameraTraits traits, Scene scene)
   memory_.resize(kXmlAt);
   control_ = bound_socket(address_, kControlPort);
   stream_ = bound_socket(address_, 0);
+  if (traits.discoverable) broadcast_ = bound_socket("255.255.255.255", kControlPort, true);
   set_defaults();
   thread_ = std::thread([this] { serve(); });
 }
@@ -79,6 +84,7 @@ GigeCamera::~GigeCamera() {
   thread_.join();
   close(control_);
   close(stream_);
+  if (broadcast_ >= 0) close(broadcast_);
 }
 
 void GigeCamera::set_defaults() {
@@ -107,7 +113,11 @@ void GigeCamera::set_defaults() {
   store(0x10004, static_cast<std::uint32_t>(traits_.rows));
   store(0x10010, 0x01080001);
   store(0x10030, 10'000'000);
-  store(0x10058, 4'000'000);
+  store(0x10058, static_cast<std::uint32_t>(std::chrono::nanoseconds(traits_.readout).count()));
+  store(0x10034, 7'000);  // a delay that another program left
+  store(0x10088, 1);      // and its overlap
+  store(kBinning, 1);
+  store(kBinning + 4, 1);
   controller_.reset();
   sent_.clear();
   held_.reset();
@@ -130,6 +140,8 @@ void GigeCamera::store(std::uint32_t at, std::uint32_t value) {
 }
 
 std::uint32_t GigeCamera::read(std::uint32_t at) const {
+  if (at == kWidthMost) return static_cast<std::uint32_t>(traits_.cols) / std::max(1U, read(kBinning));
+  if (at == kHeightMost) return static_cast<std::uint32_t>(traits_.rows) / std::max(1U, read(kBinning + 4));
   if (at == kPayload) return static_cast<std::uint32_t>(payload_bytes());
   if (at == kChunkEnable) return read(kChunkEnables + 4 * (read(kChunkSelector) & 1U));
   return at + 4 <= memory_.size() ? get(memory_, at, 4) : 0;
@@ -154,10 +166,9 @@ bool GigeCamera::write(std::uint32_t at, std::uint32_t value, const sockaddr_in&
 }
 
 void GigeCamera::serve() {
-  Bytes request(2048);
   while (!stopping_) {
-    pollfd ready{control_, POLLIN, 0};
-    const int count = poll(&ready, 1, 20);
+    std::array<pollfd, 2> ready{{{control_, POLLIN, 0}, {broadcast_, POLLIN, 0}}};
+    poll(ready.data(), ready.size(), 20);  // a socket of -1 is left out
     const std::lock_guard lock(mutex_);
     // A controller that is silent for longer than the heartbeat has lost its control.
     if (controller_ &&
@@ -166,13 +177,18 @@ void GigeCamera::serve() {
       store(kPrivilege, 0);
       store(kStart, 0);
     }
-    if (count <= 0) continue;
-    sockaddr_in from{};
-    socklen_t length = sizeof from;
-    const auto size =
-        recvfrom(control_, request.data(), request.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
-    if (size >= 8 && request[0] == 0x42) answer({request.data(), static_cast<std::size_t>(size)}, from);
+    for (const pollfd& one : ready)
+      if (one.revents != 0) receive(one.fd);
   }
+}
+
+void GigeCamera::receive(int socket) {
+  Bytes request(2048);
+  sockaddr_in from{};
+  socklen_t length = sizeof from;
+  const auto size =
+      recvfrom(socket, request.data(), request.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+  if (size >= 8 && request[0] == 0x42) answer({request.data(), static_cast<std::size_t>(size)}, from);
 }
 
 void GigeCamera::reply(std::uint16_t status, std::uint16_t command, std::uint16_t id, const Bytes& payload,
@@ -249,7 +265,7 @@ std::size_t GigeCamera::image_bytes() const {
 }
 
 std::size_t GigeCamera::payload_bytes() const {
-  return image_bytes() + (chunks() ? 8 + (read(kChunkEnables) + read(kChunkEnables + 4)) * 12U : 0);
+  return image_bytes() + (chunks() ? 8 + read(kChunkEnables) * 12U + read(kChunkEnables + 4) * 16U : 0);
 }
 
 Bytes GigeCamera::picture(const Shot& shot) const {
@@ -303,23 +319,29 @@ void GigeCamera::resend(std::uint16_t id, std::uint32_t first, std::uint32_t las
   }
 }
 
-void GigeCamera::send(const Shot& shot) {
-  Bytes data = picture(shot);
+/// 65535 is followed by 1.
+std::uint16_t GigeCamera::take_id() {
+  return std::exchange(next_id_,
+                       next_id_ == 65'535 ? std::uint16_t{1} : static_cast<std::uint16_t>(next_id_ + 1));
+}
+
+void GigeCamera::send(Exposed exposed) {
+  const Shot& shot = exposed.shot;
+  Bytes data = std::move(exposed.picture);
   const bool with_chunks = chunks();
   const std::uint16_t kind = with_chunks ? 0x4001 : 0x0001;
   if (with_chunks) {
     put(data, 0xC000, 4);  // the picture is a chunk too
     put(data, image_bytes(), 4);
-    const auto chunk = [&data](std::uint64_t id, std::uint64_t value) {
-      put(data, value, 4);
+    const auto chunk = [&data](std::uint64_t id, std::uint64_t value, int bytes) {
+      put(data, value, bytes);
       put(data, id, 4);
-      put(data, 4, 4);
+      put(data, static_cast<std::uint64_t>(bytes), 4);
     };
-    if (read(kChunkEnables) != 0) chunk(0xC001, shot.counter);
-    if (read(kChunkEnables + 4) != 0) chunk(0xC002, static_cast<std::uint64_t>(shot.exposure.count()));
+    if (read(kChunkEnables) != 0) chunk(0xC001, shot.counter, 4);
+    if (read(kChunkEnables + 4) != 0) chunk(0xC002, static_cast<std::uint64_t>(shot.exposure.count()), 8);
   }
-  Block block{next_id_, {}};
-  next_id_ = next_id_ == 65'535 ? std::uint16_t{1} : static_cast<std::uint16_t>(next_id_ + 1);
+  Block block{traits_.ids_when_sent ? take_id() : exposed.id, {}};
   const auto packet = [&block](unsigned type) -> Bytes& {
     Bytes bytes;
     put(bytes, 0, 2);
@@ -330,7 +352,7 @@ void GigeCamera::send(const Shot& shot) {
   Bytes& leader = packet(1);
   put(leader, 0, 2);
   put(leader, kind, 2);
-  put(leader, nanoseconds_now(), 8);
+  put(leader, static_cast<std::uint64_t>(shot.stamp.count()), 8);
   for (const std::uint32_t at : {0x10010U, 0x10000U, 0x10004U, 0x10008U, 0x1000CU}) put(leader, read(at), 4);
   put(leader, 0, 4);
   const std::size_t most = (read(kPacketSize) & 0xFFFFU) - kPacketOverhead;
@@ -348,27 +370,30 @@ void GigeCamera::send(const Shot& shot) {
   if (sent_.size() > kBlocksKept) sent_.pop_front();
 }
 
-bool GigeCamera::pulse(std::chrono::nanoseconds width, Mishap mishap) {
+bool GigeCamera::pulse(std::chrono::nanoseconds width, Mishap mishap,
+                       std::optional<std::chrono::nanoseconds> ended) {
   const std::lock_guard lock(mutex_);
   const bool armed = read(kStart) != 0 && read(0x10020) == 1 && read(0x10024) == 1;
   if (!armed || mishap == Mishap::trigger_dropped) return false;
   const bool timed = read(0x1002C) == 0;
   const Shot shot{++counter_,
                   timed ? std::chrono::nanoseconds(read(0x10030)) : width,
+                  ended.value_or(std::chrono::nanoseconds(nanoseconds_now())),
                   static_cast<int>(read(0x10004)),
                   static_cast<int>(read(0x10000)),
                   static_cast<int>(read(0x1000C)),
                   static_cast<int>(read(0x10008))};
-  const std::optional<Shot> before = std::exchange(held_, std::nullopt);
+  const std::optional<Exposed> before = std::exchange(held_, std::nullopt);
   const bool swapped = std::exchange(swap_, false);
   if (before && !swapped) send(*before);
-  if (mishap == Mishap::late || mishap == Mishap::swapped) {
-    if (before && swapped) send(*before);
-    held_ = shot;
+  if (mishap != Mishap::frame_dropped) {
+    Exposed now{shot, picture(shot), traits_.ids_when_sent ? std::uint16_t{0} : take_id()};
+    if (mishap == Mishap::none)
+      send(std::move(now));
+    else
+      held_ = std::move(now);
     swap_ = mishap == Mishap::swapped;
-    return true;
   }
-  if (mishap != Mishap::frame_dropped) send(shot);
   if (before && swapped) send(*before);
   return true;
 }

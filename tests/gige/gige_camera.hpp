@@ -36,6 +36,7 @@ enum class Mishap : std::uint8_t {
 struct Shot {
   std::uint32_t counter = 0;  ///< trigger counter
   std::chrono::nanoseconds exposure{};
+  std::chrono::nanoseconds stamp{};  ///< the end of the exposure
   int rows = 0, cols = 0, top = 0, left = 0;
 };
 
@@ -44,6 +45,14 @@ struct CameraTraits {
   int rows = 64, cols = 64;
   std::uint16_t first_id = 1;  ///< block id of the first frame
   bool has_chunks = true;
+  bool has_clock = true;  ///< a time stamp that can be latched
+  /// Block ids count the frames as they are sent, so ids do not show that frames were swapped. false: as they
+  /// were exposed.
+  bool ids_when_sent = true;
+  bool has_binning = true;
+  bool discoverable = false;  ///< answers broadcasts on the loopback network
+  std::chrono::microseconds readout = std::chrono::milliseconds(4);
+  std::chrono::microseconds longest_exposure = std::chrono::seconds(1);
   double packet_loss = 0;  ///< share of stream packets that are lost, those sent again too
   bool resends = true;
   std::chrono::milliseconds pending{0};     ///< how long a register's write takes, told by PENDING_ACK
@@ -64,7 +73,9 @@ class GigeCamera {
   /// Its address: another one in each process and for each camera.
   const std::string& address() const { return address_; }
   /// A pulse on Line1. The picture is sent before it returns. false: the camera did not expose.
-  bool pulse(std::chrono::nanoseconds width, Mishap mishap = Mishap::none);
+  /// ended: the stamp of the frame, for a rig in virtual time. None: now.
+  bool pulse(std::chrono::nanoseconds width, Mishap mishap = Mishap::none,
+             std::optional<std::chrono::nanoseconds> ended = {});
   /// Forgets its settings and its controller, as after a loss of power.
   void reboot();
   void set_packet_loss(double share) { loss_ = share; }
@@ -78,7 +89,15 @@ class GigeCamera {
     std::vector<Bytes> packets;
   };
 
+  /// An exposure with its picture, ready to be sent.
+  struct Exposed {
+    Shot shot;
+    Bytes picture;
+    std::uint16_t id = 0;
+  };
+
   void serve();
+  void receive(int socket);
   void answer(std::span<const std::uint8_t> request, const sockaddr_in& from);
   Bytes discovery() const;
   bool write(std::uint32_t at, std::uint32_t value, const sockaddr_in& from);
@@ -91,14 +110,15 @@ class GigeCamera {
   std::size_t image_bytes() const;
   std::size_t payload_bytes() const;
   Bytes picture(const Shot& shot) const;
-  void send(const Shot& shot);
+  std::uint16_t take_id();
+  void send(Exposed exposed);
   void transmit(const Bytes& packet);
   bool chunks() const { return traits_.has_chunks && read(0x10040) != 0; }
 
   CameraTraits traits_;
   Scene scene_;
   std::string address_, xml_;
-  int control_ = -1, stream_ = -1;
+  int control_ = -1, stream_ = -1, broadcast_ = -1;
   mutable std::mutex mutex_;
   Bytes memory_;
   std::optional<sockaddr_in> controller_;
@@ -106,8 +126,8 @@ class GigeCamera {
   std::uint32_t counter_ = 0;
   std::uint16_t next_id_ = 1;
   std::deque<Block> sent_;
-  std::optional<Shot> held_;  // waits for the next pulse
-  bool swap_ = false;         // held_ comes after the next frame
+  std::optional<Exposed> held_;  // waits for the next pulse
+  bool swap_ = false;            // held_ comes after the next frame
   std::atomic<double> loss_;
   std::atomic<std::uint64_t> lost_ = 0, resent_ = 0;
   std::mt19937 random_{7};  // NOLINT: the same losses each time

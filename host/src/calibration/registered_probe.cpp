@@ -80,7 +80,7 @@ Result<void> RegisteredProbe::move_to_new_place() {
   SYMRIG_TRY(const Registration found, again_(rig_));
   SYMRIG_TRY(weights_, weights_of(found, mosaic_));
   map_error_ = found.error();
-  watch_ = found.watch();
+  watch_ = found.watch(watch_->mosaic());
   ++registered_again_;
   return {};
 }

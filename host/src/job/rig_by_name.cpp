@@ -181,7 +181,7 @@ Result<OpenedRig> open_rig(const std::string& rig, const std::string& registrati
     SYMRIG_TRY(mosaic, filters_of(*opened.rig, rig));
   }
   SYMRIG_TRY(auto registered, RegisteredProbe::make(std::move(opened.probe), found, mosaic));
-  registered->watch_motion(found.watch());
+  registered->watch_motion(found.watch(opened.rig == nullptr ? Mosaic::none : opened.rig->mosaic()));
   if (again)
     registered->register_again([keep_waiting](Probe& moved) { return register_now(moved, keep_waiting); });
   opened.registered = registered.get();

@@ -44,6 +44,14 @@ Error run_failed(const Receipt& receipt) {
 BracketTaker::BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options)
     : devices_(std::move(devices)), options_(options), ledger_(options.ledger) {}
 
+Result<void> BracketTaker::open() {
+  SYMRIG_CHECK(devices_->open());
+  LedgerOptions ledger = options_.ledger;
+  ledger.readout += std::max(Nanoseconds{0}, camera().timing().readout - options_.setup.camera.readout);
+  ledger_ = CameraLedger(ledger);
+  return {};
+}
+
 Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> patterns,
                                                      std::span<const Exposures> exposures) {
   Brackets brackets(patterns.size());

@@ -28,8 +28,8 @@ class BracketTaker {
   /// options must outlive this object.
   BracketTaker(std::unique_ptr<DeviceSet> devices, const RigOptions& options);
 
-  /// Opens and configures the devices.
-  Result<void> open() { return devices_->open(); }
+  /// Opens and configures the devices. A camera with a longer readout than described stamps its frames later.
+  Result<void> open();
 
   /// Takes a bracket for each pattern; exposures[i] belongs to pattern i.
   /// fails: frame_missing (a photograph was in doubt after all retakes; the message describes its frames),

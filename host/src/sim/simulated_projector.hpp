@@ -41,6 +41,7 @@ class SimulatedProjector final : public Projector {
   struct Place {
     bool dark;
     std::uint64_t number;
+    bool operator==(const Place&) const = default;
   };
   Place place(std::size_t index) const { return places_[index]; }
   /// Counts `patterns`, none of them dark, that it did not show: those of an earlier run of symrig.

@@ -16,6 +16,7 @@
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -43,7 +44,7 @@ class FrameMaker {
                                std::span<const ImageFormation::Light> lights) const;
   CameraFrame frame(const SimulatedExposure& exposure, std::uint64_t noise,
                     std::span<const ImageFormation::Light> lights) const;
-  std::vector<std::uint64_t> noise_keys(std::span<const SimulatedExposure> exposures) const;
+  std::vector<std::uint64_t> noise_keys(std::span<const SimulatedExposure> exposures);
 
   bool noisy_;
   bool planned_;
@@ -51,6 +52,8 @@ class FrameMaker {
   const SimulatedProjector& projector_;
   double tick_seconds_;
   double seconds_ = 0;
+  std::optional<SimulatedProjector::Place> last_;  // the pattern of the newest frame
+  std::uint64_t frames_of_last_ = 0;
 };
 
 /// The light of every pattern that an exposure saw. nullptr for other patterns.
@@ -94,21 +97,19 @@ CameraFrame FrameMaker::frame(const SimulatedExposure& exposure, std::uint64_t n
 
 /// Keys for the noise of frames. Usually the key is the frame's number. With planned exposures, a continued
 /// capture does not know this number. Then the key combines the pattern's place and the frame's index among
-/// the frames of that pattern.
-std::vector<std::uint64_t> FrameMaker::noise_keys(std::span<const SimulatedExposure> exposures) const {
+/// the frames of that pattern. They may be developed one by one.
+std::vector<std::uint64_t> FrameMaker::noise_keys(std::span<const SimulatedExposure> exposures) {
   std::vector<std::uint64_t> keys;
-  std::size_t last = 0;
-  std::uint64_t frame = 0;
   for (const SimulatedExposure& exposure : exposures) {
     const auto shown = projector_.shown(exposure.begin, exposure.end);
     if (!planned_ || shown.empty()) {
       keys.push_back(exposure.sequence);
       continue;
     }
-    frame = !keys.empty() && shown.front().index == last ? frame + 1 : 0;
-    last = shown.front().index;
-    const auto place = projector_.place(last);
-    keys.push_back(combine(combine(place.dark ? 0xdaUL : 0x11UL, place.number), frame));
+    const auto place = projector_.place(shown.front().index);
+    frames_of_last_ = last_ == place ? frames_of_last_ + 1 : 0;
+    last_ = place;
+    keys.push_back(combine(combine(place.dark ? 0xdaUL : 0x11UL, place.number), frames_of_last_));
   }
   return keys;
 }

@@ -24,8 +24,8 @@ MapError compare(const PixelMap& map, const SyntheticScene& scene) {
   double lit = 0, decoded = 0;
   for (int r = 0; r < scene.camera.rows; ++r) {
     for (int c = 0; c < scene.camera.cols; ++c) {
-      const double col = scene.col(r, c), row = scene.row(r, c);
-      if (scene.shadow(r, c) || col < 2 || col > scene.projector.cols - 3 || row < 2 ||
+      const double col = scene.col(r, c), row = SyntheticScene::row(r, c);
+      if (SyntheticScene::shadow(r, c) || col < 2 || col > scene.projector.cols - 3 || row < 2 ||
           row > scene.projector.rows - 3)
         continue;
       lit += 1;
@@ -44,7 +44,7 @@ double decoded_in_shadow(const PixelMap& map, const SyntheticScene& scene) {
   double shadow = 0, decoded = 0;
   for (int r = 0; r < scene.camera.rows; ++r)
     for (int c = 0; c < scene.camera.cols; ++c)
-      if (scene.shadow(r, c)) shadow += 1, decoded += map.mask.at(r, c);
+      if (SyntheticScene::shadow(r, c)) shadow += 1, decoded += map.mask.at(r, c);
   return decoded / shadow;
 }
 

@@ -52,8 +52,9 @@ CodePhotographs photographs_of(const test::SyntheticScene& scene) {
     Image<float> image(scene.camera);
     for (int r = 0; r < scene.camera.rows; ++r)
       for (int c = 0; c < scene.camera.cols; ++c) {
-        const double light = under(stripes, columns ? scene.col(r, c) : scene.row(r, c));
-        image.at(r, c) = camera_code(scene.albedo(r, c) * (kBlack + (1 - kBlack) * light), counter);
+        const double light = under(stripes, columns ? scene.col(r, c) : test::SyntheticScene::row(r, c));
+        image.at(r, c) =
+            camera_code(test::SyntheticScene::albedo(r, c) * (kBlack + (1 - kBlack) * light), counter);
       }
     photographs.images.push_back(std::move(image));
     photographs.names.push_back(std::to_string(k));
@@ -71,7 +72,7 @@ TEST(MapAccuracy, IsATenthOfAPixelUnderPsfBlackLevelAndNoise) {
   double squares = 0, decoded = 0, lit = 0, within = 0;
   for (int r = 0; r < scene.camera.rows; ++r)
     for (int c = 0; c < scene.camera.cols; ++c) {
-      const double x = scene.col(r, c), y = scene.row(r, c);
+      const double x = scene.col(r, c), y = test::SyntheticScene::row(r, c);
       if (x < 1 || x > scene.projector.cols - 2 || y < 1 || y > scene.projector.rows - 2) continue;
       lit += 1;
       if (!map->mask.at(r, c)) continue;

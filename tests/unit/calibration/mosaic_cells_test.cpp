@@ -7,9 +7,12 @@
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include <gtest/gtest.h>
@@ -19,10 +22,14 @@ namespace {
 
 constexpr BayerPattern kRggb{};
 
+/// The light of the three colours, relative to that of the scene.
+using Tint = std::array<float, 3>;
+
 /// A camera that sees three colours, behind the filters of a mosaic.
 class FilteredProbe final : public Probe {
  public:
-  explicit FilteredProbe(std::unique_ptr<VirtualRig> rig) : rig_(std::move(rig)) {}
+  explicit FilteredProbe(std::unique_ptr<VirtualRig> rig, const Tint& tint = {1, 1, 1})
+      : rig_(std::move(rig)), tint_(tint) {}
   Grid grid() const override { return rig_->grid(); }
   Grid camera_grid() const override { return rig_->camera_grid(); }
   int channels() const override { return 1; }
@@ -38,7 +45,7 @@ class FilteredProbe final : public Probe {
   }
 
  private:
-  static Result<std::vector<Radiance>> filtered(Result<std::vector<Radiance>> photographs) {
+  Result<std::vector<Radiance>> filtered(Result<std::vector<Radiance>> photographs) const {
     if (!photographs) return photographs;
     for (Radiance& one : *photographs) {
       const Grid grid = one.mean.grid();
@@ -46,8 +53,9 @@ class FilteredProbe final : public Probe {
       for (int row = 0; row < grid.rows; ++row)
         for (int col = 0; col < grid.cols; ++col) {
           const int own = kRggb.at(row, col);
-          mosaic.mean.at(row, col) = one.mean.at(row, col, own);
-          mosaic.variance.at(row, col) = one.variance.at(row, col, own);
+          const float tint = tint_.at(static_cast<std::size_t>(own));
+          mosaic.mean.at(row, col) = tint * one.mean.at(row, col, own);
+          mosaic.variance.at(row, col) = tint * tint * one.variance.at(row, col, own);
           mosaic.valid.at(row, col) = one.valid.at(row, col, own);
         }
       one = std::move(mosaic);
@@ -56,6 +64,7 @@ class FilteredProbe final : public Probe {
   }
 
   std::unique_ptr<VirtualRig> rig_;
+  Tint tint_;
 };
 
 constexpr const char* kBench = "&camera=152x152&turn=1.5&zoom=0.784&shift=3.3,-2.1&distortion=0.02";
@@ -88,17 +97,17 @@ TEST(MosaicCells, are_captured_in_colour_with_the_patterns_of_the_coaxial_rig) {
   auto registered = RegisteredProbe::make(std::move(filtered), *registration, kRggb);
   ASSERT_TRUE(registered.ok()) << registered.error().line();
   EXPECT_EQ((*registered)->channels(), 3);
-  (*registered)->watch_motion(registration->watch());
+  (*registered)->watch_motion(registration->watch(Mosaic::rggb));
   const Outcome mosaic = measured(**registered, (*ideal)->truth());
   EXPECT_LE(static_cast<double>(mosaic.patterns), 1.15 * static_cast<double>(coaxial.patterns));
   EXPECT_LE(mosaic.errors.indirect, 1.5 * 0.22 / kPixels);
   EXPECT_LE(mosaic.errors.frobenius, 0.03);
 }
 
-Registration registered(const char* keys) {
+Registration registered(const char* keys, const Tint& tint = {1, 1, 1}) {
   auto opened = open_virtual_rig(std::string("sim:vgroove-mixed?size=24x24&fine=2&channels=3") + keys);
   EXPECT_TRUE(opened.ok()) << opened.error().line();
-  FilteredProbe rig(*std::move(opened));
+  FilteredProbe rig(*std::move(opened), tint);
   auto found = register_camera(rig);
   EXPECT_TRUE(found.ok()) << found.error().line();
   return *std::move(found);
@@ -123,6 +132,38 @@ TEST(MosaicCells, gather_each_colour_from_the_pixels_of_its_filter) {
     ASSERT_TRUE(cells.ok());
     EXPECT_TRUE(std::ranges::equal(cells->mean.plane(colour), whole->mean.plane(colour))) << colour;
     EXPECT_TRUE(std::ranges::equal(cells->valid.plane(colour), whole->valid.plane(colour))) << colour;
+  }
+}
+
+constexpr Tint kRed{1, 0.1F, 0.1F};
+
+/// The motion that a red scene's registration finds in a rig that is shifted by so many cells.
+Motion motion_of_mosaic(const Registration& found, Mosaic filters, const char* shift) {
+  auto opened = open_virtual_rig(
+      std::string(
+          "sim:vgroove-mixed?size=24x24&fine=2&channels=3&camera=128x128&turn=1.5&zoom=0.784&shift=") +
+      shift);
+  EXPECT_TRUE(opened.ok()) << opened.error().line();
+  FilteredProbe rig(*std::move(opened), kRed);
+  const auto motion = found.watch(filters).measure(rig);
+  EXPECT_TRUE(motion.ok()) << motion.error().line();
+  return motion.ok() ? *motion : Motion{};
+}
+
+// As Moved.is_measured_to_a_third. A pixel's neighbours have other filters. By their slopes, a red scene
+// seems to move by a tenth: where red is bright, green has no edges, and where red has edges, green does not
+// change.
+TEST(MosaicCells, motion_is_found_by_the_pixels_of_each_colour) {
+  const Registration found = registered(kSmall, kRed);
+  const Motion still = motion_of_mosaic(found, Mosaic::rggb, "3.3,-2.1&seed=1");
+  EXPECT_LT(still.distance(), 5 * still.sigma);
+  for (const auto& [shift, row, col] :
+       {std::tuple{"3.32,-2.1", 0.02, 0.0}, {"3.35,-2.1", 0.05, 0.0}, {"3.3,-2.12", 0.0, -0.02}}) {
+    const double off = std::hypot(row, col);
+    const Motion moved = motion_of_mosaic(found, Mosaic::rggb, shift);
+    EXPECT_NEAR(moved.row, row, off / 3 + 5 * moved.sigma) << shift;
+    EXPECT_NEAR(moved.col, col, off / 3 + 5 * moved.sigma) << shift;
+    EXPECT_LT(motion_of_mosaic(found, Mosaic::none, shift).distance(), off / 2) << "the test would notice";
   }
 }
 

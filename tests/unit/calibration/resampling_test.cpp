@@ -40,9 +40,10 @@ PixelMap bent() {
   for (int r = 0; r < scene.camera.rows; ++r)
     for (int c = 0; c < scene.camera.cols; ++c) {
       map.col.at(r, c) = static_cast<float>(scene.col(r, c));
-      map.row.at(r, c) = static_cast<float>(scene.row(r, c));
-      const bool inside = scene.col(r, c) < scene.projector.cols && scene.row(r, c) < scene.projector.rows;
-      map.mask.at(r, c) = inside && !scene.shadow(r, c) ? 1 : 0;
+      map.row.at(r, c) = static_cast<float>(test::SyntheticScene::row(r, c));
+      const bool inside =
+          scene.col(r, c) < scene.projector.cols && test::SyntheticScene::row(r, c) < scene.projector.rows;
+      map.mask.at(r, c) = inside && !test::SyntheticScene::shadow(r, c) ? 1 : 0;
     }
   return map;
 }

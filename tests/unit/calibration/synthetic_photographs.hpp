@@ -54,7 +54,7 @@ inline double light_on_footprint(const SyntheticScene& scene, const Pattern& pat
   for (int i = -4; i <= 4; ++i) {
     for (int j = -4; j <= 4; ++j) {
       const double dy = 0.7 * i * scene.blur, dx = 0.7 * j * scene.blur;
-      const int y = static_cast<int>(std::lround(scene.row(r, c) + dy)),
+      const int y = static_cast<int>(std::lround(SyntheticScene::row(r, c) + dy)),
                 x = static_cast<int>(std::lround(scene.col(r, c) + dx));
       const double w = std::exp(-0.5 * (dx * dx + dy * dy) / (scene.blur * scene.blur));
       const bool inside = y >= 0 && y < pattern.grid().rows && x >= 0 && x < pattern.grid().cols;
@@ -73,9 +73,9 @@ inline Image<float> photograph(const SyntheticScene& scene, const Pattern& patte
   for (int r = 0; r < scene.camera.rows; ++r)
     for (int c = 0; c < scene.camera.cols; ++c) {
       const double direct =
-          scene.shadow(r, c) ? 0 : (1 - scene.far) * light_on_footprint(scene, pattern, r, c);
+          SyntheticScene::shadow(r, c) ? 0 : (1 - scene.far) * light_on_footprint(scene, pattern, r, c);
       image.at(r, c) =
-          static_cast<float>(scene.black + 0.7 * scene.albedo(r, c) * (direct + scene.far * mean));
+          static_cast<float>(scene.black + 0.7 * SyntheticScene::albedo(r, c) * (direct + scene.far * mean));
     }
   return image;
 }

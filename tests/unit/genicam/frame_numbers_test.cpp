@@ -44,6 +44,16 @@ TEST(FrameNumbers, the_trigger_counter_shows_triggers_without_a_frame) {
   EXPECT_EQ(numbers.read(7, 19).missing, 0U);
 }
 
+TEST(FrameNumbers, a_number_that_was_left_out_is_found_once) {
+  FrameNumbers numbers;
+  numbers.read(1, 1);
+  EXPECT_EQ(numbers.read(2, 4).missing, 2U);
+  EXPECT_TRUE(numbers.read(3, 2).found);
+  EXPECT_TRUE(numbers.read(4, 3).found);
+  EXPECT_FALSE(numbers.read(5, 3).found);
+  EXPECT_FALSE(numbers.read(6, 5).found);
+}
+
 TEST(FrameNumbers, a_stream_that_begins_anew_leaves_a_gap) {
   FrameNumbers numbers;
   numbers.read(500, {});

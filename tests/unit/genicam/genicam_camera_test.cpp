@@ -5,12 +5,10 @@
 #include "assert_ok.hpp"
 #include "camera/genicam/genicam_driver.hpp"
 #include "gige/gige_camera.hpp"
+#include "gige/numbered_scene.hpp"
 
 #include <algorithm>
 #include <any>
-#include <cstdio>
-#include <cstdlib>
-#include <random>
 #include <string>
 #include <thread>
 #include <utility>
@@ -26,29 +24,11 @@ using camera::GenicamCamera;
 using camera::GenicamSettings;
 using gige::CameraTraits;
 using gige::GigeCamera;
-using gige::Mishap;
 using gige::Shot;
-
-/// The first pixel is the trigger's count, the second the exposure in µs, the rest depend on both and on the
-/// place, so any mixture of two pictures is found.
-std::uint16_t code_at(const Shot& shot, std::size_t k) {
-  if (k == 0) return static_cast<std::uint16_t>(shot.counter);
-  if (k == 1) return static_cast<std::uint16_t>(shot.exposure / 1us);
-  return static_cast<std::uint16_t>(2654435761U * (shot.counter + 77U * static_cast<unsigned>(k)) >> 16U);
-}
-
-void scene(const Shot& shot, std::span<std::uint16_t> codes) {
-  for (std::size_t k = 0; k < codes.size(); ++k) codes[k] = code_at(shot, k);
-}
 
 /// All pixels are those of the trigger that the first pixel names.
 bool whole(const CameraFrame& frame, std::chrono::nanoseconds exposure) {
-  Shot shot;
-  shot.counter = frame.raw[0];
-  shot.exposure = exposure;
-  for (std::size_t k = 0; k < frame.raw.size(); ++k)
-    if (frame.raw[k] != code_at(shot, k)) return false;
-  return true;
+  return gige::shows(frame.raw, frame.raw[0], exposure);
 }
 
 GenicamSettings settings_for(const GigeCamera& device) {
@@ -61,7 +41,7 @@ GenicamSettings settings_for(const GigeCamera& device) {
 constexpr Nanoseconds kPatience = 2s;
 
 TEST(GenicamCamera, each_frame_is_exposed_as_long_as_its_pulse) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   auto opened = GenicamCamera::open(settings_for(device));
   ASSERT_OK(opened);
   GenicamCamera& camera = **opened;
@@ -91,7 +71,7 @@ TEST(GenicamCamera, every_format_delivers_its_upper_bits) {
                                                                                      {"Mono12p", 12},
                                                                                      {"Mono12Packed", 12},
                                                                                      {"BayerRG12", 12}}) {
-    GigeCamera device({}, scene);
+    GigeCamera device({}, gige::numbered_scene);
     GenicamSettings settings = settings_for(device);
     settings.format = name;
     auto opened = GenicamCamera::open(settings);
@@ -106,12 +86,12 @@ TEST(GenicamCamera, every_format_delivers_its_upper_bits) {
     shot.counter = 1;
     shot.exposure = 300us;
     for (std::size_t k = 0; k < frames->front().raw.size(); ++k)
-      ASSERT_EQ(frames->front().raw[k], code_at(shot, k) >> (16 - bits)) << name << " " << k;
+      ASSERT_EQ(frames->front().raw[k], gige::numbered_code(shot, k) >> (16 - bits)) << name << " " << k;
   }
 }
 
 TEST(GenicamCamera, region_gain_features_and_timing_are_the_cameras) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   GenicamSettings settings = settings_for(device);
   settings.region = {8, 16, {32, 24}, 2};
   settings.gain = 3;
@@ -132,6 +112,33 @@ TEST(GenicamCamera, region_gain_features_and_timing_are_the_cameras) {
   EXPECT_EQ((*opened)->timing().max_exposure, 1s);
 }
 
+TEST(GenicamCamera, a_delay_and_an_overlap_that_another_program_left_are_removed) {
+  GigeCamera device({}, gige::numbered_scene);
+  EXPECT_NE(device.reg(0x10034), 0U);
+  EXPECT_NE(device.reg(0x10088), 0U);
+  auto opened = GenicamCamera::open(settings_for(device));
+  ASSERT_OK(opened);
+  EXPECT_EQ(device.reg(0x10034), 0U) << "TriggerDelay";
+  EXPECT_EQ(device.reg(0x10088), 0U) << "TriggerOverlap";
+  EXPECT_EQ((*opened)->timing().readout, 4ms);
+}
+
+TEST(GenicamCamera, the_camera_bins_its_pixels_itself) {
+  GigeCamera device({}, gige::numbered_scene);
+  GenicamSettings settings = settings_for(device);
+  settings.camera_binning = 2;
+  auto opened = GenicamCamera::open(settings);
+  ASSERT_OK(opened);
+  EXPECT_EQ((*opened)->grid(), (Grid{32, 32}));
+  EXPECT_EQ(device.reg(0x10078), 2U) << "BinningHorizontal";
+  EXPECT_EQ(device.reg(0x1007C), 2U) << "BinningVertical";
+  device.pulse(200us);
+  auto frames = (*opened)->take(1, kPatience);
+  ASSERT_OK(frames);
+  ASSERT_EQ(frames->size(), 1U);
+  EXPECT_TRUE(whole(frames->front(), 200us));
+}
+
 void expect_refused(const GenicamSettings& settings, ErrorCode code,
                     std::initializer_list<std::string_view> parts) {
   const auto opened = GenicamCamera::open(settings);
@@ -142,7 +149,7 @@ void expect_refused(const GenicamSettings& settings, ErrorCode code,
 }
 
 TEST(GenicamCamera, what_the_camera_does_not_have_is_refused_by_name) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   const GenicamSettings good = settings_for(device);
   GenicamSettings bad = good;
   bad.format = "Mono61";
@@ -164,13 +171,22 @@ TEST(GenicamCamera, what_the_camera_does_not_have_is_refused_by_name) {
   bad.region.size = {32, 72};
   expect_refused(bad, ErrorCode::bad_argument, {"Width", "72", "64"});
   bad = good;
+  bad.camera_binning = 5;
+  expect_refused(bad, ErrorCode::bad_argument, {"BinningHorizontal", "5", "1 to 4"});
+  bad = good;
   bad.exposure = 2s;
   expect_refused(bad, ErrorCode::bad_argument, {"ExposureTime", "2000000", "1000000"});
   ASSERT_OK(GenicamCamera::open(good));
+  CameraTraits plain;
+  plain.has_binning = false;
+  GigeCamera other(plain, gige::numbered_scene);
+  bad = settings_for(other);
+  bad.camera_binning = 2;
+  expect_refused(bad, ErrorCode::unknown_name, {"BinningHorizontal"});
 }
 
 TEST(GenicamCamera, one_program_controls_a_camera_at_a_time) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   auto first = GenicamCamera::open(settings_for(device));
   ASSERT_OK(first);
   expect_refused(settings_for(device), ErrorCode::device_refused, {"another program controls it"});
@@ -180,10 +196,9 @@ TEST(GenicamCamera, ids_of_16_bits_go_on_beyond_65535) {
   CameraTraits traits;
   traits.first_id = 65'530;
   traits.has_chunks = false;
-  GigeCamera device(traits, scene);
+  GigeCamera device(traits, gige::numbered_scene);
   auto opened = GenicamCamera::open(settings_for(device));
   ASSERT_OK(opened);
-  // Each frame is taken before the next pulse: on a busy machine, a burst loses frames in the socket.
   for (std::uint64_t k = 0; k < 20; ++k) {
     device.pulse(200us);
     auto frames = (*opened)->take(1, kPatience);
@@ -198,7 +213,7 @@ TEST(GenicamCamera, without_resend_a_lost_packet_damages_its_frame_and_is_named)
   CameraTraits traits;
   traits.resends = false;
   traits.packet_loss = 0.05;
-  GigeCamera device(traits, scene);
+  GigeCamera device(traits, gige::numbered_scene);
   auto opened = GenicamCamera::open(settings_for(device));
   ASSERT_OK(opened);
   std::size_t damaged = 0, good = 0;
@@ -222,7 +237,7 @@ TEST(GenicamCamera, without_resend_a_lost_packet_damages_its_frame_and_is_named)
 }
 
 TEST(GenicamCamera, a_full_queue_is_counted) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   GenicamSettings settings = settings_for(device);
   settings.waiting = 3;
   auto opened = GenicamCamera::open(settings);
@@ -236,7 +251,7 @@ TEST(GenicamCamera, a_full_queue_is_counted) {
 }
 
 TEST(GenicamCamera, a_camera_that_reboots_is_lost_and_opens_again) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   auto opened = GenicamCamera::open(settings_for(device));
   ASSERT_OK(opened);
   device.reboot();
@@ -254,7 +269,7 @@ TEST(GenicamCamera, a_camera_that_reboots_is_lost_and_opens_again) {
 }
 
 TEST(GenicamCamera, a_stamp_lies_between_its_pulse_and_its_arrival) {
-  GigeCamera device({}, scene);
+  GigeCamera device({}, gige::numbered_scene);
   GenicamSettings settings = settings_for(device);
   settings.stamp = StampOf::exposure_end;
   auto opened = GenicamCamera::open(settings);
@@ -278,7 +293,7 @@ TEST(GenicamCamera, a_stamp_lies_between_its_pulse_and_its_arrival) {
 TEST(GenicamCamera, a_clock_that_is_latched_slowly_gives_no_stamps) {
   CameraTraits traits;
   traits.pending = 2ms;  // each register is written late, and PENDING_ACK says so
-  GigeCamera device(traits, scene);
+  GigeCamera device(traits, gige::numbered_scene);
   GenicamSettings settings = settings_for(device);
   settings.stamp = StampOf::exposure_end;
   auto opened = GenicamCamera::open(settings);
@@ -292,80 +307,46 @@ TEST(GenicamCamera, a_clock_that_is_latched_slowly_gives_no_stamps) {
   EXPECT_EQ((*opened)->report().unstamped, 1U);
 }
 
-/// 2,000 triggers with every fault at once; SYMRIG_LONG: 10,000.
-TEST(GenicamCampaign, no_frame_is_taken_for_another) {
-  const int pulses = std::getenv("SYMRIG_LONG") != nullptr ? 10'000 : 2'000;
-  CameraTraits traits;
-  traits.packet_loss = 0.01;
-  GigeCamera device(traits, scene);
-  std::mt19937 random(11);  // NOLINT: the same faults each time
-  std::uint64_t exposed = 0, delivered = 0, damaged = 0, missing = 0, wrong = 0, unanswered = 0;
-  std::unique_ptr<GenicamCamera> camera;
-  const auto close = [&] {
-    if (!camera) return;
-    missing += camera->report().missing;
-    camera.reset();
-  };
-  std::uint64_t offset = 0;
-  bool begun = false;
-  const auto judge = [&](std::span<const CameraFrame> frames) {
-    for (const CameraFrame& frame : frames) {
-      ++delivered;
-      if (frame.damaged) {
-        ++damaged;
-        continue;
-      }
-      // The picture tells which trigger it is of; the number must say the same.
-      const std::uint64_t counter = frame.raw[0];
-      if (!std::exchange(begun, true)) offset = frame.sequence - counter;
-      const bool right = frame.sequence - offset == counter;
-      wrong += right && whole(frame, (100 + counter % 500) * 1us) ? 0 : 1;
-    }
-  };
-  std::uint64_t counted = 0;
-  for (int k = 0; k < pulses; ++k) {
-    if (k % (pulses / 3) == 0) {
-      close();
-      if (k != 0) device.reboot();
-      counted = 0;
-      begun = false;
-      auto opened = GenicamCamera::open(settings_for(device));
-      ASSERT_OK(opened);
-      camera = *std::move(opened);
-    }
-    const auto dice = static_cast<unsigned>(random() % 1000);
-    const Mishap mishap = dice < 5    ? Mishap::trigger_dropped
-                          : dice < 10 ? Mishap::frame_dropped
-                          : dice < 15 ? Mishap::swapped
-                          : dice < 20 ? Mishap::late
-                                      : Mishap::none;
-    const auto width = (100 + (counted + 1) % 500) * 1us;
-    if (device.pulse(width, mishap)) {
-      ++counted;
-      ++exposed;
-    } else {
-      ++unanswered;
-    }
-    if (k % 8 == 7) {
-      auto frames = camera->take(8, 30ms);
-      ASSERT_OK(frames);
-      judge(*frames);
-    }
+/// Pulses until the frame of the newest trigger arrives, whole or not. Then all losses before it left a gap.
+void close_with_a_frame(GigeCamera& device, GenicamCamera& camera, std::uint64_t& exposed) {
+  for (int k = 0; k < 20; ++k) {
+    device.pulse(200us);
+    ++exposed;
+    const auto frames = camera.take(1, kPatience);
+    ASSERT_OK(frames);
+    if (!frames->empty() && frames->back().sequence == exposed) return;
   }
-  auto rest = camera->take(8, 500ms);
-  ASSERT_OK(rest);
-  judge(*rest);
-  close();
-  EXPECT_EQ(wrong, 0U);
-  EXPECT_GT(device.packets_lost(), 0U);
-  EXPECT_GT(device.packets_resent(), 0U);
-  EXPECT_GT(delivered - damaged, exposed * 9 / 10);
-  std::printf(
-      "%d pulses, %d without exposure, %d frames, %d damaged, %d numbers missing, %d packets lost, %d sent "
-      "again\n",
-      pulses, static_cast<int>(unanswered), static_cast<int>(delivered), static_cast<int>(damaged),
-      static_cast<int>(missing), static_cast<int>(device.packets_lost()),
-      static_cast<int>(device.packets_resent()));
+  FAIL() << "no frame arrived in 20 pulses";
+}
+
+// The frames of a burst that find the socket full leave no trace in Aravis. If nothing follows them, no
+// number tells of them either. The kernel counted their packets.
+TEST(GenicamCamera, a_burst_that_finds_the_socket_full_is_counted) {
+  CameraTraits traits;
+  traits.resends = false;
+  GigeCamera device(traits, gige::numbered_scene);
+  GenicamSettings settings = settings_for(device);
+  settings.waiting = 5000;
+  settings.socket_limit = 32'768;  // three frames, as the kernel counts them
+  auto opened = GenicamCamera::open(settings);
+  ASSERT_OK(opened);
+  GenicamCamera& camera = **opened;
+  std::uint64_t exposed = 0;
+  close_with_a_frame(device, camera, exposed);
+  const auto words = [&camera] {
+    for (const std::string& note : camera.report().notes)
+      if (note.find("found this computer's socket full") != std::string::npos) return note;
+    return std::string();
+  };
+  while (words().empty() && exposed < 20'000) {
+    device.pulse(200us);
+    ++exposed;
+  }
+  EXPECT_NE(words().find("sudo sysctl -w net.core.rmem_max=33554432"), std::string::npos) << words();
+  close_with_a_frame(device, camera, exposed);
+  const StreamReport report = camera.report();
+  EXPECT_EQ(report.delivered + report.missing + report.overflowed, exposed) << report.to_string();
+  EXPECT_GT(report.missing + report.damaged, 0U);
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ TEST(GenicamKeys, set_up_a_camera) {
   gige::GigeCamera device({}, [](const gige::Shot&, std::span<std::uint16_t>) {});
   const auto source = source_of(fmt::format(
       "device = \"{}\"\nformat = \"Mono12\"\nregion = {{ row = 8, col = 0, rows = 16, cols = 32 }}\nbinning "
-      "= 2\n"
+      "= 2\ncamera_binning = 1\n"
       "exposure = \"5 ms\"\ngain = 2\nblack_level = 4\n[features]\nTriggerDelay = 1.5\nLineInverter = true\n",
       device.address()));
   ASSERT_OK(source);
@@ -45,6 +45,7 @@ TEST(GenicamKeys, set_up_a_camera) {
   EXPECT_EQ(device.reg(0x10038), 2U);
   EXPECT_EQ(device.reg(0x1003C), 4U);
   EXPECT_EQ(device.reg(0x10064), 1U);
+  EXPECT_NE((*source)->identity(facts).find("camera binning 1"), std::string::npos);
   EXPECT_NE((*source)->identity(facts).find("TriggerDelay 1.5"), std::string::npos);
 }
 

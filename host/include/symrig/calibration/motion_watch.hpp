@@ -3,6 +3,7 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/camera/mosaic.hpp"
 #include "symrig/image/outline.hpp"
 
 #include <array>
@@ -29,9 +30,9 @@ class MotionWatch {
   static std::array<Pattern, 2> patterns(Grid cells);
 
   /// before: means of the photographs of both patterns, one after the other: 2 · channels planes.
-  /// step: CameraMap::step().
-  MotionWatch(Grid cells, Image<float> before, std::array<Point, 2> step)
-      : cells_(cells), before_(std::move(before)), step_(step) {}
+  /// step: CameraMap::step(). mosaic: the camera's colour filters. Pixels of one colour are two pixels apart.
+  MotionWatch(Grid cells, Image<float> before, std::array<Point, 2> step, Mosaic mosaic = Mosaic::none)
+      : cells_(cells), before_(std::move(before)), step_(step), mosaic_(mosaic) {}
 
   /// Takes two photographs.
   /// fails: as the rig; size_mismatch; bad_value (the pictures have no edges).
@@ -39,11 +40,13 @@ class MotionWatch {
   /// now: photographs of patterns().
   /// fails: as measure(), without the rig.
   Result<Motion> compare(std::span<const Radiance> now) const;
+  Mosaic mosaic() const { return mosaic_; }
 
  private:
   Grid cells_;
   Image<float> before_;
   std::array<Point, 2> step_;
+  Mosaic mosaic_;
 };
 
 }  // namespace symrig

@@ -48,8 +48,8 @@ struct Registration {
 
   /// Of each map.
   std::vector<CornerMap> corners() const;
-  /// Compares the rig with what it was.
-  MotionWatch watch() const;
+  /// Compares the rig with what it was. mosaic: the colour filters of its camera.
+  MotionWatch watch(Mosaic mosaic = Mosaic::none) const;
   Grid camera() const { return flood.mean.grid(); }
   /// The map of the middle channel, in plain words.
   MapShape shape() const;

@@ -25,12 +25,12 @@ struct SizeOffer {
 
 /// A pixel format that a camera offers.
 struct FormatOffer {
-  std::uint32_t fourcc = 0;
+  std::uint32_t fourcc = 0;             ///< 0: GenICam, and symrig cannot read it
   std::string description;              ///< from the driver
   const PixelFormat* format = nullptr;  ///< nullptr: symrig cannot read this format
   std::vector<SizeOffer> sizes;
 
-  /// V4L2's name if symrig knows it, else the FourCC.
+  /// V4L2's or GenICam's name if symrig knows the format, else the FourCC. GenICam: always its name.
   std::string name() const;
 };
 

@@ -41,6 +41,8 @@ Result<Motion> MotionWatch::measure(Probe& rig) const {
 Result<Motion> MotionWatch::compare(std::span<const Radiance> now) const {
   const Grid camera = before_.grid();
   const int channels = before_.channels() / 2;
+  // The slope between pixels of two colours is that of the filters, not of the picture.
+  const int apart = mosaic_ == Mosaic::none ? 1 : 2;
   if (now.size() != 2)
     return Error{ErrorCode::size_mismatch, "motion is measured by two photographs of stripes",
                  "take one of each of MotionWatch::patterns()"};
@@ -55,11 +57,12 @@ Result<Motion> MotionWatch::compare(std::span<const Radiance> now) const {
     for (int c = 0; c < channels; ++c) {
       const int plane = static_cast<int>(k) * channels + c;
       const auto was = [&](int row, int col) { return static_cast<double>(before_.at(row, col, plane)); };
-      for (int row = 1; row + 1 < camera.rows; ++row)
-        for (int col = 1; col + 1 < camera.cols; ++col) {
+      for (int row = apart; row + apart < camera.rows; ++row)
+        for (int col = apart; col + apart < camera.cols; ++col) {
           if (!now[k].valid.at(row, col, c)) continue;
-          const Eigen::Vector3d slope(was(row, col), 0.5 * (was(row + 1, col) - was(row - 1, col)),
-                                      0.5 * (was(row, col + 1) - was(row, col - 1)));
+          const Eigen::Vector3d slope(was(row, col),
+                                      (was(row + apart, col) - was(row - apart, col)) / (2 * apart),
+                                      (was(row, col + apart) - was(row, col - apart)) / (2 * apart));
           // Every pixel counts the same: dark ones have less noise, but no edges.
           normal += slope * slope.transpose();
           right += slope * static_cast<double>(now[k].mean.at(row, col, c));

@@ -143,8 +143,8 @@ MapShape Registration::shape() const {
       camera(), [&map](Point at) { return map.look(at); }, cells);
 }
 
-MotionWatch Registration::watch() const {
-  return {cells, stripes, maps.front().step()};
+MotionWatch Registration::watch(Mosaic mosaic) const {
+  return {cells, stripes, maps.front().step(), mosaic};
 }
 
 double Registration::edge_blur() const {

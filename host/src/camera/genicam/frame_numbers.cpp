@@ -7,6 +7,7 @@ namespace symrig::camera {
 namespace {
 
 constexpr std::int64_t kNarrowIds = 65'535;  // 1 to 65535
+constexpr std::size_t kRemembered = 256;     // a frame is late by a few frames at most
 
 }  // namespace
 
@@ -17,7 +18,14 @@ std::int64_t FrameNumbers::ids_since(std::uint64_t id) const {
   return ahead <= kNarrowIds / 2 ? ahead : ahead - kNarrowIds;
 }
 
-SequenceCount::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> counter) {
+/// Remembers the newest of the numbers from begin to end - 1.
+void FrameNumbers::leave_out(std::uint64_t begin, std::uint64_t end) {
+  for (std::uint64_t one = end - std::min<std::uint64_t>(end - begin, kRemembered); one < end; ++one)
+    left_out_.insert(one);
+  while (left_out_.size() > kRemembered) left_out_.erase(left_out_.begin());
+}
+
+FrameNumbers::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::uint32_t> counter) {
   wide_ = wide_ || id == 0 || id > static_cast<std::uint64_t>(kNarrowIds);
   std::int64_t next = 0;
   if (counter && counter_)
@@ -28,14 +36,15 @@ SequenceCount::Reading FrameNumbers::read(std::uint64_t id, std::optional<std::u
   else
     next = static_cast<std::int64_t>(base_ + (counter ? *counter : id));
   const auto number = static_cast<std::uint64_t>(std::max(next, static_cast<std::int64_t>(base_)));
-  SequenceCount::Reading reading{number, Step::first, 0};
+  Reading reading{number, Step::first, 0, false};
   if (begun_) {
     reading.step = number == last_ ? Step::repeated : number < last_ ? Step::backwards : Step::next;
-    // A frame out of order fills a gap that was counted before.
     if (number > highest_ + 1) {
       reading.step = Step::gap;
       reading.missing = number - highest_ - 1;
+      leave_out(highest_ + 1, number);
     }
+    reading.found = left_out_.erase(number) != 0;
   }
   id_ = {id, number};
   if (counter) counter_ = {*counter, number};
@@ -51,6 +60,7 @@ void FrameNumbers::restart() {
   id_.reset();
   counter_.reset();
   wide_ = begun_ = false;
+  left_out_.clear();
 }
 
 }  // namespace symrig::camera

@@ -56,11 +56,11 @@ Result<void> GenicamCamera::Inside::start() {
   StreamReport report;
   if (!settings.noise)
     report.notes.emplace_back("no noise model was given: codes count as electrons; do not measure with them");
-  SYMRIG_TRY(stream, GenicamStream::start(
-                         open.device.get(),
-                         {layout, settings.region.binning, sample.saturation_code(), settings.buffers,
-                          settings.waiting, settings.stamp, chunks, open.found.path},
-                         std::move(report)));
+  SYMRIG_TRY(stream, GenicamStream::start(open.device.get(),
+                                          {layout, settings.region.binning, sample.saturation_code(),
+                                           settings.buffers, settings.waiting, settings.socket_limit,
+                                           !settings.line.empty(), settings.stamp, chunks, open.found.path},
+                                          std::move(report)));
   return {};
 }
 

@@ -23,10 +23,11 @@ struct FrameChunks {
 
 /// How to set up a GenICam camera.
 struct GenicamSettings {
-  std::string device;  ///< path, serial number, address or name; empty: the only camera
-  std::string format;  ///< PFNC name; empty: the camera's format with the most bits
-  Region region;       ///< the camera sends this part of its picture only; binning is summed by the host
-  int bits = 0;        ///< significant bits in a 16-bit format; 0: all
+  std::string device;      ///< path, serial number, address or name; empty: the only camera
+  std::string format;      ///< PFNC name; empty: the camera's format with the most bits
+  Region region;           ///< the camera sends this part of its picture only; binning is summed by the host
+  int camera_binning = 0;  ///< pixels that the camera itself bins along each side; 0: as it is set
+  int bits = 0;            ///< significant bits in a 16-bit format; 0: all
   Justified justified = Justified::high;
   std::string line = "Line1";             ///< TriggerSource; empty: the camera runs free
   std::string activation = "RisingEdge";  ///< TriggerActivation
@@ -38,8 +39,9 @@ struct GenicamSettings {
   std::optional<NoiseModel> noise;       ///< of a single sample; none: gain 1 DN/e⁻, no read noise
   CameraTiming timing;
   Image<std::uint8_t> dead;
-  int buffers = 64;          ///< fewer if frames are large: 256 MiB are enough
-  std::size_t waiting = 64;  ///< longest queue of frames for take()
+  int buffers = 64;                         ///< fewer if frames are large: 256 MiB are enough
+  std::size_t waiting = 64;                 ///< longest queue of frames for take()
+  std::optional<std::size_t> socket_limit;  ///< bytes, instead of net.core.rmem_max: for tests
 };
 
 /// A GigE Vision or USB3 Vision camera, by Aravis. Frames arrive from the moment it is open.

@@ -39,6 +39,7 @@ class GenicamSource final : public CameraSource {
                     to_string(s.region.size), s.region.row, s.region.col, s.region.binning,
                     sensor.noise ? sensor.noise->to_string() : "no noise model", s.line, s.activation,
                     s.exposure ? fmt::format("{} ns", s.exposure->count()) : "trigger");
+    if (s.camera_binning != 0) text += fmt::format(", camera binning {}", s.camera_binning);
     if (s.gain) text += fmt::format(", gain {}", *s.gain);
     if (s.black_level) text += fmt::format(", black level {}", *s.black_level);
     for (const ControlSetting& feature : s.features)
@@ -96,6 +97,7 @@ std::unique_ptr<CameraSource> read_genicam_camera(TableReader& table) {
   table.read_choice<Justified>("justified", settings.justified, kPlaces);
   read_region(table, settings.region);
   table.read_whole("binning", settings.region.binning, 1, 64);
+  table.read_whole("camera_binning", settings.camera_binning, 1, 16);
   table.read("line", settings.line);
   table.read("activation", settings.activation);
   read_exposure(table, settings.exposure);

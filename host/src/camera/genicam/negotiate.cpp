@@ -54,8 +54,16 @@ Result<int> set_side(Features& features, std::string_view side, std::string_view
   return static_cast<int>(wanted);
 }
 
+/// Binning changes the greatest width and height, so it comes first.
+Result<void> set_binning(Features& features, int binning) {
+  if (binning == 0) return {};
+  SYMRIG_CHECK(features.set("BinningHorizontal", std::to_string(binning)));
+  return features.set("BinningVertical", std::to_string(binning));
+}
+
 Result<PictureLayout> set_picture(Features& features, const GenicamSettings& settings) {
   PictureLayout layout;
+  SYMRIG_CHECK(set_binning(features, settings.camera_binning));
   SYMRIG_TRY(layout.format, chosen_format(features, settings));
   SYMRIG_CHECK(features.set("PixelFormat", layout.format->name));
   SYMRIG_TRY(layout.depth, sample_depth(*layout.format, settings));
@@ -99,6 +107,11 @@ Result<void> set_trigger(Features& features, const GenicamSettings& settings) {
   SYMRIG_CHECK(features.set("TriggerMode", "On"));
   SYMRIG_CHECK(features.set("TriggerSource", settings.line));
   if (features.has("TriggerActivation")) SYMRIG_CHECK(features.set("TriggerActivation", settings.activation));
+  // Another program may have left a delay: a delayed exposure would see the next pattern. The rig triggers
+  // after the readout, so it needs no overlap.
+  const std::string delay = features.first_of({"TriggerDelay", "TriggerDelayAbs"});
+  if (!delay.empty()) SYMRIG_CHECK(features.set(delay, "0"));
+  if (features.has("TriggerOverlap")) SYMRIG_CHECK(features.set("TriggerOverlap", "Off"));
   return set_exposure(features, settings);
 }
 

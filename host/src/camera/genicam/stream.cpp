@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "camera/genicam/stream.hpp"
 
+#include "camera/genicam/packet_size.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <iterator>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,18 +21,40 @@ using namespace std::chrono_literals;
 constexpr auto kLook = 50ms;                // how often the thread looks whether it should end
 constexpr Nanoseconds kClockInterval = 1s;  // clocks of quartz drift by 50 µs in this time
 constexpr std::int64_t kBufferMemory = 256 << 20, kFewestBuffers = 4;
+constexpr Nanoseconds kLongestArrival = 1s;  // Aravis gives up on a frame earlier
+constexpr auto kArrivalLook = 2ms;
 constexpr std::size_t kWantedSocket = 32U << 20U;
 
 std::size_t allowed_socket() {
   std::ifstream file("/proc/sys/net/core/rmem_max");
   std::size_t bytes = 0;
-  return file >> bytes ? bytes : kWantedSocket;
+  return file >> bytes ? bytes : std::numeric_limits<std::size_t>::max();
 }
 
-bool on_loopback(ArvDevice* device) {
-  GSocketAddress* const address = arv_gv_device_get_device_address(ARV_GV_DEVICE(device));
-  return g_inet_address_get_is_loopback(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address))) !=
-         0;
+/// The address at which this computer meets the camera. None: unknown.
+std::optional<sockaddr_in> own_address(ArvDevice* device) {
+  sockaddr_in at{};
+  GSocketAddress* const here = arv_gv_device_get_interface_address(ARV_GV_DEVICE(device));
+  if (here == nullptr || g_socket_address_to_native(here, &at, sizeof at, nullptr) == 0) return {};
+  return at;
+}
+
+/// Where the stream's packets arrive.
+std::unique_ptr<StreamSocket> socket_of(ArvDevice* device, ArvStream* stream) {
+  auto at = own_address(device);
+  if (!at) return {};
+  at->sin_port = htons(arv_gv_stream_get_port(ARV_GV_STREAM(stream)));
+  return StreamSocket::bound_to(*at);
+}
+
+/// A camera without the feature uses its own size, which nobody can check.
+Result<void> check_packets(ArvDevice* device, const Features& features, const std::string& camera) {
+  if (ARV_IS_GV_DEVICE(device) == 0 || !features.has("GevSCPSPacketSize")) return {};
+  const auto at = own_address(device);
+  const auto network = at ? interface_at(at->sin_addr) : std::optional<NetworkInterface>();
+  if (!network) return {};
+  SYMRIG_TRY(const std::int64_t bytes, features.integer("GevSCPSPacketSize"));
+  return check_packet_size(camera, static_cast<int>(bytes), *network);
 }
 
 std::string_view cause(ArvBufferStatus status) {
@@ -65,20 +91,27 @@ Result<std::unique_ptr<GenicamStream>> GenicamStream::start(ArvDevice* device, c
 /// A frame arrives faster than any thread is sure to wake up, so the socket must hold several.
 void GenicamStream::enlarge_socket(std::size_t payload) {
   if (ARV_IS_GV_STREAM(stream_.get()) == 0) return;
-  const std::size_t wanted = std::max(kWantedSocket, 4 * payload), allowed = allowed_socket();
-  g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
-               static_cast<gint>(std::min({wanted, allowed, std::size_t{1} << 30U})), nullptr);
-  if (allowed < wanted)
-    socket_remark_ = fmt::format(
-        "the socket holds {} bytes, as net.core.rmem_max allows; if packets are lost: sudo sysctl -w "
-        "net.core.rmem_max={}",
-        allowed, wanted);
+  const std::size_t wanted = std::max(kWantedSocket, 4 * payload);
+  const std::size_t allowed = plan_.socket_limit.value_or(allowed_socket());
+  const auto size = static_cast<gint>(std::min({wanted, allowed, std::size_t{1} << 30U}));
+  g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", size,
+               nullptr);
+  socket_ = socket_of(device_, stream_.get());
+  if (socket_) socket_->hold(size);
+  socket_cure_ = allowed < wanted
+                     ? fmt::format(
+                           "it holds {} bytes, as net.core.rmem_max allows: sudo sysctl -w "
+                           "net.core.rmem_max={}",
+                           allowed, wanted)
+                     : "other programs keep the computer busy: end them, or take fewer frames a second";
 }
 
 Result<void> GenicamStream::begin() {
+  SYMRIG_CHECK(check_packets(device_, features_, plan_.camera));
   SYMRIG_TRY(const std::int64_t payload, features_.integer("PayloadSize"));
-  // A packet socket delivers nothing on the loopback device.
-  if (ARV_IS_GV_DEVICE(device_) != 0 && on_loopback(device_))
+  // As root, Aravis would read packets beside the kernel's network: nothing arrives from the loopback device,
+  // no firewall applies, and nobody counts the packets that found no room.
+  if (ARV_IS_GV_DEVICE(device_) != 0)
     arv_gv_device_set_stream_options(ARV_GV_DEVICE(device_), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   GLibError error;
   stream_.reset(arv_device_create_stream(device_, nullptr, nullptr, error.out()));
@@ -89,7 +122,8 @@ Result<void> GenicamStream::begin() {
   enlarge_socket(static_cast<std::size_t>(payload));
   const auto room =
       std::max<std::int64_t>(kFewestBuffers, kBufferMemory / std::max<std::int64_t>(1, payload));
-  for (std::int64_t k = 0; k < std::min<std::int64_t>(plan_.buffers, room); ++k)
+  buffers_ = static_cast<int>(std::min<std::int64_t>(plan_.buffers, room));
+  for (int k = 0; k < buffers_; ++k)
     arv_stream_push_buffer(stream_.get(), arv_buffer_new_allocate(static_cast<size_t>(payload)));
   if (!plan_.chunks.counter.empty() || !plan_.chunks.exposure.empty())
     parser_.reset(arv_device_create_chunk_parser(device_));
@@ -127,14 +161,39 @@ void GenicamStream::run() {
     ArvBuffer* const buffer = arv_stream_timeout_pop_buffer(
         stream_.get(), static_cast<guint64>(std::chrono::microseconds(kLook).count()));
     if (buffer != nullptr) {
+      ++in_hand_;
       accept(buffer);
       arv_stream_push_buffer(stream_.get(), buffer);
+      --in_hand_;
     }
     if (plan_.stamp != StampOf::nothing && monotonic_now() - latched > kClockInterval && !queue_.lost()) {
       clock_.latch(features_);
       latched = monotonic_now();
     }
   }
+}
+
+/// Packets wait in the socket, or Aravis waits for the rest of a frame.
+bool GenicamStream::arriving() const {
+  if (socket_ && socket_->holds_packets()) return true;
+  gint free = 0, complete = 0;
+  arv_stream_get_n_buffers(stream_.get(), &free, &complete);
+  // A queue on which a thread waits has a length of -1.
+  return std::max(free, 0) < buffers_ || complete > 0 || in_hand_ > 0;
+}
+
+/// A packet that is sent again delays its frame by more than a rig waits for extra frames. Such a frame would
+/// come with those of the next run. Without stamps, nothing would show that it is not one of them.
+Result<std::vector<CameraFrame>> GenicamStream::take(std::size_t count, Nanoseconds patience) {
+  SYMRIG_TRY(auto frames, queue_.take(count, patience));
+  const Nanoseconds begun = monotonic_now();
+  while (plan_.triggered && arriving() && monotonic_now() - begun < kLongestArrival) {
+    auto more = queue_.take(1, kArrivalLook);
+    if (!more) return frames;  // the next call tells that the camera is lost
+    std::ranges::move(*more, std::back_inserter(frames));
+  }
+  if (auto last = queue_.take(0, Nanoseconds{0})) std::ranges::move(*last, std::back_inserter(frames));
+  return frames;
 }
 
 FrameChunks GenicamStream::chunks_of(ArvBuffer* buffer) {
@@ -173,10 +232,7 @@ void GenicamStream::accept(ArvBuffer* buffer) {
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   if (status == ARV_BUFFER_STATUS_ABORTED || status == ARV_BUFFER_STATUS_CLEARED) return;
   bool damaged = status != ARV_BUFFER_STATUS_SUCCESS;
-  if (damaged) {
-    queue_.note(std::string(cause(status)));
-    if (!socket_remark_.empty()) queue_.note(socket_remark_);
-  }
+  if (damaged) queue_.note(std::string(cause(status)));
   // A frame of another size or format than was set up would be read as noise.
   if (!damaged &&
       (static_cast<std::uint32_t>(arv_buffer_get_image_pixel_format(buffer)) != plan_.layout.format->fourcc ||
@@ -187,8 +243,10 @@ void GenicamStream::accept(ArvBuffer* buffer) {
   }
   const FrameChunks chunks = damaged ? FrameChunks{} : chunks_of(buffer);
   const auto reading = numbers_.read(arv_buffer_get_frame_id(buffer), chunks.trigger_counter);
-  queue_.count([&reading](StreamReport& report) {
-    report.missing += reading.missing;
+  const std::uint64_t missing = reading.missing == 0 ? 0 : lost_before(reading.missing);
+  queue_.count([&reading, missing](StreamReport& report) {
+    report.missing += missing;
+    report.missing -= reading.found && report.missing > 0 ? 1 : 0;
     report.repeated += reading.step == Step::repeated ? 1 : 0;
     report.reordered += reading.step == Step::backwards ? 1 : 0;
   });
@@ -203,17 +261,37 @@ void GenicamStream::accept(ArvBuffer* buffer) {
   queue_.keep(std::move(frame));
 }
 
-StreamReport GenicamStream::report() const {
-  StreamReport report = queue_.report();
+/// Frames for which Aravis had no buffer, because our thread did not run in time.
+std::uint64_t GenicamStream::unbuffered() const {
   guint64 completed = 0, failures = 0, underruns = 0;
   arv_stream_get_statistics(stream_.get(), &completed, &failures, &underruns);
-  // Aravis had no buffer for them: our thread did not run in time.
-  report.overflowed += underruns;
+  return underruns;
+}
+
+/// How many frames of a gap in the numbers are missing. The others had no buffer, and count as overflowed.
+std::uint64_t GenicamStream::lost_before(std::uint64_t gap) {
+  const std::uint64_t without = std::min(gap, unbuffered() - in_gaps_);
+  in_gaps_ += without;
+  return gap - without;
+}
+
+/// What the kernel dropped, and the cure. Empty: nothing.
+std::string GenicamStream::socket_words() const {
+  const auto dropped = socket_ ? socket_->dropped() : std::optional<std::uint64_t>();
+  if (!dropped || *dropped == 0) return {};
+  return fmt::format("{} packets found this computer's socket full and were dropped; {}", *dropped,
+                     socket_cure_);
+}
+
+StreamReport GenicamStream::report() const {
+  StreamReport report = queue_.report();
+  report.overflowed += unbuffered();
   if (ARV_IS_GV_STREAM(stream_.get()) == 0) return report;
   guint64 resent = 0, missing = 0;
   arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);
   if (resent + missing != 0)
     report.notes.push_back(fmt::format("packets: {} sent again, {} lost", resent, missing));
+  if (auto words = socket_words(); !words.empty()) report.notes.push_back(std::move(words));
   return report;
 }
 

@@ -8,9 +8,12 @@
 #include "camera/genicam/frame_numbers.hpp"
 #include "camera/genicam/glib.hpp"
 #include "camera/genicam/negotiate.hpp"
+#include "camera/genicam/stream_socket.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -23,6 +26,8 @@ struct GenicamPlan {
   int saturation = 0;  ///< as FrameReader
   int buffers = 64;    ///< fewer if frames are large: 256 MiB are enough
   std::size_t waiting = 64;
+  std::optional<std::size_t> socket_limit;  ///< as GenicamSettings
+  bool triggered = true;                    ///< a frame comes only after a trigger
   StampOf stamp = StampOf::nothing;
   ChunkNames chunks;
   std::string camera;  ///< for messages
@@ -38,9 +43,8 @@ class GenicamStream {
   GenicamStream& operator=(const GenicamStream&) = delete;
   ~GenicamStream();
 
-  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) {
-    return queue_.take(count, patience);
-  }
+  /// As Camera::take(). The result includes the frames whose packets have begun to arrive.
+  Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience);
   StreamReport report() const;
 
  private:
@@ -51,6 +55,10 @@ class GenicamStream {
   void accept(ArvBuffer* buffer);
   CameraFrame develop(ArvBuffer* buffer, bool damaged);
   FrameChunks chunks_of(ArvBuffer* buffer);
+  bool arriving() const;
+  std::uint64_t unbuffered() const;
+  std::uint64_t lost_before(std::uint64_t gap);
+  std::string socket_words() const;
   static void control_lost(ArvDevice* device, gpointer stream);
 
   ArvDevice* device_;
@@ -64,8 +72,12 @@ class GenicamStream {
   gulong lost_signal_ = 0;
   bool acquiring_ = false;
   FrameQueue queue_;
-  std::string socket_remark_;
+  std::unique_ptr<StreamSocket> socket_;
+  std::string socket_cure_;    // what to do if the socket is too small
+  std::uint64_t in_gaps_ = 0;  // frames without a buffer that left a gap in the numbers
   std::atomic<bool> stopping_ = false;
+  std::atomic<int> in_hand_ = 0;  // buffers between Aravis and the queue
+  int buffers_ = 0;
   std::thread thread_;
 };
 

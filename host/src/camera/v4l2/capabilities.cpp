@@ -19,7 +19,8 @@ bool SizeOffer::holds(Grid size) const {
 }
 
 std::string FormatOffer::name() const {
-  return format == nullptr ? fourcc_text(fourcc) : std::string(format->name);
+  if (format != nullptr) return std::string(format->name);
+  return fourcc == 0 ? description : fourcc_text(fourcc);
 }
 
 }  // namespace symrig
