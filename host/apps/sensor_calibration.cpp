@@ -59,7 +59,8 @@ std::string to_json(const SensorCalibration& asked, const SensorPhotographs& pho
   if (found.response)
     json["response"] = {{"samples", found.response->samples},
                         {"repaired", found.response->repaired},
-                        {"doubt", found.response_doubt}};
+                        {"doubt", found.response_doubt},
+                        {"doubtful", found.doubtful()}};
   return json_text(json, 1);
 }
 
@@ -96,6 +97,10 @@ std::string result_text(const SensorCalibration& asked, const SensorPhotographs&
         "  response    from {} samples, {} of {} codes made monotonic; two methods differ by {}\n",
         found.response->samples, found.response->repaired, found.response->light.size(),
         percent(found.response_doubt));
+  if (found.doubtful())
+    text += fmt::format(
+        "  warning: the two methods may differ by {}: the stated exposures, the scene or the lamp changed\n",
+        percent(SensorFindings::kMostDoubt));
   return text;
 }
 

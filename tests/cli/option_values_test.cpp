@@ -56,6 +56,7 @@ class OptionValues : public CommandTest {
     if (command == "capture") return {"--rig", kSmall, "--output", "a.h5"};
     if (command == "relight" || command == "dual") return {"a.h5", "--light", "white", "--output", "a.png"};
     if (command == "fit") return {"--from", ".", "--output", "a.h5"};
+    if (command == "merge") return {".", "--output", "a.exr"};
     if (command == "serve") return {"sim:", "--listen", "unix:a.sock"};
     if (command == "import") return {"a.npy", "--output", "b.h5"};
     if (command == "export") return {"a.h5", "--dense", "b.npy"};

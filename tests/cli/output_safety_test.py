@@ -111,6 +111,12 @@ JOBS = [
         ends=4,
     ),
     Job(
+        ["merge", "photographs"],
+        {"-o": "radiance.exr", "--variance": "variance.exr", "--valid": "valid.png", "--json": "out.json"},
+        ["photographs/00.png", "photographs/capture.toml"],
+        ends=4,
+    ),
+    Job(
         ["bench", "--quick", "--scenes", "plane", "--size", "8x8", "--algorithms", "brute", "--no-memory"],
         {"--html": "out.html", "--json": "out.json", "--csv": "out.csv"},
     ),

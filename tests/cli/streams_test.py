@@ -46,7 +46,7 @@ BAD = (
     ["capture", "--rig", "sim:nothing", "-o", "out.h5"],
     *(["inspect", "nothing.h5"], ["evaluate", "nothing.h5"], ["report", "nothing.h5", "-o", "out.html"]),
     *(["relight", "nothing.h5", "--light", "white", "-o", "out.exr"], ["dual", "nothing.h5", "--light", "white", "-o", "out.exr"]),
-    *(["fit", "--from", "nothing", "-o", "out.h5"], ["calibrate", "--from", "nothing"], ["bench", "--scenes", "nothing"]),
+    *(["fit", "--from", "nothing", "-o", "out.h5"], ["calibrate", "--from", "nothing"], ["bench", "--scenes", "nothing"], ["merge", "nothing", "-o", "out.exr"]),
     *(["lint", "nothing.toml"], ["compile", "nothing.toml", "-o", "out.symprog"], ["run", "nothing.toml"], ["trace", "nothing.json"]),
     *(["info", "--device", "unix:nothing"], ["identify", "--device", "unix:nothing"], ["selftest", "--device", "unix:nothing"]),
     *(["list", "--device", "nothing:"], ["flash", "nothing.uf2"], ["conformance", "unix:nothing"]),

@@ -83,7 +83,7 @@ TEST_F(Usage, no_command_is_a_usage_error) {
 
 // Commands that the design promises for later must not pretend to exist.
 TEST_F(Usage, commands_that_do_not_exist_are_refused_with_those_that_do) {
-  for (const char* word : {"merge", "Capture", "nonsense"})
+  for (const char* word : {"mingle", "Capture", "nonsense"})
     expect_refusal({word}, kUsage, {std::string("'") + word + "'", "capture, relight, dual, evaluate"});
 }
 
@@ -99,6 +99,7 @@ TEST_F(Usage, unknown_and_missing_options_are_one_line) {
   expect_refusal({"inspect"}, kUsage, {"scene"});
   expect_refusal({"report", "a.h5"}, kUsage, {"--output"});
   expect_refusal({"fit", "-o", "a.h5"}, kUsage, {"--from"});
+  expect_refusal({"merge", "-o", "a.exr"}, kUsage, {"folder"});
   expect_refusal({"calibrate"}, kUsage, {"--from", "--rig"});
   expect_refusal({"capture", "--rig", kSmall, "-o", "a.h5", "--tolerance", "much"}, kUsage, {"much"});
 }

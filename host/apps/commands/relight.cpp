@@ -6,7 +6,6 @@
 #include "effects.hpp"
 #include "files.hpp"
 #include "numbers.hpp"
-#include "symrig/base/quantile.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/job/file_hash.hpp"
 #include "symrig/job/light.hpp"
@@ -120,13 +119,6 @@ Result<void> check_exposure(const RelightArguments& arguments) {
   return Error{ErrorCode::bad_argument,
                fmt::format("--exposure {} is not a positive number", *arguments.exposure),
                "give the factor that maps white to 1"};
-}
-
-/// The factor that maps all values but the brightest half percent below white.
-double automatic_exposure(const Image<float>& picture) {
-  std::vector<float> values(picture.values().begin(), picture.values().end());
-  const float white = quantile(values, 0.995);
-  return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
 /// What an EXR header states.

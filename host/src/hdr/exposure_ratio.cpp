@@ -13,7 +13,6 @@ namespace symrig {
 namespace {
 
 constexpr double kSigmas = 5;
-constexpr double kImperfect = 0.005;
 constexpr std::int64_t kFewest = 64;
 constexpr int kRounds = 8;
 constexpr double kNearFull = 0.9;  // share of the range; a selection by a sample's own noise would be biased
@@ -59,7 +58,7 @@ ExposureRatio fit(const Frame& shorter, const Frame& longer, const NoiseModel& n
 }  // namespace
 
 bool ExposureRatio::wrong() const {
-  return std::abs(seen / stated - 1) > std::max(kImperfect, kSigmas * sigma);
+  return std::abs(seen / stated - 1) > std::max(imperfect, kSigmas * sigma);
 }
 
 std::string ExposureRatio::to_string() const {

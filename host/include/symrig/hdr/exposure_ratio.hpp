@@ -16,9 +16,10 @@ struct ExposureRatio {
   double seen = 1;                      ///< ratio of their pixels
   double sigma = 0;                     ///< standard error of seen, relative
   std::int64_t pixels = 0;              ///< number of pixels that both see well
+  double imperfect = 0.005;             ///< what imperfect shutters and sensors can cause, relative
 
-  /// True if the stated ratio is wrong: it differs by more than 5 standard errors and by more than half a
-  /// percent. Imperfect shutters and sensors can cause half a percent.
+  /// True if the stated ratio is wrong: it differs by more than 5 standard errors and by more than
+  /// `imperfect`.
   bool wrong() const;
   /// "frame 2 is 7.62 times frame 1 by its pixels (±0.01), 8 times by its exposures: off by 4.8 %"
   std::string to_string() const;

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// symrig merge: photographs of a still scene with their exposures become radiance that scripts can use.
+#include "sensor_folder.hpp"
+
+#include <cmath>
+
+namespace symrig::test::merge_test {
+namespace {
+
+class Merge : public SensorFolder {
+ protected:
+  /// The largest relative departure of the radiance from the scene's shades, scale removed, where it is valid
+  /// and not among the darkest tenth.
+  double departure(const std::string& file) const {
+    const auto picture = read_image(path(file));
+    EXPECT_TRUE(picture.ok());
+    double sum = 0, shades = 0, worst = 0;
+    const auto values = picture->values();
+    for (std::size_t i = 0; i < values.size(); ++i) sum += static_cast<double>(values[i]), shades += shade(i);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (shade(i) > 0.1)
+        worst = std::max(worst, std::abs(static_cast<double>(values[i]) / shade(i) * shades / sum - 1));
+    return worst;
+  }
+};
+
+TEST_F(Merge, a_linear_camera_gives_electrons_per_second_with_a_variance_that_holds) {
+  write_dark_and_flat();
+  write_bracket();
+  write_toml();
+  const Outcome outcome = symrig(
+      {"merge", "frames", "-o", "r.exr", "--variance", "v.exr", "--valid", "valid.png", "--json", "m.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("by a linear sensor"), std::string::npos) << outcome.out;
+  const nlohmann::json j = json("m.json");
+  EXPECT_EQ(j.at("units"), "electrons per second");
+  EXPECT_EQ(j.at("frames").size(), 4U);
+  EXPECT_EQ(j.at("frames").at(3).at("exposure"), 0.04);
+  EXPECT_TRUE(j.at("linear").get<bool>());
+  EXPECT_TRUE(j.at("warnings").empty());
+  const auto mean = read_image(path("r.exr")), variance = read_image(path("v.exr")),
+             valid = read_image(path("valid.png"));
+  ASSERT_TRUE(mean.ok() && variance.ok() && valid.ok());
+  double squares = 0, n = 0;
+  for (std::size_t i = 0; i < mean->values().size(); ++i) {
+    if (valid->values()[i] < 0.5F) continue;
+    const double truth = 0.12 * shade(i) * sensor_.full_well() / 5e-3;
+    // The gain is measured to 0.5 %: less than the noise of 2 % and more of these pixels.
+    if (shade(i) > 0.2) continue;
+    squares += std::pow(static_cast<double>(mean->values()[i]) - truth, 2) /
+               static_cast<double>(variance->values()[i]);
+    ++n;
+  }
+  ASSERT_GT(n, 4000);
+  // Of the scatter √(2 / n), five, and 0.5 % of a truth that is known to 1.5 % at the best: a ninth of σ².
+  EXPECT_NEAR(squares / n, 1, 5 * std::sqrt(2 / n) + 0.15);
+}
+
+TEST_F(Merge, another_camera_is_merged_by_its_response) {
+  sensor_ = NoiseModel::from_electrons({.pedestal = 0});
+  write_bracket([](double light) { return std::sqrt(light); });
+  write_toml();
+  const Outcome outcome = symrig({"merge", "frames", "-o", "r.exr", "--json", "m.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const nlohmann::json j = json("m.json");
+  EXPECT_FALSE(j.at("linear").get<bool>());
+  EXPECT_EQ(j.at("units"), "light of the largest code per second");
+  // The curve is known to 3 % of each code (sensor_test.cpp), and a pixel's noise is 1 to 3 % here, at five
+  // sigmas.
+  EXPECT_LT(departure("r.exr"), 0.03 + 5 * 0.03);
+  EXPECT_GT(j.at("valid_share").get<double>(), 0.95);
+
+  ASSERT_EQ(symrig({"calibrate", "--sensor", "frames", "--response", "response.toml"}).code, 0);
+  const Outcome given = symrig({"merge", "frames", "--response", "response.toml", "-o", "given.exr"});
+  ASSERT_EQ(given.code, 0) << given.err;
+  EXPECT_NE(given.out.find("by the given response curve"), std::string::npos);
+  // The same curve, written in decimal digits that give it back exactly.
+  const auto recovered = read_image(path("r.exr")), again = read_image(path("given.exr"));
+  for (std::size_t i = 0; i < again->values().size(); ++i)
+    ASSERT_NEAR(again->values()[i], recovered->values()[i], 1e-5F * std::abs(recovered->values()[i]));
+}
+
+TEST_F(Merge, an_exposure_that_the_photographs_contradict_is_named) {
+  write_dark_and_flat();
+  write_bracket({}, 0.8);
+  write_toml();
+  const Outcome outcome = symrig({"merge", "frames", "-o", "r.exr", "--json", "m.json"});
+  ASSERT_EQ(outcome.code, 0);
+  EXPECT_NE(
+      outcome.err.find(
+          "warning: still3.png has 1.6 times the light of still2.png by its pixels, 2 times by its exposure"),
+      std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(json("m.json").at("warnings").size(), 1U);
+  EXPECT_TRUE(json("m.json").at("ratios").at(2).at("wrong").get<bool>());
+}
+
+TEST_F(Merge, what_cannot_be_merged_is_refused_before_anything_is_written) {
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput, {"capture.toml"});
+  write_text(path("frames/capture.toml"), "symrig = 1\n");
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput, {"no table [sensor]"});
+  write_text(path("frames/capture.toml"), "symrig = 1\n[sensor]\nbits = 12\n");
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput,
+                 {"fewer than two exposures", "[[sensor.bracket]]"});
+  write_bracket();
+  write_toml();
+  write_text(path("sensor.toml"), "[sensor]\nbits = 10\npedestal = 64\ngain = 0.2\nread_noise = 6\n");
+  expect_refusal({"merge", "frames", "-o", "r.exr", "--sensor", "sensor.toml"}, kBadInput, {"10 bits", "12"});
+  expect_refusal({"merge", "frames", "-o", "r.tif"}, kUsage, {"r.tif"});
+  expect_refusal({"merge", "frames", "-o", "r.exr", "--variance", "v.png"}, kUsage, {"v.png", "variance"});
+  expect_refusal({"merge", "frames", "-o", "r.exr", "--sensor", "a", "--response", "b"}, kUsage,
+                 {"--response"});
+  expect_refusal({"merge", "frames"}, kUsage, {"--output"});
+  Image<float> smaller({10, 10});
+  ASSERT_TRUE(write_image(path("frames/still2.png"), smaller).ok());
+  expect_refusal({"merge", "frames", "-o", "r.exr"}, kBadInput, {"still2.png is 10x10"});
+}
+
+}  // namespace
+}  // namespace symrig::test::merge_test
