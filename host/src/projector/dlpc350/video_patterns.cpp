@@ -2,6 +2,7 @@
 #include "projector/dlpc350/video_patterns.hpp"
 
 #include <cmath>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,6 +15,9 @@ constexpr Grid kMirrors{1140, 912};
 /// 24 bits at the parallel port (bits 7:3 of the source).
 constexpr std::uint8_t kPort24Bits = 1U << 3U;
 constexpr std::uint8_t kFromVideo = 0, kByVsync = 0;
+/// TRIG_OUT_1 falls 20 us before the end of its plane: planes without a dark time between them have edges,
+/// too.
+constexpr std::uint8_t kEarliest = 0;
 /// A source and a mode that differ by more are two modes. 59.94 and 60 Hz differ by 0.1 %.
 constexpr double kSameRefresh = 0.005;
 
@@ -49,7 +53,7 @@ Result<std::unique_ptr<VideoPatterns>> VideoPatterns::begin(Controller controlle
   std::unique_ptr<VideoPatterns> patterns(new VideoPatterns(std::move(controller)));
   SYMRIG_TRY(patterns->sequence_, sequence_of(options, source.refresh));
   SYMRIG_CHECK(patterns->check_device());
-  SYMRIG_CHECK(patterns->check_signal(source));
+  SYMRIG_CHECK(patterns->await_signal(source, options.lock_patience));
   SYMRIG_TRY(patterns->found_, read_state(patterns->controller_));
   SYMRIG_CHECK(patterns->write(options));
   SYMRIG_CHECK(patterns->read_back());
@@ -90,6 +94,16 @@ Result<void> VideoPatterns::check_signal(const PictureSource& source) {
                "connect the cable of the screen that the rig file names, or set its mode"};
 }
 
+/// After a change of mode, a controller needs a second or two until it has locked to the signal.
+Result<void> VideoPatterns::await_signal(const PictureSource& source, Nanoseconds patience) {
+  constexpr Nanoseconds kPause{100'000'000};
+  for (Nanoseconds waited{0};; waited += kPause) {
+    auto checked = check_signal(source);
+    if (checked || checked.error().code != ErrorCode::device_refused || waited >= patience) return checked;
+    std::this_thread::sleep_for(kPause);
+  }
+}
+
 Result<void> VideoPatterns::write(const VideoPatternOptions& options) {
   wanted_ = *found_;
   wanted_.source = static_cast<std::uint8_t>(static_cast<std::uint8_t>(options.port) | kPort24Bits);
@@ -101,7 +115,7 @@ Result<void> VideoPatterns::write(const VideoPatternOptions& options) {
   wanted_.table = video_table(sequence_.planes, sequence_.leds);
   SYMRIG_TRY(const std::uint8_t plane_delay, delay_code(options.plane_delay));
   SYMRIG_TRY(const std::uint8_t frame_delay, delay_code(options.frame_delay));
-  wanted_.plane_trigger = {options.plane_inverted, plane_delay, plane_delay};
+  wanted_.plane_trigger = {options.plane_inverted, plane_delay, kEarliest};
   wanted_.frame_trigger = {options.frame_inverted, frame_delay};
   wanted_.led_enable = {sequence_.leds, true};
   if (options.led_currents) wanted_.led_currents = *options.led_currents;

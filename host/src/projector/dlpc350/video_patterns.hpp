@@ -23,6 +23,7 @@ struct VideoPatternOptions {
   /// Of TRIG_OUT_2 against the first plane. It comes before the first edge of TRIG_OUT_1, so that the order
   /// of the two is certain.
   Nanoseconds frame_delay{-20'000};
+  Nanoseconds lock_patience{5'000'000'000};  ///< longest wait until the controller has locked to the signal
 };
 
 /// The picture source as the host knows it.
@@ -59,6 +60,7 @@ class VideoPatterns {
   explicit VideoPatterns(Controller controller);
   Result<void> check_device();
   Result<void> check_signal(const PictureSource& source);
+  Result<void> await_signal(const PictureSource& source, Nanoseconds patience);
   Result<void> write(const VideoPatternOptions& options);
   Result<void> read_back();
   Result<void> start();
