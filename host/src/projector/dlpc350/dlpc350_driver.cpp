@@ -37,6 +37,7 @@ class Dlpc350Source final : public ProjectorSource {
   }
 
   Pacing pacing() const override { return Pacing::host; }
+  bool shows_planes() const override { return true; }
 
   std::string identity(const Placement& placement) const override {
     const Dlpc350Options& options = keys_.options;

@@ -73,7 +73,7 @@ Result<Grid> stated_grid(const std::vector<MatVariable>& all, const std::vector<
   for (const MatVariable& one : all) {
     if ((one.name != "light_size" && one.name != "photo_size") || numbers_in(one.shape) != 2) continue;
     SYMRIG_TRY(const RawMatrix size, small_variable(one, bytes, file));
-    const auto stated = stated_size(size.at(0), size.at(1), one.name);
+    auto stated = stated_size(size.at(0), size.at(1), one.name);
     if (!stated) return no_matrix(file, stated.error().what);
     return stated;
   }
