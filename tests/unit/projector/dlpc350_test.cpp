@@ -2,6 +2,7 @@
 // The protocol of a DLPC350 and its video-pattern mode, against an emulated controller.
 #include "assert_ok.hpp"
 #include "dlpc/emulated_dlpc350.hpp"
+#include "projector/dlpc350/look.hpp"
 #include "projector/dlpc350/video_patterns.hpp"
 
 #include <functional>
@@ -231,6 +232,28 @@ TEST_F(Dlpc350, keys_become_settings) {
   EXPECT_EQ(device->setting(0x1A00)[0] & 7, 3);
   EXPECT_EQ(device->setting(0x1A1D), (Bytes{1, 0xBB, 0x00})) << "planes without dark time have edges, too";
   EXPECT_EQ(device->setting(0x1A1E), (Bytes{0, 0xBB}));
+}
+
+TEST_F(Dlpc350, tells_its_state_without_a_change) {
+  const std::string before = device->state();
+  Controller c = controller();
+  DlpController found;
+  ASSERT_OK(look(c, found));
+  EXPECT_EQ(found.firmware, "3.1.0");
+  EXPECT_EQ(found.leds, "sequence");
+  EXPECT_EQ(found.currents, (std::array<int, 3>{0x97, 0x78, 0x7D}));
+  EXPECT_TRUE(found.healthy);
+  EXPECT_FALSE(found.patterns);
+  EXPECT_TRUE(found.signal.locked);
+  EXPECT_EQ(found.signal.grid, (Grid{1140, 912}));
+  EXPECT_EQ(device->state(), before);
+  device->set(0x1A07, {5});
+  device->sequencer_fault = true;
+  ASSERT_OK(look(c, found));
+  EXPECT_EQ(found.leds, "red blue");
+  EXPECT_FALSE(found.healthy);
+  device->stalled = 1;
+  EXPECT_EQ(look(c, found).error().code, ErrorCode::timeout);
 }
 
 TEST_F(Dlpc350, a_source_of_120_hz_is_refused) {
