@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reports by hidapi with its hidraw back end: the kernel keeps its driver, and only a udev rule is needed.
 #include "projector/dlpc350/find_controllers.hpp"
+#include "symrig/base/fd.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <hidapi/hidapi.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 namespace symrig::projector::dlpc350 {
@@ -33,7 +36,8 @@ std::string plain(const wchar_t* text) {
 
 class HidapiTransport final : public HidTransport {
  public:
-  HidapiTransport(HidDevice device, std::string path) : device_(std::move(device)), path_(std::move(path)) {}
+  HidapiTransport(HidDevice device, Fd lock, std::string path)
+      : device_(std::move(device)), lock_(std::move(lock)), path_(std::move(path)) {}
 
   Result<void> write(const Report& report) override {
     std::array<std::uint8_t, kReportBytes + 1> bytes{};  // byte 0: the report has no number
@@ -60,6 +64,7 @@ class HidapiTransport final : public HidTransport {
   }
 
   HidDevice device_;
+  Fd lock_;
   std::string path_;
 };
 
@@ -95,10 +100,16 @@ Result<std::unique_ptr<HidTransport>> open_transport(const std::string& path) {
   if (found.size() > 1)
     return Error{ErrorCode::bad_argument, fmt::format("{} DLPC350 are connected", found.size()),
                  fmt::format("choose one: controller = \"{}\"", found.front().path)};
-  HidDevice device(hid_open_path(found.front().path.c_str()));
-  if (!device) return cannot_open(found.front().path);
+  const std::string& node = found.front().path;
+  HidDevice device(hid_open_path(node.c_str()));
+  if (!device) return cannot_open(node);
+  // The kernel hands every reply to every reader, so two programs would take each other's.
+  Fd lock(::open(node.c_str(), O_RDWR | O_CLOEXEC));
+  if (!lock || ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
+    return Error{ErrorCode::device_lost, node + " is in use by another program",
+                 "end the other symrig, then try again"};
   return std::unique_ptr<HidTransport>(
-      std::make_unique<HidapiTransport>(std::move(device), std::move(found.front().path)));
+      std::make_unique<HidapiTransport>(std::move(device), std::move(lock), std::move(found.front().path)));
 }
 
 }  // namespace symrig::projector::dlpc350
