@@ -66,6 +66,8 @@ void check_plane_exposures(const RigSetup& rig, const Scan& scan, Findings& find
                      fmt::format("planes {} to {} are not in a picture of {}", one.plane,
                                  one.plane + one.planes - 1, projector.planes),
                      fmt::format("planes 0 to {}", projector.planes - 1));
+    } else if (one.planes == projector.planes && one.exposure % projector.refresh == Nanoseconds{0}) {
+      continue;  // whole refreshes of a picture with one pattern
     } else if (timing.settle() + one.exposure > one.planes * projector.plane_period) {
       findings.error(scan.bracket_place, kPlanesRule,
                      fmt::format("an exposure of {} does not fit into {} planes of {}",

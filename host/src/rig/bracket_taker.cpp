@@ -173,7 +173,10 @@ Result<void> BracketTaker::take_picture(const PlanePicture& picture) {
   SYMRIG_TRY(auto taken, run(program, brackets, &picture));
   for (std::size_t k = 0; k < taken.size(); ++k) {
     const WantedExposure& what = picture.exposures[k].what;
-    if (taken[k]) parts_[what.photograph][what.exposure] = std::move(taken[k]);
+    if (!taken[k]) continue;
+    Nanoseconds& exposure = taken[k]->exposures.front();
+    exposure = light_of(picture.exposures[k].at, exposure, plane_rules());
+    parts_[what.photograph][what.exposure] = std::move(taken[k]);
   }
   return {};
 }
@@ -202,9 +205,20 @@ RigSetup BracketTaker::plane_setup() const {
 Result<CameraTiming> BracketTaker::timing() const {
   CameraTiming timing = devices_->camera().timing();
   if (devices_->projector().planes().planes == 0) return timing;
-  SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(plane_rules()));
-  timing.max_exposure = std::min(timing.max_exposure, longest);
+  const PlaneRules rules = plane_rules();
+  SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
+  // Frames without noise hold the mean light of the shutter's time, and whole refreshes have dark time.
+  const bool within_planes = rules.timing.exposure != rules.timing.period || options_.reading->exact();
+  if (within_planes) timing.max_exposure = std::min(timing.max_exposure, longest);
   return timing;
+}
+
+Result<Exposures> BracketTaker::realised(Exposures exposures) const {
+  if (devices_->projector().planes().planes == 0) return exposures;
+  for (Nanoseconds& exposure : exposures) {
+    SYMRIG_TRY(exposure, light_in_planes(exposure, plane_rules()));
+  }
+  return exposures;
 }
 
 /// Which exposures of a picture are proved to be in their planes.

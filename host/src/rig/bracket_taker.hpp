@@ -46,6 +46,8 @@ class BracketTaker {
   const Projector& projector() const { return devices_->projector(); }
   /// The camera's timing, with what the projector's bit planes allow.
   Result<CameraTiming> timing() const;
+  /// The exposures that camera and projector give for the wanted ones.
+  Result<Exposures> realised(Exposures exposures) const;
   const RigTrouble& trouble() const { return trouble_; }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made

@@ -51,7 +51,9 @@ class PlaneJudge {
     }
     const Ticks begin = *(first + at.plane);
     const bool settled = exposure.begin - begin < rate_.ticks(rules_.timing.period);
-    const bool inside = exposure.end <= begin + rate_.ticks(at.planes * rules_.timing.period);
+    // The picture stays until the end of the run, so whole refreshes see nothing but its planes.
+    const bool inside =
+        over_refreshes(at, rules_) || exposure.end <= begin + rate_.ticks(at.planes * rules_.timing.period);
     return settled && inside ? PlaneProof::proved : PlaneProof::other_plane;
   }
 

@@ -4,6 +4,7 @@
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -61,6 +62,30 @@ Result<Nanoseconds> longest_in_planes(const PlaneRules& rules) {
                "set a shorter rig.projector.settle"};
 }
 
+Result<Nanoseconds> light_in_planes(Nanoseconds wanted, const PlaneRules& rules) {
+  SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
+  if (wanted <= longest) return wanted;
+  if (rules.timing.exposure == rules.timing.period) {
+    const Nanoseconds of_refresh = rules.timing.planes * rules.timing.period;
+    return std::max<std::int64_t>(1, wanted / of_refresh) * of_refresh;
+  }
+  return Error{ErrorCode::limit,
+               fmt::format("an exposure of {:.4g} ms is longer than a plane, {:.4g} ms",
+                           1e3 * seconds(wanted), 1e3 * seconds(longest)),
+               "use more light, open the aperture, or remove projector.plane_exposure"};
+}
+
+bool over_refreshes(const PlaneExposure& at, const PlaneRules& rules) {
+  return at.planes == rules.timing.planes && at.exposure >= rules.refresh &&
+         at.exposure % rules.refresh == Nanoseconds{0};
+}
+
+Nanoseconds light_of(const PlaneExposure& at, Nanoseconds width, const PlaneRules& rules) {
+  if (!over_refreshes(at, rules)) return width;
+  const double share = seconds(rules.timing.planes * rules.timing.period) / seconds(rules.refresh);
+  return Nanoseconds{std::llround(static_cast<double>(width.count()) * share)};
+}
+
 Result<std::vector<PlanePicture>> plan_planes(std::span<const WantedExposure> wanted,
                                               const PlaneRules& rules) {
   SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
@@ -68,13 +93,12 @@ Result<std::vector<PlanePicture>> plan_planes(std::span<const WantedExposure> wa
   for (std::size_t first = 0, last = 0; first < wanted.size(); first = last) {
     // All exposures of one photograph use the same planes.
     int planes = 1;
+    std::vector<Nanoseconds> shutters;
     for (last = first; last < wanted.size() && wanted[last].photograph == wanted[first].photograph; ++last) {
-      if (wanted[last].time > longest)
-        return Error{ErrorCode::limit,
-                     fmt::format("an exposure of {:.4g} ms is longer than the planes of a picture, {:.4g} ms",
-                                 1e3 * seconds(wanted[last].time), 1e3 * seconds(longest)),
-                     "use more light, or open the aperture"};
-      planes = std::max(planes, planes_for(wanted[last].time, rules));
+      SYMRIG_TRY(const Nanoseconds light, light_in_planes(wanted[last].time, rules));
+      const bool whole = light > longest;
+      planes = std::max(planes, whole ? rules.timing.planes : planes_for(light, rules));
+      shutters.push_back(whole ? light / (rules.timing.planes * rules.timing.period) * rules.refresh : light);
     }
     const auto fits = static_cast<std::size_t>(rules.timing.planes - planes);
     if (pictures.empty() || pictures.back().plan.size() > fits) pictures.emplace_back();
@@ -83,7 +107,7 @@ Result<std::vector<PlanePicture>> plan_planes(std::span<const WantedExposure> wa
     picture.plan.insert(picture.plan.end(), static_cast<std::size_t>(planes),
                         static_cast<int>(wanted[first].photograph));
     for (std::size_t i = first; i < last; ++i)
-      picture.exposures.push_back({wanted[i], {0, plane, planes, wanted[i].time}});
+      picture.exposures.push_back({wanted[i], {0, plane, planes, shutters[i - first]}});
   }
   for (PlanePicture& picture : pictures) put_in_time(picture.exposures, rules);
   return pictures;

@@ -129,6 +129,7 @@ Result<void> Rig::meter() {
              plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
                             planned() ? kUnforeseenExposures : options_.exposures, options_.ratio, timing_));
   SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
+  SYMRIG_TRY(exposures_, taker_->realised(std::move(exposures_)));
   if (!planned()) return {};
   // Whole ticks of the board last as long wherever in a run they begin. Runs of planned exposures begin
   // anywhere.

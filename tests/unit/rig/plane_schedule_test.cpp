@@ -86,6 +86,25 @@ TEST(PlaneSchedule, a_bracket_repeats_the_planes_of_its_pattern) {
   EXPECT_EQ((*planned)[0].plan, (PlanePlan{0, 0, 0, 1}));
 }
 
+TEST(PlaneSchedule, longer_exposures_are_whole_refreshes_of_one_pattern) {
+  const PlaneRules rule = rules();
+  const Nanoseconds refresh_light = 24 * 684us;
+  EXPECT_EQ(*light_in_planes(3ms, rule), 3ms);
+  EXPECT_EQ(*light_in_planes(24 * 684us, rule), refresh_light);
+  EXPECT_EQ(*light_in_planes(40ms, rule), 2 * refresh_light) << "never longer than wanted";
+  const std::vector<WantedExposure> wanted{{0, 0, 1ms}, {0, 1, 40ms}, {1, 0, 1ms}};
+  const auto planned = plan_planes(wanted, rule);
+  ASSERT_OK(planned);
+  ASSERT_EQ(planned->size(), 2U) << "the pattern fills a picture";
+  EXPECT_EQ((*planned)[0].plan, PlanePlan(24, 0));
+  const PlaneExposure& shutter = (*planned)[0].exposures[1].at;
+  EXPECT_EQ(shutter.exposure, 2 * rule.refresh);
+  EXPECT_TRUE(over_refreshes(shutter, rule));
+  EXPECT_NEAR(static_cast<double>(light_of(shutter, shutter.exposure, rule).count()),
+              static_cast<double>((2 * refresh_light).count()), 1);
+  EXPECT_EQ(light_of((*planned)[0].exposures[0].at, 1ms, rule), 1ms);
+}
+
 TEST(PlaneSchedule, planes_with_dark_time_between_them_hold_no_long_exposure) {
   PlaneRules rule = rules();
   EXPECT_EQ(*longest_in_planes(rule), 24 * 684us - 15us);
