@@ -30,3 +30,7 @@ endif()
 if(SYMRIG_GENICAM AND NOT TARGET PkgConfig::ARAVIS)
   pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET GLOBAL aravis-0.8)
 endif()
+# Optional: DLP controllers, in the same way.
+if(SYMRIG_DLPC AND NOT TARGET PkgConfig::HIDAPI)
+  pkg_check_modules(HIDAPI REQUIRED IMPORTED_TARGET GLOBAL hidapi-hidraw)
+endif()

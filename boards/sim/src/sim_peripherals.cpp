@@ -68,6 +68,93 @@ void SimProjector::reset() {
   changes_.clear();
 }
 
+SimPlaneProjector::SimPlaneProjector(const SimBoard& board, const SimPlaneProjectorConfig& config)
+    : config_(config),
+      tick_hz_(board.config().tick_hz),
+      origin_(board.now()),
+      period_(ticks_of(config.period_ns)),
+      lead_(ticks_of(config.frame_lead_ns)) {
+  const int frame = board.line(config.frame_line), plane_line = board.line(config.plane_line);
+  const std::uint64_t refresh = tick_hz_ / config.refresh_hz;
+  events_.push_back({0, frame, true, -1, false});
+  events_.push_back({lead_ / 2, frame, false, -1, false});
+  int last = 0;
+  for (int k = 0; k < config.planes; ++k) {
+    const std::uint64_t begin = lead_ + static_cast<std::uint64_t>(k) * period_;
+    if (begin + period_ >= refresh) break;
+    if (k > 0) {
+      const std::uint64_t early = begin - period_ / 8;
+      events_.push_back({early - ticks_of(2'000), plane_line, false, k, true});
+      events_.push_back({early, plane_line, true, k, true});
+      events_.push_back({begin - ticks_of(20'000), plane_line, false, k - 1, false});
+    }
+    events_.push_back({begin, plane_line, true, k, false});
+    last = k;
+  }
+  const std::uint64_t dark = lead_ + static_cast<std::uint64_t>(last + 1) * period_;
+  events_.push_back({dark - ticks_of(20'000), plane_line, false, last, false});
+}
+
+std::uint64_t SimPlaneProjector::ticks_of(std::uint64_t nanoseconds) const {
+  return nanoseconds * (tick_hz_ / 1'000'000) / 1000;
+}
+
+std::uint64_t SimPlaneProjector::refresh_tick(std::uint64_t number) const {
+  return origin_ + number * tick_hz_ / config_.refresh_hz;
+}
+
+void SimPlaneProjector::outputs_changed(std::uint64_t /*tick*/, std::uint32_t /*levels*/,
+                                        SimBoard& /*board*/) {}
+
+std::uint64_t SimPlaneProjector::next_event() const {
+  return refresh_tick(refresh_) + events_[next_].offset;
+}
+
+bool SimPlaneProjector::happens(const Event& event) const {
+  if (event.plane < 0) return !faults.frames.contains(refresh_);
+  const std::pair at(refresh_, event.plane);
+  return event.glitch ? faults.glitches.contains(at) : !faults.planes.contains(at);
+}
+
+void SimPlaneProjector::on_event(std::uint64_t tick, SimBoard& board) {
+  const Event& event = events_[next_];
+  if (tick < stopped_at_ && happens(event)) board.set_input(event.line, event.level);
+  if (++next_ < events_.size()) return;
+  next_ = 0;
+  ++refresh_;
+}
+
+std::uint64_t SimPlaneProjector::show(std::int64_t index, SimBoard& board) {
+  const std::uint64_t number = refresh_ + (next_ > 0 ? 1 : 0);
+  const std::uint64_t tick = refresh_tick(number);
+  board.advance_to(tick + 1);  // the host hears of the refresh after its edge
+  pictures_.push_back({number + static_cast<std::uint64_t>(config_.latency), index});
+  return tick;
+}
+
+std::int64_t SimPlaneProjector::picture_in(std::uint64_t refresh) const {
+  const auto after =
+      std::upper_bound(pictures_.begin(), pictures_.end(), refresh,
+                       [](std::uint64_t r, const Picture& picture) { return r < picture.from; });
+  return after == pictures_.begin() ? -1 : (after - 1)->index;
+}
+
+std::vector<SimPlaneProjector::Lit> SimPlaneProjector::lit(std::uint64_t begin, std::uint64_t end) const {
+  std::vector<Lit> all;
+  if (end <= origin_) return all;
+  const std::uint64_t first = (begin - std::min(begin, origin_)) * config_.refresh_hz / tick_hz_;
+  for (std::uint64_t number = first > 0 ? first - 1 : 0; refresh_tick(number) < end; ++number) {
+    const std::int64_t picture = picture_in(number);
+    for (int k = 0; k < config_.planes && picture >= 0; ++k) {
+      const std::uint64_t from = refresh_tick(number) + lead_ + static_cast<std::uint64_t>(k) * period_;
+      const std::uint64_t to = std::min({from + period_, refresh_tick(number + 1), stopped_at_});
+      const std::uint64_t a = std::max(begin, from), b = std::min(end, to);
+      if (a < b) all.push_back({picture, k, b - a});
+    }
+  }
+  return all;
+}
+
 SimCamera::SimCamera(const SimBoard& board, const SimCameraConfig& config)
     : trigger_(board.line(config.trigger_line)),
       strobe_(board.line(config.strobe_line)),

@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
+#include "dlp_text.hpp"
 #include "files.hpp"
 #include "json_text.hpp"
 #include "tick_duration.hpp"
@@ -21,7 +22,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct InfoArguments {
-  std::string device, camera, json;
+  std::string device, camera, projector, json;
 };
 
 std::string waits_text(const LineInfo& line) {
@@ -211,9 +212,18 @@ Result<void> run_camera(const InfoArguments& arguments) {
   return is_standard_output(arguments.json) ? Result<void>() : print(camera_text(camera));
 }
 
+Result<void> run_projector(const InfoArguments& arguments) {
+  SYMRIG_TRY(const DlpController controller, look_at_dlp_controller(arguments.projector));
+  Json json{{"command", "info"}};
+  json.update(controller_json(controller));
+  SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
+  return is_standard_output(arguments.json) ? Result<void>() : print(controller_text(controller));
+}
+
 Result<void> run(const InfoArguments& arguments) {
   SYMRIG_CHECK(JobFiles().writes("--json", arguments.json, FileFormat::json).check());
   if (!arguments.camera.empty()) return run_camera(arguments);
+  if (!arguments.projector.empty()) return run_projector(arguments);
   SYMRIG_TRY(auto board, open_board(arguments.device));
   SYMRIG_TRY(const BoardStatus status, board.status());
   SYMRIG_TRY(const auto diagnostics, board.diagnostics());
@@ -235,10 +245,17 @@ Job add_info(CLI::App& command) {
                   "bus or name")
       ->type_name("CAMERA")
       ->excludes("--device");
+  command
+      .add_option("--projector", arguments->projector,
+                  "Show a DLP controller instead: its path, as symrig list shows it")
+      ->type_name("CONTROLLER")
+      ->excludes("--device")
+      ->excludes("--camera");
   add_json(command, arguments->json);
   command.footer(std::string("Example:\n"
                              "  symrig info --device sim:\n"
                              "  symrig info --camera /dev/video0\n"
+                             "  symrig info --projector /dev/hidraw0\n"
                              "\n") +
                  kDeviceHelp + "This command changes nothing on the board.\n\n" + kExitCodes);
   return [arguments] { return run(*arguments); };

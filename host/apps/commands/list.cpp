@@ -3,6 +3,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "device_option.hpp"
+#include "dlp_text.hpp"
 #include "files.hpp"
 #include "json_text.hpp"
 #include "list_projectors.hpp"
@@ -119,10 +120,13 @@ Result<void> run(const ListArguments& arguments) {
   for (const Row& row : rows) json["boards"].push_back(to_json(row));
   const auto displays = find_displays();
   json["projectors"] = projectors_json(displays);
+  const auto controllers = find_dlp_controllers();
+  json["controllers"] = controllers_json(controllers);
   json["cameras"] = cameras_json(cameras);
   SYMRIG_CHECK(write_text(arguments.json, json_text(json, 2)));
   if (is_standard_output(arguments.json)) return {};
-  return print(table(rows) + projectors_table(displays) + cameras_summary(cameras));
+  return print(table(rows) + projectors_table(displays) + controllers_table(controllers) +
+               cameras_summary(cameras));
 }
 
 }  // namespace
@@ -143,6 +147,7 @@ Job add_list(CLI::App& command) {
           "another program\n"
           "uses, but does not ask it. The simulated board sim: is always listed.\n"
           "Projectors are the connectors of graphics cards, with the modes of the connected displays.\n"
+          "Controllers are DLP controllers on USB; symrig info --projector PATH shows everything about one.\n"
           "Cameras are V4L2 and GenICam devices; symrig info --camera PATH shows everything about one.\n"
           "\n") +
       kExitCodes);

@@ -45,8 +45,8 @@ class LineCheck {
   }
 
   void check_named(const RigLine& line) {
-    const bool input =
-        line.role == RigRole::vsync || line.role == RigRole::strobe || line.role == RigRole::interlock;
+    const bool input = line.role == RigRole::vsync || line.role == RigRole::strobe ||
+                       line.role == RigRole::interlock || line.role == RigRole::plane;
     const bool output =
         line.role == RigRole::projector || line.role == RigRole::camera || line.role == RigRole::lamp;
     const int k = board_.line(line.config.line);
@@ -82,14 +82,21 @@ class LineCheck {
     }
   }
 
+  /// Bit planes follow each other by themselves: no line asks for them.
   void need_projector(int place) {
-    need(RigRole::projector, true, place);
-    if (file_.rig.projector.sync == PatternSync::vsync) need(RigRole::vsync, false, place);
+    const PatternSync sync = file_.rig.projector.sync;
+    if (sync != PatternSync::plane) need(RigRole::projector, true, place);
+    if (sync != PatternSync::trigger) need(RigRole::vsync, false, place);
+    if (sync == PatternSync::plane) need(RigRole::plane, false, place);
   }
 
   void check_scan(const Scan& scan) {
     if (!scan.lines_as_wired) need_projector(scan.place);
     if (scan.lines_as_wired) look_up_wired();
+    if (!scan.plane_exposures.empty()) {
+      need(RigRole::vsync, false, scan.place);
+      need(RigRole::plane, false, scan.place);
+    }
     need(RigRole::camera, true, scan.place);
     if (!scan.lamp.empty()) look_up(scan.lamp, true, scan.lamp_place);
     if (scan.start_marker) look_up(scan.start_marker->line, true, scan.start_marker->place);

@@ -288,6 +288,7 @@ class ScanCheck {
 }  // namespace
 
 void check_scan(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings) {
+  if (rig.projector.sync == PatternSync::plane) check_planes(rig, scan, findings);
   if (!scan.bracket.empty()) ScanCheck(rig, scan, board, findings).run();
   // A group with a bracket of its own is judged as a scan of this group alone.
   for (const PatternGroup& group : scan.patterns) {

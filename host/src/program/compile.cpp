@@ -25,7 +25,8 @@ void gather_lines(const std::vector<FileStep>& steps, std::set<std::string>& lin
 std::set<std::string> lines_in_use(const ProgramFile& file) {
   std::set<std::string> lines;
   gather_lines(file.steps, lines);
-  for (const RigRole role : {RigRole::projector, RigRole::camera, RigRole::vsync, RigRole::strobe})
+  for (const RigRole role :
+       {RigRole::projector, RigRole::camera, RigRole::vsync, RigRole::strobe, RigRole::plane})
     if (const RigLine* line = file.rig.with_role(role)) lines.insert(line->config.line);
   if (file.scan && !file.scan->lamp.empty()) lines.insert(file.scan->lamp);
   return lines;

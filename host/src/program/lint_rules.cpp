@@ -27,6 +27,7 @@ constexpr std::array kRules{
     LintRule{"projector.black_insertion", "an exposure includes the black at a pattern's end"},
     LintRule{"projector.min_exposure", "a pattern is shown for less than its bit depth needs"},
     LintRule{"projector.on_time", "how long the projector must show each pattern"},
+    LintRule{"projector.planes", "exposures or patterns do not fit into the bit planes of a picture"},
     LintRule{"projector.whole_refresh", "the exposure of a multi-bit pattern is not whole refreshes"},
     LintRule{"rounding", "rounding to ticks changes a duration by more than a thousandth"},
     LintRule{"settle", "an exposure begins before the pattern is steady"},

@@ -39,6 +39,7 @@ std::vector<Nanoseconds> longer_bracket(const std::vector<Nanoseconds>& bracket,
   const double factor = static_cast<double>(least.count()) / static_cast<double>(shortest.count());
   if (!(factor > 1)) return legal;
   std::vector<Nanoseconds> longer;
+  longer.reserve(once.size());
   for (const Nanoseconds exposure : once) longer.push_back(std::max(times(exposure, factor), least));
   longer = legalized(longer, legalize);
   return longer.size() > legal.size() ? longer : legal;

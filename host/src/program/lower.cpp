@@ -30,11 +30,13 @@ class RigMoves {
         camera_(rig.line_name(RigRole::camera)),
         projector_(rig.line_name(RigRole::projector)),
         vsync_(rig.line_name(RigRole::vsync)),
+        plane_(rig.line_name(RigRole::plane)),
         drain_(longest_delay(rig)) {}
 
   /// Asks for the next pattern and waits until it is on the screen.
   void advance(Nanoseconds stretch, OnTimeout action, int place) {
     const ProjectorProfile& projector = rig_.projector;
+    if (projector.sync == PatternSync::plane) return await_plane(projector.vsync_timeout, action, place);
     const Ticks width = projector_.empty() ? Ticks{0} : board_.rate.ticks(projector.advance_pulse + stretch);
     if (!projector_.empty()) moves_.pulse(projector_, width, place);
     if (projector.sync == PatternSync::vsync) {
@@ -45,6 +47,19 @@ class RigMoves {
       const Ticks shown = moves_.ticks_up(projector.trigger_delay);
       if (shown > width) moves_.hold(shown - width, place);
     }
+  }
+
+  /// Waits until the planes of a picture begin again.
+  void await_refresh(OnTimeout action, int place) {
+    if (vsync_.empty()) return;
+    moves_.hold_up(drain_, place);
+    moves_.wait(vsync_, first_edge(RigRole::vsync), rig_.projector.vsync_timeout, action, place);
+  }
+
+  void await_plane(Nanoseconds timeout, OnTimeout action, int place) {
+    if (plane_.empty()) return;
+    moves_.hold_up(drain_, place);
+    moves_.wait(plane_, first_edge(RigRole::plane), timeout, action, place);
   }
 
   /// One exposure. Ends with the camera's line off; the exposure ends `offset` later.
@@ -85,6 +100,11 @@ class RigMoves {
   }
 
  private:
+  /// The edge at which a trigger output becomes active.
+  EdgeKind first_edge(RigRole role) const {
+    return rig_.is_active_low(role) ? EdgeKind::falling : EdgeKind::rising;
+  }
+
   /// A camera that exposes longer than its pulse; one that exposes shorter has ended already.
   void outlast_pulse(int place) {
     if (rig_.camera.exposure_offset.count() > 0) moves_.hold(rig_.camera.exposure_offset, place);
@@ -93,7 +113,7 @@ class RigMoves {
   const RigSetup& rig_;
   MoveList& moves_;
   const BoardInfo& board_;
-  std::string camera_, projector_, vsync_;
+  std::string camera_, projector_, vsync_, plane_;
   Nanoseconds drain_;
 };
 
@@ -109,6 +129,7 @@ class ScanMoves {
   void write(const BoardInfo& board) {
     steps_.idle(board);
     write_startup();
+    if (!scan_.plane_exposures.empty()) return write_planes();
     const bool looped = scan_.repeat > 1;
     if (looped) moves_.loop(scan_.repeat, scan_.place);
     write_sequence();
@@ -128,7 +149,30 @@ class ScanMoves {
     moves_.end_loop(place);
   }
 
+  /// The exposures in the planes of one picture. `now` is the time since the edge of the vsync line.
+  void write_planes() {
+    const ProjectorProfile& projector = rig_.projector;
+    const Nanoseconds lead = plane_lead(projector.plane_period);
+    steps_.await_refresh(scan_.on_timeout, scan_.place);
+    Nanoseconds now{0};
+    for (const PlaneExposure& one : scan_.plane_exposures) {
+      const Nanoseconds due =
+          one.refresh * projector.refresh + projector.frame_lead + one.plane * projector.plane_period;
+      // Plane 0 of the first refresh comes so soon after the vsync line that there may be nothing to hold.
+      const Nanoseconds ahead = std::min(lead, due - now);
+      moves_.mark(kMarkPattern, scan_.place);
+      moves_.hold(due - ahead - now, scan_.gap_place);
+      steps_.await_plane(ahead + lead / 2, OnTimeout::keep_going, scan_.place);
+      moves_.hold_up(timing_.settle(), scan_.settle_place);
+      moves_.mark(mark_of_exposure(0), scan_.bracket_place);
+      steps_.expose(one.exposure, Nanoseconds{0}, scan_.bracket_place);
+      now = due + timing_.settle() + one.exposure;
+    }
+    moves_.hold_up(timing_.gap(), scan_.gap_place);
+  }
+
   void write_sequence() {
+    if (rig_.projector.sync == PatternSync::plane) steps_.await_refresh(scan_.on_timeout, scan_.place);
     first_ = scan_.start_marker.has_value();
     if (scan_.order == ScanOrder::pattern_outer) return write_patterns({});
     for (std::size_t j = 0; j < scan_.bracket.size(); ++j) write_patterns(j);

@@ -30,6 +30,9 @@ void check_camera_pulses(const ProgramFile& file, const BoardInfo& board, const 
 /// Checks a scan against the limits of its camera, its projector and its lamp.
 void check_scan(const RigSetup& rig, const Scan& scan, const BoardInfo& board, Findings& findings);
 
+/// Checks a scan against the bit planes of its projector.
+void check_planes(const RigSetup& rig, const Scan& scan, Findings& findings);
+
 /// The moves of a program file that the checks have passed.
 MoveList lower(const ProgramFile& file, const BoardInfo& board);
 

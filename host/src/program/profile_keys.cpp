@@ -13,7 +13,8 @@ using Choices = std::array<std::pair<std::string_view, T>, 2>;
 constexpr Choices<bool> kActive{{{"high", false}, {"low", true}}};
 constexpr Choices<ExposureMode> kExposure{
     {{"trigger-width", ExposureMode::trigger_width}, {"timed", ExposureMode::timed}}};
-constexpr Choices<PatternSync> kSync{{{"vsync", PatternSync::vsync}, {"trigger", PatternSync::trigger}}};
+constexpr std::array<std::pair<std::string_view, PatternSync>, 3> kSync{
+    {{"vsync", PatternSync::vsync}, {"trigger", PatternSync::trigger}, {"plane", PatternSync::plane}}};
 
 void settled(base::TableReader& table, std::vector<std::string>& assumptions) {
   std::erase_if(assumptions, [&table](const std::string& key) { return table.has(key); });
@@ -69,6 +70,9 @@ void read_projector_keys(base::TableReader& table, ProjectorProfile& projector) 
   auto bits = static_cast<std::uint64_t>(projector.whole_refresh_from_bits);
   table.read_count("whole_refresh_from_bits", bits, 0, 16);
   projector.whole_refresh_from_bits = static_cast<int>(bits);
+  table.read_whole("planes", projector.planes, 1, 24);
+  table.read("plane_period", projector.plane_period);
+  table.read("frame_lead", projector.frame_lead);
   read_limits(table, projector.min_exposure);
 }
 

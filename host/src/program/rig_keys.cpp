@@ -10,10 +10,11 @@ namespace {
 template <class T, std::size_t N>
 using RigChoices = std::array<std::pair<std::string_view, T>, N>;
 
-constexpr RigChoices<RigRole, 7> kRoles{{{"projector", RigRole::projector},
+constexpr RigChoices<RigRole, 8> kRoles{{{"projector", RigRole::projector},
                                          {"camera", RigRole::camera},
                                          {"lamp", RigRole::lamp},
                                          {"vsync", RigRole::vsync},
+                                         {"plane", RigRole::plane},
                                          {"strobe", RigRole::strobe},
                                          {"interlock", RigRole::interlock},
                                          {"general", RigRole::general}}};

@@ -37,7 +37,7 @@ std::string misspelt_kind(const base::TomlNode& node) {
   std::vector<std::string_view> known;
   for (const auto& [word, kind] : kKinds) known.push_back(word);
   for (const base::TomlNode& child : node.children)
-    if (const std::string text = suggestion(child.key, known); !text.empty()) return text;
+    if (std::string text = suggestion(child.key, known); !text.empty()) return text;
   return {};
 }
 

@@ -34,6 +34,9 @@ class ProjectorSource {
   virtual Result<std::unique_ptr<Projector>> open(const ScreenFacts& screen, Grid grid) const = 0;
   /// Pacing of the projector that open() returns. With Pacing::trigger, the board needs a line to it.
   virtual Pacing pacing() const = 0;
+  /// true: the projector that open() returns shows bit planes (Projector::planes()). The board then needs a
+  /// line for each of its two trigger outputs.
+  virtual bool shows_planes() const { return false; }
   /// All settings that affect photographs, in one line. The photograph log compares this text, so the text of
   /// existing settings must never change.
   virtual std::string identity(const Placement& placement) const = 0;

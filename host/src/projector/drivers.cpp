@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of projector drivers. A new driver is a folder beside drm, and its header and a line here
 // (CONTRIBUTING.md).
+#include "projector/dlpc350/dlpc350_driver.hpp"
 #include "projector/driver.hpp"
 #include "projector/drm/drm_driver.hpp"
 #include "projector/folder/folder_driver.hpp"
@@ -14,6 +15,7 @@ std::span<const ProjectorDriver> projector_drivers() {
   static constexpr std::array kDrivers{
       drm_driver(),
       folder_driver(),
+      dlpc350_driver(),
   };
   return kDrivers;
 }

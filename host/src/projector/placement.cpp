@@ -24,9 +24,8 @@ std::vector<int> sources(int length, bool mirror, int offset, int cell, int coun
 }
 
 /// Calls write(row, line) for each screen row; `line` holds its words. Rows of the same cell share a line.
-template <class Word, class ToWord, class Write>
-void draw_rows(const Image<std::uint8_t>& codes, const Placement& at, Grid screen, ToWord to_word,
-               Write write) {
+template <class Word, class Code, class ToWord, class Write>
+void draw_rows(const Image<Code>& codes, const Placement& at, Grid screen, ToWord to_word, Write write) {
   const auto rows = sources(screen.rows, at.mirror_rows, at.top, at.cell, codes.grid().rows);
   const auto cols = sources(screen.cols, at.mirror_cols, at.left, at.cell, codes.grid().cols);
   std::vector<Word> line(cols.size());
@@ -65,6 +64,16 @@ Result<Grid> placed_grid(Grid screen, const Placement& placement, std::optional<
 void draw(const Image<std::uint8_t>& codes, const Placement& placement, const ScreenMemory& screen) {
   draw_rows<std::uint32_t>(
       codes, placement, screen.grid, [](std::uint8_t code) { return 0x010101U * code; },
+      [&](int row, const std::vector<std::uint32_t>& line) {
+        std::copy(
+            line.begin(), line.end(),
+            screen.words.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(row) * screen.pitch));
+      });
+}
+
+void draw(const Image<std::uint32_t>& words, const Placement& placement, const ScreenMemory& screen) {
+  draw_rows<std::uint32_t>(
+      words, placement, screen.grid, [](std::uint32_t word) { return word; },
       [&](int row, const std::vector<std::uint32_t>& line) {
         std::copy(
             line.begin(), line.end(),

@@ -8,4 +8,9 @@ Result<Shown> Projector::show(std::size_t /*index*/) {
                "let the board advance it"};
 }
 
+Result<void> Projector::load_planes(std::span<const Pattern> /*patterns*/,
+                                    std::span<const PlanePlan> /*plans*/) {
+  return Error{ErrorCode::bad_argument, describe() + " shows whole pictures", "load patterns"};
+}
+
 }  // namespace symrig

@@ -117,6 +117,7 @@ Json trouble_json(const RigTrouble& trouble) {
           {"exposures_unasked", trouble.unasked},
           {"runs_spoiled", trouble.spoiled_runs},
           {"patterns_late", trouble.patterns_late},
+          {"planes_doubtful", trouble.planes_doubtful},
           {"registered_again", trouble.registered_again},
           {"exposures", trouble.exposures},
           {"reopened",

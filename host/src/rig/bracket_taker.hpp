@@ -3,6 +3,8 @@
 
 #include "rig/device_set.hpp"
 #include "rig/evidence.hpp"
+#include "rig/plane_evidence.hpp"
+#include "symrig/program/compile.hpp"
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>
@@ -42,6 +44,10 @@ class BracketTaker {
 
   const Camera& camera() const { return devices_->camera(); }
   const Projector& projector() const { return devices_->projector(); }
+  /// The camera's timing, with what the projector's bit planes allow.
+  Result<CameraTiming> timing() const;
+  /// The exposures that camera and projector give for the wanted ones.
+  Result<Exposures> realised(Exposures exposures) const;
   const RigTrouble& trouble() const { return trouble_; }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
@@ -57,12 +63,22 @@ class BracketTaker {
                                  std::span<const Exposures> exposures, Brackets& brackets);
   Result<void> attempt_shown(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
                              std::span<const Exposures> exposures, Brackets& brackets);
+  Result<void> attempt_planes(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
+                              std::span<const Exposures> exposures, Brackets& brackets);
+  Result<void> take_picture(const PlanePicture& picture);
+  Result<std::vector<bool>> proved(const Receipt& receipt, const PlanePicture& picture,
+                                   const BoardEvidence& evidence);
+  RigSetup plane_setup() const;
+  PlaneRules plane_rules() const;
   /// Stores a bracket. Without one, counts a retake.
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
   Result<Brackets> run(const RigSetup& setup, std::span<const Exposures> exposures);
-  Result<Receipt> run_board(const RigSetup& setup, std::span<const Exposures> exposures);
+  /// picture: also demands proof of the planes; nullptr: the projector shows whole pictures.
+  Result<Brackets> run(const CompiledProgram& program, std::span<const Exposures> exposures,
+                       const PlanePicture* picture);
+  Result<Receipt> run_board(const CompiledProgram& compiled);
   Result<Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
@@ -80,8 +96,11 @@ class BracketTaker {
   RigTrouble trouble_;
   FrameCounts last_;  // of the newest run that left a bracket in doubt
   std::int64_t last_unanswered_ = 0;
-  std::optional<Shown> shown_;  // Pacing::host: the pattern on the screen
-  bool loaded_ = false;         // the projector has loaded the patterns of this take()
+  std::optional<PlaneProof> last_planes_;  // why an exposure of the newest run is in doubt
+  std::optional<Shown> shown_;             // Pacing::host: the pattern on the screen
+  /// Bit planes: the frames of this take() by photograph and exposure.
+  std::vector<std::vector<std::optional<TakenBracket>>> parts_;
+  bool loaded_ = false;  // the projector has loaded the patterns of this take()
   std::int64_t frames_ = 0;
   double rig_seconds_ = 0;
   RigTime time_;

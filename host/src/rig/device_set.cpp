@@ -36,6 +36,12 @@ std::vector<LineConfig> lines_of(const RigOptions& options) {
   const RigLine* strobe = setup.with_role(RigRole::strobe);
   const RigLine* seen = strobe == nullptr ? setup.with_role(RigRole::camera) : strobe;
   if (seen != nullptr) line_in(lines, seen->config.line).capture = true;
+  // Bit planes are proved by the edges of both trigger outputs.
+  if (const RigLine* plane = setup.with_role(RigRole::plane)) {
+    line_in(lines, plane->config.line).capture = true;
+    if (const RigLine* frame = setup.with_role(RigRole::vsync))
+      line_in(lines, frame->config.line).capture = true;
+  }
   return lines;
 }
 

@@ -30,6 +30,7 @@ class DeviceSet {
 
   Board& board() { return *board_; }
   Projector& projector() { return *projector_; }
+  const Projector& projector() const { return *projector_; }
   Camera& camera() { return *camera_; }
   const Camera& camera() const { return *camera_; }
   SteadyClock& clock() { return clock_; }

@@ -13,12 +13,8 @@ namespace {
 constexpr double kTellingNoise = 0.3;
 constexpr std::size_t kTellingPixels = 400;
 
-struct Pulse {
-  Ticks begin, end;
-};
-
-std::vector<Pulse> pulses_of(const Receipt& receipt, const ExposureLine& line) {
-  std::vector<Pulse> pulses;
+std::vector<TickPulse> pulses_of(const Receipt& receipt, const ExposureLine& line) {
+  std::vector<TickPulse> pulses;
   std::optional<Ticks> begin;
   for (const CapturedEdge& edge : receipt.edges) {
     if (edge.line != line.line) continue;
@@ -57,7 +53,8 @@ Result<BoardEvidence> board_evidence(const Receipt& receipt, const ExposureLine&
                                      std::span<const std::size_t> first, const SteadyClock& clock) {
   BoardEvidence evidence;
   std::vector<FrameStamp> begins;
-  for (const Pulse& pulse : pulses_of(receipt, line)) {
+  evidence.pulses = pulses_of(receipt, line);
+  for (const TickPulse& pulse : evidence.pulses) {
     SYMRIG_TRY(const SteadyMoment begin, clock.at(pulse.begin));
     SYMRIG_TRY(const SteadyMoment end, clock.at(pulse.end));
     evidence.exposures.push_back({begin.at, end.at + line.offset, std::max(begin.bound, end.bound)});

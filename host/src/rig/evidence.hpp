@@ -23,8 +23,14 @@ struct ExposureLine {
   Nanoseconds tolerance{1'000'000};
 };
 
+/// An exposure on the board's clock.
+struct TickPulse {
+  Ticks begin, end;
+};
+
 /// The exposures of one run, from the board.
 struct BoardEvidence {
+  std::vector<TickPulse> pulses;        ///< every pulse of the line
   std::vector<SeenExposure> exposures;  ///< every pulse of the line, requested or not
   std::vector<Nanoseconds> widths;      ///< the exposure time of each pulse
   /// [first[i] + j]: the pulse of exposure j of photograph i. None: the camera made no exposure.

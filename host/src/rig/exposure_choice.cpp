@@ -32,8 +32,7 @@ Nanoseconds least_exposure(const RigOptions& options, const CameraTiming& timing
 
 }  // namespace
 
-ExposureRules exposure_rules(const RigOptions& options, const Camera& camera) {
-  const CameraTiming timing = camera.timing();
+ExposureRules exposure_rules(const RigOptions& options, const Camera& camera, const CameraTiming& timing) {
   ExposureRules rules;
   rules.min_exposure = least_exposure(options, timing);
   rules.max_exposure = timing.max_exposure;

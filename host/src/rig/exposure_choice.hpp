@@ -13,8 +13,9 @@
 
 namespace symrig {
 
-/// The limits of the rig's devices and the cost of a frame, for the exposure planner.
-ExposureRules exposure_rules(const RigOptions& options, const Camera& camera);
+/// The limits of the rig's devices and the cost of a frame, for the exposure planner. timing: of camera and
+/// projector together.
+ExposureRules exposure_rules(const RigOptions& options, const Camera& camera, const CameraTiming& timing);
 
 /// The shortest exposure that camera and projector allow.
 Nanoseconds shortest_exposure(const RigOptions& options, const CameraTiming& timing);

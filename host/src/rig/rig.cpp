@@ -49,6 +49,9 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
         ErrorCode::bad_argument,
         fmt::format("views {} do not tile a grid of {}", to_string(options_.views), to_string(grid())),
         "give the rows x columns of views in the picture"};
+  SYMRIG_TRY(timing_, taker_->timing());
+  // A picture with bit planes for fewer patterns would leave planes black.
+  options_.batch = std::max(options_.batch, static_cast<std::size_t>(taker_->projector().planes().planes));
   SYMRIG_CHECK(meter());
   SYMRIG_CHECK(photograph_black());
   shown_ = 0;
@@ -112,11 +115,10 @@ Result<TakenBracket> Rig::metering_bracket(const Exposures& trial) {
 /// Sets the exposures from the brightest pixel of the flood-lit scene.
 Result<void> Rig::meter() {
   const Camera& camera = taker_->camera();
-  const CameraTiming timing = camera.timing();
-  const Nanoseconds shortest = shortest_exposure(options_, timing);
-  const double span = std::max(1.0, 0.1 * timing.max_exposure / shortest);
+  const Nanoseconds shortest = shortest_exposure(options_, timing_);
+  const double span = std::max(1.0, 0.1 * timing_.max_exposure / shortest);
   const int count = 1 + static_cast<int>(std::log(span) / std::log(6.0));
-  SYMRIG_TRY(const auto trial, plan_exposures(shortest, count, 6, timing));
+  SYMRIG_TRY(const auto trial, plan_exposures(shortest, count, 6, timing_));
   SYMRIG_TRY(const TakenBracket taken, metering_bracket(trial));
   const auto rate = brightest_rate(*options_.reading, taken.frames, taken.exposures, camera, options_.scale);
   taker_->doubt_exposures(
@@ -128,8 +130,9 @@ Result<void> Rig::meter() {
                  "use less light or close the aperture"};
   SYMRIG_TRY(exposures_,
              plan_exposures(exposure_for(*rate, options_.headroom, camera.noise()),
-                            planned() ? kUnforeseenExposures : options_.exposures, options_.ratio, timing));
+                            planned() ? kUnforeseenExposures : options_.exposures, options_.ratio, timing_));
   SYMRIG_TRY(exposures_, in_whole_periods(std::move(exposures_), options_));
+  SYMRIG_TRY(exposures_, taker_->realised(std::move(exposures_)));
   if (!planned()) return {};
   // Whole ticks of the board last as long wherever in a run they begin. Runs of planned exposures begin
   // anywhere.
@@ -161,8 +164,8 @@ Result<void> Rig::refine_black(const Expectation& expected) {
   if (!black_ || black_for_ <= wanted || 16 * mean_variance(*black_) <= wanted) return {};
   const std::size_t count = options_.black_photographs;
   const Expectation dark = expected_black(*black_, expected, options_.black_photographs);
-  SYMRIG_TRY(const BracketPlan plan,
-             plan_bracket(dark, {options_.scale, 0}, camera.noise(), exposure_rules(options_, camera)));
+  SYMRIG_TRY(const BracketPlan plan, plan_bracket(dark, {options_.scale, 0}, camera.noise(),
+                                                  exposure_rules(options_, camera, timing_)));
   const std::vector<Pattern> patterns(count, Pattern(grid()));
   black_.reset();
   const std::int64_t shown = shown_;  // dark photographs do not count for the lamp's references
@@ -194,7 +197,7 @@ Result<std::vector<Exposures>> Rig::choose(std::span<const Pattern> patterns,
     if (expectation[i] != nullptr) SYMRIG_CHECK(refine_black(*expectation[i]));
   }
   const LightPath path{options_.scale, black_level(black_)};
-  const ExposureRules rules = exposure_rules(options_, taker_->camera());
+  const ExposureRules rules = exposure_rules(options_, taker_->camera(), timing_);
   std::vector<Result<BracketPlan>> plans(patterns.size(), Error{ErrorCode::bad_argument, "not planned"});
   tbb::parallel_for(std::size_t{0}, patterns.size(), [&](std::size_t i) {
     if (expectation[i] != nullptr)

@@ -101,7 +101,24 @@ Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camer
   return {};
 }
 
+/// Bit planes need the edges of both trigger outputs, and the projector's settling must fit into a plane.
+void check_plane_lines(const RigDescription& file, ReadContext& context) {
+  const RigSetup& setup = file.setup;
+  if (setup.projector.sync != PatternSync::plane)
+    context.fail(setup.projector_place,
+                 fmt::format("rig.projector: '{}' is no profile of a projector that shows bit planes",
+                             setup.projector.name),
+                 "give [rig] projector = \"lightcrafter-4500-video\"");
+  if (setup.with_role(RigRole::plane) == nullptr)
+    context.fail(setup.projector_place, "no line has the role \"plane\"",
+                 "wire TRIG_OUT_1 to an input: add [rig.lines.NAME] role = \"plane\"");
+  if (!file.projector.vsync || setup.with_role(RigRole::vsync) == nullptr)
+    context.fail(setup.projector_place, "no line has the role \"vsync\"",
+                 "wire TRIG_OUT_2 to an input: add [rig.lines.NAME] role = \"vsync\"");
+}
+
 void check_devices(const RigDescription& file, ReadContext& context) {
+  if (file.projector.source->shows_planes()) check_plane_lines(file, context);
   if (file.setup.camera.mode == ExposureMode::timed)
     context.fail(
         file.setup.camera_place,

@@ -15,6 +15,9 @@ constexpr std::array kProfiles{
     RigProfile{"screen60", "a 60 Hz screen, and a camera of 60 frames a second", 60, 1e-3, 1.0 / 60, 1},
     RigProfile{"video", "a projector of 1,440 binary patterns a second, and a camera of 200 frames a second",
                1440, 1e-5, 5e-3, 1},
+    RigProfile{"dlpc350",
+               "24 bit planes in each picture of a 60 Hz screen, and a camera of 200 frames a second", 60,
+               1e-5, 5e-3, 1, 24},
     RigProfile{"dim", "as screen60 with a tenth of the light", 60, 1e-3, 1.0 / 60, 0.1},
 };
 
@@ -40,6 +43,11 @@ RigSetup setup_of(const RigProfile& profile) {
   setup.projector.refresh = duration(1 / profile.refresh_hz);
   setup.projector.vsync_timeout = duration(3 / profile.refresh_hz);
   setup.projector.settle = duration(profile.settle_seconds);
+  if (profile.planes == 0) return setup;
+  RigLine plane;
+  plane.config.line = kPlaneLine;
+  plane.role = RigRole::plane;
+  setup.lines.push_back(plane);
   return setup;
 }
 

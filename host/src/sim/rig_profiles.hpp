@@ -12,6 +12,9 @@ const RigProfile& profile_of(const SceneUri& uri);
 /// The light that reaches the camera, by the key `light` and the profile. Full light: 1.
 double transmission_of(const SceneUri& uri);
 
+/// The line of the plane trigger, in profiles with bit planes.
+inline constexpr const char* kPlaneLine = "plane_trigger";
+
 /// The rig that the board's programs are compiled for.
 RigSetup setup_of(const RigProfile& profile);
 

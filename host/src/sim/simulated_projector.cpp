@@ -10,9 +10,9 @@
 namespace symrig::sim {
 
 SimulatedProjector::SimulatedProjector(Grid grid, board_sim::SimProjector& raster, Nanoseconds refresh_period)
-    : grid_(grid), raster_(raster), refresh_period_(refresh_period) {}
+    : grid_(grid), raster_(&raster), refresh_period_(refresh_period) {}
 
-Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
+Result<void> SimulatedProjector::keep(std::span<const Pattern> patterns) {
   for (const Pattern& pattern : patterns)
     if (pattern.grid() != grid_ || pattern.channels() != 1)
       return Error{ErrorCode::size_mismatch,
@@ -27,7 +27,12 @@ Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
         std::all_of(pattern.values().begin(), pattern.values().end(), [](float v) { return v == 0; });
     places_.push_back({dark, dark ? dark_++ : lit_++});
   }
-  raster_.reset();
+  return {};
+}
+
+Result<void> SimulatedProjector::load(std::span<const Pattern> patterns) {
+  SYMRIG_CHECK(keep(patterns));
+  raster_->reset();
   return {};
 }
 
@@ -36,9 +41,9 @@ Result<Shown> SimulatedProjector::show(std::size_t index) {
   if (index >= sequence_.size())
     return Error{ErrorCode::bad_argument,
                  fmt::format("pattern {} of {} cannot be shown", index, sequence_.size()), "load it first"};
-  raster_.show(static_cast<std::int64_t>(index), *host_board_);
+  raster_->show(static_cast<std::int64_t>(index), *host_board_);
   const TickRate rate{host_board_->config().tick_hz};
-  return Shown{raster_.refreshes(), {rate.nanoseconds({raster_.changes().back().tick})}};
+  return Shown{raster_->refreshes(), {rate.nanoseconds({raster_->changes().back().tick})}};
 }
 
 std::string SimulatedProjector::describe() const {
@@ -48,7 +53,7 @@ std::string SimulatedProjector::describe() const {
 
 std::vector<SimulatedProjector::Lit> SimulatedProjector::shown(std::uint64_t begin, std::uint64_t end) const {
   std::vector<Lit> lit;
-  const auto& changes = raster_.changes();
+  const auto& changes = raster_->changes();
   for (std::size_t i = 0; i < changes.size(); ++i) {
     const std::uint64_t from = std::max(begin, changes[i].tick);
     const std::uint64_t to = i + 1 < changes.size() ? std::min(end, changes[i + 1].tick) : end;

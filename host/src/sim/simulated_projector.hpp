@@ -10,7 +10,7 @@
 namespace symrig::sim {
 
 /// The pictures of board_sim::SimProjector, which does the timing: knows when each pattern was on the screen.
-class SimulatedProjector final : public Projector {
+class SimulatedProjector : public Projector {
  public:
   /// raster must outlive the projector.
   SimulatedProjector(Grid grid, board_sim::SimProjector& raster, Nanoseconds refresh_period);
@@ -32,8 +32,8 @@ class SimulatedProjector final : public Projector {
   };
   /// The patterns on the screen during [begin, end) of the board's ticks. The shares sum to 1, or to less if
   /// the screen was dark before the first pattern or after the last one.
-  std::vector<Lit> shown(std::uint64_t begin, std::uint64_t end) const;
-  const Pattern& pattern(std::size_t index) const { return sequence_[index]; }
+  virtual std::vector<Lit> shown(std::uint64_t begin, std::uint64_t end) const;
+  virtual const Pattern& pattern(std::size_t index) const { return sequence_[index]; }
   /// Number of patterns in earlier sequences: pattern(i) is number loaded_before() + i of all patterns.
   std::uint64_t loaded_before() const { return loaded_before_; }
   /// The number of a pattern among all dark patterns, or among all others, since the projector was switched
@@ -43,16 +43,22 @@ class SimulatedProjector final : public Projector {
     std::uint64_t number;
     bool operator==(const Place&) const = default;
   };
-  Place place(std::size_t index) const { return places_[index]; }
+  virtual Place place(std::size_t index) const { return places_[index]; }
   /// Counts `patterns`, none of them dark, that it did not show: those of an earlier run of symrig.
   void skip(std::uint64_t patterns) {
     loaded_before_ += patterns;
     lit_ += patterns;
   }
 
+ protected:
+  /// For a class that knows itself when a pattern was shown.
+  SimulatedProjector(Grid grid, Nanoseconds refresh_period) : grid_(grid), refresh_period_(refresh_period) {}
+  /// Checks a sequence, and keeps it with the places of its patterns.
+  Result<void> keep(std::span<const Pattern> patterns);
+
  private:
   Grid grid_;
-  board_sim::SimProjector& raster_;
+  board_sim::SimProjector* raster_ = nullptr;
   board_sim::SimBoard* host_board_ = nullptr;
   Nanoseconds refresh_period_;
   std::vector<Pattern> sequence_;

@@ -5,6 +5,7 @@
 #include "sim/exact_frames.hpp"
 #include "sim/hash.hpp"
 #include "sim/image_formation.hpp"
+#include "sim/plane_projector.hpp"
 #include "sim/rig_profiles.hpp"
 #include "sim/simulated_camera.hpp"
 #include "sim/simulated_projector.hpp"
@@ -16,6 +17,7 @@
 #include "symrig/rig/rig.hpp"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -100,16 +102,20 @@ CameraFrame FrameMaker::frame(const SimulatedExposure& exposure, std::uint64_t n
 /// the frames of that pattern. They may be developed one by one.
 std::vector<std::uint64_t> FrameMaker::noise_keys(std::span<const SimulatedExposure> exposures) {
   std::vector<std::uint64_t> keys;
+  std::map<std::pair<bool, std::uint64_t>, std::uint64_t> frames;  // of each place so far
+  if (last_) frames[{last_->dark, last_->number}] = frames_of_last_;
   for (const SimulatedExposure& exposure : exposures) {
     const auto shown = projector_.shown(exposure.begin, exposure.end);
     if (!planned_ || shown.empty()) {
       keys.push_back(exposure.sequence);
       continue;
     }
+    // Planes of one picture take turns, so the frames of a pattern need not follow each other.
     const auto place = projector_.place(shown.front().index);
-    frames_of_last_ = last_ == place ? frames_of_last_ + 1 : 0;
+    std::uint64_t& count = frames[{place.dark, place.number}];
+    keys.push_back(combine(combine(place.dark ? 0xdaUL : 0x11UL, place.number), count++));
     last_ = place;
-    keys.push_back(combine(combine(place.dark ? 0xdaUL : 0x11UL, place.number), frames_of_last_));
+    frames_of_last_ = count;
   }
   return keys;
 }
@@ -152,6 +158,11 @@ class BorrowedProjector final : public Projector {
   Pacing pacing() const override { return projector_.pacing(); }
   Result<void> load(std::span<const Pattern> patterns) override { return projector_.load(patterns); }
   Result<Shown> show(std::size_t index) override { return projector_.show(index); }
+  PlaneTiming planes() const override { return projector_.planes(); }
+  Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans) override {
+    return projector_.load_planes(patterns, plans);
+  }
+  Result<void> check() override { return projector_.check(); }
   std::string describe() const override { return projector_.describe(); }
 
  private:
@@ -207,7 +218,8 @@ class SimulatedRig final : public VirtualRig {
   Bench bench_;
   VirtualRigHooks hooks_;
   std::unique_ptr<board_sim::SimBoard> board_;
-  board_sim::SimProjector raster_;
+  std::unique_ptr<board_sim::SimProjector> raster_;             // shows whole pictures,
+  std::unique_ptr<board_sim::SimPlaneProjector> plane_raster_;  // or bit planes
   board_sim::SimCamera shutter_;
   std::unique_ptr<FrameMaker> frame_maker_;
   std::unique_ptr<SimulatedProjector> projector_;
@@ -218,6 +230,20 @@ class SimulatedRig final : public VirtualRig {
 board_sim::SimProjectorConfig raster_of(const RigProfile& profile) {
   board_sim::SimProjectorConfig config;
   config.refresh_hz = static_cast<std::uint32_t>(profile.refresh_hz);
+  return config;
+}
+
+board_sim::SimPlaneProjectorConfig planes_of(const RigProfile& profile) {
+  board_sim::SimPlaneProjectorConfig config;
+  config.refresh_hz = static_cast<std::uint32_t>(profile.refresh_hz);
+  config.planes = profile.planes;
+  config.plane_line = kPlaneLine;
+  return config;
+}
+
+board_sim::SimBoardConfig board_of(const RigProfile& profile) {
+  board_sim::SimBoardConfig config;
+  if (profile.planes > 0) config.lines.push_back({kPlaneLine, false});
   return config;
 }
 
@@ -232,11 +258,18 @@ SimulatedRig::SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks)
     : uri_(std::move(uri)),
       bench_(std::move(bench)),
       hooks_(std::move(hooks)),
-      board_(std::make_unique<board_sim::SimBoard>()),
-      raster_(*board_, raster_of(profile_of(uri_))),
+      board_(std::make_unique<board_sim::SimBoard>(board_of(profile_of(uri_)))),
       shutter_(*board_, shutter_of(profile_of(uri_))) {
-  board_->attach(raster_);
+  const RigProfile& profile = profile_of(uri_);
+  if (profile.planes > 0) {
+    plane_raster_ = std::make_unique<board_sim::SimPlaneProjector>(*board_, planes_of(profile));
+    board_->attach(*plane_raster_);
+  } else {
+    raster_ = std::make_unique<board_sim::SimProjector>(*board_, raster_of(profile));
+    board_->attach(*raster_);
+  }
   board_->attach(shutter_);
+  if (hooks_.planes && plane_raster_) hooks_.planes(*plane_raster_, *board_);
 }
 
 RigOptions SimulatedRig::rig_options() const {
@@ -284,7 +317,13 @@ RigDevices SimulatedRig::devices() {
 
 Result<void> SimulatedRig::start() {
   const RigOptions options = rig_options();
-  projector_ = std::make_unique<SimulatedProjector>(uri_.size, raster_, options.setup.projector.refresh);
+  const Nanoseconds refresh = options.setup.projector.refresh;
+  if (plane_raster_) {
+    projector_ = std::make_unique<SimulatedPlaneProjector>(uri_.size, *plane_raster_, *board_,
+                                                           planes_of(profile_of(uri_)), refresh);
+  } else {
+    projector_ = std::make_unique<SimulatedProjector>(uri_.size, *raster_, refresh);
+  }
   if (hooks_.pacing == Pacing::host) projector_->pace_by_host(*board_);
   const double tick_seconds = 1 / static_cast<double>(board_->config().tick_hz);
   SceneUri as_opened = uri_;

@@ -116,6 +116,12 @@ TEST(LintRules, alternatives_can_be_pasted) {
        "on_time = \"9 ms\"", "\n", "projector.black_insertion", 7},
       {"symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 8\nbits = 8\n",
        "bracket = [\"1 ms\"]", "\n", "projector.whole_refresh", 7},
+      {"symrig = 1\n[rig]\nprojector = \"lightcrafter-4500-video\"\n[rig.lines.camera_strobe]\nrole = "
+       "\"plane\"\n[program]\npatterns = 1\n",
+       "bracket = [\"1 ms\"]", "\n", "projector.planes", 8},
+      {"symrig = 1\n[rig.projector]\nprofile = \"lightcrafter-4500-video\"\n", "plane_period = \"700 us\"",
+       "\n[rig.lines.camera_strobe]\nrole = \"plane\"\n[program]\npatterns = 1\nbracket = [\"100 us\"]\n",
+       "projector.planes", 2},
       {"symrig = 1\n[rig.camera]\nprofile = \"basler-trigger-width\"\n", "overlap_time_max = \"3 ms\"",
        "\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 ms\"]\n", "camera.overlap", 2},
       {"symrig = 1\n[rig]\n", "keep_alive = \"0 s\"",

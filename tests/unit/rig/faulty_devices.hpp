@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -104,8 +105,11 @@ class FaultyCamera final : public Camera {
 struct ProjectorMischief {
   std::int64_t unplug_at = -1;  ///< at the show of that number, once
   int absent = 0;
-  bool count_stands = false;  ///< its refreshes do not go on
-  Nanoseconds says_later{0};  ///< it says that patterns come so much later than they do
+  bool count_stands = false;   ///< its refreshes do not go on
+  Nanoseconds says_later{0};   ///< it says that patterns come so much later than they do
+  std::int64_t reset_at = -1;  ///< a controller of bit planes is reset at the show of that number, once
+  std::function<void()> on_reset;
+  bool was_reset = false;  ///< then check() says so, until it is opened again
   std::int64_t shows = 0;
   bool unplugged = false;
 };
@@ -120,7 +124,7 @@ class FaultyProjector final : public Projector {
                                                  const std::shared_ptr<ProjectorMischief>& mischief) {
     if (mischief->unplugged && mischief->absent-- > 0)
       return Error{ErrorCode::device_lost, "nothing is plugged in at the connector", "plug it in"};
-    mischief->unplugged = false;
+    mischief->unplugged = mischief->was_reset = false;
     return std::unique_ptr<Projector>(std::make_unique<FaultyProjector>(inner, mischief));
   }
 
@@ -132,11 +136,24 @@ class FaultyProjector final : public Projector {
     return inner_.load(patterns);
   }
   std::string describe() const override { return inner_.describe(); }
+  PlaneTiming planes() const override { return inner_.planes(); }
+  Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans) override {
+    loaded_ = true;
+    return inner_.load_planes(patterns, plans);
+  }
+  Result<void> check() override {
+    if (!mischief_->was_reset) return {};
+    return Error{ErrorCode::device_lost, "the controller was reset", "check its power supply"};
+  }
 
   Result<Shown> show(std::size_t index) override {
     if (!loaded_) return Error{ErrorCode::bad_argument, "no pattern was loaded", "load before you show"};
     if (mischief_->shows++ == mischief_->unplug_at) mischief_->unplugged = true;
     if (mischief_->unplugged) return Error{ErrorCode::device_lost, "the screen was unplugged", "plug it in"};
+    if (mischief_->shows - 1 == mischief_->reset_at) {
+      mischief_->was_reset = true;
+      mischief_->on_reset();
+    }
     SYMRIG_TRY(Shown shown, inner_.show(index));
     if (mischief_->count_stands) shown.refresh = 7;
     shown.since = shown.since + mischief_->says_later;

@@ -45,10 +45,45 @@ TEST(RigFile, the_shortest_one_has_sound_defaults) {
 }
 
 TEST(RigFile, the_examples_are_read) {
-  for (const char* name : {"hdmi.toml", "bench.toml"}) {
+  for (const char* name : {"hdmi.toml", "bench.toml", "lightcrafter-4500.toml"}) {
     const auto file = read_rig_file(std::string(SYMRIG_EXAMPLE_RIGS) + "/" + name);
     EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().line());
   }
+}
+
+TEST(RigFile, bit_planes_need_both_trigger_outputs_and_a_profile_with_planes) {
+  const std::string rig = "[rig]\nprojector = \"lightcrafter-4500-video\"\n";
+  const std::string line = "[rig.lines.plane_trigger]\nrole = \"plane\"\n";
+  const std::string rest = "[camera]\n" + kSensor + "[projector]\ndriver = \"dlpc350\"\n";
+  const auto file = parse(kHead + rig + line + rest);
+  ASSERT_TRUE(file.ok()) << file.error().line();
+  EXPECT_EQ(file->options.setup.line_name(RigRole::plane), "plane_trigger");
+  EXPECT_NE(file->identity().find("projector dlpc350"), std::string::npos) << file->identity();
+  expect_refused(kHead + rig + rest, "5: no line has the role \"plane\"", "TRIG_OUT_1");
+  expect_refused(kHead + rig + line + rest + "vsync = false\n", "5: no line has the role \"vsync\"",
+                 "TRIG_OUT_2");
+  expect_refused(kHead + line + rest, "4: rig.projector: 'hdmi-60'", "lightcrafter-4500-video");
+}
+
+TEST(RigFile, the_keys_of_a_dlp_controller_are_checked) {
+  const std::string head = kHead + "[rig]\nprojector = \"lightcrafter-4500-video\"\n" +
+                           "[rig.lines.plane_trigger]\nrole = \"plane\"\n[camera]\n" + kSensor +
+                           "[projector]\ndriver = \"dlpc350\"\n";
+  const auto all =
+      parse(head +
+            "controller = \"/dev/hidraw0\"\nconnector = \"HDMI-A-1\"\nmode = \"912x1140R@60\"\n"
+            "planes = 12\nplane_period = \"1300 us\"\nplane_exposure = \"1 ms\"\nleds = \"blue\"\n"
+            "red_current = 10\ngreen_current = 20\nblue_current = 30\nport = \"fpd-link\"\n"
+            "plane_active = \"low\"\nframe_active = \"high\"\nplane_delay_us = 1.5\n"
+            "frame_delay_us = -10\nlatency = 2\n");
+  EXPECT_TRUE(all.ok()) << all.error().line();
+  expect_refused(head + "planes = 25\n", "15: projector.planes", "24");
+  expect_refused(head + "plane_period = \"684.5 us\"\n", "15: projector.plane_period", "684 us");
+  expect_refused(head + "leds = \"violet\"\n", "15: projector.leds", "\"magenta\"");
+  expect_refused(head + "red_current = 10\n", "13: projector.green_current", "0 to 255");
+  expect_refused(head + "frame_delay_us = 1\n", "15: projector.frame_delay_us", "plane_delay_us");
+  expect_refused(head + "plane_delay_us = 3\n", "15: projector.plane_delay_us", "2.78");
+  expect_refused(head + "folder = \"p\"\n", "15: there is no key projector.folder", "connector");
 }
 
 TEST(RigFile, exposures_may_be_planned) {

@@ -33,4 +33,18 @@ Result<CompiledProgram> compile_brackets(const RigSetup& rig, const BoardInfo& b
                                          std::span<const std::vector<Nanoseconds>> brackets,
                                          std::optional<Nanoseconds> gap = {});
 
+/// How long before its plane an exposure waits for the plane's edge.
+constexpr Nanoseconds plane_lead(Nanoseconds period) {
+  return period / 4;
+}
+
+/// Compiles the exposures in the planes of one picture (rig.projector.sync = plane). The program waits for
+/// the vsync line once. Then it waits for the edge of each exposure's plane, a quarter of a plane before it
+/// is due, so that an edge of another plane cannot be taken for it. If the edge does not come, the program
+/// goes on: the receipt then lacks the edge. Exposure i has the marks of photograph i with one exposure.
+/// fails: as compile_brackets().
+Result<CompiledProgram> compile_planes(const RigSetup& rig, const BoardInfo& board,
+                                       std::span<const PlaneExposure> exposures,
+                                       std::optional<Nanoseconds> gap = {});
+
 }  // namespace symrig

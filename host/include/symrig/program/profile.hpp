@@ -36,8 +36,10 @@ struct CameraProfile {
 
 /// What tells the board that a pattern is on the screen.
 enum class PatternSync : std::uint8_t {
-  vsync = 0,   ///< the next rising edge of its vsync line
-  trigger = 1  ///< a stated time after the trigger
+  vsync = 0,    ///< the next rising edge of its vsync line
+  trigger = 1,  ///< a stated time after the trigger
+  plane =
+      2  ///< the next rising edge of its plane line: a picture's bit planes follow each other by themselves
 };
 
 /// The shortest time for which a projector can show a pattern of this bit depth.
@@ -59,6 +61,9 @@ struct ProjectorProfile {
   Nanoseconds black_insertion{0};  ///< black at the end of a pattern if the next one waits for a trigger
   Nanoseconds settle{0};           ///< from the pattern to the first exposure, at least
   int whole_refresh_from_bits = 0;  ///< patterns of this bit depth or more are made by pulses; 0 = none
+  int planes = 0;                   ///< sync = plane: bit planes of a picture, shown again in every refresh
+  Nanoseconds plane_period{0};      ///< from plane to plane
+  Nanoseconds frame_lead{0};        ///< from the edge of the vsync line to plane 0
   std::vector<BitDepthLimit> min_exposure;  ///< by bit depth, ascending
   std::vector<std::string> notes;
   std::vector<std::string> assumptions;

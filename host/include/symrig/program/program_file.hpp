@@ -17,7 +17,7 @@
 namespace symrig {
 
 /// What is connected to a line of the board.
-enum class RigRole : std::uint8_t { projector, camera, lamp, vsync, strobe, interlock, general };
+enum class RigRole : std::uint8_t { projector, camera, lamp, vsync, strobe, interlock, general, plane };
 std::string_view name(RigRole role);
 
 /// A line of the board in a program file.
@@ -92,6 +92,14 @@ struct StartupPulses {
   int place = 0;
 };
 
+/// An exposure in the planes of a picture that stays on the screen.
+struct PlaneExposure {
+  std::int64_t refresh = 0;  ///< counted from the first refresh of the run
+  int plane = 0;             ///< it begins in this plane
+  int planes = 1;            ///< planes with its pattern, from `plane` on
+  Nanoseconds exposure{0};
+};
+
 /// Patterns and a bracket: pattern → settle → (expose → readout) x k.
 struct Scan {
   std::vector<PatternGroup> patterns;
@@ -110,6 +118,9 @@ struct Scan {
   /// Made by a capture, which knows what is wired: without a projector line no pattern is asked for, without
   /// a vsync line nothing is waited for. A scan of a file needs both.
   bool lines_as_wired = false;
+  /// Also made by a capture: the exposures in the planes of one picture, in order of time. Each stands for a
+  /// pattern with a bracket of its own.
+  std::vector<PlaneExposure> plane_exposures = {};
   int place = 0;
   int bracket_place = 0;
   int settle_place = 0;

@@ -51,6 +51,9 @@ class DrmProjector final : public Projector {
   Pacing pacing() const override { return Pacing::host; }
   /// fails: size_mismatch, bad_value (a pattern has values outside [0, 1]). The screen does not change.
   Result<void> load(std::span<const Pattern> patterns) override;
+  /// Loads pictures of the patterns' grid as words 0x00RRGGBB. show() then counts pictures.
+  /// fails: size_mismatch. The screen does not change.
+  Result<void> load_words(std::vector<Image<std::uint32_t>> pictures);
   /// fails: also timeout (no refresh), limit, device_refused. After one of these or device_lost, every later
   /// call fails in the same way. Destroy this object and open a new one.
   Result<Shown> show(std::size_t index) override;
@@ -67,12 +70,15 @@ class DrmProjector final : public Projector {
   Result<Shown> flip_to(std::size_t index);
   std::size_t buffer_with(std::size_t index);
   void draw_ahead(std::size_t index, std::size_t waiting);
+  void draw_into(std::size_t buffer, std::size_t index);
+  std::size_t loaded() const { return words_.empty() ? codes_.size() : words_.size(); }
 
   std::unique_ptr<projector::drm::Screen> screen_;
   Placement placement_;
   CodeTable table_;
   Grid grid_;
   std::vector<Image<std::uint8_t>> codes_;
+  std::vector<Image<std::uint32_t>> words_;        // instead of codes_, after load_words()
   std::vector<std::optional<std::size_t>> drawn_;  // the pattern in each buffer
   std::size_t front_ = 0;                          // the buffer that the screen shows
   std::optional<Error> lost_;

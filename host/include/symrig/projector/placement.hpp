@@ -62,6 +62,8 @@ struct ScreenMemory {
 /// Writes every pixel of the screen: codes as grey (R = G = B) at the placement, and black elsewhere. codes
 /// must fit (placed_grid). Writes the memory in order and never reads it.
 void draw(const Image<std::uint8_t>& codes, const Placement& placement, const ScreenMemory& screen);
+/// The same with a word for each pattern pixel instead of a grey code.
+void draw(const Image<std::uint32_t>& words, const Placement& placement, const ScreenMemory& screen);
 /// The same as 8-bit codes with one channel.
 Image<std::uint8_t> draw(const Image<std::uint8_t>& codes, const Placement& placement, Grid screen);
 

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace symrig {
 
@@ -25,6 +26,21 @@ struct Shown {
   /// false: the display does not count refreshes. Then `refresh` counts calls of show(), and `since` is the
   /// time when the display got the picture.
   bool counted = true;
+};
+
+/// A plane of a picture that shows no pattern.
+inline constexpr int kBlackPlane = -1;
+
+/// The pattern of each bit plane of a picture: its index, or kBlackPlane.
+using PlanePlan = std::vector<int>;
+
+/// How a projector shows the bit planes of a picture: one after the other, again in every refresh.
+struct PlaneTiming {
+  int planes = 0;           ///< in each picture; 0: the projector shows whole pictures
+  Nanoseconds period{0};    ///< from plane to plane
+  Nanoseconds exposure{0};  ///< how long a plane is bright; equal to the period: no dark time between planes
+  Nanoseconds frame_lead{0};  ///< its frame trigger comes this long before the trigger of plane 0
+  int latency = 1;            ///< refreshes from the scan-out of a picture to its planes
 };
 
 /// A projector that holds a sequence of patterns and shows one of them at a time. Not thread-safe.
@@ -45,6 +61,15 @@ class Projector {
   /// Pacing::host only. Shows the loaded pattern `index`, and returns when its first refresh has begun.
   /// fails: bad_argument (no such pattern, or Pacing::trigger), device_lost (unplugged).
   virtual Result<Shown> show(std::size_t index);
+  /// Projectors that show bit planes are paced by the host.
+  virtual PlaneTiming planes() const { return {}; }
+  /// Only if planes().planes > 0. Loads one picture for each plan: plane k of picture f shows the pattern
+  /// plans[f][k]. show(f) then shows picture f.
+  /// fails: size_mismatch, bad_value (a pattern has values other than 0 and 1), bad_argument (the projector
+  /// has no planes, or a plan has more planes than a picture or names no pattern), device_lost.
+  virtual Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans);
+  /// Checks that the projector still does what it was set to. fails: device_lost.
+  virtual Result<void> check() { return {}; }
   /// One line for reports.
   virtual std::string describe() const = 0;
 };

@@ -87,6 +87,7 @@ struct RigTrouble {
   std::int64_t unasked = 0;          ///< exposures without a trigger
   std::int64_t spoiled_runs = 0;     ///< runs in which the board was late or lost events
   std::int64_t patterns_late = 0;    ///< the screen did not report the pattern in time
+  std::int64_t planes_doubtful = 0;  ///< exposures that the edges did not prove to be in their bit planes
   std::int64_t boards_reopened = 0;  ///< reopened, or configured again after a restart
   std::int64_t cameras_reopened = 0;
   std::int64_t projectors_reopened = 0;
@@ -195,6 +196,7 @@ class Rig final : public Probe {
 
   RigOptions options_;
   std::unique_ptr<BracketTaker> taker_;  // uses options_
+  CameraTiming timing_;                  // of camera and projector together
   Exposures exposures_;
   std::optional<Radiance> black_;
   double black_for_ = std::numeric_limits<double>::infinity();  // photographs' noise that it suits

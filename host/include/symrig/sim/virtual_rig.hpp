@@ -13,7 +13,8 @@
 
 namespace symrig::board_sim {
 class SimBoard;
-}
+class SimPlaneProjector;
+}  // namespace symrig::board_sim
 
 namespace symrig {
 
@@ -43,6 +44,8 @@ struct VirtualRigHooks {
   std::function<Result<std::unique_ptr<Projector>>(Projector& projector)> projector;
   std::function<Result<Board>(board_sim::SimBoard& board)> board;
   std::function<void(RigOptions& options)> options;
+  /// Called once with the projector of a profile with bit planes, to give it faults.
+  std::function<void(board_sim::SimPlaneProjector& projector, board_sim::SimBoard& board)> planes;
   /// host: the projector is a screen, and the rig shows each pattern itself.
   Pacing pacing = Pacing::trigger;
 };

@@ -57,15 +57,38 @@ Result<void> DrmProjector::load(std::span<const Pattern> patterns) {
     codes.push_back(std::move(converted));
   }
   codes_ = std::move(codes);
+  words_.clear();
   drawn_.assign(drawn_.size(), std::nullopt);
   return {};
 }
 
+Result<void> DrmProjector::load_words(std::vector<Image<std::uint32_t>> pictures) {
+  for (const Image<std::uint32_t>& picture : pictures)
+    if (picture.grid() != grid_ || picture.channels() != 1)
+      return Error{ErrorCode::size_mismatch,
+                   fmt::format("a picture is {} with {} channels, but the projector shows {} with 1",
+                               to_string(picture.grid()), picture.channels(), to_string(grid_)),
+                   "give pictures on the projector's grid"};
+  words_ = std::move(pictures);
+  codes_.clear();
+  drawn_.assign(drawn_.size(), std::nullopt);
+  return {};
+}
+
+void DrmProjector::draw_into(std::size_t buffer, std::size_t index) {
+  if (words_.empty()) {
+    draw(codes_[index], placement_, screen_->memory(buffer));
+  } else {
+    draw(words_[index], placement_, screen_->memory(buffer));
+  }
+  drawn_[buffer] = index;
+}
+
 Result<Shown> DrmProjector::show(std::size_t index) {
   if (lost_) return *lost_;
-  if (index >= codes_.size())
+  if (index >= loaded())
     return Error{ErrorCode::bad_argument,
-                 fmt::format("pattern {} is not one of the {} loaded patterns", index, codes_.size()),
+                 fmt::format("pattern {} is not one of the {} loaded patterns", index, loaded()),
                  "load it first"};
   auto shown = flip_to(index);
   // After a failure it is unknown which buffer the screen shows, so none of them may be drawn into.
@@ -93,18 +116,16 @@ std::size_t DrmProjector::buffer_with(std::size_t index) {
   for (std::size_t k = 0; k < drawn_.size(); ++k)
     if (k != front_ && (back == front_ || drawn_[k] == index)) back = k;
   if (drawn_[back] == index) return back;
-  draw(codes_[index], placement_, screen_->memory(back));
-  drawn_[back] = index;
+  draw_into(back, index);
   return back;
 }
 
 /// Draws the most likely next pattern while the caller would wait for the refresh.
 void DrmProjector::draw_ahead(std::size_t index, std::size_t waiting) {
-  if (index >= codes_.size()) return;
+  if (index >= loaded()) return;
   for (std::size_t k = 0; k < drawn_.size(); ++k) {
     if (k == front_ || k == waiting || drawn_[k] == index) continue;
-    draw(codes_[index], placement_, screen_->memory(k));
-    drawn_[k] = index;
+    draw_into(k, index);
   }
 }
 

@@ -4,7 +4,9 @@
 #include "symrig/boards/sim_board.hpp"
 
 #include <cstdint>
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace symrig::board_sim {
@@ -59,6 +61,83 @@ class SimProjector final : public Peripheral {
   std::int64_t shown_ = -1;
   std::int64_t asked_ = 0;
   std::vector<Change> changes_;
+};
+
+struct SimPlaneProjectorConfig {
+  std::string frame_line = "vsync";
+  std::string plane_line = "plane_trigger";
+  std::uint32_t refresh_hz = 60;
+  int planes = 24;
+  std::uint64_t period_ns = 684'000;     ///< from plane to plane
+  std::uint64_t frame_lead_ns = 20'000;  ///< the frame edge comes this long before plane 0
+  int latency = 1;                       ///< refreshes from the scan-out of a picture to its planes
+};
+
+/// A projector that shows the bit planes of a picture one after the other, again in every refresh. An edge on
+/// its frame line begins each refresh, and an edge on its plane line begins each plane. Planes that do not
+/// fit into a refresh are not shown: the next refresh begins with plane 0.
+class SimPlaneProjector final : public Peripheral {
+ public:
+  /// Plane `plane` of picture `picture` was bright for `ticks`.
+  struct Lit {
+    std::int64_t picture;
+    int plane;
+    std::uint64_t ticks;
+  };
+  /// Trigger edges that do not reach the board, and edges that are none.
+  struct Faults {
+    std::set<std::uint64_t> frames;                    ///< lost, by refresh
+    std::set<std::pair<std::uint64_t, int>> planes;    ///< lost, by refresh and plane
+    std::set<std::pair<std::uint64_t, int>> glitches;  ///< one more edge an eighth of a plane too early
+  };
+
+  explicit SimPlaneProjector(const SimBoard& board, const SimPlaneProjectorConfig& config = {});
+
+  void outputs_changed(std::uint64_t tick, std::uint32_t levels, SimBoard& board) override;
+  std::uint64_t next_event() const override;
+  void on_event(std::uint64_t tick, SimBoard& board) override;
+
+  /// Hands picture `index` over: runs the board to the next refresh, at which its scan-out begins. Returns
+  /// that refresh's tick.
+  std::uint64_t show(std::int64_t index, SimBoard& board);
+  /// The planes that were bright during [begin, end), in order.
+  std::vector<Lit> lit(std::uint64_t begin, std::uint64_t end) const;
+  /// Number of refreshes so far.
+  std::uint64_t refreshes() const { return refresh_; }
+  /// Shows nothing any more, and gives no edges: a controller that was reset. go_on() ends it.
+  void stop(std::uint64_t tick) { stopped_at_ = tick; }
+  void go_on() { stopped_at_ = kNever; }
+  /// Forgets all pictures: nothing is on the screen.
+  void reset() { pictures_.clear(); }
+
+  Faults faults;
+
+ private:
+  struct Event {
+    std::uint64_t offset;  // from the begin of the refresh
+    int line;
+    bool level;
+    int plane;    // -1: the frame
+    bool glitch;  // happens only if Faults says so
+  };
+  struct Picture {
+    std::uint64_t from;  // the first refresh with its planes
+    std::int64_t index;
+  };
+  std::uint64_t refresh_tick(std::uint64_t number) const;
+  std::uint64_t ticks_of(std::uint64_t nanoseconds) const;
+  std::int64_t picture_in(std::uint64_t refresh) const;
+  bool happens(const Event& event) const;
+
+  SimPlaneProjectorConfig config_;
+  std::uint64_t tick_hz_;
+  std::uint64_t origin_;
+  std::uint64_t period_, lead_;
+  std::vector<Event> events_;  // of a refresh
+  std::size_t next_ = 0;       // in events_
+  std::uint64_t refresh_ = 1;  // that events_[next_] belongs to
+  std::uint64_t stopped_at_ = kNever;
+  std::vector<Picture> pictures_;
 };
 
 struct SimCameraConfig {

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bit planes on a real kernel: an emulated DLPC350 behind USB/IP, met by hidraw, and vkms as its screen. The
+// pixels are read from the memory that vkms scans out.
+#include "bench-vm/projector/expected_screens.hpp"
+#include "dlpc/usbip_server.hpp"
+#include "projector/dlpc350/dlpc350_projector.hpp"
+#include "projector/dlpc350/find_controllers.hpp"
+#include "symrig/base/random.hpp"
+#include "symrig/projector/dlp_controller.hpp"
+
+#include <chrono>
+#include <cstdlib>
+#include <thread>
+
+namespace symrig::bench_vm::planes_test {
+namespace {
+
+using namespace projector::dlpc350;
+
+/// Waits until the kernel has bound the device to hidraw.
+bool attached() {
+  for (const char* const command :
+       {"modprobe usbhid", "modprobe hid-generic", "ip link set lo up", "usbip attach -r 127.0.0.1 -b 1-1"})
+    if (std::system(command) != 0) return false;  // NOLINT(concurrency-mt-unsafe,cert-env33-c)
+  for (int tries = 0; tries < 300 && find_controllers().empty(); ++tries)
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  return !find_controllers().empty();
+}
+
+TEST(Planes, of_a_real_screen_are_the_planned_patterns_and_the_controller_is_left_as_it_was) {
+  const auto device = std::make_shared<symrig::test::EmulatedDlpc350>();
+  symrig::test::UsbIpServer server(device);
+  ASSERT_TRUE(attached());
+  const auto state = [&] {
+    const std::scoped_lock lock(server.mutex());
+    return device->state();
+  };
+  const std::string before = state();
+  const auto found = find_dlp_controllers();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].error, "");
+  EXPECT_EQ(found[0].product, "DLPC350");
+  EXPECT_EQ(found[0].firmware, "3.1.0");
+
+  const GuestDisplay display = display_of("BENCH_VKMS");
+  Dlpc350Options options;
+  options.screen.connector = display.connector;
+  options.screen.mode = "912x1140R@60";
+  options.screen.placement = {.cell = 57};
+  {
+    auto transport = open_transport("");
+    ASSERT_TRUE(transport.ok()) << transport.error().line();
+    EXPECT_EQ(open_transport("").error().code, ErrorCode::device_lost) << "one program at a time";
+    auto screen = open_projector(options.screen);
+    ASSERT_TRUE(screen);
+    auto opened = Dlpc350Projector::open(std::move(screen), Controller(*std::move(transport)), options);
+    ASSERT_TRUE(opened.ok()) << opened.error().line();
+    Dlpc350Projector& projector = **opened;
+    Random random(5);
+    std::vector<Pattern> patterns(30, Pattern(projector.grid()));
+    for (Pattern& pattern : patterns)
+      for (float& value : pattern.values()) value = random.uniform() < 0.5 ? 0.F : 1.F;
+    PlanePlan plan;
+    for (int k = 0; k < 24; ++k) plan.push_back((7 * k) % 30);
+    ASSERT_TRUE(projector.load_planes(patterns, {&plan, 1}).ok());
+    ASSERT_TRUE(projector.show(0).ok());
+    ASSERT_TRUE(projector.check().ok());
+    const auto seen = read_screen(display.card);
+    ASSERT_TRUE(seen.ok()) << seen.error().line();
+    std::size_t differing = 0;
+    for (int row = 0; row < 1140; ++row)
+      for (int col = 0; col < 912; ++col)
+        for (int k = 0; k < 24; ++k) {
+          const int shift = k < 8 ? 8 + k : k < 16 ? k + 8 : k - 16;
+          const std::uint32_t word =
+              seen->rgb[static_cast<std::size_t>(row) * 912 + static_cast<std::size_t>(col)];
+          const float lit =
+              patterns[static_cast<std::size_t>(plan[static_cast<std::size_t>(k)])].at(row / 57, col / 57);
+          differing += (word >> static_cast<unsigned>(shift) & 1U) != (lit > 0 ? 1U : 0U);
+        }
+    EXPECT_EQ(differing, 0U);
+    const std::scoped_lock lock(server.mutex());
+    EXPECT_TRUE(device->shows_sequence());
+  }
+  EXPECT_EQ(state(), before);
+}
+
+}  // namespace
+}  // namespace symrig::bench_vm::planes_test

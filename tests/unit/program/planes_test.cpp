@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs for the bit planes of a picture, run on a simulated board in front of a projector that shows
+// planes.
+#include "assert_ok.hpp"
+#include "symrig/board/board.hpp"
+#include "symrig/board/link.hpp"
+#include "symrig/boards/sim_board.hpp"
+#include "symrig/boards/sim_peripherals.hpp"
+#include "symrig/program/bracket.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace symrig::planes_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A rig file's setup for planes.
+RigSetup plane_setup() {
+  RigSetup rig = default_rig_setup().without(RigRole::projector);
+  rig.projector.sync = PatternSync::plane;
+  rig.projector.planes = 24;
+  rig.projector.plane_period = 684us;
+  rig.projector.frame_lead = 20us;
+  rig.projector.settle = 10us;
+  RigLine plane;
+  plane.config.line = "plane_trigger";
+  plane.role = RigRole::plane;
+  rig.lines.push_back(plane);
+  return rig;
+}
+
+board_sim::SimBoardConfig with_plane_line() {
+  board_sim::SimBoardConfig config;
+  config.lines.push_back({"plane_trigger", false});
+  return config;
+}
+
+class Planes : public ::testing::Test {
+ protected:
+  Planes() {
+    sim.attach(projector);
+    sim.attach(camera);
+  }
+  std::string error_of(const std::vector<PlaneExposure>& exposures) {
+    auto board = Board::connect(make_sim_link(sim));
+    const auto compiled = compile_planes(rig, board->info(), exposures);
+    return compiled ? "" : compiled.error().line();
+  }
+
+  board_sim::SimBoard sim{with_plane_line()};
+  board_sim::SimPlaneProjector projector{sim};
+  board_sim::SimCamera camera{sim};
+  RigSetup rig = plane_setup();
+};
+
+TEST_F(Planes, each_exposure_sees_its_plane_and_no_other) {
+  projector.show(3, sim);
+  auto board = Board::connect(make_sim_link(sim));
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  const std::vector<PlaneExposure> exposures{{0, 0, 1, 600us}, {0, 8, 1, 50us},  {0, 20, 4, 2700us},
+                                             {1, 7, 10, 6ms},  {4, 1, 1, 670us}, {4, 9, 1, 20us}};
+  const auto compiled = compile_planes(rig, board->info(), exposures);
+  ASSERT_OK(compiled);
+  const auto receipt = board->run(compiled->program, 10s);
+  ASSERT_OK(receipt);
+  EXPECT_TRUE(receipt->clean());
+  ASSERT_EQ(camera.frames().size(), exposures.size());
+  for (std::size_t i = 0; i < exposures.size(); ++i) {
+    const auto& frame = camera.frames()[i];
+    const PlaneExposure& wanted = exposures[i];
+    EXPECT_EQ(frame.end - frame.begin, board->info().rate.ticks(wanted.exposure).count);
+    const auto lit = projector.lit(frame.begin, frame.end);
+    ASSERT_FALSE(lit.empty()) << i << " begin " << static_cast<double>(frame.begin) / 125e6 * 60;
+    std::uint64_t bright = 0;
+    for (const auto& one : lit) {
+      EXPECT_EQ(one.picture, 3);
+      EXPECT_GE(one.plane, wanted.plane) << i;
+      EXPECT_LT(one.plane, wanted.plane + wanted.planes) << i;
+      bright += one.ticks;
+    }
+    EXPECT_EQ(bright, frame.end - frame.begin) << "it was never dark";
+  }
+  // All in five refreshes, and the wait for the first one.
+  EXPECT_LT(receipt->duration(), 6 * 16'666'667ns);
+}
+
+TEST_F(Planes, a_lost_edge_delays_one_exposure_and_ends_no_run) {
+  projector.show(0, sim);
+  auto board = Board::connect(make_sim_link(sim));
+  ASSERT_OK(board);
+  ASSERT_OK(board->configure({}));
+  const auto compiled =
+      compile_planes(rig, board->info(), std::vector<PlaneExposure>{{0, 3, 1, 100us}, {1, 3, 1, 100us}});
+  ASSERT_OK(compiled);
+  const std::uint64_t next = projector.refreshes() + 1;
+  projector.faults.planes = {{next, 3}};
+  const auto receipt = board->run(compiled->program, 10s);
+  ASSERT_OK(receipt);
+  EXPECT_EQ(receipt->end, RunEnd::completed);
+  ASSERT_EQ(camera.frames().size(), 2U);
+  EXPECT_EQ(projector.lit(camera.frames()[1].begin, camera.frames()[1].end).at(0).plane, 3);
+}
+
+TEST_F(Planes, exposures_that_do_not_fit_are_refused_by_name) {
+  EXPECT_EQ(error_of({{0, 0, 1, 674us}}), "");
+  EXPECT_EQ(
+      error_of({{0, 0, 1, 675us}}),
+      "an exposure of 675 us does not fit into 1 planes of 684 us; the nearest legal choice: at most 674 us");
+  EXPECT_EQ(error_of({{0, 23, 1, 100us}}), "");
+  EXPECT_NE(error_of({{0, 23, 2, 100us}}).find("planes 23 to 24 are not in a picture of 24"),
+            std::string::npos);
+  rig.projector.plane_period = 700us;
+  EXPECT_NE(error_of({{0, 0, 1, 100us}}).find("24 planes of 700 us do not fit"), std::string::npos);
+  rig = plane_setup().without(RigRole::plane);
+  EXPECT_NE(error_of({{0, 0, 1, 100us}}).find("no line has the role \"plane\""), std::string::npos);
+  EXPECT_EQ(error_of({}), "there are no photographs to take");
+}
+
+}  // namespace
+}  // namespace symrig::planes_test

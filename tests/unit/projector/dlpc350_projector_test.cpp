@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// A screen whose pictures an emulated DLPC350 splits into bit planes.
+#include "projector/dlpc350/dlpc350_projector.hpp"
+
+#include "assert_ok.hpp"
+#include "dlpc/emulated_dlpc350.hpp"
+#include "drm_bench.hpp"
+#include "projector/bit_planes.hpp"
+#include "projector_laws.hpp"
+#include "symrig/base/random.hpp"
+
+#include <numeric>
+
+namespace symrig::projector::drm::test::dlpc350_projector_test {
+namespace {
+
+using dlpc350::Controller;
+using dlpc350::Dlpc350Options;
+using dlpc350::Dlpc350Projector;
+using symrig::test::EmulatedDlpc350;
+using symrig::test::EmulatedTransport;
+
+class Dlpc350Screen : public DrmBench {
+ protected:
+  Dlpc350Screen() {
+    card->connectors[21].modes = {make_mode(912, 1140, 60, true), make_mode(912, 1140, 120)};
+    options.placement = {.cell = 57, .top = 3, .left = 5};
+    planes.sequence.lock_patience = Nanoseconds{0};
+  }
+  Result<std::unique_ptr<Dlpc350Projector>> open_planes() {
+    auto screen = open();
+    if (!screen) return screen.error();
+    return Dlpc350Projector::open(*std::move(screen), Controller(std::make_unique<EmulatedTransport>(device)),
+                                  planes);
+  }
+  /// Random binary patterns.
+  static std::vector<Pattern> random_patterns(Grid grid, std::size_t count) {
+    std::vector<Pattern> made;
+    Random random(7);
+    for (std::size_t k = 0; k < count; ++k) {
+      made.emplace_back(grid);
+      for (float& value : made.back().values()) value = random.uniform() < 0.5 ? 0.F : 1.F;
+    }
+    return made;
+  }
+  /// The light of plane `plane` at a pattern's pixel, read from the scanned-out words as the guide numbers
+  /// the planes: eight of green, of red, of blue, each from the lowest bit.
+  float plane_at(const std::vector<std::uint32_t>& words, int plane, int row, int col) const {
+    const Placement& at = options.placement;
+    const auto index =
+        static_cast<std::size_t>((at.top + at.cell * row + 11) * 912 + at.left + at.cell * col + 13);
+    const int shift = plane < 8 ? 8 + plane : plane < 16 ? plane + 8 : plane - 16;
+    return static_cast<float>(words[index] >> static_cast<unsigned>(shift) & 1U);
+  }
+  /// Which pixels of a plane differ from a pattern; nullptr: from black.
+  int differing(int plane, const Pattern* pattern, Grid grid) const {
+    const auto words = card->scanned_out();
+    int count = 0;
+    for (int row = 0; row < grid.rows; ++row)
+      for (int col = 0; col < grid.cols; ++col)
+        count += plane_at(words, plane, row, col) != (pattern == nullptr ? 0.F : pattern->at(row, col));
+    return count;
+  }
+
+  std::shared_ptr<EmulatedDlpc350> device = std::make_shared<EmulatedDlpc350>();
+  Dlpc350Options planes;
+};
+
+TEST_F(Dlpc350Screen, keeps_the_laws_of_projectors) {
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  expect_projector_laws(**projector);
+}
+
+TEST_F(Dlpc350Screen, plane_k_of_picture_f_is_the_planned_pattern) {
+  const auto opened = open_planes();
+  ASSERT_OK(opened);
+  Dlpc350Projector& projector = **opened;
+  const auto made = random_patterns(projector.grid(), 60);
+  std::vector<PlanePlan> plans(3, PlanePlan(24));
+  for (int f = 0; f < 3; ++f)
+    for (int k = 0; k < 24; ++k)
+      plans[static_cast<std::size_t>(f)][static_cast<std::size_t>(k)] = (24 * f + 7 * k) % 60;
+  plans[2].resize(5);  // 19 planes are left
+  plans[2][3] = kBlackPlane;
+  ASSERT_OK(projector.load_planes(made, plans));
+  for (const std::size_t f : {0U, 2U, 1U, 0U}) {
+    ASSERT_OK(projector.show(f));
+    for (int k = 0; k < 24; ++k) {
+      const int pattern =
+          static_cast<std::size_t>(k) < plans[f].size() ? plans[f][static_cast<std::size_t>(k)] : kBlackPlane;
+      EXPECT_EQ(differing(k, pattern == kBlackPlane ? nullptr : &made[static_cast<std::size_t>(pattern)],
+                          projector.grid()),
+                0)
+          << "plane " << k << " of picture " << f;
+    }
+  }
+}
+
+TEST_F(Dlpc350Screen, nothing_but_0_and_1_fits_into_a_plane) {
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  std::vector<Pattern> made(1, Pattern((*projector)->grid(), 1, 0.5F));
+  const std::vector<PlanePlan> plans{{0}};
+  EXPECT_EQ((*projector)->load_planes(made, plans).error().code, ErrorCode::bad_value);
+  made[0] = Pattern((*projector)->grid(), 1, 1.F);
+  ASSERT_OK((*projector)->load_planes(made, plans));
+  for (const PlanePlan& wrong : {PlanePlan{1}, PlanePlan{-2}, PlanePlan(25, 0)})
+    EXPECT_EQ((*projector)->load_planes(made, {&wrong, 1}).error().code, ErrorCode::bad_argument);
+}
+
+TEST_F(Dlpc350Screen, grey_is_a_number_of_bright_planes) {
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  for (const int level : {0, 1, 5, 12, 23, 24}) {
+    const std::vector<Pattern> made(1, Pattern((*projector)->grid(), 1, static_cast<float>(level) / 24.F));
+    ASSERT_OK((*projector)->load(made));
+    ASSERT_OK((*projector)->show(0));
+    int bright = 0;
+    for (int k = 0; k < 24; ++k) bright += differing(k, nullptr, (*projector)->grid()) > 0;
+    EXPECT_EQ(bright, level);
+  }
+}
+
+TEST_F(Dlpc350Screen, tells_its_planes) {
+  planes.sequence.planes = 12;
+  planes.sequence.period_us = 1300;
+  planes.sequence.exposure_us = 1000;
+  planes.latency = 2;
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  const PlaneTiming timing = (*projector)->planes();
+  EXPECT_EQ(timing.planes, 12);
+  EXPECT_EQ(timing.period, Nanoseconds{1'300'000});
+  EXPECT_EQ(timing.exposure, Nanoseconds{1'000'000});
+  EXPECT_EQ(timing.frame_lead, Nanoseconds{20'000});
+  EXPECT_EQ(timing.latency, 2);
+  const std::string text = (*projector)->describe();
+  EXPECT_NE(text.find("firmware 3.1.0, 12 planes of 1300 us"), std::string::npos) << text;
+}
+
+TEST_F(Dlpc350Screen, a_mode_of_120_hz_has_shorter_planes_and_the_source_must_have_it) {
+  options.mode = "912x1140@120";
+  EXPECT_EQ(open_planes().error().code, ErrorCode::device_refused) << "the cable brings 60 Hz";
+  device->hertz = 120;
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  EXPECT_EQ((*projector)->planes().period, Nanoseconds{337'000});
+}
+
+TEST_F(Dlpc350Screen, controller_and_screen_are_left_as_they_were_found) {
+  const std::string before = device->state();
+  {
+    const auto projector = open_planes();
+    ASSERT_OK(projector);
+    EXPECT_TRUE(device->shows_sequence());
+    EXPECT_NE(device->state(), before);
+  }
+  EXPECT_EQ(device->state(), before);
+  EXPECT_EQ(card->live_buffers, 0);
+  device->hertz = 50;
+  EXPECT_FALSE(open_planes().ok());
+  EXPECT_EQ(device->state(), before);
+  EXPECT_EQ(card->live_buffers, 0);
+}
+
+TEST_F(Dlpc350Screen, a_reset_controller_is_lost) {
+  const auto projector = open_planes();
+  ASSERT_OK(projector);
+  ASSERT_OK((*projector)->check());
+  device->reset();
+  EXPECT_EQ((*projector)->check().error().code, ErrorCode::device_lost);
+}
+
+}  // namespace
+}  // namespace symrig::projector::drm::test::dlpc350_projector_test
