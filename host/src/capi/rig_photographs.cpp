@@ -24,12 +24,18 @@ struct Photographs {
   std::uint8_t* valid;
 };
 
-/// Sizes of `count` pictures.
+/// What a caller has room for.
+struct Room {
+  const char* name;
+  std::size_t values;
+};
+
+/// Room for `count` pictures of `each` values.
 /// fails: size_mismatch.
-Result<void> check_size(const char* name, std::size_t values, std::size_t count, std::size_t each) {
-  if (count == 0 ? values == 0 : values % count == 0 && values / count == each) return {};
+Result<void> check_room(const Room& room, std::size_t count, std::size_t each) {
+  if (count == 0 ? room.values == 0 : room.values % count == 0 && room.values / count == each) return {};
   return Error{ErrorCode::size_mismatch,
-               std::string(name) + " has " + std::to_string(values) + " values, not " +
+               std::string(room.name) + " has " + std::to_string(room.values) + " values, not " +
                    std::to_string(count) + " x " + std::to_string(each),
                "use the sizes of symrig_rig_shape()"};
 }
@@ -80,9 +86,10 @@ int symrig_rig_measure(symrig_rig* rig, size_t patterns, const float* pattern, s
     if (const auto free = turn.check(); !free) return report(free.error(), error);
     const Probe& probe = *rig->opened.probe;
     const auto channels = static_cast<std::size_t>(probe.channels());
-    auto done = check_size("pattern", pattern_count, patterns, static_cast<std::size_t>(probe.grid().size()));
+    auto done =
+        check_room({"pattern", pattern_count}, patterns, static_cast<std::size_t>(probe.grid().size()));
     if (done)
-      done = check_size("photograph", photograph_count, patterns,
+      done = check_room({"photograph", photograph_count}, patterns,
                         static_cast<std::size_t>(probe.camera_grid().size()) * channels);
     if (done) done = photograph(*rig, pattern, patterns, {mean, variance, valid});
     return done ? 0 : report(done.error(), error);
