@@ -4,6 +4,7 @@
 #include "symrig/calibration/capture_file.hpp"
 #include "symrig/hdr/merge_stream.hpp"
 #include "symrig/hdr/response_merge.hpp"
+#include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -67,8 +68,21 @@ class FrameReader {
     return all;
   }
 
+  /// Colours stay as they are: their mean is no code. Grey that is stored as colour is one channel.
+  static Result<Image<float>> read_picture(const fs::path& file) {
+    SYMRIG_TRY(Image<float> image, read_image(file));
+    for (int channel = 1; channel < image.channels(); ++channel)
+      if (!std::ranges::equal(image.plane(channel), image.plane(0))) return image;
+    if (image.channels() == 1) return image;
+    Image<float> grey(image.grid());
+    std::ranges::copy(image.plane(0), grey.plane(0).begin());
+    return grey;
+  }
+
   Result<SensorPhotographs::Codes> codes_of(const std::string& file) {
-    SYMRIG_TRY(const Image<float> image, read_captured(folder_ / file, capture_));
+    const bool raw = fs::path(file).extension() == ".raw" || fs::path(file).extension() == ".RAW";
+    SYMRIG_TRY(const Image<float> image,
+               raw ? read_captured(folder_ / file, capture_) : read_picture(folder_ / file));
     if (!all_.grid.valid()) all_.grid = image.grid(), all_.channels = image.channels(), first_ = file;
     if (image.channels() != all_.channels)
       return Error{
@@ -80,7 +94,6 @@ class FrameReader {
           ErrorCode::size_mismatch,
           fmt::format("{} is {}; {} is {}", file, to_string(image.grid()), first_, to_string(all_.grid)),
           "use frames of one camera at one size"};
-    const bool raw = fs::path(file).extension() == ".raw" || fs::path(file).extension() == ".RAW";
     const int stored = raw ? all_.bits : all_.bits <= 8 ? 8 : 16;
     const auto largest = static_cast<float>((1U << static_cast<unsigned>(stored)) - 1);
     SensorPhotographs::Codes codes;
