@@ -6,9 +6,12 @@
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -43,12 +46,13 @@ struct Tally {
   Share dark;                  // valid, of the lit with 11 to 40 levels of 255
   Share off;                   // further than kOff, of the valid
   Share inside;                // the same, away from edges
+  Share beyond;                // off and in truth beyond the border of the projector, of the valid
   Share far;                   // further than kFarSigmas along an axis, of the valid away from edges
   std::vector<double> stated;  // error / stated sigma, of the valid away from edges
 
   void operator+=(const Tally& other) {
     lit += other.lit, seen += other.seen, dark += other.dark, off += other.off, inside += other.inside,
-        far += other.far;
+        beyond += other.beyond, far += other.far;
     stated.insert(stated.end(), other.stated.begin(), other.stated.end());
   }
   double ratio() const { return stated.empty() ? NAN : symrig::robust_sigma(stated, 0); }
@@ -81,6 +85,12 @@ Judged judge(const RandomSequence& truth, const PixelMap& map, int r, int c) {
   return judged;
 }
 
+bool beyond_border(const RandomSequence& truth, const PixelMap& map, std::size_t i) {
+  const float col = truth.col.values()[i], row = truth.row.values()[i];
+  return col < -0.5F || row < -0.5F || col > static_cast<float>(map.projector.cols) - 0.5F ||
+         row > static_cast<float>(map.projector.rows) - 0.5F;
+}
+
 void count_valid(const RandomSequence& truth, std::size_t i, bool valid, Tally& tally) {
   const double limit = kSigmas * static_cast<double>(truth.sigma.values()[i]);
   const auto direct = static_cast<double>(truth.direct.values()[i]);
@@ -102,6 +112,7 @@ Tally compare(const RandomSequence& truth, const PixelMap* map) {
       const Judged judged = judge(truth, *map, r, c);
       const bool off = judged.error.size() > kOff;
       tally.off.add(off);
+      tally.beyond.add(off && beyond_border(truth, *map, i));
       if (judged.edge) continue;
       tally.inside.add(off);
       const double x = judged.error.col / static_cast<double>(map->col_sigma.values()[i]),
@@ -113,9 +124,9 @@ Tally compare(const RandomSequence& truth, const PixelMap* map) {
 }
 
 void print(const std::string& name, const Tally& t, const std::string& scene) {
-  fmt::print("{:<5} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:7.3f} {:7.3f} {:6.2f}  {}\n", name, t.lit.percent(),
-             t.seen.percent(), t.dark.percent(), t.off.percent(), t.inside.percent(), t.far.percent(),
-             t.ratio(), scene);
+  fmt::print("{:<5} {:6.2f} {:6.2f} {:6.2f} {:7.3f} {:7.3f} {:7.3f} {:7.3f} {:6.2f}  {}\n", name,
+             t.lit.percent(), t.seen.percent(), t.dark.percent(), t.off.percent(), t.inside.percent(),
+             t.beyond.percent(), t.far.percent(), t.ratio(), scene);
   (void)std::fflush(stdout);
 }
 
@@ -127,7 +138,26 @@ std::string describe(const RandomGeometry& geometry, const RandomOptics& o) {
       255 * o.read_noise, 255 * std::sqrt(o.shot_slope), o.bits);
 }
 
-enum class Kind { whole, quarter, without_complements, unchecked };
+enum class Kind { whole, quarter, without_complements, columns_only, unchecked };
+struct Option {
+  std::string_view name;
+  Kind kind;
+};
+constexpr Option kOptions[] = {{"--quarter", Kind::quarter},
+                               {"--no-complements", Kind::without_complements},
+                               {"--columns", Kind::columns_only},
+                               {"--unchecked", Kind::unchecked}};
+
+/// The column pairs, white and black, as the sequence of a projector of one row.
+symrig::CodePhotographs columns_of(const symrig::CodePhotographs& all) {
+  symrig::CodePhotographs columns{symrig::GrayCode({1, all.code.projector().cols}), {}, {}};
+  for (int i = 0; i < all.code.photographs(); ++i) {
+    if (i >= 2 * all.code.column_bits() && i < all.code.white()) continue;
+    columns.names.push_back(all.names[i]);
+    columns.images.push_back(all.image(i));
+  }
+  return columns;
+}
 
 /// As a user without complements would have to make them. Such photographs hide their noise.
 void derive_complements(symrig::CodePhotographs& photographs) {
@@ -145,6 +175,7 @@ Tally run_seed(std::uint64_t seed, Kind kind) {
   const SequenceCamera camera(kCamera, geometry, optics, draw);
   RandomSequence sequence = camera.photograph(draw);
   if (kind == Kind::without_complements) derive_complements(sequence.photographs);
+  if (kind == Kind::columns_only) sequence.photographs = columns_of(sequence.photographs);
   const auto map = symrig::decode(sequence.photographs, {.check_sequence = kind != Kind::unchecked});
   Tally tally = compare(sequence, map.ok() ? &*map : nullptr);
   print(std::to_string(seed), tally,
@@ -155,9 +186,11 @@ Tally run_seed(std::uint64_t seed, Kind kind) {
 int run(std::uint64_t first, std::uint64_t last, Kind kind) {
   fmt::print(
       "valid: % of the lit, of those with stripes, of the lit with 11-40 levels. off: % of the valid, "
-      "of those away from edges.\nfar: % beyond five sigmas. ratio: actual / stated sigma.\n"
-      "{:<5} {:>6} {:>6} {:>6} {:>7} {:>7} {:>7} {:>6}\n",
-      "seed", "lit", "seen", "dark", "off", "inside", "far", "ratio");
+      "of those away from edges.\n"
+      "beyond: % of the valid that are off and beyond the projector's border. far: % beyond five sigmas. "
+      "ratio: actual / stated sigma.\n"
+      "{:<5} {:>6} {:>6} {:>6} {:>7} {:>7} {:>7} {:>7} {:>6}\n",
+      "seed", "lit", "seen", "dark", "off", "inside", "beyond", "far", "ratio");
   const symrig::Stopwatch watch;
   Tally all;
   std::vector<double> ratios;
@@ -181,17 +214,16 @@ int run(std::uint64_t first, std::uint64_t last, Kind kind) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::string_view what = argc == 4 ? argv[3] : "";
-  const bool known = argc == 3 || what == "--quarter" || what == "--no-complements" || what == "--unchecked";
+  const auto* const option =
+      argc == 4 ? std::ranges::find(kOptions, std::string_view(argv[3]), &Option::name) : std::end(kOptions);
+  const bool known = argc == 3 || option != std::end(kOptions);
   const long first = known ? std::strtol(argv[1], nullptr, 10) : 0,
              last = known ? std::strtol(argv[2], nullptr, 10) : 0;
   if (first < 1 || last < first)
     return std::fprintf(stderr,
-                        "usage: benchmark_decode FIRST LAST [--quarter | --no-complements | --unchecked]\n"),
+                        "usage: benchmark_decode FIRST LAST [--quarter | --no-complements | --columns | "
+                        "--unchecked]\n"),
            2;
-  const Kind kind = what == "--quarter"          ? Kind::quarter
-                    : what == "--no-complements" ? Kind::without_complements
-                    : what == "--unchecked"      ? Kind::unchecked
-                                                 : Kind::whole;
+  const Kind kind = option != std::end(kOptions) ? option->kind : Kind::whole;
   return run(static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(last), kind);
 }
