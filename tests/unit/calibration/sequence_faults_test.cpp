@@ -112,8 +112,8 @@ TEST(SmallPartOfTheProjector, is_not_refused) {
 
 // Stripes that the camera sees change: their faults are found, as in a picture of the whole projector.
 TEST(SmallPartOfTheProjector, swapped_pairs_are_named) {
-  const int rows = corner().code.column_bits();
-  for (const int pair : {5, 6, 7, 8, 9, rows + 5, rows + 6, rows + 7, rows + 8, rows + 9}) {
+  const std::size_t rows = corner().code.column_bits();
+  for (const std::size_t pair : {5UL, 6UL, 7UL, 8UL, 9UL, rows + 5, rows + 6, rows + 7, rows + 8, rows + 9}) {
     CodePhotographs photographs = corner();
     std::swap(photographs.images[2 * pair], photographs.images[2 * pair + 1]);
     const std::string line = refusal(photographs);
@@ -122,8 +122,8 @@ TEST(SmallPartOfTheProjector, swapped_pairs_are_named) {
 }
 
 TEST(SmallPartOfTheProjector, stripes_in_place_of_others_are_named) {
-  const int rows = corner().code.column_bits();
-  for (const int pair : {6, 8, rows + 6, rows + 8}) {
+  const std::size_t rows = corner().code.column_bits();
+  for (const std::size_t pair : {6UL, 8UL, rows + 6, rows + 8}) {
     CodePhotographs photographs = corner();
     std::swap(photographs.images[2 * pair], photographs.images[2 * pair + 2]);
     std::swap(photographs.images[2 * pair + 1], photographs.images[2 * pair + 3]);
