@@ -166,6 +166,20 @@ Result<void> check_orientation(const CodePhotographs& photographs, const RawMap&
   return backwards(photographs, raw, 1 - share);
 }
 
+/// A position has a column and a row.
+Result<void> check_axes(const GrayCode& code) {
+  for (const StripeAxis axis : {StripeAxis::columns, StripeAxis::rows}) {
+    if (code.bits(axis) > 0) continue;
+    const char* const missing = axis == StripeAxis::columns ? "columns" : "rows";
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the sequence of a projector of {} has no pairs of {}, so no position is known",
+                    to_string(code.projector()), missing),
+        fmt::format("photograph the pairs of {} too, and give the size of the whole projector", missing)};
+  }
+  return {};
+}
+
 /// Removes positions outside the projector from the mask.
 void keep_inside(RawMap& raw, Grid projector) {
   for (int row = 0; row < raw.grid().rows; ++row)
@@ -184,6 +198,7 @@ double PixelMap::decoded_share() const {
 Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions& options) {
   SYMRIG_CHECK(check_gray_code(photographs));
   const GrayCode& code = photographs.code;
+  SYMRIG_CHECK(check_axes(code));
   if (options.held_out_pair && (*options.held_out_pair < 0 || *options.held_out_pair >= code.pairs()))
     return Error{ErrorCode::bad_argument, fmt::format("held-out pair {} does not exist; pairs are 0 to {}",
                                                       *options.held_out_pair, code.pairs() - 1)};

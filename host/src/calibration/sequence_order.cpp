@@ -23,6 +23,12 @@ struct Votes {
   double all() const { return lit + dark + weak; }
 };
 
+/// The signs of a pair over the whole lit picture.
+struct SignRates {
+  double lit = 0.5;   ///< share of the clear signs
+  double weak = 0.1;  ///< share of all signs
+};
+
 /// The votes of each pair at the edges of each other pair.
 class EdgeVotes {
  public:
@@ -44,6 +50,7 @@ class EdgeVotes {
   }
   int pairs() const { return count_; }
   bool resolved(int pair) const { return resolved_[pair]; }
+  const SignRates& rates(int pair) const { return rates_[pair]; }
 
  private:
   float sign_level(std::size_t pixel) const {
@@ -53,11 +60,17 @@ class EdgeVotes {
   /// Finds the pairs that the camera resolves. Stripes that are too fine have no clear sign anywhere.
   void find_resolved() {
     resolved_.assign(count_, false);
+    rates_.assign(count_, {});
     for (const int pair : light_.pairs) {
-      std::size_t strong = 0;
-      for (const std::size_t i : light_.sample)
-        strong += std::abs(light_.difference(pair, i)) > sign_level(i) ? 1 : 0;
+      std::size_t strong = 0, lit = 0;
+      for (const std::size_t i : light_.sample) {
+        const float d = light_.difference(pair, i);
+        if (std::abs(d) <= sign_level(i)) continue;
+        strong += 1, lit += d > 0 ? 1 : 0;
+      }
       resolved_[pair] = 2 * strong > light_.sample.size();
+      rates_[pair] = {(static_cast<double>(lit) + 1) / (static_cast<double>(strong) + 2),
+                      1 - static_cast<double>(strong) / static_cast<double>(light_.sample.size())};
     }
   }
   /// Parallel lines of pixels.
@@ -122,6 +135,7 @@ class EdgeVotes {
   int count_;
   std::vector<Votes> votes_;
   std::vector<bool> resolved_;
+  std::vector<SignRates> rates_;
 };
 
 /// The pattern that an explanation assigns to a pair.
@@ -137,21 +151,45 @@ struct Explanation {
   double likelihood = 0;
 };
 
-double likelihood_of(const Votes& votes, const Role& s, const Role& t, bool resolved) {
+/// Probabilities of lit, dark and weak.
+using SignOdds = std::array<double, 3>;
+
+/// What an explanation predicts of the sign of pair t at an edge of pair s. rates: of t at a place of no
+/// meaning. Two in nine of the clear signs belong to another place: with even rates, every tenth sign is
+/// wrong.
+SignOdds predicted(const Role& s, const Role& t, const SignRates& rates) {
+  const auto elsewhere = [&](double part) {
+    return SignOdds{part * rates.lit, part * (1 - rates.lit), 1 - part};
+  };
+  if (!s.known || !t.known) return elsewhere(0.66);
+  if (s.axis == t.axis && s.bit == t.bit) return {0.05, 0.05, 0.9};
+  const double clear = 1 - rates.weak;
+  if (s.axis != t.axis || t.bit < s.bit) return elsewhere(clear);
+  const bool lit = (t.bit == s.bit + 1) != t.inverted;
+  const double right = clear * 7 / 9;
+  const SignOdds stray = elsewhere(clear - right);
+  return {stray[0] + (lit ? right : 0), stray[1] + (lit ? 0 : right), rates.weak};
+}
+
+double likelihood_at(const Votes& votes, const SignOdds& p, bool resolved) {
+  return votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]) +
+         (resolved ? votes.weak * std::log(p[2]) : 0);
+}
+
+/// rates: of pair t over the whole picture. A camera that sees a small part of the projector sees one side of
+/// the coarse stripes almost everywhere. Such a pair has this sign at every edge, so the sign tells nothing.
+/// Stripes that are nearly too fine are weak at many edges. Where the edges of s lie together, t may have
+/// other signs there: then the usual rates explain more.
+double likelihood_of(const Votes& votes, const Role& s, const Role& t, SignRates rates, bool resolved) {
+  constexpr double kRare = 0.005;    // no sign is rarer, or one stray sign would outweigh all others
+  constexpr double kMostWeak = 0.3;  // a pair of another picture is weak at a third of the edges
   const double all = resolved ? votes.all() : votes.lit + votes.dark;
   if (all < kLeastEdges) return 0;
-  std::array<double, 3> p{0.45, 0.45, 0.1};  // lit, dark, weak
-  if (!s.known || !t.known) {
-    p = {0.33, 0.33, 0.34};
-  } else if (s.axis == t.axis && s.bit == t.bit) {
-    p = {0.05, 0.05, 0.9};
-  } else if (s.axis == t.axis && t.bit > s.bit) {
-    const bool lit = (t.bit == s.bit + 1) != t.inverted;
-    p = lit ? std::array{0.8, 0.1, 0.1} : std::array{0.1, 0.8, 0.1};
-  }
+  const SignRates usual;
+  rates = {std::clamp(rates.lit, kRare, 1 - kRare), std::clamp(rates.weak, usual.weak, kMostWeak)};
   const double weight = std::min(all, kMostEdges) / all;
-  return weight * (votes.lit * std::log(p[0]) + votes.dark * std::log(p[1]) +
-                   (resolved ? votes.weak * std::log(p[2]) : 0));
+  return weight * std::max(likelihood_at(votes, predicted(s, t, rates), resolved),
+                           likelihood_at(votes, predicted(s, t, usual), resolved));
 }
 
 class Explanations {
@@ -201,7 +239,8 @@ class Explanations {
     for (const int s : light_.pairs)
       for (const int t : light_.pairs)
         if (s != t)
-          e.likelihood += likelihood_of(votes_.at(s, t), e.roles[s], e.roles[t], votes_.resolved(t));
+          e.likelihood +=
+              likelihood_of(votes_.at(s, t), e.roles[s], e.roles[t], votes_.rates(t), votes_.resolved(t));
     all_.push_back(std::move(e));
   }
   void single_pairs() {

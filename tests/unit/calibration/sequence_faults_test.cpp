@@ -97,6 +97,41 @@ TEST(GoodSequence, dark_and_noisy_pictures_of_a_quarter_are_decoded) {
   EXPECT_GT(map->decoded_share(), 0.15);
 }
 
+/// The camera sees the corner of a large projector, a hundredth of it: one side of the coarse stripes only.
+const CodePhotographs& corner() {
+  static const CodePhotographs photographs =
+      test::photograph_sequence({.projector = {768, 1024}, .blur = 0.9, .noise = 0.01}, 7);
+  return photographs;
+}
+
+TEST(SmallPartOfTheProjector, is_not_refused) {
+  const auto map = decode(corner());
+  ASSERT_TRUE(map.ok()) << map.error().line();
+  EXPECT_GT(map->decoded_share(), 0.8);
+}
+
+// Stripes that the camera sees change: their faults are found, as in a picture of the whole projector.
+TEST(SmallPartOfTheProjector, swapped_pairs_are_named) {
+  const std::size_t rows = corner().code.column_bits();
+  for (const std::size_t pair : {5UL, 6UL, 7UL, 8UL, 9UL, rows + 5, rows + 6, rows + 7, rows + 8, rows + 9}) {
+    CodePhotographs photographs = corner();
+    std::swap(photographs.images[2 * pair], photographs.images[2 * pair + 1]);
+    const std::string line = refusal(photographs);
+    EXPECT_NE(line.find(photographs.names[2 * pair] + " and "), std::string::npos) << pair << line;
+  }
+}
+
+TEST(SmallPartOfTheProjector, stripes_in_place_of_others_are_named) {
+  const std::size_t rows = corner().code.column_bits();
+  for (const std::size_t pair : {6UL, 8UL, rows + 6, rows + 8}) {
+    CodePhotographs photographs = corner();
+    std::swap(photographs.images[2 * pair], photographs.images[2 * pair + 2]);
+    std::swap(photographs.images[2 * pair + 1], photographs.images[2 * pair + 3]);
+    const std::string line = refusal(photographs);
+    EXPECT_NE(line.find(photographs.names[2 * pair] + " and "), std::string::npos) << pair << line;
+  }
+}
+
 /// One good sequence, and what faults make of it.
 class Faults : public testing::Test {
  protected:

@@ -86,6 +86,21 @@ TEST(WrongSequence, ACameraThatMovedIsNamedWithThePlace) {
   EXPECT_TRUE(names(line, photographs.names[8] + ":")) << line;
 }
 
+TEST(WrongSequence, AnAxisWithoutPairsIsNamed) {
+  const CodePhotographs& all = test::default_photographs();
+  const int columns = 2 * all.code.column_bits();
+  for (const bool rows : {false, true}) {
+    const Grid projector = all.code.projector();
+    CodePhotographs photographs{GrayCode(rows ? Grid{projector.rows, 1} : Grid{1, projector.cols}), {}, {}};
+    for (int i = 0; i < all.code.photographs(); ++i) {
+      if (i < all.code.white() && (i >= columns) != rows) continue;
+      photographs.names.push_back(all.names[i]);
+      photographs.images.push_back(all.image(i));
+    }
+    EXPECT_TRUE(names(refusal(photographs), rows ? "no pairs of columns" : "no pairs of rows"));
+  }
+}
+
 TEST(WrongSequence, ARightOneIsNotRefused) {
   EXPECT_EQ(refusal(test::default_photographs()), "");
   test::SyntheticScene noisy;

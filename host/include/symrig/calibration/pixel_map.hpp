@@ -78,8 +78,8 @@ struct DecodeOptions {
 /// indirect light only); its position is known well enough; no other position explains it nearly as well;
 /// neighbours agree.
 /// error: col_sigma, row_sigma; rms 0.05 px on a plain surface.
-/// fails: bad_value (no pixel has enough contrast; most of the map runs backwards: a pair is swapped or out
-/// of order), bad_argument (no such held_out_pair), size_mismatch.
+/// fails: bad_value (an axis without pairs; no pixel has enough contrast; most of the map runs backwards: a
+/// pair is swapped or out of order), bad_argument (no such held_out_pair), size_mismatch.
 Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions& options = {});
 
 /// read_gray_code_folder, then decode.
