@@ -70,6 +70,7 @@ TEST_F(Merge, another_camera_is_merged_by_its_response) {
   // sigmas.
   EXPECT_LT(departure("r.exr"), 0.03 + 5 * 0.03);
   EXPECT_GT(j.at("valid_share").get<double>(), 0.95);
+  EXPECT_TRUE(j.at("warnings").empty()) << j.at("warnings");
 
   ASSERT_EQ(symrig({"calibrate", "--sensor", "frames", "--response", "response.toml"}).code, 0);
   const Outcome given = symrig({"merge", "frames", "--response", "response.toml", "-o", "given.exr"});

@@ -51,6 +51,19 @@ TEST_F(SensorFolder, the_response_of_another_camera_is_written) {
   for (const int code : {1000, 1500, 2000, 2500, 3500})
     EXPECT_NEAR((*curve)(code) / unit / std::pow(code / 4095.0, 2), 1, 0.03) << code;
   EXPECT_LT(json("s.json").at("response").at("doubt").get<double>(), 0.05);
+  EXPECT_FALSE(json("s.json").at("response").at("doubtful").get<bool>());
+  EXPECT_EQ(outcome.out.find("warning"), std::string::npos);
+}
+
+TEST_F(SensorFolder, two_methods_that_differ_too_much_are_told) {
+  sensor_ = NoiseModel::from_electrons({.pedestal = 0});
+  write_bracket([](double light) { return std::sqrt(light); }, 0.6);  // the last exposure is not what it says
+  write_toml();
+  const Outcome outcome =
+      symrig({"calibrate", "--sensor", "frames", "--response", "response.toml", "--json", "s.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(json("s.json").at("response").at("doubtful").get<bool>()) << json("s.json").dump();
+  EXPECT_NE(outcome.out.find("warning: the two methods may differ by 5"), std::string::npos) << outcome.out;
 }
 
 TEST_F(SensorFolder, a_camera_that_is_not_linear_is_told) {
