@@ -111,9 +111,9 @@ JOBS = [
         ends=4,
     ),
     Job(
-        ["merge", "photographs"],
+        ["merge", "photographs", "--response", "photographs/response.toml"],
         {"-o": "radiance.exr", "--variance": "variance.exr", "--valid": "valid.png", "--json": "out.json"},
-        ["photographs/00.png", "photographs/capture.toml"],
+        ["photographs/00.png", "photographs/capture.toml", "photographs/response.toml"],
         ends=4,
     ),
     Job(
@@ -144,6 +144,8 @@ NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --m
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
 # program names by board and date; selftest reads none.
 OWN_RULE = {("flash", "--drive"), ("selftest", "--results")}
+# calibrate writes it, and merge reads it.
+READ = {("merge", "--response")}
 
 
 class Bench:
@@ -330,7 +332,7 @@ def table_is_complete(bench):
         written = {name for job in JOBS if job.words[0] == command for name in job.outputs}
         for option in options_of(text.split("Example:")[0]):
             short = re.search(rf"^  (-\w),{option} ", text, re.MULTILINE)
-            known = option in NO_OUTPUT or option in written or (short and short[1] in written) or (command, option) in OWN_RULE
+            known = option in NO_OUTPUT or option in written or (short and short[1] in written) or (command, option) in OWN_RULE | READ
             assert known, f"{command} {option}: does it name a file to write? Put it into JOBS or NO_OUTPUT"
 
 
