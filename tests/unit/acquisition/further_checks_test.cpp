@@ -42,10 +42,11 @@ TEST(FurtherChecks, are_sets_of_other_random_pixels_with_their_own_numbers) {
   auto checks = Checks::take(bench.tree, bench.photographer);
   const std::vector<acquisition::LitBlocks> flood{{{0, static_cast<std::int32_t>(kPixels)}}};
   ASSERT_TRUE(bench.photographer.take("flood-lit", flood).ok());
-  for (int set = 0; set < 2; ++set) ASSERT_TRUE(checks->take_further(bench.tree, bench.photographer).ok());
+  for (int times = 0; times < 2; ++times)
+    ASSERT_TRUE(checks->take_further(1, bench.tree, bench.photographer).ok());
   using Ranges = std::vector<std::pair<std::int64_t, std::int64_t>>;
   EXPECT_EQ(pairs(checks->ranges()), (Ranges{{0, 6}, {7, 11}, {11, 15}}));
-  EXPECT_EQ(pairs(checks->others(16)), (Ranges{{0, 0}, {6, 7}, {11, 11}, {15, 16}}));
+  EXPECT_EQ(pairs(acquisition::remaining(checks->ranges(), 16)), (Ranges{{6, 7}, {15, 16}}));
   ASSERT_EQ(shown.size(), 15U);
   for (std::size_t set = 7; set < 15; set += 4)
     for (std::size_t i = 0; i < kPixels; ++i) {
@@ -83,7 +84,7 @@ double squared_ratio(const DenseTransport& scene, int sets, std::uint64_t seed) 
       bench.known.add_scalar(a, b, std::span(&value, 1));
     }
   auto checks = Checks::take(bench.tree, bench.photographer);
-  for (int set = 1; set < sets; ++set) EXPECT_TRUE(checks->take_further(bench.tree, bench.photographer).ok());
+  EXPECT_TRUE(checks->take_further(sets - 1, bench.tree, bench.photographer).ok());
   const TransportTensor tensor = bench.known.tensor();
   const double estimated = estimate_errors(tensor, checks->all(), {}).value.frobenius;
   return estimated * estimated / (wrong / all);

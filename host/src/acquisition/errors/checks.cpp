@@ -97,15 +97,17 @@ Result<Checks> Checks::take(const BlockTree& tree, Photographer& photographer) {
   return checks;
 }
 
-Result<void> Checks::take_further(const BlockTree& tree, Photographer& photographer) {
+Result<void> Checks::take_further(std::int64_t sets, const BlockTree& tree, Photographer& photographer) {
   const std::int64_t first = photographer.taken();
+  const std::uint64_t before = further_.size() / kFurther;
   std::vector<LitBlocks> patterns;
-  for (const auto& lit : random_pixels(tree.grid(), kSeed + 1 + further_sets()))
-    patterns.push_back(ranges_of(tree, lit));
+  for (std::uint64_t set = before; set < before + sets; ++set)
+    for (const auto& lit : random_pixels(tree.grid(), kSeed + 1 + set))
+      patterns.push_back(ranges_of(tree, lit));
   SYMRIG_CHECK(photographer.take("checks", patterns, [&](std::int64_t, std::span<TreePhotograph> taken) {
     for (const TreePhotograph& photograph : taken) further_.push_back({photograph, {}});
   }));
-  further_ranges_.push_back({first, first + kFurther});
+  further_ranges_.push_back({first, photographer.taken()});
   return {};
 }
 
@@ -178,17 +180,6 @@ TransportErrors Checks::errors(const std::vector<Residual>& residuals) {
   }
   return {frobenius.relative(), indirect.relative(), flood.relative(),      bar.relative(),
           random.relative(),    natural.relative(),  bar_outside.relative()};
-}
-
-std::vector<LogRange> Checks::others(std::int64_t taken) const {
-  std::vector<LogRange> others;
-  std::int64_t next = 0;
-  for (const LogRange& range : ranges()) {
-    others.push_back({next, range.first});
-    next = range.last;
-  }
-  others.push_back({next, taken});
-  return others;
 }
 
 std::int64_t Checks::last() const {

@@ -25,8 +25,8 @@ class Checks {
 
   /// Takes them.  fails: as Probe::measure.
   static Result<Checks> take(const BlockTree& tree, Photographer& photographer);
-  /// Takes a further set.  fails: as Probe::measure.
-  Result<void> take_further(const BlockTree& tree, Photographer& photographer);
+  /// Takes further sets.  fails: as Probe::measure.
+  Result<void> take_further(std::int64_t sets, const BlockTree& tree, Photographer& photographer);
 
   /// What the known transport leaves of each check photograph.
   struct Residual {
@@ -40,7 +40,6 @@ class Checks {
   const std::vector<Residual>& photographs() const { return residuals_; }
   /// All photographs, those of further sets last; only Residual::photograph counts.
   std::vector<Residual> all() const;
-  std::size_t further_sets() const { return further_.size() / kFurther; }
   /// Subtract everything anew next time: needed after KnownTransport::rewind() to before the last
   /// residuals().
   void forget() { rewritten_ = -1; }
@@ -63,10 +62,8 @@ class Checks {
   /// Log numbers [first, last) of the six.
   std::int64_t first() const { return first_; }
   std::int64_t last() const;
-  /// Log numbers of all, ascending.
+  /// Log numbers of all.
   std::vector<LogRange> ranges() const;
-  /// Log numbers [0, taken) without them.
-  std::vector<LogRange> others(std::int64_t taken) const;
 
   /// The photographs as they are kept in scene.h5.
   std::vector<HeldOut> held_out(const BlockTree& tree) const;

@@ -7,6 +7,7 @@
 #include "acquisition/refine/polish.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <span>
 #include <utility>
@@ -56,15 +57,18 @@ Result<NoiseCheck> noise_of_capture(const BlockTree& tree, const Photographer& p
                      &held_out[Checks::kOtherHalf].photograph, besides);
 }
 
-/// An estimate that may be off by more than `kUnsure` of itself, at two standard deviations.
-bool unsure(const CaptureResult& result) {
+/// How many further sets make half of the intervals narrow enough: its square falls as 1 / sets.
+std::int64_t sets_wanted(const CaptureResult& result) {
   // A quarter is a factor of 0.8 to 1.25 at 1.65 standard deviations, which is 90 %.
-  constexpr double kUnsure = 0.3;
-  const auto of = [&](double TransportErrors::*field) {
+  constexpr double kSure = 0.3;
+  double wanted = 1;
+  for (const auto field : {&TransportErrors::frobenius, &TransportErrors::indirect}) {
     const double value = (*result.estimated).*field;
-    return value > 0 && result.estimated_half_width.*field > kUnsure * value;
-  };
-  return of(&TransportErrors::frobenius) || of(&TransportErrors::indirect);
+    if (value > 0)
+      wanted = std::max(wanted, std::pow(result.estimated_half_width.*field / (kSure * value), 2));
+  }
+  constexpr double kMost = 1000;
+  return static_cast<std::int64_t>(std::ceil(std::min(wanted, kMost))) - 1;
 }
 
 }  // namespace
@@ -116,15 +120,7 @@ std::vector<LogRange> Finishing::whole_photographs(bool reopened) const {
   if (checks_ != nullptr) left_out = checks_->ranges();
   if (!reopened)
     for (const LevelLight& level : found_.level_light) left_out.push_back(level.photographs);
-  std::sort(left_out.begin(), left_out.end(), [](LogRange a, LogRange b) { return a.first < b.first; });
-  std::vector<LogRange> whole;
-  std::int64_t next = 0;
-  for (const LogRange& out : left_out) {
-    if (out.first > next) whole.push_back({next, out.first});
-    next = out.last;
-  }
-  if (photographer_.taken() > next) whole.push_back({next, photographer_.taken()});
-  return whole;
+  return remaining(std::move(left_out), photographer_.taken());
 }
 
 /// Steps of Economy::polish that fit into Economy::polish_share. The host's time is a forecast, so that a
@@ -144,9 +140,9 @@ int Finishing::polish_steps() const {
 Result<void> Finishing::polish() {
   const int steps = polish_steps();
   if (steps <= 0) return {};
-  std::vector<LogRange> ranges{{0, photographer_.taken()}};
-  if (checks_ != nullptr) ranges = checks_->others(photographer_.taken());
-  Polish polish(facts_, photographer_, found_.known, std::move(ranges), least_misfit());
+  const std::vector<LogRange> held_out = checks_ != nullptr ? checks_->ranges() : std::vector<LogRange>();
+  Polish polish(facts_, photographer_, found_.known, remaining(held_out, photographer_.taken()),
+                least_misfit());
   for (int k = 0; k < steps; ++k) {
     SYMRIG_TRY(const Polish::Outcome outcome, polish.step(kConjugateSteps));
     if (outcome.after >= outcome.before) break;
@@ -155,17 +151,14 @@ Result<void> Finishing::polish() {
 }
 
 Result<void> Finishing::make_sure(std::int64_t budget, CaptureResult& result) {
-  const auto most = std::min(budget, static_cast<std::int64_t>(facts_.options.economy.check_share *
-                                                               static_cast<double>(photographer_.taken())));
-  const std::int64_t before = photographer_.taken();
-  const auto spent = [&] { return photographer_.taken() - before; };
-  while (unsure(result) && spent() + Checks::kFurther <= most) {
-    photographer_.expect_later(kNoneToCome);
-    SYMRIG_CHECK(checks_->take_further(facts_.tree, photographer_));
-    SYMRIG_CHECK(estimate(result.tensor, nullptr, result));
-  }
-  found_.patterns_per_level.back() += spent();
-  return {};
+  const auto share = static_cast<std::int64_t>(facts_.options.economy.check_share *
+                                               static_cast<double>(photographer_.taken()));
+  const std::int64_t sets = std::min(sets_wanted(result), std::min(budget, share) / Checks::kFurther);
+  if (sets <= 0) return {};
+  photographer_.expect_later(kNoneToCome);
+  SYMRIG_CHECK(checks_->take_further(sets, facts_.tree, photographer_));
+  found_.patterns_per_level.back() += sets * Checks::kFurther;
+  return estimate(result.tensor, nullptr, result);
 }
 
 Result<void> Finishing::estimate(const TransportTensor& tensor, const BruteForceRest* rest,

@@ -35,8 +35,8 @@ class Finishing {
   /// rest: of a capture that brute force ended, or nullptr. Needs checks.
   Result<void> estimate(const TransportTensor& tensor, const BruteForceRest* rest,
                         CaptureResult& result) const;
-  /// Takes further checks while the estimates of result.tensor are unsure, as many as Economy::check_share
-  /// says and at most `budget` photographs. Estimates anew. Needs estimate() before.
+  /// If the estimates of result.tensor are unsure, takes further checks, at most as many as
+  /// Economy::check_share says and `budget` photographs, and estimates anew. Needs estimate() before.
   Result<void> make_sure(std::int64_t budget, CaptureResult& result);
 
  private:

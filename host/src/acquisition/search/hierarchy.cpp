@@ -276,7 +276,7 @@ Result<CaptureResult> Hierarchy::measure_rest() {
   CaptureResult result;
   if (checks_) {
     SYMRIG_TRY(const TransportTensor without,
-               rest.tensor(facts_.tree, photographer_, checks_->others(before)));
+               rest.tensor(facts_.tree, photographer_, remaining(checks_->ranges(), before)));
     const Finishing finishing(facts_, photographer_, found_, checks());
     SYMRIG_CHECK(finishing.estimate(without, &rest, result));
   }

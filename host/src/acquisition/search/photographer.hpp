@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "acquisition/search/log_range.hpp"
 #include "acquisition/search/tree_photograph.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/photograph_log.hpp"
@@ -20,11 +21,6 @@ struct LitRange {
   std::int32_t begin, end;
 };
 using LitBlocks = std::vector<LitRange>;
-
-/// Photographs [first, last) of the log.
-struct LogRange {
-  std::int64_t first, last;
-};
 
 /// A photograph before it is taken, as far as it can be foreseen: [channel][pixel] in tree order.
 struct Preview {
