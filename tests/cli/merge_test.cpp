@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // symrig merge: photographs of a still scene with their exposures become radiance that scripts can use.
 #include "sensor_folder.hpp"
+#include "symrig/hdr/response_file.hpp"
 
 #include <cmath>
 
@@ -140,6 +141,16 @@ TEST_F(Merge, what_cannot_be_merged_is_refused_before_anything_is_written) {
   write_toml();
   write_text(path("sensor.toml"), "[sensor]\nbits = 10\npedestal = 64\ngain = 0.2\nread_noise = 6\n");
   expect_refusal({"merge", "frames", "-o", "r.exr", "--sensor", "sensor.toml"}, kBadInput, {"10 bits", "12"});
+  write_text(
+      path("sensor.toml"),
+      "[sensor]\nbits = 12\npedestal = 64\ngain = 0.2\nread_noise = 6\ngrid = [9, 9]\ndefects = [[1, 2]]\n");
+  expect_refusal({"merge", "frames", "-o", "r.exr", "--sensor", "sensor.toml"}, kBadInput,
+                 {"9x9", "160x160"});
+  ResponseCurve eight;
+  for (int code = 0; code < 256; ++code) eight.light.push_back(code / 255.0);
+  ASSERT_TRUE(save_response(path("response.toml"), eight).ok());
+  expect_refusal({"merge", "frames", "-o", "r.exr", "--response", "response.toml"}, kBadInput,
+                 {"256 codes", "12 bits"});
   expect_refusal({"merge", "frames", "-o", "r.tif"}, kUsage, {"r.tif"});
   expect_refusal({"merge", "frames", "-o", "r.exr", "--variance", "v.png"}, kUsage, {"v.png", "variance"});
   expect_refusal({"merge", "frames", "-o", "r.exr", "--sensor", "a", "--response", "b"}, kUsage,

@@ -8,7 +8,7 @@
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/base/quantile.hpp"
-#include "symrig/calibration/sensor_folder.hpp"
+#include "symrig/calibration/bracket_merge.hpp"
 #include "symrig/hdr/response_file.hpp"
 
 #include <algorithm>
@@ -64,12 +64,11 @@ std::string to_json(const MergeArguments& arguments, const SensorPhotographs& ph
                     const MergedBracket& merged) {
   using Object = nlohmann::ordered_json;
   Object frames = Object::array(), ratios = Object::array();
-  for (std::size_t k = 0; k < photographs.bracket.size(); ++k)
-    frames.push_back(
-        {{"file", photographs.bracket_files[k]}, {"exposure", seconds(photographs.bracket[k].exposure)}});
+  for (const SensorPhotographs::Still& still : photographs.bracket)
+    frames.push_back({{"file", still.file}, {"exposure", seconds(still.exposure)}});
   for (const ExposureRatio& ratio : merged.ratios)
-    ratios.push_back({{"shorter", photographs.bracket_files[ratio.shorter]},
-                      {"longer", photographs.bracket_files[ratio.longer]},
+    ratios.push_back({{"shorter", photographs.bracket[ratio.shorter].file},
+                      {"longer", photographs.bracket[ratio.longer].file},
                       {"stated", ratio.stated},
                       {"seen", ratio.seen},
                       {"sigma", ratio.sigma * ratio.seen},

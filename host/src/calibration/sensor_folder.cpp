@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "symrig/calibration/sensor_folder.hpp"
-
+#include "calibration/sensor_frames.hpp"
 #include "symrig/calibration/capture_file.hpp"
-#include "symrig/hdr/merge_stream.hpp"
-#include "symrig/hdr/response_merge.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
@@ -33,8 +30,7 @@ class FrameReader {
     }
     for (const SensorFiles::Still& still : files.bracket) {
       SYMRIG_TRY(auto codes, codes_of(still.file));
-      all_.bracket.push_back({std::move(codes), still.exposure});
-      all_.bracket_files.push_back(still.file);
+      all_.bracket.push_back({std::move(codes), still.exposure, still.file});
     }
     return std::move(all_);
   }
@@ -124,28 +120,6 @@ SensorFrames frames_of(const SensorPhotographs& photographs) {
   return frames;
 }
 
-std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
-  std::vector<Frame> frames;
-  for (const auto& still : photographs.bracket) frames.push_back({still.codes, still.exposure});
-  return frames;
-}
-
-SensorFindings known_camera(const KnownCamera& known) {
-  return {.sensor = known.sensor, .linearity = {}, .response = known.response};
-}
-
-/// The range of usable codes: codes below it are dark, codes above it are clipped.
-ResponseOptions options_for(const SensorPhotographs& photographs, const std::optional<Sensor>& sensor) {
-  constexpr double kSigmas = 5;
-  ResponseOptions options;
-  options.bits = photographs.bits;
-  if (!sensor) return options;
-  const NoiseModel& noise = sensor->noise;
-  options.low = static_cast<int>(noise.pedestal() + kSigmas * noise.gain() * noise.read_noise());
-  options.high = noise.saturation_code();
-  return options;
-}
-
 Result<void> recover(std::span<const Frame> frames, const ResponseOptions& options,
                      SensorFindings& findings) {
   SYMRIG_TRY(ResponseCurve debevec, recover_debevec(frames, options));
@@ -158,6 +132,23 @@ Result<void> recover(std::span<const Frame> frames, const ResponseOptions& optio
 }
 
 }  // namespace
+
+std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
+  std::vector<Frame> frames;
+  for (const auto& still : photographs.bracket) frames.push_back({still.codes, still.exposure});
+  return frames;
+}
+
+ResponseOptions usable_codes(const SensorPhotographs& photographs, const std::optional<Sensor>& sensor) {
+  constexpr double kSigmas = 5;
+  ResponseOptions options;
+  options.bits = photographs.bits;
+  if (!sensor) return options;
+  const NoiseModel& noise = sensor->noise;
+  options.low = static_cast<int>(noise.pedestal() + kSigmas * noise.gain() * noise.read_noise());
+  options.high = noise.saturation_code();
+  return options;
+}
 
 Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
   SYMRIG_TRY(CaptureFile capture, read_capture_file(folder / "capture.toml"));
@@ -187,99 +178,8 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
     findings.sensor->nonlinearity = findings.linearity->worst;
     if (findings.linearity->linear()) return findings;
   }
-  SYMRIG_CHECK(recover(bracket, options_for(photographs, findings.sensor), findings));
+  SYMRIG_CHECK(recover(bracket, usable_codes(photographs, findings.sensor), findings));
   return findings;
-}
-
-namespace {
-
-/// Of a linear sensor.
-Result<void> merge_linear(const SensorPhotographs& photographs, std::span<const Frame> frames,
-                          MergedBracket& merged) {
-  const Sensor& sensor = *merged.camera.sensor;
-  if (sensor.noise.bits() != photographs.bits)
-    return Error{ErrorCode::bad_value,
-                 fmt::format("the sensor has {} bits, the frames {}", sensor.noise.bits(), photographs.bits),
-                 "give the sensor.toml of this camera, or correct [sensor] bits"};
-  std::vector<Nanoseconds> exposures;
-  for (const Frame& frame : frames) exposures.push_back(frame.exposure);
-  SYMRIG_TRY(MergeStream stream,
-             MergeStream::begin(photographs.grid, photographs.channels, sensor.noise, exposures));
-  for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
-  MergeOptions options;
-  if (sensor.defects.grid() == photographs.grid) options.dead = &sensor.defects;
-  SYMRIG_TRY(merged.radiance, stream.finish(options));
-  SYMRIG_TRY(merged.ratios, exposure_ratios(frames, sensor.noise));
-  merged.units = "electrons per second";
-  return {};
-}
-
-Result<void> merge_curved(const SensorPhotographs& photographs, std::span<const Frame> frames,
-                          MergedBracket& merged) {
-  SYMRIG_TRY(ResponseMerge by_response,
-             merge_by_response(frames, photographs.grid, photographs.channels, *merged.camera.response,
-                               options_for(photographs, merged.camera.sensor)));
-  merged.radiance = std::move(by_response.radiance);
-  merged.ratios = std::move(by_response.ratios);
-  merged.units = "light of the largest code per second";
-  return {};
-}
-
-/// The frames with exposures that have the ratios which their pixels show.
-std::vector<Frame> with_seen_exposures(std::vector<Frame> frames, const std::vector<ExposureRatio>& ratios) {
-  for (const ExposureRatio& ratio : ratios) {  // ascending: the shorter one is right already
-    const double exposure = static_cast<double>(frames[ratio.shorter].exposure.count()) * ratio.seen;
-    const double by = exposure / static_cast<double>(frames[ratio.longer].exposure.count());
-    const Nanoseconds from = frames[ratio.longer].exposure;
-    for (Frame& frame : frames)
-      if (frame.exposure >= from)
-        frame.exposure = Nanoseconds{std::llround(static_cast<double>(frame.exposure.count()) * by)};
-  }
-  return frames;
-}
-
-/// A wrong exposure looks like a curve. It is none if the camera is linear with exposures that fit the
-/// pixels.
-Result<void> blame_exposures(std::span<const Frame> frames, SensorFindings& camera) {
-  if (!camera.sensor || !camera.response) return {};
-  SYMRIG_TRY(const std::vector<ExposureRatio> ratios, exposure_ratios(frames, camera.sensor->noise));
-  const std::vector<Frame> seen = with_seen_exposures({frames.begin(), frames.end()}, ratios);
-  SYMRIG_TRY(const Linearity linearity, test_linearity(seen, camera.sensor->noise));
-  if (!linearity.linear()) return {};
-  camera.linearity = linearity;
-  camera.response.reset();
-  camera.response_doubt = 0;
-  return {};
-}
-
-}  // namespace
-
-Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known) {
-  const std::vector<Frame> frames = bracket_of(photographs);
-  if (frames.size() < 2)
-    return Error{ErrorCode::bad_value, "the folder has fewer than two exposures of a still scene",
-                 "name them in [[sensor.bracket]] of its capture.toml"};
-  MergedBracket merged;
-  if (known.sensor || known.response) {
-    merged.camera = known_camera(known);
-  } else {
-    SYMRIG_TRY(merged.camera, examine_sensor(photographs));
-    SYMRIG_CHECK(blame_exposures(frames, merged.camera));
-  }
-  SYMRIG_CHECK(merged.camera.response ? merge_curved(photographs, frames, merged)
-                                      : merge_linear(photographs, frames, merged));
-  for (const ExposureRatio& ratio : merged.ratios)
-    if (ratio.wrong())
-      merged.warnings.push_back(
-          fmt::format("{} has {:.3g} times the light of {} by its pixels, {:.3g} times by its exposure",
-                      photographs.bracket_files[ratio.longer], ratio.seen,
-                      photographs.bracket_files[ratio.shorter], ratio.stated));
-  if (merged.camera.doubtful())
-    merged.warnings.push_back(
-        fmt::format("two methods of recovering the response differ by {:.2g} % of full light: exposures, "
-                    "scene or lamp changed",
-                    100 * merged.camera.response_doubt));
-  return merged;
 }
 
 }  // namespace symrig

@@ -2,11 +2,11 @@
 #include "symrig/hdr/response_merge.hpp"
 
 #include "hdr/merge_checks.hpp"
+#include "hdr/ratio_fit.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
@@ -47,6 +47,11 @@ class CurvedCodes {
     return static_cast<std::size_t>(std::lround(curve_.code_of(std::clamp(light, 0.0, 1.0))));
   }
   double slope(std::size_t code) const { return slope_[code]; }
+  /// Of a sample's light, where its code is expected. variance: of codes.
+  double variance_of_light(double light, std::span<const double> variance) const {
+    const std::size_t code = code_of(light);
+    return slope_[code] * slope_[code] * variance[code];
+  }
   std::size_t count() const { return slope_.size(); }
 
  private:
@@ -58,8 +63,7 @@ class CurvedCodes {
 /// One sample of a pixel.
 struct CurvedSample {
   double light, time;  ///< of its code, and its exposure [s]
-  std::size_t code;    ///< measured
-  double weight = 0;   ///< of light / time
+  double weight;       ///< of light / time; estimate() sets it
 };
 
 /// The samples of one pixel that count, and their common estimate.
@@ -74,9 +78,7 @@ struct CurvedPixel {
     const double common = rate;
     weights = 0;
     for (CurvedSample& s : std::span(samples).first(count)) {
-      const std::size_t at = first ? s.code : codes.code_of(common * s.time);
-      const double sigma = codes.slope(at) * codes.slope(at) * variance[at];
-      s.weight = s.time * s.time / sigma;
+      s.weight = s.time * s.time / codes.variance_of_light(first ? s.light : common * s.time, variance);
       weights += s.weight;
       sum += s.weight * s.light / s.time;
     }
@@ -89,8 +91,9 @@ CurvedPixel curved_pixel_at(std::span<const Frame> frames, std::size_t at, const
   for (const Frame& frame : frames) {
     const int code = frame.raw[at];
     if (!codes.usable(code)) continue;
-    pixel.samples[pixel.count++] = {codes.light(code), seconds(frame.exposure),
-                                    static_cast<std::size_t>(code)};
+    CurvedSample& sample = pixel.samples[pixel.count++];
+    sample.light = codes.light(code);
+    sample.time = seconds(frame.exposure);
   }
   return pixel;
 }
@@ -191,56 +194,25 @@ Result<std::vector<double>> code_variance(std::span<const Frame> frames, const C
 }
 
 /// As exposure_ratios(), with the noise of codes. A curve is known to a few per cent only.
-ExposureRatio curved_ratio_of(std::span<const Frame> frames, std::size_t shorter, std::size_t longer,
-                              const CurvedCodes& codes, std::span<const double> variance) {
+ExposureRatio curved_ratio_of(const Frame& shorter, const Frame& longer, const CurvedCodes& codes,
+                              std::span<const double> variance) {
   constexpr double kCurveKnown = 0.05, kWellSeen = 5;  // standard deviations
-  ExposureRatio ratio{.shorter = shorter, .longer = longer};
-  ratio.stated = seconds(frames[longer].exposure) / seconds(frames[shorter].exposure);
-  ratio.seen = ratio.stated;
+  ExposureRatio ratio;
+  ratio.stated = seconds(longer.exposure) / seconds(shorter.exposure);
   ratio.imperfect = kCurveKnown;
-  double information = 0;
-  for (int round = 0; round < 2 * kNoiseRounds; ++round) {
-    const double r = ratio.seen;
-    double up = 0, down = 0;
-    information = 0;
-    ratio.pixels = 0;
-    for (std::size_t at = 0; at < frames[0].raw.size(); at += stride_of(frames[0].raw.size())) {
-      const int cs = frames[shorter].raw[at], cl = frames[longer].raw[at];
+  hdr::fit_ratio(ratio, [&](double r, const auto& use) {
+    for (std::size_t at = 0; at < shorter.raw.size(); at += stride_of(shorter.raw.size())) {
+      const int cs = shorter.raw[at], cl = longer.raw[at];
       if (!codes.usable(cs) || !codes.usable(cl)) continue;
       const double ls = codes.light(cs), ll = codes.light(cl);
       // The light by both frames, then both variances there.
       const double light = (ls + ll) / (1 + r);
-      const std::size_t es = codes.code_of(light), el = codes.code_of(r * light);
-      const double vs = codes.slope(es) * codes.slope(es) * variance[es];
-      const double vl = codes.slope(el) * codes.slope(el) * variance[el];
+      const double vs = codes.variance_of_light(light, variance);
       if (light < kWellSeen * std::sqrt(vs)) continue;
-      const double v = vl + r * r * vs;
-      const double best = (ls / vs + r * ll / vl) / (1 / vs + r * r / vl);
-      up += best * (ll - r * ls) / v;
-      down += best * best / v;
-      information += (best * best - 1 / (1 / vs + r * r / vl)) / v;
-      ++ratio.pixels;
+      use({ls, ll, vs, codes.variance_of_light(r * light, variance)});
     }
-    if (!(down > 0) || !(information > 0)) return ratio;
-    ratio.seen = std::clamp(r + up / down, r / 2, r * 2);
-  }
-  ratio.sigma = 1 / std::sqrt(information) / ratio.seen;
+  });
   return ratio;
-}
-
-std::vector<ExposureRatio> curved_ratios_of(std::span<const Frame> frames, const CurvedCodes& codes,
-                                            std::span<const double> variance) {
-  constexpr std::int64_t kFewestPixels = 64;
-  std::vector<std::size_t> order(frames.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return frames[a].exposure < frames[b].exposure; });
-  std::vector<ExposureRatio> ratios;
-  for (std::size_t k = 1; k < order.size(); ++k) {
-    const ExposureRatio ratio = curved_ratio_of(frames, order[k - 1], order[k], codes, variance);
-    if (ratio.pixels >= kFewestPixels && ratio.sigma > 0) ratios.push_back(ratio);
-  }
-  return ratios;
 }
 
 Result<void> check_bracket(std::span<const Frame> frames, Grid grid, int channels, const ResponseCurve& curve,
@@ -287,7 +259,9 @@ Result<ResponseMerge> merge_by_response(std::span<const Frame> frames, Grid grid
     merged.radiance.variance.values()[at] = static_cast<float>(1 / pixel.weights);
     merged.radiance.valid.values()[at] = 1;
   });
-  merged.ratios = curved_ratios_of(frames, codes, merged.code_variance);
+  merged.ratios = hdr::neighbouring_ratios(frames, [&](const Frame& shorter, const Frame& longer) {
+    return curved_ratio_of(shorter, longer, codes, merged.code_variance);
+  });
   return merged;
 }
 

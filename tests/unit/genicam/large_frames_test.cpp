@@ -82,14 +82,19 @@ void expect_each_named(const Outcome& outcome) {
   EXPECT_EQ(report.delivered, outcome.right + report.damaged);
 }
 
+GenicamSettings settings_of(const GigeCamera& device) {
+  GenicamSettings settings;
+  settings.device = device.address();
+  settings.format = "Mono16";
+  return settings;
+}
+
 // The socket holds about 180 packets of the 450 of a frame.
 TEST(LargeFrames, losses_in_a_small_socket_are_named_with_their_cure) {
   CameraTraits traits = large();
   traits.resends = false;
   GigeCamera device(traits, gige::numbered_scene);
-  GenicamSettings settings;
-  settings.device = device.address();
-  settings.format = "Mono16";
+  GenicamSettings settings = settings_of(device);
   settings.socket_limit = kDebianLimit;
   Outcome outcome;
   take_all(settings, device, outcome);
@@ -102,9 +107,7 @@ TEST(LargeFrames, losses_in_a_small_socket_are_named_with_their_cure) {
 
 TEST(LargeFrames, resent_packets_make_up_for_a_small_socket_or_the_loss_is_named) {
   GigeCamera device(large(), gige::numbered_scene);
-  GenicamSettings settings;
-  settings.device = device.address();
-  settings.format = "Mono16";
+  GenicamSettings settings = settings_of(device);
   settings.socket_limit = kDebianLimit;
   Outcome outcome;
   take_all(settings, device, outcome);
@@ -118,9 +121,7 @@ TEST(LargeFrames, nothing_is_lost_in_a_socket_that_holds_them) {
   if (!(std::ifstream("/proc/sys/net/core/rmem_max") >> allowed) || allowed < 4 * kFrame)
     GTEST_SKIP() << "net.core.rmem_max is " << allowed << ": sudo sysctl -w net.core.rmem_max=33554432";
   GigeCamera device(large(), gige::numbered_scene);
-  GenicamSettings settings;
-  settings.device = device.address();
-  settings.format = "Mono16";
+  const GenicamSettings settings = settings_of(device);
   Outcome outcome;
   take_all(settings, device, outcome);
   print("large socket", outcome, device);

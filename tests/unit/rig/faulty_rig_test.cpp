@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whole rigs in virtual time whose devices misbehave: real firmware, real scenes, real noise.
 #include "faulty_devices.hpp"
+#include "misfit.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/board/link.hpp"
@@ -21,6 +22,7 @@ using namespace probe_laws;  // NOLINT(google-build-using-namespace)
 using test::CameraMischief;
 using test::FaultyCamera;
 using test::FaultyProjector;
+using test::misfit;
 using test::ProjectorMischief;
 
 constexpr const char* kNoisy = "sim:vgroove-textured?size=24x32&exposures=4";
@@ -60,28 +62,8 @@ struct Workshop {
   }
 };
 
-/// Distinct patterns, so that a photograph of the wrong one shows.
 std::vector<Pattern> distinct(Grid grid, int count) {
-  std::vector<Pattern> patterns;
-  patterns.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i)
-    patterns.push_back(law_pattern(grid, 1000U + static_cast<std::uint64_t>(i)));
-  return patterns;
-}
-
-/// Mean over pixels of (photograph - T p)² / Var: 1 ± √(2/768) = 1 ± 0.05 for the right pattern; half the
-/// pixels are others in a wrong one, which lie hundreds of sigmas away.
-double misfit(const VirtualRig& rig, const Pattern& pattern, const Radiance& photograph) {
-  const Image<float> truth = rig.truth().apply(pattern);
-  double sum = 0;
-  std::int64_t count = 0;
-  for (std::size_t i = 0; i < truth.values().size(); ++i) {
-    if (photograph.valid.values()[i] == 0) continue;
-    const double off = photograph.mean.values()[i] - truth.values()[i];
-    sum += off * off / photograph.variance.values()[i];
-    ++count;
-  }
-  return count > 0 ? sum / static_cast<double>(count) : INFINITY;
+  return test::distinct_patterns(grid, count, 1000);
 }
 
 void expect_true(VirtualRig& rig, const std::vector<Pattern>& patterns) {

@@ -3,6 +3,7 @@
 // into planes, real noise, and triggers, cameras and controllers that misbehave.
 #include "assert_ok.hpp"
 #include "faulty_devices.hpp"
+#include "misfit.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
@@ -23,6 +24,7 @@ using board_sim::SimPlaneProjector;
 using test::CameraMischief;
 using test::FaultyCamera;
 using test::FaultyProjector;
+using test::misfit;
 using test::ProjectorMischief;
 
 constexpr const char* kPlanes = "sim:vgroove-textured?size=24x32&exposures=2&ratio=4&profile=dlpc350";
@@ -71,24 +73,7 @@ struct PlaneBench {
 };
 
 std::vector<Pattern> distinct_planes(Grid grid, int count) {
-  std::vector<Pattern> patterns;
-  for (int i = 0; i < count; ++i)
-    patterns.push_back(law_pattern(grid, 5000U + static_cast<std::uint64_t>(i)));
-  return patterns;
-}
-
-/// Mean over pixels of (photograph - T p)² / Var: near 1 for the right pattern, thousands for another one.
-double misfit_of(const VirtualRig& rig, const Pattern& pattern, const Radiance& photograph) {
-  const Image<float> truth = rig.truth().apply(pattern);
-  double sum = 0;
-  std::int64_t count = 0;
-  for (std::size_t i = 0; i < truth.values().size(); ++i) {
-    if (photograph.valid.values()[i] == 0) continue;
-    const double off = photograph.mean.values()[i] - truth.values()[i];
-    sum += off * off / photograph.variance.values()[i];
-    ++count;
-  }
-  return count > 0 ? sum / static_cast<double>(count) : INFINITY;
+  return test::distinct_patterns(grid, count, 5000);
 }
 
 /// How many photographs are of another pattern.
@@ -98,7 +83,7 @@ int wrong_photographs(VirtualRig& rig, const std::vector<Pattern>& patterns) {
   if (!photographs) return static_cast<int>(patterns.size());
   int wrong = 0;
   for (std::size_t i = 0; i < patterns.size(); ++i)
-    wrong += misfit_of(rig, patterns[i], (*photographs)[i]) > 1.6;
+    wrong += misfit(rig, patterns[i], (*photographs)[i]) > 1.6;
   return wrong;
 }
 
@@ -164,8 +149,8 @@ TEST(PlaneRig, the_test_would_notice_a_wrong_plane) {
   const auto patterns = distinct_planes(rig->grid(), 2);
   const auto photographs = rig->measure(patterns);
   ASSERT_OK(photographs);
-  EXPECT_LT(misfit_of(*rig, patterns[0], (*photographs)[0]), 1.6);
-  EXPECT_GT(misfit_of(*rig, patterns[1], (*photographs)[0]), 100);
+  EXPECT_LT(misfit(*rig, patterns[0], (*photographs)[0]), 1.6);
+  EXPECT_GT(misfit(*rig, patterns[1], (*photographs)[0]), 100);
 }
 
 // An edge that comes too early lets an exposure begin in the plane before. Only the proof finds it.

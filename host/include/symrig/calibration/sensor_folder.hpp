@@ -4,10 +4,8 @@
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
-#include "symrig/hdr/exposure_ratio.hpp"
 #include "symrig/hdr/response.hpp"
 #include "symrig/hdr/sensor.hpp"
-#include "symrig/image/radiance.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -23,15 +21,15 @@ struct SensorPhotographs {
   struct Still {
     Codes codes;
     Nanoseconds exposure{0};
+    std::string file;  ///< its name in the folder
   };
 
   Grid grid;
   int channels = 1;  ///< of each frame; the planes of its codes follow each other
   int bits = 0;
-  std::vector<std::string> bracket_files;  ///< names of `bracket`
-  std::vector<Codes> dark;                 ///< lens capped
-  std::vector<std::vector<Codes>> flat;    ///< by level
-  std::vector<Still> bracket;              ///< of one still scene in steady light
+  std::vector<Codes> dark;               ///< lens capped
+  std::vector<std::vector<Codes>> flat;  ///< by level
+  std::vector<Still> bracket;            ///< of one still scene in steady light
 };
 
 /// fails: as read_capture_file and read_captured; bad_value (no [sensor], unknown number of bits, a code that
@@ -57,27 +55,5 @@ struct SensorFindings {
 /// fails: bad_value (neither dark and flat frames nor a bracket; colour frames of a sensor), as
 /// measure_sensor, test_linearity, recover_debevec and recover_robertson.
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
-
-/// What is known of the camera of a bracket; nothing: the folder's frames tell.
-struct KnownCamera {
-  std::optional<Sensor> sensor;
-  std::optional<ResponseCurve> response;
-};
-
-/// A bracket of photographs as radiance.
-struct MergedBracket {
-  Radiance radiance;
-  const char* units = "";  ///< of radiance
-  SensorFindings camera;   ///< what it was merged with
-  std::vector<ExposureRatio> ratios;
-  std::vector<std::string> warnings;  ///< what contradicts what, a sentence each
-};
-
-/// Merges `bracket`. A linear camera, by `known` or by the folder's dark and flat frames: merge weights of
-/// MergeStream, electrons per second. Otherwise by a response curve, known or recovered from the bracket
-/// (merge_by_response). Stated exposures are compared with those that pixels see.
-/// fails: bad_value (fewer than two exposures; a sensor or curve of other bits), as examine_sensor and the
-/// merges.
-Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known);
 
 }  // namespace symrig

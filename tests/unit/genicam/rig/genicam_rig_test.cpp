@@ -4,6 +4,7 @@
 #include "gige/gige_rig.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/testing/probe_laws.hpp"
+#include "unit/rig/misfit.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,6 +24,7 @@ using namespace std::chrono_literals;
 using gige::CameraTraits;
 using gige::GigeRig;
 using gige::Mishap;
+using test::misfit;
 
 constexpr const char* kScene = "sim:vgroove-textured?size=64x64";
 
@@ -48,20 +50,6 @@ std::array<std::pair<const char*, double>, 4> named(const TransportErrors& error
            {"flood", errors.flood},
            {"indirect", errors.indirect},
            {"bar_indirect", errors.bar_indirect}}};
-}
-
-/// Mean over pixels of (photograph - T p)² / Var.
-double misfit(const VirtualRig& rig, const Pattern& pattern, const Radiance& photograph) {
-  const Image<float> truth = rig.truth().apply(pattern);
-  double sum = 0;
-  std::int64_t count = 0;
-  for (std::size_t i = 0; i < truth.values().size(); ++i) {
-    if (photograph.valid.values()[i] == 0) continue;
-    const double off = photograph.mean.values()[i] - truth.values()[i];
-    sum += off * off / photograph.variance.values()[i];
-    ++count;
-  }
-  return count > 0 ? sum / static_cast<double>(count) : INFINITY;
 }
 
 /// Passes a rig's photographs on, and remembers how far the worst one is from what it should show.

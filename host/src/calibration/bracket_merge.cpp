@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/calibration/bracket_merge.hpp"
+
+#include "calibration/sensor_frames.hpp"
+#include "symrig/hdr/merge_stream.hpp"
+#include "symrig/hdr/response_merge.hpp"
+
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig {
+namespace {
+
+/// Of a linear sensor.
+Result<void> merge_linear(const SensorPhotographs& photographs, std::span<const Frame> frames,
+                          MergedBracket& merged) {
+  const Sensor& sensor = *merged.camera.sensor;
+  if (sensor.noise.bits() != photographs.bits)
+    return Error{ErrorCode::bad_value,
+                 fmt::format("the sensor has {} bits, the frames {}", sensor.noise.bits(), photographs.bits),
+                 "give the sensor.toml of this camera, or correct [sensor] bits"};
+  if (!sensor.defects.empty() && sensor.defects.grid() != photographs.grid)
+    return Error{ErrorCode::bad_value,
+                 fmt::format("the sensor's defects are of {}, the frames {}",
+                             to_string(sensor.defects.grid()), to_string(photographs.grid)),
+                 "measure the sensor with frames of this size, or remove its defects"};
+  std::vector<Nanoseconds> exposures;
+  for (const Frame& frame : frames) exposures.push_back(frame.exposure);
+  SYMRIG_TRY(MergeStream stream,
+             MergeStream::begin(photographs.grid, photographs.channels, sensor.noise, exposures));
+  for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));
+  MergeOptions options;
+  if (!sensor.defects.empty()) options.dead = &sensor.defects;
+  SYMRIG_TRY(merged.radiance, stream.finish(options));
+  SYMRIG_TRY(merged.ratios, exposure_ratios(frames, sensor.noise));
+  merged.units = "electrons per second";
+  return {};
+}
+
+Result<void> merge_curved(const SensorPhotographs& photographs, std::span<const Frame> frames,
+                          MergedBracket& merged) {
+  const std::size_t codes = merged.camera.response->light.size();
+  if (codes != std::size_t{1} << static_cast<unsigned>(photographs.bits))
+    return Error{
+        ErrorCode::bad_value,
+        fmt::format("the response curve has {} codes, the frames have {} bits", codes, photographs.bits),
+        "give the response.toml of this camera, or correct [sensor] bits"};
+  SYMRIG_TRY(ResponseMerge by_response,
+             merge_by_response(frames, photographs.grid, photographs.channels, *merged.camera.response,
+                               usable_codes(photographs, merged.camera.sensor)));
+  merged.radiance = std::move(by_response.radiance);
+  merged.ratios = std::move(by_response.ratios);
+  merged.units = "light of the largest code per second";
+  return {};
+}
+
+/// The frames with exposures that have the ratios which their pixels show.
+std::vector<Frame> with_seen_exposures(std::vector<Frame> frames, const std::vector<ExposureRatio>& ratios) {
+  for (const ExposureRatio& ratio : ratios) {  // ascending: the shorter one is right already
+    const double exposure = static_cast<double>(frames[ratio.shorter].exposure.count()) * ratio.seen;
+    const double by = exposure / static_cast<double>(frames[ratio.longer].exposure.count());
+    const Nanoseconds from = frames[ratio.longer].exposure;
+    for (Frame& frame : frames)
+      if (frame.exposure >= from)
+        frame.exposure = Nanoseconds{std::llround(static_cast<double>(frame.exposure.count()) * by)};
+  }
+  return frames;
+}
+
+/// A wrong exposure looks like a curve. It is none if the camera is linear with exposures that fit the
+/// pixels.
+Result<void> blame_exposures(std::span<const Frame> frames, SensorFindings& camera) {
+  if (!camera.sensor || !camera.response) return {};
+  SYMRIG_TRY(const std::vector<ExposureRatio> ratios, exposure_ratios(frames, camera.sensor->noise));
+  const std::vector<Frame> seen = with_seen_exposures({frames.begin(), frames.end()}, ratios);
+  SYMRIG_TRY(const Linearity linearity, test_linearity(seen, camera.sensor->noise));
+  if (!linearity.linear()) return {};
+  camera.linearity = linearity;
+  camera.response.reset();
+  camera.response_doubt = 0;
+  return {};
+}
+
+}  // namespace
+
+Result<MergedBracket> merge_bracket(const SensorPhotographs& photographs, const KnownCamera& known) {
+  const std::vector<Frame> frames = bracket_of(photographs);
+  if (frames.size() < 2)
+    return Error{ErrorCode::bad_value, "the folder has fewer than two exposures of a still scene",
+                 "name them in [[sensor.bracket]] of its capture.toml"};
+  MergedBracket merged;
+  if (known.sensor || known.response) {
+    merged.camera.sensor = known.sensor;
+    merged.camera.response = known.response;
+  } else {
+    SYMRIG_TRY(merged.camera, examine_sensor(photographs));
+    SYMRIG_CHECK(blame_exposures(frames, merged.camera));
+  }
+  SYMRIG_CHECK(merged.camera.response ? merge_curved(photographs, frames, merged)
+                                      : merge_linear(photographs, frames, merged));
+  for (const ExposureRatio& ratio : merged.ratios)
+    if (ratio.wrong())
+      merged.warnings.push_back(
+          fmt::format("{} has {:.3g} times the light of {} by its pixels, {:.3g} times by its exposure",
+                      photographs.bracket[ratio.longer].file, ratio.seen,
+                      photographs.bracket[ratio.shorter].file, ratio.stated));
+  if (merged.camera.doubtful())
+    merged.warnings.push_back(
+        fmt::format("two methods of recovering the response differ by {:.2g} % of full light: exposures, "
+                    "scene or lamp changed",
+                    100 * merged.camera.response_doubt));
+  return merged;
+}
+
+}  // namespace symrig
