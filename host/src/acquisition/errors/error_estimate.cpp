@@ -43,36 +43,35 @@ Residuals left_by(const TransportTensor& tensor, std::span<const Checks::Residua
   return all;
 }
 
-using Combination = std::vector<WeightedCheck>;
+/// A sum of photographs, looked at where those of `dark` are dark.
+struct Sum {
+  std::vector<WeightedCheck> of;
+  std::vector<std::size_t> dark = {};
+};
 
-/// Adds a sum of photographs, over the pixels that are valid in all of them and dark in those of `dark`.
-void add(EnergySums& sums, const Residuals& all, const GainError& gain, const Combination& of,
-         std::span<const std::size_t> dark) {
+/// Squares of several sums, over the pixels that are valid in all photographs of each.
+EnergySums sums_of(const Residuals& all, const GainError& gain, const std::vector<Sum>& several) {
   const std::size_t pixels = all[0].photograph.pattern.size();
-  for (std::size_t at = 0; at < all[0].photograph.mean.size(); ++at) {
-    const std::size_t t = at % pixels;
-    const auto in_the_way = [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; };
-    const auto invalid = [&](const WeightedCheck& one) {
-      return all[one.photograph].photograph.valid[at] == 0;
-    };
-    if (std::any_of(of.begin(), of.end(), invalid) || std::any_of(dark.begin(), dark.end(), in_the_way))
-      continue;
-    double e = 0, y = 0, variance = 0;
-    for (const auto& [photograph, weight] : of) {
-      e += weight * static_cast<double>(all[photograph].residual[at]);
-      y += weight * static_cast<double>(all[photograph].photograph.mean[at]);
-      variance += weight * weight * static_cast<double>(all[photograph].photograph.variance[at]);
+  EnergySums sums(pixels);
+  for (const Sum& sum : several)
+    for (std::size_t at = 0; at < all[0].photograph.mean.size(); ++at) {
+      const std::size_t t = at % pixels;
+      const auto lit = [&](std::size_t k) { return all[k].photograph.pattern[t] != 0; };
+      const auto invalid = [&](const WeightedCheck& one) {
+        return all[one.photograph].photograph.valid[at] == 0;
+      };
+      if (std::any_of(sum.of.begin(), sum.of.end(), invalid) ||
+          std::any_of(sum.dark.begin(), sum.dark.end(), lit))
+        continue;
+      double e = 0, y = 0, variance = 0;
+      for (const auto& [photograph, weight] : sum.of) {
+        e += weight * static_cast<double>(all[photograph].residual[at]);
+        y += weight * static_cast<double>(all[photograph].photograph.mean[at]);
+        variance += weight * weight * static_cast<double>(all[photograph].photograph.variance[at]);
+      }
+      sums.add(t, e, y, y - e, variance);
+      sums.add_error(t, gain.more(sum.of, at));
     }
-    sums.add(t, e, y, y - e, variance);
-    sums.add_error(t, gain.more(of, at));
-  }
-}
-
-/// Of one combination.
-EnergySums sums_of(const Residuals& all, const GainError& gain, const Combination& of,
-                   std::span<const std::size_t> dark = {}) {
-  EnergySums sums(all[0].photograph.pattern.size());
-  add(sums, all, gain, of, dark);
   sums.doubt_added(gain.doubt());
   return sums;
 }
@@ -205,38 +204,34 @@ Bar joined(const std::vector<Reading>& readings) {
 }
 
 /// The sparse pairs, where they are dark.
-EnergySums sums_of_pairs(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
-  EnergySums sums(all[0].photograph.pattern.size());
+std::vector<Sum> pairs_of(const std::vector<RandomSet>& sets) {
+  std::vector<Sum> pairs;
   for (const RandomSet& set : sets)
-    add(sums, all, gain, {{set.sparse, 1}, {set.other_sparse, -1}},
-        std::vector{set.sparse, set.other_sparse});
-  sums.doubt_added(gain.doubt());
-  return sums;
+    pairs.push_back({{{set.sparse, 1}, {set.other_sparse, -1}}, {set.sparse, set.other_sparse}});
+  return pairs;
 }
 
 /// The halves less their complements.
-EnergySums sums_of_halves(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
-  EnergySums sums(all[0].photograph.pattern.size());
-  for (const RandomSet& set : sets) add(sums, all, gain, {{set.half, 1}, {set.other_half, -1}}, {});
-  sums.doubt_added(gain.doubt());
-  return sums;
+std::vector<Sum> signed_halves_of(const std::vector<RandomSet>& sets) {
+  std::vector<Sum> halves;
+  for (const RandomSet& set : sets) halves.push_back({{{set.half, 1}, {set.other_half, -1}}});
+  return halves;
 }
 
-/// The same halves, each where it is dark.
-EnergySums sums_of_dark(const Residuals& all, const GainError& gain, const std::vector<RandomSet>& sets) {
-  EnergySums sums(all[0].photograph.pattern.size());
+/// Each half where it is dark.
+std::vector<Sum> dark_halves_of(const std::vector<RandomSet>& sets) {
+  std::vector<Sum> halves;
   for (const RandomSet& set : sets)
-    for (const std::size_t half : {set.half, set.other_half})
-      add(sums, all, gain, {{half, 1}}, std::vector{half});
-  sums.doubt_added(gain.doubt());
-  return sums;
+    for (const std::size_t half : {set.half, set.other_half}) halves.push_back({{{half, 1}}, {half}});
+  return halves;
 }
 
 /// Each half and its complement add up to even light: their mean has the least noise.
-Combination flood_of(const std::vector<RandomSet>& sets) {
+Sum flood_of(const std::vector<RandomSet>& sets) {
   const double each = 1 / static_cast<double>(sets.size());
-  Combination flood;
-  for (const RandomSet& set : sets) flood.insert(flood.end(), {{set.half, each}, {set.other_half, each}});
+  Sum flood;
+  for (const RandomSet& set : sets)
+    flood.of.insert(flood.of.end(), {{set.half, each}, {set.other_half, each}});
   return flood;
 }
 
@@ -249,7 +244,7 @@ class Indirect {
         gain_(gain),
         noise_ratio_(noise_ratio),
         sets_(sets_of(all)),
-        pair_(sums_of_pairs(all, gain, sets_)),
+        pair_(sums_of(all, gain, pairs_of(sets_))),
         lit_(lit_share(all, sets_)) {}
 
   /// Σ of squares of all entries between pixels that are wrong, as the sparse pairs see it.
@@ -298,7 +293,7 @@ class Indirect {
   /// the squares of both halves are Σ E². Where they add up, it is up to twice as much.
   Reading halves(double of) const {
     constexpr double kAddUp = 0.5;  // of the energy, one sigma
-    const EnergySums dark = sums_of_dark(all_, gain_, sets_);
+    const EnergySums dark = sums_of(all_, gain_, dark_halves_of(sets_));
     const double scale = 2 * lit_ * (1 - lit_) / of;
     const double energy = scale * dark.error;
     const double misstated = (kVarianceError + std::abs(noise_ratio_ - 1)) * dark.noise;
@@ -394,7 +389,7 @@ ErrorBar frobenius_error(const BlockTree& tree, std::span<const Checks::Residual
                          std::span<const TreePhotograph> left) {
   Residuals all(residuals.begin(), residuals.begin() + 2);
   for (const std::size_t k : {Checks::kHalf, Checks::kOtherHalf}) all[k].residual = left[k].mean;
-  const Bar bar = of_patterns(sums_of_halves(all, GainError(), sets_of(all)), tree, 1, 1);
+  const Bar bar = of_patterns(sums_of(all, GainError(), signed_halves_of(sets_of(all))), tree, 1, 1);
   return given(bar) ? bar : Bar{};
 }
 
@@ -406,13 +401,12 @@ ErrorEstimate estimate_errors(const TransportTensor& tensor, std::span<const Che
   const BlockTree& tree = tensor.camera_tree();
   const GainError gain(tensor, all, mismatch);
   const std::vector<RandomSet> sets = sets_of(all);
-  const EnergySums halves = sums_of_halves(all, gain, sets);
-  const EnergySums flood = sums_of(all, gain, flood_of(sets));
-  const EnergySums random = sums_of(all, gain, {{Checks::kHalf, 1}});
-  const EnergySums natural = sums_of(all, gain, {{Checks::kNatural, 1}});
-  const EnergySums bar = sums_of(all, gain, {{Checks::kBar, 1}});
-  constexpr std::size_t kBarOnly[] = {Checks::kBar};
-  const EnergySums outside = sums_of(all, gain, {{Checks::kBar, 1}}, kBarOnly);
+  const EnergySums halves = sums_of(all, gain, signed_halves_of(sets));
+  const EnergySums flood = sums_of(all, gain, {flood_of(sets)});
+  const EnergySums random = sums_of(all, gain, {{{{Checks::kHalf, 1}}}});
+  const EnergySums natural = sums_of(all, gain, {{{{Checks::kNatural, 1}}}});
+  const EnergySums bar = sums_of(all, gain, {{{{Checks::kBar, 1}}}});
+  const EnergySums outside = sums_of(all, gain, {{{{Checks::kBar, 1}}, {Checks::kBar}}});
   const Indirect indirect(tensor, all, gain, noise_ratio);
 
   const OneSided one = one_sided_light(tensor, all);
