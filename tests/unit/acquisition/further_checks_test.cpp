@@ -29,6 +29,7 @@ constexpr std::size_t kPixels = 256;
 
 std::vector<std::pair<std::int64_t, std::int64_t>> pairs(const std::vector<LogRange>& ranges) {
   std::vector<std::pair<std::int64_t, std::int64_t>> all;
+  all.reserve(ranges.size());
   for (const LogRange& range : ranges) all.emplace_back(range.first, range.last);
   return all;
 }
@@ -57,7 +58,7 @@ TEST(FurtherChecks, are_sets_of_other_random_pixels_with_their_own_numbers) {
   for (const auto& [a, b] : {std::pair<std::size_t, std::size_t>{0, 7}, {0, 11}, {7, 11}}) {
     int alike = 0;
     for (std::size_t i = 0; i < kPixels; ++i) alike += shown[a].values()[i] == shown[b].values()[i] ? 1 : 0;
-    EXPECT_NEAR(alike, kPixels / 2, 5 * std::sqrt(kPixels / 4.0));
+    EXPECT_NEAR(alike, kPixels / 2.0, 5 * std::sqrt(kPixels / 4.0));
   }
   const auto held = checks->held_out(bench.tree);
   ASSERT_EQ(held.size(), 14U);

@@ -68,7 +68,9 @@ TEST(BracketPlan, NoBracketOfTheLadderIsCheaper) {
   const auto plan = plan_bracket(expected, kPath, kSensor, rules);
   ASSERT_TRUE(plan.ok()) << plan.error().line();
   std::vector<Nanoseconds> ladder;
-  for (double t = 20e-6; t < 10; t *= std::sqrt(2)) ladder.emplace_back(std::llround(1e9 * t));
+  // 20 us to 10 s.
+  for (int step = 0; 20e-6 * std::pow(2, step / 2.0) < 10; ++step)
+    ladder.emplace_back(std::llround(20e3 * std::pow(2, step / 2.0)));
   const auto good = [&](const std::vector<Nanoseconds>& bracket) {
     return std::all_of(expected.parts.begin(), expected.parts.end(), [&](const ExpectedPart& part) {
       return noise_of(part, bracket) <= part.noise * (1 - 1e-6);

@@ -18,6 +18,7 @@ constexpr std::size_t kPixels = 50'000;
 Result<Radiance> stream(const std::vector<Frame>& frames, const MergeOptions& options = {},
                         Grid grid = kGrid) {
   std::vector<Nanoseconds> exposures;
+  exposures.reserve(frames.size());
   for (const Frame& frame : frames) exposures.push_back(frame.exposure);
   SYMRIG_TRY(MergeStream stream, MergeStream::begin(grid, 1, kSensor, exposures));
   for (const Frame& frame : frames) SYMRIG_CHECK(stream.add(frame));

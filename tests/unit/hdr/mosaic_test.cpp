@@ -99,6 +99,7 @@ TEST(Mosaic, PatternsThatAddUpToFloodLightAddUpToItsPhotograph) {
   Image<float> sum(kGrid, 3);
   for (const int parity : {0, 1}) {
     std::vector<char> lit;
+    lit.reserve(kGrid.size());
     for (int i = 0; i < kGrid.size(); ++i) lit.push_back(i / 3 % 2 == parity ? char{1} : char{0});
     const auto part = colour_by_flood(mosaic_of(scene, bayer, lit), flood, bayer);
     ASSERT_TRUE(part.ok());

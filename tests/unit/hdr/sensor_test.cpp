@@ -14,7 +14,7 @@ namespace symrig::sensor_test {
 namespace {
 
 constexpr Grid kGrid{128, 128};
-constexpr std::size_t kPixels = 128 * 128;
+constexpr std::size_t kPixels = std::size_t{128} * 128;
 
 /// A sensor with everything wrong that sensors have.
 struct World {
@@ -38,7 +38,8 @@ struct World {
     std::vector<std::uint16_t> codes;
     const double lamp = 1 + flicker * random.normal();
     for (std::size_t i = 0; i < kPixels; ++i) {
-      const double y = static_cast<double>(i / 128) / 64 - 1, x = static_cast<double>(i % 128) / 64 - 1;
+      const std::size_t row = i / 128, col = i % 128;
+      const double y = static_cast<double>(row) / 64 - 1, x = static_cast<double>(col) / 64 - 1;
       const double mean = electrons * lamp * gains[i] * (1 - 0.1 * (x * x + y * y));
       const double collected = std::min(random.poisson(mean), noise.full_well());
       const double code =

@@ -38,12 +38,12 @@ TEST(SimulatedProjector, shows_each_pattern_from_the_refresh_after_its_trigger) 
   bench.outputs(3, 0);
   bench.outputs(40, kProjector);
   bench.outputs(41, 0);
-  bench.board.advance_to(bench.ms(100));
-  EXPECT_TRUE(bench.projector.shown(bench.ms(4), bench.ms(10)).empty());  // asked for, not yet refreshed
+  bench.board.advance_to(Bench::ms(100));
+  EXPECT_TRUE(bench.projector.shown(Bench::ms(4), Bench::ms(10)).empty());  // asked for, not yet refreshed
   using Lit = SimulatedProjector::Lit;
-  EXPECT_EQ(bench.projector.shown(bench.ms(20), bench.ms(30)), (std::vector<Lit>{{0, 1.0}}));
-  EXPECT_EQ(bench.projector.shown(bench.ms(60), bench.ms(90)), (std::vector<Lit>{{1, 1.0}}));
-  const auto both = bench.projector.shown(bench.ms(45), bench.ms(55));  // the third refresh is at 50 ms
+  EXPECT_EQ(bench.projector.shown(Bench::ms(20), Bench::ms(30)), (std::vector<Lit>{{0, 1.0}}));
+  EXPECT_EQ(bench.projector.shown(Bench::ms(60), Bench::ms(90)), (std::vector<Lit>{{1, 1.0}}));
+  const auto both = bench.projector.shown(Bench::ms(45), Bench::ms(55));  // the third refresh is at 50 ms
   ASSERT_EQ(both.size(), 2U);
   EXPECT_NEAR(both[0].share, 0.5, 0.01);
   EXPECT_NEAR(both[0].share + both[1].share, 1, 1e-12);
@@ -73,8 +73,8 @@ TEST(SimulatedCamera, hands_over_what_was_exposed_with_its_times) {
   }
   ASSERT_TRUE(camera.take(2, Nanoseconds{0}).ok());
   ASSERT_EQ(seen.size(), 2U);
-  EXPECT_EQ(seen[0].end - seen[0].begin, bench.ms(8));
-  EXPECT_EQ(seen[1].begin - seen[0].begin, bench.ms(20));
+  EXPECT_EQ(seen[0].end - seen[0].begin, Bench::ms(8));
+  EXPECT_EQ(seen[1].begin - seen[0].begin, Bench::ms(20));
   EXPECT_EQ(seen[1].sequence, 1U);
   EXPECT_TRUE((*camera.take(1, Nanoseconds{0})).empty()) << "nothing was exposed since";
   bench.outputs(60, kCamera);

@@ -206,6 +206,7 @@ Bar joined(const std::vector<Reading>& readings) {
 /// The sparse pairs, where they are dark.
 std::vector<Sum> pairs_of(const std::vector<RandomSet>& sets) {
   std::vector<Sum> pairs;
+  pairs.reserve(sets.size());
   for (const RandomSet& set : sets)
     pairs.push_back({{{set.sparse, 1}, {set.other_sparse, -1}}, {set.sparse, set.other_sparse}});
   return pairs;
@@ -214,6 +215,7 @@ std::vector<Sum> pairs_of(const std::vector<RandomSet>& sets) {
 /// The halves less their complements.
 std::vector<Sum> signed_halves_of(const std::vector<RandomSet>& sets) {
   std::vector<Sum> halves;
+  halves.reserve(sets.size());
   for (const RandomSet& set : sets) halves.push_back({{{set.half, 1}, {set.other_half, -1}}});
   return halves;
 }
