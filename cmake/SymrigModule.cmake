@@ -20,6 +20,9 @@ function(symrig_module name)
   endif()
   if(NOT arg_COMPUTES)
     symrig_quick_to_compile(${target})
+  elseif(SYMRIG_SANITIZE MATCHES address AND NOT SYMRIG_FUZZ)
+    # -Og inlines nothing: each v[i] is then a call, and the tests take several times as long.
+    target_compile_options(${target} PRIVATE -O1)
   endif()
   set_target_properties(${target} PROPERTIES SYMRIG_COMPUTES "${arg_COMPUTES}")
   target_include_directories(${target}
