@@ -210,7 +210,7 @@ Result<Image<float>> Y4mReader::luma(std::size_t frame) const {
   SYMRIG_TRY(const std::size_t got, read_at(file_.get(), bytes, offsets_[frame], name_));
   if (got < bytes.size()) return damaged_film(name_, fmt::format("it ends within frame {}", frame + 1));
   // ITU-R BT.709 and BT.601: black is 16 and white 235 of 8 bits, and as many times more of more bits.
-  const float scale = static_cast<float>(1 << (bits_ - 8));
+  const auto scale = static_cast<float>(1 << (bits_ - 8));
   const float black = full_range_ ? 0.F : 16.F * scale;
   const float white = full_range_ ? static_cast<float>((1 << bits_) - 1) : 235.F * scale;
   Image<float> luma(grid_);

@@ -67,7 +67,7 @@ Y4mWriter::~Y4mWriter() {
 Result<void> Y4mWriter::add(const Image<std::uint8_t>& codes) {
   if (codes.grid() != grid_ || codes.channels() != channels_)
     return Error{ErrorCode::size_mismatch, fmt::format("{}: a frame of another size", path_.string())};
-  const std::size_t pixels = static_cast<std::size_t>(grid_.size());
+  const auto pixels = static_cast<std::size_t>(grid_.size());
   planes_.resize(pixels * static_cast<std::size_t>(channels_));
   if (channels_ == 1) {
     std::transform(codes.values().begin(), codes.values().end(), planes_.begin(),
