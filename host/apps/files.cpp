@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "files.hpp"
 
-#include "symrig/base/quantile.hpp"
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -43,12 +41,6 @@ bool is_exr(const std::string& path) {
 
 Result<void> write_text(const std::string& path, std::string_view text) {
   return path.empty() ? Result<void>() : write_text_output(path, text);
-}
-
-double automatic_exposure(const Image<float>& picture) {
-  std::vector<float> values(picture.values().begin(), picture.values().end());
-  const float white = quantile(values, 0.995);
-  return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
 Result<void> write_picture(const std::string& path, const Image<float>& picture, double exposure,

@@ -21,9 +21,6 @@ bool is_exr(const std::string& path);
 /// fails: io, not_found.
 Result<void> write_text(const std::string& path, std::string_view text);
 
-/// The factor that maps all values but the brightest half percent below white.
-double automatic_exposure(const Image<float>& picture);
-
 /// Writes a picture; the suffix chooses the format. EXR and PFM store the values unchanged. PNG is 8-bit sRGB
 /// of value × exposure, clipped at 1. facts: go into an EXR header.
 /// fails: io, bad_argument.

@@ -53,6 +53,7 @@ JOBS = [
         ends=3,
     ),
     Job(["relight", "in.h5", "--light", "light.pfm"], {"-o": "out.exr"}, ["in.h5", "light.pfm"]),
+    Job(["relight", "in.h5", "--lights", "lights.y4m"], {"-o": "out.y4m"}, ["in.h5", "lights.y4m"]),
     Job(["dual", "in.h5", "--light", "light.pfm"], {"-o": "out.png"}, ["in.h5", "light.pfm"]),
     Job(["evaluate", "in.h5", "--rig", SMALL], {"--json": "out.json"}, ["in.h5"]),
     Job(["evaluate", "in.h5", "--rig", "rig.toml"], {"--json": "out.json"}, ["in.h5", "rig.toml", "map.exr"], ends=3),
@@ -138,7 +139,7 @@ JOBS = [
 
 # Options with a value that name no file to write. A new option belongs here or into JOBS.
 NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --max-patterns --max-seconds --target-error --photograph-seconds --split --polish
---light --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
+--light --lights --format --exposure --from-view --to-view --views --mosaic --projector --from --sensor --hold-out --scenes --size --algorithms --tolerances --profiles
 --seeds --noise --channels --device --camera --seconds --jumper --pings --wait --board --max-edges --filter --updates
 --compare --channel --grid --listen --plug --revision --port --max-mb""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
@@ -346,6 +347,7 @@ def prepare(bench):
     head = b"{'descr': '<f4', 'fortran_order': False, 'shape': (16, 16), }".ljust(117) + b"\n"
     unit = b"".join(b"\0\0\x80?" if k % 17 == 0 else b"\0\0\0\0" for k in range(256))
     bench.path("T0.npy").write_bytes(b"\x93NUMPY\x01\0\x76\0" + head + unit)
+    bench.path("lights.y4m").write_bytes(b"YUV4MPEG2 W17 H12 Cmono\n" + (b"FRAME\n" + b"\x80" * (17 * 12)) * 2)
     bench.path("light.pfm").write_bytes(b"Pf\n17 12\n-1.0\n" + b"\0\0\0\0" * (17 * 12))
     assert bench.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
     registered = RIG.replace('map = "map.exr"', 'registration = "registration.h5"') + '[capture]\ngrid = "12x17"\n'

@@ -5,10 +5,15 @@
 #include "console.hpp"
 #include "effects.hpp"
 #include "files.hpp"
+#include "meter.hpp"
 #include "numbers.hpp"
 #include "symrig/hdr/mosaic.hpp"
+#include "symrig/image/file.hpp"
 #include "symrig/job/file_hash.hpp"
 #include "symrig/job/light.hpp"
+#include "symrig/job/light_sequence.hpp"
+#include "symrig/job/relight_sequence.hpp"
+#include "symrig/job/relighter.hpp"
 #include "symrig/tensor/file.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
@@ -28,9 +33,11 @@ namespace symrig::apps {
 namespace {
 
 struct RelightArguments {
-  std::string scene, light, output;
+  std::string scene, light, lights, output;
   std::string views, from_view, to_view, mosaic;  // "" if not given
+  std::string format = "exr";                     // of many pictures
   std::optional<double> exposure;
+  bool resume = false;
 };
 
 /// Two whole numbers with a separator: "3x2", "0,1".
@@ -74,33 +81,26 @@ Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTens
   return ViewRelight{views, from, to};
 }
 
-/// The photograph under a light: of all views, or from one view to another.
+/// The tensor as the options ask for it.
+Result<Relighter> relighter_of(const RelightArguments& arguments, const TransportTensor& tensor) {
+  RelightOptions options;
+  SYMRIG_TRY(options.views, asked(arguments, tensor));
+  if (!arguments.mosaic.empty()) {
+    SYMRIG_TRY(options.mosaic, parse_bayer(arguments.mosaic));
+  }
+  return Relighter::begin(tensor, options);
+}
+
+/// What has the size of a light, for messages.
+const char* projector_of(const RelightArguments& arguments) {
+  return arguments.from_view.empty() ? "the scene's projector" : "that view";
+}
+
 Result<Image<float>> relit(const RelightArguments& arguments, const TransportTensor& tensor) {
-  SYMRIG_TRY(const ViewRelight what, asked(arguments, tensor));
-  SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
+  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, tensor));
   SYMRIG_TRY(const Image<float> light,
-             read_light(arguments.light, grid, what.from ? "that view" : "the scene's projector"));
-  return relight(tensor, light, what);
-}
-
-Radiance exact(Image<float> mean) {
-  const Grid grid = mean.grid();
-  return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
-}
-
-/// Converts a mosaic to colour: each pixel's light gets the colours that the flood-lit scene has there.
-Result<Image<float>> coloured(const RelightArguments& arguments, const TransportTensor& tensor,
-                              Image<float> mosaic) {
-  SYMRIG_TRY(const BayerPattern pattern, parse_bayer(arguments.mosaic));
-  if (tensor.channels() != 1)
-    return Error{ErrorCode::bad_argument, "--mosaic: the scene already has colour channels",
-                 "remove it: it is for scenes measured as a colour camera's raw mosaic"};
-  if (!arguments.from_view.empty() || !arguments.to_view.empty())
-    return Error{ErrorCode::bad_argument, "--mosaic cannot be used with --from-view or --to-view",
-                 "relight all views at once"};
-  SYMRIG_TRY(Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.F)));
-  SYMRIG_TRY(Radiance colour, colour_by_flood(exact(std::move(mosaic)), exact(std::move(flood)), pattern));
-  return std::move(colour.mean);
+             read_light(arguments.light, relighter.light_grid(), projector_of(arguments)));
+  return relighter.relight(light);
 }
 
 Result<Image<float>> dual_picture(const RelightArguments& arguments, const TransportTensor& tensor) {
@@ -109,11 +109,13 @@ Result<Image<float>> dual_picture(const RelightArguments& arguments, const Trans
   return tensor.apply_transposed(light);
 }
 
-Result<void> check_exposure(const RelightArguments& arguments) {
+/// shown: the output is for viewing.
+Result<void> check_exposure(const RelightArguments& arguments, bool shown) {
   if (!arguments.exposure) return {};
-  if (!is_png(arguments.output))
+  if (!shown)
     return Error{ErrorCode::bad_argument,
-                 "--exposure applies to .png only; .exr and .pfm store radiance unchanged",
+                 fmt::format("--exposure applies to {} only; .exr and .pfm store radiance unchanged",
+                             arguments.lights.empty() ? ".png" : "png pictures and films"),
                  "remove it, or write a .png"};
   if (std::isfinite(*arguments.exposure) && *arguments.exposure > 0) return {};
   return Error{ErrorCode::bad_argument,
@@ -122,7 +124,8 @@ Result<void> check_exposure(const RelightArguments& arguments) {
 }
 
 /// What an EXR header states.
-Result<PictureFacts> facts_of(const RelightArguments& arguments, bool dual, double exposure) {
+/// exposure: none for many pictures.
+Result<PictureFacts> facts_of(const RelightArguments& arguments, bool dual, std::optional<double> exposure) {
   SYMRIG_TRY(std::string scene, file_hash(arguments.scene));
   std::string view = dual ? "projector" : "camera";
   if (!arguments.from_view.empty()) view += ", lit from view " + arguments.from_view;
@@ -151,21 +154,79 @@ Result<void> check_views(const CLI::App& command, const RelightArguments& argume
   return check_effects(command, options);
 }
 
+/// Refuses options that do nothing for one light, or nothing for many.
+Result<void> check_lights(const CLI::App& command, const RelightArguments& arguments) {
+  if (arguments.light.empty() == arguments.lights.empty())
+    return Error{ErrorCode::bad_argument,
+                 arguments.light.empty() ? "there is no light" : "--light and --lights are both given",
+                 "give --light IMAGE, or --lights with a folder of lights or a film"};
+  const bool one = arguments.lights.empty(), film = is_film(arguments.output);
+  const std::array<Idle, 3> options{{{"--format", one, "with --light: the suffix of -o chooses the format"},
+                                     {"--format", film, "with a film"},
+                                     {"--resume", one, "with --light: one picture is written as a whole"}}};
+  return check_effects(command, options);
+}
+
+/// What the pictures of many lights depend on beside scene and lights.
+std::string request_text(const RelightArguments& arguments) {
+  std::string text = "format " + arguments.format;
+  const auto add = [&text](const char* option, const std::string& value) {
+    if (!value.empty()) text += fmt::format(", {} {}", option, value);
+  };
+  add("--views", arguments.views);
+  add("--from-view", arguments.from_view);
+  add("--to-view", arguments.to_view);
+  add("--mosaic", arguments.mosaic);
+  return text;
+}
+
+Result<void> run_sequence(const RelightArguments& arguments) {
+  const bool film = is_film(arguments.output);
+  SYMRIG_CHECK(check_exposure(arguments, film || arguments.format == "png"));
+  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, scene.tensor));
+  SYMRIG_TRY(const LightSequence lights,
+             LightSequence::open(arguments.lights, relighter.light_grid(), projector_of(arguments)));
+  SequenceOutput output{.path = arguments.output,
+                        .suffix = "." + arguments.format,
+                        .exposure = arguments.exposure,
+                        .resume = arguments.resume,
+                        .asked = request_text(arguments)};
+  SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
+  std::optional<Meter> meter(std::in_place, "relight", "pictures");
+  SYMRIG_TRY(const SequenceResult result, relight_sequence(relighter, lights, output, meter->progress()));
+  meter.reset();
+  std::string text = fmt::format("{}: {} pictures, {}, {} channel{}", arguments.output, result.pictures,
+                                 to_string(result.grid), result.channels, result.channels == 1 ? "" : "s");
+  if (result.kept > 0) text += fmt::format(", {} of them from before", result.kept);
+  if (film || arguments.format == "png") text += fmt::format(", exposure {:.4g}", result.exposure);
+  return print(text + "\n");
+}
+
+Result<void> check_files(const RelightArguments& arguments) {
+  JobFiles files;
+  files.reads("the scene", arguments.scene);
+  if (arguments.lights.empty()) {
+    SYMRIG_CHECK(check_picture_suffix(arguments.output));
+    files.reads("--light", arguments.light).writes("-o", arguments.output, FileFormat::picture);
+  } else {
+    files.reads("--lights", arguments.lights)
+        .writes("-o", arguments.output, is_film(arguments.output) ? FileFormat::film : FileFormat::folder);
+  }
+  return files.check();
+}
+
 Result<void> run(const CLI::App& command, const RelightArguments& arguments, bool dual) {
-  SYMRIG_CHECK(check_picture_suffix(arguments.output));
-  SYMRIG_CHECK(JobFiles()
-                   .reads("the scene", arguments.scene)
-                   .reads("--light", arguments.light)
-                   .writes("-o", arguments.output, FileFormat::picture)
-                   .check());
-  SYMRIG_CHECK(check_exposure(arguments));
-  if (!dual) SYMRIG_CHECK(check_views(command, arguments));
+  if (!dual) {
+    SYMRIG_CHECK(check_lights(command, arguments));
+    SYMRIG_CHECK(check_views(command, arguments));
+  }
+  SYMRIG_CHECK(check_files(arguments));
+  if (!arguments.lights.empty()) return run_sequence(arguments);
+  SYMRIG_CHECK(check_exposure(arguments, is_png(arguments.output)));
   SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
   SYMRIG_TRY(Image<float> picture,
              dual ? dual_picture(arguments, scene.tensor) : relit(arguments, scene.tensor));
-  if (!arguments.mosaic.empty()) {
-    SYMRIG_TRY(picture, coloured(arguments, scene.tensor, std::move(picture)));
-  }
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
   PictureFacts facts;  // other formats state none, and the hash reads the whole scene
   if (is_exr(arguments.output)) {
@@ -200,22 +261,45 @@ void add_views(CLI::App& command, RelightArguments& arguments) {
       ->type_name("ROWSxCOLUMNS");
 }
 
+void add_lights(CLI::App& command, RelightArguments& arguments) {
+  command
+      .add_option("--lights", arguments.lights,
+                  "Many lights: a folder of pictures in the order of their names, or a .y4m film")
+      ->type_name("DIR|film.y4m");
+  takes_words(command
+                  .add_option("--format", arguments.format,
+                              "With --lights: format of the pictures in the folder (default: exr)")
+                  ->type_name("exr|pfm|png"),
+              {"exr", "pfm", "png"});
+  command.add_flag("--resume", arguments.resume,
+                   "With --lights: keep the pictures that an earlier call has written, and make the others");
+}
+
 Job add(CLI::App& command, bool dual, const char* footer) {
   const auto arguments = std::make_shared<RelightArguments>();
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
-  command.add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")
-      ->required()
-      ->type_name("IMAGE");
+  CLI::Option* const light =
+      command
+          .add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")
+          ->type_name("IMAGE");
+  if (dual) light->required();
+  if (!dual) add_lights(command, *arguments);
   command
       .add_option("-o,--output", arguments->output,
-                  "Picture to write: .exr or .pfm (radiance), or .png (for viewing)")
+                  dual ? "Picture to write: .exr or .pfm (radiance), or .png (for viewing)"
+                       : "Picture to write: .exr or .pfm (radiance), or .png (for viewing); with --lights a "
+                         "folder, or a .y4m film")
       ->required()
       ->type_name("out.exr");
   command
-      .add_option("--exposure", arguments->exposure,
-                  "For .png: factor that maps white to 1 (default: 99.5 % of the values are below white)")
+      .add_option(
+          "--exposure", arguments->exposure,
+          dual ? "For .png: factor that maps white to 1 (default: 99.5 % of the values are below white)"
+               : "For .png and films: factor that maps white to 1 (default: 99.5 % of the values are below "
+                 "white; "
+                 "with --lights, those of the flood-lit scene)")
       ->type_name("X");
   if (!dual) {
     add_views(command, *arguments);
@@ -234,15 +318,18 @@ Job add(CLI::App& command, bool dual, const char* footer) {
 }  // namespace
 
 Job add_relight(CLI::App& command) {
-  return add(command, false,
-             "Example:\n"
-             "  symrig relight scene.h5 --light letters -o relit.png\n"
-             "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
-             "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o "
-             "view.png\n"
-             "\n"
-             "The light has the projector's grid. The result has the camera's grid, in radiance per unit of "
-             "projector light.\n");
+  return add(
+      command, false,
+      "Example:\n"
+      "  symrig relight scene.h5 --light letters -o relit.png\n"
+      "  symrig relight scene.h5 --light my-light.exr -o relit.exr\n"
+      "  symrig relight scene.h5 --lights walk.y4m -o pictures.y4m\n"
+      "  symrig relight scene.h5 --light letters --views 3x3 --from-view 1,1 --to-view 0,2 -o "
+      "view.png\n"
+      "\n"
+      "The light has the projector's grid. The result has the camera's grid, in radiance per unit of "
+      "projector light.\n"
+      "Of a film, luma is the light: white of its range is 1. --lights is the fast way for many lights.\n");
 }
 
 Job add_dual(CLI::App& command) {

@@ -29,7 +29,7 @@ struct FormatNames {
   bool binary;
 };
 
-constexpr std::array<FormatNames, 12> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
+constexpr std::array<FormatNames, 14> kFormats{{{FileFormat::scene, "an HDF5 scene", ".h5", true},
                                                 {FileFormat::registration, "a registration", ".h5", true},
                                                 {FileFormat::picture, "a picture", ".exr", true},
                                                 {FileFormat::map, "a map", ".exr", true},
@@ -40,7 +40,9 @@ constexpr std::array<FormatNames, 12> kFormats{{{FileFormat::scene, "an HDF5 sce
                                                 {FileFormat::table, "CSV", ".csv", false},
                                                 {FileFormat::settings, "TOML", ".toml", false},
                                                 {FileFormat::waveform, "a VCD waveform", ".vcd", false},
-                                                {FileFormat::matrix, "a matrix", ".npy or .mat", true}}};
+                                                {FileFormat::matrix, "a matrix", ".npy or .mat", true},
+                                                {FileFormat::film, "a film", ".y4m", true},
+                                                {FileFormat::folder, "a folder of files", "", true}}};
 
 const FormatNames& names_of(FileFormat format) {
   return *std::find_if(kFormats.begin(), kFormats.end(),
@@ -53,7 +55,7 @@ struct Suffix {
 };
 
 /// Suffixes with a known format. Any output may have another suffix.
-constexpr std::array<Suffix, 23> kSuffixes{{
+constexpr std::array<Suffix, 24> kSuffixes{{
     {".h5", FileFormat::scene},        {".hdf5", FileFormat::scene},   {".exr", FileFormat::picture},
     {".pfm", FileFormat::picture},     {".png", FileFormat::picture},  {".jpg", FileFormat::picture},
     {".jpeg", FileFormat::picture},    {".tif", FileFormat::picture},  {".tiff", FileFormat::picture},
@@ -61,7 +63,7 @@ constexpr std::array<Suffix, 23> kSuffixes{{
     {".symprog", FileFormat::program}, {".log", FileFormat::log},      {".html", FileFormat::page},
     {".htm", FileFormat::page},        {".json", FileFormat::json},    {".csv", FileFormat::table},
     {".toml", FileFormat::settings},   {".vcd", FileFormat::waveform}, {".elf", FileFormat::program},
-    {".npy", FileFormat::matrix},      {".mat", FileFormat::matrix},
+    {".npy", FileFormat::matrix},      {".mat", FileFormat::matrix},   {".y4m", FileFormat::film},
 }};
 
 bool fits(FileFormat suffix, FileFormat output) {
@@ -81,7 +83,9 @@ Result<void> check_suffix(const std::string& option, const fs::path& path, FileF
   return Error{ErrorCode::bad_argument,
                fmt::format("{} writes {}, but {} has the suffix of another format", option,
                            names_of(format).text, path.string()),
-               fmt::format("give a name that ends in {}", names_of(format).suffix)};
+               format == FileFormat::folder
+                   ? "give a name without a suffix"
+                   : fmt::format("give a name that ends in {}", names_of(format).suffix)};
 }
 
 Error not_written(const fs::path& path, const std::string& why, const char* hint,
@@ -102,13 +106,8 @@ Result<void> check_descriptor(const std::string& option, const fs::path& path, i
                      ErrorCode::bad_argument);
 }
 
-/// Checks that the target is a new file in a writable folder, or a regular file there.
-Result<void> check_target(const fs::path& path) {
-  const auto place = place_of(path);
-  if (path.filename().empty() || (place && place->exists() && !place->regular()))
-    return not_written(
-        path, fmt::format("it is {}", place && place->exists() ? base::kind_of(place->mode) : "a folder"),
-        "give a file name");
+/// Checks that something new can be made in the folder of `path`.
+Result<void> check_place(const fs::path& path) {
   const fs::path folder = folder_of(base::link_target(path));
   std::error_code error;
   if (!fs::is_directory(folder, error))
@@ -117,6 +116,28 @@ Result<void> check_target(const fs::path& path) {
   if (::access(folder.c_str(), W_OK | X_OK) == 0) return {};
   return not_written(path, fmt::format("{} ({})", folder.string(), std::generic_category().message(errno)),
                      "give a folder that you can write to");
+}
+
+/// Checks that the target is a new file in a writable folder, or a regular file there.
+Result<void> check_target(const fs::path& path) {
+  const auto place = place_of(path);
+  if (path.filename().empty() || (place && place->exists() && !place->regular()))
+    return not_written(
+        path, fmt::format("it is {}", place && place->exists() ? base::kind_of(place->mode) : "a folder"),
+        "give a file name");
+  return check_place(path);
+}
+
+/// Checks that the target is a folder, or a new one in a writable folder. A new one with the suffix of a file
+/// was meant as a file.
+Result<void> check_folder(const std::string& option, const fs::path& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return {};
+  if (const auto place = place_of(path); place && place->exists())
+    return not_written(path, fmt::format("it is {}, not a folder", base::kind_of(place->mode)),
+                       "give a folder", ErrorCode::bad_argument);
+  SYMRIG_CHECK(check_suffix(option, path, FileFormat::folder));
+  return check_place(path.filename().empty() ? path.parent_path() : path);
 }
 
 bool same_file(const fs::path& a, const fs::path& b) {
@@ -206,6 +227,10 @@ Result<void> JobFiles::check() const {
   for (const Output& output : outputs_) {
     if (const auto descriptor = descriptor_of(output.path)) {
       SYMRIG_CHECK(check_descriptor(output.option, output.path, *descriptor, output.format));
+      continue;
+    }
+    if (output.format == FileFormat::folder) {
+      SYMRIG_CHECK(check_folder(output.option, output.path));
       continue;
     }
     SYMRIG_CHECK(check_target(output.path));

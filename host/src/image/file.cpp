@@ -3,6 +3,7 @@
 
 #include "image/codec.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/image/finite.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <cstdint>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -117,6 +119,12 @@ Result<void> write_display_png(const std::filesystem::path& path, const Image<fl
   if (!std::isfinite(exposure) || exposure <= 0)
     return Error{ErrorCode::bad_argument, fmt::format("exposure = {}; must be a positive number", exposure)};
   return write_png_bytes(path, image::encode_png_codes(to_display(image, exposure)));
+}
+
+double automatic_exposure(const Image<float>& picture) {
+  std::vector<float> values(picture.values().begin(), picture.values().end());
+  const float white = quantile(values, 0.995);
+  return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
 }
 
 Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {

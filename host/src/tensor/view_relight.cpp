@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace symrig {
 namespace {
@@ -41,6 +42,26 @@ Image<float> cut_out(const Image<float>& whole, const Tile& tile) {
   return picture;
 }
 
+Result<void> check_view_light(const Image<float>& light, Grid grid) {
+  if (light.grid() == grid && light.channels() == 1) return {};
+  return Error{ErrorCode::size_mismatch,
+               "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
+                   " channels, this relighting needs " + to_string(grid) + " with 1",
+               "resize the picture to " + to_string(grid) + " (rows x columns)"};
+}
+
+/// The light on the projector of all views; those that do not shine are dark.
+Image<float> on_projector(const Image<float>& light, const TransportTensor& tensor, const ViewRelight& what) {
+  const Grid whole = tensor.projector_grid();
+  return what.from ? pasted(light, whole, what.views.tile(whole, *what.from)) : light;
+}
+
+/// The part of the photograph that is asked for.
+Image<float> seen(Image<float> photograph, const TransportTensor& tensor, const ViewRelight& what) {
+  if (!what.to) return photograph;
+  return cut_out(photograph, what.views.tile(tensor.camera_grid(), *what.to));
+}
+
 }  // namespace
 
 Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what) {
@@ -52,16 +73,24 @@ Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what) 
 Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
                              const ViewRelight& what) {
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
-  if (light.grid() != grid || light.channels() != 1)
-    return Error{ErrorCode::size_mismatch,
-                 "light is " + to_string(light.grid()) + " with " + std::to_string(light.channels()) +
-                     " channels, this relighting needs " + to_string(grid) + " with 1",
-                 "resize the picture to " + to_string(grid) + " (rows x columns)"};
-  const Grid whole = tensor.projector_grid();
-  SYMRIG_TRY(Image<float> photograph,
-             tensor.apply(what.from ? pasted(light, whole, what.views.tile(whole, *what.from)) : light));
-  if (!what.to) return photograph;
-  return cut_out(photograph, what.views.tile(tensor.camera_grid(), *what.to));
+  SYMRIG_CHECK(check_view_light(light, grid));
+  SYMRIG_TRY(Image<float> photograph, tensor.apply(on_projector(light, tensor, what)));
+  return seen(std::move(photograph), tensor, what);
+}
+
+Result<std::vector<Image<float>>> relight_batch(const TransportTensor& tensor,
+                                                std::span<const Image<float>> lights,
+                                                const ViewRelight& what) {
+  SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
+  for (const Image<float>& light : lights) SYMRIG_CHECK(check_view_light(light, grid));
+  // All views shine and see: nothing is cut, so nothing is copied.
+  if (!what.from && !what.to) return tensor.apply_batch(lights);
+  std::vector<Image<float>> patterns;
+  patterns.reserve(lights.size());
+  for (const Image<float>& light : lights) patterns.push_back(on_projector(light, tensor, what));
+  SYMRIG_TRY(std::vector<Image<float>> photographs, tensor.apply_batch(patterns));
+  for (Image<float>& photograph : photographs) photograph = seen(std::move(photograph), tensor, what);
+  return photographs;
 }
 
 }  // namespace symrig

@@ -3,6 +3,11 @@
 
 #include "unit/tensor/random_tensor.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace symrig::view_relight_test {
@@ -76,6 +81,37 @@ TEST(ViewRelight, without_views_it_is_the_whole_photograph) {
   for (int row = 0; row < seen.grid.rows; ++row)
     for (int col = 0; col < seen.grid.cols; ++col)
       EXPECT_EQ(part->at(row, col), whole->at(seen.row + row, seen.col + col));
+}
+
+// Each light alone against all at once: the sums are in another order, so both are within apply's bound.
+TEST(ViewRelight, many_lights_are_each_relit) {
+  const TensorAndMatrix made = general_tensor();
+  // Σ|A||B|ᵀ|light| of a pixel at most; light ≤ 1.
+  double most = 0;
+  for (std::size_t row = 0; row < made.magnitude.size(); row += made.cols)
+    most = std::max(
+        most, std::accumulate(made.magnitude.begin() + static_cast<std::ptrdiff_t>(row),
+                              made.magnitude.begin() + static_cast<std::ptrdiff_t>(row + made.cols), 0.0));
+  for (const ViewRelight& what : {ViewRelight{kViews, View{0, 1}, View{1, 2}}, ViewRelight{kViews, {}, {}}}) {
+    const Grid grid = light_grid(made.tensor, what).value();
+    std::vector<Image<float>> lights;
+    for (int k = 0; k < 19; ++k) {
+      lights.push_back(random_light(grid));
+      for (float& v : lights.back().values()) v *= static_cast<float>(k % 5) / 4;
+    }
+    const auto pictures = relight_batch(made.tensor, lights, what);
+    ASSERT_TRUE(pictures.ok()) << pictures.error().line();
+    ASSERT_EQ(pictures->size(), lights.size());
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+      const Image<float> alone = relight(made.tensor, lights[k], what).value();
+      ASSERT_EQ((*pictures)[k].grid(), alone.grid());
+      for (std::size_t i = 0; i < alone.values().size(); ++i)
+        EXPECT_NEAR((*pictures)[k].values()[i], alone.values()[i],
+                    2 * (2.0 * kProjector.size() + 4) * 0x1p-24 * most);
+    }
+    lights.emplace_back(Grid{1, 1});
+    EXPECT_EQ(relight_batch(made.tensor, lights, what).error().code, ErrorCode::size_mismatch);
+  }
 }
 
 TEST(ViewRelight, views_that_are_not_there_are_refused) {

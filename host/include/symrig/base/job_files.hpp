@@ -25,6 +25,8 @@ enum class FileFormat : std::uint8_t {
   settings,      ///< .toml
   waveform,      ///< .vcd
   matrix,        ///< .npy, .mat: binary
+  film,          ///< .y4m: binary
+  folder,        ///< of files, which the job makes if only it is missing
 };
 
 /// True for "-" and for the system's names of standard output, such as /dev/stdout.
@@ -33,7 +35,8 @@ bool is_standard_output(const std::filesystem::path& path);
 /// The files that one job reads and writes, declared before any work. check() applies the same rules to every
 /// job:
 /// - No output is an input, and no two outputs are the same file.
-/// - An output is a new file, a regular file, or an open descriptor.
+/// - An output is a new file, a regular file, or an open descriptor; a folder of outputs is a new folder, or
+///   a folder.
 /// - The output's suffix fits its format.
 /// Files are compared by device and inode, so links are recognised.
 class JobFiles {

@@ -41,6 +41,9 @@ Result<void> write_image(const std::filesystem::path& path, const Image<float>& 
 Result<void> write_display_png(const std::filesystem::path& path, const Image<float>& image,
                                double exposure = 1);
 
+/// The factor that maps all values but the brightest half percent below white; 1 for a dark picture.
+double automatic_exposure(const Image<float>& picture);
+
 /// exposure · value through the sRGB curve (IEC 61966-2-1), clipped and rounded to 8 bits. NaN becomes 0.
 Image<std::uint8_t> to_display(const Image<float>& image, double exposure = 1);
 

@@ -6,6 +6,8 @@
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace symrig {
 
@@ -25,5 +27,11 @@ Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what);
 /// error: as TransportTensor::apply.  fails: as light_grid, size_mismatch.
 Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
                              const ViewRelight& what);
+
+/// The same for many lights; reads T once for 16 of them.
+/// error: as TransportTensor::apply_batch.  fails: as relight.
+Result<std::vector<Image<float>>> relight_batch(const TransportTensor& tensor,
+                                                std::span<const Image<float>> lights,
+                                                const ViewRelight& what);
 
 }  // namespace symrig

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/job/relight_sequence.hpp"
+
+#include "job/sequence_file.hpp"
+#include "symrig/image/file.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The light of each number; read on all processors.
+Result<std::vector<Image<float>>> read_lights(const LightSequence& lights, std::size_t first,
+                                              std::size_t count) {
+  std::vector<Result<Image<float>>> read(count, Error{ErrorCode::bad_argument, "not read"});
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) { read[k] = lights.read(first + k); });
+  std::vector<Image<float>> pictures;
+  pictures.reserve(count);
+  for (Result<Image<float>>& one : read) {
+    SYMRIG_TRY(Image<float> light, std::move(one));
+    pictures.push_back(std::move(light));
+  }
+  return pictures;
+}
+
+/// Where pictures go, one batch after another.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  /// True if the picture of this light is there already.
+  virtual bool has(std::size_t number, const Image<float>& light) const = 0;
+  /// numbers, lights, pictures: of the same length.
+  virtual Result<void> add(std::span<const std::size_t> numbers, std::span<const Image<float>> lights,
+                           std::span<const Image<float>> pictures) = 0;
+  virtual Result<void> finish() = 0;
+  /// What an interrupted job leaves.
+  virtual Error interrupted(std::size_t done, std::size_t all) const = 0;
+};
+
+class FilmSink final : public Sink {
+ public:
+  FilmSink(Y4mWriter film, double exposure) : film_(std::move(film)), exposure_(exposure) {}
+
+  bool has(std::size_t, const Image<float>&) const override { return false; }
+  Result<void> add(std::span<const std::size_t>, std::span<const Image<float>>,
+                   std::span<const Image<float>> pictures) override {
+    std::vector<Image<std::uint8_t>> codes(pictures.size());
+    tbb::parallel_for(std::size_t{0}, pictures.size(),
+                      [&](std::size_t k) { codes[k] = to_display(pictures[k], exposure_); });
+    for (const Image<std::uint8_t>& frame : codes) SYMRIG_CHECK(film_.add(frame));
+    return {};
+  }
+  Result<void> finish() override { return film_.finish(); }
+  Error interrupted(std::size_t done, std::size_t all) const override {
+    return {ErrorCode::interrupted,
+            fmt::format("stopped after {} of {} pictures; no film was written", done, all),
+            "run it again; pictures in a folder can be resumed"};
+  }
+
+ private:
+  Y4mWriter film_;
+  double exposure_;
+};
+
+class FolderSink final : public Sink {
+ public:
+  FolderSink(const LightSequence& lights, const SequenceOutput& output, job::SequenceFile file)
+      : lights_(lights), output_(output), file_(std::move(file)) {}
+
+  bool has(std::size_t number, const Image<float>& light) const override {
+    const std::string name = lights_.name(number) + output_.suffix;
+    const auto listed = file_.pictures.find(name);
+    std::error_code ignored;
+    return listed != file_.pictures.end() && listed->second == job::light_digest(light) &&
+           fs::exists(output_.path / name, ignored);
+  }
+
+  Result<void> add(std::span<const std::size_t> numbers, std::span<const Image<float>> lights,
+                   std::span<const Image<float>> pictures) override {
+    std::vector<Result<void>> written(numbers.size());
+    tbb::parallel_for(std::size_t{0}, numbers.size(),
+                      [&](std::size_t k) { written[k] = write(lights_.name(numbers[k]), pictures[k]); });
+    for (std::size_t k = 0; k < numbers.size(); ++k) {
+      SYMRIG_CHECK(written[k]);
+      file_.pictures[lights_.name(numbers[k]) + output_.suffix] = job::light_digest(lights[k]);
+    }
+    return file_.write(output_.path);
+  }
+
+  Result<void> finish() override { return {}; }
+  Error interrupted(std::size_t done, std::size_t all) const override {
+    return {ErrorCode::interrupted,
+            fmt::format("stopped; {} of {} pictures are in {}", done, all, output_.path.string()),
+            "--resume makes the others"};
+  }
+
+ private:
+  Result<void> write(const std::string& light, const Image<float>& picture) const {
+    const fs::path path = output_.path / (light + output_.suffix);
+    if (output_.suffix == ".png") return write_display_png(path, picture, file_.exposure);
+    PictureFacts facts = output_.facts;
+    facts.light = light;
+    facts.exposure = automatic_exposure(picture);
+    return write_image(path, picture, facts);
+  }
+
+  const LightSequence& lights_;
+  const SequenceOutput& output_;
+  job::SequenceFile file_;
+};
+
+/// Makes the output folder, and checks that it is neither the lights' nor in use.
+Result<job::SequenceFile> open_folder(const LightSequence& lights, const SequenceOutput& output,
+                                      double exposure) {
+  constexpr std::array<std::string_view, 3> kSuffixes{".exr", ".pfm", ".png"};
+  if (std::find(kSuffixes.begin(), kSuffixes.end(), output.suffix) == kSuffixes.end())
+    return Error{ErrorCode::bad_argument, fmt::format("pictures cannot end in '{}'", output.suffix),
+                 "use .exr, .pfm or .png"};
+  std::error_code error;
+  if (fs::exists(output.path, error) && !fs::is_directory(output.path, error))
+    return Error{ErrorCode::bad_argument, fmt::format("-o {} is not a folder", output.path.string()),
+                 "give a folder for the pictures, or a .y4m film"};
+  if (!fs::exists(output.path, error) && !fs::create_directory(output.path, error))
+    return Error{ErrorCode::not_found,
+                 fmt::format("the folder {} cannot be made ({})", output.path.string(), error.message()),
+                 "make the folder that it lies in"};
+  if (fs::equivalent(output.path, lights.path(), error))
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("-o {} is the folder of the lights", output.path.string()),
+                 "give another folder: pictures get the names of their lights"};
+
+  job::SequenceFile file{output.facts.scene, output.asked, exposure, {}};
+  SYMRIG_TRY(const std::optional<job::SequenceFile> old, job::SequenceFile::read(output.path));
+  if (old && output.resume) {
+    if (old->scene != file.scene || old->asked != file.asked || old->exposure != file.exposure)
+      return Error{
+          ErrorCode::bad_argument,
+          fmt::format("{} has pictures of {}", output.path.string(),
+                      old->scene != file.scene   ? "another scene"
+                      : old->asked != file.asked ? fmt::format("another request ({})", old->asked)
+                                                 : fmt::format("another exposure ({:.6g})", old->exposure)),
+          "give another folder, or the same scene and options as before"};
+    return *old;
+  }
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    const fs::path picture = output.path / (lights.name(k) + output.suffix);
+    if (old || fs::exists(picture, error))
+      return Error{ErrorCode::bad_argument, fmt::format("{} has pictures already", output.path.string()),
+                   old ? "--resume makes those that are missing; else give another folder"
+                       : fmt::format("give another folder, or remove {}", picture.filename().string())};
+  }
+  return file;
+}
+
+Result<double> exposure_of(const Relighter& relighter, const SequenceOutput& output) {
+  const bool shown = is_film(output.path) || output.suffix == ".png";
+  if (!shown) return 0.0;
+  if (output.exposure) return *output.exposure;
+  SYMRIG_TRY(const Image<float> flood, relighter.flood_lit());
+  return automatic_exposure(flood);
+}
+
+/// A film that cannot be resumed, because it appears as a whole.
+Result<void> check_resume(const SequenceOutput& output) {
+  if (!output.resume || !is_film(output.path)) return {};
+  return Error{ErrorCode::bad_argument, "--resume: a film is written as a whole",
+               "write pictures to a folder: they can be resumed"};
+}
+
+}  // namespace
+
+Result<SequenceResult> relight_sequence(const Relighter& relighter, const LightSequence& lights,
+                                        const SequenceOutput& output, const Progress& progress) {
+  SYMRIG_CHECK(check_resume(output));
+  SequenceResult result;
+  SYMRIG_TRY(result.exposure, exposure_of(relighter, output));
+
+  // The size of a film's frames is that of the first picture.
+  SYMRIG_TRY(const Image<float> first_light, lights.read(0));
+  SYMRIG_TRY(const Image<float> first, relighter.relight(first_light));
+  result.grid = first.grid();
+  result.channels = first.channels();
+  std::unique_ptr<Sink> sink;
+  if (is_film(output.path)) {
+    SYMRIG_TRY(Y4mWriter film, Y4mWriter::begin(output.path, result.grid, result.channels,
+                                                lights.rate().value_or(FrameRate{})));
+    sink = std::make_unique<FilmSink>(std::move(film), result.exposure);
+  } else {
+    SYMRIG_TRY(job::SequenceFile file, open_folder(lights, output, result.exposure));
+    sink = std::make_unique<FolderSink>(lights, output, std::move(file));
+  }
+
+  for (std::size_t begin = 0; begin < lights.size(); begin += Relighter::kBatch) {
+    const std::size_t count = std::min(Relighter::kBatch, lights.size() - begin);
+    SYMRIG_TRY(std::vector<Image<float>> batch, read_lights(lights, begin, count));
+    // Those that an earlier call has not made.
+    std::vector<std::size_t> numbers;
+    std::vector<Image<float>> missing;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (sink->has(begin + k, batch[k])) continue;
+      numbers.push_back(begin + k);
+      missing.push_back(std::move(batch[k]));
+    }
+    SYMRIG_TRY(const std::vector<Image<float>> pictures, relighter.relight_batch(missing));
+    SYMRIG_CHECK(sink->add(numbers, missing, pictures));
+    result.kept += count - numbers.size();
+    result.pictures += count;
+    if (progress && !progress({"relighting", static_cast<std::int64_t>(result.pictures),
+                               static_cast<std::int64_t>(lights.size()), kNoneToCome}))
+      return sink->interrupted(result.pictures, lights.size());
+  }
+  SYMRIG_CHECK(sink->finish());
+  return result;
+}
+
+}  // namespace symrig
