@@ -109,6 +109,7 @@ class PlayingScreen : public Dlpc350Screen {
     projector = *std::move(opened);
     made = random_patterns(projector->grid(), kPictures);
     std::vector<PlanePlan> plans;
+    plans.reserve(kPictures);
     for (int f = 0; f < static_cast<int>(kPictures); ++f) plans.emplace_back(24, f);
     ASSERT_OK(projector->load_planes(made, plans));
     for (std::size_t f = 0; f < kPictures; ++f) order.push_back(f);
