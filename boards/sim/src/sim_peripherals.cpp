@@ -2,6 +2,7 @@
 #include "symrig/boards/sim_peripherals.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace symrig::board_sim {
 namespace {
@@ -130,6 +131,25 @@ std::uint64_t SimPlaneProjector::show(std::int64_t index, SimBoard& board) {
   board.advance_to(tick + 1);  // the host hears of the refresh after its edge
   pictures_.push_back({number + static_cast<std::uint64_t>(config_.latency), index});
   return tick;
+}
+
+SimPlaneProjector::Flip SimPlaneProjector::play(const std::vector<std::int64_t>& order, SimBoard& board) {
+  const std::uint64_t tick = show(order.front(), board);
+  std::uint64_t refresh = pictures_.back().from - static_cast<std::uint64_t>(config_.latency);
+  const std::uint64_t first = refresh;
+  flips_ = {{first, tick, order.front()}};
+  while (++refresh - first < order.size()) {
+    const std::int64_t picture = order[refresh - first];
+    while (faults.flips.contains(refresh)) ++refresh;
+    flips_.push_back({refresh, refresh_tick(refresh), picture});
+    pictures_.push_back({refresh + static_cast<std::uint64_t>(config_.latency), picture});
+  }
+  return flips_.front();
+}
+
+std::vector<SimPlaneProjector::Flip> SimPlaneProjector::played(SimBoard& board) {
+  if (!flips_.empty() && flips_.back().tick > board.now()) board.advance_to(flips_.back().tick + 1);
+  return std::exchange(flips_, {});
 }
 
 std::int64_t SimPlaneProjector::picture_in(std::uint64_t refresh) const {

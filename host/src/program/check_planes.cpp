@@ -56,25 +56,30 @@ void check_file_scan(const RigSetup& rig, const Scan& scan, Findings& findings) 
   }
 }
 
+/// The longest shutter time of an exposure in its planes, with the dark time of the refreshes that it
+/// crosses.
+Nanoseconds room_of(const PlaneExposure& one, const ProjectorProfile& projector, Nanoseconds settle) {
+  const Nanoseconds dark = projector.refresh - projector.planes * projector.plane_period;
+  const int refreshes = (one.plane + one.planes - 1) / projector.planes;
+  return one.planes * projector.plane_period + refreshes * dark - settle;
+}
+
 /// The exposures of a capture: the pattern of each is in `planes` planes.
 void check_plane_exposures(const RigSetup& rig, const Scan& scan, Findings& findings) {
   const ProjectorProfile& projector = rig.projector;
   const ScanTiming timing(rig, scan);
   for (const PlaneExposure& one : scan.plane_exposures) {
-    if (one.plane < 0 || one.planes < 1 || one.plane + one.planes > projector.planes) {
+    if (one.plane < 0 || one.planes < 1 || one.plane >= projector.planes) {
       findings.error(scan.place, kPlanesRule,
-                     fmt::format("planes {} to {} are not in a picture of {}", one.plane,
-                                 one.plane + one.planes - 1, projector.planes),
+                     fmt::format("{} planes from plane {} on do not begin in a picture of {}", one.planes,
+                                 one.plane, projector.planes),
                      fmt::format("planes 0 to {}", projector.planes - 1));
-    } else if (one.planes == projector.planes && one.exposure % projector.refresh == Nanoseconds{0}) {
-      continue;  // whole refreshes of a picture with one pattern
-    } else if (timing.settle() + one.exposure > one.planes * projector.plane_period) {
+    } else if (const Nanoseconds room = room_of(one, projector, timing.settle()); one.exposure > room) {
       findings.error(scan.bracket_place, kPlanesRule,
                      fmt::format("an exposure of {} does not fit into {} planes of {}",
                                  base::duration_text(one.exposure), one.planes,
                                  base::duration_text(projector.plane_period)),
-                     fmt::format("at most {}",
-                                 base::duration_text(one.planes * projector.plane_period - timing.settle())));
+                     fmt::format("at most {}", base::duration_text(room)));
     }
   }
 }

@@ -149,7 +149,7 @@ class ScanMoves {
     moves_.end_loop(place);
   }
 
-  /// The exposures in the planes of one picture. `now` is the time since the edge of the vsync line.
+  /// Exposures in bit planes. `now` is the time since the first edge of the vsync line.
   void write_planes() {
     const ProjectorProfile& projector = rig_.projector;
     const Nanoseconds lead = plane_lead(projector.plane_period);

@@ -13,4 +13,12 @@ Result<void> Projector::load_planes(std::span<const Pattern> /*patterns*/,
   return Error{ErrorCode::bad_argument, describe() + " shows whole pictures", "load patterns"};
 }
 
+Result<Shown> Projector::play(std::span<const std::size_t> /*order*/) {
+  return Error{ErrorCode::bad_argument, describe() + " shows whole pictures", "load patterns"};
+}
+
+Result<std::vector<ShownPicture>> Projector::played() {
+  return Error{ErrorCode::bad_argument, describe() + " shows whole pictures", "load patterns"};
+}
+
 }  // namespace symrig

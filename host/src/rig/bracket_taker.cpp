@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "rig/bracket_taker.hpp"
 
-#include "program/timing.hpp"
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
@@ -119,138 +118,6 @@ Result<void> BracketTaker::attempt_shown(std::span<const Pattern> patterns,
   return {};
 }
 
-namespace {
-
-/// The exposures of `pending` photographs that have no frame yet.
-std::vector<WantedExposure> wanted_of(std::span<const std::size_t> pending,
-                                      std::span<const Exposures> exposures,
-                                      const std::vector<std::vector<std::optional<TakenBracket>>>& parts) {
-  std::vector<WantedExposure> wanted;
-  for (const std::size_t i : pending)
-    for (std::size_t j = 0; j < exposures[i].size(); ++j)
-      if (!parts[i][j]) wanted.push_back({i, j, exposures[i][j]});
-  return wanted;
-}
-
-/// The bracket of a photograph, if all its frames are there.
-std::optional<TakenBracket> joined(std::vector<std::optional<TakenBracket>>& parts) {
-  if (std::ranges::any_of(parts, [](const auto& part) { return !part; })) return std::nullopt;
-  TakenBracket whole;
-  for (std::optional<TakenBracket>& part : parts) {
-    whole.frames.push_back(std::move(part->frames.front()));
-    whole.exposures.push_back(part->exposures.front());
-  }
-  return whole;
-}
-
-}  // namespace
-
-/// Takes all exposures in the bit planes of a few pictures. A frame that is certain stays: only the others
-/// are taken again.
-Result<void> BracketTaker::attempt_planes(std::span<const Pattern> patterns,
-                                          std::span<const std::size_t> pending,
-                                          std::span<const Exposures> exposures, Brackets& brackets) {
-  Projector& projector = devices_->projector();
-  SYMRIG_CHECK(devices_->of(Part::projector, projector.check()));
-  const std::vector<WantedExposure> wanted = wanted_of(pending, exposures, parts_);
-  SYMRIG_TRY(const auto pictures, plan_planes(wanted, plane_rules()));
-  std::vector<PlanePlan> plans;
-  plans.reserve(pictures.size());
-  for (const PlanePicture& picture : pictures) plans.push_back(picture.plan);
-  SYMRIG_CHECK(devices_->of(Part::projector, projector.load_planes(patterns, plans)));
-  for (std::size_t f = 0; f < pictures.size(); ++f) {
-    SYMRIG_CHECK(lock(pictures[f].exposures.front().what.time));
-    SYMRIG_TRY(const bool shown, show(f));
-    if (shown) SYMRIG_CHECK(take_picture(pictures[f]));
-  }
-  for (const std::size_t i : pending) keep(brackets[i], joined(parts_[i]));
-  return {};
-}
-
-Result<void> BracketTaker::take_picture(const PlanePicture& picture) {
-  std::vector<PlaneExposure> planned;
-  std::vector<Exposures> brackets;
-  planned.reserve(picture.exposures.size());
-  brackets.reserve(picture.exposures.size());
-  for (const PlannedExposure& one : picture.exposures) {
-    planned.push_back(one.at);
-    brackets.push_back({one.at.exposure});
-  }
-  SYMRIG_TRY(const CompiledProgram program,
-             compile_planes(plane_setup(), devices_->board().info(), planned, options_.gap));
-  SYMRIG_TRY(auto taken, run(program, brackets, &picture));
-  for (std::size_t k = 0; k < taken.size(); ++k) {
-    const WantedExposure& what = picture.exposures[k].what;
-    if (!taken[k]) continue;
-    Nanoseconds& exposure = taken[k]->exposures.front();
-    exposure = light_of(picture.exposures[k].at, exposure, plane_rules());
-    parts_[what.photograph][what.exposure] = std::move(taken[k]);
-  }
-  return {};
-}
-
-/// What the projector's planes and the camera allow.
-PlaneRules BracketTaker::plane_rules() const {
-  const Projector& projector = devices_->projector();
-  return {projector.planes(), projector.refresh_period(), options_.setup.projector.settle,
-          options_.gap.value_or(program::shortest_gap(options_.setup.camera))};
-}
-
-/// The rig's lines and camera, with the planes that the projector has in fact.
-RigSetup BracketTaker::plane_setup() const {
-  const PlaneTiming timing = devices_->projector().planes();
-  RigSetup setup = options_.setup.without(RigRole::projector);
-  ProjectorProfile& projector = setup.projector;
-  projector.sync = PatternSync::plane;
-  projector.planes = timing.planes;
-  projector.plane_period = timing.period;
-  projector.frame_lead = timing.frame_lead;
-  projector.refresh = devices_->projector().refresh_period();
-  projector.vsync_timeout = std::max(projector.vsync_timeout, 3 * projector.refresh);
-  return setup;
-}
-
-Result<CameraTiming> BracketTaker::timing() const {
-  CameraTiming timing = devices_->camera().timing();
-  if (devices_->projector().planes().planes == 0) return timing;
-  const PlaneRules rules = plane_rules();
-  SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
-  // Frames without noise hold the mean light of the shutter's time, and whole refreshes have dark time.
-  const bool within_planes = rules.timing.exposure != rules.timing.period || options_.reading->exact();
-  if (within_planes) timing.max_exposure = std::min(timing.max_exposure, longest);
-  return timing;
-}
-
-Result<Exposures> BracketTaker::realised(Exposures exposures) const {
-  if (devices_->projector().planes().planes == 0) return exposures;
-  for (Nanoseconds& exposure : exposures) {
-    SYMRIG_TRY(exposure, light_in_planes(exposure, plane_rules()));
-  }
-  return exposures;
-}
-
-/// Which exposures of a picture are proved to be in their planes.
-Result<std::vector<bool>> BracketTaker::proved(const Receipt& receipt, const PlanePicture& picture,
-                                               const BoardEvidence& evidence) {
-  const RigSetup& setup = options_.setup;
-  const BoardInfo& board = devices_->board().info();
-  const PlaneLines lines{board.line(setup.line_name(RigRole::vsync)),
-                         board.line(setup.line_name(RigRole::plane)), setup.is_active_low(RigRole::vsync),
-                         setup.is_active_low(RigRole::plane)};
-  SYMRIG_TRY(const auto proofs,
-             devices_->of(Part::board, prove_planes(receipt, lines, picture.exposures, evidence,
-                                                    plane_rules(), shown_->since, devices_->clock())));
-  std::vector<bool> all;
-  last_planes_.reset();
-  for (const PlaneProof proof : proofs) {
-    all.push_back(proof == PlaneProof::proved);
-    if (proof == PlaneProof::proved || proof == PlaneProof::no_exposure) continue;
-    ++trouble_.planes_doubtful;
-    last_planes_ = proof;
-  }
-  return all;
-}
-
 void BracketTaker::keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken) {
   trouble_.retaken += taken ? 0 : 1;
   bracket = std::move(taken);
@@ -287,10 +154,10 @@ Result<BracketTaker::Brackets> BracketTaker::run(const RigSetup& setup,
 
 Result<BracketTaker::Brackets> BracketTaker::run(const CompiledProgram& program,
                                                  std::span<const Exposures> exposures,
-                                                 const PlanePicture* picture) {
+                                                 const PlaneSchedule* schedule) {
   const std::vector<std::size_t> first = first_frames(exposures);
   SYMRIG_CHECK(drain());
-  SYMRIG_TRY(const Receipt receipt, run_board(program));
+  SYMRIG_TRY(const Receipt receipt, run_board(program, schedule));
   rig_seconds_ += seconds(receipt.duration());
   SYMRIG_TRY(const BoardEvidence evidence,
              devices_->of(Part::board, board_evidence(receipt, exposure_line(), first, devices_->clock())));
@@ -307,8 +174,8 @@ Result<BracketTaker::Brackets> BracketTaker::run(const CompiledProgram& program,
     ledger_.doubt();
   }
   std::vector<bool> planes_proved(exposures.size(), true);
-  if (picture != nullptr) {
-    SYMRIG_TRY(planes_proved, proved(receipt, *picture, evidence));
+  if (schedule != nullptr) {
+    SYMRIG_TRY(planes_proved, proved(receipt, *schedule, evidence));
   }
   const bool shown = began_after_pattern(evidence);
   trouble_.patterns_late += shown ? 0 : 1;
@@ -329,23 +196,33 @@ Result<BracketTaker::Brackets> BracketTaker::run(const CompiledProgram& program,
   return brackets;
 }
 
-Result<Receipt> BracketTaker::run_board(const CompiledProgram& compiled) {
-  Board& board = devices_->board();
+/// schedule: its pictures are shown meanwhile.
+Result<Receipt> BracketTaker::run_board(const CompiledProgram& compiled, const PlaneSchedule* schedule) {
+  SYMRIG_CHECK(devices_->of(Part::board, arm(compiled)));
   const Nanoseconds most = compiled.longest + kRunSlack;
-  const auto run_program = [&]() -> Result<Receipt> {
-    SYMRIG_CHECK(board.upload(compiled.program));  // does nothing if the board still holds the program
-    SYMRIG_CHECK(devices_->clock().ask(board));
-    SYMRIG_CHECK(board.arm());
-    SYMRIG_CHECK(board.start());
-    SYMRIG_TRY(auto ended, wait_for_end(most));
-    SYMRIG_CHECK(devices_->clock().ask(board));
-    return ended;
-  };
-  SYMRIG_TRY(Receipt receipt, devices_->of(Part::board, run_program()));
+  SYMRIG_TRY(Receipt receipt, schedule == nullptr ? devices_->of(Part::board, start(std::nullopt, most))
+                                                  : run_with_pictures(*schedule, most));
   if (receipt.end == RunEnd::completed && !receipt.fault) return receipt;
   // A projector that no longer does what it was set to gives no edges.
   SYMRIG_CHECK(devices_->of(Part::projector, devices_->projector().check()));
   return run_failed(receipt);
+}
+
+Result<void> BracketTaker::arm(const CompiledProgram& compiled) {
+  Board& board = devices_->board();
+  SYMRIG_CHECK(board.upload(compiled.program));  // does nothing if the board still holds the program
+  SYMRIG_CHECK(devices_->clock().ask(board));
+  return board.arm();
+}
+
+/// Starts the armed board and waits for the end. at: when; none: now.
+Result<Receipt> BracketTaker::start(std::optional<SteadyTime> at, Nanoseconds most) {
+  Board& board = devices_->board();
+  if (!at) SYMRIG_CHECK(board.start());
+  if (at) SYMRIG_CHECK(start_at(*at));
+  SYMRIG_TRY(auto ended, wait_for_end(most));
+  SYMRIG_CHECK(devices_->clock().ask(board));
+  return ended;
 }
 
 /// Checks the board from time to time: after a restart it would never end the run.

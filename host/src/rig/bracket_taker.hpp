@@ -46,8 +46,6 @@ class BracketTaker {
   const Projector& projector() const { return devices_->projector(); }
   /// The camera's timing, with what the projector's bit planes allow.
   Result<CameraTiming> timing() const;
-  /// The exposures that camera and projector give for the wanted ones.
-  Result<Exposures> realised(Exposures exposures) const;
   const RigTrouble& trouble() const { return trouble_; }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
@@ -65,9 +63,13 @@ class BracketTaker {
                              std::span<const Exposures> exposures, Brackets& brackets);
   Result<void> attempt_planes(std::span<const Pattern> patterns, std::span<const std::size_t> pending,
                               std::span<const Exposures> exposures, Brackets& brackets);
-  Result<void> take_picture(const PlanePicture& picture);
-  Result<std::vector<bool>> proved(const Receipt& receipt, const PlanePicture& picture,
+  Result<void> take_planes(std::span<const Pattern> patterns, std::span<const WantedExposure> wanted);
+  Result<std::vector<bool>> proved(const Receipt& receipt, const PlaneSchedule& schedule,
                                    const BoardEvidence& evidence);
+  Result<Receipt> run_with_pictures(const PlaneSchedule& schedule, Nanoseconds most);
+  Result<SteadyTime> play_pictures(const PlaneSchedule& schedule);
+  void judge_pictures(const PlaneSchedule& schedule);
+  std::size_t exposures_in_one_program() const;
   RigSetup plane_setup() const;
   PlaneRules plane_rules() const;
   /// Stores a bracket. Without one, counts a retake.
@@ -75,10 +77,13 @@ class BracketTaker {
   Result<bool> show(std::size_t index);
   Result<void> lock(Nanoseconds exposure);
   Result<Brackets> run(const RigSetup& setup, std::span<const Exposures> exposures);
-  /// picture: also demands proof of the planes; nullptr: the projector shows whole pictures.
+  /// schedule: also demands proof of the planes; nullptr: the projector shows whole pictures.
   Result<Brackets> run(const CompiledProgram& program, std::span<const Exposures> exposures,
-                       const PlanePicture* picture);
-  Result<Receipt> run_board(const CompiledProgram& compiled);
+                       const PlaneSchedule* schedule);
+  Result<Receipt> run_board(const CompiledProgram& compiled, const PlaneSchedule* schedule);
+  Result<void> arm(const CompiledProgram& compiled);
+  Result<Receipt> start(std::optional<SteadyTime> at, Nanoseconds most);
+  Result<void> start_at(SteadyTime at);
   Result<Receipt> wait_for_end(Nanoseconds most);
   Result<void> drain();
   Result<std::vector<CameraFrame>> frames_of(std::size_t count);
@@ -100,7 +105,10 @@ class BracketTaker {
   std::optional<Shown> shown_;             // Pacing::host: the pattern on the screen
   /// Bit planes: the frames of this take() by photograph and exposure.
   std::vector<std::vector<std::optional<TakenBracket>>> parts_;
-  bool loaded_ = false;  // the projector has loaded the patterns of this take()
+  int hold_ = 1;                      // refreshes from picture to picture that the screen can keep
+  int lead_ = 1;                      // refreshes for which the first picture of a run waits for the board
+  std::vector<ShownPicture> played_;  // of the newest run
+  bool loaded_ = false;               // the projector has loaded the patterns of this take()
   std::int64_t frames_ = 0;
   double rig_seconds_ = 0;
   RigTime time_;

@@ -24,6 +24,49 @@ Ticks distance(Ticks a, Ticks b) {
   return a > b ? a - b : b - a;
 }
 
+/// Which picture the screen showed in each refresh.
+class PictureJudge {
+ public:
+  PictureJudge(const PlaneSchedule& schedule, const PlaneRules& rules, std::span<const ShownPicture> shown)
+      : schedule_(schedule), rules_(rules), shown_(shown) {}
+
+  PlaneProof judge(const SteadyMoment& frame, const PlannedExposure& planned) const {
+    const SteadyTime scan_out = frame.at - rules_.timing.latency * rules_.refresh;
+    const auto after = std::ranges::find_if(
+        shown_, [&](const ShownPicture& one) { return one.shown.since > scan_out + rules_.refresh / 2; });
+    if (after == shown_.begin()) return PlaneProof::unclear_refresh;
+    const ShownPicture& last = *std::prev(after);
+    const Nanoseconds since = scan_out - last.shown.since;
+    const auto refreshes = (since + rules_.refresh / 2) / rules_.refresh;
+    const Nanoseconds off = since - refreshes * rules_.refresh;
+    if (std::max(off, -off) + frame.bound > 3 * rules_.refresh / 8) return PlaneProof::unclear_refresh;
+    return judge(last.shown.refresh + static_cast<std::uint64_t>(refreshes), planned);
+  }
+
+ private:
+  PlaneProof judge(std::uint64_t refresh, const PlannedExposure& planned) const {
+    const PlaneExposure& at = planned.at;
+    const int planes = rules_.timing.planes;
+    for (int k = at.plane; k < at.plane + at.planes; ++k) {
+      const auto picture = picture_in(refresh + static_cast<std::uint64_t>(k / planes));
+      const int wanted = static_cast<int>(planned.what.photograph);
+      if (!picture || schedule_.pattern(*picture, k % planes) != wanted) return PlaneProof::other_picture;
+    }
+    return PlaneProof::proved;
+  }
+
+  std::optional<std::size_t> picture_in(std::uint64_t refresh) const {
+    const auto after = std::ranges::upper_bound(shown_, refresh, {},
+                                                [](const ShownPicture& one) { return one.shown.refresh; });
+    if (after == shown_.begin()) return std::nullopt;
+    return std::prev(after)->picture;
+  }
+
+  const PlaneSchedule& schedule_;
+  const PlaneRules& rules_;
+  std::span<const ShownPicture> shown_;
+};
+
 /// The edges of one receipt against the plan.
 class PlaneJudge {
  public:
@@ -51,10 +94,9 @@ class PlaneJudge {
     }
     const Ticks begin = *(first + at.plane);
     const bool settled = exposure.begin - begin < rate_.ticks(rules_.timing.period);
-    // The picture stays until the end of the run, so whole refreshes see nothing but its planes.
-    const bool inside =
-        over_refreshes(at, rules_) || exposure.end <= begin + rate_.ticks(at.planes * rules_.timing.period);
-    return settled && inside ? PlaneProof::proved : PlaneProof::other_plane;
+    const std::int64_t refreshes = (at.plane + at.planes - 1) / rules_.timing.planes;
+    const Nanoseconds lit = at.planes * rules_.timing.period + refreshes * rules_.dark();
+    return settled && exposure.end <= begin + rate_.ticks(lit) ? PlaneProof::proved : PlaneProof::other_plane;
   }
 
  private:
@@ -73,8 +115,10 @@ std::string_view text_of(PlaneProof proof) {
       return "no exposure";
     case PlaneProof::no_refresh:
       return "no edge of the vsync line before an exposure";
-    case PlaneProof::earlier_picture:
-      return "an exposure came before the planes of its picture";
+    case PlaneProof::unclear_refresh:
+      return "an edge of the vsync line fits to no refresh of the screen";
+    case PlaneProof::other_picture:
+      return "the screen showed another picture";
     case PlaneProof::edges_missing:
       return "the edges of the plane line are not one a plane";
     case PlaneProof::other_plane:
@@ -84,26 +128,32 @@ std::string_view text_of(PlaneProof proof) {
 }
 
 Result<std::vector<PlaneProof>> prove_planes(const Receipt& receipt, const PlaneLines& lines,
-                                             std::span<const PlannedExposure> planned,
-                                             const BoardEvidence& evidence, const PlaneRules& rules,
-                                             SteadyTime since, const SteadyClock& clock) {
-  const PlaneJudge judge(receipt, lines, rules);
-  // Half a refresh before: the frame edge of the picture itself comes a lead before its planes.
-  const SteadyTime earliest = since + (2 * rules.timing.latency - 1) * rules.refresh / 2;
-  std::vector<PlaneProof> proofs(planned.size(), PlaneProof::no_exposure);
-  for (std::size_t i = 0; i < planned.size(); ++i) {
+                                             const PlaneSchedule& schedule, const BoardEvidence& evidence,
+                                             const PlaneRules& rules, std::span<const ShownPicture> shown,
+                                             const SteadyClock& clock) {
+  const PlaneJudge planes(receipt, lines, rules);
+  const PictureJudge pictures(schedule, rules, shown);
+  std::vector<PlaneProof> proofs(schedule.exposures.size(), PlaneProof::no_exposure);
+  for (std::size_t i = 0; i < proofs.size(); ++i) {
     const auto pulse = evidence.pulse_of[i];
     if (!pulse) continue;
     const TickPulse& exposure = evidence.pulses[*pulse];
-    const auto frame = judge.frame_before(exposure.begin);
+    const auto frame = planes.frame_before(exposure.begin);
     proofs[i] = PlaneProof::no_refresh;
     if (!frame) continue;
+    proofs[i] = planes.judge(*frame, exposure, schedule.exposures[i].at);
+    if (proofs[i] != PlaneProof::proved) continue;
     SYMRIG_TRY(const SteadyMoment moment, clock.at(*frame));
-    proofs[i] = PlaneProof::earlier_picture;
-    if (moment.at - moment.bound < earliest) continue;
-    proofs[i] = judge.judge(*frame, exposure, planned[i].at);
+    proofs[i] = pictures.judge(moment, schedule.exposures[i]);
   }
   return proofs;
+}
+
+std::int64_t late_pictures(std::span<const ShownPicture> shown) {
+  std::int64_t late = 0;
+  for (std::size_t k = 1; k < shown.size(); ++k)
+    late += static_cast<std::int64_t>(shown[k].shown.refresh - shown[k - 1].shown.refresh) - 1;
+  return late;
 }
 
 }  // namespace symrig

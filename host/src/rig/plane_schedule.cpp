@@ -4,7 +4,8 @@
 #include "symrig/program/bracket.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <cstdint>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,45 +16,96 @@ namespace {
 /// Clocks of board and projector differ by less: 100 ppm of a refresh of 16.7 ms are 1.7 us.
 constexpr Nanoseconds kPlaneGuard{5'000};
 
-int planes_for(Nanoseconds time, const PlaneRules& rules) {
-  const Nanoseconds needed = rules.settle + time + kPlaneGuard, period = rules.timing.period;
-  return static_cast<int>((needed + period - Nanoseconds{1}) / period);
+std::int64_t rounded_up(Nanoseconds time, Nanoseconds period) {
+  return (time + period - Nanoseconds{1}) / period;
 }
 
-/// Since the first edge of the frame trigger.
-Nanoseconds begin_of(const PlaneExposure& at, const PlaneRules& rules) {
-  return at.refresh * rules.refresh + rules.timing.frame_lead + at.plane * rules.timing.period;
-}
+/// Places exposures one after the other. Planes are counted through the refreshes of the run.
+class PlanePlanner {
+ public:
+  explicit PlanePlanner(const PlaneRules& rules) : rules_(rules), planes_(rules.timing.planes) {}
 
-/// The first refresh in which the exposure's plane begins at or after `ready`.
-void place_after(PlaneExposure& at, Nanoseconds ready, const PlaneRules& rules) {
-  at.refresh = 0;
-  const Nanoseconds late = ready - begin_of(at, rules);
-  if (late.count() > 0) at.refresh = (late + rules.refresh - Nanoseconds{1}) / rules.refresh;
-}
-
-/// Sets the refresh of each exposure of a picture, and sorts them by time.
-void put_in_time(std::vector<PlannedExposure>& exposures, const PlaneRules& rules) {
-  Nanoseconds ready{0};
-  for (std::size_t done = 0; done < exposures.size(); ++done) {
-    const auto left = exposures.begin() + static_cast<std::ptrdiff_t>(done);
-    for (auto one = left; one != exposures.end(); ++one) place_after(one->at, ready, rules);
-    const auto next =
-        std::min_element(left, exposures.end(), [&rules](const PlannedExposure& a, const PlannedExposure& b) {
-          return begin_of(a.at, rules) < begin_of(b.at, rules);
-        });
-    std::iter_swap(left, next);
-    ready = begin_of(left->at, rules) + rules.settle + left->at.exposure + rules.gap +
-            plane_lead(rules.timing.period);
+  void add(const WantedExposure& wanted) {
+    std::int64_t plane = first_plane_after(ready_);
+    std::optional<PlaneExposure> at;
+    for (at = placed(plane, wanted.time); !at || !is_free(*at, wanted.photograph);
+         at = placed(plane, wanted.time))
+      ++plane;
+    for (int k = 0; k < at->planes; ++k) pattern_of(*at, k) = static_cast<int>(wanted.photograph);
+    out_.exposures.push_back({wanted, *at});
+    ready_ = begin_of(*at) + rules_.settle + at->exposure + rules_.gap + plane_lead(rules_.timing.period);
   }
-}
+
+  /// Pictures that are equal to the one before are that picture.
+  PlaneSchedule finish() {
+    for (const PlanePlan& plan : plans_) {
+      if (out_.pictures.empty() || out_.pictures.back() != plan) out_.pictures.push_back(plan);
+      out_.order.insert(out_.order.end(), static_cast<std::size_t>(rules_.hold), out_.pictures.size() - 1);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  /// Since the first edge of the frame trigger.
+  Nanoseconds begin_of(const PlaneExposure& at) const {
+    return at.refresh * rules_.refresh + rules_.timing.frame_lead + at.plane * rules_.timing.period;
+  }
+
+  std::int64_t first_plane_after(Nanoseconds ready) const {
+    const Nanoseconds late = std::max(ready - rules_.timing.frame_lead, Nanoseconds{0});
+    const std::int64_t refresh = late / rules_.refresh;
+    const std::int64_t plane = rounded_up(late - refresh * rules_.refresh, rules_.timing.period);
+    return refresh * planes_ + std::min<std::int64_t>(plane, planes_);
+  }
+
+  /// None: the exposure would end in the dark time, or too near to it, or in a picture where it must not.
+  std::optional<PlaneExposure> placed(std::int64_t plane, Nanoseconds light) const {
+    const Nanoseconds period = rules_.timing.period, whole = planes_ * period;
+    PlaneExposure at{plane / planes_, static_cast<int>(plane % planes_), 1, light};
+    if (!rules_.one_light()) return at;
+    // Without dark time, counted from plane 0 of the picture in which it begins.
+    const Nanoseconds end = at.plane * period + rules_.settle + light;
+    const std::int64_t pictures = end / whole;
+    const Nanoseconds left = end % whole;
+    const bool inside = left <= whole - kPlaneGuard && (pictures == 0 || left >= kPlaneGuard);
+    if (!inside || (pictures > 0 && !rules_.may_cross())) return std::nullopt;
+    at.exposure = light + pictures * rules_.dark();
+    at.planes = static_cast<int>(pictures * planes_ + rounded_up(left + kPlaneGuard, period) - at.plane);
+    return at;
+  }
+
+  /// Plane k of those of an exposure.
+  int& pattern_of(const PlaneExposure& at, int k) {
+    const std::int64_t plane = at.refresh * planes_ + at.plane + k;
+    const auto picture = static_cast<std::size_t>(plane / planes_ / rules_.hold);
+    while (plans_.size() <= picture) plans_.emplace_back(static_cast<std::size_t>(planes_), kBlackPlane);
+    return plans_[picture][static_cast<std::size_t>(plane % planes_)];
+  }
+
+  bool is_free(const PlaneExposure& at, std::size_t photograph) {
+    for (int k = 0; k < at.planes; ++k) {
+      const int pattern = pattern_of(at, k);
+      if (pattern != kBlackPlane && pattern != static_cast<int>(photograph)) return false;
+    }
+    return true;
+  }
+
+  const PlaneRules& rules_;
+  std::int64_t planes_;
+  Nanoseconds ready_{0};
+  std::vector<PlanePlan> plans_;  // of each `hold` refreshes
+  PlaneSchedule out_;
+};
 
 }  // namespace
 
+int PlaneSchedule::pattern(std::size_t picture, int plane) const {
+  return pictures[picture][static_cast<std::size_t>(plane)];
+}
+
 Result<Nanoseconds> longest_in_planes(const PlaneRules& rules) {
   const PlaneTiming& timing = rules.timing;
-  const bool one_light = timing.exposure == timing.period;
-  const Nanoseconds light = one_light ? timing.planes * timing.period : timing.exposure;
+  const Nanoseconds light = rules.one_light() ? timing.planes * timing.period : timing.exposure;
   const Nanoseconds longest = light - rules.settle - kPlaneGuard;
   if (longest.count() > 0) return longest;
   return Error{ErrorCode::limit,
@@ -62,55 +114,18 @@ Result<Nanoseconds> longest_in_planes(const PlaneRules& rules) {
                "set a shorter rig.projector.settle"};
 }
 
-Result<Nanoseconds> light_in_planes(Nanoseconds wanted, const PlaneRules& rules) {
+Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules) {
   SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
-  if (wanted <= longest) return wanted;
-  if (rules.timing.exposure == rules.timing.period) {
-    const Nanoseconds of_refresh = rules.timing.planes * rules.timing.period;
-    return std::max<std::int64_t>(1, wanted / of_refresh) * of_refresh;
+  PlanePlanner planner(rules);
+  for (const WantedExposure& one : wanted) {
+    if (one.time > longest && !rules.may_cross())
+      return Error{ErrorCode::limit,
+                   fmt::format("an exposure of {:.4g} ms is longer than the planes of a picture, {:.4g} ms",
+                               1e3 * seconds(one.time), 1e3 * seconds(longest)),
+                   "use more light, open the aperture, or remove projector.plane_exposure"};
+    planner.add(one);
   }
-  return Error{ErrorCode::limit,
-               fmt::format("an exposure of {:.4g} ms is longer than a plane, {:.4g} ms",
-                           1e3 * seconds(wanted), 1e3 * seconds(longest)),
-               "use more light, open the aperture, or remove projector.plane_exposure"};
-}
-
-bool over_refreshes(const PlaneExposure& at, const PlaneRules& rules) {
-  return at.planes == rules.timing.planes && at.exposure >= rules.refresh &&
-         at.exposure % rules.refresh == Nanoseconds{0};
-}
-
-Nanoseconds light_of(const PlaneExposure& at, Nanoseconds width, const PlaneRules& rules) {
-  if (!over_refreshes(at, rules)) return width;
-  const double share = seconds(rules.timing.planes * rules.timing.period) / seconds(rules.refresh);
-  return Nanoseconds{std::llround(static_cast<double>(width.count()) * share)};
-}
-
-Result<std::vector<PlanePicture>> plan_planes(std::span<const WantedExposure> wanted,
-                                              const PlaneRules& rules) {
-  SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
-  std::vector<PlanePicture> pictures;
-  for (std::size_t first = 0, last = 0; first < wanted.size(); first = last) {
-    // All exposures of one photograph use the same planes.
-    int planes = 1;
-    std::vector<Nanoseconds> shutters;
-    for (last = first; last < wanted.size() && wanted[last].photograph == wanted[first].photograph; ++last) {
-      SYMRIG_TRY(const Nanoseconds light, light_in_planes(wanted[last].time, rules));
-      const bool whole = light > longest;
-      planes = std::max(planes, whole ? rules.timing.planes : planes_for(light, rules));
-      shutters.push_back(whole ? light / (rules.timing.planes * rules.timing.period) * rules.refresh : light);
-    }
-    const auto fits = static_cast<std::size_t>(rules.timing.planes - planes);
-    if (pictures.empty() || pictures.back().plan.size() > fits) pictures.emplace_back();
-    PlanePicture& picture = pictures.back();
-    const auto plane = static_cast<int>(picture.plan.size());
-    picture.plan.insert(picture.plan.end(), static_cast<std::size_t>(planes),
-                        static_cast<int>(wanted[first].photograph));
-    for (std::size_t i = first; i < last; ++i)
-      picture.exposures.push_back({wanted[i], {0, plane, planes, shutters[i - first]}});
-  }
-  for (PlanePicture& picture : pictures) put_in_time(picture.exposures, rules);
-  return pictures;
+  return planner.finish();
 }
 
 }  // namespace symrig

@@ -18,16 +18,21 @@ struct WantedExposure {
   Nanoseconds time{0};
 };
 
-/// An exposure with its place in the planes of a picture.
+/// An exposure with its planes. Its light is `what.time`. The shutter (`at.exposure`) is open for longer if
+/// the exposure goes on in the next picture: then it includes the dark time between refreshes.
 struct PlannedExposure {
   WantedExposure what;
   PlaneExposure at;
 };
 
-/// A picture, and the exposures that are taken while it stays on the screen, in order of time.
-struct PlanePicture {
-  PlanePlan plan;
+/// The pictures of one run of the board, and the exposures that are taken meanwhile, in order of time.
+struct PlaneSchedule {
+  std::vector<PlanePlan> pictures;
+  std::vector<std::size_t> order;  ///< [refresh of the run]: its picture
   std::vector<PlannedExposure> exposures;
+
+  /// The pattern that plane `plane` of a picture shows, or kBlackPlane.
+  int pattern(std::size_t picture, int plane) const;
 };
 
 /// The times that a schedule must keep.
@@ -36,31 +41,29 @@ struct PlaneRules {
   Nanoseconds refresh{0};
   Nanoseconds settle{0};  ///< from a plane's edge to the exposure
   Nanoseconds gap{0};     ///< from the end of an exposure to the next trigger
+  int hold = 1;           ///< refreshes from picture to picture, if the screen cannot change it in each
+  bool crosses = true;    ///< an exposure may go on in the next picture, if may_cross() allows it
+
+  /// From the last plane of a picture to plane 0 of the next one.
+  Nanoseconds dark() const { return refresh - timing.planes * timing.period; }
+  /// true: neighbouring planes of one pattern are one light.
+  bool one_light() const { return timing.exposure == timing.period; }
+  /// The light of an exposure that goes on in the next picture is the shutter's time without the dark time
+  /// between refreshes. It must not end there. A picture with one plane leaves no choice where an exposure
+  /// ends.
+  bool may_cross() const { return crosses && one_light() && timing.planes > 1; }
 };
 
-/// The longest exposure in the planes of one picture. Several planes of one pattern are one light only if
-/// there is no dark time between them. fails: limit (a plane is shorter than its settling).
+/// The longest exposure in the planes of one picture. fails: limit (a plane is shorter than its settling).
 Result<Nanoseconds> longest_in_planes(const PlaneRules& rules);
 
-/// The exposure that the planes give for a wanted one. Up to longest_in_planes() it is the wanted one. A
-/// longer one is taken over whole refreshes of a picture whose planes all show the pattern. Its light is that
-/// of all planes of these refreshes, and it is never longer than wanted. fails: limit (longer than
-/// longest_in_planes(), and there is dark time between planes).
-Result<Nanoseconds> light_in_planes(Nanoseconds wanted, const PlaneRules& rules);
-
-/// true: an exposure over whole refreshes.
-bool over_refreshes(const PlaneExposure& at, const PlaneRules& rules);
-
-/// The light of an exposure whose shutter was open for `width`.
-Nanoseconds light_of(const PlaneExposure& at, Nanoseconds width, const PlaneRules& rules);
-
-/// Puts exposures into the planes of as few pictures as possible, in order of the photographs.
+/// Schedules exposures in the order of their photographs, each as soon as the camera is ready.
 ///
-/// A pattern gets as many neighbouring planes as its longest exposure needs. Planes that are left are black.
-/// A picture stays on the screen until all its exposures are taken: of those that are left, the one whose
-/// plane comes next is taken next. So a camera that is slower than the planes takes them over several
-/// refreshes. fails: limit (as light_in_planes()).
-Result<std::vector<PlanePicture>> plan_planes(std::span<const WantedExposure> wanted,
-                                              const PlaneRules& rules);
+/// An exposure begins in the first plane after that. Its pattern gets as many planes as it needs, also those
+/// of the pictures that follow. All other planes are black. So the camera sets the pace: pictures change at
+/// any refresh, and no exposure waits for another picture. With hold > 1, an exposure takes the first planes
+/// that are still free, or that have its pattern already.
+/// fails: limit (an exposure is longer than longest_in_planes(), and may not go on in the next picture).
+Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules);
 
 }  // namespace symrig

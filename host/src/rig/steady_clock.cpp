@@ -12,6 +12,10 @@ constexpr int kBurst = 8;
 constexpr Nanoseconds kKeptEvery{8'000'000'000};  // a quarter of the time span of a ClockModel
 constexpr std::size_t kMostKept = 450;            // one hour; 2 KB each
 
+Error not_read() {
+  return {ErrorCode::bad_argument, "the board's clock has not been read yet", "read it first"};
+}
+
 }  // namespace
 
 Result<void> SteadyClock::begin(Board& board) {
@@ -47,11 +51,16 @@ const ClockModel& SteadyClock::model_for(BoardTime moment) const {
 }
 
 Result<SteadyMoment> SteadyClock::at(Ticks ticks) const {
-  if (!model_)
-    return Error{ErrorCode::bad_argument, "the board's clock has not been read yet", "read it first"};
+  if (!model_) return not_read();
   const BoardTime moment{ticks};
   SYMRIG_TRY(const HostEstimate host, model_for(moment).host_at(moment));
   return SteadyMoment{opened_ + host.at.since, host.bound};
+}
+
+Result<Ticks> SteadyClock::ticks_at(SteadyTime time) const {
+  if (!model_) return not_read();
+  SYMRIG_TRY(const BoardEstimate board, model_->board_at(HostTime{time - opened_}));
+  return board.at.since;
 }
 
 }  // namespace symrig

@@ -28,6 +28,9 @@ class SteadyClock {
   Result<void> ask(Board& board);
   /// fails: bad_argument before begin(), limit.
   Result<SteadyMoment> at(Ticks ticks) const;
+  /// The board's clock at a moment that is not long ago, or soon.
+  /// fails: as at().
+  Result<Ticks> ticks_at(SteadyTime time) const;
 
  private:
   /// The model after a reading.

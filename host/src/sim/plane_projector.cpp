@@ -82,13 +82,38 @@ void SimulatedPlaneProjector::split(std::span<const PlanePlan> plans) {
   }
 }
 
+Result<void> SimulatedPlaneProjector::check_picture(std::size_t index) const {
+  if (index < pictures_.size()) return {};
+  return Error{ErrorCode::bad_argument,
+               fmt::format("picture {} of {} cannot be shown", index, pictures_.size()), "load it first"};
+}
+
+Shown SimulatedPlaneProjector::shown_at(std::uint64_t refresh, std::uint64_t tick) const {
+  return {refresh, {TickRate{board_.config().tick_hz}.nanoseconds({tick})}};
+}
+
 Result<Shown> SimulatedPlaneProjector::show(std::size_t index) {
-  if (index >= pictures_.size())
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("picture {} of {} cannot be shown", index, pictures_.size()), "load it first"};
+  SYMRIG_CHECK(check_picture(index));
   const std::uint64_t tick = raster_.show(static_cast<std::int64_t>(index), board_);
-  const TickRate rate{board_.config().tick_hz};
-  return Shown{raster_.refreshes(), {rate.nanoseconds({tick})}};
+  return shown_at(raster_.refreshes(), tick);
+}
+
+Result<Shown> SimulatedPlaneProjector::play(std::span<const std::size_t> order) {
+  if (order.empty()) return Error{ErrorCode::bad_argument, "there is no picture to show", ""};
+  std::vector<std::int64_t> pictures;
+  for (const std::size_t index : order) {
+    SYMRIG_CHECK(check_picture(index));
+    pictures.push_back(static_cast<std::int64_t>(index));
+  }
+  const auto first = raster_.play(pictures, board_);
+  return shown_at(first.refresh, first.tick);
+}
+
+Result<std::vector<ShownPicture>> SimulatedPlaneProjector::played() {
+  std::vector<ShownPicture> shown;
+  for (const auto& flip : raster_.played(board_))
+    shown.push_back({static_cast<std::size_t>(flip.picture), shown_at(flip.refresh, flip.tick)});
+  return shown;
 }
 
 std::string SimulatedPlaneProjector::describe() const {

@@ -24,6 +24,8 @@ class SimulatedPlaneProjector final : public SimulatedProjector {
   Result<void> load(std::span<const Pattern> patterns) override;
   Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans) override;
   Result<Shown> show(std::size_t index) override;
+  Result<Shown> play(std::span<const std::size_t> order) override;
+  Result<std::vector<ShownPicture>> played() override;
   std::string describe() const override;
 
   std::vector<Lit> shown(std::uint64_t begin, std::uint64_t end) const override;
@@ -37,6 +39,8 @@ class SimulatedPlaneProjector final : public SimulatedProjector {
     Place place;
   };
   void split(std::span<const PlanePlan> plans);
+  Result<void> check_picture(std::size_t index) const;
+  Shown shown_at(std::uint64_t refresh, std::uint64_t tick) const;
 
   board_sim::SimPlaneProjector& raster_;
   board_sim::SimBoard& board_;

@@ -162,6 +162,8 @@ class BorrowedProjector final : public Projector {
   Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans) override {
     return projector_.load_planes(patterns, plans);
   }
+  Result<Shown> play(std::span<const std::size_t> order) override { return projector_.play(order); }
+  Result<std::vector<ShownPicture>> played() override { return projector_.played(); }
   Result<void> check() override { return projector_.check(); }
   std::string describe() const override { return projector_.describe(); }
 
@@ -191,7 +193,7 @@ class SimulatedRig final : public VirtualRig {
                                                  std::span<const Expectation> expected) override {
     return rig_->measure_expected(patterns, expected);
   }
-  std::size_t together() const override { return 4; }
+  std::size_t together() const override { return std::max<std::size_t>(4, rig_->together()); }
   ProbeCost cost() const override {
     ProbeCost cost = rig_->cost();
     cost.simulate_seconds = frame_maker_->seconds();

@@ -9,7 +9,9 @@ class BrokenOff : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Rigs, BrokenOff,
                          testing::Values("sim:vgroove-textured?size=13x17&drift=0.5&dead=0.02&exposures=4",
                                          "sim:gummy?size=12x9&channels=3&exposures=3&flare=0.01",
-                                         "sim:gummy?size=12x9&exposures=auto&drift=0.5"),
+                                         "sim:gummy?size=12x9&exposures=auto&drift=0.5",
+                                         "sim:gummy?size=12x9&exposures=2&profile=dlpc350",
+                                         "sim:gummy?size=12x9&exposures=auto&profile=dlpc350"),
                          [](const auto& rig) { return "rig" + std::to_string(rig.index + 1); });
 
 TEST_P(BrokenOff, anywhere_and_continued_a_capture_is_the_same) {

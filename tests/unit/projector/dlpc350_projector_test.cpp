@@ -9,7 +9,10 @@
 #include "projector_laws.hpp"
 #include "symrig/base/random.hpp"
 
+#include <cerrno>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 namespace symrig::projector::drm::test::dlpc350_projector_test {
 namespace {
@@ -95,6 +98,121 @@ TEST_F(Dlpc350Screen, plane_k_of_picture_f_is_the_planned_pattern) {
           << "plane " << k << " of picture " << f;
     }
   }
+}
+
+/// A screen that plays pictures.
+class PlayingScreen : public Dlpc350Screen {
+ protected:
+  void SetUp() override {
+    auto opened = open_planes();
+    ASSERT_OK(opened);
+    projector = *std::move(opened);
+    made = random_patterns(projector->grid(), kPictures);
+    std::vector<PlanePlan> plans;
+    plans.reserve(kPictures);
+    for (int f = 0; f < static_cast<int>(kPictures); ++f) plans.emplace_back(24, f);
+    ASSERT_OK(projector->load_planes(made, plans));
+    for (std::size_t f = 0; f < kPictures; ++f) order.push_back(f);
+  }
+  std::vector<ShownPicture> play() {
+    const auto first = projector->play(order);
+    EXPECT_TRUE(first.ok()) << (first.ok() ? "" : first.error().line());
+    if (!first) return {};
+    auto shown = projector->played();
+    EXPECT_TRUE(shown.ok()) << (shown.ok() ? "" : shown.error().line());
+    if (!shown || shown->empty()) return {};
+    EXPECT_EQ(shown->front().shown.refresh, first->refresh);
+    EXPECT_EQ(shown->front().shown.since, first->since);
+    return *std::move(shown);
+  }
+
+  static constexpr std::size_t kPictures = 12;
+  std::unique_ptr<Dlpc350Projector> projector;
+  std::vector<Pattern> made;
+  std::vector<std::size_t> order;
+  std::optional<SteadyTime> slept;
+};
+
+TEST_F(PlayingScreen, each_refresh_has_its_picture) {
+  order.insert(order.begin() + 4, 3, 3);  // picture 3 stays for four refreshes
+  std::vector<int> wrong;                 // pixels, in each refresh
+  card->on_delivery = [&] { wrong.push_back(differing(7, &made[order[wrong.size()]], projector->grid())); };
+  const auto shown = play();
+  ASSERT_EQ(shown.size(), order.size());
+  EXPECT_EQ(wrong, std::vector<int>(order.size(), 0));
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    EXPECT_EQ(shown[k].picture, order[k]);
+    EXPECT_EQ(shown[k].shown.refresh, shown[0].shown.refresh + k);
+  }
+}
+
+// A request takes 20 ms: one refresh shows the picture before.
+TEST_F(PlayingScreen, a_late_picture_is_the_one_of_the_refresh_in_which_it_comes) {
+  const std::uint64_t begin = card->flips;
+  card->on_flip = [this, begin](std::uint64_t flip) -> Errno {
+    if (flip == begin + 4) card->time = card->time + Nanoseconds{20'000'000};
+    return 0;
+  };
+  const auto shown = play();
+  ASSERT_EQ(shown.size(), kPictures - 1);
+  // The fourth request was made for picture 3, and came a refresh late: picture 3 is there in place of 4.
+  EXPECT_EQ(shown[3].picture, 3U);
+  EXPECT_EQ(shown[3].shown.refresh, shown[0].shown.refresh + 4);
+  for (std::size_t k = 4; k < shown.size(); ++k) {
+    EXPECT_EQ(shown[k].picture, k + 1) << "its own refresh again";
+    EXPECT_EQ(shown[k].shown.refresh, shown[0].shown.refresh + k + 1);
+  }
+}
+
+// The thread sleeps for two refreshes between a flip and its next request: it then requests the picture of
+// the refresh that comes.
+TEST_F(PlayingScreen, a_thread_that_sleeps_leaves_pictures_out) {
+  const std::uint64_t begin = card->flips;
+  card->on_event = [this, begin](std::uint64_t flip, FlipEvent& event) {
+    if (flip == begin + 3) slept = event.stamp + Nanoseconds{36'000'000};
+  };
+  card->on_delivery = [this] {
+    if (slept) card->time = *std::exchange(slept, std::nullopt);
+  };
+  const auto shown = play();
+  ASSERT_EQ(shown.size(), kPictures - 2);
+  EXPECT_EQ(shown[2].picture, 2U);
+  EXPECT_EQ(shown[3].picture, 5U);
+  EXPECT_EQ(shown[3].shown.refresh, shown[0].shown.refresh + 5);
+}
+
+TEST_F(PlayingScreen, a_screen_that_goes_is_told_at_the_end) {
+  const std::uint64_t begin = card->flips;
+  card->on_flip = [this, begin](std::uint64_t flip) -> Errno {
+    card->gone = flip >= begin + 5;
+    return card->gone ? ENODEV : 0;
+  };
+  ASSERT_OK(projector->play(order));
+  const auto shown = projector->played();
+  ASSERT_FALSE(shown.ok());
+  EXPECT_EQ(shown.error().code, ErrorCode::device_lost);
+  EXPECT_EQ(projector->show(0).error().code, ErrorCode::device_lost) << "until it is opened again";
+}
+
+TEST_F(PlayingScreen, a_projector_may_be_destroyed_while_it_plays) {
+  order.insert(order.end(), 1000, 0);
+  ASSERT_OK(projector->play(order));
+  projector.reset();
+  EXPECT_EQ(card->live_buffers, 0);
+}
+
+TEST_F(PlayingScreen, wrong_calls_are_refused) {
+  EXPECT_EQ(projector->played().error().code, ErrorCode::bad_argument);
+  EXPECT_EQ(projector->play({}).error().code, ErrorCode::bad_argument);
+  order.back() = kPictures;
+  EXPECT_EQ(projector->play(order).error().code, ErrorCode::bad_argument);
+}
+
+TEST_F(Dlpc350Screen, a_screen_without_a_count_of_refreshes_is_refused_before_light) {
+  card->counts = false;
+  const std::string before = device->state();
+  EXPECT_EQ(open_planes().error().code, ErrorCode::device_refused);
+  EXPECT_EQ(device->state(), before);
 }
 
 TEST_F(Dlpc350Screen, nothing_but_0_and_1_fits_into_a_plane) {

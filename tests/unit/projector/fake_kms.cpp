@@ -292,6 +292,7 @@ Answer<FlipEvent> FakeKms::next_flip(Nanoseconds patience) {
   pending_.reset();
   card_->time = std::max(card_->time, done.event.stamp - card_->early);
   card_->crtcs.at(done.crtc).fb = done.fb;
+  if (card_->on_delivery) card_->on_delivery();
   return {0, done.event};
 }
 

@@ -39,9 +39,10 @@ struct FakeCard {
   std::function<Errno(std::uint64_t flip)> on_flip;              // the number of the flip, from 1
   std::function<void(std::uint64_t flip, FlipEvent&)> on_event;  // may change what the kernel tells
   std::function<bool(std::uint64_t flip)> lose_event;
-  bool gone = false;     // every call answers ENODEV
-  bool hotplug = false;  // told once
-  Nanoseconds early{};   // events come so long before the refresh that they tell of
+  std::function<void()> on_delivery;  // after an event was told
+  bool gone = false;                  // every call answers ENODEV
+  bool hotplug = false;               // told once
+  Nanoseconds early{};                // events come so long before the refresh that they tell of
 
   // What has happened.
   SteadyTime time{Nanoseconds{1'000'000'000}};

@@ -109,6 +109,8 @@ struct ProjectorMischief {
   Nanoseconds says_later{0};   ///< it says that patterns come so much later than they do
   std::int64_t reset_at = -1;  ///< a controller of bit planes is reset at the show of that number, once
   std::function<void()> on_reset;
+  Nanoseconds play_takes{0};  ///< the host hears of the first picture so much later
+  std::function<void(Nanoseconds)> wait;
   bool was_reset = false;  ///< then check() says so, until it is opened again
   std::int64_t shows = 0;
   bool unplugged = false;
@@ -147,6 +149,24 @@ class FaultyProjector final : public Projector {
   }
 
   Result<Shown> show(std::size_t index) override {
+    SYMRIG_CHECK(before_show());
+    SYMRIG_TRY(Shown shown, inner_.show(index));
+    return as_told(shown);
+  }
+  Result<Shown> play(std::span<const std::size_t> order) override {
+    SYMRIG_CHECK(before_show());
+    SYMRIG_TRY(const Shown shown, inner_.play(order));
+    if (mischief_->play_takes.count() > 0) mischief_->wait(mischief_->play_takes);
+    return as_told(shown);
+  }
+  Result<std::vector<ShownPicture>> played() override {
+    SYMRIG_TRY(auto all, inner_.played());
+    for (ShownPicture& one : all) one.shown = as_told(one.shown);
+    return all;
+  }
+
+ private:
+  Result<void> before_show() {
     if (!loaded_) return Error{ErrorCode::bad_argument, "no pattern was loaded", "load before you show"};
     if (mischief_->shows++ == mischief_->unplug_at) mischief_->unplugged = true;
     if (mischief_->unplugged) return Error{ErrorCode::device_lost, "the screen was unplugged", "plug it in"};
@@ -154,13 +174,14 @@ class FaultyProjector final : public Projector {
       mischief_->was_reset = true;
       mischief_->on_reset();
     }
-    SYMRIG_TRY(Shown shown, inner_.show(index));
+    return {};
+  }
+  Shown as_told(Shown shown) const {
     if (mischief_->count_stands) shown.refresh = 7;
     shown.since = shown.since + mischief_->says_later;
     return shown;
   }
 
- private:
   Projector& inner_;
   std::shared_ptr<ProjectorMischief> mischief_;
   bool loaded_ = false;

@@ -6,6 +6,7 @@
 #include "misfit.hpp"
 #include "symrig/acquisition/capture.hpp"
 #include "symrig/acquisition/evaluate.hpp"
+#include "symrig/board/ticks.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 #include "symrig/testing/probe_laws.hpp"
@@ -38,6 +39,11 @@ struct PlaneBench {
   board_sim::SimBoard* board = nullptr;
 
   std::unique_ptr<VirtualRig> open(const std::string& uri) {
+    auto rig = try_open(uri);
+    EXPECT_TRUE(rig.ok()) << (rig.ok() ? "" : rig.error().line());
+    return rig.ok() ? *std::move(rig) : nullptr;
+  }
+  Result<std::unique_ptr<VirtualRig>> try_open(const std::string& uri) {
     VirtualRigHooks hooks;
     hooks.camera = [this](Camera& inner) { return FaultyCamera::open(inner, camera); };
     hooks.projector = [this](Projector& inner) -> Result<std::unique_ptr<Projector>> {
@@ -54,9 +60,13 @@ struct PlaneBench {
       set.pause = [](Nanoseconds) {};
       if (options) options(set);
     };
-    auto rig = open_virtual_rig(uri, hooks);
-    EXPECT_TRUE(rig.ok()) << (rig.ok() ? "" : rig.error().line());
-    return rig.ok() ? *std::move(rig) : nullptr;
+    return open_virtual_rig(uri, hooks);
+  }
+  /// In the next `count` refreshes, this share of the pictures comes late.
+  void be_late(std::uint64_t count, double flips) const {
+    Random random(12);
+    for (std::uint64_t refresh = planes->refreshes(); refresh < planes->refreshes() + count; ++refresh)
+      if (random.uniform() < flips) planes->faults.flips.insert(refresh);
   }
   /// In the next `count` refreshes, edges of both trigger outputs are lost, and there are edges that are
   /// none.
@@ -121,14 +131,15 @@ TEST(PlaneRig, a_capture_ends_with_the_errors_of_a_rig_with_whole_pictures) {
 }
 
 // 10,000 exposures in planes with SYMRIG_LONG. 1 % of the plane edges and 2 % of the frame edges do not
-// arrive, 1 % of the planes have an edge too early, and a quarter of the frames have something wrong with
-// them.
+// arrive, 1 % of the planes have an edge too early, 3 % of the pictures come a refresh late, and a quarter of
+// the frames have something wrong with them.
 TEST(PlaneRig, no_plane_is_taken_for_another) {
   PlaneBench bench;
   bench.options = [](RigOptions& options) { options.retakes = 60; };
   const auto rig = bench.open(kPlanes);
   ASSERT_NE(rig, nullptr);
   bench.lose_edges(100'000, 0.02, 0.01, 0.01);
+  bench.be_late(100'000, 0.03);
   CameraMischief& camera = *bench.camera;
   camera.lost = camera.lost_unnoticed = camera.copied = camera.renumbered = 0.03;
   camera.late_stamp = camera.late_arrival = camera.damaged = 0.04;
@@ -138,6 +149,7 @@ TEST(PlaneRig, no_plane_is_taken_for_another) {
   EXPECT_GE(rig->cost().frames - before, 2 * count);
   const RigTrouble& trouble = rig->rig().trouble();
   EXPECT_GT(trouble.planes_doubtful, 0);
+  EXPECT_GT(trouble.patterns_late, 0);
   EXPECT_GT(trouble.retaken, 0);
   EXPECT_GT(trouble.frames.missing, 0);
 }
@@ -168,18 +180,75 @@ TEST(PlaneRig, exposures_that_begin_at_a_wrong_edge_are_found) {
   EXPECT_GT(rig->rig().trouble().planes_doubtful, 0);
 }
 
-// The frame edge after the stated time of a picture begins its planes. An earlier one proves nothing.
-TEST(PlaneRig, without_the_time_of_a_picture_no_photograph_is_certain) {
+TEST(PlaneRig, exposures_of_a_late_picture_are_taken_again) {
   PlaneBench bench;
   const auto rig = bench.open(kPlanes);
   ASSERT_NE(rig, nullptr);
-  bench.projector->says_later = Nanoseconds{16'666'667};
-  const auto photographs = rig->measure(distinct_planes(rig->grid(), 48));
+  bench.be_late(10'000, 0.1);
+  EXPECT_EQ(wrong_photographs(*rig, distinct_planes(rig->grid(), 60)), 0);
+  const RigTrouble& trouble = rig->rig().trouble();
+  EXPECT_GT(trouble.patterns_late, 0);
+  EXPECT_GT(trouble.planes_doubtful, 0);
+  EXPECT_GT(trouble.retaken, 0);
+}
+
+// A computer that is late in every second refresh would never show the planned picture. It gets more time for
+// each.
+TEST(PlaneRig, a_slow_screen_holds_its_pictures_longer) {
+  PlaneBench bench;
+  bench.options = [](RigOptions& options) { options.retakes = 20; };
+  const auto rig = bench.open(kPlanes);
+  ASSERT_NE(rig, nullptr);
+  for (std::uint64_t refresh = 0; refresh < 100'000; refresh += 2) bench.planes->faults.flips.insert(refresh);
+  EXPECT_EQ(wrong_photographs(*rig, distinct_planes(rig->grid(), 60)), 0);
+}
+
+// Edges of all refreshes are alike, so they cannot tell that the screen's stamps are a refresh off, or that
+// the controller takes a refresh more. Light can.
+TEST(PlaneRig, planes_that_come_at_another_refresh_are_noticed_when_the_rig_is_opened) {
+  for (const int refreshes : {-2, -1, 1, 2}) {
+    PlaneBench bench;
+    bench.projector->says_later = refreshes * Nanoseconds{16'666'667};
+    const auto opened = bench.try_open(kPlanes);
+    ASSERT_FALSE(opened.ok()) << refreshes;
+    EXPECT_EQ(opened.error().code, ErrorCode::device_refused) << opened.error().line();
+    EXPECT_NE(opened.error().line().find("set projector.latency"), std::string::npos)
+        << opened.error().line();
+  }
+}
+
+// Less than half a refresh leaves no doubt which one it is. From 3/8 on, nothing is taken for certain.
+TEST(PlaneRig, stamps_that_fit_to_no_refresh_prove_nothing) {
+  PlaneBench bench;
+  const auto rig = bench.open(kPlanes);
+  ASSERT_NE(rig, nullptr);
+  const auto patterns = distinct_planes(rig->grid(), 30);
+  bench.projector->says_later = Nanoseconds{5'000'000};
+  EXPECT_EQ(wrong_photographs(*rig, patterns), 0);
+  EXPECT_EQ(rig->rig().trouble().planes_doubtful, 0);
+  bench.projector->says_later = Nanoseconds{7'000'000};
+  const auto photographs = rig->measure(patterns);
   ASSERT_FALSE(photographs.ok());
   EXPECT_EQ(photographs.error().code, ErrorCode::frame_missing);
-  EXPECT_NE(photographs.error().line().find("before the planes of its picture"), std::string::npos)
+  EXPECT_NE(photographs.error().line().find("fits to no refresh"), std::string::npos)
       << photographs.error().line();
+}
+
+// A board that gets the request to start too late takes a run in vain. Then it gets more time.
+TEST(PlaneRig, a_late_start_is_noticed) {
+  PlaneBench bench;
+  const auto rig = bench.open(kPlanes);
+  ASSERT_NE(rig, nullptr);
+  bench.projector->play_takes = Nanoseconds{45'000'000};
+  bench.projector->wait = [&bench](Nanoseconds time) {
+    const TickRate rate{bench.board->config().tick_hz};
+    bench.board->advance_to(bench.board->now() + rate.ticks(time).count);
+  };
+  EXPECT_EQ(wrong_photographs(*rig, distinct_planes(rig->grid(), 30)), 0);
   EXPECT_GT(rig->rig().trouble().planes_doubtful, 0);
+  const std::int64_t doubtful = rig->rig().trouble().planes_doubtful;
+  EXPECT_EQ(wrong_photographs(*rig, distinct_planes(rig->grid(), 30)), 0);
+  EXPECT_EQ(rig->rig().trouble().planes_doubtful, doubtful) << "now the first picture waits";
 }
 
 TEST(PlaneRig, a_controller_that_was_reset_is_opened_again) {

@@ -6,8 +6,7 @@
 #include "symrig/base/random.hpp"
 #include "symrig/program/bracket.hpp"
 
-#include <set>
-#include <utility>
+#include <algorithm>
 
 #include <gtest/gtest.h>
 
@@ -17,33 +16,46 @@ namespace {
 using namespace std::chrono_literals;
 
 PlaneRules rules() {
-  return {{24, 684us, 684us, 20us, 1}, 16'666'667ns, 10us, 5ms};
+  return {{24, 684us, 684us, 20us, 1}, 16'666'667ns, 10us, 5ms, 1, true};
 }
 
 Nanoseconds begin(const PlaneExposure& at, const PlaneRules& rule) {
   return at.refresh * rule.refresh + rule.timing.frame_lead + at.plane * rule.timing.period;
 }
 
-/// What every schedule keeps: each exposure once, in planes with its own pattern, inside of them, one after
-/// the other with the camera's gap, and in time for the wait for its edge.
+/// What every schedule keeps: each exposure once and in order, one after the other with the camera's gap and
+/// in time for the wait for its edge, all of its light in planes with its own pattern, and no other light.
 void expect_schedule(std::span<const WantedExposure> wanted, const PlaneRules& rule) {
   const auto planned = plan_planes(wanted, rule);
   ASSERT_OK(planned);
-  std::set<std::pair<std::size_t, std::size_t>> taken;
-  for (const PlanePicture& picture : *planned) {
-    EXPECT_LE(picture.plan.size(), static_cast<std::size_t>(rule.timing.planes));
-    Nanoseconds ready{0};
-    for (const auto& [what, at] : picture.exposures) {
-      EXPECT_TRUE(taken.emplace(what.photograph, what.exposure).second);
-      EXPECT_EQ(at.exposure, what.time);
-      for (int k = at.plane; k < at.plane + at.planes; ++k)
-        EXPECT_EQ(picture.plan.at(static_cast<std::size_t>(k)), static_cast<int>(what.photograph));
-      EXPECT_LT(rule.settle + what.time, at.planes * rule.timing.period);
-      EXPECT_GE(begin(at, rule), ready);
-      ready = begin(at, rule) + rule.settle + what.time + rule.gap + plane_lead(rule.timing.period);
+  ASSERT_EQ(planned->exposures.size(), wanted.size());
+  const Nanoseconds period = rule.timing.period;
+  Nanoseconds ready{0};
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto& [what, at] = planned->exposures[i];
+    EXPECT_EQ(what.photograph, wanted[i].photograph);
+    EXPECT_EQ(what.exposure, wanted[i].exposure);
+    EXPECT_GE(begin(at, rule), ready);
+    const Nanoseconds open = begin(at, rule) + rule.settle, closed = open + at.exposure;
+    ready = closed + rule.gap + plane_lead(period);
+    Nanoseconds light{0};
+    for (std::size_t refresh = 0; refresh < planned->order.size(); ++refresh)
+      for (int k = 0; k < rule.timing.planes; ++k) {
+        const Nanoseconds from = begin({static_cast<std::int64_t>(refresh), k, 1, {}}, rule);
+        const Nanoseconds lit = std::min(closed, from + period) - std::max(open, from);
+        if (lit.count() <= 0) continue;
+        EXPECT_EQ(planned->pattern(planned->order[refresh], k), static_cast<int>(what.photograph));
+        light += lit;
+      }
+    EXPECT_EQ(light, what.time) << "the exposure goes on in the next picture for as long as it is dark";
+    if (!rule.may_cross()) {
+      EXPECT_LE(at.plane + at.planes, rule.timing.planes);
     }
   }
-  EXPECT_EQ(taken.size(), wanted.size());
+  for (std::size_t refresh = 1; refresh < planned->order.size(); ++refresh)
+    if (refresh % static_cast<std::size_t>(rule.hold) != 0) {
+      EXPECT_EQ(planned->order[refresh], planned->order[refresh - 1]) << "a picture is held";
+    }
 }
 
 TEST(PlaneSchedule, random_brackets_are_taken_once_each_in_their_planes) {
@@ -52,57 +64,74 @@ TEST(PlaneSchedule, random_brackets_are_taken_once_each_in_their_planes) {
     PlaneRules rule = rules();
     rule.timing.planes = 1 + static_cast<int>(random.uniform() * 24);
     rule.gap = Nanoseconds{static_cast<std::int64_t>(random.uniform() * 30e6)};
+    rule.hold = 1 + round % 3;
+    rule.crosses = round % 2 == 0;
     const auto longest = longest_in_planes(rule);
     ASSERT_OK(longest);
+    const double most = (rule.may_cross() ? 5.0 : 1.0) * static_cast<double>(longest->count() - 20'000);
     std::vector<WantedExposure> wanted;
     const auto photographs = static_cast<std::size_t>(1 + random.uniform() * 40);
     for (std::size_t i = 0; i < photographs; ++i)
       for (std::size_t j = 0; j < 1 + i % 4; ++j) {
         const double share = random.uniform() * random.uniform();
-        wanted.push_back({i, j,
-                          Nanoseconds{20'000 + static_cast<std::int64_t>(
-                                                   share * static_cast<double>(longest->count() - 20'000))}});
+        wanted.push_back({i, j, Nanoseconds{20'000 + static_cast<std::int64_t>(share * most)}});
       }
     expect_schedule(wanted, rule);
   }
 }
 
-TEST(PlaneSchedule, short_exposures_share_a_picture_and_take_what_the_camera_takes) {
+std::vector<WantedExposure> one_each(std::size_t photographs, Nanoseconds time) {
   std::vector<WantedExposure> wanted;
-  for (std::size_t i = 0; i < 24; ++i) wanted.push_back({i, 0, 300us});
-  const auto planned = plan_planes(wanted, rules());
+  for (std::size_t i = 0; i < photographs; ++i) wanted.push_back({i, 0, time});
+  return wanted;
+}
+
+// A frame takes 0.3 ms of light, 5 ms of readout and a quarter of a plane for the wait: 8.2 planes, so 9.
+TEST(PlaneSchedule, the_camera_sets_the_pace) {
+  const auto planned = plan_planes(one_each(24, 300us), rules());
   ASSERT_OK(planned);
-  ASSERT_EQ(planned->size(), 1U) << "24 patterns in one picture";
-  // A frame takes 0.3 + 5 ms, rounded up to planes: 9 planes. A refresh has room for 3 frames at most.
-  EXPECT_LE((*planned)[0].exposures.back().at.refresh, 24 / 2);
-  expect_schedule(wanted, rules());
+  for (std::size_t i = 1; i < 24; ++i) {
+    const PlaneExposure &before = planned->exposures[i - 1].at, &at = planned->exposures[i].at;
+    const std::int64_t planes = 24 * (at.refresh - before.refresh) + at.plane - before.plane;
+    // The dark time between refreshes can save a plane.
+    EXPECT_GE(planes, 8);
+    EXPECT_LE(planes, 9);
+  }
+  EXPECT_EQ(planned->order.size(), 9U) << "another picture in each refresh";
+  EXPECT_EQ(planned->pictures.size(), 9U);
+}
+
+TEST(PlaneSchedule, a_camera_as_fast_as_the_planes_takes_one_in_each) {
+  PlaneRules rule = rules();
+  rule.gap = 100us;
+  const auto planned = plan_planes(one_each(48, 300us), rule);
+  ASSERT_OK(planned);
+  EXPECT_EQ(planned->order.size(), 2U);
+  for (std::size_t i = 0; i < 48; ++i) EXPECT_EQ(planned->pattern(i / 24, static_cast<int>(i % 24)), int(i));
 }
 
 TEST(PlaneSchedule, a_bracket_repeats_the_planes_of_its_pattern) {
+  PlaneRules rule = rules();
+  rule.gap = 0us;
   const std::vector<WantedExposure> wanted{{0, 0, 100us}, {0, 1, 1600us}, {1, 0, 50us}};
-  const auto planned = plan_planes(wanted, rules());
-  ASSERT_OK(planned);
-  ASSERT_EQ(planned->size(), 1U);
-  EXPECT_EQ((*planned)[0].plan, (PlanePlan{0, 0, 0, 1}));
-}
-
-TEST(PlaneSchedule, longer_exposures_are_whole_refreshes_of_one_pattern) {
-  const PlaneRules rule = rules();
-  const Nanoseconds refresh_light = 24 * 684us;
-  EXPECT_EQ(*light_in_planes(3ms, rule), 3ms);
-  EXPECT_EQ(*light_in_planes(24 * 684us, rule), refresh_light);
-  EXPECT_EQ(*light_in_planes(40ms, rule), 2 * refresh_light) << "never longer than wanted";
-  const std::vector<WantedExposure> wanted{{0, 0, 1ms}, {0, 1, 40ms}, {1, 0, 1ms}};
   const auto planned = plan_planes(wanted, rule);
   ASSERT_OK(planned);
-  ASSERT_EQ(planned->size(), 2U) << "the pattern fills a picture";
-  EXPECT_EQ((*planned)[0].plan, PlanePlan(24, 0));
-  const PlaneExposure& shutter = (*planned)[0].exposures[1].at;
-  EXPECT_EQ(shutter.exposure, 2 * rule.refresh);
-  EXPECT_TRUE(over_refreshes(shutter, rule));
-  EXPECT_NEAR(static_cast<double>(light_of(shutter, shutter.exposure, rule).count()),
-              static_cast<double>((2 * refresh_light).count()), 1);
-  EXPECT_EQ(light_of((*planned)[0].exposures[0].at, 1ms, rule), 1ms);
+  ASSERT_EQ(planned->pictures.size(), 1U);
+  const PlanePlan& plan = planned->pictures[0];
+  EXPECT_EQ(PlanePlan(plan.begin(), plan.begin() + 5), (PlanePlan{0, 0, 0, 0, 1}));
+  EXPECT_EQ(std::count(plan.begin(), plan.end(), kBlackPlane), 19);
+}
+
+TEST(PlaneSchedule, a_long_exposure_lasts_longer_by_the_dark_time_between_refreshes) {
+  const PlaneRules rule = rules();
+  const auto planned = plan_planes(std::vector<WantedExposure>{{0, 0, 40ms}, {1, 0, 1ms}}, rule);
+  ASSERT_OK(planned);
+  const PlaneExposure& at = planned->exposures[0].at;
+  EXPECT_EQ(at.plane, 0);
+  EXPECT_EQ(at.exposure, 40ms + 2 * rule.dark());
+  EXPECT_EQ(planned->pictures[0], PlanePlan(24, 0));
+  EXPECT_EQ(planned->order[0], planned->order[1]) << "the picture stays";
+  expect_schedule(std::vector<WantedExposure>{{0, 0, 40ms}, {1, 0, 1ms}}, rule);
 }
 
 TEST(PlaneSchedule, planes_with_dark_time_between_them_hold_no_long_exposure) {
@@ -110,10 +139,16 @@ TEST(PlaneSchedule, planes_with_dark_time_between_them_hold_no_long_exposure) {
   EXPECT_EQ(*longest_in_planes(rule), 24 * 684us - 15us);
   rule.timing.exposure = 400us;
   EXPECT_EQ(*longest_in_planes(rule), 385us);
-  const std::vector<WantedExposure> wanted{{0, 0, 386us}};
-  EXPECT_EQ(plan_planes(wanted, rule).error().code, ErrorCode::limit);
+  EXPECT_EQ(plan_planes(one_each(1, 386us), rule).error().code, ErrorCode::limit);
   rule.settle = 400us;
   EXPECT_EQ(longest_in_planes(rule).error().code, ErrorCode::limit);
+}
+
+TEST(PlaneSchedule, an_exposure_that_must_not_cross_is_no_longer_than_a_picture) {
+  PlaneRules rule = rules();
+  rule.crosses = false;
+  ASSERT_OK(plan_planes(one_each(3, *longest_in_planes(rule)), rule));
+  EXPECT_EQ(plan_planes(one_each(1, *longest_in_planes(rule) + 1ns), rule).error().code, ErrorCode::limit);
 }
 
 }  // namespace

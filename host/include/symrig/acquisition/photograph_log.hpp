@@ -130,6 +130,7 @@ class LoggedProbe final : public Probe {
   /// (metering, black) does not count again.
   ProbeCost cost() const override;
   std::size_t together() const override { return together_; }
+  bool computes() const override { return inner_.computes(); }
   std::string describe() const override { return inner_.describe(); }
 
   /// Photographs answered from the log so far.

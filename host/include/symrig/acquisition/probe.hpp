@@ -66,9 +66,12 @@ class Probe {
   }
 
   /// Photographs that are worth asking for at once where each is logged. More than one pays where photographs
-  /// are computed in parallel; a real rig loses as many when the process dies (docs/photograph-log.md).
-  /// 1: a capture works on the photographs before while this rig takes the next ones.
+  /// are computed in parallel, or where patterns share pictures (bit planes). A rig loses as many when the
+  /// process dies (docs/photograph-log.md).
   virtual std::size_t together() const { return 1; }
+  /// true: photographs keep the processors of this computer busy. false: a capture works on the photographs
+  /// before while this rig takes the next ones.
+  virtual bool computes() const { return together() > 1; }
 
   virtual ProbeCost cost() const = 0;
 

@@ -39,6 +39,7 @@ class RegisteredProbe final : public Probe {
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) override;
   std::size_t together() const override { return rig_.together(); }
+  bool computes() const override { return rig_.computes(); }
   ProbeCost cost() const override;
   Result<void> continue_after(const ProbeCost& spent) override { return rig_.continue_after(spent); }
   std::string describe() const override { return rig_.describe(); }

@@ -38,7 +38,7 @@ constexpr Nanoseconds plane_lead(Nanoseconds period) {
   return period / 4;
 }
 
-/// Compiles the exposures in the planes of one picture (rig.projector.sync = plane). The program waits for
+/// Compiles exposures in bit planes (rig.projector.sync = plane). The program waits for
 /// the vsync line once. Then it waits for the edge of each exposure's plane, a quarter of a plane before it
 /// is due, so that an edge of another plane cannot be taken for it. If the edge does not come, the program
 /// goes on: the receipt then lacks the edge. Exposure i has the marks of photograph i with one exposure.

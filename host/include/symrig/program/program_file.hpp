@@ -92,12 +92,12 @@ struct StartupPulses {
   int place = 0;
 };
 
-/// An exposure in the planes of a picture that stays on the screen.
+/// An exposure in the bit planes of one or more pictures.
 struct PlaneExposure {
   std::int64_t refresh = 0;  ///< counted from the first refresh of the run
   int plane = 0;             ///< it begins in this plane
-  int planes = 1;            ///< planes with its pattern, from `plane` on
-  Nanoseconds exposure{0};
+  int planes = 1;            ///< planes with its pattern, from `plane` on, also those of the next refreshes
+  Nanoseconds exposure{0};   ///< of the shutter, with the dark time between refreshes
 };
 
 /// Patterns and a bracket: pattern → settle → (expose → readout) x k.
@@ -118,8 +118,8 @@ struct Scan {
   /// Made by a capture, which knows what is wired: without a projector line no pattern is asked for, without
   /// a vsync line nothing is waited for. A scan of a file needs both.
   bool lines_as_wired = false;
-  /// Also made by a capture: the exposures in the planes of one picture, in order of time. Each stands for a
-  /// pattern with a bracket of its own.
+  /// Also made by a capture: exposures in bit planes, in order of time. Each stands for a pattern with a
+  /// bracket of its own.
   std::vector<PlaneExposure> plane_exposures = {};
   int place = 0;
   int bracket_place = 0;

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,11 @@ class DrmProjector final : public Projector {
   /// fails: also timeout (no refresh), limit, device_refused. After one of these or device_lost, every later
   /// call fails in the same way. Destroy this object and open a new one.
   Result<Shown> show(std::size_t index) override;
+  /// Only if counts_refreshes(). A thread shows the pictures. It requests one in every refresh, also the same
+  /// one again, so that every refresh has a count and a stamp. fails: as show(), and device_refused
+  /// (refreshes are not counted).
+  Result<Shown> play(std::span<const std::size_t> order) override;
+  Result<std::vector<ShownPicture>> played() override;
   std::string describe() const override;
 
   Grid screen() const;
@@ -67,7 +73,12 @@ class DrmProjector final : public Projector {
 
  private:
   DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);
+  struct Playing;
+  Result<void> check_loaded(std::span<const std::size_t> indices) const;
   Result<Shown> flip_to(std::size_t index);
+  Result<Shown> flip(std::size_t index, std::size_t next);
+  std::uint64_t next_refresh(const Shown& last) const;
+  void keep_playing(Playing& playing, const std::stop_token& stop);
   std::size_t buffer_with(std::size_t index);
   void draw_ahead(std::size_t index, std::size_t waiting);
   void draw_into(std::size_t buffer, std::size_t index);
@@ -82,6 +93,7 @@ class DrmProjector final : public Projector {
   std::vector<std::optional<std::size_t>> drawn_;  // the pattern in each buffer
   std::size_t front_ = 0;                          // the buffer that the screen shows
   std::optional<Error> lost_;
+  std::unique_ptr<Playing> playing_;  // between play() and played()
 };
 
 }  // namespace symrig

@@ -6,6 +6,7 @@
 #include "symrig/board/clock_time.hpp"
 #include "symrig/image/image.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -43,6 +44,12 @@ struct PlaneTiming {
   int latency = 1;            ///< refreshes from the scan-out of a picture to its planes
 };
 
+/// A picture that appeared on the screen while the projector played.
+struct ShownPicture {
+  std::size_t picture = 0;  ///< its index in the loaded pictures
+  Shown shown;
+};
+
 /// A projector that holds a sequence of patterns and shows one of them at a time. Not thread-safe.
 class Projector {
  public:
@@ -68,6 +75,14 @@ class Projector {
   /// fails: size_mismatch, bad_value (a pattern has values other than 0 and 1), bad_argument (the projector
   /// has no planes, or a plan has more planes than a picture or names no pattern), device_lost.
   virtual Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans);
+  /// Only if planes().planes > 0. Shows one loaded picture after the other: order[k] in the refresh k after
+  /// the first one. Returns when the refresh of order[0] has begun, and goes on meanwhile. A picture that
+  /// comes too late for its refresh is not made up for: the next refresh has its own picture again. The last
+  /// picture stays. No other call but played() and check() is allowed before played(). fails: as show().
+  virtual Result<Shown> play(std::span<const std::size_t> order);
+  /// Waits until play() has shown its last picture. Returns the pictures that have appeared, order[0] first,
+  /// with their refreshes. fails: as show(), also for a picture in the middle.
+  virtual Result<std::vector<ShownPicture>> played();
   /// Checks that the projector still does what it was set to. fails: device_lost.
   virtual Result<void> check() { return {}; }
   /// One line for reports.

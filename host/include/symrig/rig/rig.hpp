@@ -151,6 +151,9 @@ class Rig final : public Probe {
     return measure_expected(patterns, {});
   }
   bool plans_exposures(std::size_t /*photographs*/) const override { return planned(); }
+  /// With bit planes, a run of the board takes many photographs.
+  std::size_t together() const override;
+  bool computes() const override { return false; }
   /// expected: one per pattern, or empty.
   Result<std::vector<Radiance>> measure_expected(std::span<const Pattern> patterns,
                                                  std::span<const Expectation> expected) override;
@@ -184,6 +187,7 @@ class Rig final : public Probe {
   Result<TakenBracket> metering_bracket(const Exposures& trial);
   Result<void> photograph_black();
   Result<void> refine_black(const Expectation& expected);
+  bool shows_planes() const;
   bool planned() const { return options_.exposures == 0; }
   Result<std::vector<Exposures>> choose(std::span<const Pattern> patterns,
                                         std::span<const Expectation> expected);

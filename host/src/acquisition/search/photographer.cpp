@@ -109,7 +109,7 @@ Result<void> Photographer::take_batches(std::string_view stage, std::span<const 
       return answers.empty() ? Result<void>() : use(first - answers.size(), answers);
     };
     // A rig that computes its photographs keeps all processors busy by itself.
-    const bool beside = probe_.together() == 1 && (more || !answers.empty());
+    const bool beside = !probe_.computes() && (more || !answers.empty());
     std::future<Result<void>> used =
         std::async(beside ? std::launch::async : std::launch::deferred, host_work);
     Result<std::vector<Radiance>> taken = measure(batch);

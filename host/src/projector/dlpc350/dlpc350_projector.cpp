@@ -12,6 +12,10 @@ namespace symrig::projector::dlpc350 {
 Result<std::unique_ptr<Dlpc350Projector>> Dlpc350Projector::open(std::unique_ptr<DrmProjector> screen,
                                                                  Controller controller,
                                                                  const Dlpc350Options& options) {
+  if (!screen->counts_refreshes())
+    return Error{ErrorCode::device_refused,
+                 "the screen does not count refreshes, so no picture can be tied to its bit planes",
+                 "connect the controller to another graphics card"};
   const PictureSource source{screen->screen(), screen->refresh_period()};
   SYMRIG_TRY(auto sequence, VideoPatterns::begin(std::move(controller), source, options.sequence));
   return std::unique_ptr<Dlpc350Projector>(

@@ -22,7 +22,8 @@ struct Dlpc350Options {
 /// back its earlier state before the screen does.
 class Dlpc350Projector final : public Projector {
  public:
-  /// fails: as DrmProjector::open() and VideoPatterns::begin().
+  /// fails: as DrmProjector::open() and VideoPatterns::begin(); device_refused also if the screen does not
+  /// count refreshes.
   static Result<std::unique_ptr<Dlpc350Projector>> open(std::unique_ptr<DrmProjector> screen,
                                                         Controller controller, const Dlpc350Options& options);
 
@@ -34,6 +35,8 @@ class Dlpc350Projector final : public Projector {
   PlaneTiming planes() const override;
   Result<void> load_planes(std::span<const Pattern> patterns, std::span<const PlanePlan> plans) override;
   Result<Shown> show(std::size_t index) override { return screen_->show(index); }
+  Result<Shown> play(std::span<const std::size_t> order) override { return screen_->play(order); }
+  Result<std::vector<ShownPicture>> played() override { return screen_->played(); }
   Result<void> check() override { return sequence_->check(); }
   std::string describe() const override;
 

@@ -3,6 +3,10 @@
 
 #include "projector/drm/screen.hpp"
 
+#include <algorithm>
+#include <thread>
+#include <utility>
+
 #include <fmt/format.h>
 
 namespace symrig {
@@ -31,7 +35,15 @@ DrmProjector::DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const
       grid_(grid),
       drawn_(screen_->buffers()) {}
 
-DrmProjector::~DrmProjector() = default;
+/// A play() that goes on.
+struct DrmProjector::Playing {
+  std::vector<std::size_t> order;
+  std::vector<ShownPicture> shown;
+  std::optional<Error> error;
+  std::jthread thread;  // last: it uses the others
+};
+
+DrmProjector::~DrmProjector() = default;  // ends the thread before the screen
 
 Nanoseconds DrmProjector::refresh_period() const {
   return screen_->period();
@@ -84,12 +96,18 @@ void DrmProjector::draw_into(std::size_t buffer, std::size_t index) {
   drawn_[buffer] = index;
 }
 
+Result<void> DrmProjector::check_loaded(std::span<const std::size_t> indices) const {
+  for (const std::size_t index : indices)
+    if (index >= loaded())
+      return Error{ErrorCode::bad_argument,
+                   fmt::format("pattern {} is not one of the {} loaded patterns", index, loaded()),
+                   "load it first"};
+  return {};
+}
+
 Result<Shown> DrmProjector::show(std::size_t index) {
   if (lost_) return *lost_;
-  if (index >= loaded())
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("pattern {} is not one of the {} loaded patterns", index, loaded()),
-                 "load it first"};
+  SYMRIG_CHECK(check_loaded({&index, 1}));
   auto shown = flip_to(index);
   // After a failure it is unknown which buffer the screen shows, so none of them may be drawn into.
   if (!shown) lost_ = shown.error();
@@ -100,11 +118,17 @@ Result<Shown> DrmProjector::show(std::size_t index) {
 /// display.
 Result<Shown> DrmProjector::flip_to(std::size_t index) {
   SYMRIG_CHECK(screen_->check());
+  auto shown = flip(index, index + 1);
+  SYMRIG_CHECK(screen_->check());
+  return shown;
+}
+
+/// next: what is probably shown after it.
+Result<Shown> DrmProjector::flip(std::size_t index, std::size_t next) {
   const std::size_t back = buffer_with(index);
   SYMRIG_CHECK(screen_->submit(back));
-  draw_ahead(index + 1, back);
+  draw_ahead(next, back);
   auto shown = screen_->await();
-  SYMRIG_CHECK(screen_->check());
   if (shown) front_ = back;
   return shown;
 }
@@ -126,6 +150,62 @@ void DrmProjector::draw_ahead(std::size_t index, std::size_t waiting) {
   for (std::size_t k = 0; k < drawn_.size(); ++k) {
     if (k == front_ || k == waiting || drawn_[k] == index) continue;
     draw_into(k, index);
+  }
+}
+
+Result<Shown> DrmProjector::play(std::span<const std::size_t> order) {
+  if (!screen_->counted())
+    return Error{ErrorCode::device_refused, screen_->route().connector_name + " does not count refreshes",
+                 "use another connector or graphics card"};
+  if (playing_ || order.empty())
+    return Error{ErrorCode::bad_argument,
+                 playing_ ? "the projector plays pictures already" : "there is no picture to play",
+                 "play at least one picture, and wait for its end"};
+  SYMRIG_CHECK(check_loaded(order));
+  SYMRIG_TRY(const Shown first, show(order.front()));
+  playing_ = std::make_unique<Playing>();
+  playing_->order.assign(order.begin(), order.end());
+  playing_->shown = {{order.front(), first}};
+  playing_->thread = std::jthread(
+      [this, &playing = *playing_](const std::stop_token& stop) { keep_playing(playing, stop); });
+  return first;
+}
+
+Result<std::vector<ShownPicture>> DrmProjector::played() {
+  if (!playing_)
+    return Error{ErrorCode::bad_argument, "the projector plays no pictures", "call play() before"};
+  playing_->thread.join();
+  const auto done = std::exchange(playing_, nullptr);
+  if (!done->error) {
+    if (auto checked = screen_->check(); !checked) done->error = checked.error();
+  }
+  if (!done->error) return std::move(done->shown);
+  lost_ = done->error;
+  return *lost_;
+}
+
+/// The refresh that shows a picture which is requested now.
+std::uint64_t DrmProjector::next_refresh(const Shown& last) const {
+  constexpr Nanoseconds kRequestTime{500'000};  // a request that comes later misses its refresh
+  const Nanoseconds since = screen_->now() + kRequestTime - last.since;
+  return last.refresh + 1 + static_cast<std::uint64_t>(std::max<std::int64_t>(0, since / screen_->period()));
+}
+
+/// Requests a picture in every refresh: the one that belongs to the refresh in which it will appear. So a
+/// late picture delays no other.
+void DrmProjector::keep_playing(Playing& playing, const std::stop_token& stop) {
+  const std::vector<std::size_t>& order = playing.order;
+  const std::uint64_t first = playing.shown.front().shown.refresh;
+  while (!stop.stop_requested()) {
+    const std::uint64_t next = next_refresh(playing.shown.back().shown) - first;
+    if (next >= order.size()) return;
+    const std::size_t index = order[next];
+    const auto shown = flip(index, next + 1 < order.size() ? order[next + 1] : index);
+    if (!shown) {
+      playing.error = shown.error();
+      return;
+    }
+    playing.shown.push_back({index, *shown});
   }
 }
 

@@ -34,6 +34,7 @@ class Screen {
   const Route& route() const { return route_; }
   bool atomic() const { return atomic_; }
   bool counted() const { return flipper_->counted(); }
+  SteadyTime now() const { return kms_->now(); }
   const std::string& driver() const { return driver_; }
   const std::vector<std::string>& warnings() const { return warnings_; }
 

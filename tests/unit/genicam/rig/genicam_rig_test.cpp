@@ -62,6 +62,7 @@ class JudgedRig final : public Probe {
   ViewLayout views() const override { return rig_.views(); }
   bool plans_exposures(std::size_t photographs) const override { return rig_.plans_exposures(photographs); }
   std::size_t together() const override { return rig_.together(); }
+  bool computes() const override { return rig_.computes(); }
   ProbeCost cost() const override { return rig_.cost(); }
   std::string describe() const override { return rig_.describe(); }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {

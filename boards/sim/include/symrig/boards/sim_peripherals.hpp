@@ -89,6 +89,13 @@ class SimPlaneProjector final : public Peripheral {
     std::set<std::uint64_t> frames;                    ///< lost, by refresh
     std::set<std::pair<std::uint64_t, int>> planes;    ///< lost, by refresh and plane
     std::set<std::pair<std::uint64_t, int>> glitches;  ///< one more edge an eighth of a plane too early
+    std::set<std::uint64_t> flips;  ///< refreshes at which no new picture comes: it comes at the next one
+  };
+  /// A picture's scan-out began at `tick`, in refresh `refresh`.
+  struct Flip {
+    std::uint64_t refresh;
+    std::uint64_t tick;
+    std::int64_t picture;
   };
 
   explicit SimPlaneProjector(const SimBoard& board, const SimPlaneProjectorConfig& config = {});
@@ -100,6 +107,12 @@ class SimPlaneProjector final : public Peripheral {
   /// Hands picture `index` over: runs the board to the next refresh, at which its scan-out begins. Returns
   /// that refresh's tick.
   std::uint64_t show(std::int64_t index, SimBoard& board);
+  /// Hands a picture over in each refresh: order[k] for refresh k after the one at which the scan-out of
+  /// order[0] begins. Runs the board to that refresh. A picture that is late in its refresh is on the screen
+  /// in the next one, in place of that one's own. Returns order[0]'s flip.
+  Flip play(const std::vector<std::int64_t>& order, SimBoard& board);
+  /// Runs the board to the last flip of play(). Returns all its flips.
+  std::vector<Flip> played(SimBoard& board);
   /// The planes that were bright during [begin, end), in order.
   std::vector<Lit> lit(std::uint64_t begin, std::uint64_t end) const;
   /// Number of refreshes so far.
@@ -138,6 +151,7 @@ class SimPlaneProjector final : public Peripheral {
   std::uint64_t refresh_ = 1;  // that events_[next_] belongs to
   std::uint64_t stopped_at_ = kNever;
   std::vector<Picture> pictures_;
+  std::vector<Flip> flips_;  // of play()
 };
 
 struct SimCameraConfig {
