@@ -5,8 +5,12 @@ if(NOT Python3_EXECUTABLE AND EXISTS /usr/bin/python3)
   set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the package symrig is for")
 endif()
 set(SYMRIG_PYTHON_FOUND OFF)
-if(CMAKE_CROSSCOMPILING OR SYMRIG_BOARD OR SYMRIG_SANITIZE OR SYMRIG_FUZZ)
-  # A sanitizer's run-time must be loaded before Python.
+if(CMAKE_CROSSCOMPILING OR SYMRIG_BOARD OR SYMRIG_FUZZ)
+  return()
+endif()
+# GCC's run-time of AddressSanitizer is a library that can be loaded before Python (tests/python). ThreadSanitizer would
+# report the interpreter's own threads.
+if(SYMRIG_SANITIZE AND NOT (SYMRIG_SANITIZE MATCHES address AND CMAKE_CXX_COMPILER_ID STREQUAL GNU))
   return()
 endif()
 find_package(Python3 3.9 QUIET COMPONENTS Interpreter Development.Module NumPy)

@@ -68,7 +68,8 @@ std::string rig_help() {
          "    in virtual time\n"
          "  exec:COMMAND: a program of yours, which gets patterns and answers photographs "
          "(docs/howto-own-rig.md)\n"
-         "  dense:FILE or dense:FILE?grid=ROWSxCOLS: a matrix T of yours in a .npy, .mat or HDF5 file\n"
+         "  dense:FILE or dense:FILE?grid=ROWSxCOLS&views=ROWSxCOLS: a matrix T of yours in a .npy, .mat or "
+         "HDF5 file\n"
          "Scenes:\n" +
          scene_help() + "Keys of a simulated rig, with their defaults:\n" + scene_key_help();
 }

@@ -19,6 +19,8 @@ from served import Server, free_port, run
 
 GREETING = b"symrig-exec 1\n"
 RIG = "sim:vgroove-textured?size=16x12&noise=off"
+# A fixed bracket: what a capture expects of a photograph stays on its side of the socket, and would change the exposures.
+VIEWS = "sim:views2?size=24x20&exposures=4"
 CELLS = 16 * 12
 RECORD = 9 * CELLS
 
@@ -83,6 +85,27 @@ def captures_are_the_same(symrig, connect, place, folder):
     for _ in range(2):  # each client gets a new rig
         assert captured(f"exec:{sys.executable} -B {connect} {place}", "served") == direct
     assert captured(RIG.replace("vgroove-textured", "gummy"), "other") != direct
+
+
+def views_are_the_same(symrig, connect, path, folder):
+    """A rig of several views says so, or the search would cut its grid as one picture and show other patterns."""
+
+    def captured(rig, name):
+        run(symrig, "capture", "--rig", rig, "-o", f"{folder}/{name}.h5", "--polish", "1")
+        return content(f"{folder}/{name}.h5")
+
+    direct = captured(VIEWS, "views")
+    assert direct["@camera_views"] == direct["@projector_views"] == "[2 2]", direct.keys()
+    server = photographs(symrig, f"unix:{path}", VIEWS)
+    try:
+        for _ in range(2):
+            assert captured(f"exec:{sys.executable} -B {connect} {server.place}", "served-views") == direct
+        client = Client(server.place)
+        assert client.answer.startswith(b"version=1 cells=24x20 camera=24x20 views=2x2 channels=1 name="), client.answer
+        client.close()
+        assert server.end() == 0
+    finally:
+        server.process.kill()
 
 
 def a_second_client_is_refused(symrig, connect, place, folder):
@@ -198,6 +221,7 @@ def main(symrig, connect):
         path = f"{folder}/rig.sock"
         refusals(symrig, path)
         the_client_says_what_is_wrong(connect, path)
+        views_are_the_same(symrig, connect, path, folder)
         server = photographs(symrig, f"unix:{path}")
         try:
             captures_are_the_same(symrig, connect, server.place, folder)

@@ -46,7 +46,7 @@ class Passed(symrig.Probe):
     """A rig of the library behind a rig of Python."""
 
     def __init__(self, rig):
-        self.rig, self.grid, self.channels = rig, rig.grid, rig.channels
+        self.rig, self.grid, self.channels, self.views = rig, rig.grid, rig.channels, rig.views
 
     def measure(self, patterns):
         self.seconds = self.rig.cost["seconds"]
@@ -75,6 +75,16 @@ def test_colour_photographs_of_python(colour):
     with symrig.open_rig(COLOUR) as rig:
         scene = symrig.capture(Passed(rig), polish=0)
     assert np.array_equal(scene.to_numpy(), colour.to_numpy())
+
+
+def test_views_of_python():
+    """A fixed bracket: what a capture expects of a photograph does not reach a rig of Python, and would change the exposures."""
+    name = "sim:views2?size=24x20&exposures=4"
+    wanted = symrig.capture(name, polish=0)
+    with symrig.open_rig(name) as rig:
+        scene = symrig.capture(Passed(rig), polish=0)
+    assert scene.views == wanted.views == (2, 2)
+    assert np.array_equal(scene.to_numpy(), wanted.to_numpy())
 
 
 def test_progress_and_its_stop():

@@ -12,6 +12,10 @@ GROOVE = "sim:vgroove-textured?size=32x24&exposures=4"
 COLOUR = "sim:gummy?size=12x16&channels=3&exposures=4"
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "once: a build with a sanitizer leaves it out")
+
+
 @pytest.fixture(scope="session")
 def root():
     return pathlib.Path(os.environ["SYMRIG_ROOT"])

@@ -25,6 +25,7 @@ def test_every_notebook_has_a_test(root):
     assert sorted(path.stem for path in (root / "examples/notebooks").glob("*.ipynb")) == sorted(BOOKS)
 
 
+@pytest.mark.once
 @pytest.mark.parametrize("name", BOOKS)
 def test_a_notebook_runs(name, root, tmp_path):
     nbclient = pytest.importorskip("nbclient")

@@ -20,6 +20,7 @@ def run_mypy(*words):
     return subprocess.run([sys.executable, "-m", "mypy", *MYPY, "--cache-dir=/dev/null", *words], capture_output=True, text=True, cwd=FOLDER.parent, check=False)
 
 
+@pytest.mark.once
 def test_types_are_right_and_are_seen_from_outside(tmp_path):
     """One run of mypy: the package itself, and a user's file with one planted error."""
     (tmp_path / "user.py").write_text(
@@ -73,6 +74,7 @@ def test_errors_have_code_cause_and_next_step():
     assert failure.value.cause and str(failure.value) == f"{failure.value.cause}; {failure.value.next_step}"
 
 
+@pytest.mark.once
 def test_the_wheel_installs_and_works(root, groove_file, tmp_path):
     """Unpacked as an installer does; every file is in RECORD with its digest."""
     import base64

@@ -25,12 +25,15 @@ namespace symrig::apps {
 namespace {
 
 struct ImportArguments {
-  std::string matrix, grid, output, json, algorithm = std::string(algorithm_names().front());
+  std::string matrix, grid, views, output, json, algorithm = std::string(algorithm_names().front());
   std::optional<double> tolerance;
 };
 
 std::string rig_of(const ImportArguments& arguments) {
-  return "dense:" + arguments.matrix + (arguments.grid.empty() ? "" : "?grid=" + arguments.grid);
+  std::string rig = "dense:" + arguments.matrix;
+  if (!arguments.grid.empty()) rig += "?grid=" + arguments.grid;
+  if (!arguments.views.empty()) rig += (arguments.grid.empty() ? "?views=" : "&views=") + arguments.views;
+  return rig;
 }
 
 Result<CaptureOptions> options_of(const ImportArguments& arguments) {
@@ -100,6 +103,10 @@ Job add_import(CLI::App& command) {
       .add_option("--grid", arguments->grid,
                   "Rows and columns of the picture (default: as the file states it, or a square)")
       ->type_name("ROWSxCOLUMNS");
+  command
+      .add_option("--views", arguments->views,
+                  "Rows and columns of the views that tile the picture (default: one view)")
+      ->type_name("VxW");
   command.add_option("--algorithm", arguments->algorithm, listed(algorithm_names()))
       ->type_name("NAME")
       ->capture_default_str();

@@ -93,7 +93,8 @@ Result<OpenedRig> open_dense_rig(const std::string& rig) {
   SYMRIG_TRY(const DenseUri uri, parse_dense_uri(rig));
   SYMRIG_TRY(DenseMatrix matrix, read_dense(uri));
   Result<void> symmetric = check_symmetric_matrix(matrix, rig);
-  return OpenedRig{make_dense_rig(std::move(matrix), rig), nullptr, "off", nullptr, std::move(symmetric)};
+  return OpenedRig{make_dense_rig(std::move(matrix), rig, uri.views), nullptr, "off", nullptr,
+                   std::move(symmetric)};
 }
 
 bool is_exec(const std::string& rig) {

@@ -3,8 +3,10 @@
 
 #include "sim/dense/raw_matrix.hpp"
 #include "symrig/base/atomic_file.hpp"
+#include "symrig/base/nearest_name.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -21,7 +23,8 @@
 namespace symrig {
 namespace {
 
-constexpr std::string_view kDense = "dense:", kGrid = "?grid=";
+constexpr std::string_view kDense = "dense:";
+constexpr std::array<std::string_view, 2> kKeys{"grid", "views"};
 constexpr std::int64_t kMostPixels = sim::kMostDensePixels;
 constexpr std::uint64_t kMostFileBytes = std::uint64_t{1} << 36;
 
@@ -30,6 +33,42 @@ std::optional<std::int64_t> number(std::string_view text) {
   const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || stop != text.data() + text.size()) return std::nullopt;
   return value;
+}
+
+/// "48x64"; both from 1 to kMostPixels.
+std::optional<Grid> sides(std::string_view text) {
+  const std::size_t cross = std::min(text.find('x'), text.size());
+  const std::int64_t rows = number(text.substr(0, cross)).value_or(0);
+  const std::int64_t cols = number(text.substr(std::min(cross + 1, text.size()))).value_or(0);
+  if (rows < 1 || cols < 1 || rows > kMostPixels || cols > kMostPixels) return std::nullopt;
+  return Grid{static_cast<int>(rows), static_cast<int>(cols)};
+}
+
+/// Where "?key=" of the first key begins; npos: nowhere. A file's name may contain "?".
+std::size_t query_of(std::string_view rest) {
+  const std::size_t at = rest.rfind('?');
+  if (at == std::string_view::npos) return at;
+  const std::string_view query = rest.substr(at + 1);
+  const bool key =
+      std::ranges::any_of(kKeys, [query](auto name) { return query.starts_with(std::string(name) + "="); });
+  return key ? at : std::string_view::npos;
+}
+
+/// Reads one "key=ROWSxCOLS".
+Result<void> take(DenseUri& uri, std::string_view word, const std::string& rig) {
+  const std::size_t equals = std::min(word.find('='), word.size());
+  const std::string_view key = word.substr(0, equals);
+  if (std::ranges::find(kKeys, key) == kKeys.end())
+    return Error{ErrorCode::bad_argument, fmt::format("there is no key '{}' in {}", key, rig),
+                 nearest_hint(key, kKeys)};
+  const auto value = sides(word.substr(std::min(equals + 1, word.size())));
+  if (!value)
+    return Error{
+        ErrorCode::bad_argument, fmt::format("{} in {} is no size", word, rig),
+        fmt::format("write it as dense:T.npy?{}={}, rows x columns", key, key == "grid" ? "48x64" : "2x2")};
+  if (key == "grid") uri.grid = *value;
+  if (key == "views") uri.views = {value->rows, value->cols};
+  return {};
 }
 
 using sim::RawMatrix;
@@ -97,9 +136,11 @@ Result<RawMatrix> read_raw(const std::filesystem::path& path) {
 
 class DenseRig final : public Probe {
  public:
-  DenseRig(DenseMatrix matrix, std::string name) : matrix_(std::move(matrix)), name_(std::move(name)) {}
+  DenseRig(DenseMatrix matrix, std::string name, ViewLayout views)
+      : matrix_(std::move(matrix)), name_(std::move(name)), views_(views) {}
 
   Grid grid() const override { return matrix_.grid; }
+  ViewLayout views() const override { return views_; }
   int channels() const override { return 1; }
   Result<std::vector<Radiance>> measure(std::span<const Pattern> patterns) override {
     SYMRIG_CHECK(check_patterns(*this, patterns));
@@ -129,6 +170,7 @@ class DenseRig final : public Probe {
 
   DenseMatrix matrix_;
   std::string name_;
+  ViewLayout views_;
   std::int64_t photographs_ = 0;
 };
 
@@ -140,16 +182,15 @@ bool is_dense(const std::string& rig) {
 
 Result<DenseUri> parse_dense_uri(const std::string& rig) {
   const std::string_view rest = std::string_view(rig).substr(std::min(kDense.size(), rig.size()));
-  const std::size_t at = rest.rfind(kGrid);
-  if (at == std::string_view::npos) return DenseUri{rest};
-  const std::string_view size = rest.substr(at + kGrid.size());
-  const std::size_t cross = std::min(size.find('x'), size.size());
-  const std::int64_t rows = number(size.substr(0, cross)).value_or(0);
-  const std::int64_t cols = number(size.substr(std::min(cross + 1, size.size()))).value_or(0);
-  if (rows >= 1 && cols >= 1 && rows <= kMostPixels && cols <= kMostPixels)
-    return DenseUri{rest.substr(0, at), {static_cast<int>(rows), static_cast<int>(cols)}};
-  return Error{ErrorCode::bad_argument, fmt::format("grid={} in {} is no size", size, rig),
-               "write it as dense:T.npy?grid=48x64, rows x columns"};
+  const std::size_t at = query_of(rest);
+  DenseUri uri{rest.substr(0, at)};
+  if (at == std::string_view::npos) return uri;
+  for (std::string_view query = rest.substr(at + 1);;) {
+    const std::size_t end = query.find('&');
+    SYMRIG_CHECK(take(uri, query.substr(0, end), rig));
+    if (end == std::string_view::npos) return uri;
+    query.remove_prefix(end + 1);
+  }
 }
 
 Result<DenseMatrix> read_dense(const DenseUri& uri) {
@@ -157,6 +198,11 @@ Result<DenseMatrix> read_dense(const DenseUri& uri) {
   const std::string file = uri.file.string();
   SYMRIG_TRY(const RawMatrix raw, read_raw(uri.file));
   SYMRIG_TRY(const Grid grid, grid_of(raw, uri));
+  if (!uri.views.fits(grid))
+    return Error{
+        ErrorCode::bad_argument,
+        fmt::format("{}: views {} do not tile a grid of {}", file, to_string(uri.views), to_string(grid)),
+        "give the rows and columns of views that tile the grid"};
   const auto n = static_cast<std::size_t>(grid.size());
   const std::size_t needed = raw.data + n * n * size_of(raw.type);
   // A .mat file may hold other variables after this one.
@@ -183,8 +229,8 @@ double asymmetry(const DenseMatrix& matrix) {
   return largest > 0 ? static_cast<double>(difference) / static_cast<double>(largest) : 0;
 }
 
-std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name) {
-  return std::make_unique<DenseRig>(std::move(matrix), std::move(name));
+std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name, ViewLayout views) {
+  return std::make_unique<DenseRig>(std::move(matrix), std::move(name), views);
 }
 
 }  // namespace symrig

@@ -119,6 +119,18 @@ TEST(ExecProbe, a_camera_may_have_pixels_of_its_own) {
   expect_probe_laws(*probe);
 }
 
+TEST(ExecProbe, views_are_as_stated) {
+  const auto views_of = [](const std::string& words) {
+    const auto probe = open(child("none", "", "version=1 cells=3x4 channels=1" + words));
+    return probe == nullptr ? ViewLayout{0, 0} : probe->views();
+  };
+  EXPECT_EQ(views_of(" views=2x3"), (ViewLayout{2, 3}));
+  EXPECT_EQ(views_of(" views=3x4"), (ViewLayout{3, 4}));  // a pixel each
+  EXPECT_EQ(views_of(" views=1x1"), ViewLayout{});
+  EXPECT_EQ(views_of(""), ViewLayout{});                             // a child that knows no views
+  EXPECT_EQ(views_of(" camera=2x2 views=3x1"), (ViewLayout{3, 1}));  // they tile the cells
+}
+
 TEST(ExecProbe, keeps_the_laws) {
   expect_probe_laws(*open(child()));
 }
@@ -200,6 +212,13 @@ TEST(ExecProbe, an_answer_that_is_none_is_refused) {
   answers("version=1 cells=3x4 channels=1 quick", kWrong, {"'quick'", "key=value"});
   answers("version=1 cells=3x4 channels=1 name=a\\033b", kWrong, {"\\x1b"});
   answers("version=1 cells=3x4 channels=1 patience=0", kWrong, {"patience=0"});
+  for (const char* views : {"0x1", "1x0", "-1x1", "2", "2x", "x2", "2x2x2", "2.5x1", "2by2", "two"})
+    answers(fmt::format("version=1 cells=3x4 channels=1 views={}", views), kWrong,
+            {fmt::format("views={}", views), "ROWSxCOLUMNS"});
+  for (const char* views : {"4x1", "1x5", "99999999999999999999x1"})
+    answers(fmt::format("version=1 views={} cells=3x4 channels=1", views), kWrong, {"views=", "cells=3x4"});
+  answers("version=1 cells=3x4 channels=1 views=", kWrong, {"'views='"});
+  answers("version=1 cells=3x4 channels=1 views=1x2 views=1x2", kWrong, {"views twice"});
   answers("version=1 cells=3x4 channels=65", ErrorCode::limit, {"channels=65", "64"});
   answers("version=1 cells=99999x99999 channels=1", ErrorCode::limit, {"99999x99999"});
   answers("version=1 cells=99999999999999999999x1 channels=1", ErrorCode::limit, {"cells="});

@@ -28,9 +28,9 @@ std::string npy(const std::vector<float>& values, const std::string& shape) {
 
 class DenseRig : public testing::Test {
  protected:
-  Result<DenseMatrix> read(const std::string& bytes, Grid grid = {}) {
+  Result<DenseMatrix> read(const std::string& bytes, Grid grid = {}, ViewLayout views = {}) {
     std::ofstream(path_, std::ios::binary) << bytes;
-    return read_dense({path_, grid});
+    return read_dense({path_, grid, views});
   }
 
   test::Scratch folder_;
@@ -86,6 +86,16 @@ TEST_F(DenseRig, a_damaged_head_is_refused_or_harmless) {
   EXPECT_GT(refused, 100U);
 }
 
+TEST_F(DenseRig, its_views_tile_its_grid) {
+  const auto file = npy(values_, "(4, 4)");
+  EXPECT_TRUE(read(file, {2, 2}, {2, 1}).ok());
+  EXPECT_EQ(read(file, {2, 2}, {3, 1}).error().code, ErrorCode::bad_argument);
+  auto matrix = read(file, {1, 4});
+  ASSERT_TRUE(matrix.ok()) << matrix.error().line();
+  EXPECT_EQ(make_dense_rig(*matrix, "dense:T.npy")->views(), ViewLayout{});
+  EXPECT_EQ(make_dense_rig(*std::move(matrix), "dense:T.npy", {1, 2})->views(), (ViewLayout{1, 2}));
+}
+
 TEST(DenseUri, names_a_file_and_perhaps_a_grid) {
   EXPECT_TRUE(is_dense("dense:T.npy") && !is_dense("T.npy"));
   EXPECT_EQ(parse_dense_uri("dense:a?b.npy")->file, "a?b.npy");
@@ -95,6 +105,24 @@ TEST(DenseUri, names_a_file_and_perhaps_a_grid) {
   for (const char* wrong : {"", "4", "x", "0x4", "4x", "4x4x4", "-1x4", "99999999999999999999x1"})
     EXPECT_EQ(parse_dense_uri(std::string("dense:T.npy?grid=") + wrong).error().code, ErrorCode::bad_argument)
         << wrong;
+}
+
+TEST(DenseUri, names_views) {
+  EXPECT_EQ(parse_dense_uri("dense:T.npy")->views, ViewLayout{});
+  EXPECT_EQ(parse_dense_uri("dense:a?views.npy?views=2x3")->views, (ViewLayout{2, 3}));
+  EXPECT_EQ(parse_dense_uri("dense:a?views=2x3?grid=4x4")->file, "a?views=2x3");
+  for (const char* const query : {"grid=48x64&views=2x3", "views=2x3&grid=48x64"}) {
+    const auto uri = parse_dense_uri(std::string("dense:T.npy?") + query);
+    ASSERT_TRUE(uri.ok()) << query;
+    EXPECT_EQ(uri->file, "T.npy");
+    EXPECT_EQ(uri->grid, (Grid{48, 64}));
+    EXPECT_EQ(uri->views, (ViewLayout{2, 3}));
+  }
+  for (const char* const wrong : {"views=", "views=2", "views=0x2", "views=2x2x2", "grid=4x4&",
+                                  "grid=4x4&views", "grid=4x4&view=2x2", "grid=4x4&&views=2x2"})
+    EXPECT_EQ(parse_dense_uri(std::string("dense:T.npy?") + wrong).error().code, ErrorCode::bad_argument)
+        << wrong;
+  EXPECT_NE(parse_dense_uri("dense:T.npy?grid=4x4&view=2x2").error().line().find("views"), std::string::npos);
 }
 
 }  // namespace

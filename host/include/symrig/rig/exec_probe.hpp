@@ -35,6 +35,7 @@ class ExecProbe final : public Probe {
 
   Grid grid() const override;
   Grid camera_grid() const override;
+  ViewLayout views() const override;
   int channels() const override;
   /// The patterns go to the child in batches of at most kExecBatch.
   /// fails: also device_lost (the child has ended or has closed a pipe), protocol (its answer breaks the

@@ -17,10 +17,11 @@ struct DenseMatrix {
   std::vector<float> values;  ///< [camera pixel × projector pixel], row after row
 };
 
-/// What `dense:FILE` or `dense:FILE?grid=ROWSxCOLS` names.
+/// What `dense:FILE` or `dense:FILE?grid=ROWSxCOLS&views=ROWSxCOLS` names. Each key may be left out.
 struct DenseUri {
   std::filesystem::path file;
-  Grid grid = {};  ///< 0x0: not given
+  Grid grid = {};         ///< 0x0: not given
+  ViewLayout views = {};  ///< that tile the grid
 };
 
 /// True for "dense:…".
@@ -36,13 +37,14 @@ Result<DenseUri> parse_dense_uri(const std::string& rig);
 /// shapes: [rows, cols, rows, cols] (camera, then projector), or [n, n] with n = grid.size(). Without a grid,
 /// n must be a square number: the grid is then a square. Numbers are real. fails: as read_file; bad_format
 /// (none of these, other numbers, truncated), size_mismatch, bad_value (NaN or infinity), limit (more than
-/// 2^16 pixels).
+/// 2^16 pixels), bad_argument (views that do not fit the grid).
 Result<DenseMatrix> read_dense(const DenseUri& uri);
 
 /// The largest |T_ij - T_ji| as a share of the largest |T_ij|.
 double asymmetry(const DenseMatrix& matrix);
 
 /// A rig whose photographs are T · pattern, exact to the rounding of one float. It has no clock and no noise.
-std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name);
+/// needs: views.fits(matrix.grid).
+std::unique_ptr<Probe> make_dense_rig(DenseMatrix matrix, std::string name, ViewLayout views = {});
 
 }  // namespace symrig

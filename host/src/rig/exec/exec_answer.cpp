@@ -15,7 +15,8 @@
 namespace symrig::rig {
 namespace {
 
-constexpr std::array<std::string_view, 6> kKeys{"version", "cells", "camera", "channels", "name", "patience"};
+constexpr std::array<std::string_view, 7> kKeys{"version",  "cells", "camera",  "views",
+                                                "channels", "name",  "patience"};
 constexpr std::int64_t kLongestPatience = 86'400;  // seconds
 
 Error wrong(std::string what) {
@@ -41,14 +42,19 @@ std::vector<std::string_view> words_of(std::string_view line) {
   return words;
 }
 
-Result<Grid> parse_grid(std::string_view key, std::string_view text) {
+/// ROWSxCOLUMNS, both from 1. One that does not fit becomes the largest.
+Result<Grid> parse_pair(std::string_view key, std::string_view text) {
   const std::size_t cross = text.find('x');
   const auto rows = number(text.substr(0, cross));
   const auto cols = cross == std::string_view::npos ? std::nullopt : number(text.substr(cross + 1));
   if (!rows || !cols || *rows == 0 || *cols == 0)
     return wrong(fmt::format("{}={}, which is not ROWSxCOLUMNS", key, text));
-  const Grid grid{static_cast<int>(std::min<std::int64_t>(*rows, INT32_MAX)),
-                  static_cast<int>(std::min<std::int64_t>(*cols, INT32_MAX))};
+  return Grid{static_cast<int>(std::min<std::int64_t>(*rows, INT32_MAX)),
+              static_cast<int>(std::min<std::int64_t>(*cols, INT32_MAX))};
+}
+
+Result<Grid> parse_grid(std::string_view key, std::string_view text) {
+  SYMRIG_TRY(const Grid grid, parse_pair(key, text));
   if (grid.valid()) return grid;
   return Error{ErrorCode::limit, fmt::format("answers {}={}, but a grid has at most 2^30 places", key, text),
                "use fewer"};
@@ -69,6 +75,9 @@ Result<void> take(ExecShape& shape, std::string_view key, std::string_view value
     SYMRIG_TRY(shape.cells, parse_grid(key, value));
   } else if (key == "camera") {
     SYMRIG_TRY(shape.camera, parse_grid(key, value));
+  } else if (key == "views") {
+    SYMRIG_TRY(const Grid views, parse_pair(key, value));
+    shape.views = {views.rows, views.cols};
   } else if (key == "channels") {
     SYMRIG_TRY(const std::int64_t channels, in_range(key, value, kExecChannels));
     shape.channels = static_cast<int>(channels);
@@ -84,6 +93,9 @@ Result<void> take(ExecShape& shape, std::string_view key, std::string_view value
 Result<void> check_complete(const ExecShape& shape) {
   if (shape.cells == Grid{}) return wrong("no cells=ROWSxCOLUMNS");
   if (shape.channels == 0) return wrong("no channels=N");
+  if (!shape.views.fits(shape.cells))
+    return wrong(fmt::format("views={}, more than cells={} has places", to_string(shape.views),
+                             to_string(shape.cells)));
   const std::int64_t bytes = 4 * shape.cells.size() + shape.photograph_bytes();
   if (bytes <= kExecLargest) return {};
   return Error{ErrorCode::limit,

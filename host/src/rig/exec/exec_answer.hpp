@@ -3,7 +3,7 @@
 
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
-#include "symrig/image/grid.hpp"
+#include "symrig/image/view_layout.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -15,6 +15,7 @@ namespace symrig::rig {
 /// What an exec: rig states about itself.
 struct ExecShape {
   Grid cells, camera;
+  ViewLayout views;
   int channels = 0;
   std::string name;
   std::optional<Nanoseconds> patience;

@@ -212,6 +212,10 @@ Grid ExecProbe::camera_grid() const {
   return conversation_->shape().camera;
 }
 
+ViewLayout ExecProbe::views() const {
+  return conversation_->shape().views;
+}
+
 int ExecProbe::channels() const {
   return conversation_->shape().channels;
 }

@@ -35,9 +35,11 @@ std::string name_of(const Probe& rig) {
   return name;
 }
 
+/// A rig of one view does not state it: hosts from before this word know no views.
 std::string answer_of(const Probe& rig) {
-  return fmt::format("version=1 cells={} camera={} channels={} name={}\n", to_string(rig.grid()),
-                     to_string(rig.camera_grid()), rig.channels(), name_of(rig));
+  const std::string views = rig.views().single() ? "" : fmt::format(" views={}", to_string(rig.views()));
+  return fmt::format("version=1 cells={} camera={}{} channels={} name={}\n", to_string(rig.grid()),
+                     to_string(rig.camera_grid()), views, rig.channels(), name_of(rig));
 }
 
 /// N of "measure N".
