@@ -86,14 +86,15 @@ class WindowSums {
 /// against noise alone. Without direct light (a shadow that other surfaces light) they are not, even if the
 /// coarse stripes seem to give a position.
 Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const StripeDecoder& rows,
-                                      const Image<std::uint8_t>& lit, double sigmas) {
+                                      const LightMask& light, double sigmas) {
+  const Image<std::uint8_t>& lit = light.lit;
   const Grid grid = lit.grid();
   Image<float> energy(grid);
   tbb::parallel_for(std::size_t{0}, energy.values().size(), [&](std::size_t i) {
     if (lit.values()[i]) energy.values()[i] = columns.fine_energy(i) + rows.fine_energy(i);
   });
-  // Each pixel adds four squares of mean 1 and variance 2.
-  constexpr double kSquares = 4;
+  constexpr double kSquares = 4;  // of each pixel, with mean 1
+  const double spread = light.noise.squares_deviation(kSquares);
   Image<std::uint8_t> direct(grid);
   tbb::parallel_for(0, grid.rows, [&](int row) {
     const WindowSums sums(energy, lit, row);
@@ -101,7 +102,7 @@ Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const Stripe
       if (!lit.at(row, col)) continue;
       const auto [sum, pixels] = sums.around(col);
       const double squares = kSquares * pixels;
-      direct.at(row, col) = sum > squares + sigmas * std::sqrt(2 * squares) ? 1 : 0;
+      direct.at(row, col) = sum > squares + sigmas * spread * std::sqrt(pixels) ? 1 : 0;
     }
   });
   return direct;
@@ -211,7 +212,7 @@ Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions&
   const StripeDecoder columns(photographs, StripeAxis::columns, options, light.noise, light.lit);
   const StripeDecoder rows(photographs, StripeAxis::rows, options, light.noise, light.lit);
   // A pixel must pass each test. So the later ones see only what the earlier ones left.
-  auto mask = find_direct_light(columns, rows, light.lit, options.policy.direct_sigmas);
+  auto mask = find_direct_light(columns, rows, light, options.policy.direct_sigmas);
   AxisSightings x = columns.decode(mask);
   keep_trusted(mask, x, options.policy);
   AxisSightings y = rows.decode(mask);
