@@ -26,7 +26,8 @@ double robust_square(const std::vector<double>& values, double step) {
   return count == 0 ? 0 : sum / count;
 }
 
-/// The distance from one code to the next: the least distance of two values. Negligible for radiance.
+/// The distance from one code to the next: the least distance of two values. Negligible for radiance. 0 if it
+/// is larger than that of 8-bit codes: then a picture has too few values to tell.
 double code_step(const CodePhotographs& photographs) {
   const auto white = photographs.white().values();
   std::vector<float> values;
@@ -35,7 +36,8 @@ double code_step(const CodePhotographs& photographs) {
   float step = 1;
   for (std::size_t i = 0; i + 1 < values.size(); ++i)
     if (values[i + 1] > values[i]) step = std::min(step, values[i + 1] - values[i]);
-  return step < 1 ? static_cast<double>(step) : 0;
+  constexpr float kLargest = 1.01F / 255;
+  return step < kLargest ? static_cast<double>(step) : 0;
 }
 
 /// No photograph is better than its rounding to codes.

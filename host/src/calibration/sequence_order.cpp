@@ -244,7 +244,12 @@ class Explanations {
     return roles;
   }
   std::vector<Role> usual() const { return divided(code().column_bits()); }
-  std::string names(int pair) const { return light_.name(2 * pair) + " and " + light_.name(2 * pair + 1); }
+  /// Of the photographs of a pair. A derived complement is none.
+  std::string names(int pair) const {
+    const std::string& pattern = light_.name(2 * pair);
+    return derived() ? pattern : pattern + " and " + light_.name(2 * pair + 1);
+  }
+  bool derived() const { return light_.photographs.complements_derived; }
   std::string full(int pair) const { return names(pair) + " (" + code().pair(pair).name + ")"; }
 
   void add(std::vector<Role> roles, std::string text, std::string advice, int pair, bool vague = false) {
@@ -260,7 +265,10 @@ class Explanations {
     for (const int k : light_.pairs) {
       auto roles = usual();
       roles[k].inverted = true;
-      add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
+      if (derived())
+        add(roles, full(k) + " shows the complement of its pattern", "photograph it again", k);
+      else
+        add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
       roles = usual();
       roles[k].known = false;
       add(roles, full(k) + " do not show their stripes", "photograph the sequence again", k, true);
@@ -294,7 +302,10 @@ class Explanations {
             "give the size of the projector that showed it, in rows x columns", -1);
     auto roles = usual();
     for (Role& role : roles) role.inverted = true;
-    add(roles, "every complement comes before its pattern", "exchange the two files of each pair", -1);
+    add(roles,
+        derived() ? "every photograph shows the complement of its pattern"
+                  : "every complement comes before its pattern",
+        derived() ? "photograph the patterns" : "exchange the two files of each pair", -1);
     roles = usual();
     for (Role& role : roles)
       role.bit = (role.axis == 0 ? code().column_bits() : code().row_bits()) - 1 - role.bit;

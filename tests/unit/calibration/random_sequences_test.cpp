@@ -3,10 +3,12 @@
 // once.
 #include "../../benchmark/random_sequence.hpp"
 #include "calibration/photograph_noise.hpp"
+#include "symrig/base/quantile.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -98,6 +100,56 @@ TEST_P(RightSequence, has_its_noise_estimated) {
   EXPECT_EQ(derived.in_difference, 6);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RightSequence, testing::Values(14, 220, 266, 283));
+
+/// Share of the valid pixels that see the border from 1.5 projector pixels or more beyond it.
+double share_beyond(const PixelMap& map, const RandomSequence& truth) {
+  const auto outside = [](float at, int size) { return at < -2.0F || at > static_cast<float>(size) + 1.0F; };
+  double valid = 0, beyond = 0;
+  for (std::size_t i = 0; i < map.mask.values().size(); ++i) {
+    if (!map.mask.values()[i]) continue;
+    valid += 1;
+    beyond += outside(truth.col.values()[i], map.projector.cols) ||
+                      outside(truth.row.values()[i], map.projector.rows)
+                  ? 1
+                  : 0;
+  }
+  return beyond / valid;
+}
+
+// The border's blur lights pixels beyond it. 0.1 % of the pixels of these scenes once got a position there.
+TEST(ProjectorBorder, gives_no_position_to_pixels_beyond_it) {
+  for (const std::uint64_t seed : {14, 16}) {
+    const Scene scene = scene_of(seed);
+    const auto map = decode(scene.sequence.photographs);
+    ASSERT_TRUE(map.ok()) << map.error().line();
+    EXPECT_LE(share_beyond(*map, scene.sequence), 0.0001) << seed;
+  }
+}
+
+/// Error over stated sigma, robust: 1 if the sigma is right.
+double stated_ratio(const PixelMap& map, const RandomSequence& truth) {
+  std::vector<double> ratios;
+  for (int r = 3; r < kCamera.rows - 3; ++r)
+    for (int c = 3; c < kCamera.cols - 3; ++c) {
+      bool edge = map.mask.at(r, c) == 0;
+      for (int y = -3; y <= 3; ++y)
+        for (int x = -3; x <= 3; ++x) edge |= truth.layer.at(r + y, c + x) != truth.layer.at(r, c);
+      if (edge) continue;
+      ratios.push_back(static_cast<double>((map.col.at(r, c) - truth.col.at(r, c)) / map.col_sigma.at(r, c)));
+      ratios.push_back(static_cast<double>((map.row.at(r, c) - truth.row.at(r, c)) / map.row_sigma.at(r, c)));
+    }
+  return robust_sigma(ratios, 0);
+}
+
+// With the same model error for all, these were 0.58, 0.60 and 1.35.
+TEST(StatedSigma, is_that_of_the_sequence) {
+  for (const std::uint64_t seed : {7, 17, 14}) {
+    const Scene scene = scene_of(seed);
+    const auto map = decode(scene.sequence.photographs);
+    ASSERT_TRUE(map.ok()) << map.error().line();
+    EXPECT_NEAR(stated_ratio(*map, scene.sequence), 1, 0.2) << seed;
+  }
+}
 
 // A pattern without its complement shows a fault as a pair does: the stripes contradict their order.
 TEST(WithoutComplements, an_inverted_pattern_is_named) {
