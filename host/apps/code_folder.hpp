@@ -33,6 +33,7 @@ inline constexpr const char* kCodeFolderHelp =
     "  1. column bits, most significant first, each followed by its complement\n"
     "  2. row bits in the same way\n"
     "  3. white, then black\n"
+    "With --projector, the complements or the row bits may be missing.\n"
     "OpenCV's Gray-code generator writes this order.\n";
 
 }  // namespace symrig::apps

@@ -63,9 +63,11 @@ struct Error {
   double size() const { return std::hypot(col, row); }
 };
 
+/// Along the axes that the map knows.
 Error error_at(const RandomSequence& truth, const PixelMap& map, int r, int c, int true_r, int true_c) {
-  return {static_cast<double>(map.col.at(r, c) - truth.col.at(true_r, true_c)),
-          static_cast<double>(map.row.at(r, c) - truth.row.at(true_r, true_c))};
+  const auto col = static_cast<double>(map.col.at(r, c) - truth.col.at(true_r, true_c));
+  if (map.axes == symrig::CodeAxes::columns) return {col, 0};
+  return {col, static_cast<double>(map.row.at(r, c) - truth.row.at(true_r, true_c))};
 }
 
 /// At an edge a pixel sees two surfaces. The position of either is right.
@@ -118,7 +120,8 @@ Tally compare(const RandomSequence& truth, const PixelMap* map) {
       const double x = judged.error.col / static_cast<double>(map->col_sigma.values()[i]),
                    y = judged.error.row / static_cast<double>(map->row_sigma.values()[i]);
       tally.far.add(std::abs(x) > kFarSigmas || std::abs(y) > kFarSigmas);
-      tally.stated.push_back(x), tally.stated.push_back(y);
+      tally.stated.push_back(x);
+      if (map->axes == symrig::CodeAxes::both) tally.stated.push_back(y);
     }
   return tally;
 }
@@ -148,9 +151,9 @@ constexpr Option kOptions[] = {{"--quarter", Kind::quarter},
                                {"--columns", Kind::columns_only},
                                {"--unchecked", Kind::unchecked}};
 
-/// The column pairs, white and black, as the sequence of a projector of one row.
+/// The column pairs, white and black.
 symrig::CodePhotographs columns_of(const symrig::CodePhotographs& all) {
-  symrig::CodePhotographs columns{symrig::GrayCode({1, all.code.projector().cols}), {}, {}};
+  symrig::CodePhotographs columns{symrig::GrayCode(all.code.projector(), symrig::CodeAxes::columns), {}, {}};
   for (int i = 0; i < all.code.photographs(); ++i) {
     if (i >= 2 * all.code.column_bits() && i < all.code.white()) continue;
     columns.names.push_back(all.names[i]);

@@ -74,6 +74,29 @@ def test_decode_finds_a_shift(tmp_path):
         symrig.decode(photographs)
 
 
+def test_decode_of_columns_alone(tmp_path):
+    patterns = symrig.gray_code((32, 64))  # 6 pairs of columns, 5 of rows, white, black
+    photographs = 0.8 * np.roll(patterns, 3, axis=2) + 0.05
+    seen = symrig.decode(np.concatenate([photographs[:12], photographs[-2:]]), projector=(32, 64))
+    assert seen.axes == "columns" and seen.facts["axes"] == "columns" and seen.facts["rows"] is None
+    assert np.isnan(seen.row[seen.mask]).all() and np.isinf(seen.row_sigma[seen.mask]).all()
+    inside = seen.mask[4:-4, 8:-8]
+    assert inside.mean() > 0.8
+    cols = np.broadcast_to(np.arange(64) - 3, (32, 64))[4:-4, 8:-8]
+    assert np.abs(seen.col[4:-4, 8:-8] - cols)[inside].max() < 0.5
+    seen.save(tmp_path / "map.exr")
+    assert np.isnan(symrig.read_image(tmp_path / "map.exr")[..., 1][seen.mask]).all()
+
+
+def test_decode_without_complements():
+    patterns = symrig.gray_code((32, 64))
+    photographs = 0.8 * np.roll(patterns, 3, axis=2) + 0.05
+    whole = symrig.decode(photographs, projector=(32, 64))
+    seen = symrig.decode(np.concatenate([photographs[:-2:2], photographs[-2:]]), projector=(32, 64))
+    assert seen.axes == "both" and np.array_equal(seen.mask, whole.mask)
+    assert np.abs(seen.col - whole.col).max() < 1e-3
+
+
 def test_calibrate_then_capture_with_pixels_of_their_own(tmp_path):
     rig = "sim:vgroove-textured?size=16x16&camera=80x80&turn=1.5&zoom=0.78&noise=off"
     steps = []

@@ -111,6 +111,9 @@ std::string calibration_text(const Calibration& c) {
       percent(c.map.decoded_share()), percent(c.summary.quality.valid_share),
       percent(c.summary.quality.outlier_share), c.summary.quality.rms, c.summary.mean_white,
       c.summary.mean_black, c.map.noise);
+  if (c.map.axes != CodeAxes::both)
+    text += c.map.axes == CodeAxes::columns ? "only columns are known: the sequence has no pairs of rows\n"
+                                            : "only rows are known: the sequence has no pairs of columns\n";
   if (c.summary.smooth) text += smooth_text(*c.summary.smooth);
   if (!c.summary.rig) return text;
   const RigSummary& rig = *c.summary.rig;

@@ -54,18 +54,15 @@ std::shared_ptr<DecodedMap> decode_folder(const std::string& folder, const py::o
 std::shared_ptr<DecodedMap> decode_arrays(const FloatArray& stack, const py::object& projector,
                                           bool check_sequence) {
   std::vector<Image<float>> images = images_of(stack, "the photographs");
-  CodePhotographs photographs{GrayCode(grid_of(projector, "projector")), {}, std::move(images)};
-  const auto count = static_cast<int>(photographs.images.size());
-  if (count != photographs.code.photographs())
-    throw Failure{{ErrorCode::size_mismatch,
-                   fmt::format("there are {} photographs, the sequence of a projector of {} has {}", count,
-                               to_string(photographs.code.projector()), photographs.code.photographs()),
-                   "give one photograph for each of gray_code(projector)"}};
-  for (int k = 0; k < count; ++k) photographs.names.push_back(fmt::format("photograph {}", k));
+  const Grid grid = grid_of(projector, "projector");
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < images.size(); ++k) names.push_back(fmt::format("photograph {}", k));
   DecodeOptions options;
   options.check_sequence = check_sequence;
   Caller caller;
   return std::make_shared<DecodedMap>(caller.run([&]() -> Result<DecodedMap> {
+    SYMRIG_TRY(const CodePhotographs photographs,
+               arrange_code_photographs(grid, std::move(images), std::move(names)));
     SYMRIG_CHECK(check_gray_code(photographs));
     return decoded("photographs", photographs, options);
   }));
@@ -103,6 +100,12 @@ void bind_calibration(py::module_& module) {
   py::class_<DecodedMap, std::shared_ptr<DecodedMap>>(module, "DecodedMap")
       .def_property_readonly("camera", [](const DecodedMap& m) { return to_python(m.map.camera); })
       .def_property_readonly("projector", [](const DecodedMap& m) { return to_python(m.map.projector); })
+      .def_property_readonly("axes",
+                             [](const DecodedMap& m) {
+                               return m.map.axes == CodeAxes::both      ? "both"
+                                      : m.map.axes == CodeAxes::columns ? "columns"
+                                                                        : "rows";
+                             })
       .def_property_readonly("row", member<float, &PixelMap::row>)
       .def_property_readonly("col", member<float, &PixelMap::col>)
       .def_property_readonly("row_sigma", member<float, &PixelMap::row_sigma>)

@@ -54,6 +54,8 @@ class PixelMap:
 
     Attributes:
         row, col: projector position [px]; pixel j covers j - 1/2 to j + 1/2; 0 where mask is False.
+        axes: "both", or "columns" or "rows" if the photographs have stripes of that axis alone. The other coordinate is
+            NaN where mask is True, with an infinite deviation.
         row_sigma, col_sigma: their standard deviations [px].
         mask: True where the pixel is decoded.
         contrast: white minus black, in units of the photographs.
@@ -63,6 +65,7 @@ class PixelMap:
     def __init__(self, decoded: _symrig.DecodedMap) -> None:
         self._decoded = decoded
         self.row, self.col = decoded.row, decoded.col
+        self.axes: str = decoded.axes
         self.row_sigma, self.col_sigma = decoded.row_sigma, decoded.col_sigma
         self.mask: NDArray[np.bool_] = decoded.mask.view(np.bool_)
         self.contrast = decoded.contrast
@@ -98,7 +101,7 @@ def decode(
 
     Args:
         photographs: a folder of pictures (docs/howto-photographs.md), or an array (count, rows, cols) in the order of
-            gray_code(projector).
+            gray_code(projector). The complements or the row bits may be missing.
         projector: (rows, cols). A folder needs it only if the number of photographs does not tell.
         check_sequence: refuse photographs that contradict each other.
         progress: called with a Progress while a folder is read.

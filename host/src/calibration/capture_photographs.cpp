@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "calibration/sequence_kind.hpp"
 #include "camera/unpack.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/calibration/capture_file.hpp"
@@ -128,6 +129,38 @@ std::string pattern_name(const GrayCode& code, int index) {
                      index % 2 ? " complement" : "");
 }
 
+/// The part of a projector's sequence that the names of a capture belong to. A sequence without complements
+/// names none, and one of a single axis no pattern of the other.
+struct NamedPart {
+  GrayCode code;
+  bool complements = true;
+
+  /// The index in the projector's whole sequence of each photograph that must be there, in order.
+  std::vector<int> members(const GrayCode& whole) const {
+    std::vector<int> all;
+    for (int index = 0; index < whole.photographs(); ++index) {
+      const bool pattern = index < whole.white();
+      if (pattern && code.bits(whole.pair(index / 2).axis) == 0) continue;
+      if (pattern && !complements && index % 2 != 0) continue;
+      all.push_back(index);
+    }
+    return all;
+  }
+};
+
+NamedPart named_part(const CaptureFile& capture, const GrayCode& whole) {
+  const auto names = [&](auto which) {
+    return std::ranges::any_of(capture.photographs, [&](const CapturedPhotograph& p) {
+      return p.pattern < whole.white() && which(p.pattern);
+    });
+  };
+  const bool columns = names([&](int k) { return k / 2 < whole.column_bits(); }),
+             rows = names([&](int k) { return k / 2 >= whole.column_bits(); });
+  const CodeAxes axes = columns == rows ? CodeAxes::both : columns ? CodeAxes::columns : CodeAxes::rows;
+  // If it names no pattern at all, the first one is missing.
+  return {GrayCode(whole.projector(), axes), names([](int k) { return k % 2 != 0; }) || !(columns || rows)};
+}
+
 }  // namespace
 
 Result<Image<float>> read_captured(const fs::path& file, const CaptureFile& capture) {
@@ -138,11 +171,12 @@ Result<Image<float>> read_captured(const fs::path& file, const CaptureFile& capt
 
 Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& capture,
                                      const ReadCodeOptions& options) {
-  const GrayCode code(options.projector.value_or(capture.projector.value_or(Grid{})));
+  const GrayCode whole(options.projector.value_or(capture.projector.value_or(Grid{})));
+  const NamedPart part = named_part(capture, whole);
   SYMRIG_TRY(const double unit, unit_of(capture));
-  CodePhotographs photographs{code, {}, {}};
+  CodePhotographs photographs{part.code, {}, {}};
   std::int64_t done = 0;
-  for (int index = 0; index < code.photographs(); ++index) {
+  for (const int index : part.members(whole)) {
     std::optional<Merged> merged;
     std::string name;
     for (const CapturedPhotograph& p : capture.photographs) {
@@ -160,13 +194,18 @@ Result<CodePhotographs> read_capture(const fs::path& folder, const CaptureFile& 
         return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
     }
     if (!merged)
-      return Error{ErrorCode::bad_value,
-                   fmt::format("{}: no photograph of \"{}\"", capture.path, pattern_name(code, index)),
-                   "photograph it: a sequence needs every pattern, its complement, white and black"};
+      return Error{
+          ErrorCode::bad_value,
+          fmt::format("{}: no photograph of \"{}\"", capture.path, pattern_name(whole, index)),
+          "photograph it: a sequence needs every pattern of an axis, all complements or none, white and "
+          "black"};
     photographs.images.push_back(merged->at(unit));
     photographs.names.push_back(std::move(name));
   }
-  return photographs;
+  if (part.complements) return photographs;
+  SYMRIG_CHECK(check_same_size(photographs));
+  return calibration::with_derived_complements(part.code, std::move(photographs.images),
+                                               std::move(photographs.names));
 }
 
 }  // namespace symrig

@@ -152,6 +152,7 @@ FitStatistics statistics_of(const CodePhotographs& photographs, const PixelMap& 
 Result<FirstBounceFit> fit_first_bounce(const CodePhotographs& photographs, const FitOptions& options) {
   SYMRIG_CHECK(check(options));
   SYMRIG_TRY(auto map, decode(photographs, options.decode));
+  SYMRIG_CHECK(require_both_axes(map, "a first-bounce tensor"));
   const BlockTree projector(map.projector);
   const auto surroundings = surroundings_of(projector, near_reaches(options));
   const LightModel model(photographs, options.decode, surroundings);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/calibration/gray_code.hpp"
 
+#include "calibration/sequence_kind.hpp"
 #include "symrig/calibration/capture_file.hpp"
 
 #include <algorithm>
@@ -113,16 +114,18 @@ Result<GrayCode> code_of(const fs::path& folder, const std::vector<fs::path>& pi
         fmt::format("{}: has {} photographs{}; a Gray-code sequence has 2 (column bits + row bits) + 2",
                     folder.string(), count, gap),
         "add the missing photographs (a projector of 768x1024 has 42), or give the projector's size if "
-        "all are there"};
+        "all are there; without complements or rows, its size is necessary"};
   }
   if (!projector->valid())
     return Error{ErrorCode::bad_argument, "projector size " + to_string(*projector) + " is not a grid"};
   const GrayCode code(*projector);
-  if (code.photographs() == count) return code;
-  return Error{ErrorCode::size_mismatch,
-               fmt::format("{}: has {} photographs{}; a projector of {} needs {}", folder.string(), count,
-                           gap, to_string(*projector), code.photographs()),
-               "keep only the sequence in the folder, or give the size of the projector that showed it"};
+  const std::vector<int> lengths = calibration::legal_lengths(*projector);
+  if (std::ranges::find(lengths, count) != lengths.end()) return code;
+  return Error{
+      ErrorCode::size_mismatch,
+      fmt::format("{}: has {} photographs{}; a projector of {} needs {}, or {} without complements",
+                  folder.string(), count, gap, to_string(*projector), code.photographs(), code.pairs() + 2),
+      "keep only the sequence in the folder, or give the size of the projector that showed it"};
 }
 
 double mean(const Image<float>& image) {
@@ -132,8 +135,10 @@ double mean(const Image<float>& image) {
 
 }  // namespace
 
-GrayCode::GrayCode(Grid projector)
-    : projector_(projector), column_bits_(bits_for(projector.cols)), row_bits_(bits_for(projector.rows)) {}
+GrayCode::GrayCode(Grid projector, CodeAxes axes)
+    : projector_(projector),
+      column_bits_(axes == CodeAxes::rows ? 0 : bits_for(projector.cols)),
+      row_bits_(axes == CodeAxes::columns ? 0 : bits_for(projector.rows)) {}
 
 std::optional<GrayCode> GrayCode::of_length(int photographs) {
   const int pairs = (photographs - 2) / 2;
@@ -184,6 +189,16 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
     return Error{ErrorCode::size_mismatch,
                  fmt::format("{} photographs; a projector of {} needs {}", photographs.images.size(),
                              to_string(photographs.code.projector()), photographs.code.photographs())};
+  SYMRIG_CHECK(check_same_size(photographs));
+  const auto name = [&](int i) { return photographs.names[i]; };
+  if (mean(photographs.white()) > mean(photographs.black())) return {};
+  return Error{ErrorCode::bad_value,
+               fmt::format("white ({}) is not brighter than black ({})", name(photographs.code.white()),
+                           name(photographs.code.black())),
+               "the order is: column pairs, row pairs, white, black"};
+}
+
+Result<void> check_same_size(const CodePhotographs& photographs) {
   for (std::size_t i = 0; i < photographs.images.size(); ++i) {
     const auto& image = photographs.images[i];
     if (image.grid() == photographs.camera() && image.channels() == 1) continue;
@@ -192,12 +207,7 @@ Result<void> check_gray_code(const CodePhotographs& photographs) {
                              photographs.names.front(), to_string(photographs.camera())),
                  "all photographs of a sequence come from one camera at one size"};
   }
-  const auto name = [&](int i) { return photographs.names[i]; };
-  if (mean(photographs.white()) > mean(photographs.black())) return {};
-  return Error{ErrorCode::bad_value,
-               fmt::format("white ({}) is not brighter than black ({})", name(photographs.code.white()),
-                           name(photographs.code.black())),
-               "the order is: column pairs, row pairs, white, black"};
+  return {};
 }
 
 namespace {
@@ -303,16 +313,16 @@ Result<CodePhotographs> read_all_pictures(const fs::path& folder, const CaptureF
     SYMRIG_CHECK(check_none_is_missing(folder, pictures, capture, projector));
   }
   SYMRIG_TRY(const GrayCode code, code_of(folder, pictures, projector));
-  CodePhotographs photographs{code, {}, {}};
+  std::vector<Image<float>> images;
+  std::vector<std::string> names;
   for (const fs::path& picture : pictures) {
     SYMRIG_TRY(auto image, read_captured(picture, capture));
-    photographs.images.push_back(std::move(image));
-    photographs.names.push_back(picture.filename().string());
-    if (options.progress &&
-        !options.progress({"reading", static_cast<std::int64_t>(photographs.images.size()), count}))
+    images.push_back(std::move(image));
+    names.push_back(picture.filename().string());
+    if (options.progress && !options.progress({"reading", static_cast<std::int64_t>(images.size()), count}))
       return Error{ErrorCode::interrupted, "reading of " + folder.string() + " was stopped"};
   }
-  return photographs;
+  return arrange_code_photographs(code.projector(), std::move(images), std::move(names));
 }
 
 }  // namespace

@@ -4,10 +4,32 @@
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include <fmt/format.h>
 
 namespace symrig {
+namespace {
+
+/// The coordinates that a picture knows. The other one is NaN in every decoded pixel.
+CodeAxes known_axes(const Image<float>& picture) {
+  std::array<bool, 2> known{false, false};
+  bool any = false;
+  for (std::size_t i = 0; i < picture.plane(2).size(); ++i) {
+    if (picture.plane(2)[i] != 1) continue;
+    any = true;
+    for (int axis = 0; axis < 2; ++axis) known[axis] = known[axis] || !std::isnan(picture.plane(axis)[i]);
+  }
+  if (!any || known[0] == known[1]) return CodeAxes::both;
+  return known[0] ? CodeAxes::columns : CodeAxes::rows;
+}
+
+bool on_axis(float position, int size) {
+  return position >= 0 && position <= static_cast<float>(size - 1);
+}
+
+}  // namespace
 
 Image<float> map_picture(const PixelMap& map) {
   Image<float> picture(map.camera, 3);
@@ -25,6 +47,7 @@ Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, con
   PixelMap map;
   map.camera = picture.grid();
   map.projector = projector;
+  map.axes = known_axes(picture);
   map.col = map.row = Image<float>(map.camera);
   map.mask = Image<std::uint8_t>(map.camera);
   for (int r = 0; r < map.camera.rows; ++r)
@@ -36,8 +59,8 @@ Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, con
                                  name, r, c, decoded),
                      "give a map of symrig calibrate -o"};
       if (decoded == 0) continue;
-      if (!(col >= 0 && col <= static_cast<float>(projector.cols - 1) && row >= 0 &&
-            row <= static_cast<float>(projector.rows - 1)))
+      if (!(map.axes == CodeAxes::rows || on_axis(col, projector.cols)) ||
+          !(map.axes == CodeAxes::columns || on_axis(row, projector.rows)))
         return Error{ErrorCode::bad_value,
                      fmt::format("{}: pixel ({}, {}) looks at row {:g}, column {:g} of a projector of {}",
                                  name, r, c, row, col, to_string(projector)),

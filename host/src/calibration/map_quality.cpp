@@ -23,6 +23,11 @@ struct Neighbour {
   double distance = 0;  ///< of its position from the fit
 };
 
+/// A position; 0 for the axis that a map does not know.
+double position_or_zero(float position) {
+  return std::isnan(position) ? 0 : static_cast<double>(position);
+}
+
 double length(double x, double y) {
   return std::sqrt(x * x + y * y);  // positions have similar size, so overflow is impossible
 }
@@ -127,7 +132,7 @@ void gather(const PixelMap& map, int row, int col, int reach, std::vector<Neighb
     for (int c = std::max(col - reach, 0); c <= std::min(col + reach, map.camera.cols - 1); ++c)
       if (map.mask.at(r, c) && (r != row || c != col))
         out.push_back({static_cast<double>(c - col), static_cast<double>(r - row),
-                       static_cast<double>(map.col.at(r, c)), static_cast<double>(map.row.at(r, c))});
+                       position_or_zero(map.col.at(r, c)), position_or_zero(map.row.at(r, c))});
 }
 
 constexpr float kNotJudged = std::numeric_limits<float>::quiet_NaN();
@@ -138,6 +143,7 @@ bool lit(const PixelMap& map, std::size_t i, const MapQualityOptions& options) {
 
 /// Counts over the judged pixels.
 struct Count {
+  double axes = 2;  // that the map knows
   double judged = 0, alone = 0, outliers = 0, axis_outliers = 0, squares = 0;
 
   void add(double dcol, double drow, double outlier) {
@@ -148,8 +154,8 @@ struct Count {
     }
     const double distance = length(dcol, drow);
     outliers += distance > outlier ? 1 : 0;
-    axis_outliers += (std::abs(dcol) > outlier ? 0.5 : 0) + (std::abs(drow) > outlier ? 0.5 : 0);
-    squares += distance > outlier ? 0 : distance * distance / 2;
+    axis_outliers += ((std::abs(dcol) > outlier ? 1 : 0) + (std::abs(drow) > outlier ? 1 : 0)) / axes;
+    squares += distance > outlier ? 0 : distance * distance / axes;
   }
 
   void tell(MapQuality& quality) const {
@@ -184,9 +190,9 @@ MapResiduals map_residuals(const PixelMap& map, const MapQualityOptions& options
         const auto fit = robust(neighbours);
         if (!fit) continue;
         residuals.col.at(row, col) =
-            static_cast<float>(static_cast<double>(map.col.at(row, col)) - (*fit)(0, 0));
+            static_cast<float>(position_or_zero(map.col.at(row, col)) - (*fit)(0, 0));
         residuals.row.at(row, col) =
-            static_cast<float>(static_cast<double>(map.row.at(row, col)) - (*fit)(0, 1));
+            static_cast<float>(position_or_zero(map.row.at(row, col)) - (*fit)(0, 1));
       }
   });
   return residuals;
@@ -199,6 +205,7 @@ MapQuality judge_map(const PixelMap& map, const MapQualityOptions& options) {
 MapQuality judge_map(const PixelMap& map, const MapResiduals& residuals, const MapQualityOptions& options) {
   double all = 0, valid = 0;
   Count count;
+  count.axes = map.axes == CodeAxes::both ? 2 : 1;
   for (int row = 0; row < map.camera.rows; ++row)
     for (int col = 0; col < map.camera.cols; ++col) {
       const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(map.camera.cols) +

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calibration/photograph_noise.hpp"
 
+#include "calibration/scatter_noise.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
@@ -13,15 +14,38 @@ namespace {
 constexpr std::size_t kBins = 8;
 
 /// Mean square of the values within three robust sigmas of 0. The median alone would be quantised as coarsely
-/// as 8-bit codes.
-double robust_square(const std::vector<double>& values) {
-  const double limit = 3 * robust_sigma(values, 0);
+/// as 8-bit codes. If noise is smaller than a code, half of the values may be 0. Then a difference of one or
+/// two codes is not far. step: of the codes.
+double robust_square(const std::vector<double>& values, double step) {
+  const double limit = std::max(3 * robust_sigma(values, 0), 2.5 * step);
   double sum = 0, count = 0;
   for (const double v : values) {
     sum += std::abs(v) <= limit ? v * v : 0;
     count += std::abs(v) <= limit ? 1 : 0;
   }
   return count == 0 ? 0 : sum / count;
+}
+
+/// The distance from one code to the next: the least distance of two values. Negligible for radiance. 0 if it
+/// is larger than that of 8-bit codes: then a picture has too few values to tell.
+double code_step(const CodePhotographs& photographs) {
+  const auto white = photographs.white().values();
+  std::vector<float> values;
+  for (std::size_t i = 0; i < white.size(); i += white.size() / 20'000 + 1) values.push_back(white[i]);
+  std::ranges::sort(values);
+  float step = 1;
+  for (std::size_t i = 0; i + 1 < values.size(); ++i)
+    if (values[i + 1] > values[i]) step = std::min(step, values[i + 1] - values[i]);
+  constexpr float kLargest = 1.01F / 255;
+  return step < kLargest ? static_cast<double>(step) : 0;
+}
+
+/// No photograph is better than its rounding to codes.
+NoiseLine with_rounding(NoiseLine line, const CodePhotographs& photographs) {
+  const double rounding = std::pow(code_step(photographs), 2) / 12;
+  line.constant = std::max(line.constant, rounding);
+  line.rms = std::max(line.rms, std::sqrt(rounding));
+  return line;
 }
 
 /// A sample of the pixels, darkest first.
@@ -34,16 +58,11 @@ std::vector<std::size_t> sample_by_level(const CodePhotographs& photographs) {
   return sample;
 }
 
-/// Level and variance of one bin of the sample.
-struct NoisePoint {
-  double level = 0, variance = 0;
-};
-
 class PairSums {
  public:
   PairSums(const CodePhotographs& photographs, const std::vector<std::size_t>& sample,
            const std::optional<int>& held_out)
-      : photographs_(photographs), sample_(sample) {
+      : photographs_(photographs), sample_(sample), step_(code_step(photographs)) {
     for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
       if (pair == held_out) continue;
       std::vector<double> sums;
@@ -62,7 +81,7 @@ class PairSums {
       point.level += level(sample_[at]) / static_cast<double>(end - begin);
     for (const auto& off : off_)
       for (std::size_t at = begin; at < end; ++at) deviations.push_back(off[at]);
-    point.variance = robust_square(deviations) / 4;
+    point.variance = robust_square(deviations, step_) / 4;
     return point;
   }
 
@@ -78,10 +97,19 @@ class PairSums {
 
   const CodePhotographs& photographs_;
   const std::vector<std::size_t>& sample_;
+  double step_;
   std::vector<std::vector<double>> off_;  ///< of each pair: sums minus their median, in the sample's order
 };
 
-/// Relative least squares: every bin knows its variance to the same relative error.
+/// Derived complements: 2 pattern − white − black.
+NoiseLine of_derived(NoiseLine line) {
+  line.in_difference = 6;
+  line.between_pairs = 1.0 / 3;
+  return line;
+}
+
+}  // namespace
+
 NoiseLine line_through(const std::vector<NoisePoint>& points) {
   double n = 0, x = 0, xx = 0, y = 0, xy = 0;
   for (const NoisePoint& p : points) {
@@ -95,14 +123,14 @@ NoiseLine line_through(const std::vector<NoisePoint>& points) {
   NoiseLine line;
   line.slope = det > 1e-9 * n * xx ? (n * xy - x * y) / det : 0;
   line.constant = (y - line.slope * x) / n;
-  if (line.slope < 0) line = {y / n, 0, 0};
-  if (line.constant < 0) line = {0, xy / xx, 0};
+  if (line.slope < 0) line.constant = y / n, line.slope = 0;
+  if (line.constant < 0) line.constant = 0, line.slope = xy / xx;
   return line;
 }
 
-}  // namespace
-
 NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  if (complements_are_derived(photographs, held_out))
+    return with_rounding(of_derived(estimate_scatter_noise(photographs, held_out)), photographs);
   const auto sample = sample_by_level(photographs);
   const PairSums sums(photographs, sample, held_out);
   std::vector<NoisePoint> points;
@@ -111,28 +139,12 @@ NoiseLine estimate_noise(const CodePhotographs& photographs, const std::optional
   NoiseLine line = line_through(points);
   for (const NoisePoint& p : points) line.rms += p.variance / kBins;
   line.rms = std::sqrt(line.rms);
-  return line;
+  return with_rounding(line, photographs);
 }
-
-namespace {
-
-/// Mean square of the values that are not far from 0. In 8-bit photographs half of the pixels may repeat
-/// exactly; then a difference of one code is not far.
-double repeat_square(std::vector<double>& values) {
-  const double robust = robust_square(values);
-  if (robust > 0) return robust;
-  double code = 1;
-  for (const double v : values)
-    if (v != 0) code = std::min(code, std::abs(v));
-  double sum = 0, count = 0;
-  for (const double v : values)
-    if (std::abs(v) < 2.5 * code) sum += v * v, count += 1;
-  return count > 0 ? sum / count : 0;
-}
-
-}  // namespace
 
 NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  if (complements_are_derived(photographs, held_out))
+    return with_rounding(of_derived(estimate_scatter_noise(photographs, held_out)), photographs);
   const auto sample = sample_by_level(photographs);
   std::vector<int> pairs;
   for (int pair = 0; pair < photographs.code.pairs(); ++pair)
@@ -141,6 +153,7 @@ NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::o
     return static_cast<double>(photographs.image(2 * pair).values()[i]) +
            static_cast<double>(photographs.image(2 * pair + 1).values()[i]);
   };
+  const double step = code_step(photographs);
   std::vector<NoisePoint> points;
   for (std::size_t bin = 0; bin < kBins; ++bin) {
     std::vector<double> changes;
@@ -153,10 +166,10 @@ NoiseLine estimate_repeat_noise(const CodePhotographs& photographs, const std::o
         point.level += here / 2, count += 1;
       }
     point.level /= std::max(count, 1.0);
-    point.variance = repeat_square(changes) / 4;
+    point.variance = robust_square(changes, step) / 4;
     points.push_back(point);
   }
-  return line_through(points);
+  return with_rounding(line_through(points), photographs);
 }
 
 }  // namespace symrig::calibration

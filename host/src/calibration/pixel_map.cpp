@@ -3,10 +3,13 @@
 
 #include "calibration/raw_map.hpp"
 #include "calibration/sequence_check.hpp"
+#include "calibration/stated_sigma.hpp"
 #include "calibration/stripe_decoder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <vector>
@@ -29,19 +32,21 @@ std::int64_t count(const Image<std::uint8_t>& mask) {
 /// Contrast, noise and the lit mask.
 struct LightMask {
   Image<float> contrast;
+  Image<float> sigma;  ///< of a photograph halfway from black to white
   NoiseLine noise;
   Image<std::uint8_t> lit;
 };
 
 Result<LightMask> find_light(const CodePhotographs& photographs, const DecodeOptions& options) {
-  LightMask light{Image<float>(photographs.camera()),
+  LightMask light{Image<float>(photographs.camera()), Image<float>(photographs.camera()),
                   calibration::estimate_noise(photographs, options.held_out_pair),
                   Image<std::uint8_t>(photographs.camera())};
   const auto white = photographs.white().values(), black = photographs.black().values();
   for (std::size_t i = 0; i < white.size(); ++i) {
     light.contrast.values()[i] = white[i] - black[i];
     const double level = static_cast<double>(white[i] + black[i]) / 2;
-    const double noise = std::sqrt(2 * light.noise.variance(std::max(level, 0.0)));
+    light.sigma.values()[i] = static_cast<float>(std::sqrt(light.noise.variance(std::max(level, 0.0))));
+    const double noise = std::numbers::sqrt2 * static_cast<double>(light.sigma.values()[i]);
     const bool lit = static_cast<double>(light.contrast.values()[i]) > options.policy.contrast_sigmas * noise;
     light.lit.values()[i] = lit ? 1 : 0;
   }
@@ -82,26 +87,29 @@ class WindowSums {
   std::vector<Sums> columns_;
 };
 
+/// The decoders of the axes whose stripes were photographed.
+using Decoders = std::vector<StripeDecoder>;
+
 /// Whether the finest stripes are visible: the mean square of their differences over the 5 × 5 pixels around,
 /// against noise alone. Without direct light (a shadow that other surfaces light) they are not, even if the
 /// coarse stripes seem to give a position.
-Image<std::uint8_t> find_direct_light(const StripeDecoder& columns, const StripeDecoder& rows,
-                                      const Image<std::uint8_t>& lit, double sigmas) {
+Image<std::uint8_t> find_direct_light(const Decoders& decoders, const LightMask& light, double sigmas) {
+  const Image<std::uint8_t>& lit = light.lit;
   const Grid grid = lit.grid();
   Image<float> energy(grid);
   tbb::parallel_for(std::size_t{0}, energy.values().size(), [&](std::size_t i) {
-    if (lit.values()[i]) energy.values()[i] = columns.fine_energy(i) + rows.fine_energy(i);
+    if (!lit.values()[i]) return;
+    for (const StripeDecoder& decoder : decoders) energy.values()[i] += decoder.fine_energy(i);
   });
-  // Each pixel adds four squares of mean 1 and variance 2.
-  constexpr double kSquares = 4;
+  const double squares = 2 * static_cast<double>(decoders.size());  // of each pixel, with mean 1
+  const double spread = light.noise.squares_deviation(squares);
   Image<std::uint8_t> direct(grid);
   tbb::parallel_for(0, grid.rows, [&](int row) {
     const WindowSums sums(energy, lit, row);
     for (int col = 0; col < grid.cols; ++col) {
       if (!lit.at(row, col)) continue;
       const auto [sum, pixels] = sums.around(col);
-      const double squares = kSquares * pixels;
-      direct.at(row, col) = sum > squares + sigmas * std::sqrt(2 * squares) ? 1 : 0;
+      direct.at(row, col) = sum > squares * pixels + sigmas * spread * std::sqrt(pixels) ? 1 : 0;
     }
   });
   return direct;
@@ -166,18 +174,28 @@ Result<void> check_orientation(const CodePhotographs& photographs, const RawMap&
   return backwards(photographs, raw, 1 - share);
 }
 
-/// A position has a column and a row.
-Result<void> check_axes(const GrayCode& code) {
-  for (const StripeAxis axis : {StripeAxis::columns, StripeAxis::rows}) {
-    if (code.bits(axis) > 0) continue;
-    const char* const missing = axis == StripeAxis::columns ? "columns" : "rows";
-    return Error{
-        ErrorCode::bad_value,
-        fmt::format("the sequence of a projector of {} has no pairs of {}, so no position is known",
-                    to_string(code.projector()), missing),
-        fmt::format("photograph the pairs of {} too, and give the size of the whole projector", missing)};
-  }
-  return {};
+/// Without stripes there is no position.
+Result<void> check_pairs(const GrayCode& code, const std::optional<int>& held_out) {
+  if (code.pairs() == 0)
+    return Error{ErrorCode::bad_value,
+                 fmt::format("the sequence of a projector of {} has no pairs, so no position is known",
+                             to_string(code.projector())),
+                 "give the size of the whole projector"};
+  if (!held_out) return {};
+  if (*held_out < 0 || *held_out >= code.pairs())
+    return Error{ErrorCode::bad_argument, fmt::format("held-out pair {} does not exist; pairs are 0 to {}",
+                                                      *held_out, code.pairs() - 1)};
+  if (code.axes() == CodeAxes::both) return {};
+  return Error{ErrorCode::bad_argument, "a pair of a sequence of one axis cannot be held out",
+               "photograph the pairs of the other axis too"};
+}
+
+/// White − black over the noise of a photograph.
+Image<float> clarity_of(const LightMask& light) {
+  Image<float> clarity(light.contrast.grid());
+  for (std::size_t i = 0; i < clarity.values().size(); ++i)
+    clarity.values()[i] = light.contrast.values()[i] / light.sigma.values()[i];
+  return clarity;
 }
 
 /// Removes positions outside the projector from the mask.
@@ -189,50 +207,96 @@ void keep_inside(RawMap& raw, Grid projector) {
         raw.mask.at(row, col) = 0;
 }
 
-}  // namespace
-
-double PixelMap::decoded_share() const {
-  return mask.empty() ? 0 : static_cast<double>(count(mask)) / static_cast<double>(mask.grid().size());
+std::vector<StripeAxis> axes_of(const GrayCode& code) {
+  std::vector<StripeAxis> axes;
+  for (const StripeAxis axis : {StripeAxis::columns, StripeAxis::rows})
+    if (code.bits(axis) > 0) axes.push_back(axis);
+  return axes;
 }
 
-Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions& options) {
-  SYMRIG_CHECK(check_gray_code(photographs));
+/// What neighbours tell: the derived bit of a held-out pair, wrong positions, the orientation of the map.
+Result<void> compare_neighbours(const CodePhotographs& photographs, const DecodeOptions& options,
+                                RawMap& raw) {
   const GrayCode& code = photographs.code;
-  SYMRIG_CHECK(check_axes(code));
-  if (options.held_out_pair && (*options.held_out_pair < 0 || *options.held_out_pair >= code.pairs()))
-    return Error{ErrorCode::bad_argument, fmt::format("held-out pair {} does not exist; pairs are 0 to {}",
-                                                      *options.held_out_pair, code.pairs() - 1)};
-  if (options.check_sequence) SYMRIG_CHECK(calibration::check_sequence(photographs, options.held_out_pair));
-  SYMRIG_TRY(auto light, find_light(photographs, options));
-  PixelMap map;
-  map.camera = photographs.camera();
-  map.projector = code.projector();
-  map.noise = light.noise.rms;
-  const StripeDecoder columns(photographs, StripeAxis::columns, options, light.noise, light.lit);
-  const StripeDecoder rows(photographs, StripeAxis::rows, options, light.noise, light.lit);
-  // A pixel must pass each test. So the later ones see only what the earlier ones left.
-  auto mask = find_direct_light(columns, rows, light.lit, options.policy.direct_sigmas);
-  AxisSightings x = columns.decode(mask);
-  keep_trusted(mask, x, options.policy);
-  AxisSightings y = rows.decode(mask);
-  keep_trusted(mask, y, options.policy);
-  RawMap raw{{std::move(x.position), std::move(y.position)}, std::move(mask)};
   const double orientation = options.mirrored ? -1 : 1;
   if (options.held_out_pair) {
     const StripePair pair = code.pair(*options.held_out_pair);
     calibration::unfold(raw, pair.axis, 1 << (code.bits(pair.axis) - pair.bit), orientation);
     keep_inside(raw, code.projector());
   }
-  if (options.neighbours) calibration::drop_unsupported(raw, options.policy);
-  if (options.check_sequence) SYMRIG_CHECK(check_orientation(photographs, raw, orientation));
-  if (options.smooth) calibration::refine(raw, light.lit);
+  if (options.neighbours) {
+    calibration::drop_beyond_border(raw, code, options.policy.support_distance);
+    calibration::drop_unsupported(raw, options.policy);
+  }
+  // One coordinate has no orientation.
+  if (options.check_sequence && code.axes() == CodeAxes::both)
+    return check_orientation(photographs, raw, orientation);
+  return {};
+}
+
+PixelMap map_of(const CodePhotographs& photographs, LightMask light, RawMap raw,
+                std::array<Image<float>, 2> sigma) {
+  PixelMap map;
+  map.camera = photographs.camera();
+  map.projector = photographs.code.projector();
+  map.axes = photographs.code.axes();
+  map.noise = light.noise.rms;
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    if (!sigma[axis].empty()) continue;
+    // This axis is not known.
+    sigma[axis] = Image<float>(map.camera, 1, std::numeric_limits<float>::infinity());
+    for (std::size_t i = 0; i < raw.mask.values().size(); ++i)
+      if (raw.mask.values()[i]) raw.position[axis].values()[i] = std::numeric_limits<float>::quiet_NaN();
+  }
   map.contrast = std::move(light.contrast);
   map.col = std::move(raw.position[0]);
   map.row = std::move(raw.position[1]);
-  map.col_sigma = std::move(x.sigma);
-  map.row_sigma = std::move(y.sigma);
+  map.col_sigma = std::move(sigma[0]);
+  map.row_sigma = std::move(sigma[1]);
   map.mask = std::move(raw.mask);
   return map;
+}
+
+}  // namespace
+
+double PixelMap::decoded_share() const {
+  return mask.empty() ? 0 : static_cast<double>(count(mask)) / static_cast<double>(mask.grid().size());
+}
+
+Result<void> require_both_axes(const PixelMap& map, const char* what) {
+  if (map.axes == CodeAxes::both) return {};
+  const char* const missing = map.axes == CodeAxes::columns ? "rows" : "columns";
+  return Error{ErrorCode::bad_value,
+               fmt::format("the map has no {}, but {} needs both coordinates", missing, what),
+               fmt::format("photograph the pairs of {} too", missing)};
+}
+
+Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions& options) {
+  SYMRIG_CHECK(check_gray_code(photographs));
+  const GrayCode& code = photographs.code;
+  SYMRIG_CHECK(check_pairs(code, options.held_out_pair));
+  if (options.check_sequence) SYMRIG_CHECK(calibration::check_sequence(photographs, options.held_out_pair));
+  SYMRIG_TRY(auto light, find_light(photographs, options));
+  const std::vector<StripeAxis> axes = axes_of(code);
+  Decoders decoders;
+  for (const StripeAxis axis : axes)
+    decoders.emplace_back(photographs, axis, options, light.noise, light.lit);
+  RawMap raw{{Image<float>(photographs.camera()), Image<float>(photographs.camera())},
+             find_direct_light(decoders, light, options.policy.direct_sigmas)};
+  std::array<Image<float>, 2> sigma;
+  // A pixel must pass each test. So the later ones see only what the earlier ones left.
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    AxisSightings seen = decoders[k].decode(raw.mask);
+    keep_trusted(raw.mask, seen, options.policy);
+    raw.position[calibration::axis_index(axes[k])] = std::move(seen.position);
+    sigma[calibration::axis_index(axes[k])] = std::move(seen.sigma);
+  }
+  SYMRIG_CHECK(compare_neighbours(photographs, options, raw));
+  const Image<float> clarity = clarity_of(light);
+  for (const StripeAxis axis : axes)
+    calibration::scale_to_scatter(sigma[calibration::axis_index(axis)], raw, axis, clarity);
+  if (options.smooth) calibration::refine(raw, light.lit);
+  return map_of(photographs, std::move(light), std::move(raw), std::move(sigma));
 }
 
 Result<PixelMap> decode_gray_code(const std::filesystem::path& folder, const ReadCodeOptions& reading,

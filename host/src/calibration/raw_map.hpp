@@ -59,6 +59,11 @@ double oriented_share(const RawMap& map, double orientation);
 /// foil gives a position, but not one of the surface there. Positions do not change.
 void drop_unsupported(RawMap& map, const DecodePolicy& policy);
 
+/// Removes pixels from the mask that see the projector's border from beyond it. Blur lights them, so they get
+/// a position on the border. Positions further inside predict where they look: a pixel stays if its own
+/// position is at most `distance` [projector pixels] from there. Pixels away from the border stay.
+void drop_beyond_border(RawMap& map, const GrayCode& code, double distance);
+
 /// Replaces positions by the value of the local plane, drops pixels without neighbours that agree, and fills
 /// small holes where `lit`.
 void refine(RawMap& map, const Image<std::uint8_t>& lit);

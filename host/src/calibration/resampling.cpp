@@ -83,6 +83,7 @@ class Spread {
 };
 
 Result<void> check(const PixelMap& map) {
+  SYMRIG_CHECK(require_both_axes(map, "resampling"));
   for (const Grid grid : {map.col.grid(), map.row.grid(), map.mask.grid()})
     if (grid != map.camera)
       return Error{ErrorCode::size_mismatch, fmt::format("the map's camera is {}, one of its images is {}",

@@ -22,7 +22,8 @@ void add_energy(SequenceLight& light, std::size_t begin, std::size_t end) {
   const auto n = static_cast<double>(light.pairs.size());
   constexpr double kSigmas = 8;
   for (std::size_t i = begin; i < end; ++i) {
-    const double alone = 2 * std::pow(light.sigma(i), 2) * (n + kSigmas * std::sqrt(2 * n));
+    const double alone =
+        std::pow(light.difference_sigma(i), 2) * (n + kSigmas * light.noise.squares_deviation(n));
     energy[i] = static_cast<double>(energy[i]) > alone ? std::sqrt(energy[i] / static_cast<float>(n)) : 0;
   }
 }
@@ -32,6 +33,10 @@ void add_energy(SequenceLight& light, std::size_t begin, std::size_t end) {
 double SequenceLight::sigma(std::size_t pixel) const {
   const double level = pairs.empty() ? 0 : static_cast<double>(sum(pairs.front(), pixel)) / 2;
   return std::sqrt(std::max(noise.variance(std::max(level, 0.0)), 1e-12));
+}
+
+double SequenceLight::difference_sigma(std::size_t pixel) const {
+  return std::sqrt(noise.in_difference) * sigma(pixel);
 }
 
 SequenceLight find_sequence_light(const CodePhotographs& photographs, const std::optional<int>& held_out) {

@@ -29,6 +29,8 @@ struct SequenceLight {
   float sum(int pair, std::size_t pixel) const { return of(2 * pair, pixel) + of(2 * pair + 1, pixel); }
   /// Standard deviation of a photograph's pixel.
   double sigma(std::size_t pixel) const;
+  /// Standard deviation of `difference`.
+  double difference_sigma(std::size_t pixel) const;
   const std::string& name(int photograph) const { return photographs.names[photograph]; }
 };
 

@@ -55,7 +55,7 @@ class EdgeVotes {
  private:
   float sign_level(std::size_t pixel) const {
     return std::max(kStrong * light_.amplitude.values()[pixel],
-                    static_cast<float>(kSigmas * std::sqrt(2.0) * light_.sigma(pixel)));
+                    static_cast<float>(kSigmas * light_.difference_sigma(pixel)));
   }
   /// Finds the pairs that the camera resolves. Stripes that are too fine have no clear sign anywhere.
   void find_resolved() {
@@ -113,6 +113,15 @@ class EdgeVotes {
       vote(pair, begin, stride, last.at, k);
     last = {k, d};
   }
+  /// Whether most pairs have a clear sign. At a stripe's edge they do, even if the pair shows other stripes.
+  /// At the rim of a shadow or of another surface all are weak, and this tells nothing about any pair.
+  template <class Difference>
+  bool is_clear_place(int pair, float level, Difference difference) const {
+    int clear = 0, all = 0;
+    for (const int other : light_.pairs)
+      if (other != pair && resolved(other)) all += 1, clear += std::abs(difference(other)) > level ? 1 : 0;
+    return 2 * clear >= all;
+  }
   /// Counts the sign of each other pair at an edge between two pixels.
   void vote(int pair, std::size_t begin, std::size_t stride, int from, int to) {
     const auto pixel = [&](int k) { return begin + static_cast<std::size_t>(k) * stride; };
@@ -122,9 +131,13 @@ class EdgeVotes {
     const float a = light_.difference(pair, i), b = light_.difference(pair, j);
     const float share = a == b ? 0.5F : a / (a - b);
     const float level = (sign_level(i) + sign_level(j)) / 2;
+    const auto difference = [&](int other) {
+      return (1 - share) * light_.difference(other, i) + share * light_.difference(other, j);
+    };
+    if (!is_clear_place(pair, level, difference)) return;
     for (const int other : light_.pairs) {
       if (other == pair) continue;
-      const float v = (1 - share) * light_.difference(other, i) + share * light_.difference(other, j);
+      const float v = difference(other);
       Votes& votes = votes_[static_cast<std::size_t>(pair) * static_cast<std::size_t>(count_) +
                             static_cast<std::size_t>(other)];
       (v > level ? votes.lit : v < -level ? votes.dark : votes.weak) += 1;
@@ -231,7 +244,12 @@ class Explanations {
     return roles;
   }
   std::vector<Role> usual() const { return divided(code().column_bits()); }
-  std::string names(int pair) const { return light_.name(2 * pair) + " and " + light_.name(2 * pair + 1); }
+  /// Of the photographs of a pair. A derived complement is none.
+  std::string names(int pair) const {
+    const std::string& pattern = light_.name(2 * pair);
+    return derived() ? pattern : pattern + " and " + light_.name(2 * pair + 1);
+  }
+  bool derived() const { return light_.photographs.complements_derived; }
   std::string full(int pair) const { return names(pair) + " (" + code().pair(pair).name + ")"; }
 
   void add(std::vector<Role> roles, std::string text, std::string advice, int pair, bool vague = false) {
@@ -247,7 +265,10 @@ class Explanations {
     for (const int k : light_.pairs) {
       auto roles = usual();
       roles[k].inverted = true;
-      add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
+      if (derived())
+        add(roles, full(k) + " shows the complement of its pattern", "photograph it again", k);
+      else
+        add(roles, full(k) + " are swapped: the complement comes first", "exchange the two files", k);
       roles = usual();
       roles[k].known = false;
       add(roles, full(k) + " do not show their stripes", "photograph the sequence again", k, true);
@@ -281,7 +302,10 @@ class Explanations {
             "give the size of the projector that showed it, in rows x columns", -1);
     auto roles = usual();
     for (Role& role : roles) role.inverted = true;
-    add(roles, "every complement comes before its pattern", "exchange the two files of each pair", -1);
+    add(roles,
+        derived() ? "every photograph shows the complement of its pattern"
+                  : "every complement comes before its pattern",
+        derived() ? "photograph the patterns" : "exchange the two files of each pair", -1);
     roles = usual();
     for (Role& role : roles)
       role.bit = (role.axis == 0 ? code().column_bits() : code().row_bits()) - 1 - role.bit;
@@ -299,7 +323,7 @@ int spelt(const SequenceLight& light, StripeAxis axis, std::size_t pixel) {
   const GrayCode& code = light.photographs.code;
   const int first = axis == StripeAxis::columns ? 0 : code.column_bits(), bits = code.bits(axis);
   const float level = std::max(kStrong * light.amplitude.values()[pixel],
-                               static_cast<float>(kSigmas * std::sqrt(2.0) * light.sigma(pixel)));
+                               static_cast<float>(kSigmas * light.difference_sigma(pixel)));
   int bit = 0, value = 0;
   for (int k = first; k < first + bits; ++k) {
     const float d = light.difference(k, pixel);

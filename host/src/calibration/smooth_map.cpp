@@ -313,6 +313,7 @@ SmoothMap::HeldOut judge(const PixelMap& map, const MapPieces& pieces, const Ima
 }  // namespace
 
 Result<SmoothMap> fit_smooth_map(const PixelMap& map) {
+  SYMRIG_CHECK(require_both_axes(map, "a smooth model"));
   const Error too_few{ErrorCode::bad_value, "too few pixels are decoded for a smooth model of the map",
                       "light and focus a larger part of the picture"};
   const PositionBlocks blocks(map);

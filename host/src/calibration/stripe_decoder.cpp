@@ -61,7 +61,7 @@ Differences StripeDecoder::differences(std::size_t pixel) const {
     if (bit != left_out_) seen.value[bit] = pattern[pixel] - complement[pixel];
   }
   const auto white = static_cast<double>(white_[pixel]), black = static_cast<double>(black_[pixel]);
-  seen.variance = static_cast<float>(2 * noise_.variance((white + black) / 2) +
+  seen.variance = static_cast<float>(noise_.difference_variance((white + black) / 2) +
                                      std::pow(options_.policy.model_error * (white - black), 2));
   return seen;
 }
@@ -77,7 +77,7 @@ float StripeDecoder::fine_energy(std::size_t pixel) const {
     ++bits;
   }
   const double level = static_cast<double>(white_[pixel] + black_[pixel]) / 2;
-  return static_cast<float>(sum / (2 * noise_.variance(level)));
+  return static_cast<float>(sum / noise_.difference_variance(level));
 }
 
 ShapeFit StripeDecoder::fit_tile(ShapedLight& light, int tile_row, int tile_col) const {

@@ -63,17 +63,20 @@ std::string positions_section(const PixelMap& map, const Thumbnails& small) {
                   fmt::format("The projector {} that each camera pixel sees. Grey: not decoded.", what),
                   colour_scale("0", fmt::format("{}", size - 1)));
   };
-  return section(
-      "map", "The map",
-      row_of({shown(map.col, map.projector.cols, "column"), shown(map.row, map.projector.rows, "row")},
-             kNarrowest));
+  std::vector<std::string> figures;
+  if (map.axes != CodeAxes::rows) figures.push_back(shown(map.col, map.projector.cols, "column"));
+  if (map.axes != CodeAxes::columns) figures.push_back(shown(map.row, map.projector.rows, "row"));
+  return section("map", "The map", row_of(figures, kNarrowest));
 }
 
 std::string doubts_section(const PixelMap& map, const Thumbnails& small) {
   constexpr double kSigma = 0.5, kOff = 1.5;  // [projector pixels] ends of the scales
   const MapResiduals off = map_residuals(map, {.stride = small.stride()});
   const std::size_t camera_cols = map.camera.cols;
-  const auto sigma = [&](int r, int c) { return std::max(map.col_sigma.at(r, c), map.row_sigma.at(r, c)); };
+  const auto sigma = [&](int r, int c) {
+    const float col = map.col_sigma.at(r, c), row = map.row_sigma.at(r, c);
+    return map.axes == CodeAxes::both ? std::max(col, row) : std::min(col, row);
+  };
   const auto distance = [&](int r, int c) {
     return off.distance(static_cast<std::size_t>(r) * camera_cols + static_cast<std::size_t>(c));
   };

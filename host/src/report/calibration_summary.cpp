@@ -22,13 +22,14 @@ double mean_where(const Image<std::uint8_t>& mask, const Image<float>& image) {
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-/// [smallest, largest] decoded position; [0, 0] if nothing is decoded.
+/// [smallest, largest] decoded position; [0, 0] if nothing is decoded; null if the axis is not known.
 Json range_json(const Image<float>& position, const Image<std::uint8_t>& mask) {
   bool any = false;
   float least = 0, most = 0;
   for (std::size_t i = 0; i < mask.values().size(); ++i) {
     if (mask.values()[i] == 0) continue;
     const float x = position.values()[i];
+    if (std::isnan(x)) return {};
     least = any ? std::min(least, x) : x;
     most = any ? std::max(most, x) : x;
     any = true;
@@ -110,6 +111,7 @@ std::string calibration_json(const CalibrationSummary& summary, const PixelMap& 
   json["camera_grid"] = report::grid_json(map.camera);
   json["projector_grid"] = report::grid_json(map.projector);
   json["decoded_share"] = map.decoded_share();
+  json["axes"] = map.axes == CodeAxes::both ? "both" : map.axes == CodeAxes::columns ? "columns" : "rows";
   json["columns"] = range_json(map.col, map.mask);
   json["rows"] = range_json(map.row, map.mask);
   json["mean_white"] = summary.mean_white;
@@ -150,8 +152,8 @@ Image<float> uncertainty_picture(const PixelMap& map) {
   const MapResiduals residuals = map_residuals(map);
   for (std::size_t i = 0; i < map.mask.values().size(); ++i) {
     if (map.mask.values()[i] == 0) continue;
-    picture.plane(0)[i] = map.col_sigma.values()[i];
-    picture.plane(1)[i] = map.row_sigma.values()[i];
+    if (map.axes != CodeAxes::rows) picture.plane(0)[i] = map.col_sigma.values()[i];
+    if (map.axes != CodeAxes::columns) picture.plane(1)[i] = map.row_sigma.values()[i];
     if (!std::isnan(residuals.col.values()[i])) picture.plane(2)[i] = residuals.distance(i);
   }
   return picture;

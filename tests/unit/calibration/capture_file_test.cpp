@@ -113,6 +113,42 @@ class CaptureFolder : public testing::Test {
   const fs::path& folder_ = scratch_.folder();
 };
 
+TEST_F(CaptureFolder, MayLackComplementsOrAnAxis) {
+  const GrayCode code(kGrid);
+  const auto read_those = [&](auto keep) {
+    std::string text = "symrig = 1\nprojector = \"24x40\"\n";
+    for (int k = 0; k < code.photographs(); ++k) {
+      if (k < code.white() && !keep(k)) continue;
+      const std::string file = fmt::format("p{}.exr", k);
+      EXPECT_TRUE(write_image(folder_ / file, light(k)).ok());
+      text += entry(file, k);
+    }
+    write("capture.toml", text);
+    return read_gray_code_folder(folder_);
+  };
+  const auto patterns = read_those([](int k) { return k % 2 == 0; });
+  ASSERT_TRUE(patterns.ok()) << patterns.error().line();
+  EXPECT_TRUE(patterns->complements_derived);
+  EXPECT_EQ(patterns->code.axes(), CodeAxes::both);
+  ASSERT_EQ(patterns->images.size(), static_cast<std::size_t>(code.photographs()));
+  EXPECT_EQ(patterns->names[5], "p4.exr inverted");
+  for (int k = 0; k < code.photographs(); ++k)
+    for (std::size_t i = 0; i < kGrid.size(); ++i)
+      ASSERT_NEAR(patterns->image(k).values()[i], light(k).values()[i], 1e-6F);
+
+  const auto rows = read_those([&](int k) { return k / 2 >= code.column_bits(); });
+  ASSERT_TRUE(rows.ok()) << rows.error().line();
+  EXPECT_FALSE(rows->complements_derived);
+  EXPECT_EQ(rows->code.axes(), CodeAxes::rows);
+  EXPECT_EQ(rows->image(0), light(2 * code.column_bits()));
+
+  // One missing complement among others is a missing photograph.
+  const auto refused = read_those([](int k) { return k != 7; });
+  ASSERT_FALSE(refused.ok());
+  EXPECT_NE(refused.error().line().find("no photograph of \"columns 3 complement\""), std::string::npos)
+      << refused.error().line();
+}
+
 TEST_F(CaptureFolder, PatternsAreFoundByNameInAnyOrder) {
   const GrayCode code(kGrid);
   std::string text = "symrig = 1\nprojector = \"24x40\"\n";

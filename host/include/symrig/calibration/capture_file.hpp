@@ -77,7 +77,8 @@ Result<Image<float>> read_captured(const std::filesystem::path& file, const Capt
 /// The photographs of a capture, in the order of the sequence. Several exposures of one pattern become one
 /// photograph: Σ (y − pedestal) over the unsaturated ones, divided by Σ exposure. This is the
 /// inverse-variance weight of shot noise. A pixel that is saturated in all of them gets 1.
-/// units: those of the shortest exposure.
+/// units: those of the shortest exposure. If the file names no complement, the complements are derived; if it
+/// names no pattern of one axis, the sequence is that of the other axis alone.
 /// fails: bad_value (a pattern without a photograph, exposures given for some only), size_mismatch, as
 /// read_captured.
 Result<CodePhotographs> read_capture(const std::filesystem::path& folder, const CaptureFile& capture,

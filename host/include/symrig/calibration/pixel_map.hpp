@@ -8,7 +8,9 @@
 
 namespace symrig {
 
-/// The projector position that each camera pixel sees.
+/// The projector position that each camera pixel sees. A sequence of one axis gives that coordinate alone:
+/// the other one is NaN in decoded pixels, with an infinite standard deviation. Such a map is no map of
+/// places on the projector. Whatever needs both coordinates refuses it (require_both_axes).
 struct PixelMap {
   Grid camera, projector;
   Image<float> col,
@@ -16,9 +18,13 @@ struct PixelMap {
   Image<std::uint8_t> mask;           ///< 1 = decoded
   Image<float> col_sigma, row_sigma;  ///< standard deviation of the position [px], where decoded
   Image<float> contrast;              ///< white − black, units of the photographs
-  double noise = 0;              ///< rms of one photograph's pixel, estimated from all of them; same units
-  double decoded_share() const;  ///< decoded / all camera pixels
+  double noise = 0;                ///< rms of one photograph's pixel, estimated from all of them; same units
+  CodeAxes axes = CodeAxes::both;  ///< the known coordinates
+  double decoded_share() const;    ///< decoded / all camera pixels
 };
+
+/// fails: bad_value (a map of columns or rows alone). what: what needs both, "a registration".
+Result<void> require_both_axes(const PixelMap& map, const char* what);
 
 /// The constants of decoding, each with its reason. Most values were found on the 42 real photographs that
 /// also measure the accuracy, and the reasons were written afterwards. So those figures are no independent
@@ -77,9 +83,11 @@ struct DecodeOptions {
 /// A pixel is decoded if all of this holds: it is lit; the finest stripes are visible around it (else it sees
 /// indirect light only); its position is known well enough; no other position explains it nearly as well;
 /// neighbours agree.
-/// error: col_sigma, row_sigma; rms 0.05 px on a plain surface.
-/// fails: bad_value (an axis without pairs; no pixel has enough contrast; most of the map runs backwards: a
-/// pair is swapped or out of order), bad_argument (no such held_out_pair), size_mismatch.
+/// A sequence of one axis gives a map of that axis. A derived complement has the noise of three photographs.
+/// error: col_sigma, row_sigma; rms 0.05 px on a plain surface. The stated deviations are scaled to the
+/// scatter of the positions (stated_sigma.hpp). fails: bad_value (no pairs; no pixel has enough contrast;
+/// most of the map runs backwards: a pair is swapped or out of order), bad_argument (no such held_out_pair,
+/// or one of a single axis, whose bit cannot be derived), size_mismatch.
 Result<PixelMap> decode(const CodePhotographs& photographs, const DecodeOptions& options = {});
 
 /// read_gray_code_folder, then decode.

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calibration/scatter_noise.hpp"
+
+#include "symrig/base/quantile.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <Eigen/Dense>
+
+namespace symrig::calibration {
+namespace {
+
+/// White − black of the brightest pixels.
+double largest_contrast(const CodePhotographs& photographs) {
+  constexpr std::size_t kSample = 20'000;
+  const auto white = photographs.white().values(), black = photographs.black().values();
+  std::vector<double> contrasts;
+  for (std::size_t i = 0; i < white.size(); i += white.size() / kSample + 1)
+    contrasts.push_back(static_cast<double>(white[i] - black[i]));
+  return ranked(contrasts, std::ssize(contrasts) * 99 / 100);
+}
+
+/// Level and variance of one window of two patterns.
+struct WindowNoise {
+  double level = 0, variance = 0;
+};
+
+/// Compares two patterns in windows of 3 × 3 pixels.
+class Windows {
+ public:
+  explicit Windows(const CodePhotographs& photographs)
+      : photographs_(photographs), unlit_(kUnlit * largest_contrast(photographs)) {}
+
+  /// Adds the windows of two pairs' patterns.
+  void compare(int pair, int other, std::vector<WindowNoise>& to) const {
+    const Grid grid = photographs_.camera();
+    for (int row = kReach; row < grid.rows - kReach; row += kStride)
+      for (int col = kReach; col < grid.cols - kReach; col += kStride)
+        if (alike(pair, other, row, col)) to.push_back(noise_of(pair, other, row, col));
+  }
+
+ private:
+  static constexpr int kReach = 4, kStride = 4;
+  static constexpr int kSize = 9, kUnknowns = 3;
+  static constexpr double kClear = 0.3;   // of white − black; as in the order of the stripes
+  static constexpr double kUnlit = 0.02;  // of the largest contrast; below, all patterns are alike
+
+  /// Pattern minus complement, which 2 p − white − black is.
+  float difference(int pair, int row, int col) const {
+    return 2 * photographs_.image(2 * pair).at(row, col) - photographs_.white().at(row, col) -
+           photographs_.black().at(row, col);
+  }
+  /// 1: lit by the pattern, −1: dark in it, 0: it sees an edge, 2: no pattern lights it.
+  int state(int pair, int row, int col) const {
+    const auto contrast =
+        static_cast<double>(photographs_.white().at(row, col) - photographs_.black().at(row, col));
+    if (contrast < unlit_) return 2;
+    const auto d = static_cast<double>(difference(pair, row, col));
+    return d > kClear * contrast ? 1 : d < -kClear * contrast ? -1 : 0;
+  }
+  /// Whether the same light falls on the surroundings in both patterns.
+  bool alike(int pair, int other, int row, int col) const {
+    const int here = state(pair, row, col);
+    for (const int y : {-kReach, -1, 0, 1, kReach})
+      for (const int x : {-kReach, -1, 0, 1, kReach})
+        if (here == 0 || state(pair, row + y, col + x) != here || state(other, row + y, col + x) != here)
+          return false;
+    return true;
+  }
+  WindowNoise noise_of(int pair, int other, int row, int col) const {
+    Eigen::Matrix<double, kSize, kUnknowns> a;
+    Eigen::Matrix<double, kSize, 1> y;
+    for (int k = 0; k < kSize; ++k) {
+      const int down = k / 3 - 1, right = k % 3 - 1;
+      const auto q = static_cast<double>(photographs_.image(2 * other).at(row + down, col + right));
+      a.row(k) << q, q * right, q * down;
+      y[k] = static_cast<double>(photographs_.image(2 * pair).at(row + down, col + right));
+    }
+    const Eigen::Vector3d gain = a.colPivHouseholderQr().solve(y);
+    const double left = (y - a * gain).squaredNorm() / (kSize - kUnknowns);
+    return {y.mean(), left / (1 + gain[0] * gain[0])};
+  }
+
+  const CodePhotographs& photographs_;
+  double unlit_;
+};
+
+/// Pairs whose stripes are much wider than a window, as far as the projector is known: the coarsest half of
+/// each axis.
+std::vector<int> coarse_pairs(const GrayCode& code, const std::optional<int>& held_out) {
+  std::vector<int> pairs;
+  for (int pair = 0; pair < code.pairs(); ++pair)
+    if (pair != held_out && code.pair(pair).bit <= code.bits(code.pair(pair).axis) / 2) pairs.push_back(pair);
+  return pairs;
+}
+
+/// The median of χ² / degrees of freedom, with six degrees.
+constexpr double kMedianOfSix = 5.348 / 6;
+
+}  // namespace
+
+bool complements_are_derived(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  constexpr double kExact = 0.95, kLit = 0.05;
+  constexpr float kRounding = 1e-6F;  // of sums of floats
+  const auto lit = static_cast<float>(kLit * largest_contrast(photographs));
+  const auto white = photographs.white().values(), black = photographs.black().values();
+  const std::size_t stride = white.size() / 5'000 + 1;
+  std::int64_t all = 0, exact = 0;
+  for (int pair = 0; pair < photographs.code.pairs(); ++pair) {
+    if (pair == held_out) continue;
+    const auto pattern = photographs.image(2 * pair).values(),
+               complement = photographs.image(2 * pair + 1).values();
+    for (std::size_t i = 0; i < white.size(); i += stride) {
+      if (white[i] - black[i] <= lit) continue;
+      const float sum = white[i] + black[i];
+      all += 1, exact += std::abs(pattern[i] + complement[i] - sum) <= kRounding * sum ? 1 : 0;
+    }
+  }
+  return all > 0 && static_cast<double>(exact) > kExact * static_cast<double>(all);
+}
+
+NoiseLine estimate_scatter_noise(const CodePhotographs& photographs, const std::optional<int>& held_out) {
+  const std::vector<int> pairs = coarse_pairs(photographs.code, held_out);
+  const Windows windows(photographs);
+  std::vector<WindowNoise> found;
+  for (std::size_t k = 0; k + 1 < pairs.size(); ++k) windows.compare(pairs[k], pairs[k + 1], found);
+  std::ranges::sort(found, {}, &WindowNoise::level);
+  constexpr std::size_t kBins = 8;
+  std::vector<NoisePoint> points;
+  for (std::size_t bin = 0; bin < kBins && !found.empty(); ++bin) {
+    std::vector<double> variances;
+    NoisePoint point;
+    const std::size_t begin = bin * found.size() / kBins, end = (bin + 1) * found.size() / kBins;
+    for (std::size_t at = begin; at < end; ++at) {
+      variances.push_back(found[at].variance);
+      point.level += found[at].level / static_cast<double>(end - begin);
+    }
+    if (variances.empty()) continue;
+    point.variance = median(variances) / kMedianOfSix;
+    points.push_back(point);
+  }
+  NoiseLine line = line_through(points);
+  for (const NoisePoint& p : points) line.rms += p.variance / static_cast<double>(points.size());
+  line.rms = std::sqrt(line.rms);
+  return line;
+}
+
+}  // namespace symrig::calibration
