@@ -11,7 +11,6 @@
 #include "rig.hpp"
 #include "symrig/base/nearest_name.hpp"
 #include "symrig/job/import_matrix.hpp"
-#include "undetermined_text.hpp"
 
 #include <memory>
 #include <optional>
@@ -61,14 +60,13 @@ std::string import_text(const ImportArguments& arguments, const ImportOutcome& o
              arguments.output, to_string(result.tensor.projector_grid()),
              grouped(static_cast<double>(result.patterns)), byte_size(bytes), outcome.matrix_bytes / bytes,
              byte_size(outcome.matrix_bytes)) +
-         (result.undetermined ? undetermined_text(*result.undetermined) : "") +
          "relative errors against the matrix\n" + error_table(outcome.judged.errors);
 }
 
 Result<ImportOutcome> import_with_meter(CaptureJob job, OpenedRig& rig) {
   Meter meter("import", "products");
   job.options.progress = meter.progress();
-  return import_matrix(job, rig);
+  return import_matrix(std::move(job), rig);
 }
 
 Result<void> run(const ImportArguments& arguments) {
@@ -80,9 +78,9 @@ Result<void> run(const ImportArguments& arguments) {
                    .check());
   const std::string name = rig_of(arguments);
   SYMRIG_TRY(OpenedRig rig, open_rig(name, ""));
-  const CaptureJob job{
+  CaptureJob job{
       .output = arguments.output, .log = {.off = true}, .options = std::move(options), .made = made_now};
-  const Result<ImportOutcome> outcome = import_with_meter(job, rig);
+  const Result<ImportOutcome> outcome = import_with_meter(std::move(job), rig);
   if (!outcome) return hint_in_command_words(outcome.error());
   SYMRIG_CHECK(write_text(arguments.json, json_of(*outcome, name)));
   if (is_standard_output(arguments.json)) return {};
@@ -116,14 +114,16 @@ Job add_import(CLI::App& command) {
       ->type_name("X");
   add_json(command, arguments->json);
   command.footer(
-      std::string("Example:\n"
-                  "  symrig import T.npy --grid 48x64 -o scene.h5\n"
-                  "\n"
-                  "Measures the matrix as `symrig capture --rig dense:T.npy` does, and compares the tensor "
-                  "with it.\n"
-                  "If T is not data-sparse, the search ends, brute force measures the rest, and the evidence "
-                  "is printed.\n"
-                  "\n") +
+      std::string(
+          "Example:\n"
+          "  symrig import T.npy --grid 48x64 -o scene.h5\n"
+          "\n"
+          "Measures the matrix as `symrig capture --rig dense:T.npy` does, and compares the tensor "
+          "with it.\n"
+          "A matrix that is not data-sparse is refused, with the evidence: its tensor would be no smaller. "
+          "--algorithm brute\n"
+          "stores it nevertheless.\n"
+          "\n") +
       kExitCodes);
   takes_number<double>(command.get_option("--tolerance"));
   return [arguments] { return run(*arguments); };

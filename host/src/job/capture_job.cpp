@@ -86,6 +86,7 @@ Result<void> save(const std::string& path, CaptureOutcome& outcome) {
 Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSettings& settings,
                                         OpenedRig& rig, PhotographLog* log) {
   SYMRIG_TRY(CaptureOutcome outcome, measure(job, settings, rig, log));
+  if (job.accept) SYMRIG_CHECK(job.accept(outcome.result));
   outcome.json = capture_json(outcome.summary, outcome.result);
   if (!job.output.empty()) SYMRIG_CHECK(save(job.output, outcome));
   if (!job.json.empty()) SYMRIG_CHECK(write_text_output(job.json, outcome.json));

@@ -29,7 +29,10 @@ struct CaptureJob {
   bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
   std::function<Made()> made = {};  ///< date, version and command; empty: not recorded
   SeePhotographs see = {};          ///< may be empty
-  Stopwatch watch = {};             ///< from the start of the job
+  /// Judges the result before it is saved: with an error, the job ends with it and saves nothing. May be
+  /// empty.
+  std::function<Result<void>(const CaptureResult&)> accept = {};
+  Stopwatch watch = {};  ///< from the start of the job
 };
 
 /// What a capture has found and saved.

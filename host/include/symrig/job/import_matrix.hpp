@@ -14,8 +14,10 @@ struct ImportOutcome {
 };
 
 /// Captures a matrix (dense_rig.hpp), and then compares the tensor with it under test lights. A matrix has no
-/// noise, so what differs is the tensor's error.
-/// fails: as run_job and judge_by_rig.
-Result<ImportOutcome> import_matrix(const CaptureJob& job, OpenedRig& matrix);
+/// noise, so what differs is the tensor's error. A tensor of a matrix that is not data-sparse would be no
+/// smaller, so it is refused. Algorithm brute does not ask.
+/// job.accept: not used.
+/// fails: bad_value (not data-sparse; the evidence in one line); as run_job and judge_by_rig.
+Result<ImportOutcome> import_matrix(CaptureJob job, OpenedRig& matrix);
 
 }  // namespace symrig
