@@ -128,12 +128,12 @@ NoiseLine estimate_scatter_noise(const CodePhotographs& photographs, const std::
   std::vector<WindowNoise> found;
   for (std::size_t k = 0; k + 1 < pairs.size(); ++k) windows.compare(pairs[k], pairs[k + 1], found);
   std::ranges::sort(found, {}, &WindowNoise::level);
-  constexpr std::size_t kBins = 8;
+  constexpr std::size_t kGroups = 8;
   std::vector<NoisePoint> points;
-  for (std::size_t bin = 0; bin < kBins && !found.empty(); ++bin) {
+  for (std::size_t bin = 0; bin < kGroups && !found.empty(); ++bin) {
     std::vector<double> variances;
     NoisePoint point;
-    const std::size_t begin = bin * found.size() / kBins, end = (bin + 1) * found.size() / kBins;
+    const std::size_t begin = bin * found.size() / kGroups, end = (bin + 1) * found.size() / kGroups;
     for (std::size_t at = begin; at < end; ++at) {
       variances.push_back(found[at].variance);
       point.level += found[at].level / static_cast<double>(end - begin);
