@@ -56,6 +56,30 @@ TEST_F(Photographs, calibrate_finds_the_map) {
     }
 }
 
+// Photographs of the column stripes, then white and black: a map without rows, in every file that the command
+// writes.
+TEST_F(Photographs, calibrate_of_columns_alone_writes_a_map_without_rows) {
+  for (std::size_t k = 12; k < 22; ++k) std::filesystem::remove(path(name(k)));  // 5 pairs of rows
+  const Outcome outcome =
+      symrig({"calibrate", "--from", "photographs", "--projector", "24x40", "-o", "map.exr", "--uncertainty",
+              "sigma.pfm", "--report", "map.html", "--json", "c.json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(json("c.json").at("axes"), "columns");
+  EXPECT_TRUE(json("c.json").at("rows").is_null());
+  const Image<float> map = read_image(path("map.exr")).value();
+  const Image<float> sigma = read_image(path("sigma.pfm")).value();
+  for (int row = 2; row < kGrid.rows - 2; ++row)
+    for (int col = 4; col < kGrid.cols - 4; ++col) {
+      ASSERT_EQ(map.at(row, col, 2), 1) << row << "," << col;
+      EXPECT_NEAR(map.at(row, col, 0), col, 0.5);
+      EXPECT_EQ(map.at(row, col, 1), -1) << "no row";
+      EXPECT_GE(sigma.at(row, col, 0), 0);
+      EXPECT_EQ(sigma.at(row, col, 1), -1);
+    }
+  expect_refusal({"fit", "--from", "photographs", "--projector", "24x40", "-o", "fit.h5"}, kBadInput,
+                 {"the map has no rows"});
+}
+
 // A smooth model needs 100 blocks of 4 × 4 pixels; this map has 60. One of 375 is one plane, known to half a
 // projector pixel: the bound of PixelMap.
 TEST_F(Photographs, calibrate_fits_a_smooth_model_if_the_map_is_large_enough) {

@@ -6,20 +6,25 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 namespace symrig {
 namespace {
 
-/// The coordinates that a picture knows. The other one is NaN in every decoded pixel.
+/// Instead of a coordinate that the map does not have. Picture files hold no NaN, and no position is
+/// negative.
+constexpr float kNone = -1;
+
+/// The coordinates that a picture knows. The other one is kNone in every decoded pixel.
 CodeAxes known_axes(const Image<float>& picture) {
   std::array<bool, 2> known{false, false};
   bool any = false;
   for (std::size_t i = 0; i < picture.plane(2).size(); ++i) {
     if (picture.plane(2)[i] != 1) continue;
     any = true;
-    for (int axis = 0; axis < 2; ++axis) known[axis] = known[axis] || !std::isnan(picture.plane(axis)[i]);
+    for (int axis = 0; axis < 2; ++axis) known[axis] = known[axis] || picture.plane(axis)[i] != kNone;
   }
   if (!any || known[0] == known[1]) return CodeAxes::both;
   return known[0] ? CodeAxes::columns : CodeAxes::rows;
@@ -33,8 +38,9 @@ bool on_axis(float position, int size) {
 
 Image<float> map_picture(const PixelMap& map) {
   Image<float> picture(map.camera, 3);
-  std::ranges::copy(map.col.values(), picture.plane(0).begin());
-  std::ranges::copy(map.row.values(), picture.plane(1).begin());
+  const auto held = [](float position) { return std::isnan(position) ? kNone : position; };
+  std::ranges::transform(map.col.values(), picture.plane(0).begin(), held);
+  std::ranges::transform(map.row.values(), picture.plane(1).begin(), held);
   std::ranges::copy(map.mask.values(), picture.plane(2).begin());
   return picture;
 }
@@ -65,7 +71,10 @@ Result<PixelMap> map_of_picture(const Image<float>& picture, Grid projector, con
                      fmt::format("{}: pixel ({}, {}) looks at row {:g}, column {:g} of a projector of {}",
                                  name, r, c, row, col, to_string(projector)),
                      "the map is of another projector: calibrate again"};
-      map.col.at(r, c) = col, map.row.at(r, c) = row, map.mask.at(r, c) = 1;
+      constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+      map.col.at(r, c) = map.axes == CodeAxes::rows ? kUnknown : col;
+      map.row.at(r, c) = map.axes == CodeAxes::columns ? kUnknown : row;
+      map.mask.at(r, c) = 1;
     }
   return map;
 }

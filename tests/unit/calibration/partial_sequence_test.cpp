@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sequences without complements, and of one axis alone.
+#include "scratch.hpp"
 #include "symrig/calibration/first_bounce.hpp"
 #include "symrig/calibration/map_file.hpp"
 #include "symrig/calibration/map_quality.hpp"
 #include "symrig/calibration/pixel_map.hpp"
 #include "symrig/calibration/resampling.hpp"
 #include "symrig/calibration/smooth_map.hpp"
+#include "symrig/image/file.hpp"
 #include "synthetic_photographs.hpp"
 
 #include <cmath>
@@ -144,10 +146,20 @@ TEST(PartialSequence, OfColumnsIsRefusedWhereRowsAreNeeded) {
 
 TEST(PartialSequence, OfColumnsComesBackFromItsFile) {
   const PixelMap map = map_of(arranged(all().code.projector(), columns()));
-  const auto read = map_of_picture(map_picture(map), map.projector, "map.exr");
-  ASSERT_TRUE(read.ok()) << read.error().line();
-  EXPECT_EQ(read->axes, CodeAxes::columns);
-  EXPECT_EQ(read->mask, map.mask);
+  const test::Scratch folder;
+  for (const char* name : {"map.exr", "map.pfm"}) {
+    ASSERT_TRUE(write_image(folder / name, map_picture(map)).ok());
+    const auto read = read_pixel_map(folder / name, map.projector);
+    ASSERT_TRUE(read.ok()) << read.error().line();
+    EXPECT_EQ(read->axes, CodeAxes::columns);
+    EXPECT_EQ(read->mask, map.mask);
+    for (std::size_t i = 0; i < map.mask.values().size(); ++i) {
+      if (map.mask.values()[i]) {
+        ASSERT_TRUE(std::isnan(read->row.values()[i]));
+        ASSERT_EQ(read->col.values()[i], map.col.values()[i]);
+      }
+    }
+  }
   // One pixel with a row among pixels without is no map.
   Image<float> picture = map_picture(map);
   for (std::size_t i = 0; i < map.mask.values().size(); ++i)
