@@ -139,6 +139,7 @@ TEST_F(RelightLights, a_stopped_call_is_resumed) {
   const std::vector<std::string> words{"relight", "scene.h5", "--lights", "lights", "-o", "pictures"};
   ASSERT_EQ(symrig(words).code, 0);
   std::vector<Image<float>> whole;
+  whole.reserve(18);
   for (int k = 0; k < 18; ++k) whole.push_back(picture(fmt::format("pictures/{:02}.exr", k)));
 
   std::filesystem::remove(path("pictures/03.exr"));

@@ -26,7 +26,7 @@ class Y4m : public testing::Test {
     std::ofstream(scratch_ / name, std::ios::binary) << bytes;
     return scratch_ / name;
   }
-  std::string bytes_of(const fs::path& path) const {
+  static std::string bytes_of(const fs::path& path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
   }
