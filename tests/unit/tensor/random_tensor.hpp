@@ -109,7 +109,9 @@ class RandomTensor {
     for (float& v : values) v = value();
     builder_.add_scalar(row, col, values);
     note(row, col, values[0], std::abs(values[0]));
-    if (symmetric_ && row != col) note(col, row, values[0], std::abs(values[0]));
+    // The mirror image.
+    if (symmetric_ && row != col)
+      note(col, row, values[0], std::abs(values[0]));  // NOLINT(readability-suspicious-call-argument)
   }
 
   bool symmetric_;
