@@ -76,8 +76,8 @@ TEST_F(Photographs, calibrate_of_columns_alone_writes_a_map_without_rows) {
       EXPECT_GE(sigma.at(row, col, 0), 0);
       EXPECT_EQ(sigma.at(row, col, 1), -1);
     }
-  expect_refusal({"fit", "--from", "photographs", "--projector", "24x40", "-o", "fit.h5"}, kBadInput,
-                 {"the map has no rows"});
+  expect_refusal({"fit", "--from", "photographs", "--projector", "24x40", "-o", "fit.h5"}, kUsage,
+                 {"one axis", "photograph the pairs of the other axis too"});
 }
 
 // A smooth model needs 100 blocks of 4 × 4 pixels; this map has 60. One of 375 is one plane, known to half a
