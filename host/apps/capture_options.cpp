@@ -25,11 +25,12 @@ constexpr std::array<std::pair<const char*, const char*>, 10> kNames{{
 }};
 
 /// Names in the next step of an error. The other names are also plain words.
-constexpr std::array<std::pair<const char*, const char*>, 4> kHintNames{{
+constexpr std::array<std::pair<const char*, const char*>, 5> kHintNames{{
     {"channel", "--channel"},
     {"resume", "--resume"},
     {"check_axis", "--check-axis"},
     {"algorithm", "--algorithm"},
+    {"mosaic", "--mosaic"},
 }};
 
 std::string in_command_words(const std::string& text,

@@ -4,7 +4,6 @@
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <filesystem>
 
@@ -24,8 +23,7 @@ std::string suffix(const std::string& path) {
 }  // namespace
 
 Result<void> check_picture_suffix(const std::string& path) {
-  constexpr std::array<std::string_view, 3> kSuffixes{".exr", ".png", ".pfm"};
-  if (std::find(kSuffixes.begin(), kSuffixes.end(), suffix(path)) == kSuffixes.end())
+  if (!has_picture_suffix(path))
     return Error{ErrorCode::bad_argument, fmt::format("{} does not end in .exr, .png or .pfm", path),
                  "give one of these suffixes: it chooses the picture format"};
   return {};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // relight applies the tensor; dual applies its transpose.
+#include "capture_options.hpp"
 #include "choices.hpp"
 #include "command.hpp"
 #include "console.hpp"
@@ -88,7 +89,9 @@ Result<Relighter> relighter_of(const RelightArguments& arguments, const Transpor
   if (!arguments.mosaic.empty()) {
     SYMRIG_TRY(options.mosaic, parse_bayer(arguments.mosaic));
   }
-  return Relighter::begin(tensor, options);
+  Result<Relighter> relighter = Relighter::begin(tensor, options);
+  if (!relighter) return hint_in_command_words(relighter.error());
+  return relighter;
 }
 
 /// What has the size of a light, for messages.
@@ -161,9 +164,10 @@ Result<void> check_lights(const CLI::App& command, const RelightArguments& argum
                  arguments.light.empty() ? "there is no light" : "--light and --lights are both given",
                  "give --light IMAGE, or --lights with a folder of lights or a film"};
   const bool one = arguments.lights.empty(), film = is_film(arguments.output);
-  const std::array<Idle, 3> options{{{"--format", one, "with --light: the suffix of -o chooses the format"},
+  const std::array<Idle, 4> options{{{"--format", one, "with --light: the suffix of -o chooses the format"},
                                      {"--format", film, "with a film"},
-                                     {"--resume", one, "with --light: one picture is written as a whole"}}};
+                                     {"--resume", one, "with --light: one picture is written as a whole"},
+                                     {"--resume", film, "with a film: it is written as a whole"}}};
   return check_effects(command, options);
 }
 
@@ -194,12 +198,13 @@ Result<void> run_sequence(const RelightArguments& arguments) {
                         .asked = request_text(arguments)};
   SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
   std::optional<Meter> meter(std::in_place, "relight", "pictures");
-  SYMRIG_TRY(const SequenceResult result, relight_sequence(relighter, lights, output, meter->progress()));
+  const Result<SequenceResult> result = relight_sequence(relighter, lights, output, meter->progress());
   meter.reset();
-  std::string text = fmt::format("{}: {} pictures, {}, {} channel{}", arguments.output, result.pictures,
-                                 to_string(result.grid), result.channels, result.channels == 1 ? "" : "s");
-  if (result.kept > 0) text += fmt::format(", {} of them from before", result.kept);
-  if (film || arguments.format == "png") text += fmt::format(", exposure {:.4g}", result.exposure);
+  if (!result) return hint_in_command_words(result.error());
+  std::string text = fmt::format("{}: {} pictures, {}, {} channel{}", arguments.output, result->pictures,
+                                 to_string(result->grid), result->channels, result->channels == 1 ? "" : "s");
+  if (result->kept > 0) text += fmt::format(", {} of them from before", result->kept);
+  if (film || arguments.format == "png") text += fmt::format(", exposure {:.4g}", result->exposure);
   return print(text + "\n");
 }
 

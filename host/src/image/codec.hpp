@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -36,6 +37,9 @@ template <class Code>
 Buffer encode_png_codes(const Image<Code>& image);
 /// One bit for each pixel: code 0 is black, any other code white. One channel. Empty if libpng fails.
 Buffer encode_png_bits(const Image<std::uint8_t>& image);
+
+/// ".exr" of "A.EXR".
+std::string lower_suffix(const std::filesystem::path& path);
 
 /// The error bad_format with the file's name.
 Error damaged(const std::string& name, const std::string& what);

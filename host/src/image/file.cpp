@@ -3,7 +3,6 @@
 
 #include "image/codec.hpp"
 #include "symrig/base/atomic_file.hpp"
-#include "symrig/base/quantile.hpp"
 #include "symrig/image/finite.hpp"
 
 #include <algorithm>
@@ -30,7 +29,19 @@ Result<Grid> checked_grid(std::int64_t rows, std::int64_t cols, const std::strin
   return Grid{static_cast<int>(rows), static_cast<int>(cols)};
 }
 
+std::string lower_suffix(const std::filesystem::path& path) {
+  std::string suffix = path.extension().string();
+  std::ranges::transform(suffix, suffix.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return suffix;
+}
+
 }  // namespace image
+
+bool has_picture_suffix(const std::filesystem::path& path) {
+  const std::string suffix = image::lower_suffix(path);
+  return suffix == ".exr" || suffix == ".pfm" || suffix == ".png";
+}
 
 namespace {
 
@@ -49,24 +60,12 @@ Result<Image<float>> decode_by_content(std::span<const std::byte> bytes, const s
   return image::damaged(name, bytes.empty() ? "is empty" : "is not a picture of a known format");
 }
 
-std::string lower_suffix(const std::filesystem::path& path) {
-  std::string suffix = path.extension().string();
-  std::ranges::transform(suffix, suffix.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix;
-}
-
 Image<std::uint16_t> to_16_bits(const Image<float>& image) {
   Image<std::uint16_t> codes(image.grid(), image.channels());
   std::ranges::transform(image.values(), codes.values().begin(), [](float v) {
     return static_cast<std::uint16_t>(std::lround(std::clamp(v, 0.0F, 1.0F) * 65'535.0F));
   });
   return codes;
-}
-
-/// sRGB transfer function, IEC 61966-2-1: linear [0,1] → [0,1].
-double srgb(double linear) {
-  return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 Result<void> write_png_bytes(const std::filesystem::path& path, const image::Buffer& bytes) {
@@ -101,7 +100,7 @@ Result<PictureFacts> read_picture_facts(const std::filesystem::path& path) {
 Result<void> write_image(const std::filesystem::path& path, const Image<float>& image,
                          const PictureFacts& facts) {
   SYMRIG_CHECK(check_writable(image, path.string()));
-  const std::string suffix = lower_suffix(path);
+  const std::string suffix = image::lower_suffix(path);
   if (suffix == ".png") return write_png_bytes(path, image::encode_png_codes(to_16_bits(image)));
   if (suffix == ".pfm") return write_file_atomically(path, image::encode_pfm(image));
   if (suffix == ".exr") {
@@ -119,22 +118,6 @@ Result<void> write_display_png(const std::filesystem::path& path, const Image<fl
   if (!std::isfinite(exposure) || exposure <= 0)
     return Error{ErrorCode::bad_argument, fmt::format("exposure = {}; must be a positive number", exposure)};
   return write_png_bytes(path, image::encode_png_codes(to_display(image, exposure)));
-}
-
-double automatic_exposure(const Image<float>& picture) {
-  std::vector<float> values(picture.values().begin(), picture.values().end());
-  const float white = quantile(values, 0.995);
-  return white > 0 ? 1.0 / static_cast<double>(white) : 1.0;
-}
-
-Image<std::uint8_t> to_display(const Image<float>& image, double exposure) {
-  Image<std::uint8_t> display(image.grid(), image.channels());
-  std::ranges::transform(image.values(), display.values().begin(), [exposure](float v) {
-    const double shown = exposure * v;
-    return shown > 0 ? static_cast<std::uint8_t>(std::lround(255 * srgb(std::min(shown, 1.0))))
-                     : std::uint8_t{0};
-  });
-  return display;
 }
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {

@@ -161,6 +161,10 @@ bool begins_a_frame(std::string_view line) {
 
 }  // namespace
 
+bool is_film(const std::filesystem::path& path) {
+  return image::lower_suffix(path) == ".y4m";
+}
+
 Result<Y4mReader> Y4mReader::open(const std::filesystem::path& path) {
   Y4mReader film;
   film.name_ = path.string();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <system_error>
 #include <utility>
 
@@ -13,14 +14,14 @@
 namespace symrig {
 namespace {
 
-char code_of(double value) {
+char sample_of(double value) {
   return static_cast<char>(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
 }
 
 /// Y, Cb, Cr of R, G, B, all 0 to 255 (ITU-T T.871, JFIF, section 7).
 std::array<char, 3> jfif(double r, double g, double b) {
   const double luma = 0.299 * r + 0.587 * g + 0.114 * b;
-  return {code_of(luma), code_of(128 + (b - luma) / 1.772), code_of(128 + (r - luma) / 1.402)};
+  return {sample_of(luma), sample_of(128 + (b - luma) / 1.772), sample_of(128 + (r - luma) / 1.402)};
 }
 
 }  // namespace

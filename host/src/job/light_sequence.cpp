@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/light_sequence.hpp"
 
+#include "symrig/image/file.hpp"
 #include "symrig/job/light.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cctype>
-#include <string_view>
+#include <iterator>
 #include <system_error>
 #include <utility>
 
@@ -17,24 +16,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string lower_suffix(const fs::path& path) {
-  std::string suffix = path.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return suffix;
-}
-
-bool is_picture(const fs::path& path) {
-  constexpr std::array<std::string_view, 3> kSuffixes{".exr", ".png", ".pfm"};
-  return std::find(kSuffixes.begin(), kSuffixes.end(), lower_suffix(path)) != kSuffixes.end();
-}
-
 /// The pictures of a folder, by name. A file whose name begins with a dot is still being written.
 Result<std::vector<fs::path>> pictures_of(const fs::path& folder) {
   std::vector<fs::path> pictures;
   std::error_code error;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (is_picture(entry->path()) && entry->path().filename().string()[0] != '.')
+    if (has_picture_suffix(entry->path()) && entry->path().filename().string()[0] != '.')
       pictures.push_back(entry->path());
   if (error)
     return Error{ErrorCode::io, fmt::format("{} cannot be read ({})", folder.string(), error.message()),
@@ -55,10 +42,6 @@ Result<std::vector<fs::path>> pictures_of(const fs::path& folder) {
 }
 
 }  // namespace
-
-bool is_film(const fs::path& path) {
-  return lower_suffix(path) == ".y4m";
-}
 
 Result<LightSequence> LightSequence::open(const fs::path& path, Grid grid, const std::string& of) {
   LightSequence lights;

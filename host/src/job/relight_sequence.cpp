@@ -5,12 +5,10 @@
 #include "symrig/image/file.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -105,13 +103,14 @@ class FolderSink final : public Sink {
   Error interrupted(std::size_t done, std::size_t all) const override {
     return {ErrorCode::interrupted,
             fmt::format("stopped; {} of {} pictures are in {}", done, all, output_.path.string()),
-            "--resume makes the others"};
+            "resume makes the others"};
   }
 
  private:
   Result<void> write(const std::string& light, const Image<float>& picture) const {
     const fs::path path = output_.path / (light + output_.suffix);
     if (output_.suffix == ".png") return write_display_png(path, picture, file_.exposure);
+    if (output_.suffix != ".exr") return write_image(path, picture);
     PictureFacts facts = output_.facts;
     facts.light = light;
     facts.exposure = automatic_exposure(picture);
@@ -126,21 +125,19 @@ class FolderSink final : public Sink {
 /// Makes the output folder, and checks that it is neither the lights' nor in use.
 Result<job::SequenceFile> open_folder(const LightSequence& lights, const SequenceOutput& output,
                                       double exposure) {
-  constexpr std::array<std::string_view, 3> kSuffixes{".exr", ".pfm", ".png"};
-  if (std::find(kSuffixes.begin(), kSuffixes.end(), output.suffix) == kSuffixes.end())
+  if (!has_picture_suffix("picture" + output.suffix))
     return Error{ErrorCode::bad_argument, fmt::format("pictures cannot end in '{}'", output.suffix),
                  "use .exr, .pfm or .png"};
   std::error_code error;
   if (fs::exists(output.path, error) && !fs::is_directory(output.path, error))
-    return Error{ErrorCode::bad_argument, fmt::format("-o {} is not a folder", output.path.string()),
+    return Error{ErrorCode::bad_argument, fmt::format("{} is not a folder", output.path.string()),
                  "give a folder for the pictures, or a .y4m film"};
   if (!fs::exists(output.path, error) && !fs::create_directory(output.path, error))
     return Error{ErrorCode::not_found,
                  fmt::format("the folder {} cannot be made ({})", output.path.string(), error.message()),
                  "make the folder that it lies in"};
   if (fs::equivalent(output.path, lights.path(), error))
-    return Error{ErrorCode::bad_argument,
-                 fmt::format("-o {} is the folder of the lights", output.path.string()),
+    return Error{ErrorCode::bad_argument, fmt::format("{} is the folder of the lights", output.path.string()),
                  "give another folder: pictures get the names of their lights"};
 
   job::SequenceFile file{output.facts.scene, output.asked, exposure, {}};
@@ -160,7 +157,7 @@ Result<job::SequenceFile> open_folder(const LightSequence& lights, const Sequenc
     const fs::path picture = output.path / (lights.name(k) + output.suffix);
     if (old || fs::exists(picture, error))
       return Error{ErrorCode::bad_argument, fmt::format("{} has pictures already", output.path.string()),
-                   old ? "--resume makes those that are missing; else give another folder"
+                   old ? "resume makes those that are missing, or give another folder"
                        : fmt::format("give another folder, or remove {}", picture.filename().string())};
   }
   return file;
@@ -177,7 +174,7 @@ Result<double> exposure_of(const Relighter& relighter, const SequenceOutput& out
 /// A film that cannot be resumed, because it appears as a whole.
 Result<void> check_resume(const SequenceOutput& output) {
   if (!output.resume || !is_film(output.path)) return {};
-  return Error{ErrorCode::bad_argument, "--resume: a film is written as a whole",
+  return Error{ErrorCode::bad_argument, "a film is written as a whole, so it cannot be resumed",
                "write pictures to a folder: they can be resumed"};
 }
 
@@ -189,11 +186,8 @@ Result<SequenceResult> relight_sequence(const Relighter& relighter, const LightS
   SequenceResult result;
   SYMRIG_TRY(result.exposure, exposure_of(relighter, output));
 
-  // The size of a film's frames is that of the first picture.
-  SYMRIG_TRY(const Image<float> first_light, lights.read(0));
-  SYMRIG_TRY(const Image<float> first, relighter.relight(first_light));
-  result.grid = first.grid();
-  result.channels = first.channels();
+  result.grid = relighter.picture_grid();
+  result.channels = relighter.picture_channels();
   std::unique_ptr<Sink> sink;
   if (is_film(output.path)) {
     SYMRIG_TRY(Y4mWriter film, Y4mWriter::begin(output.path, result.grid, result.channels,

@@ -15,10 +15,10 @@ Radiance without_noise(Image<float> mean) {
 Result<void> check_mosaic(const TransportTensor& tensor, const RelightOptions& options) {
   if (!options.mosaic) return {};
   if (tensor.channels() != 1)
-    return Error{ErrorCode::bad_argument, "--mosaic: the scene already has colour channels",
-                 "remove it: it is for scenes measured as a colour camera's raw mosaic"};
+    return Error{ErrorCode::bad_argument, "the scene already has colour channels, so it is no raw mosaic",
+                 "leave out mosaic"};
   if (options.views.from || options.views.to)
-    return Error{ErrorCode::bad_argument, "--mosaic cannot be used with --from-view or --to-view",
+    return Error{ErrorCode::bad_argument, "a raw mosaic cannot be relit from or to a single view",
                  "relight all views at once"};
   return {};
 }
@@ -29,6 +29,7 @@ Result<Relighter> Relighter::begin(TransportTensor tensor, const RelightOptions&
   SYMRIG_CHECK(check_mosaic(tensor, options));
   Relighter relighter;
   SYMRIG_TRY(relighter.light_grid_, symrig::light_grid(tensor, options.views));
+  SYMRIG_TRY(relighter.picture_grid_, symrig::picture_grid(tensor, options.views));
   if (options.mosaic) {
     SYMRIG_TRY(Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.F)));
     relighter.flood_mosaic_ = without_noise(std::move(flood));

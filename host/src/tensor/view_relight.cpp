@@ -70,6 +70,12 @@ Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what) 
   return what.from ? what.views.tile(whole, *what.from).grid : whole;
 }
 
+Result<Grid> picture_grid(const TransportTensor& tensor, const ViewRelight& what) {
+  SYMRIG_CHECK(check(tensor, what));
+  const Grid whole = tensor.camera_grid();
+  return what.to ? what.views.tile(whole, *what.to).grid : whole;
+}
+
 Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
                              const ViewRelight& what) {
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));

@@ -113,6 +113,33 @@ TEST_F(ImageFile, SixteenBitPngIsLinearAndClipped) {
   EXPECT_EQ(read->at(0, 3), 1);
 }
 
+// Against IEC 61966-2-1 itself, for values of every size, and next to each place where the code changes.
+TEST_F(ImageFile, EveryValueHasTheCodeOfTheToneCurve) {
+  const auto by_formula = [](double v) {
+    const double x = std::min(v, 1.0);
+    return std::lround(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055));
+  };
+  std::vector<float> values{0.F, 1.F, 2.F, 1e-30F, 1e30F};
+  for (int i = 0; i < 200'000; ++i) values.push_back(static_cast<float>(i) / 180'000.F);
+  for (int code = 1; code < 256; ++code) {
+    const double edge = (code - 0.5) / 255;
+    const auto linear =
+        static_cast<float>(edge <= 0.04045 ? edge / 12.92 : std::pow((edge + 0.055) / 1.055, 2.4));
+    for (const float near : {linear, std::nextafter(linear, 0.F), std::nextafter(linear, 2.F)})
+      values.push_back(near);
+  }
+  Image<float> image({1, static_cast<int>(values.size())});
+  std::ranges::copy(values, image.values().begin());
+  for (const double exposure : {1.0, 0.7}) {
+    const auto shown = to_display(image, exposure);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      ASSERT_EQ(shown.values()[i], by_formula(exposure * static_cast<double>(values[i]))) << values[i];
+  }
+  Image<float> dark({1, 2});
+  dark.at(0, 0) = -1, dark.at(0, 1) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(to_display(dark), Image<std::uint8_t>({1, 2}));
+}
+
 TEST_F(ImageFile, DisplayPngIsSrgb) {
   // IEC 61966-2-1 by hand: 0.0031308 → 0.04045 (10.3), 0.5 → 0.735357 (187.5), 0.18 → 0.461356 (117.6).
   Image<float> image({1, 5});

@@ -102,6 +102,7 @@ TEST(ViewRelight, many_lights_are_each_relit) {
     const auto pictures = relight_batch(made.tensor, lights, what);
     ASSERT_TRUE(pictures.ok()) << pictures.error().line();
     ASSERT_EQ(pictures->size(), lights.size());
+    EXPECT_EQ(pictures->front().grid(), picture_grid(made.tensor, what).value());
     for (std::size_t k = 0; k < lights.size(); ++k) {
       const Image<float> alone = relight(made.tensor, lights[k], what).value();
       ASSERT_EQ((*pictures)[k].grid(), alone.grid());

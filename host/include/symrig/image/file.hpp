@@ -29,6 +29,9 @@ Result<Image<float>> read_image(const std::filesystem::path& path);
 /// As read_image, from memory. name: for messages.
 Result<Image<float>> decode_image(std::span<const std::byte> bytes, const std::string& name);
 
+/// True if a name ends in .exr, .pfm or .png, in small or large letters.
+bool has_picture_suffix(const std::filesystem::path& path);
+
 /// Writes a linear picture of 1 or 3 channels. The suffix chooses the format: .exr (32-bit float), .pfm, .png
 /// (16 bits, clipped to [0,1], linear). The file is written atomically. facts: go into an OpenEXR header.
 /// fails: bad_argument (another suffix, other channels, empty), bad_value (NaN or infinity), not_found, io.

@@ -14,6 +14,9 @@
 
 namespace symrig {
 
+/// True for a name that ends in .y4m, in small or large letters.
+bool is_film(const std::filesystem::path& path);
+
 /// Frames a second of a film, as a fraction.
 struct FrameRate {
   std::int64_t frames = 25, seconds = 1;

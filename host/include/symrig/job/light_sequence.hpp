@@ -43,7 +43,4 @@ class LightSequence {
   std::optional<Y4mReader> film_;
 };
 
-/// True for a path that ends in .y4m.
-bool is_film(const std::filesystem::path& path);
-
 }  // namespace symrig

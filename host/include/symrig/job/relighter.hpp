@@ -31,6 +31,8 @@ class Relighter {
   static Result<Relighter> begin(TransportTensor tensor, const RelightOptions& options);
 
   Grid light_grid() const { return light_grid_; }
+  Grid picture_grid() const { return picture_grid_; }
+  int picture_channels() const { return options_.mosaic ? 3 : tensor_.channels(); }
 
   /// photograph = T · light.  shapes, error, fails: as symrig::relight. With a mosaic it has 3 channels, as
   /// colour_by_flood makes them.
@@ -47,7 +49,7 @@ class Relighter {
 
   TransportTensor tensor_;
   RelightOptions options_;
-  Grid light_grid_;
+  Grid light_grid_, picture_grid_;
   std::optional<Radiance> flood_mosaic_;  ///< with a mosaic only
 };
 

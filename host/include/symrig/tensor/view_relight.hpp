@@ -22,8 +22,11 @@ struct ViewRelight {
 /// fails: bad_argument (views that do not tile the tensor's grids, or a view that is not one of them).
 Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what);
 
+/// The grid of the result: that of the view `to`, or the camera's.  fails: as light_grid.
+Result<Grid> picture_grid(const TransportTensor& tensor, const ViewRelight& what);
+
 /// photograph = T · light, with the light of one view only and the picture of one view only.
-/// shapes: light_grid() (1 channel) → the tile of the view `to`, or the camera grid (channels()).
+/// shapes: light_grid() (1 channel) → picture_grid() (channels()).
 /// error: as TransportTensor::apply.  fails: as light_grid, size_mismatch.
 Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
                              const ViewRelight& what);
