@@ -3,8 +3,6 @@
 #include "symrig/image/y4m.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <system_error>
 #include <utility>
@@ -14,15 +12,26 @@
 namespace symrig {
 namespace {
 
-char sample_of(double value) {
-  return static_cast<char>(static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0))));
-}
+/// One plane of Y, Cb, Cr from codes of R, G, B (ITU-T T.871, JFIF, section 7), in whole numbers, so that
+/// several pixels are made at once.
+struct JfifPlane {
+  std::int32_t red, green, blue;  ///< weights in 65536ths
+  std::int32_t zero;              ///< code of a plane that is 0
 
-/// Y, Cb, Cr of R, G, B, all 0 to 255 (ITU-T T.871, JFIF, section 7).
-std::array<char, 3> jfif(double r, double g, double b) {
-  const double luma = 0.299 * r + 0.587 * g + 0.114 * b;
-  return {sample_of(luma), sample_of(128 + (b - luma) / 1.772), sample_of(128 + (r - luma) / 1.402)};
-}
+  char of(std::uint8_t r, std::uint8_t g, std::uint8_t b) const {
+    const std::int32_t sum = red * r + green * g + blue * b + (zero << 16) + (1 << 15);
+    return static_cast<char>(static_cast<std::uint8_t>(std::min(sum >> 16, 255)));
+  }
+};
+
+// 0.299, 0.587, 0.114; the same over -1.772, and 0.5 for blue; over -1.402, and 0.5 for red. Rounded, they
+// add up to 1, 0 and 0 as before, so grey stays grey.
+constexpr JfifPlane kLuma{19595, 38470, 7471, 0};
+constexpr JfifPlane kBlueness{-11058, -21710, 32768, 128};
+constexpr JfifPlane kRedness{32768, -27439, -5329, 128};
+static_assert(kLuma.red + kLuma.green + kLuma.blue == 1 << 16);
+static_assert(kBlueness.red + kBlueness.green + kBlueness.blue == 0);
+static_assert(kRedness.red + kRedness.green + kRedness.blue == 0);
 
 }  // namespace
 
@@ -55,8 +64,7 @@ Y4mWriter::Y4mWriter(Y4mWriter&& other) noexcept
       temporary_(std::exchange(other.temporary_, {})),
       grid_(other.grid_),
       channels_(other.channels_),
-      out_(std::move(other.out_)),
-      planes_(std::move(other.planes_)) {}
+      out_(std::move(other.out_)) {}
 
 Y4mWriter::~Y4mWriter() {
   if (temporary_.empty()) return;
@@ -68,20 +76,31 @@ Y4mWriter::~Y4mWriter() {
 Result<void> Y4mWriter::add(const Image<std::uint8_t>& codes) {
   if (codes.grid() != grid_ || codes.channels() != channels_)
     return Error{ErrorCode::size_mismatch, fmt::format("{}: a frame of another size", path_.string())};
-  const auto pixels = static_cast<std::size_t>(grid_.size());
-  planes_.resize(pixels * static_cast<std::size_t>(channels_));
-  if (channels_ == 1) {
-    std::transform(codes.values().begin(), codes.values().end(), planes_.begin(),
+  return add_planes(planes_of(codes));
+}
+
+std::vector<char> Y4mWriter::planes_of(const Image<std::uint8_t>& codes) {
+  std::vector<char> planes(codes.values().size());
+  if (codes.channels() == 1) {
+    std::transform(codes.values().begin(), codes.values().end(), planes.begin(),
                    [](std::uint8_t code) { return static_cast<char>(code); });
-  } else {
-    const auto red = codes.plane(0), green = codes.plane(1), blue = codes.plane(2);
-    for (std::size_t i = 0; i < pixels; ++i) {
-      const std::array<char, 3> one = jfif(red[i], green[i], blue[i]);
-      for (std::size_t plane = 0; plane < one.size(); ++plane) planes_[plane * pixels + i] = one[plane];
-    }
+    return planes;
   }
+  const auto red = codes.plane(0), green = codes.plane(1), blue = codes.plane(2);
+  const std::size_t pixels = red.size();
+  char* to = planes.data();
+  for (const JfifPlane& plane : {kLuma, kBlueness, kRedness}) {
+    for (std::size_t i = 0; i < pixels; ++i) to[i] = plane.of(red[i], green[i], blue[i]);
+    to += pixels;
+  }
+  return planes;
+}
+
+Result<void> Y4mWriter::add_planes(std::span<const char> planes) {
+  if (planes.size() != static_cast<std::size_t>(grid_.size()) * static_cast<std::size_t>(channels_))
+    return Error{ErrorCode::size_mismatch, fmt::format("{}: a frame of another size", path_.string())};
   out_ << "FRAME\n";
-  out_.write(planes_.data(), static_cast<std::streamsize>(planes_.size()));
+  out_.write(planes.data(), static_cast<std::streamsize>(planes.size()));
   return out_ ? Result<void>() : cannot_be_written();
 }
 

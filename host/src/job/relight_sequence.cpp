@@ -56,10 +56,11 @@ class FilmSink final : public Sink {
   bool has(std::size_t, const Image<float>&) const override { return false; }
   Result<void> add(std::span<const std::size_t>, std::span<const Image<float>>,
                    std::span<const Image<float>> pictures) override {
-    std::vector<Image<std::uint8_t>> codes(pictures.size());
-    tbb::parallel_for(std::size_t{0}, pictures.size(),
-                      [&](std::size_t k) { codes[k] = to_display(pictures[k], exposure_); });
-    for (const Image<std::uint8_t>& frame : codes) SYMRIG_CHECK(film_.add(frame));
+    std::vector<std::vector<char>> frames(pictures.size());
+    tbb::parallel_for(std::size_t{0}, pictures.size(), [&](std::size_t k) {
+      frames[k] = Y4mWriter::planes_of(to_display(pictures[k], exposure_));
+    });
+    for (const std::vector<char>& frame : frames) SYMRIG_CHECK(film_.add_planes(frame));
     return {};
   }
   Result<void> finish() override { return film_.finish(); }

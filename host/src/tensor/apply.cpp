@@ -97,7 +97,8 @@ Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const I
     }
     return out;
   }
-  out.resize(patterns.size(), Image<float>(camera_grid(), channels_));
+  out.reserve(patterns.size());
+  for (std::size_t k = 0; k < patterns.size(); ++k) out.emplace_back(camera_grid(), channels_);
   std::vector<Light> lights;
   for (const Image<float>& pattern : patterns) lights.push_back(pattern.plane(0));
   for (std::size_t first = 0; first < patterns.size(); first += kBatch) {

@@ -116,10 +116,13 @@ TEST_F(ImageFile, SixteenBitPngIsLinearAndClipped) {
 // Against IEC 61966-2-1 itself, for values of every size, and next to each place where the code changes.
 TEST_F(ImageFile, EveryValueHasTheCodeOfTheToneCurve) {
   const auto by_formula = [](double v) {
-    const double x = std::min(v, 1.0);
+    const double x = std::clamp(v, 0.0, 1.0);
     return std::lround(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055));
   };
-  std::vector<float> values{0.F, 1.F, 2.F, 1e-30F, 1e30F};
+  using Limits = std::numeric_limits<float>;
+  std::vector<float> values{
+      0.F,    1.F,   2.F,           1e-30F, 1e30F, Limits::denorm_min(), -1.F, -0.F, Limits::min(),
+      -1e30F, 1e-9F, Limits::max(), 1e9F,   1e-4F, Limits::infinity()};
   for (int i = 0; i < 200'000; ++i) values.push_back(static_cast<float>(i) / 180'000.F);
   for (int code = 1; code < 256; ++code) {
     const double edge = (code - 0.5) / 255;
@@ -130,7 +133,9 @@ TEST_F(ImageFile, EveryValueHasTheCodeOfTheToneCurve) {
   }
   Image<float> image({1, static_cast<int>(values.size())});
   std::ranges::copy(values, image.values().begin());
-  for (const double exposure : {1.0, 0.7}) {
+  // The largest and smallest: all floats, and none, are bright. 1e40: the curve begins among denormal
+  // numbers.
+  for (const double exposure : {1.0, 0.7, 3e-5, 4e7, 1e-38, 1e38, 1e40, 1e-300, 1e300}) {
     const auto shown = to_display(image, exposure);
     for (std::size_t i = 0; i < values.size(); ++i)
       ASSERT_EQ(shown.values()[i], by_formula(exposure * static_cast<double>(values[i]))) << values[i];

@@ -191,6 +191,29 @@ TEST_F(Y4m, a_colour_film_can_be_undone) {
   }
 }
 
+// ITU-T T.871, section 7, before rounding. Weights in 65536ths are off by half of one each, three codes by
+// 255 at most: 0.006. Rounding adds 0.5, and 255 is the largest code.
+TEST_F(Y4m, colours_are_those_of_jfif) {
+  Image<std::uint8_t> picture({52, 52 * 52}, 3);
+  for (int r = 0; r < 52; ++r)
+    for (int g = 0; g < 52; ++g)
+      for (int b = 0; b < 52; ++b) {
+        const int colour[3] = {5 * r, 5 * g, 5 * b};
+        for (int c = 0; c < 3; ++c) picture.at(r, 52 * g + b, c) = static_cast<std::uint8_t>(colour[c]);
+      }
+  const std::vector<char> planes = Y4mWriter::planes_of(picture);
+  const std::size_t pixels = picture.plane(0).size();
+  ASSERT_EQ(planes.size(), 3 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const double red = picture.plane(0)[i], green = picture.plane(1)[i], blue = picture.plane(2)[i];
+    const double luma = 0.299 * red + 0.587 * green + 0.114 * blue;
+    const double expected[3] = {luma, 128 + (blue - luma) / 1.772, 128 + (red - luma) / 1.402};
+    for (std::size_t plane = 0; plane < 3; ++plane)
+      ASSERT_NEAR(static_cast<unsigned char>(planes[plane * pixels + i]), std::min(expected[plane], 255.0),
+                  0.506);
+  }
+}
+
 TEST_F(Y4m, an_unfinished_film_leaves_nothing) {
   {
     auto film = Y4mWriter::begin(scratch_ / "out.y4m", {2, 2}, 1, {});

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -66,6 +67,11 @@ class Y4mWriter {
 
   /// codes: as to_display makes them.  fails: size_mismatch, io.
   Result<void> add(const Image<std::uint8_t>& codes);
+  /// The samples of a frame as a film has them, plane after plane; codes: of 1 or 3 channels. Luma and chroma
+  /// are within 0.51 of what ITU-T T.871 (JFIF) says before rounding.
+  static std::vector<char> planes_of(const Image<std::uint8_t>& codes);
+  /// planes: of planes_of(), which several threads may call at once.  fails: as add().
+  Result<void> add_planes(std::span<const char> planes);
   /// fails: io.
   Result<void> finish();
 
@@ -77,7 +83,6 @@ class Y4mWriter {
   Grid grid_;
   int channels_ = 1;
   std::ofstream out_;
-  std::vector<char> planes_;
 };
 
 }  // namespace symrig
