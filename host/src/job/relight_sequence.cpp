@@ -15,6 +15,7 @@
 
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 namespace symrig {
 namespace {
@@ -35,7 +36,7 @@ Result<std::vector<Image<float>>> read_lights(const LightSequence& lights, std::
   return pictures;
 }
 
-/// Where pictures go, one batch after another.
+/// Where pictures go, one batch after another. has() may be called while add() runs.
 class Sink {
  public:
   virtual ~Sink() = default;
@@ -47,6 +48,52 @@ class Sink {
   virtual Result<void> finish() = 0;
   /// What an interrupted job leaves.
   virtual Error interrupted(std::size_t done, std::size_t all) const = 0;
+};
+
+/// Lights that are relit together, without those whose pictures are there already.
+struct Batch {
+  std::vector<std::size_t> numbers;
+  std::vector<Image<float>> lights, pictures;
+  std::size_t kept = 0;  ///< pictures that are there already
+};
+
+Result<Batch> read_batch(const LightSequence& lights, std::size_t begin, const Sink& sink) {
+  const std::size_t count = std::min(Relighter::kBatch, lights.size() - begin);
+  SYMRIG_TRY(std::vector<Image<float>> read, read_lights(lights, begin, count));
+  Batch batch;
+  for (std::size_t k = 0; k < count; ++k) {
+    if (sink.has(begin + k, read[k])) continue;
+    batch.numbers.push_back(begin + k);
+    batch.lights.push_back(std::move(read[k]));
+  }
+  batch.kept = count - batch.numbers.size();
+  return batch;
+}
+
+/// Writes one batch while the next is relit.
+class Writing {
+ public:
+  explicit Writing(Sink& sink) : sink_(sink) {}
+  Writing(const Writing&) = delete;
+  Writing& operator=(const Writing&) = delete;
+  ~Writing() { tasks_.wait(); }
+
+  void begin(Batch batch) {
+    batch_ = std::move(batch);
+    tasks_.run([this] { written_ = sink_.add(batch_.numbers, batch_.lights, batch_.pictures); });
+  }
+  /// The batch that begin() got.  fails: as Sink::add.
+  Result<Batch> finish() {
+    tasks_.wait();
+    SYMRIG_CHECK(written_);
+    return std::move(batch_);
+  }
+
+ private:
+  Sink& sink_;
+  Batch batch_;
+  Result<void> written_;
+  tbb::task_group tasks_;
 };
 
 class FilmSink final : public Sink {
@@ -78,13 +125,13 @@ class FilmSink final : public Sink {
 class FolderSink final : public Sink {
  public:
   FolderSink(const LightSequence& lights, const SequenceOutput& output, job::SequenceFile file)
-      : lights_(lights), output_(output), file_(std::move(file)) {}
+      : lights_(lights), output_(output), file_(std::move(file)), earlier_(file_.pictures) {}
 
   bool has(std::size_t number, const Image<float>& light) const override {
     const std::string name = lights_.name(number) + output_.suffix;
-    const auto listed = file_.pictures.find(name);
+    const auto listed = earlier_.find(name);
     std::error_code ignored;
-    return listed != file_.pictures.end() && listed->second == job::light_digest(light) &&
+    return listed != earlier_.end() && listed->second == job::light_digest(light) &&
            fs::exists(output_.path / name, ignored);
   }
 
@@ -121,6 +168,7 @@ class FolderSink final : public Sink {
   const LightSequence& lights_;
   const SequenceOutput& output_;
   job::SequenceFile file_;
+  const decltype(job::SequenceFile::pictures) earlier_;  ///< of earlier calls: add() may run beside has()
 };
 
 /// Makes the output folder, and checks that it is neither the lights' nor in use.
@@ -199,25 +247,23 @@ Result<SequenceResult> relight_sequence(const Relighter& relighter, const LightS
     sink = std::make_unique<FolderSink>(lights, output, std::move(file));
   }
 
+  Writing writing(*sink);
+  const auto finish_batch = [&]() -> Result<void> {
+    SYMRIG_TRY(const Batch written, writing.finish());
+    result.kept += written.kept;
+    result.pictures += written.kept + written.numbers.size();
+    const ProgressEvent so_far{"relighting", static_cast<std::int64_t>(result.pictures),
+                               static_cast<std::int64_t>(lights.size()), kNoneToCome};
+    if (progress && !progress(so_far)) return sink->interrupted(result.pictures, lights.size());
+    return {};
+  };
   for (std::size_t begin = 0; begin < lights.size(); begin += Relighter::kBatch) {
-    const std::size_t count = std::min(Relighter::kBatch, lights.size() - begin);
-    SYMRIG_TRY(std::vector<Image<float>> batch, read_lights(lights, begin, count));
-    // Those that an earlier call has not made.
-    std::vector<std::size_t> numbers;
-    std::vector<Image<float>> missing;
-    for (std::size_t k = 0; k < count; ++k) {
-      if (sink->has(begin + k, batch[k])) continue;
-      numbers.push_back(begin + k);
-      missing.push_back(std::move(batch[k]));
-    }
-    SYMRIG_TRY(const std::vector<Image<float>> pictures, relighter.relight_batch(missing));
-    SYMRIG_CHECK(sink->add(numbers, missing, pictures));
-    result.kept += count - numbers.size();
-    result.pictures += count;
-    if (progress && !progress({"relighting", static_cast<std::int64_t>(result.pictures),
-                               static_cast<std::int64_t>(lights.size()), kNoneToCome}))
-      return sink->interrupted(result.pictures, lights.size());
+    SYMRIG_TRY(Batch batch, read_batch(lights, begin, *sink));
+    SYMRIG_TRY(batch.pictures, relighter.relight_batch(batch.lights));
+    if (begin > 0) SYMRIG_CHECK(finish_batch());
+    writing.begin(std::move(batch));
   }
+  SYMRIG_CHECK(finish_batch());
   SYMRIG_CHECK(sink->finish());
   return result;
 }

@@ -2,7 +2,10 @@
 #include "tensor/apply.hpp"
 
 #include <array>
+#include <cstddef>
 #include <string>
+
+#include <tbb/parallel_for.h>
 
 namespace symrig {
 namespace {
@@ -97,8 +100,10 @@ Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const I
     }
     return out;
   }
-  out.reserve(patterns.size());
-  for (std::size_t k = 0; k < patterns.size(); ++k) out.emplace_back(camera_grid(), channels_);
+  // The system clears new memory page by page, so all threads ask for it.
+  out.resize(patterns.size());
+  tbb::parallel_for(std::size_t{0}, patterns.size(),
+                    [&](std::size_t k) { out[k] = Image<float>(camera_grid(), channels_); });
   std::vector<Light> lights;
   for (const Image<float>& pattern : patterns) lights.push_back(pattern.plane(0));
   for (std::size_t first = 0; first < patterns.size(); first += kBatch) {
