@@ -66,15 +66,15 @@ int bound_socket(const std::string& address, std::uint16_t port, bool shared = f
 }  // namespace
 
 GigeCamera::GigeCamera(CameraTraits traits, Scene scene)
-    : traits_(traits),
+    : traits_(std::move(traits)),
       scene_(std::move(scene)),
-      address_(next_address()),
-      xml_(camera_xml(traits)),
-      loss_(traits.packet_loss) {
+      address_(traits_.address.empty() ? next_address() : traits_.address),
+      xml_(camera_xml(traits_)),
+      loss_(traits_.packet_loss) {
   memory_.resize(kXmlAt);
   control_ = bound_socket(address_, kControlPort);
   stream_ = bound_socket(address_, 0);
-  if (traits.discoverable) broadcast_ = bound_socket("255.255.255.255", kControlPort, true);
+  if (traits_.discoverable) broadcast_ = bound_socket("255.255.255.255", kControlPort, true);
   set_defaults();
   thread_ = std::thread([this] { serve(); });
 }

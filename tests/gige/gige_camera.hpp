@@ -42,6 +42,7 @@ struct Shot {
 
 /// How the camera and its link are.
 struct CameraTraits {
+  std::string address;  ///< on the loopback network; empty: another one in each process and for each camera
   int rows = 64, cols = 64;
   std::uint16_t first_id = 1;  ///< block id of the first frame
   bool has_chunks = true;
@@ -70,7 +71,7 @@ class GigeCamera {
   GigeCamera& operator=(const GigeCamera&) = delete;
   ~GigeCamera();
 
-  /// Its address: another one in each process and for each camera.
+  /// Its address.
   const std::string& address() const { return address_; }
   /// A pulse on Line1. The picture is sent before it returns. false: the camera did not expose.
   /// ended: the stamp of the frame, for a rig in virtual time. None: now.

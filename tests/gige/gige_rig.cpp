@@ -31,7 +31,8 @@ Result<std::unique_ptr<Camera>> camera_of(const std::string& keys, const camera:
 }  // namespace
 
 GigeRig::GigeRig(CameraTraits traits, std::string keys)
-    : keys_(std::move(keys)), device_(traits, [this](const Shot& /*shot*/, std::span<std::uint16_t> codes) {
+    : keys_(std::move(keys)),
+      device_(std::move(traits), [this](const Shot& /*shot*/, std::span<std::uint16_t> codes) {
         const std::size_t count = std::min(codes.size(), picture_.raw.size());
         for (std::size_t k = 0; k < count; ++k)
           codes[k] = static_cast<std::uint16_t>(picture_.raw[k] << (16 - kBits));

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Closes the loop in the guest. The light of the screen falls on a simulated scene and becomes frames of the
-// test camera. The camera exposes while the board's trigger line is high. README.md of the parent folder says
-// what that proves.
+// Closes the loop in the guest. The light of the screen falls on a simulated scene and becomes frames of a
+// test camera: of V4L2, or on the network. The camera exposes while the board's trigger line is high.
+// README.md of the parent folder says what that proves.
 #include "bench-vm/scene/developer.hpp"
+#include "bench-vm/scene/gige_scene_camera.hpp"
 #include "bench-vm/scene/watchers.hpp"
 
 #include <csignal>
@@ -24,6 +25,8 @@ struct Options {
   std::string scene;
   std::string picture;
   std::string log;
+  std::string gige;
+  double packet_loss = 0;
   int cell = 1, top = 0, left = 0;
   int picture_top = 0, picture_left = 0;
   double readout_ms = 3;
@@ -48,11 +51,15 @@ void add_options(CLI::App& app, Options& options) {
                  "ROWSxCOLUMNS of the test camera's picture, Y12 (default: the scene's camera)");
   app.add_option("--picture-top", options.picture_top, "picture row of the scene's first camera pixel");
   app.add_option("--picture-left", options.picture_left, "picture column of the scene's first camera pixel");
+  app.add_option("--gige", options.gige,
+                 "the camera is a GigE Vision camera at this address of the loopback network");
+  app.add_option("--packet-loss", options.packet_loss, "share of that camera's packets that are lost");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
   app.add_option("--first-frame", options.first_frame, "number of the first frame, which selects its noise");
   app.add_option("--log", options.log, "file for the true exposures and deliveries, JSON lines");
   app.add_option("--drop", options.faults.drop, "share of frames that are lost");
+  app.add_option("--drop-frame", options.faults.drop_frame, "number of a frame that is lost, from 0");
   app.add_flag("--uncounted", options.uncounted, "the camera's sequence numbers do not count lost frames");
   app.add_option("--duplicate", options.faults.duplicate, "share of frames that are delivered twice");
   app.add_option("--late", options.faults.late, "share of frames that are delivered and stamped late");
@@ -114,8 +121,8 @@ class Signals {
 /// Runs the watchers beside the developer until everything is stopped.
 class Watching {
  public:
-  Watching(TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
-      : stage_(stage), signals_(stage), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
+  Watching(Signals& signals, TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
+      : stage_(stage), signals_(signals), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
     threads_.emplace_back([this] { signals_.run(); });
     threads_.emplace_back([this] { trigger_.run(); });
     threads_.emplace_back([this] { refresh_.run(); });
@@ -134,13 +141,13 @@ class Watching {
 
  private:
   Stage& stage_;
-  Signals signals_;
+  Signals& signals_;
   TriggerWatch trigger_;
   RefreshWatch refresh_;
   std::vector<std::thread> threads_;
 };
 
-void report(const Watching& watching, const DeliveryTally& tally) {
+void report(const Watching& watching, const DeliveryTally& tally, const SceneCamera& camera) {
   fmt::print(
       "bench_scene: {} exposures, {} triggers too early, {} frames delivered, {} not taken, {} with a fault\n"
       "bench_scene: {} refreshes, {} missed; strobe at most {:.1f} us after its trigger, exposures "
@@ -149,6 +156,17 @@ void report(const Watching& watching, const DeliveryTally& tally) {
       watching.trigger().exposures(), watching.trigger().missed(), tally.delivered, tally.not_taken,
       tally.faults, watching.refresh().refreshes(), watching.refresh().missed(),
       1e6 * seconds(watching.trigger().slowest()), 1e6 * seconds(tally.largest_doubt));
+  if (const std::string more = camera.report(); !more.empty()) fmt::print("bench_scene: {}\n", more);
+}
+
+Result<std::unique_ptr<SceneCamera>> open_camera(const Options& options, const CameraHabits& habits,
+                                                 const sim::ImageFormation& formation) {
+  const Grid camera = formation.camera();
+  if (!options.gige.empty())
+    return open_gige_camera({options.gige, camera, habits.readout, options.packet_loss}, habits.faults);
+  SYMRIG_TRY(const Grid size, picture_size(options.picture, camera));
+  return open_v4l2_camera({size, camera, options.picture_top, options.picture_left,
+                           static_cast<std::uint16_t>(formation.noise().pedestal())});
 }
 
 Result<void> close_loop(const Options& options) {
@@ -159,23 +177,20 @@ Result<void> close_loop(const Options& options) {
   SYMRIG_TRY(const CameraHabits habits, habits_of(options));
   SYMRIG_TRY(const auto bench, sim::make_bench(uri));
   const sim::ImageFormation formation(uri, *bench.view);
-  SYMRIG_TRY(const Grid size, picture_size(options.picture, formation.camera()));
-  const CameraPicture picture{size, formation.camera(), options.picture_top, options.picture_left,
-                              static_cast<std::uint16_t>(formation.noise().pedestal())};
-  SYMRIG_CHECK(picture.check());
   SYMRIG_TRY(const BenchPlaces places, BenchPlaces::from_environment());
   Stage stage;
+  Signals signals(stage);  // before any thread: the camera has one, too
   SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, stage));
   SYMRIG_TRY(RefreshWatch refresh,
              RefreshWatch::open(places, {uri.size, options.cell, options.top, options.left}, stage));
-  SYMRIG_TRY(CameraPort port, CameraPort::open(places.camera_inject));
+  SYMRIG_TRY(const auto camera, open_camera(options, habits, formation));
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
-  Developer developer(formation, stage, std::move(port), picture, habits, std::move(log));
-  Watching watching(std::move(trigger), std::move(refresh), stage);
+  Developer developer(formation, stage, *camera, habits, std::move(log));
+  Watching watching(signals, std::move(trigger), std::move(refresh), stage);
   fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: a job waits for it
   SYMRIG_TRY(const DeliveryTally tally, developer.run());
   watching.join();
-  report(watching, tally);
+  report(watching, tally, *camera);
   if (const auto failure = stage.failure()) return *failure;
   return {};
 }

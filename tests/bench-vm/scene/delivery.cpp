@@ -19,6 +19,7 @@ DeliveredFrame as_exposed(FinishedFrame frame, const FaultRates& rates) {
   delivered.stamp = frame.stamp + jitter_of(rates, frame.frame);
   delivered.damaged = delivered.fault == FrameFault::damage;
   delivered.codes = std::move(frame.codes);
+  delivered.open = frame.open;
   if (delivered.fault == FrameFault::late) {
     delivered.due += rates.late_by;
     delivered.stamp += rates.late_by;

@@ -19,6 +19,7 @@ struct FinishedFrame {
   Nanoseconds stamp{};
   Nanoseconds ready{};  ///< end of the readout; not delivered earlier
   Codes codes;
+  Nanoseconds open{};  ///< the exposure's length
 };
 
 /// A frame as the driver delivers it.
@@ -30,6 +31,7 @@ struct DeliveredFrame {
   std::uint32_t skip = 0;  ///< sequence numbers that are skipped before it
   bool damaged = false;
   Codes codes;
+  Nanoseconds open{};
 };
 
 /// The path from the sensor to the driver, with its faults. It carries one frame at a time, so frames behind

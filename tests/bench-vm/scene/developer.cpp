@@ -18,12 +18,11 @@ constexpr Nanoseconds kLookAgain{50'000'000};  // interval of checking for the e
 
 }  // namespace
 
-Developer::Developer(const sim::ImageFormation& formation, Stage& stage, CameraPort port,
-                     const CameraPicture& picture, const CameraHabits& habits, TruthLog log)
+Developer::Developer(const sim::ImageFormation& formation, Stage& stage, SceneCamera& camera,
+                     const CameraHabits& habits, TruthLog log)
     : formation_(formation),
       stage_(stage),
-      port_(std::move(port)),
-      picture_(picture),
+      camera_(camera),
       habits_(habits),
       log_(std::move(log)),
       delivery_(habits.faults) {}
@@ -51,7 +50,7 @@ Result<void> Developer::move_cable() {
   const bool wanted = stage_.camera_is_in();
   if (wanted == plugged_) return {};
   plugged_ = wanted;
-  return port_.plug(wanted);
+  return camera_.plug(wanted);
 }
 
 /// Makes the frame of this exposure: light by time, then noise by the frame's number. Makes none if the
@@ -59,11 +58,8 @@ Result<void> Developer::move_cable() {
 Result<void> Developer::develop(const Exposure& exposure) {
   const auto lit = stage_.lit_during(exposure);
   log_.exposed(exposure, lit);
-  SYMRIG_TRY(const CameraState state, port_.state());
-  if (state.streaming && !state.is_y12)
-    return Error{ErrorCode::bad_format, "the host has set a format other than Y12",
-                 "give format = \"Y12\" in the rig file"};
-  if (!state.follows_pulse) {
+  SYMRIG_TRY(const SceneCamera::Settings settings, camera_.settings());
+  if (!settings.follows_pulse) {
     ++tally_.not_taken;
     return {};
   }
@@ -74,9 +70,9 @@ Result<void> Developer::develop(const Exposure& exposure) {
   auto codes = formation_.expose(*formation_.during(shares), seconds(open),
                                  static_cast<std::uint64_t>(habits_.first_frame) + exposure.frame);
   tally_.largest_doubt = std::max(tally_.largest_doubt, exposure.begin.doubt + exposure.end.doubt);
-  delivery_.add({exposure.frame, state.stamps_begin ? exposure.begin.time : exposure.end.time,
+  delivery_.add({exposure.frame, settings.stamps_begin ? exposure.begin.time : exposure.end.time,
                  exposure.end.time + habits_.readout,
-                 std::make_shared<const std::vector<std::uint16_t>>(std::move(codes))});
+                 std::make_shared<const std::vector<std::uint16_t>>(std::move(codes)), open});
   return {};
 }
 
@@ -91,8 +87,7 @@ sim::ImageFormation::Light Developer::light_of(const ScreenTimeline::Lit& lit) {
 }
 
 Result<void> Developer::hand_over(const DeliveredFrame& frame) {
-  SYMRIG_TRY(const auto taken,
-             port_.deliver({frame.stamp, frame.skip, frame.damaged}, picture_.bytes(*frame.codes)));
+  SYMRIG_TRY(const auto taken, camera_.deliver(frame));
   log_.delivered(frame, taken);
   ++tally_.delivered;
   if (taken != CameraPort::Taken::yes) ++tally_.not_taken;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "bench-vm/scene/camera_picture.hpp"
 #include "bench-vm/scene/delivery.hpp"
+#include "bench-vm/scene/scene_camera.hpp"
 #include "bench-vm/scene/stage.hpp"
 #include "bench-vm/scene/truth_log.hpp"
 #include "sim/image_formation.hpp"
@@ -29,15 +29,15 @@ struct DeliveryTally {
   Nanoseconds largest_doubt{0};
 };
 
-/// Makes the frames of exposures and delivers them to the test camera.
+/// Makes the frames of exposures and delivers them to the camera.
 class Developer {
  public:
-  /// formation and stage must outlive it.
-  Developer(const sim::ImageFormation& formation, Stage& stage, CameraPort port, const CameraPicture& picture,
+  /// formation, stage and camera must outlive it.
+  Developer(const sim::ImageFormation& formation, Stage& stage, SceneCamera& camera,
             const CameraHabits& habits, TruthLog log);
 
   /// Runs until the stage is stopped.
-  /// fails: as CameraPort::deliver, TruthLog::close; bad_format (the host has set a format other than Y12).
+  /// fails: as SceneCamera::settings, SceneCamera::deliver, TruthLog::close.
   Result<DeliveryTally> run();
 
  private:
@@ -55,8 +55,7 @@ class Developer {
 
   const sim::ImageFormation& formation_;
   Stage& stage_;
-  CameraPort port_;
-  CameraPicture picture_;
+  SceneCamera& camera_;
   CameraHabits habits_;
   TruthLog log_;
   Delivery delivery_;

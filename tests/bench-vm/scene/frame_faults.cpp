@@ -37,6 +37,7 @@ bool FaultRates::valid() const {
 }
 
 FrameFault fault_of(const FaultRates& rates, std::uint64_t frame) {
+  if (rates.drop_frame == frame) return FrameFault::drop;
   const std::array<std::pair<FrameFault, double>, 5> kinds{{{FrameFault::drop, rates.drop},
                                                             {FrameFault::duplicate, rates.duplicate},
                                                             {FrameFault::late, rates.late},

@@ -4,6 +4,7 @@
 #include "symrig/base/units.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 namespace symrig::bench_vm {
@@ -26,9 +27,10 @@ struct FaultRates {
   double late = 0;
   double swap = 0;
   double damage = 0;
-  Nanoseconds late_by{33'333'333};  ///< a period of a 30 Hz camera
-  Nanoseconds jitter{0};            ///< one sigma of the stamps
-  bool counted = true;              ///< the sequence number counts dropped frames
+  Nanoseconds late_by{33'333'333};            ///< a period of a 30 Hz camera
+  Nanoseconds jitter{0};                      ///< one sigma of the stamps
+  bool counted = true;                        ///< the sequence number counts dropped frames
+  std::optional<std::uint64_t> drop_frame{};  ///< this frame is dropped, whatever the shares
   std::uint64_t seed = 1;
 
   bool valid() const;

@@ -28,13 +28,6 @@ namespace {
 
 constexpr std::uint32_t kTriggerIsPulse = 2;
 
-Result<std::string> variable(const char* name) {
-  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread is started
-  if (value != nullptr && *value != '\0') return std::string(value);
-  return Error{ErrorCode::not_found, fmt::format("{} is not set", name),
-               "run it in the guest: tests/bench-vm/run --with gpio,usb,camera,vkms -- COMMAND"};
-}
-
 std::vector<std::string> words(const std::string& text) {
   std::istringstream in(text);
   std::vector<std::string> all;
@@ -50,6 +43,13 @@ Result<Fd> open_to_write(const std::string& path) {
 
 }  // namespace
 
+Result<std::string> bench_variable(const char* name) {
+  const char* value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): before any thread is started
+  if (value != nullptr && *value != '\0') return std::string(value);
+  return Error{ErrorCode::not_found, fmt::format("{} is not set", name),
+               "run it in the guest: tests/bench-vm/run --with gpio,usb,camera,vkms -- COMMAND"};
+}
+
 Error system_error(std::string_view what, std::string_view hint) {
   std::array<char, 128> text{};
   return {ErrorCode::io, fmt::format("{} ({})", what, strerror_r(errno, text.data(), text.size())),
@@ -58,13 +58,12 @@ Error system_error(std::string_view what, std::string_view hint) {
 
 Result<BenchPlaces> BenchPlaces::from_environment() {
   BenchPlaces places;
-  SYMRIG_TRY(places.gpio_sysfs, variable("BENCH_GPIO_SYSFS"));
-  SYMRIG_TRY(places.tracefs, variable("BENCH_TRACEFS"));
-  SYMRIG_TRY(places.screen, variable("BENCH_VKMS"));
-  SYMRIG_TRY(places.camera_inject, variable("BENCH_CAMERA_INJECT"));
-  SYMRIG_TRY(const std::string lines, variable("BENCH_GPIO_LINES"));
+  SYMRIG_TRY(places.gpio_sysfs, bench_variable("BENCH_GPIO_SYSFS"));
+  SYMRIG_TRY(places.tracefs, bench_variable("BENCH_TRACEFS"));
+  SYMRIG_TRY(places.screen, bench_variable("BENCH_VKMS"));
+  SYMRIG_TRY(const std::string lines, bench_variable("BENCH_GPIO_LINES"));
   places.gpio_lines = words(lines);
-  SYMRIG_TRY(const std::string base, variable("BENCH_GPIO_BASE"));
+  SYMRIG_TRY(const std::string base, bench_variable("BENCH_GPIO_BASE"));
   const auto [stop, error] = std::from_chars(base.data(), base.data() + base.size(), places.gpio_base);
   if (error != std::errc{} || stop != base.data() + base.size())
     return Error{ErrorCode::bad_argument, fmt::format("BENCH_GPIO_BASE is '{}', not a number", base), ""};

@@ -20,13 +20,15 @@ struct BenchPlaces {
   std::vector<std::string> gpio_lines;  ///< BENCH_GPIO_LINES, in order
   std::string tracefs;                  ///< BENCH_TRACEFS
   std::string screen;                   ///< BENCH_VKMS: the card whose screen lights the scene
-  std::string camera_inject;            ///< BENCH_CAMERA_INJECT
 
   /// fails: not_found (outside the guest, or without that device).
   static Result<BenchPlaces> from_environment();
   /// Offset of a line on the chip.  fails: unknown_name.
   Result<int> line(std::string_view name) const;
 };
+
+/// A variable that the runner set in the guest.  fails: not_found.
+Result<std::string> bench_variable(const char* name);
 
 /// The time of an event, with its greatest error in both directions.
 struct Moment {

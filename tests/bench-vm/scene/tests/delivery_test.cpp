@@ -52,6 +52,17 @@ TEST(Delivery, without_faults_hands_everything_over_in_order) {
   }
 }
 
+TEST(Delivery, drops_the_frame_that_was_named) {
+  FaultRates rates;
+  rates.drop_frame = 20;
+  const auto all = deliver(rates, 50);
+  ASSERT_EQ(all.size(), 49U);
+  for (std::uint64_t i = 0; i < 49; ++i) {
+    EXPECT_EQ(all[i].frame, i < 20 ? i : i + 1);
+    EXPECT_EQ(all[i].skip, i == 20 ? 1U : 0U);
+  }
+}
+
 TEST(Delivery, is_not_due_before_it_is_read_out) {
   Delivery delivery({});
   delivery.add(frame(1));

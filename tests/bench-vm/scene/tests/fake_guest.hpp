@@ -27,7 +27,6 @@ class FakeGuest {
     ::mkfifo((folder_ / "trace_pipe").c_str(), 0600);
     places_.gpio_sysfs = folder_.string();
     places_.tracefs = folder_.string();
-    places_.camera_inject = (folder_ / "inject").string();
   }
   FakeGuest(const FakeGuest&) = delete;
   FakeGuest& operator=(const FakeGuest&) = delete;
@@ -37,6 +36,7 @@ class FakeGuest {
   std::string pulled(const std::string& line) const {
     return read(line_folder(static_cast<std::size_t>(*places_.line(line))) / "pull");
   }
+  std::string inject() const { return (folder_ / "inject").string(); }
   std::string injected() const { return read(folder_ / "inject"); }
 
  private:
@@ -50,7 +50,7 @@ class FakeGuest {
   }
 
   std::filesystem::path folder_;
-  BenchPlaces places_{"", 500, {"camera_trigger", "camera_strobe", "vsync"}, "", "", ""};
+  BenchPlaces places_{"", 500, {"camera_trigger", "camera_strobe", "vsync"}, "", ""};
 };
 
 }  // namespace symrig::bench_vm

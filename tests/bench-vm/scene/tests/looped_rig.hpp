@@ -72,6 +72,7 @@ class LoopedRig {
     for (const auto& exposure : exposures) {
       std::vector<sim::ImageFormation::Share> shares;
       const auto lit = shown.during(time(exposure.begin), time(exposure.end));
+      shares.reserve(lit.size());
       for (const auto& part : lit)
         shares.push_back({formation_.light_of(*part.pattern, part.number), part.share});
       const Nanoseconds open = time(exposure.end) - time(exposure.begin);

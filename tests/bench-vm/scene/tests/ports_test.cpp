@@ -16,10 +16,11 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST(BenchPlaces, come_from_the_environment) {
-  const std::pair<const char*, const char*> variables[] = {
-      {"BENCH_GPIO_SYSFS", "/sys/chip"},   {"BENCH_GPIO_BASE", "1008"},
-      {"BENCH_GPIO_LINES", "one two six"}, {"BENCH_TRACEFS", "/sys/tracing"},
-      {"BENCH_VKMS", "/dev/dri/card0"},    {"BENCH_CAMERA_INJECT", "/dev/inject"}};
+  const std::pair<const char*, const char*> variables[] = {{"BENCH_GPIO_SYSFS", "/sys/chip"},
+                                                           {"BENCH_GPIO_BASE", "1008"},
+                                                           {"BENCH_GPIO_LINES", "one two six"},
+                                                           {"BENCH_TRACEFS", "/sys/tracing"},
+                                                           {"BENCH_VKMS", "/dev/dri/card0"}};
   for (const auto& [name, value] : variables) ASSERT_EQ(::setenv(name, value, 1), 0);
   const auto places = BenchPlaces::from_environment();
   ASSERT_OK(places);
@@ -55,7 +56,7 @@ TEST(InputWire, writes_levels_and_says_when) {
 
 TEST(CameraPort, hands_over_head_and_pixels_in_one_piece) {
   const FakeGuest guest;
-  auto port = CameraPort::open(guest.places().camera_inject);
+  auto port = CameraPort::open(guest.inject());
   ASSERT_OK(port);
   const std::uint8_t pixels[] = {1, 2, 3};
   const auto taken = port->deliver({5s, 7, true}, pixels);
