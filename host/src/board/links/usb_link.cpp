@@ -69,6 +69,7 @@ class UsbLink final : public Link {
   std::array<Slot, kWrites> writes_;
   std::vector<std::uint8_t> received_;
   bool gone_ = false;
+  bool closing_ = false;  ///< reads are not submitted again
 };
 
 Error UsbLink::lost() const {
@@ -106,7 +107,7 @@ void LIBUSB_CALL UsbLink::on_read(libusb_transfer* transfer) {
   if (transfer->status != LIBUSB_TRANSFER_COMPLETED) return;
   const auto begin = slot.buffer.begin();
   link.received_.insert(link.received_.end(), begin, begin + transfer->actual_length);
-  link.submit(slot);
+  if (!link.closing_) link.submit(slot);
 }
 
 void LIBUSB_CALL UsbLink::on_written(libusb_transfer* transfer) {
@@ -178,12 +179,14 @@ bool UsbLink::any_busy() const {
 }
 
 /// First gives frames in flight some time to leave: one may be an abort. Then cancels all transfers, because
-/// a transfer in flight must not be freed.
+/// a transfer in flight must not be freed. A board that sends all the time completes reads before they are
+/// cancelled.
 UsbLink::~UsbLink() {
   const Deadline flushed(100ms);
   const auto busy = [](const Slot& slot) { return slot.busy; };
   while (!gone_ && !flushed.passed() && std::any_of(writes_.begin(), writes_.end(), busy))
     run_events(flushed.left());
+  closing_ = true;
   for (Slot& slot : reads_)
     if (slot.busy) libusb_cancel_transfer(slot.transfer.get());
   for (Slot& slot : writes_)
