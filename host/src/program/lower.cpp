@@ -123,6 +123,7 @@ class ScanMoves {
       : rig_(file.rig),
         scan_(*file.scan),
         timing_(file.rig, *file.scan),
+        reaction_(board.rate.nanoseconds(board.wait_latency)),
         moves_(moves),
         steps_(rig_, board, moves) {}
 
@@ -149,12 +150,13 @@ class ScanMoves {
     moves_.end_loop(place);
   }
 
-  /// Exposures in bit planes. `now` is the time since the first edge of the vsync line.
+  /// Exposures in bit planes. `now` is the time since the first edge of the vsync line. The word after a wait
+  /// comes `reaction_` after its edge.
   void write_planes() {
     const ProjectorProfile& projector = rig_.projector;
     const Nanoseconds lead = plane_lead(projector.plane_period);
     steps_.await_refresh(scan_.on_timeout, scan_.place);
-    Nanoseconds now{0};
+    Nanoseconds now = reaction_;
     for (const PlaneExposure& one : scan_.plane_exposures) {
       const Nanoseconds due =
           one.refresh * projector.refresh + projector.frame_lead + one.plane * projector.plane_period;
@@ -166,7 +168,7 @@ class ScanMoves {
       moves_.hold_up(timing_.settle(), scan_.settle_place);
       moves_.mark(mark_of_exposure(0), scan_.bracket_place);
       steps_.expose(one.exposure, Nanoseconds{0}, scan_.bracket_place);
-      now = due + timing_.settle() + one.exposure;
+      now = due + reaction_ + timing_.settle() + one.exposure;
     }
     moves_.hold_up(timing_.gap(), scan_.gap_place);
   }
@@ -243,6 +245,7 @@ class ScanMoves {
   const RigSetup& rig_;
   const Scan& scan_;
   ScanTiming timing_;
+  Nanoseconds reaction_;
   MoveList& moves_;
   RigMoves steps_;
   bool first_ = false;   // the photograph that carries the start marker

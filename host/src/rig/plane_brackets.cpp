@@ -130,6 +130,11 @@ PlaneRules BracketTaker::plane_rules() const {
                    options_.gap.value_or(program::shortest_gap(options_.setup.camera)), hold_};
   // Frames without noise hold the mean light of the shutter's time, so there must be no dark time in it.
   rules.crosses = !options_.reading->exact();
+  const BoardInfo& board = devices_->board().info();
+  if (board.best_effort()) {
+    rules.reaction = board.rate.nanoseconds(board.wait_latency + board.lateness);
+    rules.first = rules.reaction + plane_lead(rules.timing.period) + board.rate.nanoseconds(board.min_dwell);
+  }
   return rules;
 }
 

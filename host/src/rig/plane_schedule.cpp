@@ -23,7 +23,8 @@ std::int64_t rounded_up(Nanoseconds time, Nanoseconds period) {
 /// Places exposures one after the other. Planes are counted through the refreshes of the run.
 class PlanePlanner {
  public:
-  explicit PlanePlanner(const PlaneRules& rules) : rules_(rules), planes_(rules.timing.planes) {}
+  explicit PlanePlanner(const PlaneRules& rules)
+      : rules_(rules), planes_(rules.timing.planes), ready_(rules.first) {}
 
   void add(const WantedExposure& wanted) {
     std::int64_t plane = first_plane_after(ready_);
@@ -33,7 +34,8 @@ class PlanePlanner {
       ++plane;
     for (int k = 0; k < at->planes; ++k) pattern_of(*at, k) = static_cast<int>(wanted.photograph);
     out_.exposures.push_back({wanted, *at});
-    ready_ = begin_of(*at) + rules_.settle + at->exposure + rules_.gap + plane_lead(rules_.timing.period);
+    ready_ = begin_of(*at) + rules_.settle + rules_.reaction + at->exposure + rules_.gap +
+             plane_lead(rules_.timing.period);
   }
 
   /// Pictures that are equal to the one before are that picture.
@@ -64,10 +66,12 @@ class PlanePlanner {
     PlaneExposure at{plane / planes_, static_cast<int>(plane % planes_), 1, light};
     if (!rules_.one_light()) return at;
     // Without dark time, counted from plane 0 of the picture in which it begins.
-    const Nanoseconds end = at.plane * period + rules_.settle + light;
+    // A board that reacts sooner ends it sooner, but in the same picture.
+    const Nanoseconds end = at.plane * period + rules_.settle + rules_.reaction + light;
     const std::int64_t pictures = end / whole;
     const Nanoseconds left = end % whole;
-    const bool inside = left <= whole - kPlaneGuard && (pictures == 0 || left >= kPlaneGuard);
+    const bool inside =
+        left <= whole - kPlaneGuard && (pictures == 0 || left >= kPlaneGuard + rules_.reaction);
     if (!inside || (pictures > 0 && !rules_.may_cross())) return std::nullopt;
     at.exposure = light + pictures * rules_.dark();
     at.planes = static_cast<int>(pictures * planes_ + rounded_up(left + kPlaneGuard, period) - at.plane);
@@ -92,7 +96,7 @@ class PlanePlanner {
 
   const PlaneRules& rules_;
   std::int64_t planes_;
-  Nanoseconds ready_{0};
+  Nanoseconds ready_;
   std::vector<PlanePlan> plans_;  // of each `hold` refreshes
   PlaneSchedule out_;
 };
@@ -106,12 +110,16 @@ int PlaneSchedule::pattern(std::size_t picture, int plane) const {
 Result<Nanoseconds> longest_in_planes(const PlaneRules& rules) {
   const PlaneTiming& timing = rules.timing;
   const Nanoseconds light = rules.one_light() ? timing.planes * timing.period : timing.exposure;
-  const Nanoseconds longest = light - rules.settle - kPlaneGuard;
-  if (longest.count() > 0) return longest;
-  return Error{ErrorCode::limit,
-               fmt::format("a plane is bright for {} us, but settles for {} us", light.count() / 1000,
-                           rules.settle.count() / 1000),
-               "set a shorter rig.projector.settle"};
+  const Nanoseconds settle = rules.settle + rules.reaction;
+  const Nanoseconds longest = light - settle - kPlaneGuard;
+  // Plane k + 1 must not have begun before the exposure does.
+  if (longest.count() > 0 && settle + kPlaneGuard < timing.period) return longest;
+  return Error{
+      ErrorCode::limit,
+      fmt::format("planes {} us apart are too short: {} us of settling, {} us of the board's reaction",
+                  timing.period.count() / 1000, rules.settle.count() / 1000, rules.reaction.count() / 1000),
+      "set a shorter rig.projector.settle, a longer projector.plane_period with fewer planes, or use "
+      "a board whose hardware makes the edges"};
 }
 
 Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules) {

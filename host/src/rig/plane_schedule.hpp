@@ -43,6 +43,9 @@ struct PlaneRules {
   Nanoseconds gap{0};     ///< from the end of an exposure to the next trigger
   int hold = 1;           ///< refreshes from picture to picture, if the screen cannot change it in each
   bool crosses = true;    ///< an exposure may go on in the next picture, if may_cross() allows it
+  /// From a plane's edge to the board's next word, at most. A board whose edges software makes needs it.
+  Nanoseconds reaction{0};
+  Nanoseconds first{0};  ///< from the first frame edge to the first plane that the board can wait for
 
   /// From the last plane of a picture to plane 0 of the next one.
   Nanoseconds dark() const { return refresh - timing.planes * timing.period; }
@@ -60,10 +63,10 @@ Result<Nanoseconds> longest_in_planes(const PlaneRules& rules);
 /// Schedules exposures in the order of their photographs, each as soon as the camera is ready.
 ///
 /// An exposure begins in the first plane after that. Its pattern gets as many planes as it needs, also those
-/// of the pictures that follow. All other planes are black. So the camera sets the pace: pictures change at
-/// any refresh, and no exposure waits for another picture. With hold > 1, an exposure takes the first planes
-/// that are still free, or that have its pattern already.
-/// fails: limit (an exposure is longer than longest_in_planes(), and may not go on in the next picture).
+/// of the pictures that follow, also if the board begins late by `reaction`. All other planes are black. So
+/// the camera sets the pace: pictures change at any refresh, and no exposure waits for another picture. With
+/// hold > 1, an exposure takes the first planes that are still free, or that have its pattern already. fails:
+/// limit (an exposure is longer than longest_in_planes(), and may not go on in the next picture).
 Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules);
 
 }  // namespace symrig

@@ -28,7 +28,7 @@ std::map<std::string, RuleText> documented(std::set<std::string>& listed) {
   for (std::string line; std::getline(file, line);) {
     if (line.rfind("## ", 0) == 0) rule = line.substr(3);
     if (line.rfind("| `", 0) == 0) listed.insert(line.substr(3, line.find('`', 3) - 3));
-    if (line.rfind("*", 0) == 0) rules[rule].severity = line.substr(1, line.find('*', 1) - 1);
+    if (line.rfind('*', 0) == 0) rules[rule].severity = line.substr(1, line.find('*', 1) - 1);
     if (line == "```toml") {
       in_example = true;
       rules[rule].examples.emplace_back();
@@ -102,11 +102,11 @@ TEST(LintRules, alternatives_can_be_pasted) {
   const std::vector<Mend> mends{
       {"symrig = 1\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 ms\"]\n", "gap = \"1 ms\"", "\n",
        "camera.readout", 5},
-      {"symrig = 1\n[program]\npatterns = 8\n", "bracket = [\"3 us\", \"1 ms\", \"4 ms\"]", "\n",
+      {"symrig = 1\n[program]\npatterns = 8\n", R"(bracket = ["3 us", "1 ms", "4 ms"])", "\n",
        "camera.min_exposure", 4},
-      {"symrig = 1\n[program]\npatterns = 8\n", "bracket = [\"1 ms\", \"4 ms\", \"4 ms\"]", "\n",
+      {"symrig = 1\n[program]\npatterns = 8\n", R"(bracket = ["1 ms", "4 ms", "4 ms"])", "\n",
        "bracket.duplicate", 4},
-      {"symrig = 1\n[program]\npatterns = 8\nbits = 8\n", "bracket = [\"10 ms\", \"40 ms\"]", "\n",
+      {"symrig = 1\n[program]\npatterns = 8\nbits = 8\n", R"(bracket = ["10 ms", "40 ms"])", "\n",
        "projector.whole_refresh", 5},
       {"symrig = 1\n[rig]\nprojector = \"dlpc900\"\n[program]\npatterns = 8\nbracket = [\"1 ms\", \"4 "
        "ms\"]\n",

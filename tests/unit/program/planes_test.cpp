@@ -7,6 +7,7 @@
 #include "symrig/boards/sim_board.hpp"
 #include "symrig/boards/sim_peripherals.hpp"
 #include "symrig/program/bracket.hpp"
+#include "symrig/program/timeline.hpp"
 
 #include <string>
 #include <vector>
@@ -89,6 +90,47 @@ TEST_F(Planes, each_exposure_sees_its_plane_and_no_other) {
   }
   // All in five refreshes, and the wait for the first one.
   EXPECT_LT(receipt->duration(), 6 * 16'666'667ns);
+}
+
+// A board whose edges software makes answers an edge hundreds of microseconds later. Each wait must still
+// begin before its own edge, and after the one of the plane before.
+TEST_F(Planes, a_board_that_answers_edges_late_waits_for_the_same_ones) {
+  auto board = Board::connect(make_sim_link(sim));
+  ASSERT_OK(board);
+  BoardInfo slow = board->info();
+  const TickRate rate = slow.rate;
+  slow.wait_latency = rate.ticks(300us);
+  const std::vector<PlaneExposure> exposures{
+      {0, 2, 2, 300us}, {0, 12, 4, 2ms}, {1, 3, 26, 17ms}, {3, 1, 2, 50us}};
+  const auto compiled = compile_planes(rig, slow, exposures);
+  ASSERT_OK(compiled);
+  const Nanoseconds first_frame = 5ms;
+  const auto due = [&](const PlaneExposure& one) {
+    return first_frame + one.refresh * rig.projector.refresh + rig.projector.frame_lead +
+           one.plane * rig.projector.plane_period;
+  };
+  const int frame_line = slow.line(rig.line_name(RigRole::vsync));
+  TimelineOptions options;
+  options.edge_at = [&](const PlannedWait& wait) -> std::optional<Ticks> {
+    if (wait.line == frame_line) return rate.ticks(first_frame);
+    for (std::int64_t refresh = 0; refresh < 5; ++refresh)
+      for (int plane = 0; plane < rig.projector.planes; ++plane)
+        if (const Ticks edge = rate.ticks(due({refresh, plane, 1, {}})); edge >= wait.begin) return edge;
+    return {};
+  };
+  const auto timeline = expand(compiled->program, slow, options);
+  ASSERT_OK(timeline);
+  const int camera_line = slow.line(rig.line_name(RigRole::camera));
+  std::vector<Ticks> begins;
+  for (const PlannedEdge& edge : timeline->edges)
+    if (edge.line == camera_line && edge.level) begins.push_back(edge.tick);
+  ASSERT_EQ(begins.size(), exposures.size());
+  for (std::size_t i = 0; i < exposures.size(); ++i) {
+    const Nanoseconds wanted = due(exposures[i]) + 300us + rig.projector.settle;
+    // Ticks of 8 ns: each of the three times is rounded once.
+    EXPECT_NEAR(static_cast<double>((rate.nanoseconds(begins[i]) - wanted).count()), 0, 24) << i;
+  }
+  for (const WaitOutcome& wait : timeline->waits) EXPECT_FALSE(wait.timed_out);
 }
 
 TEST_F(Planes, a_lost_edge_delays_one_exposure_and_ends_no_run) {

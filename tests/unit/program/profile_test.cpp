@@ -83,7 +83,7 @@ TEST_F(Profile, unknown_name_lists_the_known) {
 
 TEST_F(Profile, faults_name_file_line_key_and_what_is_legal) {
   expect_refusal(std::string(kHead) + "shutter = 3\n", "4", "known:");
-  expect_refusal(std::string(kHead) + "exposure = \"long\"\n", "4", "\"trigger-width\", \"timed\"");
+  expect_refusal(std::string(kHead) + "exposure = \"long\"\n", "4", R"("trigger-width", "timed")");
   expect_refusal(std::string(kHead) + "readout = 4\n", "4", "is a whole number, not a duration");
   expect_refusal(std::string(kHead) + "readout = \"4\"\n", "4", "\"1.5 ms\"");
   expect_refusal(std::string(kHead) + "readout = \"-4 ms\"\n", "4", "not a duration");

@@ -95,7 +95,7 @@ TEST(ProgramFile, faults_name_the_line_the_key_and_what_is_legal) {
        {"ratio", "above 1"}},
       {"symrig = 1\n[program]\npatterns = 2\nbracket = [\"1 ms\"]\norder = \"both\"\n",
        5,
-       {"\"pattern-outer\", \"bracket-outer\""}},
+       {R"("pattern-outer", "bracket-outer")"}},
       {"symrig = 1\n[program]\nsteps = [\n  { hold = \"1 ms\", mark = 3 },\n]\n", 4, {"more than one thing"}},
       {"symrig = 1\n[program]\nsteps = [\n  { wait = \"vsync\" },\n]\n", 4, {"timeout is missing"}},
       {"symrig = 1\n[program]\nsteps = [{ hold = \"1 ms\" }]\npatterns = 2\n",

@@ -41,7 +41,7 @@ TEST(Timeline, a_bound_cuts_endless_programs_off) {
   EXPECT_EQ(timeline.edges.size(), 1001U);
   EXPECT_TRUE(timeline.cut_off);
   EXPECT_FALSE(timeline.complete);
-  EXPECT_EQ(timeline.edges[1000].tick, Ticks{30 * 500});
+  EXPECT_EQ(timeline.edges[1000].tick, Ticks{15'000});
 }
 
 // A loop that makes no edges does not run for ever either: the number of looks is bounded.

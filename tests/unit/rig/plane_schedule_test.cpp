@@ -30,24 +30,26 @@ void expect_schedule(std::span<const WantedExposure> wanted, const PlaneRules& r
   ASSERT_OK(planned);
   ASSERT_EQ(planned->exposures.size(), wanted.size());
   const Nanoseconds period = rule.timing.period;
-  Nanoseconds ready{0};
+  Nanoseconds ready = rule.first;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto& [what, at] = planned->exposures[i];
     EXPECT_EQ(what.photograph, wanted[i].photograph);
     EXPECT_EQ(what.exposure, wanted[i].exposure);
     EXPECT_GE(begin(at, rule), ready);
-    const Nanoseconds open = begin(at, rule) + rule.settle, closed = open + at.exposure;
-    ready = closed + rule.gap + plane_lead(period);
-    Nanoseconds light{0};
-    for (std::size_t refresh = 0; refresh < planned->order.size(); ++refresh)
-      for (int k = 0; k < rule.timing.planes; ++k) {
-        const Nanoseconds from = begin({static_cast<std::int64_t>(refresh), k, 1, {}}, rule);
-        const Nanoseconds lit = std::min(closed, from + period) - std::max(open, from);
-        if (lit.count() <= 0) continue;
-        EXPECT_EQ(planned->pattern(planned->order[refresh], k), static_cast<int>(what.photograph));
-        light += lit;
-      }
-    EXPECT_EQ(light, what.time) << "the exposure goes on in the next picture for as long as it is dark";
+    for (const Nanoseconds delay : {Nanoseconds{0}, rule.reaction}) {
+      const Nanoseconds open = begin(at, rule) + rule.settle + delay, closed = open + at.exposure;
+      ready = closed + rule.gap + plane_lead(period);
+      Nanoseconds light{0};
+      for (std::size_t refresh = 0; refresh < planned->order.size(); ++refresh)
+        for (int k = 0; k < rule.timing.planes; ++k) {
+          const Nanoseconds from = begin({static_cast<std::int64_t>(refresh), k, 1, {}}, rule);
+          const Nanoseconds lit = std::min(closed, from + period) - std::max(open, from);
+          if (lit.count() <= 0) continue;
+          EXPECT_EQ(planned->pattern(planned->order[refresh], k), static_cast<int>(what.photograph));
+          light += lit;
+        }
+      EXPECT_EQ(light, what.time) << "the exposure goes on in the next picture for as long as it is dark";
+    }
     if (!rule.may_cross()) {
       EXPECT_LE(at.plane + at.planes, rule.timing.planes);
     }
@@ -66,6 +68,8 @@ TEST(PlaneSchedule, random_brackets_are_taken_once_each_in_their_planes) {
     rule.gap = Nanoseconds{static_cast<std::int64_t>(random.uniform() * 30e6)};
     rule.hold = 1 + round % 3;
     rule.crosses = round % 2 == 0;
+    rule.reaction = round % 5 == 4 ? 150us : 0us;
+    rule.first = 3 * rule.reaction;
     const auto longest = longest_in_planes(rule);
     ASSERT_OK(longest);
     const double most = (rule.may_cross() ? 5.0 : 1.0) * static_cast<double>(longest->count() - 20'000);
@@ -142,6 +146,11 @@ TEST(PlaneSchedule, planes_with_dark_time_between_them_hold_no_long_exposure) {
   EXPECT_EQ(plan_planes(one_each(1, 386us), rule).error().code, ErrorCode::limit);
   rule.settle = 400us;
   EXPECT_EQ(longest_in_planes(rule).error().code, ErrorCode::limit);
+  rule = rules();
+  rule.reaction = 150us;
+  EXPECT_EQ(*longest_in_planes(rule), 24 * 684us - 165us);
+  rule.reaction = 680us;
+  EXPECT_EQ(longest_in_planes(rule).error().code, ErrorCode::limit) << "it would begin in the next plane";
 }
 
 TEST(PlaneSchedule, an_exposure_that_must_not_cross_is_no_longer_than_a_picture) {
