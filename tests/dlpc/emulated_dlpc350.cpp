@@ -58,6 +58,15 @@ std::string EmulatedDlpc350::state() const {
   return text;
 }
 
+EmulatedDlpc350::SequenceShown EmulatedDlpc350::sequence() const {
+  const Bytes& times = settings_.at(0x1A29);
+  SequenceShown shown{
+      {}, word_at(times, 0), word_at(times, 4), settings_.at(0x1A1D)[1] - settings_.at(0x1A1E)[1]};
+  const std::size_t entries = settings_.at(0x1A31)[0] + std::size_t{1};
+  for (std::size_t k = 0; k < entries; ++k) shown.patterns.push_back(table_[k][0] >> 2);
+  return shown;
+}
+
 /// Its own check (DLPU010, "Validation Command"): bit 0 times, bit 1 pattern numbers, bits 2 to 4 warnings.
 std::uint8_t EmulatedDlpc350::check() const {
   constexpr std::array<std::uint32_t, 8> kLeast{235, 700, 1570, 1700, 2000, 2500, 4500, 8333};

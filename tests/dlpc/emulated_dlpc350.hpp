@@ -55,6 +55,13 @@ class EmulatedDlpc350 {
   /// Patterns leave the lens: the sequence runs and an LED is on.
   bool shows_sequence() const { return shows_patterns() && running() == 2; }
   int sequences_started() const { return started_; }
+  /// The sequence as its settings and table say.
+  struct SequenceShown {
+    std::vector<int> patterns;  ///< numbers of the bits, in order
+    std::uint32_t exposure_us = 0, period_us = 0;
+    int frame_lead = 0;  ///< from TRIG_OUT_2 to TRIG_OUT_1 of the first pattern, in units of 107.2 ns
+  };
+  SequenceShown sequence() const;
   const std::vector<unsigned>& commands() const { return commands_; }
 
   /// A loss of power: all settings are those of the flash.

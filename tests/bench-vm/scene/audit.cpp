@@ -9,6 +9,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <unordered_map>
 #include <utility>
 
@@ -21,14 +22,17 @@ namespace {
 using FrameCodes = std::vector<std::uint16_t>;
 constexpr double kHarmless = 0.1;    // of the limit
 constexpr double kLampError = 0.01;  // the bench's lamp is stable, so a larger error is not an estimate of it
-constexpr std::size_t kDarkBrackets = 4;  // this many dark brackets in a row: a session begins
-constexpr std::size_t kMostDark = 12;     // tries only the last ones of a session
-constexpr std::size_t kWitnesses = 15;    // photographs that distinguish two blacks
+constexpr std::size_t kDarkBrackets = 4;    // this many dark brackets in a row: a session begins
+constexpr std::size_t kMostDark = 12;       // tries only the last ones of a session
+constexpr std::size_t kWitnesses = 15;      // photographs that distinguish two blacks
+constexpr double kSameTime = 0.02;          // of two exposures in equal places of their brackets
+constexpr std::size_t kApart = 200;         // exposures: a photograph is taken again at the latest
+constexpr std::size_t kMostChoices = 4096;  // of frames for a photograph
 
 /// A complete bracket exposed with one picture, and the photograph merged from its frames, including black.
 struct Bracket {
-  std::size_t first = 0;  // index into the list of true exposures
-  int session = 0;        // number of sessions that began before it
+  std::vector<std::size_t> taken;  // indices into the list of true exposures
+  int session = 0;                 // number of sessions that began before it
   std::vector<FrameCodes> codes;
   Radiance photograph;
 };
@@ -47,7 +51,8 @@ class Auditor {
           const AuditOptions& options)
       : truth_(truth), formation_(formation), options_(options) {
     for (std::size_t i = 0; i + options.exposures <= truth.size(); ++i)
-      if (is_bracket(i)) begins_[truth[i].picture].push_back(i);
+      if (is_bracket(i)) brackets_[truth[i].picture].push_back(in_a_row(i));
+    if (options.scattered) gather_scattered();
     number_sessions();
   }
 
@@ -79,10 +84,10 @@ class Auditor {
     std::vector<Radiance> photographs;
     const auto found = dark_.find(session);
     if (found == dark_.end()) return photographs;
-    const auto light = formation_.light_of(Image<float>(formation_.cells(), 1), 0);
+    const auto light = dark_light();
     const std::vector<std::size_t>& begins = found->second;
     for (std::size_t k = begins.size() - std::min(begins.size(), kMostDark); k < begins.size(); ++k) {
-      SYMRIG_TRY(Bracket bracket, expose(begins[k], *light));
+      SYMRIG_TRY(Bracket bracket, expose(in_a_row(begins[k]), light));
       photographs.push_back(std::move(bracket.photograph));
     }
     return photographs;
@@ -91,26 +96,71 @@ class Auditor {
   /// Every bracket that was exposed with this pattern.
   Result<std::vector<Bracket>> brackets_of(const Pattern& pattern) const {
     const Image<float> shown = on_screen(pattern);
-    const auto begins = begins_.find(picture_key(shown));
+    const auto found = brackets_.find(picture_key(shown));
     std::vector<Bracket> brackets;
-    if (begins == begins_.end()) return brackets;
+    if (found == brackets_.end()) return brackets;
     const auto light = formation_.light_of(shown, 0);
-    for (const std::size_t first : begins->second) {
-      SYMRIG_TRY(Bracket bracket, expose(first, *light));
+    for (const Taken& taken : found->second) {
+      SYMRIG_TRY(Bracket bracket, expose(taken, light));
       brackets.push_back(std::move(bracket));
     }
     return brackets;
   }
 
-  Result<Radiance> merged(std::size_t first, std::span<const FrameCodes> codes) const {
+  Result<Radiance> merged(const std::vector<std::size_t>& taken, std::span<const FrameCodes> codes) const {
     std::vector<Frame> frames;
-    for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[first + j].open});
+    for (std::size_t j = 0; j < codes.size(); ++j) frames.push_back({codes[j], truth_[taken[j]].lit()});
     MergeOptions merging;
     merging.scale = formation_.scale();
     return merge(frames, formation_.camera(), 1, formation_.noise(), merging);
   }
 
  private:
+  using Taken = std::vector<std::size_t>;
+
+  Taken in_a_row(std::size_t first) const {
+    Taken taken(options_.exposures);
+    std::iota(taken.begin(), taken.end(), first);
+    return taken;
+  }
+  sim::ImageFormation::Light dark_light() const {
+    return formation_.light_of(Image<float>(formation_.cells(), 1), 0);
+  }
+
+  /// All choices of one frame for each place in the bracket, for each picture. The place of a frame follows
+  /// from its time: all brackets have the same.
+  void gather_scattered() {
+    if (brackets_.empty()) return;
+    const Taken known = brackets_.begin()->second.front();
+    std::unordered_map<std::uint64_t, std::vector<Taken>> places;
+    for (std::size_t i = 0; i < truth_.size(); ++i) {
+      if (!truth_[i].pure) continue;
+      auto& of_picture = places[truth_[i].picture];
+      of_picture.resize(known.size());
+      for (std::size_t j = 0; j < known.size(); ++j)
+        if (std::abs(seconds(truth_[i].lit()) / seconds(truth_[known[j]].lit()) - 1) < kSameTime)
+          of_picture[j].push_back(i);
+    }
+    for (const auto& [picture, of_picture] : places) brackets_[picture] = choices(of_picture);
+  }
+
+  /// The last ones first: what was taken again counts.
+  static std::vector<Taken> choices(const std::vector<Taken>& places) {
+    std::vector<Taken> all{{}};
+    for (const Taken& place : places) {
+      std::vector<Taken> longer;
+      for (const Taken& begun : all)
+        for (auto frame = place.rbegin(); frame != place.rend() && longer.size() < kMostChoices; ++frame) {
+          if (!begun.empty() && std::max(*frame, begun.front()) - std::min(*frame, begun.front()) > kApart)
+            continue;
+          longer.push_back(begun);
+          longer.back().push_back(*frame);
+        }
+      all = std::move(longer);
+    }
+    return {all.rbegin(), all.rend()};
+  }
+
   void number_sessions() {
     const std::uint64_t dark = picture_key(Image<float>(formation_.cells(), 1));
     std::size_t row = 0;
@@ -139,23 +189,26 @@ class Auditor {
     return true;
   }
 
-  Result<Bracket> expose(std::size_t first, const Image<float>& light) const {
-    Bracket bracket{first, session_[first], {}, {}};
-    for (std::size_t j = 0; j < options_.exposures; ++j) {
-      const TrueExposure& exposure = truth_[first + j];
-      bracket.codes.push_back(formation_.expose(
-          light, seconds(exposure.open), static_cast<std::uint64_t>(options_.first_frame) + exposure.frame));
+  Result<Bracket> expose(const Taken& taken, const sim::ImageFormation::Light& light) const {
+    Bracket bracket{taken, session_[taken.front()], {}, {}};
+    for (const std::size_t i : taken) {
+      const TrueExposure& exposure = truth_[i];
+      const sim::ImageFormation::Share shares[] = {{light, exposure.share},
+                                                   {dark_light(), 1 - exposure.share}};
+      bracket.codes.push_back(
+          formation_.expose(exposure.share < 1 ? *formation_.during(shares) : *light, seconds(exposure.open),
+                            static_cast<std::uint64_t>(options_.first_frame) + exposure.frame));
     }
-    SYMRIG_TRY(bracket.photograph, merged(first, bracket.codes));
+    SYMRIG_TRY(bracket.photograph, merged(taken, bracket.codes));
     return bracket;
   }
 
   std::span<const TrueExposure> truth_;
   const sim::ImageFormation& formation_;
   const AuditOptions& options_;
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> begins_;  // of brackets, by picture
-  std::vector<int> session_;                                            // of each exposure
-  std::map<int, std::vector<std::size_t>> dark_;                        // begins of dark brackets, by session
+  std::unordered_map<std::uint64_t, std::vector<Taken>> brackets_;  // by picture
+  std::vector<int> session_;                                        // of each exposure
+  std::map<int, std::vector<std::size_t>> dark_;                    // begins of dark brackets, by session
 };
 
 /// A logged photograph, and the brackets from which it may come.
@@ -253,7 +306,7 @@ Result<AuditedPhotograph> judge(const Auditor& auditor, Suspect& suspect, const 
     SYMRIG_TRY(const Radiance again, auditor.as_logged(bracket.photograph, blacks.at(bracket.session)));
     const double away = distance(again, suspect.logged);
     if (best.distance >= 0 && away >= best.distance) continue;
-    best = {away, truth[bracket.first].frame};
+    best = {away, truth[bracket.taken.front()].frame};
     if (&bracket != &suspect.brackets.front()) std::swap(suspect.brackets.front(), bracket);
   }
   return best;
@@ -267,7 +320,7 @@ Result<void> plant(const Auditor& auditor, const Suspect& suspect, const Bracket
   for (std::size_t j = 0; j < own.codes.size(); ++j) {
     std::vector<FrameCodes> codes = own.codes;
     codes[j] = other.codes[j];
-    SYMRIG_TRY(Radiance merged, auditor.merged(own.first, codes));
+    SYMRIG_TRY(Radiance merged, auditor.merged(own.taken, codes));
     SYMRIG_TRY(const Radiance wrong, auditor.as_logged(std::move(merged), black));
     ++audit.planted;
     if (distance(wrong, suspect.logged) > limit)

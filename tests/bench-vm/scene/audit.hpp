@@ -20,6 +20,9 @@ struct AuditOptions {
   std::int64_t first_frame = 0;  ///< as for bench_scene
   std::size_t exposures = 4;     ///< frames per photograph
   std::size_t blacks = 8;        ///< dark photographs whose mean is the rig's black
+  /// Frames of a photograph need not follow each other: of a rig with bit planes, which takes single frames
+  /// again.
+  bool scattered = false;
   /// A photograph is right if its distance to the true frames' photograph is below this. [rms over the
   /// pixels, in sigmas of the photograph's own noise]
   double limit = 0.2;

@@ -28,6 +28,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--registration", options.registration, "registration.h5 of the capture, if it has one");
   app.add_option("--first-frame", options.audit.first_frame, "bench_scene's");
   app.add_option("--exposures", options.audit.exposures, "frames per photograph")->capture_default_str();
+  app.add_flag("--scattered", options.audit.scattered,
+               "frames of a photograph need not follow each other (bit planes)");
   app.add_option("--limit", options.audit.limit, "distance of a wrong photograph, sigmas")
       ->capture_default_str();
 }

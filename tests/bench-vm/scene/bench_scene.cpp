@@ -2,6 +2,7 @@
 // Closes the loop in the guest. The light of the screen falls on a simulated scene and becomes frames of a
 // test camera: of V4L2, or on the network. The camera exposes while the board's trigger line is high.
 // README.md of the parent folder says what that proves.
+#include "bench-vm/scene/controller_on_usb.hpp"
 #include "bench-vm/scene/developer.hpp"
 #include "bench-vm/scene/gige_scene_camera.hpp"
 #include "bench-vm/scene/watchers.hpp"
@@ -10,6 +11,9 @@
 #include <cstdio>
 #include <ctime>
 #include <exception>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -27,6 +31,7 @@ struct Options {
   std::string log;
   std::string gige;
   double packet_loss = 0;
+  bool planes = false;
   int cell = 1, top = 0, left = 0;
   int picture_top = 0, picture_left = 0;
   double readout_ms = 3;
@@ -54,6 +59,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--gige", options.gige,
                  "the camera is a GigE Vision camera at this address of the loopback network");
   app.add_option("--packet-loss", options.packet_loss, "share of that camera's packets that are lost");
+  app.add_flag("--planes", options.planes,
+               "an emulated DLPC350 on USB/IP shows the bit planes of the screen's pictures");
   app.add_option("--readout", options.readout_ms, "ms from the end of an exposure to its frame")
       ->capture_default_str();
   app.add_option("--first-frame", options.first_frame, "number of the first frame, which selects its noise");
@@ -121,11 +128,8 @@ class Signals {
 /// Runs the watchers beside the developer until everything is stopped.
 class Watching {
  public:
-  Watching(Signals& signals, TriggerWatch trigger, RefreshWatch refresh, Stage& stage)
-      : stage_(stage), signals_(signals), trigger_(std::move(trigger)), refresh_(std::move(refresh)) {
-    threads_.emplace_back([this] { signals_.run(); });
-    threads_.emplace_back([this] { trigger_.run(); });
-    threads_.emplace_back([this] { refresh_.run(); });
+  Watching(Stage& stage, const std::vector<std::function<void()>>& watchers) : stage_(stage) {
+    for (const auto& watcher : watchers) threads_.emplace_back(watcher);
   }
   Watching(const Watching&) = delete;
   Watching& operator=(const Watching&) = delete;
@@ -136,26 +140,49 @@ class Watching {
     for (std::thread& thread : threads_) thread.join();
     threads_.clear();
   }
-  const TriggerWatch& trigger() const { return trigger_; }
-  const RefreshWatch& refresh() const { return refresh_; }
 
  private:
   Stage& stage_;
-  Signals& signals_;
-  TriggerWatch trigger_;
-  RefreshWatch refresh_;
   std::vector<std::thread> threads_;
 };
 
-void report(const Watching& watching, const DeliveryTally& tally, const SceneCamera& camera) {
+/// What lies between the screen and the scene: nothing, or a controller of bit planes.
+struct ScreenWatch {
+  std::optional<RefreshWatch> plain;
+  std::unique_ptr<PlaneWatch> planes;
+
+  static Result<ScreenWatch> open(const Options& options, const BenchPlaces& places,
+                                  const Placement& placement, Stage& stage) {
+    ScreenWatch watch;
+    if (options.planes) {
+      SYMRIG_TRY(watch.planes, PlaneWatch::open(places, placement, serve_controller(), stage));
+    } else {
+      SYMRIG_TRY(RefreshWatch plain, RefreshWatch::open(places, placement, stage));
+      watch.plain.emplace(std::move(plain));
+    }
+    return watch;
+  }
+  std::vector<std::function<void()>> watchers() {
+    if (planes) return {[this] { planes->run(); }, [this] { planes->run_triggers(); }};
+    return {[this] { plain->run(); }};
+  }
+  std::string report() const {
+    if (planes)
+      return fmt::format("{} refreshes, {} missed; edges of planes at most {:.1f} us late",
+                         planes->refreshes(), planes->missed(), 1e6 * seconds(planes->latest()));
+    return fmt::format("{} refreshes, {} missed", plain->refreshes(), plain->missed());
+  }
+};
+
+void report(const TriggerWatch& trigger, const ScreenWatch& screen, const DeliveryTally& tally,
+            const SceneCamera& camera) {
   fmt::print(
       "bench_scene: {} exposures, {} triggers too early, {} frames delivered, {} not taken, {} with a fault\n"
-      "bench_scene: {} refreshes, {} missed; strobe at most {:.1f} us after its trigger, exposures "
+      "bench_scene: {}; strobe at most {:.1f} us after its trigger, exposures "
       "known "
       "to {:.1f} us\n",
-      watching.trigger().exposures(), watching.trigger().missed(), tally.delivered, tally.not_taken,
-      tally.faults, watching.refresh().refreshes(), watching.refresh().missed(),
-      1e6 * seconds(watching.trigger().slowest()), 1e6 * seconds(tally.largest_doubt));
+      trigger.exposures(), trigger.missed(), tally.delivered, tally.not_taken, tally.faults, screen.report(),
+      1e6 * seconds(trigger.slowest()), 1e6 * seconds(tally.largest_doubt));
   if (const std::string more = camera.report(); !more.empty()) fmt::print("bench_scene: {}\n", more);
 }
 
@@ -181,16 +208,19 @@ Result<void> close_loop(const Options& options) {
   Stage stage;
   Signals signals(stage);  // before any thread: the camera has one, too
   SYMRIG_TRY(TriggerWatch trigger, TriggerWatch::open(places, habits.readout, stage));
-  SYMRIG_TRY(RefreshWatch refresh,
-             RefreshWatch::open(places, {uri.size, options.cell, options.top, options.left}, stage));
+  SYMRIG_TRY(ScreenWatch screen,
+             ScreenWatch::open(options, places, {uri.size, options.cell, options.top, options.left}, stage));
   SYMRIG_TRY(const auto camera, open_camera(options, habits, formation));
   SYMRIG_TRY(TruthLog log, TruthLog::open(options.log));
   Developer developer(formation, stage, *camera, habits, std::move(log));
-  Watching watching(signals, std::move(trigger), std::move(refresh), stage);
+  std::vector<std::function<void()>> watchers = screen.watchers();
+  watchers.emplace_back([&signals] { signals.run(); });
+  watchers.emplace_back([&trigger] { trigger.run(); });
+  Watching watching(stage, watchers);
   fmt::print(stderr, "bench_scene: ready, {}\n", uri.to_string());  // unbuffered: a job waits for it
   SYMRIG_TRY(const DeliveryTally tally, developer.run());
   watching.join();
-  report(watching, tally, *camera);
+  report(trigger, screen, tally, *camera);
   if (const auto failure = stage.failure()) return *failure;
   return {};
 }

@@ -108,19 +108,28 @@ Result<Refresh> ScreenReader::wait_refresh() const {
                  Nanoseconds{request.reply.tval_sec * 1'000'000'000L + request.reply.tval_usec * 1'000L}};
 }
 
-/// The screen's driver may also draw into the buffer on the screen. So the checksum of cell_checksum()
-/// decides.
-Picture ScreenReader::read() {
+/// false: no picture is scanned out, or it cannot be read.
+bool ScreenReader::follow_framebuffer() {
   const Crtc crtc(drmModeGetCrtc(card_.get(), crtc_));
   const std::uint32_t framebuffer = crtc && crtc->mode_valid != 0 ? crtc->buffer_id : 0;
   if (framebuffer == 0) {
     unmap();
-    return picture_ = nullptr;
+    return false;
   }
-  const bool mapped_anew = framebuffer != framebuffer_;
-  if (mapped_anew && !map(framebuffer)) return picture_ = nullptr;
+  mapped_anew_ = framebuffer != framebuffer_;
+  return !mapped_anew_ || map(framebuffer);
+}
+
+const ScanoutPixels* ScreenReader::scanned_out() {
+  return follow_framebuffer() ? &pixels_ : nullptr;
+}
+
+/// The screen's driver may also draw into the buffer on the screen. So the checksum of cell_checksum()
+/// decides.
+Picture ScreenReader::read() {
+  if (!follow_framebuffer()) return picture_ = nullptr;
   const std::uint64_t seen = cell_checksum(pixels_, placement_);
-  if (mapped_anew || seen != glance_ || !picture_)
+  if (mapped_anew_ || seen != glance_ || !picture_)
     picture_ = std::make_shared<const Image<float>>(light_on_grid(pixels_, placement_));
   glance_ = seen;
   return picture_;

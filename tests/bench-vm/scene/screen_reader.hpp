@@ -55,11 +55,14 @@ class ScreenReader {
   Result<Refresh> wait_refresh() const;
   /// The picture that is scanned out now. nullptr: none.
   Picture read();
+  /// Its pixels, until the next call. nullptr: none.
+  const ScanoutPixels* scanned_out();
 
  private:
   ScreenReader(Fd card, std::uint32_t crtc, const Placement& placement)
       : card_(std::move(card)), crtc_(crtc), placement_(placement) {}
   void unmap();
+  bool follow_framebuffer();
   bool map(std::uint32_t framebuffer);
 
   Fd card_;
@@ -68,6 +71,7 @@ class ScreenReader {
   std::uint32_t framebuffer_ = 0;
   std::size_t mapped_ = 0;
   ScanoutPixels pixels_;
+  bool mapped_anew_ = false;  // by the last look at the screen
   std::uint64_t glance_ = 0;
   Picture picture_;
 };

@@ -14,6 +14,13 @@ void Stage::show(Nanoseconds since, const Picture& picture) {
   if (timeline_.change(since, picture)) changed_.notify_all();
 }
 
+void Stage::show(const std::vector<std::pair<Nanoseconds, Picture>>& changes) {
+  const std::scoped_lock lock(mutex_);
+  bool changed = false;
+  for (const auto& [since, picture] : changes) changed = timeline_.change(since, picture) || changed;
+  if (changed) changed_.notify_all();
+}
+
 void Stage::exposed(const Exposure& exposure) {
   const std::scoped_lock lock(mutex_);
   exposures_.push_back(exposure);

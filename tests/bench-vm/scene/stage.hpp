@@ -11,6 +11,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace symrig::bench_vm {
@@ -27,6 +28,8 @@ class Stage {
  public:
   /// Called by the screen's watcher.
   void show(Nanoseconds since, const Picture& picture);
+  /// Called by the watcher of bit planes: what is shown later, in order of time.
+  void show(const std::vector<std::pair<Nanoseconds, Picture>>& changes);
   /// Called by the trigger's watcher.
   void exposed(const Exposure& exposure);
   /// Stops all threads. Keeps the first error.

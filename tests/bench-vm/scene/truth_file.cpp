@@ -4,7 +4,10 @@
 #include "sim/hash.hpp"
 
 #include <bit>
+#include <cmath>
 #include <fstream>
+#include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -15,17 +18,40 @@ namespace {
 
 using nlohmann::json;
 
+constexpr double kLeastShare = 0.9;
+constexpr double kRoundings = 1e-9;  // of some shares
+
 TrueExposure exposure_of(const json& line) {
   TrueExposure exposure;
   exposure.frame = line.at("exposed").get<std::uint64_t>();
   exposure.open = Nanoseconds{line.at("end").get<std::int64_t>() - line.at("begin").get<std::int64_t>()};
-  const json& lit = line.at("lit");
-  exposure.pure = lit.size() == 1 && lit[0].at("share").get<double>() == 1;
-  if (exposure.pure) exposure.picture = std::stoull(lit[0].at("key").get<std::string>(), nullptr, 16);
+  std::map<std::uint64_t, double> bright;  // shares of the pictures that were not dark
+  double dark = 0;
+  std::uint64_t dark_key = 0;
+  for (const json& part : line.at("lit")) {
+    const std::uint64_t key = std::stoull(part.at("key").get<std::string>(), nullptr, 16);
+    const auto share = part.at("share").get<double>();
+    if (!part.value("dark", false)) {
+      bright[key] += share;
+    } else {
+      dark += share;
+      dark_key = key;
+    }
+  }
+  // A screen that is dark for a while in an exposure is one with bit planes, between two refreshes.
+  if (bright.empty()) bright[dark_key] = std::exchange(dark, 0);
+  const auto& [picture, share] = *bright.begin();
+  exposure.pure = bright.size() == 1 && share >= kLeastShare && share + dark > 1 - kRoundings;
+  if (exposure.pure) exposure.picture = picture;
+  if (exposure.pure && dark > 0) exposure.share = share;
   return exposure;
 }
 
 }  // namespace
+
+Nanoseconds TrueExposure::lit() const {
+  return Nanoseconds{std::llround(static_cast<double>(open.count()) * share)};
+}
 
 std::uint64_t picture_key(const Image<float>& picture) {
   std::uint64_t key = 0;

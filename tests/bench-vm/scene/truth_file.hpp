@@ -16,7 +16,10 @@ struct TrueExposure {
   std::uint64_t frame = 0;  ///< number of exposures before it
   Nanoseconds open{};
   std::uint64_t picture = 0;  ///< key of the picture that was lit
-  bool pure = false;          ///< only this picture was lit, all the time
+  bool pure = false;          ///< no other picture was lit, and this one nearly all the time
+  double share = 1;           ///< of the time in which it was lit; the screen was dark for the rest
+
+  Nanoseconds lit() const;  ///< the time in which it was lit
 };
 
 /// Equal pictures have equal keys.

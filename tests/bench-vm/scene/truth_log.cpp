@@ -3,6 +3,7 @@
 
 #include "bench-vm/scene/truth_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <string_view>
 
@@ -15,6 +16,10 @@ namespace {
 std::string_view name(CameraPort::Taken taken) {
   constexpr std::array<std::string_view, 3> kNames{"yes", "not streaming", "unplugged"};
   return kNames[static_cast<std::size_t>(taken)];
+}
+
+bool is_dark(const Image<float>& picture) {
+  return std::ranges::all_of(picture.values(), [](float value) { return value == 0; });
 }
 
 }  // namespace
@@ -35,8 +40,9 @@ void TruthLog::exposed(const Exposure& exposure, std::span<const ScreenTimeline:
   if (!file_.is_open()) return;
   std::string pictures;
   for (const ScreenTimeline::Lit& part : lit)
-    pictures += fmt::format(R"({}{{"picture":{},"key":"{:016x}","share":{}}})", pictures.empty() ? "" : ",",
-                            part.number, picture_key(*part.pattern), part.share);
+    pictures += fmt::format(R"({}{{"picture":{},"key":"{:016x}","share":{}{}}})", pictures.empty() ? "" : ",",
+                            part.number, picture_key(*part.pattern), part.share,
+                            is_dark(*part.pattern) ? R"(,"dark":true)" : "");
   line(fmt::format(R"({{"exposed":{},"begin":{},"end":{},"doubt":{},"lit":[{}]}})", exposure.frame,
                    exposure.begin.time.count(), exposure.end.time.count(),
                    (exposure.begin.doubt + exposure.end.doubt).count(), pictures));

@@ -18,7 +18,7 @@ namespace symrig::bench_vm {
 ///   {"exposed":7,"begin":…,"end":…,"doubt":…,"lit":[{"picture":3,"key":"91c2…","share":1}]}
 ///   {"delivered":7,"fault":"none","stamp":…,"skip":0,"damaged":false,"taken":"yes"}
 ///
-/// Equal pictures have equal keys.
+/// Equal pictures have equal keys. A picture without light has "dark":true, too.
 class TruthLog {
  public:
   /// With an empty path it writes nothing.

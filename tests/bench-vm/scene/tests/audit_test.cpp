@@ -6,6 +6,7 @@
 #include "symrig/calibration/registered_probe.hpp"
 #include "symrig/calibration/registration.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -166,6 +167,40 @@ TEST(Audit, finds_another_shot_of_the_same_pattern) {
                                                  frames[2].sequence + 1);
   }));
   const auto audit = session.audited();
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->wrong, 1);
+  EXPECT_GT(audit->photographs[11].distance, 0.2);
+}
+
+// A rig with bit planes takes single frames again: here the second one of a photograph, after all others.
+TEST(Audit, finds_the_frames_of_a_photograph_that_do_not_follow_each_other) {
+  Session session;
+  ASSERT_OK(session.capture(0, [](auto&) {}));
+  auto& truth = session.rig.truth;
+  const std::uint64_t picture = picture_key(random_pattern({20, 24}, 11));
+  const auto first =
+      std::ranges::find_if(truth, [picture](const TrueExposure& one) { return one.picture == picture; });
+  ASSERT_NE(first, truth.end());
+  std::rotate(first + 1, first + 2, truth.end());
+  const auto in_a_row = session.audited();
+  ASSERT_OK(in_a_row);
+  EXPECT_EQ(in_a_row->unseen, 1);
+  AuditOptions options;
+  options.scattered = true;
+  const auto audit = session.audited(options);
+  ASSERT_OK(audit);
+  EXPECT_EQ(audit->unseen, 0);
+  EXPECT_EQ(audit->wrong, 0);
+  EXPECT_LT(audit->farthest_right, 0.02);
+  EXPECT_GT(audit->found, audit->planted * 3 / 4);
+}
+
+TEST(Audit, finds_a_frame_in_the_wrong_place_among_scattered_ones) {
+  Session session;
+  ASSERT_OK(session.capture(11, [](auto& frames) { std::swap(frames[1].raw, frames[2].raw); }));
+  AuditOptions options;
+  options.scattered = true;
+  const auto audit = session.audited(options);
   ASSERT_OK(audit);
   EXPECT_EQ(audit->wrong, 1);
   EXPECT_GT(audit->photographs[11].distance, 0.2);

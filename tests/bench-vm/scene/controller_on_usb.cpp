@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bench-vm/scene/controller_on_usb.hpp"
+
+#include "dlpc/usbip_server.hpp"
+
+#include <mutex>
+#include <utility>
+
+namespace symrig::bench_vm {
+
+namespace {
+
+constexpr int kDelayUnitPs = 107'200;  // of the trigger outputs
+
+struct Controller {
+  std::shared_ptr<test::EmulatedDlpc350> device = std::make_shared<test::EmulatedDlpc350>();
+  test::UsbIpServer server{device};
+};
+
+Nanoseconds microseconds(std::uint32_t us) {
+  return Nanoseconds{1000 * std::int64_t{us}};
+}
+
+}  // namespace
+
+PlaneWatch::Controller serve_controller() {
+  return [controller = std::make_shared<Controller>()]() -> std::optional<ShownSequence> {
+    const std::scoped_lock lock(controller->server.mutex());
+    if (!controller->device->shows_sequence()) return std::nullopt;
+    auto sequence = controller->device->sequence();
+    return ShownSequence{std::move(sequence.patterns), microseconds(sequence.period_us),
+                         microseconds(sequence.exposure_us),
+                         Nanoseconds{std::int64_t{sequence.frame_lead} * kDelayUnitPs / 1000}};
+  };
+}
+
+}  // namespace symrig::bench_vm
