@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/hdr/sensor.hpp"
 
-#include "hdr/sensor_statistics.hpp"
+#include "hdr/sensor_parts.hpp"
 #include "symrig/base/quantile.hpp"
 
 #include <algorithm>
@@ -14,8 +14,6 @@ namespace {
 
 using hdr::Codes;
 
-constexpr double kDefectSigmas = 8;    // a defect differs by more: one false alarm in 10^14 pixels
-constexpr double kNoisy = 16;          // times the median variance: four times the noise
 constexpr double kUnresponsive = 0.3;  // largest difference from the neighbours' response, as a share of it
 constexpr double kPiledUp = 2;         // times the dark noise: a bright level with less spread is clipped
 
@@ -49,19 +47,6 @@ Result<void> check(const SensorFrames& frames) {
   return {};
 }
 
-/// Marks pixels whose dark level or dark noise differs from the others'.
-void find_hot(const hdr::PixelMoments& dark, std::size_t frames, std::span<std::uint8_t> defects) {
-  std::vector<double> means = dark.mean, noises = dark.variance;
-  const double middle = median(means);
-  const double spread = std::max(robust_sigma(dark.mean), 0.3);
-  const double noise = std::max(median(noises), 1.0 / 12);
-  // A χ² of few degrees of freedom has a long tail: with fewer frames the threshold is higher.
-  const double noisy = kNoisy * (1 + 8 / static_cast<double>(frames - 1));
-  for (std::size_t i = 0; i < defects.size(); ++i)
-    if (std::abs(dark.mean[i] - middle) > kDefectSigmas * spread || dark.variance[i] > noisy * noise)
-      defects[i] = 1;
-}
-
 std::vector<double> light_of(const std::vector<Codes>& level, const std::vector<double>& dark) {
   std::vector<double> light = hdr::moments(level).mean;
   for (std::size_t i = 0; i < light.size(); ++i) light[i] -= dark[i];
@@ -73,10 +58,6 @@ void find_unresponsive(const std::vector<double>& light, const std::vector<doubl
                        std::span<std::uint8_t> defects) {
   for (std::size_t i = 0; i < defects.size(); ++i)
     if (std::abs(light[i] - local[i]) > kUnresponsive * std::max(local[i], 1.0)) defects[i] = 1;
-}
-
-double rms_beyond(double squares, double count, double noise) {
-  return count > 0 ? std::sqrt(std::max(0.0, squares / count - noise)) : 0;
 }
 
 /// The variation of sensitivity between pixels: Var[light / local] minus the part from temporal noise.
@@ -93,30 +74,7 @@ double prnu_of(const std::vector<double>& light, const std::vector<double>& loca
              (local[i] * local[i]);
     count += 1;
   }
-  return count > 0 ? rms_beyond(squares, count, noise / count) : 0;
-}
-
-double dsnu_of(const hdr::PixelMoments& dark, std::span<const std::uint8_t> defects, std::size_t frames) {
-  double sum = 0, squares = 0, noise = 0, count = 0;
-  for (std::size_t i = 0; i < dark.mean.size(); ++i) {
-    if (defects[i] != 0) continue;
-    sum += dark.mean[i];
-    squares += dark.mean[i] * dark.mean[i];
-    noise += dark.variance[i] / static_cast<double>(frames);
-    count += 1;
-  }
-  if (count < 2) return 0;
-  return rms_beyond(squares - sum * sum / count, count - 1, noise / count);
-}
-
-double mean_of(const std::vector<double>& values, std::span<const std::uint8_t> defects) {
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (defects[i] == 0) {
-      sum += values[i];
-      count += 1;
-    }
-  return count > 0 ? sum / count : 0;
+  return count > 0 ? hdr::rms_beyond(squares, count, noise / count) : 0;
 }
 
 /// Adds the pairs of frames of a level: first with second, third with fourth …
@@ -157,14 +115,14 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
   sensor.defects = Image<std::uint8_t>(frames.grid);
   const auto defects = sensor.defects.values();
   const hdr::PixelMoments dark = hdr::moments(frames.dark);
-  find_hot(dark, frames.dark.size(), defects);
-  const double pedestal = mean_of(dark.mean, defects);
+  hdr::find_hot(dark, frames.dark.size(), defects);
+  const double pedestal = hdr::mean_of(dark.mean, defects);
   std::vector<double> noises = dark.variance;
   const int clipping = clipping_code(frames, std::sqrt(median(noises)));
   const std::vector<Codes>* brightest = nullptr;
   double most = 0;
   for (const auto& level : frames.flat) {
-    const double mean = mean_of(hdr::moments(level).mean, defects);
+    const double mean = hdr::mean_of(hdr::moments(level).mean, defects);
     if (mean <= most || mean >= pedestal + 0.75 * (clipping - pedestal)) continue;
     most = mean;
     brightest = &level;
@@ -186,16 +144,12 @@ Result<Sensor> measure_sensor(const SensorFrames& frames) {
     return bad_frames(ErrorCode::bad_value, "no tile of the frames is free of defects and saturation",
                       "take frames of at least 8 x 8 good pixels");
   const hdr::TransferLine line = hdr::fit_transfer(points);
-  if (!(line.slope > 0) || line.slope < 5 * std::sqrt(line.slope_variance))
+  if (!line.rises())
     return bad_frames(ErrorCode::bad_value, "the noise of the flat frames does not grow with their light",
                       "take raw frames, not processed ones, and light the sensor evenly");
-  sensor.noise = NoiseModel::from_variance_line({line.offset, line.slope, frames.bits, pedestal});
-  if (clipping < (1 << frames.bits) - 1) sensor.noise = sensor.noise.clipped_at(clipping);
-  sensor.gain_sigma = std::sqrt(line.slope_variance) / line.slope;
-  const double read = std::max(line.offset - 1.0 / 12, 1.0 / 12);
-  sensor.read_noise_sigma = std::hypot(std::sqrt(line.offset_variance) / (2 * read), sensor.gain_sigma);
+  hdr::set_noise(sensor, line, frames.bits, pedestal, clipping);
   sensor.prnu = prnu_of(light, local, defects, line, brightest->size(), frames.dark.size());
-  sensor.dsnu = dsnu_of(dark, defects, frames.dark.size());
+  sensor.dsnu = hdr::dsnu_of(dark, defects, frames.dark.size());
   return sensor;
 }
 

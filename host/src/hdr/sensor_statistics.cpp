@@ -39,35 +39,6 @@ Tile tile_at(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid
   return tile;
 }
 
-double mean_of(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return sum / static_cast<double>(values.size());
-}
-
-/// The variance of one frame, from differences that are corrected for flicker and have no outliers.
-TransferPoint point_of(const Tile& tile) {
-  const double first = mean_of(tile.a), second = mean_of(tile.b);
-  const double noise = robust_sigma(tile.a) + 1;
-  // Flicker is a factor on light. Without light the ratio has no meaning.
-  const double q = first > 4 * noise && second > 0 ? second / first : 1;
-  std::vector<double> difference;
-  for (std::size_t i = 0; i < tile.a.size(); ++i) difference.push_back(tile.a[i] - tile.b[i] / q);
-  std::vector<double> sorted = difference;
-  const double middle = median(sorted);
-  const double limit = kOutlier * std::max(robust_sigma(difference), 1.0);
-  double sum = 0, squares = 0, count = 0;
-  for (const double d : difference) {
-    if (std::abs(d - middle) > limit) continue;
-    sum += d;
-    squares += d * d;
-    count += 1;
-  }
-  if (count < 2) return {};
-  const double variance = (squares - sum * sum / count) / (count - 1);
-  return {first, variance / (1 + 1 / q), count - 1};
-}
-
 }  // namespace
 
 PixelMoments moments(std::span<const Codes> frames) {
@@ -113,6 +84,33 @@ std::vector<double> smooth(std::span<const double> image, std::span<const std::u
   return result;
 }
 
+TransferPoint transfer_point(std::span<const double> a, std::span<const double> b) {
+  const auto mean = [](std::span<const double> values) {
+    double sum = 0;
+    for (const double v : values) sum += v;
+    return sum / static_cast<double>(values.size());
+  };
+  const double first = mean(a), second = mean(b);
+  const double noise = robust_sigma(a) + 1;
+  // Flicker is a factor on light. Without light the ratio has no meaning.
+  const double q = first > 4 * noise && second > 0 ? second / first : 1;
+  std::vector<double> difference;
+  for (std::size_t i = 0; i < a.size(); ++i) difference.push_back(a[i] - b[i] / q);
+  std::vector<double> sorted = difference;
+  const double middle = median(sorted);
+  const double limit = kOutlier * std::max(robust_sigma(difference), 1.0);
+  double sum = 0, squares = 0, count = 0;
+  for (const double d : difference) {
+    if (std::abs(d - middle) > limit) continue;
+    sum += d;
+    squares += d * d;
+    count += 1;
+  }
+  if (count < 2) return {};
+  const double variance = (squares - sum * sum / count) / (count - 1);
+  return {first, variance / (1 + 1 / q), count - 1};
+}
+
 TransferLine fit_transfer(std::span<const TransferPoint> points) {
   TransferLine line;
   std::vector<double> expected;
@@ -148,7 +146,7 @@ void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_ou
       const double brightest = std::max(*std::max_element(tile.a.begin(), tile.a.end()),
                                         *std::max_element(tile.b.begin(), tile.b.end()));
       if (brightest + pedestal >= saturation) continue;
-      const TransferPoint point = point_of(tile);
+      const TransferPoint point = transfer_point(tile.a, tile.b);
       if (point.samples >= kFewest / 2) points.push_back(point);
     }
 }

@@ -31,9 +31,16 @@ struct TransferPoint {
 struct TransferLine {
   double offset = 0, slope = 0;
   double offset_variance = 0, slope_variance = 0;
+
+  /// True if the noise grows with the light, beyond doubt (five sigmas).
+  bool rises() const { return slope > 0 && slope * slope >= 25 * slope_variance; }
 };
 /// Weighted least squares, the weights taken at the line itself and iterated.
 TransferLine fit_transfer(std::span<const TransferPoint> points);
+
+/// The variance of one frame, from the differences of the same pixels in two frames. They are corrected for
+/// flicker and have no outliers. a, b: codes − pedestal of pixels whose light is about equal.
+TransferPoint transfer_point(std::span<const double> a, std::span<const double> b);
 
 /// Adds the tiles of the difference of two frames of one level (sensor.hpp), without flagged pixels.
 void add_transfer_points(Codes a, Codes b, std::span<const std::uint8_t> left_out, Grid grid, double pedestal,
