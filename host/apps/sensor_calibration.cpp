@@ -6,10 +6,13 @@
 #include "files.hpp"
 #include "json_text.hpp"
 #include "meter.hpp"
+#include "rig.hpp"
 #include "symrig/calibration/sensor_folder.hpp"
 #include "symrig/hdr/response_file.hpp"
+#include "symrig/job/sensor_job.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -21,12 +24,20 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kGainWanted = 0.006, kReadNoiseWanted = 0.01;  // one sigma: five are 3 % and 5 %
 
+constexpr double kCurved = 0.05;  // departure from a straight line: beyond it there is a gamma
+
+/// A measurement, and what only a rig tells.
+struct Measured : MeasuredSensor {
+  std::string source;
+  std::optional<RigSensor> rig;  ///< its member `measured` has moved into this
+};
+
 std::int64_t defects_of(const Sensor& sensor) {
   const auto values = sensor.defects.values();
   return std::count_if(values.begin(), values.end(), [](std::uint8_t d) { return d != 0; });
 }
 
-Json sensor_json(const Sensor& sensor) {
+Json sensor_json(const Sensor& sensor, bool scene) {
   const NoiseModel& noise = sensor.noise;
   return {{"bits", noise.bits()},
           {"pedestal", noise.pedestal()},
@@ -36,19 +47,30 @@ Json sensor_json(const Sensor& sensor) {
           {"read_noise_sigma", sensor.read_noise_sigma},
           {"full_well", noise.full_well()},
           {"clipping", noise.clipping_code()},
-          {"prnu", sensor.prnu},
+          {"prnu", scene ? Json() : Json(sensor.prnu)},
           {"dsnu", sensor.dsnu},
           {"defects", defects_of(sensor)}};
 }
 
-std::string to_json(const SensorCalibration& asked, const SensorPhotographs& photographs,
-                    const SensorFindings& found) {
+Json scene_json(const SceneFacts& scene) {
+  return {{"lit_frames", scene.lit_frames},
+          {"dark_levels", scene.dark_levels},
+          {"dark_signal", scene.dark_signal},
+          {"dark_signal_sigma", scene.dark_signal_sigma},
+          {"drift", scene.drift},
+          {"flicker", scene.flicker},
+          {"clipping_seen", scene.clipping_seen}};
+}
+
+std::string to_json(const Measured& measured) {
+  const SensorFindings& found = measured.findings;
   Json json{{"command", "calibrate"},
-            {"source", folder_name(asked.folder)},
-            {"grid", {photographs.grid.rows, photographs.grid.cols}},
-            {"dark_frames", photographs.dark.size()},
-            {"flat_levels", photographs.flat.size()},
-            {"sensor", found.sensor ? sensor_json(*found.sensor) : Json()},
+            {"source", measured.source},
+            {"grid", {measured.grid.rows, measured.grid.cols}},
+            {"dark_frames", measured.dark_frames},
+            {"flat_levels", measured.flat_levels},
+            {"sensor", found.sensor ? sensor_json(*found.sensor, found.scene.has_value()) : Json()},
+            {"scene", found.scene ? scene_json(*found.scene) : Json()},
             {"linearity", Json()},
             {"response", Json()}};
   if (found.linearity)
@@ -61,33 +83,62 @@ std::string to_json(const SensorCalibration& asked, const SensorPhotographs& pho
                         {"repaired", found.response->repaired},
                         {"doubt", found.response_doubt},
                         {"doubtful", found.doubtful()}};
+  if (measured.rig) {
+    json["rig_frames"] = measured.rig->frames;
+    json["rig_seconds"] = measured.rig->rig_seconds;
+  }
   return json_text(json, 1);
 }
 
-std::string sensor_text(const Sensor& sensor, const SensorPhotographs& photographs) {
+/// What to do for a better measurement; empty: it is good.
+std::string frames_text(const Sensor& sensor, const Measured& measured) {
+  if (sensor.gain_sigma <= kGainWanted && sensor.read_noise_sigma <= kReadNoiseWanted) return "";
+  if (measured.findings.scene)
+    return "  not known to 3 % and 5 % (five sigmas): the sensor has few pixels, or the scene is mostly "
+           "dark\n";
+  const FramesNeeded needed = frames_needed(measured.grid.size(), kGainWanted, kReadNoiseWanted);
+  return fmt::format("  for 3 % and 5 % (five sigmas), take {} dark frames and {} pairs at each level\n",
+                     needed.dark, needed.flat_pairs);
+}
+
+std::string scene_text(const SceneFacts& scene) {
+  std::string text = fmt::format(
+      "  light       changed by {} from begin to end, flickers by {} rms\n"
+      "  dark signal {:.3g} ± {:.2g} DN/s, from dark current and stray light\n",
+      percent(scene.drift), percent(scene.flicker), scene.dark_signal, scene.dark_signal_sigma);
+  if (!scene.clipping_seen) text += "  no frame saturates: the largest code is taken as the clipping point\n";
+  return text;
+}
+
+std::string sensor_text(const Sensor& sensor, const Measured& measured) {
   const NoiseModel& noise = sensor.noise;
   std::string text = fmt::format(
       "  gain        {:.4g} DN/e- ± {}\n"
       "  read noise  {:.3g} e- ± {}\n"
       "  pedestal    {:.2f} DN, clipping at {} DN, full well {:.0f} e-\n"
-      "  pixels      sensitivities differ by {} rms, dark levels by {:.2g} DN rms; {} defects\n",
+      "  pixels      sensitivities {}, dark levels differ by {:.2g} DN rms; {} defects\n",
       noise.gain(), percent(sensor.gain_sigma), noise.read_noise(), percent(sensor.read_noise_sigma),
-      noise.pedestal(), noise.clipping_code(), noise.full_well(), percent(sensor.prnu), sensor.dsnu,
-      defects_of(sensor));
-  if (sensor.gain_sigma <= kGainWanted && sensor.read_noise_sigma <= kReadNoiseWanted) return text;
-  const FramesNeeded needed = frames_needed(photographs.grid.size(), kGainWanted, kReadNoiseWanted);
-  return text +
-         fmt::format("  for 3 % and 5 % (five sigmas), take {} dark frames and {} pairs at each level\n",
-                     needed.dark, needed.flat_pairs);
+      noise.pedestal(), noise.clipping_code(), noise.full_well(),
+      measured.findings.scene ? "not measured (a scene is no even light)"
+                              : "differ by " + percent(sensor.prnu) + " rms",
+      sensor.dsnu, defects_of(sensor));
+  return text + frames_text(sensor, measured);
 }
 
-std::string result_text(const SensorCalibration& asked, const SensorPhotographs& photographs,
-                        const SensorFindings& found) {
-  std::string text =
-      fmt::format("{}: {}, {} dark frames, {} flat levels, {} exposures of a scene\n",
-                  folder_name(asked.folder), to_string(photographs.grid), photographs.dark.size(),
-                  photographs.flat.size(), photographs.bracket.size());
-  if (found.sensor) text += sensor_text(*found.sensor, photographs);
+std::string first_line(const Measured& measured) {
+  if (measured.findings.scene)
+    return fmt::format("{}: {}, {} dark frames, {} frames of a scene at {} levels\n", measured.source,
+                       to_string(measured.grid), measured.dark_frames, measured.findings.scene->lit_frames,
+                       measured.flat_levels);
+  return fmt::format("{}: {}, {} dark frames, {} flat levels, {} exposures of a scene\n", measured.source,
+                     to_string(measured.grid), measured.dark_frames, measured.flat_levels, measured.bracket);
+}
+
+std::string result_text(const Measured& measured) {
+  const SensorFindings& found = measured.findings;
+  std::string text = first_line(measured);
+  if (found.sensor) text += sensor_text(*found.sensor, measured);
+  if (found.scene) text += scene_text(*found.scene);
   if (found.linearity)
     text += fmt::format("  linearity   {}: largest deviation {} ± {} of full scale, at {:.0f} DN\n",
                         found.linearity->linear() ? "linear" : "NOT linear", percent(found.linearity->worst),
@@ -101,14 +152,27 @@ std::string result_text(const SensorCalibration& asked, const SensorPhotographs&
     text += fmt::format(
         "  warning: the two methods may differ by {}: the stated exposures, the scene or the lamp changed\n",
         percent(SensorFindings::kMostDoubt));
+  if (measured.rig && measured.rig->defects_left_out)
+    text += "  defects are not stored: camera.region is a part of the picture, so they have no place in it\n";
+  if (measured.rig) text += trouble_text(measured.rig->trouble);
   return text;
 }
 
-Error not_there(const std::string& file, const char* what, const char* hint) {
+Error not_there(const std::string& file, const std::string& what, const char* hint) {
   return {ErrorCode::bad_value, file + ": nothing to write: " + what, hint};
 }
 
+/// A camera with a gamma has no sensor.toml: noise and light would be wrong at most codes.
+Result<void> check_straight(const SensorCalibration& asked, const SensorFindings& found) {
+  if (asked.output.empty() || !found.scene || (found.sensor && found.linearity->linear(kCurved))) return {};
+  return not_there(asked.output,
+                   fmt::format("the camera is not linear, by {} of full scale at code {:.0f}",
+                               percent(found.linearity->worst), found.linearity->at_code),
+                   "switch its gamma off, choose a raw format, or ask for --response alone");
+}
+
 Result<void> write_files(const SensorCalibration& asked, const SensorFindings& found) {
+  SYMRIG_CHECK(check_straight(asked, found));
   if (!asked.output.empty() && !found.sensor)
     return not_there(asked.output, "the folder has no dark and flat frames",
                      "name them in [sensor], or ask for --response alone");
@@ -122,21 +186,46 @@ Result<void> write_files(const SensorCalibration& asked, const SensorFindings& f
   return {};
 }
 
+/// The files of the job. It may replace the sensor.toml that the rig file names.
+Result<void> check_files(const SensorCalibration& asked) {
+  JobFiles files =
+      asked.rig.empty() ? JobFiles().reads_folder("a frame", asked.folder) : rig_files(asked.rig);
+  if (!asked.rig.empty()) {
+    if (const auto named = sensor_file_of(asked.rig)) files.measures_anew("-o", *named);
+  }
+  return files.writes("-o", asked.output, FileFormat::settings)
+      .writes("--response", asked.response, FileFormat::settings)
+      .writes("--keep", asked.keep, FileFormat::folder)
+      .writes("--json", asked.json, FileFormat::json)
+      .check();
+}
+
+Result<Measured> measure(const SensorCalibration& asked) {
+  Meter meter("calibrate", "frames");
+  Measured measured;
+  if (asked.rig.empty()) {
+    SYMRIG_TRY(static_cast<MeasuredSensor&>(measured), measure_sensor_folder(asked.folder, meter.progress()));
+    measured.source = folder_name(asked.folder);
+    return measured;
+  }
+  SYMRIG_TRY(measured.rig,
+             measure_rig_sensor({asked.rig, asked.keep, meter.progress(), [] { return !interrupted(); }}));
+  static_cast<MeasuredSensor&>(measured) = std::move(measured.rig->measured);
+  measured.source = asked.rig;
+  return measured;
+}
+
 }  // namespace
 
-Result<void> calibrate_sensor(const SensorCalibration& asked) {
-  SYMRIG_CHECK(JobFiles()
-                   .reads_folder("a frame", asked.folder)
-                   .writes("-o", asked.output, FileFormat::settings)
-                   .writes("--response", asked.response, FileFormat::settings)
-                   .writes("--json", asked.json, FileFormat::json)
-                   .check());
-  Meter meter("calibrate", "frames");
-  SYMRIG_TRY(const SensorPhotographs photographs, read_sensor_folder(asked.folder, meter.progress()));
-  SYMRIG_TRY(const SensorFindings found, examine_sensor(photographs));
-  SYMRIG_CHECK(write_files(asked, found));
-  SYMRIG_CHECK(write_text(asked.json, to_json(asked, photographs, found)));
-  return is_standard_output(asked.json) ? Result<void>() : print(result_text(asked, photographs, found));
+Result<void> calibrate_sensor(SensorCalibration asked) {
+  if (!asked.rig.empty() && asked.output.empty()) {
+    SYMRIG_TRY(asked.output, sensor_file_of(asked.rig));
+  }
+  SYMRIG_CHECK(check_files(asked));
+  SYMRIG_TRY(const Measured measured, measure(asked));
+  SYMRIG_CHECK(write_files(asked, measured.findings));
+  SYMRIG_CHECK(write_text(asked.json, to_json(measured)));
+  return is_standard_output(asked.json) ? Result<void>() : print(result_text(measured));
 }
 
 }  // namespace symrig::apps

@@ -7,16 +7,19 @@
 
 namespace symrig::apps {
 
-/// `symrig calibrate --sensor DIR`: measures a camera's sensor from dark and flat frames.
+/// `symrig calibrate --sensor DIR` or `--sensor --rig RIG`: measures a camera's sensor, from frames of a
+/// folder or of a rig.
 struct SensorCalibration {
-  std::string folder;
-  std::string output;    ///< sensor.toml; empty: only printed
+  std::string folder;  ///< empty: the rig takes the frames
+  std::string rig;
+  std::string keep;      ///< folder for the rig's frames; empty: they are not kept
+  std::string output;    ///< sensor.toml; empty: the one that the rig file names, or only printed
   std::string response;  ///< response.toml; empty: only printed
   std::string json;
 };
 
-/// fails: as read_sensor_folder and examine_sensor; bad_value (these frames do not give a file that was asked
-/// for).
-Result<void> calibrate_sensor(const SensorCalibration& asked);
+/// fails: as measure_sensor_folder or measure_rig_sensor; bad_value (these frames do not give a file that was
+/// asked for).
+Result<void> calibrate_sensor(SensorCalibration asked);
 
 }  // namespace symrig::apps

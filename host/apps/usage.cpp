@@ -64,7 +64,7 @@ std::optional<std::string> unknown_option(const CLI::App& command, std::span<con
 
 std::optional<std::string> empty_value(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
-    if (option->count() == 0) continue;
+    if (option->count() == 0 || option->get_items_expected_min() == 0) continue;  // may go without a value
     const auto& values = option->results();
     if (std::any_of(values.begin(), values.end(), [](const std::string& value) { return value.empty(); }))
       return fmt::format("{} is empty; give a value, or remove the option", option->get_name());

@@ -105,6 +105,14 @@ JOBS = [
         ["photographs/00.png", "photographs/capture.toml", "photographs/response.toml"],
         ends=4,
     ),
+    Job(["calibrate", "--sensor", "--rig", "sim:plane?size=32x32"], {"-o": "sensor.toml", "--json": "out.json"}),
+    Job(
+        ["calibrate", "--sensor", "--rig", "measured.toml"],
+        {"-o": "sensor.toml", "--response": "new.toml", "--json": "out.json"},
+        ["measured.toml", "known.toml"],
+        anew={"-o": "known.toml"},
+        ends=3,
+    ),
     Job(
         ["fit", "--from", "photographs"],
         {"-o": "fit.h5", "--json": "out.json"},
@@ -144,7 +152,8 @@ NO_OUTPUT = """--rig --registration --algorithm --tolerance --dual-threshold --m
 --compare --channel --grid --listen --plug --revision --port --max-mb""".split()
 # The copy must not land on the file that it is made of: tests/unit/board/boot_drive_test.cpp. A folder for a file that the
 # program names by board and date; selftest reads none.
-OWN_RULE = {("flash", "--drive"), ("selftest", "--results")}
+# A folder for frames must be new: tests/cli/sensor_rig_test.cpp.
+OWN_RULE = {("flash", "--drive"), ("selftest", "--results"), ("calibrate", "--keep")}
 # calibrate writes it, and merge reads it.
 READ = {("merge", "--response")}
 
@@ -352,6 +361,8 @@ def prepare(bench):
     assert bench.run(["capture", "--rig", SMALL, "-o", "in.h5"]).returncode == 0
     registered = RIG.replace('map = "map.exr"', 'registration = "registration.h5"') + '[capture]\ngrid = "12x17"\n'
     bench.path("registered.toml").write_text(registered)
+    bench.path("measured.toml").write_text(RIG.split("bits")[0] + 'sensor = "known.toml"\n[projector]\n')
+    bench.path("known.toml").write_text("[sensor]\nbits = 12\npedestal = 64\ngain = 0.2\nread_noise = 6\n")
     found = bench.run(["calibrate", "--rig", OWN_CAMERA, "-o", "registration.h5"])
     assert found.returncode == 0, found.stderr
     assert bench.run(["run", "p.toml", "--device", "sim:", "-o", "receipt.json"]).returncode == 0

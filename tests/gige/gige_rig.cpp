@@ -38,9 +38,9 @@ GigeRig::GigeRig(CameraTraits traits, std::string keys)
           codes[k] = static_cast<std::uint16_t>(picture_.raw[k] << (16 - kBits));
       }) {}
 
-Result<std::unique_ptr<VirtualRig>> GigeRig::open(const std::string& uri) {
+VirtualRigHooks GigeRig::hooks(bool knows_noise) {
   VirtualRigHooks hooks;
-  hooks.camera = [this](Camera& simulated) { return open_camera(simulated); };
+  hooks.camera = [this, knows_noise](Camera& simulated) { return open_camera(simulated, knows_noise); };
   hooks.board = [this](board_sim::SimBoard& board) {
     if (!std::exchange(attached_, true)) board.attach(*this);
     return Board::connect(make_sim_link(board));
@@ -49,15 +49,23 @@ Result<std::unique_ptr<VirtualRig>> GigeRig::open(const std::string& uri) {
     set.ledger.guards = 4;  // as a rig file's default
     if (options) options(set);
   };
-  return open_virtual_rig(uri, std::move(hooks));
+  return hooks;
 }
 
-Result<std::unique_ptr<Camera>> GigeRig::open_camera(Camera& simulated) {
+Result<std::unique_ptr<VirtualRig>> GigeRig::open(const std::string& uri) {
+  return open_virtual_rig(uri, hooks(true));
+}
+
+Result<RigParts> GigeRig::parts(const std::string& uri) {
+  return virtual_rig_parts(uri, hooks(false));
+}
+
+Result<std::unique_ptr<Camera>> GigeRig::open_camera(Camera& simulated, bool knows_noise) {
   simulated_ = &simulated;
   const std::string keys = fmt::format("device = \"{}\"\nformat = \"Mono12\"\nstamp = \"exposure-end\"\n{}",
                                        device_.address(), keys_);
   camera::SensorFacts facts;
-  facts.noise = simulated.noise();
+  if (knows_noise) facts.noise = noise.value_or(simulated.noise());
   facts.bits = kBits;
   facts.timing = simulated.timing();
   return camera_of(keys, facts);

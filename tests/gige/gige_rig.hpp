@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace symrig::gige {
@@ -25,7 +26,13 @@ class GigeRig final : public board_sim::Peripheral {
   /// fails: as open_virtual_rig() and GenicamCamera::open().
   Result<std::unique_ptr<VirtualRig>> open(const std::string& uri);
 
+  /// Its devices without a rig, for a FrameTaker. The driver is told nothing of the sensor's noise.
+  /// fails: as virtual_rig_parts().
+  Result<RigParts> parts(const std::string& uri);
+
   GigeCamera& device() { return device_; }
+  /// What the driver is told of the sensor's noise. Empty: that of the simulated sensor.
+  std::optional<NoiseModel> noise;
   /// What goes wrong with the next pulse. Empty: nothing.
   std::function<Mishap()> mishap;
   /// Called after the rig's own options were set.
@@ -39,7 +46,8 @@ class GigeRig final : public board_sim::Peripheral {
   void on_event(std::uint64_t /*tick*/, board_sim::SimBoard& /*board*/) override {}
 
  private:
-  Result<std::unique_ptr<Camera>> open_camera(Camera& simulated);
+  VirtualRigHooks hooks(bool knows_noise);
+  Result<std::unique_ptr<Camera>> open_camera(Camera& simulated, bool knows_noise);
   void expose(std::uint64_t begin, std::uint64_t end, std::uint64_t tick_hz);
 
   std::string keys_;

@@ -26,7 +26,8 @@ namespace {
 
 struct CalibrateArguments {
   CodeFolder from;
-  std::string rig, levels, sensor, response, output, uncertainty, report, json;
+  std::string rig, levels, sensor, keep, response, output, uncertainty, report, json;
+  bool measures_sensor = false;  // --sensor, with or without a folder
 };
 
 /// The result of a calibration, from photographs or from a rig.
@@ -132,7 +133,7 @@ std::string calibration_text(const Calibration& c) {
 
 /// Refuses options that have no effect with the chosen kind of calibration.
 Result<void> check_calibrate_effects(const CLI::App& command, const CalibrateArguments& arguments) {
-  const bool sensor = !arguments.sensor.empty(), folder = !arguments.from.folder.empty();
+  const bool sensor = arguments.measures_sensor, folder = !arguments.from.folder.empty();
   const std::array<Idle, 3> options{{
       {"--projector", !folder, "without --from: a rig knows its projector's size"},
       {"--uncertainty", sensor, "with --sensor, which measures no map"},
@@ -147,11 +148,22 @@ bool is_registration(const std::string& output) {
 
 Result<void> check_arguments(const CalibrateArguments& arguments) {
   const int given = !arguments.from.folder.empty() + !arguments.rig.empty() + !arguments.sensor.empty();
-  if (given != 1)
+  if (arguments.measures_sensor && given == 0)
+    return Error{ErrorCode::bad_argument, "--sensor is empty",
+                 "give its folder of frames, or --rig RIG to take them"};
+  if (!arguments.sensor.empty() && !arguments.rig.empty())
+    return Error{ErrorCode::bad_argument, "--sensor DIR takes its frames from a folder, not from --rig",
+                 "remove DIR, or --rig"};
+  if (given != 1 || (arguments.measures_sensor && !arguments.from.folder.empty()))
     return Error{ErrorCode::bad_argument, "give exactly one of --from, --rig and --sensor",
                  "see symrig calibrate --help"};
-  if (arguments.sensor.empty() && !arguments.response.empty())
+  if (!arguments.measures_sensor && !arguments.response.empty())
     return Error{ErrorCode::bad_argument, "--response needs --sensor", "see symrig calibrate --help"};
+  if (!arguments.keep.empty() && (!arguments.measures_sensor || arguments.rig.empty()))
+    return Error{ErrorCode::bad_argument, "--keep needs --sensor and --rig", "see symrig calibrate --help"};
+  if (arguments.measures_sensor && !arguments.levels.empty())
+    return Error{ErrorCode::bad_argument, "--sensor and --levels are two measurements",
+                 "measure one after the other"};
   if (arguments.from.folder.empty() && arguments.from.unchecked)
     return Error{ErrorCode::bad_argument, "--unchecked needs --from", "see symrig calibrate --help"};
   if (arguments.rig.empty() && !arguments.levels.empty())
@@ -159,7 +171,7 @@ Result<void> check_arguments(const CalibrateArguments& arguments) {
   if (!arguments.levels.empty() && !(arguments.output + arguments.uncertainty + arguments.report).empty())
     return Error{ErrorCode::bad_argument, "--levels measures no map",
                  "remove -o, --uncertainty and --report"};
-  if (!arguments.sensor.empty()) return {};
+  if (arguments.measures_sensor) return {};
   if (arguments.rig.empty() && is_registration(arguments.output))
     return Error{ErrorCode::bad_argument, fmt::format("{}: a registration needs --rig", arguments.output),
                  "give --rig RIG, or a map: -o map.exr"};
@@ -226,8 +238,9 @@ Result<void> calibrate_rig(const CalibrateArguments& arguments, const std::strin
 Result<void> run(const CLI::App& command, const CalibrateArguments& arguments) {
   SYMRIG_CHECK(check_arguments(arguments));
   SYMRIG_CHECK(check_calibrate_effects(command, arguments));
-  if (!arguments.sensor.empty())
-    return calibrate_sensor({arguments.sensor, arguments.output, arguments.response, arguments.json});
+  if (arguments.measures_sensor)
+    return calibrate_sensor({arguments.sensor, arguments.rig, arguments.keep, arguments.output,
+                             arguments.response, arguments.json});
   if (!arguments.levels.empty()) return calibrate_levels({arguments.rig, arguments.levels, arguments.json});
   SYMRIG_TRY(const std::string output, output_of(arguments));
   SYMRIG_CHECK(files_of(arguments, output).check());
@@ -250,8 +263,14 @@ Job add_calibrate(CLI::App& command) {
       ->type_name("levels.toml");
   command
       .add_option("--sensor", arguments->sensor,
-                  "Measure a camera's sensor instead: folder of dark and flat frames with capture.toml")
-      ->type_name("DIR");
+                  "Measure a camera's sensor instead: folder of dark and flat frames with capture.toml; "
+                  "without DIR, the rig of --rig takes the frames")
+      ->type_name("DIR")
+      ->expected(0, 1);
+  command
+      .add_option("--keep", arguments->keep,
+                  "With --sensor and --rig: also write the frames to this new folder, with a capture.toml")
+      ->type_name("FOLDER");
   command
       .add_option("--response", arguments->response,
                   "With --sensor, for a camera that is not linear: response curve to write")
@@ -276,6 +295,7 @@ Job add_calibrate(CLI::App& command) {
           "  symrig calibrate --rig 'sim:plane?size=64x64&camera=304x304&turn=1.5&zoom=0.78' -o "
           "registration.h5\n"
           "  symrig calibrate --rig rig.toml --levels levels.toml\n"
+          "  symrig calibrate --sensor --rig rig.toml -o sensor.toml\n"
           "  symrig calibrate --sensor frames -o sensor.toml\n"
           "\n"
           "If the camera has pixels of its own, --rig finds where they look on the projector's cells. "
@@ -283,7 +303,10 @@ Job add_calibrate(CLI::App& command) {
           "this registration.\n"
           "The channels of a map are projector column, projector row, and decoded (1 or 0).\n\n") +
       kCodeFolderHelp + "\n" + rig_help() + "\n" + kExitCodes);
-  return [&command, arguments] { return run(command, *arguments); };
+  return [&command, arguments] {
+    arguments->measures_sensor = command.count("--sensor") > 0;
+    return run(command, *arguments);
+  };
 }
 
 }  // namespace symrig::apps

@@ -24,11 +24,26 @@ void for_tables(TableReader& table, std::string_view key, const Use& use) {
   }
 }
 
-void read_level(TableReader& table, SensorFiles& files) {
+void read_level(TableReader& table, bool scene, std::vector<SensorFiles::Level>& levels) {
   SensorFiles::Level level;
   table.require("files", R"(two frames of one light at least, ["a0.png", "a1.png"])");
   table.read("files", level.files);
-  files.flat.push_back(std::move(level));
+  if (scene) {
+    table.require("exposure", "how long each frame of the level was exposed, \"4 ms\"");
+    table.read("exposure", level.exposure);
+    if (table.ok() && (level.files.empty() || level.files.size() % 2 != 0))
+      table.fail("files", "are no pairs", "give an even number: each two of them follow each other");
+  }
+  levels.push_back(std::move(level));
+}
+
+/// Dark frames: a list of files, or with a scene a table for each exposure.
+void read_dark(TableReader& table, SensorFiles& files) {
+  if (!files.scene) {
+    table.read("dark", files.dark);
+    return;
+  }
+  for_tables(table, "dark", [&](TableReader& one) { read_level(one, true, files.dark_levels); });
 }
 
 void read_still(TableReader& table, SensorFiles& files) {
@@ -49,9 +64,14 @@ void read_sensor_files(TableReader& top, CaptureFile& file) {
   SensorFiles files;
   std::uint64_t bits = 0;
   if (table.read_count("bits", bits, 1, 16)) files.bits = static_cast<int>(bits);
-  table.read("dark", files.dark);
-  for_tables(table, "flat", [&](TableReader& one) { read_level(one, files); });
+  constexpr std::pair<std::string_view, bool> kLights[] = {{"smooth", false}, {"scene", true}};
+  table.read_choice<bool>("light", files.scene, kLights);
+  read_dark(table, files);
+  for_tables(table, "flat", [&](TableReader& one) { read_level(one, files.scene, files.flat); });
   for_tables(table, "bracket", [&](TableReader& one) { read_still(one, files); });
+  if (files.scene && !files.bracket.empty())
+    table.fail("bracket", "has no meaning with light = \"scene\"",
+               "remove it: the levels are the exposures of the scene");
   table.finish();
   file.sensor = std::move(files);
 }

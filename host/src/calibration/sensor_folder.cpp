@@ -14,6 +14,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+Error three_channels() {
+  return {ErrorCode::bad_value, "dark and flat frames have three channels",
+          "give the raw frames of the sensor, with one channel"};
+}
+
 /// Reads the frames of one folder, all of one size and depth.
 class FrameReader {
  public:
@@ -35,7 +40,38 @@ class FrameReader {
     return std::move(all_);
   }
 
+  /// Frames of a scene: two are in memory at a time.
+  Result<SensorFindings> measure_scene() {
+    const SensorFiles& files = *capture_.sensor;
+    SYMRIG_CHECK(tell_bits());
+    std::optional<SceneTransfer> transfer;
+    for (const SensorFiles::Level& level : files.dark_levels)
+      SYMRIG_CHECK(pass_level(level, false, transfer));
+    for (const SensorFiles::Level& level : files.flat) SYMRIG_CHECK(pass_level(level, true, transfer));
+    if (transfer) return examine_scene(*transfer);
+    return Error{ErrorCode::bad_value, "[sensor] names no frames",
+                 "give [[sensor.dark]] and [[sensor.flat]] (docs/sensor.md)"};
+  }
+
  private:
+  Result<void> pass_level(const SensorFiles::Level& level, bool lit, std::optional<SceneTransfer>& transfer) {
+    for (std::size_t k = 0; k + 1 < level.files.size(); k += 2) {
+      SYMRIG_TRY(const auto first, codes_of(level.files[k]));
+      SYMRIG_TRY(const auto second, codes_of(level.files[k + 1]));
+      if (all_.channels != 1) return three_channels();
+      if (!transfer) transfer.emplace(all_.grid, all_.bits);
+      if (k == 0) SYMRIG_CHECK(transfer->begin({lit, level.exposure}));
+      SYMRIG_CHECK(transfer->add(first, second));
+      done_ += 2;
+      if (progress_ && !progress_({"reading", done_, 0})) return stopped();
+    }
+    return {};
+  }
+
+  Error stopped() const {
+    return {ErrorCode::interrupted, "reading of " + folder_.string() + " was stopped"};
+  }
+
   /// Sets the bits of a code. Raw files have those of their layout; pictures those of [sensor], in files of 8
   /// or 16 bits.
   Result<void> tell_bits() {
@@ -58,8 +94,7 @@ class FrameReader {
     for (const std::string& file : files) {
       SYMRIG_TRY(auto codes, codes_of(file));
       all.push_back(std::move(codes));
-      if (progress_ && !progress_({"reading", ++done_, 0}))
-        return Error{ErrorCode::interrupted, "reading of " + folder_.string() + " was stopped"};
+      if (progress_ && !progress_({"reading", ++done_, 0})) return stopped();
     }
     return all;
   }
@@ -150,13 +185,56 @@ ResponseOptions usable_codes(const SensorPhotographs& photographs, const std::op
   return options;
 }
 
-Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
+namespace {
+
+Result<CaptureFile> read_sensor_capture(const fs::path& folder) {
   SYMRIG_TRY(CaptureFile capture, read_capture_file(folder / "capture.toml"));
   capture.response.reset();  // this needs codes, not light
-  if (!capture.sensor)
-    return Error{ErrorCode::bad_value, capture.path + ": it has no table [sensor]",
-                 "name the dark and flat frames there (docs/sensor.md)"};
+  if (capture.sensor) return capture;
+  return Error{ErrorCode::bad_value, capture.path + ": it has no table [sensor]",
+               "name the dark and flat frames there (docs/sensor.md)"};
+}
+
+}  // namespace
+
+Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
+  SYMRIG_TRY(const CaptureFile capture, read_sensor_capture(folder));
+  if (capture.sensor && capture.sensor->scene)
+    return Error{ErrorCode::bad_value, capture.path + ": its frames are of a scene (light = \"scene\")",
+                 "measure the sensor with symrig calibrate --sensor, and give sensor.toml"};
   return FrameReader(folder, capture, progress).read();
+}
+
+Result<MeasuredSensor> measure_sensor_folder(const fs::path& folder, const Progress& progress) {
+  SYMRIG_TRY(const CaptureFile capture, read_sensor_capture(folder));
+  MeasuredSensor measured;
+  if (capture.sensor && capture.sensor->scene) {
+    SYMRIG_TRY(measured.findings, FrameReader(folder, capture, progress).measure_scene());
+    const SceneFacts& scene = *measured.findings.scene;
+    measured.grid = scene.grid;
+    measured.dark_frames = scene.dark_frames;
+    measured.flat_levels = scene.lit_levels;
+    return measured;
+  }
+  SYMRIG_TRY(const SensorPhotographs photographs, FrameReader(folder, capture, progress).read());
+  SYMRIG_TRY(measured.findings, examine_sensor(photographs));
+  measured.grid = photographs.grid;
+  measured.dark_frames = std::ssize(photographs.dark);
+  measured.flat_levels = std::ssize(photographs.flat);
+  measured.bracket = std::ssize(photographs.bracket);
+  return measured;
+}
+
+Result<SensorFindings> examine_scene(SceneTransfer& transfer) {
+  const Result<SceneSensor> scene = transfer.finish();
+  if (!scene) return scene.error();
+  SensorFindings findings;
+  findings.sensor = scene->sensor;
+  findings.linearity = scene->linearity;
+  findings.response = scene->response;
+  findings.response_doubt = scene->response_doubt;
+  findings.scene = static_cast<const SceneFacts&>(*scene);
+  return findings;
 }
 
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
@@ -164,9 +242,7 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
   if (!frames && photographs.bracket.empty())
     return Error{ErrorCode::bad_value, "[sensor] names no frames",
                  "give dark and [[sensor.flat]], or [[sensor.bracket]]"};
-  if (frames && photographs.channels != 1)
-    return Error{ErrorCode::bad_value, "dark and flat frames have three channels",
-                 "give the raw frames of the sensor, with one channel"};
+  if (frames && photographs.channels != 1) return three_channels();
   SensorFindings findings;
   if (frames) {
     SYMRIG_TRY(findings.sensor, measure_sensor(frames_of(photographs)));

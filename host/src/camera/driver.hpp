@@ -4,6 +4,7 @@
 #include "base/table_reader.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/camera/camera_info.hpp"
+#include "symrig/camera/region.hpp"
 
 #include <memory>
 #include <optional>
@@ -35,6 +36,8 @@ class CameraSource {
   virtual Result<std::unique_ptr<Camera>> open(const SensorFacts& sensor) const = 0;
   /// The picture size if the rig file sets it. Defects must be measured at this size.
   virtual std::optional<Grid> picture() const = 0;
+  /// The part of the picture that frames show, and their binning on this computer.
+  virtual Region region() const = 0;
   /// All settings that affect photographs, in one line. The photograph log compares this text, so the text of
   /// existing settings must never change.
   virtual std::string identity(const SensorFacts& sensor) const = 0;

@@ -92,8 +92,8 @@ struct SceneTransfer::Inside {
     Nanoseconds exposure;
   };
   std::vector<Still> bracket;
-  double noise = 1;    // of a dark pixel [DN]
-  SceneSensor counts;  // its numbers of frames and levels
+  double noise = 1;   // of a dark pixel [DN]
+  SceneFacts counts;  // its numbers of frames and levels
 };
 
 SceneTransfer::SceneTransfer(Grid grid, int bits) : inside_(std::make_unique<Inside>(grid, bits)) {}
@@ -311,7 +311,8 @@ Result<SceneSensor> SceneTransfer::finish() {
   Inside& in = *inside_;
   if (!in.groups)
     return wrong(ErrorCode::bad_argument, "there are no lit frames", "give two or more of the lit scene");
-  SceneSensor found = in.counts;
+  SceneSensor found;
+  static_cast<SceneFacts&>(found) = in.counts;
   found.grid = in.grid;
   in.dark_means.front().sum = in.dark.mean() * in.dark.frames();
   in.dark_means.front().frames = in.dark.frames();

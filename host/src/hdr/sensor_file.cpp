@@ -98,7 +98,8 @@ Result<void> save_sensor(const fs::path& path, const Sensor& sensor) {
   text += fmt::format("read_noise = {}  # e- rms\nread_noise_sigma = {}  # relative\n", noise.read_noise(),
                       sensor.read_noise_sigma);
   text += fmt::format("clipping = {}  # DN: the code that light piles up at\n", noise.clipping_code());
-  text += fmt::format("prnu = {}  # rms, relative\ndsnu = {}  # rms, DN\n", sensor.prnu, sensor.dsnu);
+  text += fmt::format("prnu = {}  # rms, relative, 0: not measured\ndsnu = {}  # rms, DN\n", sensor.prnu,
+                      sensor.dsnu);
   text += fmt::format("nonlinearity = {}  # share of full scale, 0: not tested\n", sensor.nonlinearity);
   return write_file_atomically(path, text + defects_text(sensor.defects));
 }

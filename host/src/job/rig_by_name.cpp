@@ -31,18 +31,6 @@ std::string meant_scene(const std::string& rig) {
   return nearest ? fmt::format("did you mean 'sim:{}'? ", *nearest) : std::string();
 }
 
-/// A rig that is neither simulated nor a child process is a rig file.
-Result<void> check_file(const std::string& rig) {
-  std::error_code failed;
-  const bool there = std::filesystem::exists(rig, failed);
-  if (there || failed == std::errc::permission_denied) return {};  // reading it gives the exact error
-  if (rig.ends_with(".toml"))
-    return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
-  return Error{ErrorCode::unknown_name, fmt::format("there is no rig '{}'", rig),
-               meant_scene(rig) +
-                   "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
-}
-
 Result<OpenedRig> open_exec_rig(const std::string& rig, const KeepWaiting& keep_waiting) {
   ExecOptions options;
   options.keep_waiting = keep_waiting;
@@ -51,7 +39,7 @@ Result<OpenedRig> open_exec_rig(const std::string& rig, const KeepWaiting& keep_
 }
 
 Result<RigDescription> read_checked(const std::string& rig) {
-  SYMRIG_CHECK(check_file(rig));
+  SYMRIG_CHECK(check_rig_exists(rig));
   return read_rig_file(rig);
 }
 
@@ -102,6 +90,17 @@ bool is_exec(const std::string& rig) {
 }
 
 }  // namespace
+
+Result<void> check_rig_exists(const std::string& rig) {
+  std::error_code failed;
+  const bool there = std::filesystem::exists(rig, failed);
+  if (there || failed == std::errc::permission_denied) return {};  // reading it gives the exact error
+  if (rig.ends_with(".toml"))
+    return Error{ErrorCode::not_found, fmt::format("there is no rig file {}", rig), "check the path"};
+  return Error{ErrorCode::unknown_name, fmt::format("there is no rig '{}'", rig),
+               meant_scene(rig) +
+                   "give a rig file, such as rig.toml, or a simulated rig, such as sim:vgroove-textured"};
+}
 
 bool is_simulated(const std::string& rig) {
   return rig.starts_with("sim:");

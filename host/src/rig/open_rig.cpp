@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/rig/open_rig.hpp"
 
+#include "camera/driver.hpp"
 #include "projector/driver.hpp"
 #include "rig/sensor_facts.hpp"
 #include "symrig/board/link.hpp"
@@ -48,6 +49,17 @@ RigDevices devices_of(const RigDescription& file) {
     return file.projector.source->open(facts, **grid);
   };
   return devices;
+}
+
+Result<SensorParts> parts_for_sensor(RigDescription file) {
+  const Region region = file.camera.source->region();
+  if (region.binning != 1)
+    return Error{ErrorCode::bad_argument,
+                 fmt::format("{}: camera.binning is {}, but a sensor is measured by single samples",
+                             file.path, region.binning),
+                 "remove the key, measure the sensor, and put it back"};
+  RigDevices devices = devices_of(file);
+  return SensorParts{{std::move(devices), std::move(file.options)}, region == Region{}};
 }
 
 Result<std::unique_ptr<Rig>> open_rig_file(RigDescription file) {

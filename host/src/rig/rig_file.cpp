@@ -79,10 +79,16 @@ Result<void> read_levels(const std::filesystem::path& folder, ProjectorEntry& pr
   return {};
 }
 
-/// Reads the sensor's measured noise and defects.
-Result<void> read_sensor(const std::filesystem::path& folder, CameraEntry& camera) {
+/// Reads the sensor's measured noise and defects. To measure the sensor anew, only its bits count.
+Result<void> read_sensor(const std::filesystem::path& folder, RigUse use, CameraEntry& camera) {
   if (camera.sensor.empty()) return {};
   const std::filesystem::path path = folder / camera.sensor;
+  if (use == RigUse::sensor) {
+    camera.sensor = path.string();
+    const auto known = load_sensor(path);
+    if (known && camera.bits == 0) camera.bits = known->noise.bits();
+    return {};
+  }
   SYMRIG_TRY(Sensor sensor, load_sensor(path));
   if (camera.bits != 0 && camera.bits != sensor.noise.bits())
     return Error{ErrorCode::bad_format,
@@ -152,7 +158,7 @@ std::string RigDescription::identity() const {
 }
 
 Result<RigDescription> parse_rig_file(std::string_view text, const std::string& name,
-                                      const std::filesystem::path& folder) {
+                                      const std::filesystem::path& folder, RigUse use) {
   SYMRIG_TRY(const base::TomlNode document, base::parse_toml(text, name));
   ReadContext context{name};
   RigDescription file;
@@ -167,7 +173,7 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   read_registration(top, folder, file);
   read_board(top, file);
   program::read_rig(top.find("rig"), folder, context, file.setup);
-  read_camera_entry(top, file);
+  read_camera_entry(top, use, file);
   read_projector_entry(top, file);
   read_capture_entry(top, file);
   if (file.registers_again && file.registration.empty() && context.state)
@@ -181,16 +187,16 @@ Result<RigDescription> parse_rig_file(std::string_view text, const std::string& 
   top.finish();
   if (context.state) check_devices(file, context);
   if (!context.state) return context.state.error();
-  SYMRIG_CHECK(read_sensor(folder, file.camera));
+  SYMRIG_CHECK(read_sensor(folder, use, file.camera));
   SYMRIG_CHECK(read_levels(folder, file.projector));
   settle_options(file);
   return file;
 }
 
-Result<RigDescription> read_rig_file(const std::filesystem::path& path) {
+Result<RigDescription> read_rig_file(const std::filesystem::path& path, RigUse use) {
   SYMRIG_TRY(const auto bytes, read_file(path, kMaxFile));
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  return parse_rig_file(text, path.string(), path.parent_path());
+  return parse_rig_file(text, path.string(), path.parent_path(), use);
 }
 
 }  // namespace symrig

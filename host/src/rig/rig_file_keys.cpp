@@ -29,11 +29,19 @@ void read_table(TableReader& top, std::string_view key, Read read) {
   table.finish();
 }
 
-void read_noise(TableReader& table, CameraEntry& camera) {
+bool has_noise(const TableReader& table) {
+  return table.has("full_well") || table.has("read_noise") || table.has("pedestal");
+}
+
+void read_noise(TableReader& table, RigUse use, CameraEntry& camera) {
   NoiseModel::Electrons sensor;
   if (table.read("sensor", camera.sensor)) {
     for (const char* const key : {"full_well", "read_noise", "pedestal"})
       if (table.has(key)) table.fail(key, "cannot be combined with sensor", "see " + camera.sensor);
+    table.read_whole("bits", camera.bits, 1, 16);
+    return;
+  }
+  if (use == RigUse::sensor && !has_noise(table)) {
     table.read_whole("bits", camera.bits, 1, 16);
     return;
   }
@@ -113,15 +121,15 @@ void read_views(TableReader& table, ViewLayout& views) {
 
 }  // namespace
 
-void read_camera_entry(TableReader& top, RigDescription& rig) {
+void read_camera_entry(TableReader& top, RigUse use, RigDescription& rig) {
   top.require("camera", "a [camera] table");
-  read_table(top, "camera", [&rig](TableReader& table) {
+  read_table(top, "camera", [&rig, use](TableReader& table) {
     const auto drivers = camera::camera_drivers();
     CameraEntry& camera = rig.camera;
     camera.source = read_driver(table, drivers, drivers.data())->read(table);
     table.read("strobe", camera.strobe);
     table.read("max_exposure", camera.max_exposure);
-    read_noise(table, camera);
+    read_noise(table, use, camera);
     read_trust(table, rig.options);
   });
 }

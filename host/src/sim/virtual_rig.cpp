@@ -174,6 +174,8 @@ class BorrowedProjector final : public Projector {
 class SimulatedRig final : public VirtualRig {
  public:
   static Result<std::unique_ptr<VirtualRig>> open(std::string_view text, VirtualRigHooks hooks);
+  /// Its devices without a rig. They keep the bench alive.
+  static Result<RigParts> parts(std::string_view text, VirtualRigHooks hooks);
   ~SimulatedRig() override {
     rig_.reset();    // uses the board
     board_.reset();  // uses its peripherals
@@ -211,7 +213,7 @@ class SimulatedRig final : public VirtualRig {
 
  private:
   SimulatedRig(SceneUri uri, Bench bench, VirtualRigHooks hooks);
-  Result<void> start();
+  void make_devices(const RigOptions& options);
   std::unique_ptr<SimulatedCamera> make_camera();
   RigOptions rig_options() const;
   RigDevices devices();
@@ -317,8 +319,7 @@ RigDevices SimulatedRig::devices() {
   return devices;
 }
 
-Result<void> SimulatedRig::start() {
-  const RigOptions options = rig_options();
+void SimulatedRig::make_devices(const RigOptions& options) {
   const Nanoseconds refresh = options.setup.projector.refresh;
   if (plane_raster_) {
     projector_ = std::make_unique<SimulatedPlaneProjector>(uri_.size, *plane_raster_, *board_,
@@ -332,8 +333,6 @@ Result<void> SimulatedRig::start() {
   as_opened.exposures = options.exposures;  // a hook may fix what is planned
   frame_maker_ = std::make_unique<FrameMaker>(as_opened, *bench_.view, *projector_, tick_seconds);
   camera_ = make_camera();
-  SYMRIG_TRY(rig_, Rig::open(devices(), options));
-  return {};
 }
 
 /// Noise depends on the frame's number and drift on the pattern's number. Both continue where the earlier run
@@ -355,8 +354,24 @@ Result<std::unique_ptr<VirtualRig>> SimulatedRig::open(std::string_view text, Vi
   SYMRIG_TRY(SceneUri uri, parse_scene_uri(text));
   SYMRIG_TRY(auto bench, make_bench(uri));
   std::unique_ptr<SimulatedRig> rig(new SimulatedRig(std::move(uri), std::move(bench), std::move(hooks)));
-  SYMRIG_CHECK(rig->start());
+  const RigOptions options = rig->rig_options();
+  rig->make_devices(options);
+  SYMRIG_TRY(rig->rig_, Rig::open(rig->devices(), options));
   return std::unique_ptr<VirtualRig>(std::move(rig));
+}
+
+Result<RigParts> SimulatedRig::parts(std::string_view text, VirtualRigHooks hooks) {
+  SYMRIG_TRY(SceneUri uri, parse_scene_uri(text));
+  SYMRIG_TRY(auto made, make_bench(uri));
+  const std::shared_ptr<SimulatedRig> bench(
+      new SimulatedRig(std::move(uri), std::move(made), std::move(hooks)));
+  RigParts parts{{}, bench->rig_options()};
+  bench->make_devices(parts.options);
+  const RigDevices own = bench->devices();
+  parts.devices.board = [bench, open = own.board] { return open(); };
+  parts.devices.projector = [bench, open = own.projector] { return open(); };
+  parts.devices.camera = [bench, open = own.camera] { return open(); };
+  return parts;
 }
 
 }  // namespace
@@ -370,6 +385,10 @@ Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri) {
 
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks) {
   return sim::SimulatedRig::open(uri, std::move(hooks));
+}
+
+Result<RigParts> virtual_rig_parts(std::string_view uri, VirtualRigHooks hooks) {
+  return sim::SimulatedRig::parts(uri, std::move(hooks));
 }
 
 }  // namespace symrig

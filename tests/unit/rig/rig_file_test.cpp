@@ -2,6 +2,7 @@
 #include "scratch.hpp"
 #include "symrig/hdr/projector_response.hpp"
 #include "symrig/hdr/sensor.hpp"
+#include "symrig/rig/open_rig.hpp"
 #include "symrig/rig/rig_description.hpp"
 
 #include <cmath>
@@ -123,6 +124,41 @@ TEST(RigFile, a_measured_sensor_takes_the_place_of_its_numbers) {
   refused("size = \"16x8\"\n", "measured on pictures of 8x12");
   EXPECT_EQ(parse_rig_file(camera, "rig.toml", folder / "elsewhere").error().code, ErrorCode::not_found);
   std::filesystem::remove_all(folder);
+}
+
+TEST(RigFile, the_sensor_need_not_be_known_to_be_measured) {
+  const test::Scratch scratch;
+  const auto read = [&](const std::string& keys) {
+    return parse_rig_file(kHead + "[projector]\n[camera]\n" + keys, "rig.toml", scratch.folder(),
+                          RigUse::sensor);
+  };
+  for (const char* keys : {"", "bits = 10\n", "sensor = \"sensor.toml\"\nbits = 10\n"}) {
+    EXPECT_FALSE(parse_rig_file(kHead + "[projector]\n[camera]\n" + keys, "rig.toml", scratch.folder()).ok());
+    const auto file = read(keys);
+    ASSERT_TRUE(file.ok()) << file.error().line();
+    EXPECT_FALSE(file->camera.noise);
+    EXPECT_EQ(file->camera.bits, keys[0] == 0 ? 0 : 10);
+  }
+  // Of an old measurement only the bits count.
+  Sensor old;
+  old.noise = NoiseModel::from_electrons({.bits = 14});
+  old.defects = Image<std::uint8_t>({2, 3}, 1, 1);
+  ASSERT_TRUE(save_sensor(scratch / "sensor.toml", old).ok());
+  const auto again = read("sensor = \"sensor.toml\"\nsize = \"16x8\"\n");
+  ASSERT_TRUE(again.ok()) << again.error().line();
+  EXPECT_EQ(again->camera.bits, 14);
+  EXPECT_FALSE(again->camera.noise);
+  EXPECT_TRUE(again->camera.defects.empty());
+  EXPECT_EQ(again->camera.sensor, (scratch / "sensor.toml").string());
+  EXPECT_EQ(read("full_well = 9000\n").error().code, ErrorCode::bad_format);  // half a description
+  // A bin is no sample, and defects have no place in a part of the picture.
+  auto binned = read("binning = 2\n");
+  ASSERT_TRUE(binned.ok());
+  EXPECT_EQ(parts_for_sensor(*std::move(binned)).error().code, ErrorCode::bad_argument);
+  auto part = read("region = { row = 2, col = 2, rows = 4, cols = 4 }\n");
+  ASSERT_TRUE(part.ok()) << part.error().line();
+  EXPECT_FALSE(parts_for_sensor(*std::move(part)).value().whole_picture);
+  EXPECT_TRUE(parts_for_sensor(read("").value()).value().whole_picture);
 }
 
 TEST(RigFile, measured_levels_choose_the_codes) {

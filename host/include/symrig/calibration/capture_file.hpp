@@ -36,16 +36,19 @@ struct CapturedPhotograph {
 struct SensorFiles {
   struct Level {
     std::vector<std::string> files;
+    Nanoseconds exposure{0};  ///< with a scene only
   };
   struct Still {
     std::string file;
     Nanoseconds exposure{0};
   };
 
-  int bits = 0;                   ///< bits of a code; 0: those of [raw]
-  std::vector<std::string> dark;  ///< lens capped
-  std::vector<Level> flat;        ///< `[[sensor.flat]]`: each the frames of one uniform light
-  std::vector<Still> bracket;     ///< `[[sensor.bracket]]`: exposures of one still scene
+  int bits = 0;                    ///< bits of a code; 0: those of [raw]
+  bool scene = false;              ///< light = "scene": SceneTransfer measures; else measure_sensor()
+  std::vector<std::string> dark;   ///< lens capped; without a scene
+  std::vector<Level> dark_levels;  ///< `[[sensor.dark]]`, with a scene: pairs of frames
+  std::vector<Level> flat;         ///< `[[sensor.flat]]`: each the frames of one light; with a scene, pairs
+  std::vector<Still> bracket;      ///< `[[sensor.bracket]]`: exposures of one still scene
 };
 
 /// A capture folder as its capture.toml describes it: docs/howto-photographs.md.

@@ -5,6 +5,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/base/units.hpp"
 #include "symrig/hdr/response.hpp"
+#include "symrig/hdr/scene_sensor.hpp"
 #include "symrig/hdr/sensor.hpp"
 
 #include <cstdint>
@@ -32,8 +33,8 @@ struct SensorPhotographs {
   std::vector<Still> bracket;            ///< of one still scene in steady light
 };
 
-/// fails: as read_capture_file and read_captured; bad_value (no [sensor], unknown number of bits, a code that
-/// exceeds them), size_mismatch, interrupted.
+/// fails: as read_capture_file and read_captured; bad_value (no [sensor], light = "scene", unknown number of
+/// bits, a code that exceeds them), size_mismatch, interrupted.
 Result<SensorPhotographs> read_sensor_folder(const std::filesystem::path& folder,
                                              const Progress& progress = {});
 
@@ -44,6 +45,7 @@ struct SensorFindings {
   std::optional<ResponseCurve> response;  ///< [Debevec97], unless the bracket proves the camera linear
   /// Largest difference from [Robertson99], as a share of full light: the uncertainty of the method.
   double response_doubt = 0;
+  std::optional<SceneFacts> scene;  ///< if the frames are of a scene
 
   /// A recovered curve is known to about 5 %: the codes next to clipping, which nothing samples, decide its
   /// scale. Where two methods differ by more, what both assume does not hold: stated exposures, a still
@@ -55,5 +57,19 @@ struct SensorFindings {
 /// fails: bad_value (neither dark and flat frames nor a bracket; colour frames of a sensor), as
 /// measure_sensor, test_linearity, recover_debevec and recover_robertson.
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
+/// fails: as SceneTransfer::finish().
+Result<SensorFindings> examine_scene(SceneTransfer& transfer);
+
+/// The measurement of a sensor, and what it was made from.
+struct MeasuredSensor {
+  SensorFindings findings;
+  Grid grid;
+  std::int64_t dark_frames = 0, flat_levels = 0, bracket = 0;
+};
+
+/// Measures the sensor from a folder, with an even light or a scene. Frames of a scene are read one after the
+/// other. fails: as read_sensor_folder, examine_sensor and SceneTransfer.
+Result<MeasuredSensor> measure_sensor_folder(const std::filesystem::path& folder,
+                                             const Progress& progress = {});
 
 }  // namespace symrig

@@ -20,15 +20,10 @@ struct SceneLevel {
   Nanoseconds exposure{0};
 };
 
-/// What is known of a sensor from frames of a still scene.
-struct SceneSensor {
-  /// prnu is 0, and defects are those of dark frames: the scene is no even light. Empty: the noise does not
-  /// grow with light, because the camera is not linear.
-  std::optional<Sensor> sensor;
-  Linearity linearity;
-  std::optional<ResponseCurve> response;  ///< [Debevec97], unless the camera is linear
-  double response_doubt = 0;              ///< largest difference from [Robertson99], share of full light
-  double dark_signal = 0;        ///< dark current and stray light, mean of all pixels [DN/s]; 0: not measured
+/// What frames of a still scene tell besides the sensor.
+struct SceneFacts {
+  /// Dark current and stray light, mean of all pixels [DN/s]; 0: one dark level only.
+  double dark_signal = 0;
   double dark_signal_sigma = 0;  ///< its standard error
   double drift = 0;              ///< the light at the end by that at the begin, less 1
   double flicker = 0;            ///< rms change of the light from frame to frame, share
@@ -36,6 +31,16 @@ struct SceneSensor {
   Grid grid;
   std::int64_t dark_frames = 0, lit_frames = 0;
   int dark_levels = 0, lit_levels = 0;
+};
+
+/// A sensor that was measured with a still scene.
+struct SceneSensor : SceneFacts {
+  /// prnu is 0, and defects are those of dark frames: the scene is no even light. Empty: the noise does not
+  /// grow with light, because the camera is not linear.
+  std::optional<Sensor> sensor;
+  Linearity linearity;
+  std::optional<ResponseCurve> response;  ///< [Debevec97], unless the camera is linear
+  double response_doubt = 0;              ///< largest difference from [Robertson99], share of full light
 };
 
 /// Measures a sensor from pairs of frames of any still scene in steady light. Frames pass through: memory is

@@ -18,8 +18,8 @@ struct Sensor {
   NoiseModel noise = NoiseModel::from_electrons({});
   double gain_sigma = 0;        ///< relative error of noise.gain(), one sigma
   double read_noise_sigma = 0;  ///< relative error of noise.read_noise(), one sigma
-  double prnu = 0;              ///< rms of the pixels' sensitivities, relative to their neighbours'
-  double dsnu = 0;              ///< rms of the pixels' dark levels [DN]
+  double prnu = 0;  ///< rms of the pixels' sensitivities, relative to their neighbours'; 0: not measured
+  double dsnu = 0;  ///< rms of the pixels' dark levels [DN]
   double nonlinearity = 0;  ///< largest departure from a straight line, share of full scale; 0: not tested
   Image<std::uint8_t> defects;  ///< 1 = hot, dead, stuck or noisy; empty: not measured
 

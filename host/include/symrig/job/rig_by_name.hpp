@@ -21,6 +21,9 @@ bool is_simulated(const std::string& rig);
 /// True for what is neither "sim:…" nor "exec:…" nor "dense:…": the name of a rig file.
 bool is_rig_file(const std::string& rig);
 
+/// Checks that a rig file is there. fails: not_found, unknown_name (names the nearest scene).
+Result<void> check_rig_exists(const std::string& rig);
+
 /// An open rig.
 struct OpenedRig {
   std::unique_ptr<Probe> probe;

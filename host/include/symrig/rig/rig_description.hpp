@@ -67,11 +67,17 @@ struct RigDescription {
   std::string identity() const;
 };
 
+/// What a rig file is read for.
+enum class RigUse : std::uint8_t {
+  capture,
+  sensor  ///< to measure the camera's sensor: its noise need not be known, and `camera.sensor` may be missing
+};
+
 /// fails: not_found, io; bad_format: "rig.toml:12: key: problem; what is legal"; bad_argument (a board's
 /// URI).
-Result<RigDescription> read_rig_file(const std::filesystem::path& path);
+Result<RigDescription> read_rig_file(const std::filesystem::path& path, RigUse use = RigUse::capture);
 /// The same from text. Paths of profiles are relative to `folder`.
 Result<RigDescription> parse_rig_file(std::string_view text, const std::string& name,
-                                      const std::filesystem::path& folder);
+                                      const std::filesystem::path& folder, RigUse use = RigUse::capture);
 
 }  // namespace symrig

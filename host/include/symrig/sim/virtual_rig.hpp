@@ -3,6 +3,7 @@
 
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/image/outline.hpp"
+#include "symrig/rig/frame_taker.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/sim/scene.hpp"
 
@@ -53,5 +54,9 @@ struct VirtualRigHooks {
 /// fails: as parse_scene_uri and make_scene; device errors if the board refuses the configuration.
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri);
 Result<std::unique_ptr<VirtualRig>> open_virtual_rig(std::string_view uri, VirtualRigHooks hooks);
+
+/// The devices of a virtual rig, for a FrameTaker.
+/// fails: as parse_scene_uri and make_scene.
+Result<RigParts> virtual_rig_parts(std::string_view uri, VirtualRigHooks hooks = {});
 
 }  // namespace symrig

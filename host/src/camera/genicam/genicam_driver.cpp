@@ -31,6 +31,7 @@ class GenicamSource final : public CameraSource {
   }
 
   std::optional<Grid> picture() const override { return {}; }
+  Region region() const override { return settings_.region; }
 
   std::string identity(const SensorFacts& sensor) const override {
     const GenicamSettings& s = settings_;

@@ -14,6 +14,7 @@ class AbsentSource final : public CameraSource {
  public:
   Result<std::unique_ptr<Camera>> open(const SensorFacts&) const override { return no_aravis(); }
   std::optional<Grid> picture() const override { return {}; }
+  Region region() const override { return {}; }
   std::string identity(const SensorFacts&) const override { return "no camera"; }
 };
 

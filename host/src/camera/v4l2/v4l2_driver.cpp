@@ -38,6 +38,8 @@ class V4l2Source final : public CameraSource {
     return settings_.size;
   }
 
+  Region region() const override { return settings_.region; }
+
   std::string identity(const SensorFacts& sensor) const override {
     const CameraSettings& s = settings_;
     std::string text =
