@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // symrig calibrate --sensor --rig: the frames come from a rig.
 #include "command.hpp"
+#include "sensor_folder.hpp"
+#include "symrig/hdr/response_file.hpp"
 #include "symrig/hdr/sensor.hpp"
 
+#include <cmath>
 #include <csignal>
 #include <string>
 
@@ -123,6 +126,44 @@ TEST_F(SensorRig, options_that_contradict_are_refused) {
   refused({"frames", "--keep", "more"}, {"--keep needs --sensor and --rig"});
   expect_refusal({"calibrate", "--rig", kRig, "--keep", "more"}, kUsage, {"--keep needs --sensor"});
   expect_refusal({"calibrate", "--rig", kRig, "--sensor", "--response", "sensor.json"}, kUsage, {".toml"});
+}
+
+// A camera that answers with the square root of the light, as frames of a scene: light of code c is
+// (c / 4095)².
+class SceneFolder : public SensorFolder {
+ protected:
+  void write_level(const char* kind, const std::string& name, double share, int frames) {
+    std::string files;
+    for (int k = 0; k < frames; ++k) {
+      const std::string file = fmt::format("{}-{}.png", name, k);
+      write_frame(
+          file, [&](std::size_t i) { return share * 1.2 * shade(i) * sensor_.full_well(); },
+          [](double light) { return std::sqrt(light); });
+      files += fmt::format("\"{}\", ", file);
+    }
+    const int us = share == 0 ? 20 : static_cast<int>(std::lround(10'000 * share));
+    toml_ += fmt::format("[[sensor.{}]]\nfiles = [{}]\nexposure = \"{} us\"\n", kind, files, us);
+  }
+};
+
+TEST_F(SceneFolder, a_gamma_has_no_sensor_but_a_response) {
+  sensor_ = NoiseModel::from_electrons({.pedestal = 0});
+  toml_ += "light = \"scene\"\n";
+  write_level("dark", "dark", 0, 4);
+  int level = 0;
+  for (const double share : {0.4, 0.1, 0.2, 0.4, 0.6})
+    write_level("flat", fmt::format("lit{}", level++), share, 2);
+  write_toml();
+  expect_refusal({"calibrate", "--sensor", "frames", "-o", "sensor.toml"}, kBadInput,
+                 {"not linear", "gamma"});
+  const Outcome outcome = symrig({"calibrate", "--sensor", "frames", "--response", "response.toml"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("NOT linear"), std::string::npos) << outcome.out;
+  const auto curve = load_response(path("response.toml"));
+  ASSERT_TRUE(curve.ok()) << curve.error().line();
+  const double unit = (*curve)(2500) / std::pow(2500 / 4095.0, 2);
+  for (const int code : {1500, 2000, 3000})
+    EXPECT_NEAR((*curve)(code) / unit / std::pow(code / 4095.0, 2), 1, 0.05) << code;
 }
 
 TEST_F(SensorRig, ctrl_c_stops_it_and_leaves_no_result) {
