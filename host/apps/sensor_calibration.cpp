@@ -24,7 +24,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kGainWanted = 0.006, kReadNoiseWanted = 0.01;  // one sigma: five are 3 % and 5 %
 
-constexpr double kCurved = 0.05;  // departure from a straight line: beyond it there is a gamma
+constexpr double kFlickers = 0.01;  // rms: the linearity is then known no better
+constexpr double kCurved = 0.05;    // departure from a straight line: beyond it there is a gamma
 
 /// A measurement, and what only a rig tells.
 struct Measured : MeasuredSensor {
@@ -53,10 +54,11 @@ Json sensor_json(const Sensor& sensor, bool scene) {
 }
 
 Json scene_json(const SceneFacts& scene) {
+  const bool slope = scene.dark_levels > 1;
   return {{"lit_frames", scene.lit_frames},
           {"dark_levels", scene.dark_levels},
-          {"dark_signal", scene.dark_signal},
-          {"dark_signal_sigma", scene.dark_signal_sigma},
+          {"dark_signal", slope ? Json(scene.dark_signal) : Json()},
+          {"dark_signal_sigma", slope ? Json(scene.dark_signal_sigma) : Json()},
           {"drift", scene.drift},
           {"flicker", scene.flicker},
           {"clipping_seen", scene.clipping_seen}};
@@ -102,10 +104,16 @@ std::string frames_text(const Sensor& sensor, const Measured& measured) {
 }
 
 std::string scene_text(const SceneFacts& scene) {
-  std::string text = fmt::format(
-      "  light       changed by {} from begin to end, flickers by {} rms\n"
-      "  dark signal {:.3g} ± {:.2g} DN/s, from dark current and stray light\n",
-      percent(scene.drift), percent(scene.flicker), scene.dark_signal, scene.dark_signal_sigma);
+  std::string text = fmt::format("  light       changed by {} from begin to end, flickers by {} rms\n",
+                                 percent(scene.drift), percent(scene.flicker));
+  if (scene.dark_levels > 1)
+    text += fmt::format("  dark signal {:.3g} ± {:.2g} DN/s, from dark current and stray light\n",
+                        scene.dark_signal, scene.dark_signal_sigma);
+  if (scene.flicker > kFlickers)
+    text += fmt::format(
+        "  warning: the light flickers by more than {}: if the projector's light pulses, give light_period "
+        "under [rig.projector]\n",
+        percent(kFlickers));
   if (!scene.clipping_seen) text += "  no frame saturates: the largest code is taken as the clipping point\n";
   return text;
 }

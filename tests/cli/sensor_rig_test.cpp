@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <csignal>
+#include <functional>
 #include <string>
 
 namespace symrig::test::sensor_rig_test {
@@ -128,32 +129,60 @@ TEST_F(SensorRig, options_that_contradict_are_refused) {
   expect_refusal({"calibrate", "--rig", kRig, "--sensor", "--response", "sensor.json"}, kUsage, {".toml"});
 }
 
-// A camera that answers with the square root of the light, as frames of a scene: light of code c is
-// (c / 4095)².
+/// Frames of a scene, written by hand.
 class SceneFolder : public SensorFolder {
  protected:
+  /// The second frame of a pair is brighter by the flicker.
   void write_level(const char* kind, const std::string& name, double share, int frames) {
     std::string files;
     for (int k = 0; k < frames; ++k) {
       const std::string file = fmt::format("{}-{}.png", name, k);
+      const double light = share * (k % 2 == 0 ? 1 : 1 + flicker_) * 1.2;
       write_frame(
-          file, [&](std::size_t i) { return share * 1.2 * shade(i) * sensor_.full_well(); },
-          [](double light) { return std::sqrt(light); });
+          file, [&](std::size_t i) { return light * shade(i) * sensor_.full_well(); }, processed_);
       files += fmt::format("\"{}\", ", file);
     }
     const int us = share == 0 ? 20 : static_cast<int>(std::lround(10'000 * share));
     toml_ += fmt::format("[[sensor.{}]]\nfiles = [{}]\nexposure = \"{} us\"\n", kind, files, us);
   }
+  void write_levels() {
+    toml_ += "light = \"scene\"\n";
+    write_level("dark", "dark", 0, 4);
+    int level = 0;
+    for (const double share : {0.4, 0.1, 0.2, 0.4, 0.6})
+      write_level("flat", fmt::format("lit{}", level++), share, 2);
+    write_toml();
+  }
+
+  double flicker_ = 0;
+  std::function<double(double)> processed_;
 };
 
+TEST_F(SceneFolder, steady_light_gives_no_warning) {
+  write_levels();
+  const Outcome outcome = symrig({"calibrate", "--sensor", "frames"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.find("warning"), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.out.find("dark signal"), std::string::npos) << outcome.out;  // it has one dark level
+}
+
+TEST_F(SceneFolder, light_that_flickers_is_told) {
+  flicker_ = 0.02;  // 1.4 % rms
+  write_levels();
+  const Outcome outcome = symrig({"calibrate", "--sensor", "frames", "-o", "sensor.toml"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("flickers by more than 1.0 %"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("light_period"), std::string::npos) << outcome.out;
+  const auto sensor = load_sensor(path("sensor.toml"));
+  ASSERT_TRUE(sensor.ok()) << sensor.error().line();
+  EXPECT_NEAR(sensor->noise.gain() / sensor_.gain(), 1, 5 * sensor->gain_sigma);
+}
+
+// A camera that answers with the square root of the light: light of code c is (c / 4095)².
 TEST_F(SceneFolder, a_gamma_has_no_sensor_but_a_response) {
   sensor_ = NoiseModel::from_electrons({.pedestal = 0});
-  toml_ += "light = \"scene\"\n";
-  write_level("dark", "dark", 0, 4);
-  int level = 0;
-  for (const double share : {0.4, 0.1, 0.2, 0.4, 0.6})
-    write_level("flat", fmt::format("lit{}", level++), share, 2);
-  write_toml();
+  processed_ = [](double light) { return std::sqrt(light); };
+  write_levels();
   expect_refusal({"calibrate", "--sensor", "frames", "-o", "sensor.toml"}, kBadInput,
                  {"not linear", "gamma"});
   const Outcome outcome = symrig({"calibrate", "--sensor", "frames", "--response", "response.toml"});
