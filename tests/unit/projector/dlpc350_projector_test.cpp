@@ -55,9 +55,9 @@ class Dlpc350Screen : public DrmBench {
     const int shift = plane < 8 ? 8 + plane : plane < 16 ? plane + 8 : plane - 16;
     return static_cast<float>(words[index] >> static_cast<unsigned>(shift) & 1U);
   }
-  /// Which pixels of a plane differ from a pattern; nullptr: from black.
-  int differing(int plane, const Pattern* pattern, Grid grid) const {
-    const auto words = card->scanned_out();
+  /// How many pixels of a plane differ from a pattern; nullptr: from black. words: of the scanned-out
+  /// picture.
+  int differing(const std::vector<std::uint32_t>& words, int plane, const Pattern* pattern, Grid grid) const {
     int count = 0;
     for (int row = 0; row < grid.rows; ++row)
       for (int col = 0; col < grid.cols; ++col)
@@ -89,12 +89,14 @@ TEST_F(Dlpc350Screen, plane_k_of_picture_f_is_the_planned_pattern) {
   ASSERT_OK(projector.load_planes(made, plans));
   for (const std::size_t f : {0U, 2U, 1U, 0U}) {
     ASSERT_OK(projector.show(f));
+    const auto words = card->scanned_out();
     for (int k = 0; k < 24; ++k) {
       const int pattern =
           static_cast<std::size_t>(k) < plans[f].size() ? plans[f][static_cast<std::size_t>(k)] : kBlackPlane;
-      EXPECT_EQ(differing(k, pattern == kBlackPlane ? nullptr : &made[static_cast<std::size_t>(pattern)],
-                          projector.grid()),
-                0)
+      EXPECT_EQ(
+          differing(words, k, pattern == kBlackPlane ? nullptr : &made[static_cast<std::size_t>(pattern)],
+                    projector.grid()),
+          0)
           << "plane " << k << " of picture " << f;
     }
   }
@@ -136,7 +138,9 @@ class PlayingScreen : public Dlpc350Screen {
 TEST_F(PlayingScreen, each_refresh_has_its_picture) {
   order.insert(order.begin() + 4, 3, 3);  // picture 3 stays for four refreshes
   std::vector<int> wrong;                 // pixels, in each refresh
-  card->on_delivery = [&] { wrong.push_back(differing(7, &made[order[wrong.size()]], projector->grid())); };
+  card->on_delivery = [&] {
+    wrong.push_back(differing(card->scanned_out(), 7, &made[order[wrong.size()]], projector->grid()));
+  };
   const auto shown = play();
   ASSERT_EQ(shown.size(), order.size());
   EXPECT_EQ(wrong, std::vector<int>(order.size(), 0));
@@ -234,8 +238,9 @@ TEST_F(Dlpc350Screen, grey_is_a_number_of_bright_planes) {
     const std::vector<Pattern> made(1, Pattern((*projector)->grid(), 1, static_cast<float>(level) / 24.F));
     ASSERT_OK((*projector)->load(made));
     ASSERT_OK((*projector)->show(0));
+    const auto words = card->scanned_out();
     int bright = 0;
-    for (int k = 0; k < 24; ++k) bright += differing(k, nullptr, (*projector)->grid()) > 0;
+    for (int k = 0; k < 24; ++k) bright += differing(words, k, nullptr, (*projector)->grid()) > 0;
     EXPECT_EQ(bright, level);
   }
 }
