@@ -2,7 +2,7 @@
 // Bit planes on a real kernel: an emulated DLPC350 behind USB/IP, met by hidraw, and vkms as its screen. The
 // pixels are read from the memory that vkms scans out.
 #include "bench-vm/projector/expected_screens.hpp"
-#include "dlpc/usbip_server.hpp"
+#include "dlpc/dlpc350_on_usb.hpp"
 #include "projector/dlpc350/dlpc350_projector.hpp"
 #include "projector/dlpc350/find_controllers.hpp"
 #include "symrig/base/random.hpp"
@@ -61,7 +61,7 @@ void expect_played(Dlpc350Projector& projector, const std::string& card) {
 
 TEST(Planes, of_a_real_screen_are_the_planned_patterns_and_the_controller_is_left_as_it_was) {
   const auto device = std::make_shared<symrig::test::EmulatedDlpc350>();
-  symrig::test::UsbIpServer server(device);
+  symrig::test::UsbIpServer server(symrig::test::on_usb(device));
   ASSERT_TRUE(attached());
   const auto state = [&] {
     const std::scoped_lock lock(server.mutex());

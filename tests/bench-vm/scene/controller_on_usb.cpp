@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/controller_on_usb.hpp"
 
-#include "dlpc/usbip_server.hpp"
+#include "dlpc/dlpc350_on_usb.hpp"
 
 #include <mutex>
 #include <utility>
@@ -14,7 +14,7 @@ constexpr int kDelayUnitPs = 107'200;  // of the trigger outputs
 
 struct Controller {
   std::shared_ptr<test::EmulatedDlpc350> device = std::make_shared<test::EmulatedDlpc350>();
-  test::UsbIpServer server{device};
+  test::UsbIpServer server{test::on_usb(device)};
 };
 
 Nanoseconds microseconds(std::uint32_t us) {

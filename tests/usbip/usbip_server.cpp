@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dlpc/usbip_server.hpp"
+#include "usbip/usbip_server.hpp"
 
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <string_view>
+#include <set>
+#include <string>
+#include <utility>
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -16,52 +18,28 @@ namespace symrig::test {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-constexpr std::uint16_t kPort = 3240;
 constexpr std::uint16_t kListDevices = 0x8005, kImportDevice = 0x8003;
 constexpr std::uint32_t kSubmit = 1, kUnlink = 2, kStall = static_cast<std::uint32_t>(-32);
 
-// A HID device with one interface and a 64-byte endpoint in each direction (USB 2.0 chapter 9, HID 1.11).
-const Bytes kReportDescriptor{0x06, 0x00, 0xFF, 0x09, 0x01, 0xA1, 0x01, 0x15, 0x00,
-                              0x26, 0xFF, 0x00, 0x75, 0x08, 0x95, 0x40, 0x09, 0x01,
-                              0x81, 0x02, 0x95, 0x40, 0x09, 0x01, 0x91, 0x02, 0xC0};
-const Bytes kDeviceDescriptor{18, 1, 0, 2, 0, 0, 0, 64, 0x51, 0x04, 0x01, 0x64, 0, 1, 1, 2, 0, 1};
-const Bytes kHidDescriptor{9, 0x21, 0x11, 0x01, 0, 1, 0x22, 27, 0};
-
-Bytes configuration() {
-  Bytes all{9, 2, 41, 0, 1, 1, 0, 0xC0, 50, 9, 4, 0, 0, 2, 3, 0, 0, 0};
-  all.insert(all.end(), kHidDescriptor.begin(), kHidDescriptor.end());
-  for (const std::uint8_t endpoint : {std::uint8_t{0x81}, std::uint8_t{0x01}})
-    all.insert(all.end(), {7, 5, endpoint, 3, 64, 0, 1});
-  return all;
-}
-
-Bytes string_descriptor(int index) {
-  if (index == 0) return {4, 3, 9, 4};
-  const std::string_view text = index == 1 ? "Texas Instruments" : "DLPC350";
+Bytes string_descriptor(const std::vector<std::string>& strings, std::size_t index) {
+  if (index == 0) return {4, 3, 9, 4};  // they are in American English
+  if (index > strings.size()) return {2, 3};
+  const std::string& text = strings[index - 1];
   Bytes bytes{static_cast<std::uint8_t>(2 + 2 * text.size()), 3};
   for (const char c : text) bytes.insert(bytes.end(), {static_cast<std::uint8_t>(c), 0});
   return bytes;
 }
 
-/// What a control request reads; none: it stalls.
-std::optional<Bytes> control(std::span<const std::uint8_t> setup) {
+/// What a standard request reads; none: it stalls. Requests that set something succeed.
+std::optional<Bytes> control_answer(const UsbDescription& described, std::span<const std::uint8_t> setup) {
   constexpr std::uint8_t kGetStatus = 0, kGetDescriptor = 6;
   if (setup[1] == kGetStatus) return Bytes{0, 0};
   if (setup[1] != kGetDescriptor) return Bytes{};
-  switch (setup[3]) {
-    case 1:
-      return kDeviceDescriptor;
-    case 2:
-      return configuration();
-    case 3:
-      return string_descriptor(setup[2]);
-    case 0x21:
-      return kHidDescriptor;
-    case 0x22:
-      return kReportDescriptor;
-    default:
-      return std::nullopt;
-  }
+  if (setup[3] == 1) return described.device;
+  if (setup[3] == 2) return described.configuration;
+  if (setup[3] == 3) return string_descriptor(described.strings, setup[2]);
+  const auto found = described.others.find(setup[3]);
+  return found == described.others.end() ? std::nullopt : std::optional(found->second);
 }
 
 void put_word(Bytes& bytes, std::uint32_t value) {
@@ -93,13 +71,18 @@ bool send_all(int socket, std::span<const std::uint8_t> bytes) {
 }
 
 /// The device as USB/IP describes it: path, bus, numbers.
-Bytes exported() {
+Bytes exported(const UsbDescription& described) {
+  const std::string path = "/sys/devices/symrig/" + described.name, bus = "1-1";
   Bytes bytes(256 + 32);
-  constexpr std::string_view kPath = "/sys/devices/symrig/dlpc350", kBus = "1-1";
-  std::copy(kPath.begin(), kPath.end(), bytes.begin());
-  std::copy(kBus.begin(), kBus.end(), bytes.begin() + 256);
-  for (const std::uint32_t word : {1U, 1U, 2U}) put_word(bytes, word);  // bus, device, full speed
-  bytes.insert(bytes.end(), {0x04, 0x51, 0x64, 0x01, 0x01, 0x00, 0, 0, 0, 1, 1, 1});
+  std::copy(path.begin(), path.end(), bytes.begin());
+  std::copy(bus.begin(), bus.end(), bytes.begin() + 256);
+  for (const std::uint32_t word : {1U, 1U, std::uint32_t{static_cast<std::uint8_t>(described.speed)}})
+    put_word(bytes, word);  // bus, device, speed
+  // Numbers of two bytes are little-endian in descriptors and big-endian here: vendor, product, release.
+  for (const std::size_t at : {8U, 10U, 12U})
+    bytes.insert(bytes.end(), {described.device[at + 1], described.device[at]});
+  bytes.insert(bytes.end(), {described.device[4], described.device[5], described.device[6], 1, 1,
+                             static_cast<std::uint8_t>(described.interface_classes.size() / 3)});
   return bytes;
 }
 
@@ -116,17 +99,20 @@ bool send_return(int socket, std::uint32_t number, std::uint32_t status, std::sp
 
 }  // namespace
 
-UsbIpServer::UsbIpServer(std::shared_ptr<EmulatedDlpc350> device)
+UsbIpServer::UsbIpServer(std::shared_ptr<UsbDevice> device, std::uint16_t port)
     : device_(std::move(device)), listener_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
   const int on = 1;
   ::setsockopt(listener_.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in address{};
   address.sin_family = AF_INET;
-  address.sin_port = htons(kPort);
+  address.sin_port = htons(port);
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   if (::bind(listener_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::listen(listener_.get(), 2) != 0)
     return;
+  socklen_t length = sizeof address;
+  ::getsockname(listener_.get(), reinterpret_cast<sockaddr*>(&address), &length);
+  port_ = ntohs(address.sin_port);
   thread_ = std::thread([this] { serve(); });
 }
 
@@ -143,8 +129,13 @@ void UsbIpServer::serve() {
     if (!connection) return;
     const int on = 1;
     ::setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    connection_ = connection.get();
+    {
+      const std::scoped_lock lock(mutex_);
+      waiting_.clear();
+      connection_ = connection.get();
+    }
     talk(connection.get());
+    const std::scoped_lock lock(mutex_);  // nobody sends to a socket that is closed
     connection_ = -1;
   }
 }
@@ -155,16 +146,20 @@ void UsbIpServer::talk(int connection) {
   const auto code = static_cast<std::uint16_t>(head[2] << 8 | head[3]);
   Bytes reply{0x01, 0x11, 0x00, static_cast<std::uint8_t>(code & 0xFF), 0, 0, 0, 0};
   if (code == kListDevices) put_word(reply, 1);
-  const Bytes device = exported();
+  const UsbDescription& described = device_->description();
+  const Bytes device = exported(described);
   reply.insert(reply.end(), device.begin(), device.end());
   if (code == kListDevices) {
-    reply.insert(reply.end(), {3, 0, 0, 0});
+    for (std::size_t k = 0; k < described.interface_classes.size(); k += 3) {
+      const auto one = described.interface_classes.begin() + static_cast<std::ptrdiff_t>(k);
+      reply.insert(reply.end(), one, one + 3);
+      reply.push_back(0);
+    }
     send_all(connection, reply);
     return;
   }
   std::array<std::uint8_t, 32> bus{};
   if (code != kImportDevice || !receive(connection, bus) || !send_all(connection, reply)) return;
-  waiting_.clear();
   while (handle_request(connection)) {
   }
 }
@@ -179,8 +174,19 @@ bool UsbIpServer::handle_request(int connection) {
                 std::span(head).subspan(40, 8));
 }
 
+void UsbIpServer::answer() {
+  const std::scoped_lock lock(mutex_);
+  if (connection_ >= 0) answer_waiting(connection_);
+}
+
+void UsbIpServer::unplug() {
+  const std::scoped_lock lock(mutex_);
+  if (connection_ >= 0) ::shutdown(connection_, SHUT_RDWR);
+}
+
 bool UsbIpServer::unlink(int connection, std::uint32_t number, std::uint32_t victim) {
   constexpr auto kWasReset = static_cast<std::uint32_t>(-104);
+  const std::scoped_lock lock(mutex_);
   const auto removed = std::erase_if(waiting_, [victim](const Waiting& one) { return one.number == victim; });
   Bytes bytes;
   for (const std::uint32_t word : {4U, number, 0U, 0U, 0U, removed > 0 ? kWasReset : 0U})
@@ -189,39 +195,41 @@ bool UsbIpServer::unlink(int connection, std::uint32_t number, std::uint32_t vic
   return send_all(connection, bytes);
 }
 
+bool UsbIpServer::control(int connection, std::uint32_t number, bool in, std::size_t length,
+                          std::span<const std::uint8_t> setup) {
+  auto read = control_answer(device_->description(), setup);
+  if (!read) return send_return(connection, number, kStall, {}, 0);
+  read->resize(std::min(read->size(), length));
+  return in ? send_return(connection, number, 0, *read, read->size())
+            : send_return(connection, number, 0, {}, length);
+}
+
 bool UsbIpServer::submit(int connection, std::uint32_t number, bool in, std::uint32_t endpoint,
                          std::size_t length, std::span<const std::uint8_t> setup) {
   Bytes data(in ? 0 : length);
   if (!receive(connection, data)) return false;
-  if (endpoint == 0) {
-    auto read = control(setup);
-    if (!read) return send_return(connection, number, kStall, {}, 0);
-    read->resize(std::min(read->size(), length));
-    return in ? send_return(connection, number, 0, *read, read->size())
-              : send_return(connection, number, 0, {}, length);
-  }
-  if (in) {
-    waiting_.push_back({number, length});
-    return answer_waiting(connection);
-  }
-  EmulatedDlpc350::Report report{};
-  std::copy_n(data.begin(), std::min(data.size(), report.size()), report.begin());
-  {
-    const std::scoped_lock lock(mutex_);
-    if (!device_->report(report)) return false;
-  }
-  return send_return(connection, number, 0, {}, length) && answer_waiting(connection);
+  const std::scoped_lock lock(mutex_);
+  if (endpoint == 0) return control(connection, number, in, length, setup);
+  if (in)
+    waiting_.push_back({number, endpoint, length});
+  else if (!device_->out(endpoint, data) || !send_return(connection, number, 0, {}, length))
+    return false;
+  return answer_waiting(connection);
 }
 
+/// Reads of one endpoint are answered in their order.
 bool UsbIpServer::answer_waiting(int connection) {
-  const std::scoped_lock lock(mutex_);
-  while (!waiting_.empty()) {
-    const auto report = device_->next();
-    if (!report) return true;
-    const Waiting first = waiting_.front();
-    waiting_.pop_front();
-    const std::size_t length = std::min(first.length, report->size());
-    if (!send_return(connection, first.number, 0, std::span(*report).first(length), length)) return false;
+  std::set<unsigned> silent;  // endpoints that have nothing to say now
+  for (auto one = waiting_.begin(); one != waiting_.end();) {
+    const auto bytes =
+        silent.contains(one->endpoint) ? std::nullopt : device_->in(one->endpoint, one->length);
+    if (!bytes) {
+      silent.insert(one->endpoint);
+      ++one;
+      continue;
+    }
+    if (!send_return(connection, one->number, 0, *bytes, bytes->size())) return false;
+    one = waiting_.erase(one);
   }
   return true;
 }
