@@ -136,7 +136,12 @@ class GigeCamera {
   std::thread thread_;
 };
 
+/// How a camera is reached. The USB3 Vision camera (tests/u3v) has the same features.
+enum class Protocol : std::uint8_t { gige_vision, usb3_vision };
+
 /// The camera's description of itself.
-std::string camera_xml(const CameraTraits& traits);
+std::string camera_xml(const CameraTraits& traits, Protocol protocol = Protocol::gige_vision);
+/// A picture of codes of 16 bits, in a format of PFNC's number. Formats of fewer bits take the upper ones.
+Bytes packed(std::span<const std::uint16_t> codes, std::uint32_t format);
 
 }  // namespace symrig::gige

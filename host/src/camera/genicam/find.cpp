@@ -63,7 +63,8 @@ Result<FoundCamera> choose(std::string_view wanted) {
     names += fmt::format("{}{} ({}, serial {})", names.empty() ? "" : ", ", one.path, one.name, one.serial);
   if (all.empty())
     return Error{ErrorCode::device_lost, "no GenICam camera answers",
-                 "check its power, its cable, and that its address is in the network of this computer"};
+                 "check its power and cable; GigE Vision: its address is in the network of this computer; "
+                 "USB3 Vision: the udev rule 60-symrig.rules is installed"};
   std::vector<FoundCamera> fitting;
   std::ranges::copy_if(all, std::back_inserter(fitting), [wanted](const FoundCamera& one) {
     return wanted.empty() || wanted == one.path || wanted == one.serial || wanted == one.bus ||
@@ -77,9 +78,13 @@ Result<FoundCamera> choose(std::string_view wanted) {
 }
 
 Error not_opened(const GLibError& error, std::string_view camera) {
+  const std::string cause = error.text();
+  if (cause.find("LIBUSB_ERROR_BUSY") != std::string::npos)
+    return {ErrorCode::device_refused, fmt::format("camera {}: another program controls it", camera),
+            "end that program"};
   const bool gone = error.silent();
   return {gone ? ErrorCode::device_lost : ErrorCode::device_refused,
-          fmt::format("camera {} cannot be opened: {}", camera, error.text()),
+          fmt::format("camera {} cannot be opened: {}", camera, cause),
           gone ? "check its power, its cable and its address"
                : "end the program that controls it, or wait for its heartbeat to end"};
 }
