@@ -119,7 +119,7 @@ UsbIpServer::UsbIpServer(std::shared_ptr<UsbDevice> device, std::uint16_t port)
 UsbIpServer::~UsbIpServer() {
   stop_ = true;
   ::shutdown(listener_.get(), SHUT_RDWR);
-  if (connection_ >= 0) ::shutdown(connection_, SHUT_RDWR);
+  unplug();
   if (thread_.joinable()) thread_.join();
 }
 
@@ -131,6 +131,7 @@ void UsbIpServer::serve() {
     ::setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     {
       const std::scoped_lock lock(mutex_);
+      if (stop_) return;
       waiting_.clear();
       connection_ = connection.get();
     }

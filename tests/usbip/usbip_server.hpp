@@ -56,7 +56,7 @@ class UsbIpServer {
   std::deque<Waiting> waiting_;  // reads that have no answer yet
   Fd listener_;
   std::uint16_t port_ = 0;
-  std::atomic<int> connection_ = -1;
+  int connection_ = -1;  // -1: none
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };

@@ -11,6 +11,8 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -86,16 +88,33 @@ std::string said_by(const std::string& command) {
   return text;
 }
 
-/// The frame of one trigger.
-void expect_frame(GenicamCamera& camera, std::uint32_t counter, Nanoseconds exposure,
-                  std::uint64_t sequence) {
-  auto frames = camera.take(1, kPatience);
-  ASSERT_OK(frames);
-  ASSERT_EQ(frames->size(), 1U) << camera.report().to_string();
+bool has_thread(const std::string& name) {
+  for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+    std::string found;
+    std::ifstream(task.path() / "comm") >> found;
+    if (found == name) return true;
+  }
+  return false;
+}
+
+SteadyTime now() {
+  return SteadyTime{std::chrono::steady_clock::now().time_since_epoch()};
+}
+
+/// Takes one frame, which must be of this trigger. Returns its stamp.
+SteadyTime expect_frame(GenicamCamera& camera, std::uint32_t counter, Nanoseconds exposure,
+                        std::uint64_t sequence) {
+  const auto frames = camera.take(1, kPatience);
+  EXPECT_TRUE(frames.ok());
+  if (!frames || frames->size() != 1) {
+    ADD_FAILURE() << "no frame " << counter << ": " << camera.report().to_string();
+    return {};
+  }
   const CameraFrame& frame = frames->front();
   EXPECT_FALSE(frame.damaged);
   EXPECT_EQ(frame.sequence, sequence);
   EXPECT_TRUE(gige::shows(frame.raw, counter, exposure)) << "frame " << counter << " shows " << frame.raw[0];
+  return frame.stamp;
 }
 
 TEST(Usb3Vision, a_camera_is_listed_and_described) {
@@ -127,13 +146,16 @@ TEST(Usb3Vision, settings_are_the_cameras_and_each_frame_is_of_its_trigger) {
   GenicamSettings settings = settings_for("Mono16");
   settings.region = {8, 16, {32, 24}, 1};
   settings.gain = 3;
+  settings.stamp = StampOf::exposure_end;
   settings.black_level = 17;
   settings.features = {{"LineInverter", "true"}, {"TriggerDelay", "250"}};
   auto opened = GenicamCamera::open(settings);
   ASSERT_OK(opened);
   GenicamCamera& camera = **opened;
   EXPECT_EQ(camera.grid(), (Grid{32, 24}));
+  testing::internal::CaptureStderr();
   const auto second = GenicamCamera::open(settings);
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << "a library prints nothing";
   ASSERT_FALSE(second);
   EXPECT_EQ(second.error().code, ErrorCode::device_refused) << "one program at a time";
   EXPECT_NE(second.error().line().find("another program controls it; end that program"), std::string::npos)
@@ -148,9 +170,15 @@ TEST(Usb3Vision, settings_are_the_cameras_and_each_frame_is_of_its_trigger) {
     EXPECT_EQ(served.reg(at), value) << std::hex << at;
   EXPECT_EQ(camera.timing().readout, 4ms + 250us) << "SensorReadoutTime and TriggerDelay";
   for (std::uint32_t k = 1; k <= 40; ++k) {
+    if (k == 20) std::this_thread::sleep_for(2s);  // Aravis takes its read back, and asks again
     const Nanoseconds width = (100 + 13 * k) * 1us;
+    const SteadyTime before = now();
     ASSERT_TRUE(served.pulse(width));
-    expect_frame(camera, k, width, k);
+    const SteadyTime after = now();
+    const SteadyTime stamp = expect_frame(camera, k, width, k);
+    // The driver takes a reading of the camera's clock that took 200 us at most: half of it is the error.
+    EXPECT_GE(stamp.since, (before - 100us).since);
+    EXPECT_LE(stamp.since, (after + 100us).since);
   }
   // The camera counts this trigger and has no room for the frame.
   ASSERT_TRUE(served.pulse(1ms, true));
@@ -203,11 +231,15 @@ TEST(Usb3Vision, an_unplugged_camera_is_lost_and_opens_again) {
     ASSERT_OK(opened);
     ASSERT_TRUE(served.pulse(3ms));
     ASSERT_TRUE((*opened)->take(1, kPatience).ok());
+    EXPECT_TRUE(has_thread("arv_uv_stream"));
     served.unplug();
     const auto lost = (*opened)->take(1, kPatience);
     ASSERT_FALSE(lost);
     EXPECT_EQ(lost.error().code, ErrorCode::device_lost) << lost.error().line();
     EXPECT_NE(lost.error().line().find("does not answer any more"), std::string::npos) << lost.error().line();
+    // Aravis would ask a camera that is gone for as long as its stream is open, as fast as it can.
+    while (has_thread("arv_uv_stream")) std::this_thread::sleep_for(10ms);
+    EXPECT_EQ((*opened)->report().delivered, 1U);
     opened->reset();
     ASSERT_TRUE(plug_in());
   }

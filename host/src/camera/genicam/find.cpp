@@ -20,6 +20,21 @@ std::mutex& list_mutex() {
   return mutex;
 }
 
+/// Aravis 0.8.26 joins a thread that it never started if a USB3 camera cannot be opened, and GLib prints
+/// that.
+class WithoutComplaints {
+ public:
+  WithoutComplaints() : handler_(g_log_set_handler("GLib", G_LOG_LEVEL_CRITICAL, ignore, nullptr)) {}
+  WithoutComplaints(const WithoutComplaints&) = delete;
+  WithoutComplaints& operator=(const WithoutComplaints&) = delete;
+  ~WithoutComplaints() { g_log_remove_handler("GLib", handler_); }
+
+ private:
+  static void ignore(const gchar* /*domain*/, GLogLevelFlags /*level*/, const gchar* /*message*/,
+                     gpointer /*data*/) {}
+  guint handler_;
+};
+
 std::string text(const char* words) {
   return words == nullptr ? std::string() : std::string(words);
 }
@@ -101,6 +116,7 @@ Result<OpenDevice> open_device(std::string_view wanted) {
     id = open.found.path.substr(kGenicamPath.size());
   }
   const std::lock_guard lock(list_mutex());
+  const WithoutComplaints quiet;
   GLibError error;
   open.device.reset(arv_open_device(id.c_str(), error.out()));
   if (!open.device) return not_opened(error, id);

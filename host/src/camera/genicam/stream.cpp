@@ -158,6 +158,7 @@ void GenicamStream::control_lost(ArvDevice* /*device*/, gpointer stream) {
 void GenicamStream::run() {
   Nanoseconds latched = monotonic_now();
   while (!stopping_) {
+    if (queue_.lost() && ARV_IS_GV_STREAM(stream_.get()) == 0) return close();
     ArvBuffer* const buffer = arv_stream_timeout_pop_buffer(
         stream_.get(), static_cast<guint64>(std::chrono::microseconds(kLook).count()));
     if (buffer != nullptr) {
@@ -173,9 +174,19 @@ void GenicamStream::run() {
   }
 }
 
+/// Aravis asks a USB3 camera that is gone again and again, without a pause, until its stream is closed.
+void GenicamStream::close() {
+  const std::uint64_t count = unbuffered();
+  const std::lock_guard lock(closing_);
+  unbuffered_ = count;
+  stream_.reset();
+}
+
 /// Packets wait in the socket, or Aravis waits for the rest of a frame.
 bool GenicamStream::arriving() const {
   if (socket_ && socket_->holds_packets()) return true;
+  const std::lock_guard lock(closing_);
+  if (!stream_) return false;
   gint free = 0, complete = 0;
   arv_stream_get_n_buffers(stream_.get(), &free, &complete);
   // A queue on which a thread waits has a length of -1.
@@ -263,6 +274,8 @@ void GenicamStream::accept(ArvBuffer* buffer) {
 
 /// Frames for which Aravis had no buffer, because our thread did not run in time.
 std::uint64_t GenicamStream::unbuffered() const {
+  const std::lock_guard lock(closing_);
+  if (!stream_) return unbuffered_;
   guint64 completed = 0, failures = 0, underruns = 0;
   arv_stream_get_statistics(stream_.get(), &completed, &failures, &underruns);
   return underruns;
@@ -286,6 +299,7 @@ std::string GenicamStream::socket_words() const {
 StreamReport GenicamStream::report() const {
   StreamReport report = queue_.report();
   report.overflowed += unbuffered();
+  const std::lock_guard lock(closing_);
   if (ARV_IS_GV_STREAM(stream_.get()) == 0) return report;
   guint64 resent = 0, missing = 0;
   arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);

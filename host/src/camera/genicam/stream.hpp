@@ -13,6 +13,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -52,6 +53,7 @@ class GenicamStream {
   Result<void> begin();
   void enlarge_socket(std::size_t payload);
   void run();
+  void close();
   void accept(ArvBuffer* buffer);
   CameraFrame develop(ArvBuffer* buffer, bool damaged);
   FrameChunks chunks_of(ArvBuffer* buffer);
@@ -67,14 +69,16 @@ class GenicamStream {
   FrameReader reader_;
   FrameNumbers numbers_;
   ClockMap clock_;
-  Owned<ArvStream> stream_;
+  mutable std::mutex closing_;  // held while a stream that another thread may close is used
+  Owned<ArvStream> stream_;     // nullptr: closed, because its camera is gone
   Owned<ArvChunkParser> parser_;
   gulong lost_signal_ = 0;
   bool acquiring_ = false;
   FrameQueue queue_;
   std::unique_ptr<StreamSocket> socket_;
-  std::string socket_cure_;    // what to do if the socket is too small
-  std::uint64_t in_gaps_ = 0;  // frames without a buffer that left a gap in the numbers
+  std::string socket_cure_;       // what to do if the socket is too small
+  std::uint64_t unbuffered_ = 0;  // of a stream that is closed
+  std::uint64_t in_gaps_ = 0;     // frames without a buffer that left a gap in the numbers
   std::atomic<bool> stopping_ = false;
   std::atomic<int> in_hand_ = 0;  // buffers between Aravis and the queue
   int buffers_ = 0;
