@@ -50,8 +50,8 @@ class Dlpc350Screen : public DrmBench {
   /// the planes: eight of green, of red, of blue, each from the lowest bit.
   float plane_at(const std::vector<std::uint32_t>& words, int plane, int row, int col) const {
     const Placement& at = options.placement;
-    const auto index =
-        static_cast<std::size_t>((at.top + at.cell * row + 11) * 912 + at.left + at.cell * col + 13);
+    const std::int64_t cell = at.cell;
+    const auto index = static_cast<std::size_t>((at.top + cell * row + 11) * 912 + at.left + cell * col + 13);
     const int shift = plane < 8 ? 8 + plane : plane < 16 ? plane + 8 : plane - 16;
     return static_cast<float>(words[index] >> static_cast<unsigned>(shift) & 1U);
   }

@@ -40,7 +40,7 @@ class Faults : public DrmBench, public ::testing::WithParamInterface<bool> {
     ASSERT_OK(projector->show(0));
   }
   /// From the next flip on.
-  void at_next_flip(std::function<Errno()> fault) {
+  void at_next_flip(const std::function<Errno()>& fault) {
     const std::uint64_t next = card->flips + 1;
     card->on_flip = [=](std::uint64_t flip) { return flip >= next ? fault() : 0; };
   }

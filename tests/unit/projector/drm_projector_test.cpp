@@ -60,12 +60,12 @@ TEST_P(Ways, a_refresh_is_told_by_its_number_and_its_beginning) {
 TEST_P(Ways, the_screen_is_black_until_the_first_pattern) {
   const auto projector = open();
   ASSERT_OK(projector);
-  EXPECT_EQ(card->scanned_out(), std::vector<std::uint32_t>(48 * 64, 0U));
+  EXPECT_EQ(card->scanned_out(), std::vector<std::uint32_t>(48UL * 64, 0U));
 }
 
 TEST_P(Ways, the_screen_is_given_back_and_nothing_is_left) {
   const std::uint32_t console = 500;
-  card->memory_of[console].assign(64 * 48, 0x123456U);
+  card->memory_of[console].assign(64UL * 48, 0x123456U);
   card->pitch_of[console] = 64;
   card->crtcs[11].mode = make_mode(40, 30, 60);
   card->crtcs[11].fb = console;
@@ -205,7 +205,7 @@ TEST_F(DrmBench, a_new_load_does_not_show_what_was_drawn_before) {
   const Pattern white(projector->grid(), 1, 1.F);
   ASSERT_OK(projector->load(std::vector<Pattern>{white, white}));
   ASSERT_OK(projector->show(1));
-  EXPECT_EQ(card->scanned_out(), std::vector<std::uint32_t>(48 * 64, 0xFFFFFFU));
+  EXPECT_EQ(card->scanned_out(), std::vector<std::uint32_t>(48UL * 64, 0xFFFFFFU));
 }
 
 TEST_F(DrmBench, displays_are_listed) {

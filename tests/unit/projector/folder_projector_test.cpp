@@ -144,7 +144,7 @@ TEST_F(Folder, a_disk_that_takes_no_more_leaves_no_half_set) {
   setrlimit(RLIMIT_FSIZE, &small);
   const auto loaded = projector->load(patterns);
   setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
+  ASSERT_NE(std::signal(SIGXFSZ, handler), SIG_ERR);
   ASSERT_FALSE(loaded.ok());
   EXPECT_EQ(loaded.error().code, ErrorCode::io);
   EXPECT_NE(loaded.error().what.find("pattern-00001.png"), std::string::npos) << loaded.error().what;
@@ -170,7 +170,7 @@ TEST_F(Folder, a_command_pushes_and_is_believed) {
   options.push = push_by_command("cp \"$1\"/*.png " + scratch.string());
   ASSERT_OK(open()->load(std::vector<Pattern>{checkers({6, 9})}));
   EXPECT_TRUE(fs::exists(scratch / "pattern-00000.png"));
-  options.push = push_by_command("echo one; printf 'cable\\tmissing\\n\\n' >&2; exit 3");
+  options.push = push_by_command(R"(echo one; printf 'cable\tmissing\n\n' >&2; exit 3)");
   const auto failed = open()->load(std::vector<Pattern>{checkers({6, 9})});
   ASSERT_FALSE(failed.ok());
   EXPECT_EQ(failed.error().code, ErrorCode::device_refused);
