@@ -41,7 +41,7 @@ class FrameReader {
   }
 
   /// Frames of a scene: two are in memory at a time.
-  Result<SensorFindings> measure_scene() {
+  Result<MeasuredSensor> measure_scene() {
     const SensorFiles& files = *capture_.sensor;
     SYMRIG_CHECK(tell_bits());
     std::optional<SceneTransfer> transfer;
@@ -155,17 +155,6 @@ SensorFrames frames_of(const SensorPhotographs& photographs) {
   return frames;
 }
 
-Result<void> recover(std::span<const Frame> frames, const ResponseOptions& options,
-                     SensorFindings& findings) {
-  SYMRIG_TRY(ResponseCurve debevec, recover_debevec(frames, options));
-  SYMRIG_TRY(const ResponseCurve robertson, recover_robertson(frames, options));
-  for (std::size_t code = 0; code < debevec.light.size(); ++code)
-    findings.response_doubt =
-        std::max(findings.response_doubt, std::abs(debevec.light[code] - robertson.light[code]));
-  findings.response = std::move(debevec);
-  return {};
-}
-
 }  // namespace
 
 std::vector<Frame> bracket_of(const SensorPhotographs& photographs) {
@@ -199,24 +188,18 @@ Result<CaptureFile> read_sensor_capture(const fs::path& folder) {
 
 Result<SensorPhotographs> read_sensor_folder(const fs::path& folder, const Progress& progress) {
   SYMRIG_TRY(const CaptureFile capture, read_sensor_capture(folder));
-  if (capture.sensor && capture.sensor->scene)
+  if (capture.sensor->scene)
     return Error{ErrorCode::bad_value, capture.path + ": its frames are of a scene (light = \"scene\")",
-                 "measure the sensor with symrig calibrate --sensor, and give sensor.toml"};
+                 "measure the sensor from them first, and give its sensor.toml"};
   return FrameReader(folder, capture, progress).read();
 }
 
 Result<MeasuredSensor> measure_sensor_folder(const fs::path& folder, const Progress& progress) {
   SYMRIG_TRY(const CaptureFile capture, read_sensor_capture(folder));
+  FrameReader reader(folder, capture, progress);
+  if (capture.sensor->scene) return reader.measure_scene();
+  SYMRIG_TRY(const SensorPhotographs photographs, reader.read());
   MeasuredSensor measured;
-  if (capture.sensor && capture.sensor->scene) {
-    SYMRIG_TRY(measured.findings, FrameReader(folder, capture, progress).measure_scene());
-    const SceneFacts& scene = *measured.findings.scene;
-    measured.grid = scene.grid;
-    measured.dark_frames = scene.dark_frames;
-    measured.flat_levels = scene.lit_levels;
-    return measured;
-  }
-  SYMRIG_TRY(const SensorPhotographs photographs, FrameReader(folder, capture, progress).read());
   SYMRIG_TRY(measured.findings, examine_sensor(photographs));
   measured.grid = photographs.grid;
   measured.dark_frames = std::ssize(photographs.dark);
@@ -225,16 +208,18 @@ Result<MeasuredSensor> measure_sensor_folder(const fs::path& folder, const Progr
   return measured;
 }
 
-Result<SensorFindings> examine_scene(SceneTransfer& transfer) {
+Result<MeasuredSensor> examine_scene(SceneTransfer& transfer) {
+  // Copied, not moved: GCC 12 takes an optional that is moved out of for one that was never set.
   const Result<SceneSensor> scene = transfer.finish();
   if (!scene) return scene.error();
-  SensorFindings findings;
+  MeasuredSensor measured{{}, scene->grid, scene->dark_frames, scene->lit_levels};
+  SensorFindings& findings = measured.findings;
   findings.sensor = scene->sensor;
   findings.linearity = scene->linearity;
   findings.response = scene->response;
   findings.response_doubt = scene->response_doubt;
   findings.scene = static_cast<const SceneFacts&>(*scene);
-  return findings;
+  return measured;
 }
 
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
@@ -254,7 +239,10 @@ Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs) {
     findings.sensor->nonlinearity = findings.linearity->worst;
     if (findings.linearity->linear()) return findings;
   }
-  SYMRIG_CHECK(recover(bracket, usable_codes(photographs, findings.sensor), findings));
+  SYMRIG_TRY(RecoveredResponse recovered,
+             recover_response(bracket, usable_codes(photographs, findings.sensor)));
+  findings.response = std::move(recovered.curve);
+  findings.response_doubt = recovered.doubt;
   return findings;
 }
 

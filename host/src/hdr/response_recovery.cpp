@@ -213,4 +213,14 @@ Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const Res
                            samples);
 }
 
+Result<RecoveredResponse> recover_response(std::span<const Frame> frames, const ResponseOptions& options) {
+  RecoveredResponse recovered;
+  SYMRIG_TRY(recovered.curve, recover_debevec(frames, options));
+  SYMRIG_TRY(const ResponseCurve robertson, recover_robertson(frames, options));
+  for (std::size_t code = 0; code < robertson.light.size(); ++code)
+    recovered.doubt =
+        std::max(recovered.doubt, std::abs(recovered.curve.light[code] - robertson.light[code]));
+  return recovered;
+}
+
 }  // namespace symrig

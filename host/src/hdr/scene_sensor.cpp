@@ -276,13 +276,9 @@ Result<void> SceneTransfer::Inside::recover(const NoiseModel& model, SceneSensor
   options.bits = bits;
   options.low = static_cast<int>(dark.pedestal() + kUsableSigmas * noise);
   options.high = model.saturation_code();
-  const std::vector<Frame> stills = frames();
-  SYMRIG_TRY(ResponseCurve debevec, recover_debevec(stills, options));
-  SYMRIG_TRY(const ResponseCurve robertson, recover_robertson(stills, options));
-  for (std::size_t code = 0; code < debevec.light.size(); ++code)
-    found.response_doubt =
-        std::max(found.response_doubt, std::abs(debevec.light[code] - robertson.light[code]));
-  found.response = std::move(debevec);
+  SYMRIG_TRY(RecoveredResponse recovered, recover_response(frames(), options));
+  found.response = std::move(recovered.curve);
+  found.response_doubt = recovered.doubt;
   return {};
 }
 

@@ -25,7 +25,7 @@ std::uint8_t code_of(double linear) {
   return static_cast<std::uint8_t>(std::lround(255 * srgb(std::clamp(linear, 0.0, 1.0))));
 }
 
-/// Where the codes of the tone curve begin, found without its power function.
+/// The tone curve by the numbers at which its codes begin. So a code is found without a power function.
 class ToneCurve {
  public:
   ToneCurve() {

@@ -26,7 +26,7 @@ Result<SensorParts> parts_of(const SensorJob& job) {
   if (!is_rig_file(job.rig))
     return Error{ErrorCode::bad_argument,
                  fmt::format("{} gives photographs, but a sensor is measured by frames", job.rig),
-                 "give a rig file or sim:NAME, or put frames into a folder: --sensor DIR"};
+                 "give a rig file or sim:NAME, or measure a folder of its frames"};
   SYMRIG_TRY(RigDescription file, described(job.rig));
   file.options.keep_waiting = job.keep_waiting;
   return parts_for_sensor(std::move(file));
@@ -77,16 +77,13 @@ Result<RigSensor> measure_rig_sensor(const SensorJob& job) {
   SYMRIG_CHECK(take_sensor_frames(*rig, taken.sink(), options));
   if (record) SYMRIG_CHECK(record->finish());
   RigSensor result;
-  SYMRIG_TRY(result.measured.findings, examine_scene(transfer));
-  SensorFindings& findings = result.measured.findings;
-  result.measured.grid = findings.scene->grid;
-  result.measured.dark_frames = findings.scene->dark_frames;
-  result.measured.flat_levels = findings.scene->lit_levels;
+  SYMRIG_TRY(result.measured, examine_scene(transfer));
   result.frames = rig->frames();
   result.rig_seconds = rig->rig_seconds();
   result.trouble = rig->trouble();
   result.defects_left_out = !whole_picture;
-  if (result.defects_left_out && findings.sensor) findings.sensor->defects = {};
+  std::optional<Sensor>& sensor = result.measured.findings.sensor;
+  if (result.defects_left_out && sensor) sensor->defects = {};
   return result;
 }
 

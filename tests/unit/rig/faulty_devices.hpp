@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "other_camera.hpp"
 #include "symrig/base/random.hpp"
 #include "symrig/camera/camera.hpp"
 #include "symrig/projector/projector.hpp"
@@ -28,10 +29,10 @@ struct CameraMischief {
 };
 
 /// A camera that loses, copies, delays and damages what another one sees.
-class FaultyCamera final : public Camera {
+class FaultyCamera final : public OtherCamera {
  public:
   FaultyCamera(Camera& inner, std::shared_ptr<CameraMischief> mischief)
-      : inner_(inner), mischief_(std::move(mischief)) {}
+      : OtherCamera(inner), mischief_(std::move(mischief)) {}
 
   /// As the opener of a rig: refuses while the camera is unplugged.
   static Result<std::unique_ptr<Camera>> open(Camera& inner,
@@ -42,15 +43,8 @@ class FaultyCamera final : public Camera {
     return std::unique_ptr<Camera>(std::make_unique<FaultyCamera>(inner, mischief));
   }
 
-  Grid grid() const override { return inner_.grid(); }
-  int channels() const override { return inner_.channels(); }
-  CameraTiming timing() const override { return inner_.timing(); }
-  const NoiseModel& noise() const override { return inner_.noise(); }
-  const Image<std::uint8_t>* dead() const override { return inner_.dead(); }
-  std::string describe() const override { return inner_.describe(); }
-
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
-    SYMRIG_TRY(auto seen, inner_.take(count, patience));
+    SYMRIG_TRY(auto seen, OtherCamera::take(count, patience));
     std::vector<CameraFrame> out = std::exchange(held_, {});
     for (CameraFrame& frame : seen) {
       if (mischief_->frames++ == mischief_->unplug_at) mischief_->unplugged = true;
@@ -93,7 +87,6 @@ class FaultyCamera final : public Camera {
     out.push_back(std::move(old));
   }
 
-  Camera& inner_;
   std::shared_ptr<CameraMischief> mischief_;
   std::vector<CameraFrame> held_;
   std::uint64_t number_ = 0;  // a stream begins to count anew

@@ -4,6 +4,7 @@
 
 #include "assert_ok.hpp"
 #include "faulty_devices.hpp"
+#include "other_camera.hpp"
 #include "symrig/sim/virtual_rig.hpp"
 
 #include <cmath>
@@ -141,33 +142,24 @@ TEST(SensorFrames, keep_to_whole_periods_of_the_light) {
     EXPECT_NEAR(std::remainder(seconds(level.exposure), 0.01), 0, 2e-6);
 }
 
-/// A camera between a rig and its simulated one.
-class OtherCamera : public Camera {
+/// Gives other frames than the camera behind it.
+class ChangedFrames : public test::OtherCamera {
  public:
-  explicit OtherCamera(Camera& inner) : inner_(inner) {}
-  Grid grid() const override { return inner_.grid(); }
-  int channels() const override { return inner_.channels(); }
-  CameraTiming timing() const override { return inner_.timing(); }
-  const NoiseModel& noise() const override { return inner_.noise(); }
-  const Image<std::uint8_t>* dead() const override { return inner_.dead(); }
-  std::string describe() const override { return inner_.describe(); }
+  using OtherCamera::OtherCamera;
   Result<std::vector<CameraFrame>> take(std::size_t count, Nanoseconds patience) override {
-    SYMRIG_TRY(auto frames, inner_.take(count, patience));
+    SYMRIG_TRY(auto frames, OtherCamera::take(count, patience));
     for (CameraFrame& frame : frames) change(frame);
     return frames;
   }
 
- protected:
-  virtual void change(CameraFrame& /*frame*/) {}
-
  private:
-  Camera& inner_;
+  virtual void change(CameraFrame& frame) = 0;
 };
 
 /// Its own timer ends each exposure: the picture is the same, however long the trigger is.
-class OwnTimer final : public OtherCamera {
+class OwnTimer final : public ChangedFrames {
  public:
-  using OtherCamera::OtherCamera;
+  using ChangedFrames::ChangedFrames;
 
  private:
   void change(CameraFrame& frame) override {
@@ -180,9 +172,9 @@ class OwnTimer final : public OtherCamera {
 };
 
 /// 8 bits with the gamma of a webcam.
-class Gamma final : public OtherCamera {
+class Gamma final : public ChangedFrames {
  public:
-  using OtherCamera::OtherCamera;
+  using ChangedFrames::ChangedFrames;
   const NoiseModel& noise() const override { return noise_; }
 
  private:
@@ -195,7 +187,7 @@ class Gamma final : public OtherCamera {
   NoiseModel noise_ = NoiseModel::from_electrons({.bits = 8, .pedestal = 0});
 };
 
-class SlowShutter final : public OtherCamera {
+class SlowShutter final : public test::OtherCamera {
  public:
   using OtherCamera::OtherCamera;
   CameraTiming timing() const override {
@@ -205,7 +197,7 @@ class SlowShutter final : public OtherCamera {
   }
 };
 
-class QuickShutter final : public OtherCamera {
+class QuickShutter final : public test::OtherCamera {
  public:
   using OtherCamera::OtherCamera;
   CameraTiming timing() const override {

@@ -55,10 +55,8 @@ struct SensorFindings {
 };
 
 /// fails: bad_value (neither dark and flat frames nor a bracket; colour frames of a sensor), as
-/// measure_sensor, test_linearity, recover_debevec and recover_robertson.
+/// measure_sensor, test_linearity and recover_response.
 Result<SensorFindings> examine_sensor(const SensorPhotographs& photographs);
-/// fails: as SceneTransfer::finish().
-Result<SensorFindings> examine_scene(SceneTransfer& transfer);
 
 /// The measurement of a sensor, and what it was made from.
 struct MeasuredSensor {
@@ -66,6 +64,9 @@ struct MeasuredSensor {
   Grid grid;
   std::int64_t dark_frames = 0, flat_levels = 0, bracket = 0;
 };
+
+/// fails: as SceneTransfer::finish().
+Result<MeasuredSensor> examine_scene(SceneTransfer& transfer);
 
 /// Measures the sensor from a folder, with an even light or a scene. Frames of a scene are read one after the
 /// other. fails: as read_sensor_folder, examine_sensor and SceneTransfer.

@@ -42,6 +42,14 @@ Result<ResponseCurve> recover_debevec(std::span<const Frame> frames, const Respo
 /// guarantees. fails: as recover_debevec.
 Result<ResponseCurve> recover_robertson(std::span<const Frame> frames, const ResponseOptions& options);
 
+/// A curve, and how far two methods differ about it.
+struct RecoveredResponse {
+  ResponseCurve curve;  ///< [Debevec97]
+  double doubt = 0;     ///< largest difference from [Robertson99], as a share of full light
+};
+/// fails: as recover_debevec and recover_robertson.
+Result<RecoveredResponse> recover_response(std::span<const Frame> frames, const ResponseOptions& options);
+
 /// A test of a camera's linearity: (code − pedestal) / exposure of a pixel must be the same in every frame
 /// where it is neither dark nor saturated. Uses the mean ratio of neighbouring exposures in bins of the code.
 struct Linearity {
