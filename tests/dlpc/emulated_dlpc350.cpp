@@ -10,26 +10,17 @@
 namespace symrig::test {
 namespace {
 
-using Bytes = EmulatedDlpc350::Bytes;
+using Bytes = EmulatedController::Bytes;
 
 /// The settings that a sequence consists of. After a change of one, the controller must check it again.
 const std::set<unsigned> kOfSequence{0x1A1D, 0x1A1E, 0x1A22, 0x1A23, 0x1A29, 0x1A30, 0x1A31, 0x1A34};
 
-std::uint32_t word_at(const Bytes& bytes, std::size_t at) {
-  std::uint32_t word = 0;
-  for (unsigned k = 0; k < 4; ++k) word |= std::uint32_t{bytes[at + k]} << (8 * k);
-  return word;
-}
-
-void put_half(Bytes& bytes, std::size_t at, int value) {
-  bytes[at] = static_cast<std::uint8_t>(value);
-  bytes[at + 1] = static_cast<std::uint8_t>(value >> 8);
-}
-
 }  // namespace
 
 EmulatedDlpc350::EmulatedDlpc350() {
-  reset();
+  columns = 912;
+  rows = 1140;
+  EmulatedDlpc350::reset();
 }
 
 void EmulatedDlpc350::reset() {
@@ -51,17 +42,18 @@ void EmulatedDlpc350::reset() {
 }
 
 std::string EmulatedDlpc350::state() const {
-  std::string text;
-  for (const auto& [command, value] : settings_) text += fmt::format("{:04x}: {}\n", command, value);
+  std::string text = settings_text();
   const std::size_t used = settings_.at(0x1A31)[0] + std::size_t{1};
   for (std::size_t k = 0; k < used; ++k) text += fmt::format("{}: {}\n", k, table_[k]);
   return text;
 }
 
-EmulatedDlpc350::SequenceShown EmulatedDlpc350::sequence() const {
+EmulatedController::SequenceShown EmulatedDlpc350::sequence() const {
   const Bytes& times = settings_.at(0x1A29);
-  SequenceShown shown{
-      {}, word_at(times, 0), word_at(times, 4), settings_.at(0x1A1D)[1] - settings_.at(0x1A1E)[1]};
+  SequenceShown shown{{},
+                      number_at(times, 0, 4),
+                      number_at(times, 4, 4),
+                      0.1072 * (settings_.at(0x1A1D)[1] - settings_.at(0x1A1E)[1])};
   const std::size_t entries = settings_.at(0x1A31)[0] + std::size_t{1};
   for (std::size_t k = 0; k < entries; ++k) shown.patterns.push_back(table_[k][0] >> 2);
   return shown;
@@ -71,7 +63,7 @@ EmulatedDlpc350::SequenceShown EmulatedDlpc350::sequence() const {
 std::uint8_t EmulatedDlpc350::check() const {
   constexpr std::array<std::uint32_t, 8> kLeast{235, 700, 1570, 1700, 2000, 2500, 4500, 8333};
   const Bytes& times = settings_.at(0x1A29);
-  const std::uint32_t exposure = word_at(times, 0), period = word_at(times, 4);
+  const std::uint32_t exposure = number_at(times, 0, 4), period = number_at(times, 4, 4);
   const std::size_t entries = settings_.at(0x1A31)[0] + std::size_t{1};
   std::uint8_t result = 0;
   if (exposure != period && period < exposure + 230) result |= 0x11;
@@ -91,13 +83,13 @@ std::uint8_t EmulatedDlpc350::check() const {
 Bytes EmulatedDlpc350::signal_bytes() const {
   Bytes bytes(28);
   bytes[0] = signal ? 2 : 0;
-  put_half(bytes, 1, columns);
-  put_half(bytes, 3, rows);
-  put_half(bytes, 14, hertz * hertz_unit);
-  put_half(bytes, 16, columns + 160);
-  put_half(bytes, 18, rows + 31);
-  put_half(bytes, 20, columns);
-  put_half(bytes, 22, rows);
+  put_number(bytes, 1, 2, static_cast<std::uint32_t>(columns));
+  put_number(bytes, 3, 2, static_cast<std::uint32_t>(rows));
+  put_number(bytes, 14, 2, static_cast<std::uint32_t>(hertz * hertz_unit));
+  put_number(bytes, 16, 2, static_cast<std::uint32_t>(columns + 160));
+  put_number(bytes, 18, 2, static_cast<std::uint32_t>(rows + 31));
+  put_number(bytes, 20, 2, static_cast<std::uint32_t>(columns));
+  put_number(bytes, 22, 2, static_cast<std::uint32_t>(rows));
   return bytes;
 }
 
@@ -125,20 +117,20 @@ std::optional<Bytes> EmulatedDlpc350::read(unsigned command) {
         return Bytes{0x80};
       }
       return Bytes{checked_.value_or(0x80)};
-    case 0x1A34: {
-      if (open_table_ != 2) return std::nullopt;
-      Bytes bytes;
-      const std::size_t entries = settings_.at(0x1A31)[0] + std::size_t{1};
-      for (std::size_t k = address_; k < entries; ++k)
-        bytes.insert(bytes.end(), table_[k].begin(), table_[k].end());
-      return bytes;
-    }
+    case 0x1A34:
+      return open_table_ == 2 ? std::optional(table_bytes()) : std::nullopt;
     default:
-      break;
+      return read_setting(command);
   }
-  const auto found = settings_.find(command);
-  if (found == settings_.end()) return std::nullopt;
-  return found->second;
+}
+
+/// The used entries from the address on.
+Bytes EmulatedDlpc350::table_bytes() const {
+  Bytes bytes;
+  const std::size_t entries = settings_.at(0x1A31)[0] + std::size_t{1};
+  for (std::size_t k = address_; k < entries; ++k)
+    bytes.insert(bytes.end(), table_[k].begin(), table_[k].end());
+  return bytes;
 }
 
 bool EmulatedDlpc350::write_table(const Bytes& data) {
@@ -176,85 +168,7 @@ bool EmulatedDlpc350::write(unsigned command, const Bytes& data) {
     default:
       break;
   }
-  const auto found = settings_.find(command);
-  if (found == settings_.end() || found->second.size() != data.size()) return false;
-  found->second = data;
-  return true;
-}
-
-void EmulatedDlpc350::answer(std::uint8_t flags, std::uint8_t number, const Bytes& data, bool refused) {
-  Bytes bytes((4 + data.size() + 63) / 64 * 64);
-  bytes[0] = static_cast<std::uint8_t>((flags & 0xC0) | (refused ? 0x20 : 0));
-  bytes[1] = number;
-  put_half(bytes, 2, static_cast<int>(data.size()));
-  std::copy(data.begin(), data.end(), bytes.begin() + 4);
-  auto& queue = late > 0 ? held_ : out_;
-  for (std::size_t at = 0; at < bytes.size(); at += 64) {
-    Report report{};
-    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), 64, report.begin());
-    queue.push_back(report);
-  }
-  late -= late > 0;
-}
-
-bool EmulatedDlpc350::took_refusal(unsigned command) {
-  const auto found = refuse.find(command);
-  if (found == refuse.end() || found->second == 0) return false;
-  --found->second;
-  return true;
-}
-
-void EmulatedDlpc350::run(std::uint8_t flags, std::uint8_t number, unsigned command, const Bytes& data) {
-  commands_.push_back(command);
-  if (reset_after && (*reset_after)-- == 0) {
-    reset_after.reset();
-    reset();
-  }
-  if (stalled > 0) {
-    --stalled;
-    return;
-  }
-  if (took_refusal(command)) return answer(flags, number, {}, true);
-  if ((flags & 0x80) != 0) {
-    const auto value = read(command);
-    return answer(flags, number, value.value_or(Bytes{}), !value);
-  }
-  const bool taken = write(command, data);
-  if ((flags & 0x40) != 0) answer(flags, number, {}, !taken);
-}
-
-bool EmulatedDlpc350::report(const Report& report) {
-  if (unplugged_after && (*unplugged_after)-- == 0) gone_ = true;
-  if (gone_) return false;
-  out_.insert(out_.end(), held_.begin(), held_.end());
-  held_.clear();
-  message_.insert(message_.end(), report.begin(), report.end());
-  const std::size_t length = 4 + message_[2] + std::size_t{message_[3]} * 256;
-  if (message_.size() < length) return true;
-  const Bytes body(message_.begin() + 6, message_.begin() + static_cast<std::ptrdiff_t>(length));
-  const unsigned command = message_[5] * 256U + message_[4];
-  const std::uint8_t flags = message_[0], number = message_[1];
-  message_.clear();
-  run(flags, number, command, body);
-  return true;
-}
-
-std::optional<EmulatedDlpc350::Report> EmulatedDlpc350::next() {
-  if (out_.empty()) return std::nullopt;
-  const Report report = out_.front();
-  out_.pop_front();
-  return report;
-}
-
-Result<void> EmulatedTransport::write(const projector::dlpc350::Report& report) {
-  if (device_->report(report)) return {};
-  return Error{ErrorCode::device_lost, name() + " is gone", "check its USB cable"};
-}
-
-Result<projector::dlpc350::Report> EmulatedTransport::read(Nanoseconds /*patience*/) {
-  if (device_->gone()) return Error{ErrorCode::device_lost, name() + " is gone", "check its USB cable"};
-  if (auto report = device_->next()) return *report;
-  return Error{ErrorCode::timeout, name() + " sent no report", ""};
+  return write_setting(command, data);
 }
 
 }  // namespace symrig::test

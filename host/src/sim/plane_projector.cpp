@@ -2,7 +2,7 @@
 #include "sim/plane_projector.hpp"
 
 #include "projector/bit_planes.hpp"
-#include "projector/dlpc350/sequence.hpp"
+#include "projector/dlp/plane_order.hpp"
 #include "symrig/board/ticks.hpp"
 
 #include <algorithm>
@@ -51,9 +51,7 @@ Result<void> SimulatedPlaneProjector::load(std::span<const Pattern> patterns) {
 
 Result<void> SimulatedPlaneProjector::load_planes(std::span<const Pattern> patterns,
                                                   std::span<const PlanePlan> plans) {
-  std::vector<int> bits;
-  bits.reserve(static_cast<std::size_t>(timing_.planes));
-  for (int k = 0; k < timing_.planes; ++k) bits.push_back(projector::dlpc350::bit_of_plane(k));
+  const std::vector<int> bits = projector::dlp::PlaneOrder{}.bits(timing_.planes);
   SYMRIG_TRY(auto pictures, projector::pack_planes(patterns, plans, grid(), bits));
   SYMRIG_CHECK(keep(patterns));
   pictures_ = std::move(pictures);

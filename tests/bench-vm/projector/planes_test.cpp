@@ -2,9 +2,11 @@
 // Bit planes on a real kernel: an emulated DLPC350 behind USB/IP, met by hidraw, and vkms as its screen. The
 // pixels are read from the memory that vkms scans out.
 #include "bench-vm/projector/expected_screens.hpp"
-#include "dlpc/dlpc350_on_usb.hpp"
-#include "projector/dlpc350/dlpc350_projector.hpp"
-#include "projector/dlpc350/find_controllers.hpp"
+#include "dlpc/controller_on_usb.hpp"
+#include "dlpc/emulated_dlpc350.hpp"
+#include "projector/dlp/find_controllers.hpp"
+#include "projector/dlp/plane_projector.hpp"
+#include "projector/dlpc350/video_patterns.hpp"
 #include "symrig/base/random.hpp"
 #include "symrig/projector/dlp_controller.hpp"
 
@@ -17,7 +19,7 @@
 namespace symrig::bench_vm::planes_test {
 namespace {
 
-using namespace projector::dlpc350;
+using namespace projector::dlp;
 
 /// Waits until the kernel has bound the device to hidraw.
 bool attached() {
@@ -31,7 +33,7 @@ bool attached() {
 
 /// A thread shows one picture in each refresh of a real kernel. The machine is emulated, so some come late.
 /// What was told of them must fit together, and the last one must be on the screen.
-void expect_played(Dlpc350Projector& projector, const std::string& card) {
+void expect_played(PlaneProjector& projector, const std::string& card) {
   const std::vector<Pattern> patterns{Pattern(projector.grid()), Pattern(projector.grid(), 1, 1.F)};
   const std::vector<PlanePlan> plans{PlanePlan(24, 0), PlanePlan(24, 1)};
   ASSERT_TRUE(projector.load_planes(patterns, plans).ok());
@@ -75,19 +77,24 @@ TEST(Planes, of_a_real_screen_are_the_planned_patterns_and_the_controller_is_lef
   EXPECT_EQ(found[0].firmware, "3.1.0");
 
   const GuestDisplay display = display_of("BENCH_VKMS");
-  Dlpc350Options options;
-  options.screen.connector = display.connector;
-  options.screen.mode = "912x1140R@60";
-  options.screen.placement = {.cell = 57};
+  DrmProjectorOptions wanted;
+  wanted.connector = display.connector;
+  wanted.mode = "912x1140R@60";
+  wanted.placement = {.cell = 57};
   {
-    auto transport = open_transport("");
+    auto transport = open_transport(kDlpc350, "");
     ASSERT_TRUE(transport.ok()) << transport.error().line();
-    EXPECT_EQ(open_transport("").error().code, ErrorCode::device_lost) << "one program at a time";
-    auto screen = open_projector(options.screen);
+    EXPECT_EQ(open_transport(kDlpc350, "").error().code, ErrorCode::device_lost) << "one program at a time";
+    auto screen = open_projector(wanted);
     ASSERT_TRUE(screen);
-    auto opened = Dlpc350Projector::open(std::move(screen), Controller(*std::move(transport)), options);
+    auto opened = PlaneProjector::open(
+        std::move(screen), {}, [&](const PictureSource& source) -> Result<std::unique_ptr<PlaneSequence>> {
+          SYMRIG_TRY(auto begun, projector::dlpc350::VideoPatterns::begin(
+                                     projector::dlpc350::Controller(*std::move(transport)), source, {}));
+          return std::unique_ptr<PlaneSequence>(std::move(begun));
+        });
     ASSERT_TRUE(opened.ok()) << opened.error().line();
-    Dlpc350Projector& projector = **opened;
+    PlaneProjector& projector = **opened;
     Random random(5);
     std::vector<Pattern> patterns(30, Pattern(projector.grid()));
     for (Pattern& pattern : patterns)

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench-vm/scene/controller_on_usb.hpp"
 
-#include "dlpc/dlpc350_on_usb.hpp"
+#include "dlpc/controller_on_usb.hpp"
+#include "dlpc/emulated_dlpc350.hpp"
 
+#include <cmath>
 #include <mutex>
 #include <utility>
 
@@ -10,10 +12,8 @@ namespace symrig::bench_vm {
 
 namespace {
 
-constexpr int kDelayUnitPs = 107'200;  // of the trigger outputs
-
 struct Controller {
-  std::shared_ptr<test::EmulatedDlpc350> device = std::make_shared<test::EmulatedDlpc350>();
+  std::shared_ptr<test::EmulatedController> device = std::make_shared<test::EmulatedDlpc350>();
   test::UsbIpServer server{test::on_usb(device)};
 };
 
@@ -30,7 +30,7 @@ PlaneWatch::Controller serve_controller() {
     auto sequence = controller->device->sequence();
     return ShownSequence{std::move(sequence.patterns), microseconds(sequence.period_us),
                          microseconds(sequence.exposure_us),
-                         Nanoseconds{std::int64_t{sequence.frame_lead} * kDelayUnitPs / 1000}};
+                         Nanoseconds{std::llround(1e3 * sequence.frame_lead_us)}};
   };
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A screen whose pictures an emulated DLPC350 splits into bit planes.
-#include "projector/dlpc350/dlpc350_projector.hpp"
-
 #include "assert_ok.hpp"
 #include "dlpc/emulated_dlpc350.hpp"
 #include "drm_bench.hpp"
 #include "projector/bit_planes.hpp"
+#include "projector/dlp/plane_projector.hpp"
+#include "projector/dlpc350/video_patterns.hpp"
 #include "projector_laws.hpp"
 #include "symrig/base/random.hpp"
 
@@ -17,9 +17,9 @@
 namespace symrig::projector::drm::test::dlpc350_projector_test {
 namespace {
 
+using dlp::PlaneProjector;
 using dlpc350::Controller;
-using dlpc350::Dlpc350Options;
-using dlpc350::Dlpc350Projector;
+using dlpc350::VideoPatterns;
 using symrig::test::EmulatedDlpc350;
 using symrig::test::EmulatedTransport;
 
@@ -28,13 +28,19 @@ class Dlpc350Screen : public DrmBench {
   Dlpc350Screen() {
     card->connectors[21].modes = {make_mode(912, 1140, 60, true), make_mode(912, 1140, 120)};
     options.placement = {.cell = 57, .top = 3, .left = 5};
-    planes.sequence.lock_patience = Nanoseconds{0};
+    sequence.lock_patience = Nanoseconds{0};
   }
-  Result<std::unique_ptr<Dlpc350Projector>> open_planes() {
+  Result<std::unique_ptr<PlaneProjector>> open_planes() {
     auto screen = open();
     if (!screen) return screen.error();
-    return Dlpc350Projector::open(*std::move(screen), Controller(std::make_unique<EmulatedTransport>(device)),
-                                  planes);
+    return PlaneProjector::open(
+        *std::move(screen), planes,
+        [this](const dlp::PictureSource& source) -> Result<std::unique_ptr<dlp::PlaneSequence>> {
+          SYMRIG_TRY(auto patterns,
+                     VideoPatterns::begin(Controller(std::make_unique<EmulatedTransport>(device)), source,
+                                          sequence));
+          return std::unique_ptr<dlp::PlaneSequence>(std::move(patterns));
+        });
   }
   /// Random binary patterns.
   static std::vector<Pattern> random_patterns(Grid grid, std::size_t count) {
@@ -66,7 +72,8 @@ class Dlpc350Screen : public DrmBench {
   }
 
   std::shared_ptr<EmulatedDlpc350> device = std::make_shared<EmulatedDlpc350>();
-  Dlpc350Options planes;
+  dlp::PlaneProjectorOptions planes;
+  dlpc350::VideoPatternOptions sequence;
 };
 
 TEST_F(Dlpc350Screen, keeps_the_laws_of_projectors) {
@@ -78,7 +85,7 @@ TEST_F(Dlpc350Screen, keeps_the_laws_of_projectors) {
 TEST_F(Dlpc350Screen, plane_k_of_picture_f_is_the_planned_pattern) {
   const auto opened = open_planes();
   ASSERT_OK(opened);
-  Dlpc350Projector& projector = **opened;
+  PlaneProjector& projector = **opened;
   const auto made = random_patterns(projector.grid(), 60);
   std::vector<PlanePlan> plans(3, PlanePlan(24));
   for (int f = 0; f < 3; ++f)
@@ -129,7 +136,7 @@ class PlayingScreen : public Dlpc350Screen {
   }
 
   static constexpr std::size_t kPictures = 12;
-  std::unique_ptr<Dlpc350Projector> projector;
+  std::unique_ptr<PlaneProjector> projector;
   std::vector<Pattern> made;
   std::vector<std::size_t> order;
   std::optional<SteadyTime> slept;
@@ -246,9 +253,9 @@ TEST_F(Dlpc350Screen, grey_is_a_number_of_bright_planes) {
 }
 
 TEST_F(Dlpc350Screen, tells_its_planes) {
-  planes.sequence.planes = 12;
-  planes.sequence.period_us = 1300;
-  planes.sequence.exposure_us = 1000;
+  sequence.planes = 12;
+  sequence.period_us = 1300;
+  sequence.exposure_us = 1000;
   planes.latency = 2;
   const auto projector = open_planes();
   ASSERT_OK(projector);

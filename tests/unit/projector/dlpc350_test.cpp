@@ -13,6 +13,21 @@ namespace symrig::test::dlpc350_test {
 namespace {
 
 using namespace projector::dlpc350;
+using projector::dlp::Bytes;
+using projector::dlp::check_sequence;
+using projector::dlp::Command;
+using projector::dlp::command_body;
+using projector::dlp::Dialogue;
+using projector::dlp::HidTransport;
+using projector::dlp::kAllLeds;
+using projector::dlp::LedCurrents;
+using projector::dlp::LedEnable;
+using projector::dlp::longest_period;
+using projector::dlp::message_reports;
+using projector::dlp::PictureSource;
+using projector::dlp::Report;
+using projector::dlp::Run;
+using projector::dlp::Sequence;
 
 constexpr PictureSource kScreen{{1140, 912}, Nanoseconds{16'666'667}};
 
@@ -58,15 +73,6 @@ TEST(Dlpc350Messages, go_on_in_the_next_report_without_a_head) {
   EXPECT_EQ(reports[1][14], 0);
 }
 
-TEST(Dlpc350Table, planes_are_green_red_blue_each_from_its_lowest_bit) {
-  EXPECT_EQ(bit_of_plane(0), 8);
-  EXPECT_EQ(bit_of_plane(7), 15);
-  EXPECT_EQ(bit_of_plane(8), 16);
-  EXPECT_EQ(bit_of_plane(15), 23);
-  EXPECT_EQ(bit_of_plane(16), 0);
-  EXPECT_EQ(bit_of_plane(23), 7);
-}
-
 TEST(Dlpc350Table, entries_are_the_bits_of_the_guide) {
   const TableEntry entry{
       .trigger = Trigger::rising, .plane = 5, .leds = 2, .black_after = true, .swaps_buffer = true};
@@ -101,18 +107,18 @@ TEST(Dlpc350Limits, delays_have_the_unit_and_range_of_the_guide) {
 TEST(Dlpc350Limits, the_longest_period_leaves_room_for_black_and_a_fast_source) {
   for (const int hertz : {60, 120}) {
     const Nanoseconds refresh{1'000'000'000 / hertz};
-    const auto period = longest_period(24, refresh);
+    const auto period = longest_period(24, refresh, kPlaneLimits);
     ASSERT_OK(period);
     EXPECT_LE(24. * *period + 230, 0.999e-3 * static_cast<double>(refresh.count()));
     EXPECT_GT(24. * (*period + 1) + 230, 0.999e-3 * static_cast<double>(refresh.count()));
   }
-  EXPECT_EQ(longest_period(24, Nanoseconds{5'000'000}).error().code, ErrorCode::limit);
+  EXPECT_EQ(longest_period(24, Nanoseconds{5'000'000}, kPlaneLimits).error().code, ErrorCode::limit);
 }
 
 TEST(Dlpc350Limits, what_the_controller_refuses_is_refused_with_the_nearest_legal_value) {
   const Nanoseconds refresh{16'666'667};
   const auto error = [refresh](const Sequence& sequence) {
-    const auto checked = check_sequence(sequence, refresh);
+    const auto checked = check_sequence(sequence, refresh, kPlaneLimits);
     return checked ? std::string() : checked.error().hint;
   };
   EXPECT_EQ(error({24, 684, 684, kAllLeds}), "");
@@ -127,7 +133,7 @@ TEST(Dlpc350Limits, what_the_controller_refuses_is_refused_with_the_nearest_lega
 
 TEST_F(Dlpc350, every_setting_is_read_as_it_was_written) {
   Controller c = controller();
-  EXPECT_EQ(to_string(*c.version()), "3.1.0");
+  EXPECT_EQ(projector::dlp::to_string(*c.version()), "3.1.0");
   ASSERT_OK(c.set_times({400, 684}));
   EXPECT_EQ(*c.times(), (Times{400, 684}));
   ASSERT_OK(c.set_counts({24, true, 12, 3}));
@@ -162,7 +168,7 @@ TEST_F(Dlpc350, tells_the_unit_of_the_signals_frequency_by_its_size) {
 }
 
 TEST_F(Dlpc350, drops_an_answer_that_comes_too_late) {
-  Dialogue dialogue(std::make_unique<EmulatedTransport>(device));
+  Dialogue dialogue(std::make_unique<EmulatedTransport>(device), 3);
   device->late = 1;
   EXPECT_EQ(dialogue.read(Command::version, 16).error().code, ErrorCode::timeout);
   const auto byte = dialogue.read(Command::led_enable, 1);

@@ -9,23 +9,17 @@
 namespace symrig::projector::dlpc350 {
 namespace {
 
-constexpr std::size_t kVersionBytes = 16, kSignalBytes = 28;
+using dlp::append;
+using dlp::Bytes;
+using dlp::Command;
+using dlp::half;
+using dlp::word;
+
+constexpr std::size_t kSignalBytes = 28;
 /// The controller checks a sequence in less than 0.1 s as a rule. Then it is asked this often.
 constexpr int kValidationPolls = 100;
 constexpr std::chrono::milliseconds kValidationPause{10};
 constexpr std::uint8_t kPatternTable = 2, kCloseTable = 0;
-
-std::uint16_t half(const Bytes& bytes, std::size_t at) {
-  return static_cast<std::uint16_t>(bytes[at] | bytes[at + 1] << 8U);
-}
-
-std::uint32_t word(const Bytes& bytes, std::size_t at) {
-  return half(bytes, at) | std::uint32_t{half(bytes, at + 2)} << 16U;
-}
-
-void append_word(Bytes& bytes, std::uint32_t value) {
-  for (unsigned k = 0; k < 4; ++k) bytes.push_back(static_cast<std::uint8_t>(value >> 8U * k));
-}
 
 /// The unit of the signal's frequency was not checked. Sources have 20 to 200 Hz, so the size of the number
 /// tells the unit: 1, 0.1 or 0.01 Hz.
@@ -36,10 +30,6 @@ double refresh_of(std::uint16_t frequency) {
 }
 
 }  // namespace
-
-std::string to_string(const Version& version) {
-  return fmt::format("{}.{}.{}", version.major, version.minor, version.patch);
-}
 
 std::string to_string(Validation validation) {
   std::string text;
@@ -54,33 +44,10 @@ std::string to_string(Validation validation) {
   return text.empty() ? "valid" : text;
 }
 
-Result<std::uint8_t> Controller::byte(Command command) {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(command, 1));
-  return data[0];
-}
-
-Result<Version> Controller::version() {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(Command::version, kVersionBytes));
-  return Version{data[3], data[2], half(data, 0)};
-}
-
-Result<Status> Controller::status() {
-  Status status;
-  SYMRIG_TRY(status.hardware, byte(Command::hardware_status));
-  SYMRIG_TRY(status.system, byte(Command::system_status));
-  SYMRIG_TRY(status.main, byte(Command::main_status));
-  return status;
-}
-
-Result<bool> Controller::standby() {
-  SYMRIG_TRY(const std::uint8_t power, byte(Command::power));
-  return (power & 3U) != 0;
-}
-
-Result<Signal> Controller::signal() {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(Command::signal, kSignalBytes));
+Result<dlp::Signal> Controller::signal() {
+  SYMRIG_TRY(const Bytes data, dialogue().read(Command::signal, kSignalBytes));
   constexpr std::uint8_t kLockMask = 3, kLocked = 2;
-  Signal signal;
+  dlp::Signal signal;
   signal.locked = (data[0] & kLockMask) == kLocked;
   signal.cols = half(data, 20);
   signal.rows = half(data, 22);
@@ -94,15 +61,7 @@ Result<bool> Controller::shows_patterns() {
 }
 
 Result<void> Controller::show_patterns(bool patterns) {
-  return dialogue_.write(Command::display_mode, patterns ? 1 : 0);
-}
-
-Result<std::uint8_t> Controller::source() {
-  return byte(Command::source);
-}
-
-Result<void> Controller::set_source(std::uint8_t source) {
-  return dialogue_.write(Command::source, source);
+  return dialogue().write(Command::display_mode, patterns ? 1 : 0);
 }
 
 Result<std::uint8_t> Controller::pattern_source() {
@@ -110,7 +69,7 @@ Result<std::uint8_t> Controller::pattern_source() {
 }
 
 Result<void> Controller::set_pattern_source(std::uint8_t source) {
-  return dialogue_.write(Command::pattern_source, source);
+  return dialogue().write(Command::pattern_source, source);
 }
 
 Result<std::uint8_t> Controller::trigger_mode() {
@@ -118,23 +77,23 @@ Result<std::uint8_t> Controller::trigger_mode() {
 }
 
 Result<void> Controller::set_trigger_mode(std::uint8_t mode) {
-  return dialogue_.write(Command::trigger_mode, mode);
+  return dialogue().write(Command::trigger_mode, mode);
 }
 
 Result<Times> Controller::times() {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(Command::exposure, 8));
+  SYMRIG_TRY(const Bytes data, dialogue().read(Command::exposure, 8));
   return Times{word(data, 0), word(data, 4)};
 }
 
 Result<void> Controller::set_times(Times times) {
   Bytes data;
-  append_word(data, times.exposure_us);
-  append_word(data, times.period_us);
-  return dialogue_.write(Command::exposure, data);
+  append(data, times.exposure_us, 4);
+  append(data, times.period_us, 4);
+  return dialogue().write(Command::exposure, data);
 }
 
 Result<Counts> Controller::counts() {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(Command::pattern_count, 4));
+  SYMRIG_TRY(const Bytes data, dialogue().read(Command::pattern_count, 4));
   return Counts{data[0] + 1, data[1] != 0, data[2] + 1, data[3] + 1};
 }
 
@@ -142,22 +101,22 @@ Result<void> Controller::set_counts(const Counts& counts) {
   const Bytes data{static_cast<std::uint8_t>(counts.entries - 1), static_cast<std::uint8_t>(counts.repeats),
                    static_cast<std::uint8_t>(counts.patterns_a_trigger - 1),
                    static_cast<std::uint8_t>(counts.images - 1)};
-  return dialogue_.write(Command::pattern_count, data);
+  return dialogue().write(Command::pattern_count, data);
 }
 
 /// One lost answer must not leave the table open.
 Result<void> Controller::close_table() {
-  const auto closed = dialogue_.write(Command::table_open, kCloseTable);
-  return closed ? closed : dialogue_.write(Command::table_open, kCloseTable);
+  const auto closed = dialogue().write(Command::table_open, kCloseTable);
+  return closed ? closed : dialogue().write(Command::table_open, kCloseTable);
 }
 
 /// Whatever happens between, the table is closed again: an open one keeps the controller from its work.
 Result<std::vector<TableEntry>> Controller::table(int entries) {
   const std::size_t bytes = kEntryBytes * static_cast<std::size_t>(entries);
-  SYMRIG_CHECK(dialogue_.write(Command::table_open, kPatternTable));
+  SYMRIG_CHECK(dialogue().write(Command::table_open, kPatternTable));
   auto data = [&]() -> Result<Bytes> {
-    SYMRIG_CHECK(dialogue_.write(Command::table_address, 0));
-    return dialogue_.read(Command::table_data, bytes);
+    SYMRIG_CHECK(dialogue().write(Command::table_address, 0));
+    return dialogue().read(Command::table_data, bytes);
   }();
   const auto closed = close_table();
   if (!data) return std::move(data).error();
@@ -172,10 +131,10 @@ Result<void> Controller::set_table(const std::vector<TableEntry>& entries) {
   Bytes data;
   for (const TableEntry& entry : entries)
     for (const std::uint8_t byte : to_bytes(entry)) data.push_back(byte);
-  SYMRIG_CHECK(dialogue_.write(Command::table_open, kPatternTable));
+  SYMRIG_CHECK(dialogue().write(Command::table_open, kPatternTable));
   auto written = [&]() -> Result<void> {
-    SYMRIG_CHECK(dialogue_.write(Command::table_address, 0));
-    return dialogue_.write(Command::table_data, data);
+    SYMRIG_CHECK(dialogue().write(Command::table_address, 0));
+    return dialogue().write(Command::table_data, data);
   }();
   auto closed = close_table();
   return written ? closed : written;
@@ -187,13 +146,13 @@ Result<bool> Controller::inverted() {
 }
 
 Result<void> Controller::set_inverted(bool inverted) {
-  return dialogue_.write(Command::invert, inverted ? 1 : 0);
+  return dialogue().write(Command::invert, inverted ? 1 : 0);
 }
 
 Result<TriggerOut> Controller::trigger_out(int number) {
   const bool first = number == 1;
   SYMRIG_TRY(const Bytes data,
-             dialogue_.read(first ? Command::trigger_out_1 : Command::trigger_out_2, first ? 3 : 2));
+             dialogue().read(first ? Command::trigger_out_1 : Command::trigger_out_2, first ? 3 : 2));
   TriggerOut out{data[0] != 0, data[1]};
   if (first) out.falling = data[2];
   return out;
@@ -201,40 +160,17 @@ Result<TriggerOut> Controller::trigger_out(int number) {
 
 Result<void> Controller::set_trigger_out(int number, const TriggerOut& out) {
   const std::array data{static_cast<std::uint8_t>(out.inverted), out.rising, out.falling};
-  if (number == 1) return dialogue_.write(Command::trigger_out_1, data);
-  return dialogue_.write(Command::trigger_out_2, std::span(data).first(2));
+  if (number == 1) return dialogue().write(Command::trigger_out_1, data);
+  return dialogue().write(Command::trigger_out_2, std::span(data).first(2));
 }
 
-Result<LedEnable> Controller::led_enable() {
-  SYMRIG_TRY(const std::uint8_t bits, byte(Command::led_enable));
-  return LedEnable{static_cast<std::uint8_t>(bits & kAllLeds), (bits & 8U) != 0};
-}
-
-Result<void> Controller::set_led_enable(const LedEnable& enable) {
-  return dialogue_.write(Command::led_enable,
-                         static_cast<std::uint8_t>((enable.leds & kAllLeds) | (enable.by_sequencer ? 8 : 0)));
-}
-
-Result<LedCurrents> Controller::led_currents() {
-  SYMRIG_TRY(const Bytes data, dialogue_.read(Command::led_current, 3));
-  return LedCurrents{data[0], data[1], data[2]};
-}
-
-Result<void> Controller::set_led_currents(const LedCurrents& currents) {
-  return dialogue_.write(Command::led_current, currents);
-}
-
-Result<Run> Controller::run() {
+Result<dlp::Run> Controller::run() {
   SYMRIG_TRY(const std::uint8_t run, byte(Command::run));
-  return static_cast<Run>(run & 3U);
-}
-
-Result<void> Controller::set_run(Run run) {
-  return dialogue_.write(Command::run, static_cast<std::uint8_t>(run));
+  return static_cast<dlp::Run>(run & 3U);
 }
 
 Result<Validation> Controller::validate() {
-  SYMRIG_CHECK(dialogue_.write(Command::validate, 0));
+  SYMRIG_CHECK(dialogue().write(Command::validate, 0));
   constexpr std::uint8_t kNotReady = 0x80;
   for (int poll = 0; poll < kValidationPolls; ++poll) {
     SYMRIG_TRY(const std::uint8_t bits, byte(Command::validate));

@@ -1,29 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/dlpc350/saved_state.hpp"
 
+#include "projector/dlp/steps.hpp"
+
 #include <utility>
 
 namespace symrig::projector::dlpc350 {
 namespace {
 
-/// A step that fails is done again: one lost answer must not leave a controller half-way.
-constexpr int kTries = 3;
-
-/// Does several steps one after the other and keeps the first error.
-class Steps {
- public:
-  template <class Step>
-  void take(Step step) {
-    Result<void> done = step();
-    for (int tries = 1; !done && done.error().code != ErrorCode::device_lost && tries < kTries; ++tries)
-      done = step();
-    if (first_ && !done) first_ = std::move(done);
-  }
-  Result<void> result() && { return std::move(first_); }
-
- private:
-  Result<void> first_;
-};
+using dlp::Run;
+using dlp::Steps;
 
 /// Writes everything that a stopped sequence may change.
 Result<void> write_sequence(Controller& controller, const SavedState& state) {

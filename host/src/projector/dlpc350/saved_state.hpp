@@ -16,9 +16,9 @@ struct SavedState {
   Counts counts;
   std::vector<TableEntry> table;
   TriggerOut plane_trigger, frame_trigger;  ///< TRIG_OUT_1, TRIG_OUT_2
-  LedEnable led_enable;
-  LedCurrents led_currents{};
-  Run run = Run::stop;
+  dlp::LedEnable led_enable;
+  dlp::LedCurrents led_currents{};
+  dlp::Run run = dlp::Run::stop;
   bool operator==(const SavedState&) const = default;
 };
 

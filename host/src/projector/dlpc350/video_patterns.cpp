@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "projector/dlpc350/video_patterns.hpp"
 
-#include <cmath>
-#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,7 +8,9 @@
 namespace symrig::projector::dlpc350 {
 namespace {
 
-/// The controller bypasses its scaler in pattern mode, so pictures must have the size of its mirrors.
+using dlp::Run;
+using dlp::Status;
+
 constexpr Grid kMirrors{1140, 912};
 /// 24 bits at the parallel port (bits 7:3 of the source).
 constexpr std::uint8_t kPort24Bits = 1U << 3U;
@@ -18,20 +18,6 @@ constexpr std::uint8_t kFromVideo = 0, kByVsync = 0;
 /// TRIG_OUT_1 falls 20 us before the end of its plane: planes without a dark time between them have edges,
 /// too.
 constexpr std::uint8_t kEarliest = 0;
-/// A source and a mode that differ by more are two modes. 59.94 and 60 Hz differ by 0.1 %.
-constexpr double kSameRefresh = 0.005;
-
-Result<Sequence> sequence_of(const VideoPatternOptions& options, Nanoseconds refresh) {
-  Sequence sequence{options.planes, 0, 0, options.leds};
-  if (options.period_us) {
-    sequence.period_us = *options.period_us;
-  } else if (options.planes >= 1 && options.planes <= kMostPlanes) {
-    SYMRIG_TRY(sequence.period_us, longest_period(options.planes, refresh));
-  }
-  sequence.exposure_us = options.exposure_us.value_or(sequence.period_us);
-  SYMRIG_CHECK(check_sequence(sequence, refresh));
-  return sequence;
-}
 
 }  // namespace
 
@@ -48,12 +34,13 @@ VideoPatterns::~VideoPatterns() {
 }
 
 Result<std::unique_ptr<VideoPatterns>> VideoPatterns::begin(Controller controller,
-                                                            const PictureSource& source,
+                                                            const dlp::PictureSource& source,
                                                             const VideoPatternOptions& options) {
   std::unique_ptr<VideoPatterns> patterns(new VideoPatterns(std::move(controller)));
-  SYMRIG_TRY(patterns->sequence_, sequence_of(options, source.refresh));
-  SYMRIG_CHECK(patterns->check_device());
-  SYMRIG_CHECK(patterns->await_signal(source, options.lock_patience));
+  SYMRIG_TRY(patterns->sequence_, dlp::sequence_of(options, source.refresh, kPlaneLimits));
+  SYMRIG_TRY(patterns->version_, patterns->controller_.version());
+  SYMRIG_CHECK(check_ready(patterns->controller_));
+  SYMRIG_CHECK(dlp::await_signal([&] { return patterns->check_signal(source); }, options.lock_patience));
   SYMRIG_TRY(patterns->found_, read_state(patterns->controller_));
   SYMRIG_CHECK(patterns->write(options));
   SYMRIG_CHECK(patterns->read_back());
@@ -61,47 +48,9 @@ Result<std::unique_ptr<VideoPatterns>> VideoPatterns::begin(Controller controlle
   return patterns;
 }
 
-Result<void> VideoPatterns::check_device() {
-  SYMRIG_TRY(version_, controller_.version());
-  SYMRIG_TRY(const bool standby, controller_.standby());
-  if (standby) return Error{ErrorCode::device_refused, name_ + " is in standby", "switch the projector on"};
-  SYMRIG_TRY(const Status status, controller_.status());
-  if (status.initialized() && !status.sequencer_error()) return {};
-  return Error{ErrorCode::device_refused,
-               fmt::format("{} reports {} (hardware status {:#04x})", name_,
-                           status.initialized() ? "an error of its sequencer" : "that it is not initialized",
-                           status.hardware),
-               "disconnect its power, and connect it again"};
-}
-
-/// A source of 120 Hz shows each picture of a 60 Hz program twice, and its planes take half the time.
-Result<void> VideoPatterns::check_signal(const PictureSource& source) {
-  SYMRIG_TRY(const Signal signal, controller_.signal());
-  const double wanted = 1 / seconds(source.refresh);
-  if (!signal.locked)
-    return Error{ErrorCode::device_refused, name_ + " receives no stable video signal",
-                 "connect the screen's cable to it"};
-  if (source.grid != kMirrors || signal.rows != kMirrors.rows || signal.cols != kMirrors.cols)
-    return Error{ErrorCode::device_refused,
-                 fmt::format("{} receives {}x{} of a screen of {}x{}, and shows bit planes only of {}x{}",
-                             name_, signal.cols, signal.rows, source.grid.cols, source.grid.rows,
-                             kMirrors.cols, kMirrors.rows),
-                 fmt::format("set projector.mode = \"{}x{}@60\"", kMirrors.cols, kMirrors.rows)};
-  if (signal.refresh_hz > 0 && std::abs(signal.refresh_hz / wanted - 1) <= kSameRefresh) return {};
-  return Error{ErrorCode::device_refused,
-               fmt::format("{} receives {:.4g} pictures a second, but the screen's mode has {:.4g}", name_,
-                           signal.refresh_hz, wanted),
-               "connect the cable of the screen that the rig file names, or set its mode"};
-}
-
-/// After a change of mode, a controller needs a second or two until it has locked to the signal.
-Result<void> VideoPatterns::await_signal(const PictureSource& source, Nanoseconds patience) {
-  constexpr Nanoseconds kPause{100'000'000};
-  for (Nanoseconds waited{0};; waited += kPause) {
-    auto checked = check_signal(source);
-    if (checked || checked.error().code != ErrorCode::device_refused || waited >= patience) return checked;
-    std::this_thread::sleep_for(kPause);
-  }
+Result<void> VideoPatterns::check_signal(const dlp::PictureSource& source) {
+  SYMRIG_TRY(const dlp::Signal signal, controller_.signal());
+  return dlp::check_signal(name_, signal, source, kMirrors);
 }
 
 Result<void> VideoPatterns::write(const VideoPatternOptions& options) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reports by hidapi with its hidraw back end: the kernel keeps its driver, and only a udev rule is needed.
-#include "projector/dlpc350/find_controllers.hpp"
+#include "projector/dlp/find_controllers.hpp"
 #include "symrig/base/fd.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-namespace symrig::projector::dlpc350 {
+namespace symrig::projector::dlp {
 namespace {
 
 struct CloseHid {
@@ -36,8 +36,8 @@ std::string plain(const wchar_t* text) {
 
 class HidapiTransport final : public HidTransport {
  public:
-  HidapiTransport(HidDevice device, Fd lock, std::string path)
-      : device_(std::move(device)), lock_(std::move(lock)), path_(std::move(path)) {}
+  HidapiTransport(HidDevice device, Fd lock, std::string name)
+      : device_(std::move(device)), lock_(std::move(lock)), name_(std::move(name)) {}
 
   Result<void> write(const Report& report) override {
     std::array<std::uint8_t, kReportBytes + 1> bytes{};  // byte 0: the report has no number
@@ -55,7 +55,7 @@ class HidapiTransport final : public HidTransport {
     return report;
   }
 
-  std::string name() const override { return "DLPC350 at " + path_; }
+  std::string name() const override { return name_; }
 
  private:
   Error gone() const {
@@ -65,14 +65,8 @@ class HidapiTransport final : public HidTransport {
 
   HidDevice device_;
   Fd lock_;
-  std::string path_;
+  std::string name_;
 };
-
-Error no_controller(const std::string& path) {
-  return {ErrorCode::device_lost,
-          path.empty() ? std::string("no DLPC350 is connected") : "there is no DLPC350 at " + path,
-          "check its USB cable and its power; symrig list shows what is connected"};
-}
 
 Error cannot_open(const std::string& path) {
   const bool forbidden = ::access(path.c_str(), R_OK | W_OK) != 0 && errno == EACCES;
@@ -83,22 +77,35 @@ Error cannot_open(const std::string& path) {
 
 }  // namespace
 
+/// A DLPC900 has two HID interfaces, and takes commands at the first one. Unnumbered interfaces are -1.
 std::vector<FoundController> find_controllers() {
   std::vector<FoundController> found;
   if (hid_init() != 0) return found;
-  const std::unique_ptr<hid_device_info, FreeList> list(hid_enumerate(kVendor, kProduct));
-  for (const hid_device_info* at = list.get(); at != nullptr; at = at->next)
-    found.push_back(
-        {at->path, plain(at->manufacturer_string), plain(at->product_string), plain(at->serial_number)});
+  for (const ControllerKind& kind : kControllerKinds) {
+    const std::unique_ptr<hid_device_info, FreeList> list(hid_enumerate(kind.vendor, kind.product));
+    for (const hid_device_info* at = list.get(); at != nullptr; at = at->next)
+      if (at->interface_number <= 0)
+        found.push_back({kind, at->path, plain(at->manufacturer_string), plain(at->product_string),
+                         plain(at->serial_number)});
+  }
   return found;
 }
 
-Result<std::unique_ptr<HidTransport>> open_transport(const std::string& path) {
+Error missing(std::string_view name, const std::string& path) {
+  return {ErrorCode::device_lost,
+          path.empty() ? fmt::format("no {} is connected", name)
+                       : fmt::format("there is no {} at {}", name, path),
+          "check its USB cable and its power; symrig list shows what is connected"};
+}
+
+Result<std::unique_ptr<HidTransport>> open_transport(const ControllerKind& kind, const std::string& path) {
   std::vector<FoundController> found = find_controllers();
-  if (!path.empty()) std::erase_if(found, [&path](const FoundController& one) { return one.path != path; });
-  if (found.empty()) return no_controller(path);
+  std::erase_if(found, [&](const FoundController& one) {
+    return one.kind != kind || (!path.empty() && one.path != path);
+  });
+  if (found.empty()) return missing(kind.name, path);
   if (found.size() > 1)
-    return Error{ErrorCode::bad_argument, fmt::format("{} DLPC350 are connected", found.size()),
+    return Error{ErrorCode::bad_argument, fmt::format("{} {} are connected", found.size(), kind.name),
                  fmt::format("choose one: controller = \"{}\"", found.front().path)};
   const std::string& node = found.front().path;
   HidDevice device(hid_open_path(node.c_str()));
@@ -108,8 +115,8 @@ Result<std::unique_ptr<HidTransport>> open_transport(const std::string& path) {
   if (!lock || ::flock(lock.get(), LOCK_EX | LOCK_NB) != 0)
     return Error{ErrorCode::device_lost, node + " is in use by another program",
                  "end the other symrig, then try again"};
-  return std::unique_ptr<HidTransport>(
-      std::make_unique<HidapiTransport>(std::move(device), std::move(lock), std::move(found.front().path)));
+  return std::unique_ptr<HidTransport>(std::make_unique<HidapiTransport>(
+      std::move(device), std::move(lock), fmt::format("{} at {}", kind.name, node)));
 }
 
-}  // namespace symrig::projector::dlpc350
+}  // namespace symrig::projector::dlp

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "projector/dlpc350/commands.hpp"
-#include "projector/dlpc350/hid_transport.hpp"
+#include "projector/dlp/bytes.hpp"
+#include "projector/dlp/commands.hpp"
+#include "projector/dlp/hid_transport.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -10,11 +11,9 @@
 #include <string>
 #include <vector>
 
-namespace symrig::projector::dlpc350 {
+namespace symrig::projector::dlp {
 
-using Bytes = std::vector<std::uint8_t>;
-
-/// Flags of a message (DLPU010, "USB Interface").
+/// Flags of a message (DLPU010 and DLPU018, "USB Interface").
 inline constexpr std::uint8_t kRead = 0x80;        ///< else a write
 inline constexpr std::uint8_t kReplyAsked = 0x40;  ///< the host wants a reply
 inline constexpr std::uint8_t kRefused = 0x20;     ///< in a reply: the controller refused the command
@@ -33,8 +32,9 @@ Bytes command_body(Command command, std::span<const std::uint8_t> data);
 /// for an earlier command: it is read and dropped.
 class Dialogue {
  public:
-  explicit Dialogue(std::unique_ptr<HidTransport> transport,
-                    Nanoseconds patience = Nanoseconds{1'000'000'000});
+  /// firmware: the major version for which symrig was written.
+  Dialogue(std::unique_ptr<HidTransport> transport, int firmware,
+           Nanoseconds patience = Nanoseconds{1'000'000'000});
 
   /// fails: timeout (no reply), device_refused (the controller refused the command), device_lost, protocol (a
   /// reply with fewer bytes than `least`).
@@ -53,10 +53,12 @@ class Dialogue {
   Result<Reply> exchange(std::uint8_t flags, Command command, std::span<const std::uint8_t> data);
   Result<Reply> reply(Command command);
   Error silent(Command command) const;
+  std::string other_firmware() const;
 
   std::unique_ptr<HidTransport> transport_;
+  int firmware_;
   Nanoseconds patience_;
   std::uint8_t number_ = 0;
 };
 
-}  // namespace symrig::projector::dlpc350
+}  // namespace symrig::projector::dlp

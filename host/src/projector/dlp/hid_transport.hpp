@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <string>
 
-namespace symrig::projector::dlpc350 {
+namespace symrig::projector::dlp {
 
 /// A HID report has 64 bytes in both directions, without a report number.
 inline constexpr std::size_t kReportBytes = 64;
@@ -31,4 +31,4 @@ class HidTransport {
   virtual std::string name() const = 0;
 };
 
-}  // namespace symrig::projector::dlpc350
+}  // namespace symrig::projector::dlp

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "projector/dlpc350/dialogue.hpp"
+#include "projector/dlp/dialogue.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
-namespace symrig::projector::dlpc350 {
+namespace symrig::projector::dlp {
 namespace {
 
 /// Late replies that are dropped before a command counts as unanswered.
@@ -38,20 +38,23 @@ Bytes command_body(Command command, std::span<const std::uint8_t> data) {
   return body;
 }
 
-Dialogue::Dialogue(std::unique_ptr<HidTransport> transport, Nanoseconds patience)
-    : transport_(std::move(transport)), patience_(patience) {}
+Dialogue::Dialogue(std::unique_ptr<HidTransport> transport, int firmware, Nanoseconds patience)
+    : transport_(std::move(transport)), firmware_(firmware), patience_(patience) {}
+
+std::string Dialogue::other_firmware() const {
+  return fmt::format("update its firmware; symrig was written for version {}", firmware_);
+}
 
 Result<Bytes> Dialogue::read(Command command, std::size_t least) {
   SYMRIG_TRY(Reply got, exchange(kRead | kReplyAsked, command, {}));
   if (got.refused)
     return Error{ErrorCode::device_refused,
-                 fmt::format("{} refused to read {}", name(), command_text(command)),
-                 "update its firmware; symrig was written for version 3"};
+                 fmt::format("{} refused to read {}", name(), command_text(command)), other_firmware()};
   if (got.data.size() < least)
     return Error{ErrorCode::protocol,
                  fmt::format("{} answered {} with {} bytes instead of {}", name(), command_text(command),
                              got.data.size(), least),
-                 "update its firmware; symrig was written for version 3"};
+                 other_firmware()};
   return std::move(got.data);
 }
 
@@ -95,4 +98,4 @@ Result<Dialogue::Reply> Dialogue::reply(Command command) {
   return silent(command);
 }
 
-}  // namespace symrig::projector::dlpc350
+}  // namespace symrig::projector::dlp
