@@ -159,6 +159,13 @@ std::int64_t SimPlaneProjector::picture_in(std::uint64_t refresh) const {
   return after == pictures_.begin() ? -1 : (after - 1)->index;
 }
 
+int SimPlaneProjector::plane_in(std::uint64_t refresh, int place) const {
+  if (faults.runs_free)
+    return static_cast<int>((refresh + static_cast<std::uint64_t>(place)) %
+                            static_cast<std::uint64_t>(config_.planes));
+  return faults.order.empty() ? place : faults.order[static_cast<std::size_t>(place)];
+}
+
 std::vector<SimPlaneProjector::Lit> SimPlaneProjector::lit(std::uint64_t begin, std::uint64_t end) const {
   std::vector<Lit> all;
   if (end <= origin_) return all;
@@ -169,7 +176,8 @@ std::vector<SimPlaneProjector::Lit> SimPlaneProjector::lit(std::uint64_t begin, 
       const std::uint64_t from = refresh_tick(number) + lead_ + static_cast<std::uint64_t>(k) * period_;
       const std::uint64_t to = std::min({from + period_, refresh_tick(number + 1), stopped_at_});
       const std::uint64_t a = std::max(begin, from), b = std::min(end, to);
-      if (a < b) all.push_back({picture, k, b - a});
+      const int plane = plane_in(number, k);
+      if (a < b && plane >= 0) all.push_back({picture, plane, b - a});
     }
   }
   return all;

@@ -27,6 +27,7 @@ std::vector<std::string> trouble_lines(const RigTrouble& trouble) {
         "warning: exposure times and pixel values do not match: {}; check exposure_offset, the strobe "
         "line and the camera's linearity",
         trouble.exposures));
+  for (const std::string& warning : trouble.warnings) lines.push_back(fmt::format("warning: {}", warning));
   return lines;
 }
 

@@ -21,4 +21,8 @@ Result<std::vector<ShownPicture>> Projector::played() {
   return Error{ErrorCode::bad_argument, describe() + " shows whole pictures", "load patterns"};
 }
 
+std::string Projector::setting_for_planes(std::span<const int> /*seen*/) const {
+  return {};
+}
+
 }  // namespace symrig

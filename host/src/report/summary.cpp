@@ -120,6 +120,7 @@ Json trouble_json(const RigTrouble& trouble) {
           {"planes_doubtful", trouble.planes_doubtful},
           {"registered_again", trouble.registered_again},
           {"exposures", trouble.exposures},
+          {"warnings", trouble.warnings},
           {"reopened",
            {{"board", trouble.boards_reopened},
             {"camera", trouble.cameras_reopened},

@@ -72,6 +72,15 @@ Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> pa
   return taken;
 }
 
+Result<std::vector<TakenBracket>> BracketTaker::take(std::span<const Pattern> patterns,
+                                                     std::span<const Exposures> exposures,
+                                                     PlaneScheduler planner) {
+  planner_ = std::move(planner);
+  auto taken = take(patterns, exposures);
+  planner_ = plan_planes;
+  return taken;
+}
+
 Result<void> BracketTaker::attempt(std::span<const Pattern> patterns, std::span<const Exposures> exposures,
                                    Brackets& brackets) {
   const std::vector<std::size_t> pending = missing_in(brackets);

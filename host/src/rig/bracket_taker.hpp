@@ -8,6 +8,7 @@
 #include "symrig/rig/rig.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,6 +23,10 @@ struct TakenBracket {
   std::vector<CameraFrame> frames;
   std::vector<Nanoseconds> exposures;
 };
+
+/// Schedules the exposures of a run in bit planes.
+using PlaneScheduler =
+    std::function<Result<PlaneSchedule>(std::span<const WantedExposure> wanted, const PlaneRules& rules)>;
 
 /// Takes brackets until every frame is certain. Shows patterns, runs the board, asks the ledger, repeats
 /// doubtful brackets, and recovers lost devices.
@@ -38,6 +43,9 @@ class BracketTaker {
   /// fault (of the board), device errors from which the rig cannot recover.
   Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
                                          std::span<const Exposures> exposures);
+  /// The same for a projector with bit planes, with another schedule than plan_planes().
+  Result<std::vector<TakenBracket>> take(std::span<const Pattern> patterns,
+                                         std::span<const Exposures> exposures, PlaneScheduler planner);
 
   /// The camera's sequence numbers jump: frames of an earlier run of symrig are between.
   void forget_numbers() { ledger_.restart(); }
@@ -46,7 +54,10 @@ class BracketTaker {
   const Projector& projector() const { return devices_->projector(); }
   /// The camera's timing, with what the projector's bit planes allow.
   Result<CameraTiming> timing() const;
+  /// What the projector's planes and the camera allow.
+  PlaneRules plane_rules() const;
   const RigTrouble& trouble() const { return trouble_; }
+  void warn(std::string what) { trouble_.warnings.push_back(std::move(what)); }
   void doubt_exposures(std::string how) { trouble_.exposures = std::move(how); }
   std::int64_t frames() const { return frames_; }      ///< exposures that the camera made
   double rig_seconds() const { return rig_seconds_; }  ///< run time of the board's programs
@@ -71,7 +82,6 @@ class BracketTaker {
   void judge_pictures(const PlaneSchedule& schedule);
   std::size_t exposures_in_one_program() const;
   RigSetup plane_setup() const;
-  PlaneRules plane_rules() const;
   /// Stores a bracket. Without one, counts a retake.
   void keep(std::optional<TakenBracket>& bracket, std::optional<TakenBracket> taken);
   Result<bool> show(std::size_t index);
@@ -108,7 +118,8 @@ class BracketTaker {
   int hold_ = 1;                      // refreshes from picture to picture that the screen can keep
   int lead_ = 1;                      // refreshes for which the first picture of a run waits for the board
   std::vector<ShownPicture> played_;  // of the newest run
-  bool loaded_ = false;               // the projector has loaded the patterns of this take()
+  PlaneScheduler planner_ = plan_planes;
+  bool loaded_ = false;  // the projector has loaded the patterns of this take()
   std::int64_t frames_ = 0;
   double rig_seconds_ = 0;
   RigTime time_;

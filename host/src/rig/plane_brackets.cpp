@@ -62,7 +62,7 @@ std::size_t BracketTaker::exposures_in_one_program() const {
 /// Takes exposures in one run of the board.
 Result<void> BracketTaker::take_planes(std::span<const Pattern> patterns,
                                        std::span<const WantedExposure> wanted) {
-  SYMRIG_TRY(const PlaneSchedule schedule, plan_planes(wanted, plane_rules()));
+  SYMRIG_TRY(const PlaneSchedule schedule, planner_(wanted, plane_rules()));
   SYMRIG_CHECK(devices_->of(Part::projector, devices_->projector().load_planes(patterns, schedule.pictures)));
   SYMRIG_CHECK(lock(wanted.front().time));
   std::vector<PlaneExposure> planned;
@@ -123,7 +123,6 @@ void BracketTaker::judge_pictures(const PlaneSchedule& schedule) {
   if (4 * late >= static_cast<std::int64_t>(schedule.order.size())) hold_ = std::min(2 * hold_, kLongestHold);
 }
 
-/// What the projector's planes and the camera allow.
 PlaneRules BracketTaker::plane_rules() const {
   const Projector& projector = devices_->projector();
   PlaneRules rules{projector.planes(), projector.refresh_period(), options_.setup.projector.settle,

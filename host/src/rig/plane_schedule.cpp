@@ -20,6 +20,17 @@ std::int64_t rounded_up(Nanoseconds time, Nanoseconds period) {
   return (time + period - Nanoseconds{1}) / period;
 }
 
+/// The begin of an exposure's plane, since the first edge of the frame trigger.
+Nanoseconds begin_of(const PlaneExposure& at, const PlaneRules& rules) {
+  return at.refresh * rules.refresh + rules.timing.frame_lead + at.plane * rules.timing.period;
+}
+
+/// When the board can wait for the next plane.
+Nanoseconds ready_after(const PlaneExposure& at, const PlaneRules& rules) {
+  return begin_of(at, rules) + rules.settle + rules.reaction + at.exposure + rules.gap +
+         plane_lead(rules.timing.period);
+}
+
 /// Places exposures one after the other. Planes are counted through the refreshes of the run.
 class PlanePlanner {
  public:
@@ -34,8 +45,7 @@ class PlanePlanner {
       ++plane;
     for (int k = 0; k < at->planes; ++k) pattern_of(*at, k) = static_cast<int>(wanted.photograph);
     out_.exposures.push_back({wanted, *at});
-    ready_ = begin_of(*at) + rules_.settle + rules_.reaction + at->exposure + rules_.gap +
-             plane_lead(rules_.timing.period);
+    ready_ = ready_after(*at, rules_);
   }
 
   /// Pictures that are equal to the one before are that picture.
@@ -48,11 +58,6 @@ class PlanePlanner {
   }
 
  private:
-  /// Since the first edge of the frame trigger.
-  Nanoseconds begin_of(const PlaneExposure& at) const {
-    return at.refresh * rules_.refresh + rules_.timing.frame_lead + at.plane * rules_.timing.period;
-  }
-
   std::int64_t first_plane_after(Nanoseconds ready) const {
     const Nanoseconds late = std::max(ready - rules_.timing.frame_lead, Nanoseconds{0});
     const std::int64_t refresh = late / rules_.refresh;
@@ -122,6 +127,10 @@ Result<Nanoseconds> longest_in_planes(const PlaneRules& rules) {
       "a board whose hardware makes the edges"};
 }
 
+Nanoseconds longest_in_one_plane(const PlaneRules& rules) {
+  return std::min(rules.timing.exposure, rules.timing.period) - rules.settle - rules.reaction - kPlaneGuard;
+}
+
 Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules) {
   SYMRIG_TRY(const Nanoseconds longest, longest_in_planes(rules));
   PlanePlanner planner(rules);
@@ -134,6 +143,37 @@ Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const 
     planner.add(one);
   }
   return planner.finish();
+}
+
+namespace {
+
+/// The picture of a shot.
+PlanePlan picture_of(const PlaneShot& shot, int number, int bright, int planes) {
+  PlanePlan plan(static_cast<std::size_t>(planes), kBlackPlane);
+  for (int k = 0; k < planes; ++k)
+    if ((shot.lit >> static_cast<unsigned>(k) & 1U) != 0) plan[static_cast<std::size_t>(k)] = bright;
+  plan[static_cast<std::size_t>(shot.plane)] = number;
+  return plan;
+}
+
+}  // namespace
+
+PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const WantedExposure> wanted, int bright,
+                         const PlaneRules& rules) {
+  PlaneSchedule out;
+  out.pictures.emplace_back(static_cast<std::size_t>(rules.timing.planes), kBlackPlane);
+  const auto hold = static_cast<std::size_t>(rules.hold);
+  Nanoseconds ready = rules.first;
+  for (const WantedExposure& one : wanted) {
+    const PlaneShot& shot = shots[one.photograph];
+    PlaneExposure at{static_cast<std::int64_t>(out.order.size()), shot.plane, 1, one.time};
+    for (; begin_of(at, rules) < ready; at.refresh += rules.hold) out.order.insert(out.order.end(), hold, 0);
+    out.order.insert(out.order.end(), hold, out.pictures.size());
+    out.pictures.push_back(picture_of(shot, static_cast<int>(one.photograph), bright, rules.timing.planes));
+    out.exposures.push_back({one, at});
+    ready = ready_after(at, rules);
+  }
+  return out;
 }
 
 }  // namespace symrig

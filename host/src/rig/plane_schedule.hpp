@@ -6,6 +6,7 @@
 #include "symrig/projector/projector.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -60,6 +61,9 @@ struct PlaneRules {
 /// The longest exposure in the planes of one picture. fails: limit (a plane is shorter than its settling).
 Result<Nanoseconds> longest_in_planes(const PlaneRules& rules);
 
+/// The longest exposure in a single plane. Not positive: a plane is shorter than its settling.
+Nanoseconds longest_in_one_plane(const PlaneRules& rules);
+
 /// Schedules exposures in the order of their photographs, each as soon as the camera is ready.
 ///
 /// An exposure begins in the first plane after that. Its pattern gets as many planes as it needs, also those
@@ -68,5 +72,18 @@ Result<Nanoseconds> longest_in_planes(const PlaneRules& rules);
 /// hold > 1, an exposure takes the first planes that are still free, or that have its pattern already. fails:
 /// limit (an exposure is longer than longest_in_planes(), and may not go on in the next picture).
 Result<PlaneSchedule> plan_planes(std::span<const WantedExposure> wanted, const PlaneRules& rules);
+
+/// An exposure in a single plane of a picture that lights some of its planes.
+struct PlaneShot {
+  int plane = 0;
+  std::uint32_t lit = 0;  ///< bit k: plane k is bright
+  bool is_lit() const { return (lit >> static_cast<unsigned>(plane) & 1U) != 0; }
+};
+
+/// Schedules shots, each in a picture of its own, and with black pictures where no shot is. `what.photograph`
+/// of an exposure is the number of its shot, and its pattern. The other bright planes of its picture show the
+/// pattern `bright`. `wanted` are the shots to take, none longer than longest_in_one_plane().
+PlaneSchedule plan_shots(std::span<const PlaneShot> shots, std::span<const WantedExposure> wanted, int bright,
+                         const PlaneRules& rules);
 
 }  // namespace symrig

@@ -4,6 +4,7 @@
 #include "rig/bracket_taker.hpp"
 #include "rig/exposure_choice.hpp"
 #include "rig/lamp.hpp"
+#include "rig/plane_check.hpp"
 #include "symrig/base/stopwatch.hpp"
 #include "symrig/hdr/merge.hpp"
 #include "symrig/hdr/merge_stream.hpp"
@@ -25,38 +26,6 @@ namespace {
 /// Pictures of bit planes change while the board runs, but each run begins with a wait. A capture asks for
 /// this many photographs at once.
 constexpr std::size_t kPlaneBatch = 32;
-
-double total(const Radiance& photograph) {
-  double sum = 0;
-  for (std::size_t i = 0; i < photograph.mean.values().size(); ++i)
-    if (photograph.valid.values()[i] != 0) sum += photograph.mean.values()[i];
-  return sum;
-}
-
-/// Checks with light that the planes of a picture come when the projector's latency says. No edge tells that:
-/// the edges of all refreshes are alike. One pattern is bright. The others are black for a refresh or more
-/// before and after it, so that the bright one is dark at any other time. fails: device_refused (the light
-/// came at another time), and as take().
-Result<void> check_latency(BracketTaker& taker, const RigOptions& options, Nanoseconds exposure) {
-  const Nanoseconds refresh = taker.projector().refresh_period();
-  const auto around = static_cast<std::size_t>(1 + refresh / (exposure + options.setup.camera.readout));
-  std::vector<Pattern> patterns(2 * around + 1, Pattern(taker.projector().grid()));
-  patterns[around] = Pattern(taker.projector().grid(), 1, 1.F);
-  SYMRIG_TRY(const auto taken, taker.take(patterns, std::vector<Exposures>(patterns.size(), {exposure})));
-  double bright = 0, dark = 0;
-  for (std::size_t i = 0; i < taken.size(); ++i) {
-    SYMRIG_TRY(const Radiance seen, options.reading->photograph(taken[i].frames, taken[i].exposures,
-                                                                taker.camera(), {options.scale, 1, nullptr}));
-    if (i == around) bright = total(seen);
-    if (i != around) dark = std::max(dark, total(seen));
-  }
-  if (bright > 0 && 2 * dark < bright) return {};
-  return Error{
-      ErrorCode::device_refused,
-      fmt::format("a bright pattern was not bright in its bit planes, {} refreshes after its picture",
-                  taker.projector().planes().latency),
-      "set projector.latency to the refreshes from a picture to its planes (docs/howto-projectors.md)"};
-}
 
 }  // namespace
 
@@ -93,7 +62,8 @@ Result<void> Rig::begin(std::unique_ptr<DeviceSet> devices) {
   if (shows_planes()) options_.batch = std::max(options_.batch, kPlaneBatch);
   SYMRIG_CHECK(meter());
   SYMRIG_CHECK(photograph_black());
-  if (shows_planes()) SYMRIG_CHECK(check_latency(*taker_, options_, exposures_.front()));
+  for (std::string& warning : taker_->projector().warnings()) taker_->warn(std::move(warning));
+  if (shows_planes()) SYMRIG_CHECK(check_planes(*taker_, options_, exposures_.front()));
   shown_ = 0;
   if (options_.reference_every > 0)
     lamp_ = std::make_unique<LampLog>(options_.reference_every, options_.lamp_drift);

@@ -60,17 +60,22 @@ Result<void> SimulatedPlaneProjector::load_planes(std::span<const Pattern> patte
   return {};
 }
 
+/// Planes without a pattern have numbers of their own, far from those of patterns: a controller that shows
+/// planes in another order than planned exposes them, too.
+constexpr std::uint64_t kUnplanned = std::uint64_t{1} << 62U;
+
 /// Neighbouring planes with the same bits are one light. The plan only gives the noise its number.
 void SimulatedPlaneProjector::split(std::span<const PlanePlan> plans) {
   seen_.clear();
   seen_of_.clear();
   for (std::size_t f = 0; f < pictures_.size(); ++f) {
     seen_of_.emplace_back();
+    ++unplanned_;
     for (int k = 0; k < timing_.planes; ++k) {
       const auto plane = static_cast<std::size_t>(k);
       const bool black = plane >= plans[f].size() || plans[f][plane] == kBlackPlane;
-      const Place place =
-          black ? Place{true, 0} : SimulatedProjector::place(static_cast<std::size_t>(plans[f][plane]));
+      const Place place = black ? Place{true, kUnplanned + unplanned_}
+                                : SimulatedProjector::place(static_cast<std::size_t>(plans[f][plane]));
       Pattern pattern = plane_of(pictures_[f], k);
       const bool continues = k > 0 && seen_.back().place.number == place.number &&
                              seen_.back().place.dark == place.dark && same(seen_.back().pattern, pattern);
@@ -112,6 +117,10 @@ Result<std::vector<ShownPicture>> SimulatedPlaneProjector::played() {
   for (const auto& flip : raster_.played(board_))
     shown.push_back({static_cast<std::size_t>(flip.picture), shown_at(flip.refresh, flip.tick)});
   return shown;
+}
+
+std::string SimulatedPlaneProjector::setting_for_planes(std::span<const int> seen) const {
+  return projector::dlp::order_setting(projector::dlp::PlaneOrder{}.bits(timing_.planes), seen);
 }
 
 std::string SimulatedPlaneProjector::describe() const {

@@ -26,6 +26,7 @@ class SimulatedPlaneProjector final : public SimulatedProjector {
   Result<Shown> show(std::size_t index) override;
   Result<Shown> play(std::span<const std::size_t> order) override;
   Result<std::vector<ShownPicture>> played() override;
+  std::string setting_for_planes(std::span<const int> seen) const override;
   std::string describe() const override;
 
   std::vector<Lit> shown(std::uint64_t begin, std::uint64_t end) const override;
@@ -47,6 +48,7 @@ class SimulatedPlaneProjector final : public SimulatedProjector {
   PlaneTiming timing_;
   std::vector<Image<std::uint32_t>> pictures_;
   std::vector<Seen> seen_;
+  std::uint64_t unplanned_ = 0;                    // pictures so far
   std::vector<std::vector<std::size_t>> seen_of_;  // [picture][plane]: index in seen_
 };
 

@@ -164,6 +164,9 @@ class BorrowedProjector final : public Projector {
   }
   Result<Shown> play(std::span<const std::size_t> order) override { return projector_.play(order); }
   Result<std::vector<ShownPicture>> played() override { return projector_.played(); }
+  std::string setting_for_planes(std::span<const int> seen) const override {
+    return projector_.setting_for_planes(seen);
+  }
   Result<void> check() override { return projector_.check(); }
   std::string describe() const override { return projector_.describe(); }
 

@@ -28,7 +28,7 @@ class Refreshes : public ::testing::Test {
     options.legacy = legacy;
     projector = open_projector(options);
     ASSERT_TRUE(projector);
-    ASSERT_TRUE(projector->counts_refreshes()) << projector->warnings().front();
+    ASSERT_TRUE(projector->counts_refreshes()) << projector->warnings().at(0);
     std::vector<Pattern> patterns;
     for (std::size_t k = 0; k < 4; ++k) patterns.push_back(pattern_number(k, projector->grid()));
     const auto loaded = projector->load(patterns);

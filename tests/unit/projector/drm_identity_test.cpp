@@ -31,7 +31,7 @@ class Identity : public DrmBench, public ::testing::WithParamInterface<bool> {
 TEST_P(Identity, everything_is_set) {
   const auto projector = open();
   ASSERT_OK(projector);
-  EXPECT_TRUE((*projector)->warnings().empty()) << (*projector)->warnings().front();
+  EXPECT_TRUE((*projector)->warnings().empty()) << (*projector)->warnings().at(0);
   EXPECT_EQ(card->property(11, "GAMMA_LUT").value, 0U);
   EXPECT_EQ(card->property(11, "CTM").value, 0U);
   EXPECT_EQ(card->property(21, "Broadcast RGB").value, 1U);

@@ -136,6 +136,9 @@ class FaultyProjector final : public Projector {
     loaded_ = true;
     return inner_.load_planes(patterns, plans);
   }
+  std::string setting_for_planes(std::span<const int> seen) const override {
+    return inner_.setting_for_planes(seen);
+  }
   Result<void> check() override {
     if (!mischief_->was_reset) return {};
     return Error{ErrorCode::device_lost, "the controller was reset", "check its power supply"};

@@ -160,5 +160,43 @@ TEST(PlaneSchedule, an_exposure_that_must_not_cross_is_no_longer_than_a_picture)
   EXPECT_EQ(plan_planes(one_each(1, *longest_in_planes(rule) + 1ns), rule).error().code, ErrorCode::limit);
 }
 
+// Each shot has a picture of its own, which is on the screen in its refreshes only.
+TEST(PlaneShots, are_alone_in_their_refreshes_and_keep_the_cameras_gap) {
+  for (const int hold : {1, 2}) {
+    PlaneRules rule = rules();
+    rule.hold = hold;
+    rule.gap = 40ms;  // longer than two refreshes
+    std::vector<PlaneShot> shots;
+    std::vector<WantedExposure> wanted;
+    for (int k = 0; k < 24; ++k) {
+      shots.push_back({23 - k, std::uint32_t{1} << static_cast<unsigned>(k)});
+      wanted.push_back({static_cast<std::size_t>(k), 0, longest_in_one_plane(rule)});
+    }
+    const PlaneSchedule planned = plan_shots(shots, wanted, 7, rule);
+    ASSERT_EQ(planned.exposures.size(), 24U);
+    Nanoseconds ready{0};
+    std::size_t dark = planned.order.size();
+    for (std::size_t i = 0; i < 24; ++i) {
+      const auto& [what, at] = planned.exposures[i];
+      EXPECT_EQ(what.photograph, i);
+      EXPECT_EQ(at.plane, shots[i].plane);
+      EXPECT_EQ(at.planes, 1);
+      EXPECT_GE(begin(at, rule), ready);
+      ready = begin(at, rule) + rule.settle + at.exposure + rule.gap + plane_lead(rule.timing.period);
+      EXPECT_LE(rule.settle + at.exposure, rule.timing.period);
+      const auto refresh = static_cast<std::size_t>(at.refresh);
+      EXPECT_EQ(refresh % static_cast<std::size_t>(hold), 0U);
+      const std::size_t picture = planned.order[refresh];
+      EXPECT_EQ(std::ranges::count(planned.order, picture), hold) << "in its refreshes only";
+      dark -= static_cast<std::size_t>(hold);
+      for (int k = 0; k < 24; ++k) {
+        const int lit = (shots[i].lit >> static_cast<unsigned>(k) & 1U) != 0 ? 7 : kBlackPlane;
+        EXPECT_EQ(planned.pattern(picture, k), k == at.plane ? static_cast<int>(i) : lit);
+      }
+    }
+    EXPECT_EQ(std::ranges::count(planned.order, 0U), static_cast<std::ptrdiff_t>(dark)) << "else black";
+  }
+}
+
 }  // namespace
 }  // namespace symrig::plane_schedule_test

@@ -69,7 +69,7 @@ class DrmProjector final : public Projector {
   /// true: the display counts refreshes (Shown::counted).
   bool counts_refreshes() const;
   /// Properties that could not be set to identity and may matter, one per line.
-  const std::vector<std::string>& warnings() const;
+  std::vector<std::string> warnings() const override;
 
  private:
   DrmProjector(std::unique_ptr<projector::drm::Screen> screen, const DrmProjectorOptions& options, Grid grid);

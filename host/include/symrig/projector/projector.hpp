@@ -83,6 +83,11 @@ class Projector {
   /// Waits until play() has shown its last picture. Returns the pictures that have appeared, order[0] first,
   /// with their refreshes. fails: as show(), also for a picture in the middle.
   virtual Result<std::vector<ShownPicture>> played();
+  /// Only if planes().planes > 0. The setting with which plane k would be what is now in its place, plane
+  /// seen[k]: "projector.plane_order = \"RGB\"". Empty: there is none.
+  virtual std::string setting_for_planes(std::span<const int> seen) const;
+  /// What a user must know of its settings, one line each.
+  virtual std::vector<std::string> warnings() const { return {}; }
   /// Checks that the projector still does what it was set to. fails: device_lost.
   virtual Result<void> check() { return {}; }
   /// One line for reports.

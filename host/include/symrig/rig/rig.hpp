@@ -94,6 +94,8 @@ struct RigTrouble {
   std::int64_t registered_again = 0;  ///< a registered rig had moved, and was registered again
   /// How the frames of the flood-lit scene contradict their exposure times. Empty: no contradiction.
   std::string exposures;
+  /// What could not be checked when the rig was opened, or what it could not leave as it was: one line each.
+  std::vector<std::string> warnings;
 };
 
 /// Where the time on the rig's clock went [seconds]. The parts sum to ProbeCost::rig_seconds.

@@ -53,4 +53,14 @@ std::optional<PlaneOrder> order_of_bits(std::span<const int> bits) {
   return std::nullopt;
 }
 
+std::string order_setting(std::span<const int> bits, std::span<const int> seen) {
+  std::vector<int> wanted;
+  for (const int plane : seen) {
+    if (plane < 0 || static_cast<std::size_t>(plane) >= bits.size()) return {};
+    wanted.push_back(bits[static_cast<std::size_t>(plane)]);
+  }
+  const auto order = order_of_bits(wanted);
+  return order ? fmt::format("projector.plane_order = \"{}\"", to_string(*order)) : std::string();
+}
+
 }  // namespace symrig::projector::dlp

@@ -26,5 +26,7 @@ std::string to_string(const PlaneOrder& order);
 std::optional<PlaneOrder> parse_plane_order(std::string_view text);
 /// The order whose first planes are these bits. None: no such order.
 std::optional<PlaneOrder> order_of_bits(std::span<const int> bits);
+/// The key of a rig file with which plane k has the bit that is now plane seen[k]. Empty: no order does that.
+std::string order_setting(std::span<const int> bits, std::span<const int> seen);
 
 }  // namespace symrig::projector::dlp

@@ -3,6 +3,8 @@
 
 #include "projector/bit_planes.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -42,6 +44,12 @@ Result<void> PlaneProjector::load_planes(std::span<const Pattern> patterns,
                                          std::span<const PlanePlan> plans) {
   SYMRIG_TRY(auto pictures, pack_planes(patterns, plans, grid(), bits_));
   return screen_->load_words(std::move(pictures));
+}
+
+std::vector<std::string> PlaneProjector::warnings() const {
+  std::vector<std::string> all = screen_->warnings();
+  std::ranges::copy(sequence_->warnings(), std::back_inserter(all));
+  return all;
 }
 
 std::string PlaneProjector::describe() const {

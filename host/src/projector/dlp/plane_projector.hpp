@@ -45,6 +45,11 @@ class PlaneProjector final : public Projector {
   Result<Shown> play(std::span<const std::size_t> order) override { return screen_->play(order); }
   Result<std::vector<ShownPicture>> played() override { return screen_->played(); }
   Result<void> check() override { return sequence_->check(); }
+  std::string setting_for_planes(std::span<const int> seen) const override {
+    return order_setting(bits_, seen);
+  }
+  /// Of the screen and of the controller.
+  std::vector<std::string> warnings() const override;
   std::string describe() const override;
 
  private:

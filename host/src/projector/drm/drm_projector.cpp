@@ -57,7 +57,7 @@ bool DrmProjector::counts_refreshes() const {
   return screen_->counted();
 }
 
-const std::vector<std::string>& DrmProjector::warnings() const {
+std::vector<std::string> DrmProjector::warnings() const {
   return screen_->warnings();
 }
 

@@ -90,6 +90,10 @@ class SimPlaneProjector final : public Peripheral {
     std::set<std::pair<std::uint64_t, int>> planes;    ///< lost, by refresh and plane
     std::set<std::pair<std::uint64_t, int>> glitches;  ///< one more edge an eighth of a plane too early
     std::set<std::uint64_t> flips;  ///< refreshes at which no new picture comes: it comes at the next one
+    /// [place]: the plane that is bright between the edges of this place, -1: none. Empty: each in its own
+    /// place.
+    std::vector<int> order;
+    bool runs_free = false;  ///< each refresh begins with the plane after the first one of the refresh before
   };
   /// A picture's scan-out began at `tick`, in refresh `refresh`.
   struct Flip {
@@ -141,6 +145,7 @@ class SimPlaneProjector final : public Peripheral {
   std::uint64_t ticks_of(std::uint64_t nanoseconds) const;
   std::int64_t picture_in(std::uint64_t refresh) const;
   bool happens(const Event& event) const;
+  int plane_in(std::uint64_t refresh, int place) const;
 
   SimPlaneProjectorConfig config_;
   std::uint64_t tick_hz_;
