@@ -43,15 +43,18 @@ std::string controller_text(const DlpController& controller) {
   return fmt::format(
       "{} {}{}\n"
       "  firmware       {}\n"
-      "  state          {}; mirrors {}\n"
+      "  mirrors        {}; {}\n"
+      "  state          {}\n"
       "  mode           {}\n"
       "  signal         {}\n"
       "  LEDs           {}; currents red {}, green {}, blue {} of 255\n"
       "  temperature    not reported by this controller\n",
       controller.product, controller.path, controller.serial.empty() ? "" : " " + controller.serial,
-      controller.firmware, controller.healthy ? "no error" : "error of its sequencer, or not initialized",
-      controller.parked ? "parked" : "not parked", mode_text(controller), signal_text(controller.signal),
-      controller.leds, controller.currents[0], controller.currents[1], controller.currents[2]);
+      controller.firmware, controller.mirrors.empty() ? "kind not reported" : controller.mirrors,
+      controller.parked ? "parked" : "not parked",
+      controller.healthy ? "no error" : "error of its sequencer, or not initialized", mode_text(controller),
+      signal_text(controller.signal), controller.leds, controller.currents[0], controller.currents[1],
+      controller.currents[2]);
 }
 
 Json controller_json(const DlpController& controller) {
@@ -62,6 +65,7 @@ Json controller_json(const DlpController& controller) {
           {"product", controller.product},
           {"serial", controller.serial.empty() ? Json() : Json(controller.serial)},
           {"firmware", known(controller.firmware)},
+          {"mirrors", answered && !controller.mirrors.empty() ? Json(controller.mirrors) : Json()},
           {"healthy", known(controller.healthy)},
           {"standby", known(controller.standby)},
           {"parked", known(controller.parked)},

@@ -49,6 +49,8 @@ class EmulatedController {
   virtual std::uint16_t product_id() const = 0;
   /// A loss of power: all settings are those of the flash.
   virtual void reset() = 0;
+  /// All settings that the host can put back: two equal texts are one state.
+  virtual std::string state() const = 0;
   /// Patterns leave the lens: the sequence runs.
   virtual bool shows_sequence() const = 0;
   /// The sequence as its settings and table say.

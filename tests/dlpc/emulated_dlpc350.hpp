@@ -30,8 +30,7 @@ class EmulatedDlpc350 final : public EmulatedController {
   int running() const { return settings_.at(0x1A24)[0]; }
   bool shows_patterns() const { return settings_.at(0x1A1B)[0] != 0; }
   bool table_is_open() const { return open_table_ != 0; }
-  /// All settings and the table: two equal texts are one state.
-  std::string state() const;
+  std::string state() const override;  ///< with the table
 
  private:
   std::optional<Bytes> read(unsigned command) override;

@@ -2,6 +2,7 @@
 // The table of projector drivers. A new driver is a folder beside drm, and its header and a line here
 // (CONTRIBUTING.md).
 #include "projector/dlpc350/dlpc350_driver.hpp"
+#include "projector/dlpc900/dlpc900_driver.hpp"
 #include "projector/driver.hpp"
 #include "projector/drm/drm_driver.hpp"
 #include "projector/folder/folder_driver.hpp"
@@ -16,6 +17,7 @@ std::span<const ProjectorDriver> projector_drivers() {
       drm_driver(),
       folder_driver(),
       dlpc350_driver(),
+      dlpc900_driver(),
   };
   return kDrivers;
 }

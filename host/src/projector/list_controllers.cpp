@@ -2,6 +2,7 @@
 // Which DLP controllers there are, of every kind, and what each tells about itself.
 #include "projector/dlp/find_controllers.hpp"
 #include "projector/dlpc350/look.hpp"
+#include "projector/dlpc900/look.hpp"
 #include "symrig/projector/dlp_controller.hpp"
 
 #include <utility>
@@ -19,11 +20,17 @@ DlpController described(const FoundController& found) {
   return controller;
 }
 
-Result<void> ask(const FoundController& found, DlpController& about) {
+template <class Controller>
+Result<void> ask_a(const FoundController& found, DlpController& about) {
   constexpr Nanoseconds kPatience{300'000'000};
   SYMRIG_TRY(auto transport, open_transport(found.kind, found.path));
-  projector::dlpc350::Controller controller(std::move(transport), kPatience);
+  Controller controller(std::move(transport), kPatience);
   return look(controller, about);
+}
+
+Result<void> ask(const FoundController& found, DlpController& about) {
+  if (found.kind == projector::dlp::kDlpc900) return ask_a<projector::dlpc900::Controller>(found, about);
+  return ask_a<projector::dlpc350::Controller>(found, about);
 }
 
 }  // namespace

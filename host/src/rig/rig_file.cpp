@@ -114,13 +114,13 @@ void check_plane_lines(const RigDescription& file, ReadContext& context) {
     context.fail(setup.projector_place,
                  fmt::format("rig.projector: '{}' is no profile of a projector that shows bit planes",
                              setup.projector.name),
-                 "give [rig] projector = \"lightcrafter-4500-video\"");
+                 "give [rig] projector = \"lightcrafter-4500-video\" or \"lightcrafter-6500-video\"");
   if (setup.with_role(RigRole::plane) == nullptr)
     context.fail(setup.projector_place, "no line has the role \"plane\"",
-                 "wire TRIG_OUT_1 to an input: add [rig.lines.NAME] role = \"plane\"");
+                 "wire TRIG_OUT_1 (DLPC900: TRIG_OUT_2) to an input: add [rig.lines.NAME] role = \"plane\"");
   if (!file.projector.vsync || setup.with_role(RigRole::vsync) == nullptr)
     context.fail(setup.projector_place, "no line has the role \"vsync\"",
-                 "wire TRIG_OUT_2 to an input: add [rig.lines.NAME] role = \"vsync\"");
+                 "wire TRIG_OUT_2 (DLPC900: TRIG_OUT_1) to an input: add [rig.lines.NAME] role = \"vsync\"");
 }
 
 void check_devices(const RigDescription& file, ReadContext& context) {

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bit planes on a real kernel: an emulated DLPC350 behind USB/IP, met by hidraw, and vkms as its screen. The
-// pixels are read from the memory that vkms scans out.
+// Bit planes on a real kernel: an emulated controller behind USB/IP, met by hidraw, and vkms as its screen.
+// The pixels are read from the memory that vkms scans out.
 #include "bench-vm/projector/expected_screens.hpp"
 #include "dlpc/controller_on_usb.hpp"
 #include "dlpc/emulated_dlpc350.hpp"
+#include "dlpc/emulated_dlpc900.hpp"
 #include "projector/dlp/find_controllers.hpp"
 #include "projector/dlp/plane_projector.hpp"
 #include "projector/dlpc350/video_patterns.hpp"
+#include "projector/dlpc900/video_planes.hpp"
 #include "symrig/base/random.hpp"
 #include "symrig/projector/dlp_controller.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <iostream>
 #include <thread>
 
@@ -21,14 +24,19 @@ namespace {
 
 using namespace projector::dlp;
 
+bool is_there(const ControllerKind& kind) {
+  return std::ranges::any_of(find_controllers(),
+                             [&](const FoundController& one) { return one.kind == kind; });
+}
+
 /// Waits until the kernel has bound the device to hidraw.
-bool attached() {
+bool attached(const ControllerKind& kind) {
   for (const char* const command :
        {"modprobe usbhid", "modprobe hid-generic", "ip link set lo up", "usbip attach -r 127.0.0.1 -b 1-1"})
     if (std::system(command) != 0) return false;  // NOLINT(concurrency-mt-unsafe,cert-env33-c)
-  for (int tries = 0; tries < 300 && find_controllers().empty(); ++tries)
+  for (int tries = 0; tries < 300 && !is_there(kind); ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  return !find_controllers().empty();
+  return is_there(kind);
 }
 
 /// A thread shows one picture in each refresh of a real kernel. The machine is emulated, so some come late.
@@ -61,68 +69,119 @@ void expect_played(PlaneProjector& projector, const std::string& card) {
   EXPECT_EQ(seen->rgb[0], shown->back().picture == 1 ? 0xFFFFFFU : 0U);
 }
 
-TEST(Planes, of_a_real_screen_are_the_planned_patterns_and_the_controller_is_left_as_it_was) {
-  const auto device = std::make_shared<symrig::test::EmulatedDlpc350>();
-  symrig::test::UsbIpServer server(symrig::test::on_usb(device));
-  ASSERT_TRUE(attached());
+/// A controller, the screen that feeds it, and how its driver begins.
+struct Rig {
+  ControllerKind kind;
+  std::shared_ptr<symrig::test::EmulatedController> device;
+  std::string firmware, mode;
+  Grid screen;
+  int cell = 0;
+  std::function<Result<std::unique_ptr<PlaneSequence>>(std::unique_ptr<HidTransport>, const PictureSource&)>
+      begin;
+};
+
+/// How many planes of all screen pixels differ from the planned patterns.
+std::size_t differing_planes(const ScanoutPixels& seen, const std::vector<Pattern>& patterns,
+                             const PlanePlan& plan, const Rig& rig) {
+  std::size_t differing = 0;
+  for (int row = 0; row < rig.screen.rows; ++row)
+    for (int col = 0; col < rig.screen.cols; ++col)
+      for (int k = 0; k < 24; ++k) {
+        const int shift = k < 8 ? 8 + k : k < 16 ? k + 8 : k - 16;
+        const std::uint32_t word = seen.rgb[static_cast<std::size_t>(row) * rig.screen.cols + col];
+        const float lit = patterns[static_cast<std::size_t>(plan[static_cast<std::size_t>(k)])].at(
+            row / rig.cell, col / rig.cell);
+        differing += (word >> static_cast<unsigned>(shift) & 1U) != (lit > 0 ? 1U : 0U);
+      }
+  return differing;
+}
+
+/// Shows 24 random planes and reads each pixel, then plays.
+void expect_planes(PlaneProjector& projector, const Rig& rig, const std::string& card) {
+  Random random(5);
+  std::vector<Pattern> patterns(30, Pattern(projector.grid()));
+  for (Pattern& pattern : patterns)
+    for (float& value : pattern.values()) value = random.uniform() < 0.5 ? 0.F : 1.F;
+  PlanePlan plan;
+  for (int k = 0; k < 24; ++k) plan.push_back((7 * k) % 30);
+  ASSERT_TRUE(projector.load_planes(patterns, {&plan, 1}).ok());
+  ASSERT_TRUE(projector.show(0).ok());
+  ASSERT_TRUE(projector.check().ok());
+  const auto seen = read_screen(card);
+  ASSERT_TRUE(seen.ok()) << seen.error().line();
+  EXPECT_EQ(differing_planes(*seen, patterns, plan, rig), 0U);
+  expect_played(projector, card);
+}
+
+void expect_planes_of(const Rig& rig) {
+  symrig::test::UsbIpServer server(symrig::test::on_usb(rig.device));
+  ASSERT_TRUE(attached(rig.kind));
   const auto state = [&] {
     const std::scoped_lock lock(server.mutex());
-    return device->state();
+    return rig.device->state();
   };
   const std::string before = state();
   const auto found = find_dlp_controllers();
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].error, "");
-  EXPECT_EQ(found[0].product, "DLPC350");
-  EXPECT_EQ(found[0].firmware, "3.1.0");
+  EXPECT_EQ(found[0].product, rig.kind.name);
+  EXPECT_EQ(found[0].firmware, rig.firmware);
 
   const GuestDisplay display = display_of("BENCH_VKMS");
   DrmProjectorOptions wanted;
   wanted.connector = display.connector;
-  wanted.mode = "912x1140R@60";
-  wanted.placement = {.cell = 57};
+  wanted.mode = rig.mode;
+  wanted.placement = {.cell = rig.cell};
   {
-    auto transport = open_transport(kDlpc350, "");
+    auto transport = open_transport(rig.kind, "");
     ASSERT_TRUE(transport.ok()) << transport.error().line();
-    EXPECT_EQ(open_transport(kDlpc350, "").error().code, ErrorCode::device_lost) << "one program at a time";
+    EXPECT_EQ(open_transport(rig.kind, "").error().code, ErrorCode::device_lost) << "one program at a time";
     auto screen = open_projector(wanted);
     ASSERT_TRUE(screen);
-    auto opened = PlaneProjector::open(
-        std::move(screen), {}, [&](const PictureSource& source) -> Result<std::unique_ptr<PlaneSequence>> {
-          SYMRIG_TRY(auto begun, projector::dlpc350::VideoPatterns::begin(
-                                     projector::dlpc350::Controller(*std::move(transport)), source, {}));
-          return std::unique_ptr<PlaneSequence>(std::move(begun));
-        });
+    auto opened = PlaneProjector::open(std::move(screen), {}, [&](const PictureSource& source) {
+      return rig.begin(*std::move(transport), source);
+    });
     ASSERT_TRUE(opened.ok()) << opened.error().line();
-    PlaneProjector& projector = **opened;
-    Random random(5);
-    std::vector<Pattern> patterns(30, Pattern(projector.grid()));
-    for (Pattern& pattern : patterns)
-      for (float& value : pattern.values()) value = random.uniform() < 0.5 ? 0.F : 1.F;
-    PlanePlan plan;
-    for (int k = 0; k < 24; ++k) plan.push_back((7 * k) % 30);
-    ASSERT_TRUE(projector.load_planes(patterns, {&plan, 1}).ok());
-    ASSERT_TRUE(projector.show(0).ok());
-    ASSERT_TRUE(projector.check().ok());
-    const auto seen = read_screen(display.card);
-    ASSERT_TRUE(seen.ok()) << seen.error().line();
-    std::size_t differing = 0;
-    for (int row = 0; row < 1140; ++row)
-      for (int col = 0; col < 912; ++col)
-        for (int k = 0; k < 24; ++k) {
-          const int shift = k < 8 ? 8 + k : k < 16 ? k + 8 : k - 16;
-          const std::uint32_t word =
-              seen->rgb[static_cast<std::size_t>(row) * 912 + static_cast<std::size_t>(col)];
-          const float lit =
-              patterns[static_cast<std::size_t>(plan[static_cast<std::size_t>(k)])].at(row / 57, col / 57);
-          differing += (word >> static_cast<unsigned>(shift) & 1U) != (lit > 0 ? 1U : 0U);
-        }
-    EXPECT_EQ(differing, 0U);
-    expect_played(projector, display.card);
+    expect_planes(**opened, rig, display.card);
     const std::scoped_lock lock(server.mutex());
-    EXPECT_TRUE(device->shows_sequence());
+    EXPECT_TRUE(rig.device->shows_sequence());
   }
   EXPECT_EQ(state(), before);
+}
+
+/// What Result's conversions do not do: a driver's sequence as any sequence.
+template <class Sequence>
+Result<std::unique_ptr<PlaneSequence>> as_planes(Result<std::unique_ptr<Sequence>> begun) {
+  if (!begun) return begun.error();
+  return std::unique_ptr<PlaneSequence>(*std::move(begun));
+}
+
+TEST(Planes, of_a_real_screen_are_the_planned_patterns_and_the_controller_is_left_as_it_was) {
+  using namespace projector::dlpc350;
+  expect_planes_of({kDlpc350,
+                    std::make_shared<symrig::test::EmulatedDlpc350>(),
+                    "3.1.0",
+                    "912x1140R@60",
+                    {1140, 912},
+                    57,
+                    [](std::unique_ptr<HidTransport> transport, const PictureSource& source) {
+                      return as_planes(VideoPatterns::begin(
+                          projector::dlpc350::Controller(std::move(transport)), source, {}));
+                    }});
+}
+
+TEST(Planes, of_a_dlpc900_are_the_planned_patterns_too) {
+  using namespace projector::dlpc900;
+  expect_planes_of({kDlpc900,
+                    std::make_shared<symrig::test::EmulatedDlpc900>(),
+                    "6.0.1",
+                    "1920x1080@60",
+                    {1080, 1920},
+                    120,
+                    [](std::unique_ptr<HidTransport> transport, const PictureSource& source) {
+                      return as_planes(VideoPlanes::begin(
+                          projector::dlpc900::Controller(std::move(transport)), source, {}));
+                    }});
 }
 
 }  // namespace

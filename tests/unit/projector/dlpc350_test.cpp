@@ -2,10 +2,9 @@
 // The protocol of a DLPC350 and its video-pattern mode, against an emulated controller.
 #include "assert_ok.hpp"
 #include "dlpc/emulated_dlpc350.hpp"
+#include "dlpc/faulty_transport.hpp"
 #include "projector/dlpc350/look.hpp"
 #include "projector/dlpc350/video_patterns.hpp"
-
-#include <functional>
 
 #include <gtest/gtest.h>
 
@@ -18,7 +17,6 @@ using projector::dlp::check_sequence;
 using projector::dlp::Command;
 using projector::dlp::command_body;
 using projector::dlp::Dialogue;
-using projector::dlp::HidTransport;
 using projector::dlp::kAllLeds;
 using projector::dlp::LedCurrents;
 using projector::dlp::LedEnable;
@@ -321,53 +319,26 @@ TEST_F(Dlpc350, no_fault_at_any_command_leaves_another_state_or_a_wrong_sequence
   const auto all = static_cast<int>(device->commands().size());
   ASSERT_GT(all, 40);
   int refused = 0;
-  for (int kind = 0; kind < 4; ++kind) {
+  for (const CommandFault kind : kCommandFaults) {
     for (int at = 0; at < all; ++at) {
       device = std::make_shared<EmulatedDlpc350>();
       device->set(0x1A1D, {1, 9, 8});
       const std::string before = device->state();
-      const std::string reset = EmulatedDlpc350().state();
-      auto transport = std::make_unique<EmulatedTransport>(device);
-      int count = 0;
-      // Faults by number: the transport's owner counts commands.
-      if (kind == 2) device->reset_after = at;
-      if (kind == 3) device->unplugged_after = at;
-      class Faulty final : public HidTransport {
-       public:
-        Faulty(std::unique_ptr<EmulatedTransport> inner, std::function<void(const Report&)> before_write)
-            : inner_(std::move(inner)), before_write_(std::move(before_write)) {}
-        Result<void> write(const Report& report) override {
-          before_write_(report);
-          return inner_->write(report);
-        }
-        Result<Report> read(Nanoseconds patience) override { return inner_->read(patience); }
-        std::string name() const override { return inner_->name(); }
-
-       private:
-        std::unique_ptr<EmulatedTransport> inner_;
-        std::function<void(const Report&)> before_write_;
-      };
-      const auto before_write = [&](const Report& report) {
-        if (count++ != at) return;
-        if (kind == 0) device->refuse[static_cast<unsigned>(report[5] * 256 + report[4])] = 1;
-        if (kind == 1) device->stalled = 1;
-      };
-      bool right = false;
       {
-        auto begun = VideoPatterns::begin(
-            Controller(std::make_unique<Faulty>(std::move(transport), before_write)), source, options);
+        auto begun = VideoPatterns::begin(Controller(std::make_unique<FaultyTransport>(device, kind, at)),
+                                          source, options);
         refused += !begun.ok();
         if (begun) {
           const bool whole = (*begun)->check().ok();
-          right = device->shows_sequence() && device->table()[23][0] >> 2 == 23;
-          EXPECT_TRUE(!whole || right) << kind << " at " << at;
+          const bool right = device->shows_sequence() && device->table()[23][0] >> 2 == 23;
+          EXPECT_TRUE(!whole || right) << static_cast<int>(kind) << " at " << at;
         }
       }
-      if (kind < 2) {
-        EXPECT_EQ(device->state(), before) << kind << " at " << at;
+      if (kind == CommandFault::refused || kind == CommandFault::not_answered) {
+        EXPECT_EQ(device->state(), before) << static_cast<int>(kind) << " at " << at;
         EXPECT_FALSE(device->table_is_open());
       }
-      if (kind == 2) {
+      if (kind == CommandFault::reset) {
         EXPECT_EQ(device->running(), 0);
       }
     }

@@ -46,7 +46,7 @@ TEST(RigFile, the_shortest_one_has_sound_defaults) {
 }
 
 TEST(RigFile, the_examples_are_read) {
-  for (const char* name : {"hdmi.toml", "bench.toml", "lightcrafter-4500.toml"}) {
+  for (const char* name : {"hdmi.toml", "bench.toml", "lightcrafter-4500.toml", "lightcrafter-6500.toml"}) {
     const auto file = read_rig_file(std::string(SYMRIG_EXAMPLE_RIGS) + "/" + name);
     EXPECT_TRUE(file.ok()) << (file.ok() ? "" : file.error().line());
   }
@@ -76,8 +76,9 @@ TEST(RigFile, the_keys_of_a_dlp_controller_are_checked) {
             "planes = 12\nplane_period = \"1300 us\"\nplane_exposure = \"1 ms\"\nleds = \"blue\"\n"
             "red_current = 10\ngreen_current = 20\nblue_current = 30\nport = \"fpd-link\"\n"
             "plane_active = \"low\"\nframe_active = \"high\"\nplane_delay_us = 1.5\n"
-            "frame_delay_us = -10\nlatency = 2\n");
+            "frame_delay_us = -10\nlatency = 2\nplane_order = \"RGB highest first\"\n");
   EXPECT_TRUE(all.ok()) << all.error().line();
+  EXPECT_NE(all->identity().find(", order RGB highest first"), std::string::npos) << all->identity();
   expect_refused(head + "planes = 25\n", "15: projector.planes", "24");
   expect_refused(head + "plane_period = \"684.5 us\"\n", "15: projector.plane_period", "684 us");
   expect_refused(head + "leds = \"violet\"\n", "15: projector.leds", "\"magenta\"");
@@ -85,6 +86,26 @@ TEST(RigFile, the_keys_of_a_dlp_controller_are_checked) {
   expect_refused(head + "frame_delay_us = 1\n", "15: projector.frame_delay_us", "plane_delay_us");
   expect_refused(head + "plane_delay_us = 3\n", "15: projector.plane_delay_us", "2.78");
   expect_refused(head + "folder = \"p\"\n", "15: there is no key projector.folder", "connector");
+  expect_refused(head + "plane_order = \"RRB\"\n", "15: projector.plane_order", "\"RGB\"");
+}
+
+TEST(RigFile, a_dlpc900_has_keys_of_its_own) {
+  const std::string head = kHead + "[rig]\nprojector = \"lightcrafter-6500-video\"\n" +
+                           "[rig.lines.plane_trigger]\nrole = \"plane\"\n[camera]\n" + kSensor +
+                           "[projector]\ndriver = \"dlpc900\"\n";
+  const auto usual = parse(head);
+  ASSERT_TRUE(usual.ok()) << usual.error().line();
+  EXPECT_NE(usual->identity().find("projector dlpc900  1920x1080@60, 24 planes, period longest"),
+            std::string::npos)
+      << usual->identity();
+  for (const char* port : {"hdmi", "displayport", "unchanged"}) {
+    const auto file = parse(head + "port = \"" + port + "\"\nplane_delay_us = 5\nframe_delay_us = -15\n");
+    EXPECT_TRUE(file.ok()) << file.error().line();
+  }
+  expect_refused(head + "port = \"fpd-link\"\n", "15: projector.port", "displayport");
+  expect_refused(head + "plane_exposure = \"300 us\"\n", "15: there is no key projector.plane_exposure",
+                 "plane_");
+  expect_refused(head + "frame_delay_us = -21\n", "15: projector.frame_delay_us", "-20");
 }
 
 TEST(RigFile, exposures_may_be_planned) {

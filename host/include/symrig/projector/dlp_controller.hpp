@@ -20,11 +20,12 @@ struct DlpSignal {
 /// A DLP controller on this computer's USB, and its state if it answered.
 struct DlpController {
   std::string path;     ///< "/dev/hidraw0": the key `controller` of a rig file
-  std::string product;  ///< "DLPC350"
+  std::string product;  ///< "DLPC350", "DLPC900", or as the device says
   std::string serial;   ///< empty: it has none
   std::string error;    ///< why the values below are missing; empty: they are not
 
   std::string firmware;           ///< "3.0.0"
+  std::string mirrors;            ///< "DLP6500"; empty: it does not tell
   bool standby = false;           ///< its mirrors and LEDs are off
   bool parked = false;            ///< its mirrors are parked
   bool healthy = false;           ///< initialized, and no error of the sequencer
