@@ -81,7 +81,7 @@ struct Rig {
 };
 
 /// How many planes of all screen pixels differ from the planned patterns.
-std::size_t differing_planes(const ScanoutPixels& seen, const std::vector<Pattern>& patterns,
+std::size_t differing_planes(const ScreenPixels& seen, const std::vector<Pattern>& patterns,
                              const PlanePlan& plan, const Rig& rig) {
   std::size_t differing = 0;
   for (int row = 0; row < rig.screen.rows; ++row)

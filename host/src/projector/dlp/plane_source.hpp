@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace symrig::projector::dlp {
 
@@ -49,6 +50,24 @@ class PlaneSource : public ProjectorSource {
   ControllerKind kind_;
   std::string_view driver_;
   PlaneKeys keys_;
+};
+
+/// A source whose controller is driven by a `Sequence`: Sequence::begin(Controller, source, options).
+template <class Sequence, class Controller, class Options>
+class PlaneSourceOf final : public PlaneSource {
+ public:
+  PlaneSourceOf(const ControllerKind& kind, std::string_view driver, PlaneKeys keys, Options options)
+      : PlaneSource(kind, driver, std::move(keys)), options_(std::move(options)) {}
+
+ private:
+  const PlaneOptions& planes() const override { return options_; }
+  Result<std::unique_ptr<PlaneSequence>> begin(std::unique_ptr<HidTransport> transport,
+                                               const PictureSource& source) const override {
+    SYMRIG_TRY(auto begun, Sequence::begin(Controller(std::move(transport)), source, options_));
+    return std::unique_ptr<PlaneSequence>(std::move(begun));
+  }
+
+  Options options_;
 };
 
 }  // namespace symrig::projector::dlp

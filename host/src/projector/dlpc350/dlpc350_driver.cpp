@@ -9,27 +9,6 @@
 #include <utility>
 
 namespace symrig::projector {
-namespace {
-
-class Dlpc350Source final : public dlp::PlaneSource {
- public:
-  Dlpc350Source(dlp::PlaneKeys keys, dlpc350::VideoPatternOptions sequence)
-      : PlaneSource(dlp::kDlpc350, dlpc350_driver().name, std::move(keys)), sequence_(std::move(sequence)) {}
-
- private:
-  const dlp::PlaneOptions& planes() const override { return sequence_; }
-  Result<std::unique_ptr<dlp::PlaneSequence>> begin(std::unique_ptr<dlp::HidTransport> transport,
-                                                    const dlp::PictureSource& source) const override {
-    SYMRIG_TRY(auto patterns,
-               dlpc350::VideoPatterns::begin(dlpc350::Controller(std::move(transport)), source, sequence_));
-    return std::unique_ptr<dlp::PlaneSequence>(std::move(patterns));
-  }
-
-  dlpc350::VideoPatternOptions sequence_;
-};
-
-}  // namespace
-
 std::unique_ptr<ProjectorSource> read_dlpc350_projector(base::TableReader& table) {
   dlp::PlaneKeys keys;
   keys.screen.mode = "912x1140@60";
@@ -42,7 +21,9 @@ std::unique_ptr<ProjectorSource> read_dlpc350_projector(base::TableReader& table
   dlp::read_delay(table, "plane_delay_us", -20.05, 2.78, sequence.plane_delay);
   dlp::read_delay(table, "frame_delay_us", -20.05, 2.78, sequence.frame_delay);
   dlp::check_delays(table, sequence);
-  return std::make_unique<Dlpc350Source>(std::move(keys), std::move(sequence));
+  using Source =
+      dlp::PlaneSourceOf<dlpc350::VideoPatterns, dlpc350::Controller, dlpc350::VideoPatternOptions>;
+  return std::make_unique<Source>(dlp::kDlpc350, dlpc350_driver().name, std::move(keys), std::move(sequence));
 }
 
 }  // namespace symrig::projector

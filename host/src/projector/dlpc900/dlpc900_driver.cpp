@@ -10,27 +10,6 @@
 #include <utility>
 
 namespace symrig::projector {
-namespace {
-
-class Dlpc900Source final : public dlp::PlaneSource {
- public:
-  Dlpc900Source(dlp::PlaneKeys keys, dlpc900::VideoPlaneOptions sequence)
-      : PlaneSource(dlp::kDlpc900, dlpc900_driver().name, std::move(keys)), sequence_(std::move(sequence)) {}
-
- private:
-  const dlp::PlaneOptions& planes() const override { return sequence_; }
-  Result<std::unique_ptr<dlp::PlaneSequence>> begin(std::unique_ptr<dlp::HidTransport> transport,
-                                                    const dlp::PictureSource& source) const override {
-    SYMRIG_TRY(auto planes,
-               dlpc900::VideoPlanes::begin(dlpc900::Controller(std::move(transport)), source, sequence_));
-    return std::unique_ptr<dlp::PlaneSequence>(std::move(planes));
-  }
-
-  dlpc900::VideoPlaneOptions sequence_;
-};
-
-}  // namespace
-
 std::unique_ptr<ProjectorSource> read_dlpc900_projector(base::TableReader& table) {
   using Port = std::optional<dlpc900::Port>;
   dlp::PlaneKeys keys;
@@ -46,7 +25,8 @@ std::unique_ptr<ProjectorSource> read_dlpc900_projector(base::TableReader& table
   dlp::read_delay(table, "plane_delay_us", -19, 100, sequence.plane_delay);
   dlp::read_delay(table, "frame_delay_us", -20, 100, sequence.frame_delay);
   dlp::check_delays(table, sequence);
-  return std::make_unique<Dlpc900Source>(std::move(keys), std::move(sequence));
+  using Source = dlp::PlaneSourceOf<dlpc900::VideoPlanes, dlpc900::Controller, dlpc900::VideoPlaneOptions>;
+  return std::make_unique<Source>(dlp::kDlpc900, dlpc900_driver().name, std::move(keys), std::move(sequence));
 }
 
 }  // namespace symrig::projector
