@@ -114,7 +114,7 @@ void check_plane_lines(const RigDescription& file, ReadContext& context) {
     context.fail(setup.projector_place,
                  fmt::format("rig.projector: '{}' is no profile of a projector that shows bit planes",
                              setup.projector.name),
-                 "give [rig] projector = \"lightcrafter-4500-video\" or \"lightcrafter-6500-video\"");
+                 R"(give [rig] projector = "lightcrafter-4500-video" or "lightcrafter-6500-video")");
   if (setup.with_role(RigRole::plane) == nullptr)
     context.fail(setup.projector_place, "no line has the role \"plane\"",
                  "wire TRIG_OUT_1 (DLPC900: TRIG_OUT_2) to an input: add [rig.lines.NAME] role = \"plane\"");

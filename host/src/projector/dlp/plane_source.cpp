@@ -34,7 +34,7 @@ void read_order(base::TableReader& table, PlaneOrder& order) {
   const auto parsed = parse_plane_order(text);
   if (!parsed)
     return table.fail("plane_order", fmt::format("is no order of the colours: '{}'", text),
-                      "give three letters such as \"GRB\" or \"RGB\", or \"RGB highest first\"");
+                      R"(give three letters such as "GRB" or "RGB", or "RGB highest first")");
   order = *parsed;
 }
 

@@ -56,8 +56,8 @@ class PlaneSource : public ProjectorSource {
 template <class Sequence, class Controller, class Options>
 class PlaneSourceOf final : public PlaneSource {
  public:
-  PlaneSourceOf(const ControllerKind& kind, std::string_view driver, PlaneKeys keys, Options options)
-      : PlaneSource(kind, driver, std::move(keys)), options_(std::move(options)) {}
+  PlaneSourceOf(const ControllerKind& kind, std::string_view driver, PlaneKeys keys, const Options& options)
+      : PlaneSource(kind, driver, std::move(keys)), options_(options) {}
 
  private:
   const PlaneOptions& planes() const override { return options_; }

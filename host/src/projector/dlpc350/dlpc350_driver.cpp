@@ -23,7 +23,7 @@ std::unique_ptr<ProjectorSource> read_dlpc350_projector(base::TableReader& table
   dlp::check_delays(table, sequence);
   using Source =
       dlp::PlaneSourceOf<dlpc350::VideoPatterns, dlpc350::Controller, dlpc350::VideoPatternOptions>;
-  return std::make_unique<Source>(dlp::kDlpc350, dlpc350_driver().name, std::move(keys), std::move(sequence));
+  return std::make_unique<Source>(dlp::kDlpc350, dlpc350_driver().name, std::move(keys), sequence);
 }
 
 }  // namespace symrig::projector

@@ -26,7 +26,7 @@ std::unique_ptr<ProjectorSource> read_dlpc900_projector(base::TableReader& table
   dlp::read_delay(table, "frame_delay_us", -20, 100, sequence.frame_delay);
   dlp::check_delays(table, sequence);
   using Source = dlp::PlaneSourceOf<dlpc900::VideoPlanes, dlpc900::Controller, dlpc900::VideoPlaneOptions>;
-  return std::make_unique<Source>(dlp::kDlpc900, dlpc900_driver().name, std::move(keys), std::move(sequence));
+  return std::make_unique<Source>(dlp::kDlpc900, dlpc900_driver().name, std::move(keys), sequence);
 }
 
 }  // namespace symrig::projector
