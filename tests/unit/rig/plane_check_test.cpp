@@ -76,8 +76,7 @@ TEST(PlaneCheck, any_two_neighbours_that_change_places_are_refused) {
 
 TEST(PlaneCheck, another_order_of_colours_is_refused_with_the_key_that_names_it) {
   std::vector<int> order = in_place();
-  for (int k = 0; k < 8; ++k)
-    std::swap(order[static_cast<std::size_t>(k)], order[static_cast<std::size_t>(k + 8)]);
+  for (std::size_t k = 0; k < 8; ++k) std::swap(order[k], order[k + 8]);
   for (const char* noise : {"camera", "off"})
     expect_parts(refusal_of(open_in_order(order, noise)),
                  {"in the place of plane 0 came plane 8, of plane 1 plane 9", "and so on",
