@@ -14,7 +14,7 @@ namespace symrig {
 namespace {
 
 /// The tensor must be of the rig's grid and channels.
-Result<void> check_same(const TransportTensor& tensor, Grid rig, int channels) {
+Result<void> check_same(const TransportOperator& tensor, Grid rig, int channels) {
   if (rig == tensor.camera_grid() && rig == tensor.projector_grid() && channels == tensor.channels())
     return {};
   return Error{ErrorCode::size_mismatch,
@@ -25,7 +25,7 @@ Result<void> check_same(const TransportTensor& tensor, Grid rig, int channels) {
 
 }  // namespace
 
-Result<Judged> judge_by_truth(const TransportTensor& tensor, const std::string& rig,
+Result<Judged> judge_by_truth(const TransportOperator& tensor, const std::string& rig,
                               const Progress& progress) {
   SYMRIG_TRY(const std::shared_ptr<const Scene> truth, open_truth(rig));
   SYMRIG_CHECK(check_same(tensor, truth->grid(), truth->channels()));
@@ -45,20 +45,26 @@ TrueTransport true_transport_of(const StoredScene& scene) {
   return truth_of(*std::move(truth));
 }
 
-Result<Judged> judge_by_rig(const TransportTensor& tensor, Probe& rig, const Progress& progress) {
+Result<Judged> judge_by_rig(const TransportOperator& tensor, Probe& rig, const Progress& progress) {
   SYMRIG_CHECK(check_aligned(rig));
   SYMRIG_CHECK(check_same(tensor, rig.grid(), rig.channels()));
   SYMRIG_TRY(ErrorEstimate errors, measure_errors(tensor, rig, {}, progress));
   return Judged{std::move(errors), rig.describe()};
 }
 
-Result<std::vector<HeldOutError>> judge_by_photographs(const StoredScene& scene) {
+Result<std::vector<HeldOutError>> judge_by_photographs(const TransportOperator& tensor,
+                                                       std::span<const HeldOut> held_out) {
   std::vector<HeldOutError> errors;
-  for (const HeldOut& one : scene.held_out) {
-    SYMRIG_TRY(HeldOutError error, held_out_error(scene.tensor, one));
+  errors.reserve(held_out.size());
+  for (const HeldOut& one : held_out) {
+    SYMRIG_TRY(HeldOutError error, held_out_error(tensor, one));
     errors.push_back(std::move(error));
   }
   return errors;
+}
+
+Result<std::vector<HeldOutError>> judge_by_photographs(const StoredScene& scene) {
+  return judge_by_photographs(scene.tensor, scene.held_out);
 }
 
 }  // namespace symrig

@@ -12,7 +12,7 @@ Radiance without_noise(Image<float> mean) {
   return {std::move(mean), Image<float>(grid), Image<std::uint8_t>(grid, 1, 1)};
 }
 
-Result<void> check_mosaic(const TransportTensor& tensor, const RelightOptions& options) {
+Result<void> check_mosaic(const TransportOperator& tensor, const RelightOptions& options) {
   if (!options.mosaic) return {};
   if (tensor.channels() != 1)
     return Error{ErrorCode::bad_argument, "the scene already has colour channels, so it is no raw mosaic",
@@ -26,12 +26,17 @@ Result<void> check_mosaic(const TransportTensor& tensor, const RelightOptions& o
 }  // namespace
 
 Result<Relighter> Relighter::begin(TransportTensor tensor, const RelightOptions& options) {
-  SYMRIG_CHECK(check_mosaic(tensor, options));
+  return begin(std::make_shared<const TransportTensor>(std::move(tensor)), options);
+}
+
+Result<Relighter> Relighter::begin(std::shared_ptr<const TransportOperator> tensor,
+                                   const RelightOptions& options) {
+  SYMRIG_CHECK(check_mosaic(*tensor, options));
   Relighter relighter;
-  SYMRIG_TRY(relighter.light_grid_, symrig::light_grid(tensor, options.views));
-  SYMRIG_TRY(relighter.picture_grid_, symrig::picture_grid(tensor, options.views));
+  SYMRIG_TRY(relighter.light_grid_, symrig::light_grid(*tensor, options.views));
+  SYMRIG_TRY(relighter.picture_grid_, symrig::picture_grid(*tensor, options.views));
   if (options.mosaic) {
-    SYMRIG_TRY(Image<float> flood, tensor.apply(Image<float>(tensor.projector_grid(), 1, 1.F)));
+    SYMRIG_TRY(Image<float> flood, tensor->apply(Image<float>(tensor->projector_grid(), 1, 1.F)));
     relighter.flood_mosaic_ = without_noise(std::move(flood));
   }
   relighter.tensor_ = std::move(tensor);
@@ -47,12 +52,12 @@ Result<Image<float>> Relighter::in_colour(Image<float> photograph) const {
 }
 
 Result<Image<float>> Relighter::relight(const Image<float>& light) const {
-  SYMRIG_TRY(Image<float> photograph, symrig::relight(tensor_, light, options_.views));
+  SYMRIG_TRY(Image<float> photograph, symrig::relight(*tensor_, light, options_.views));
   return in_colour(std::move(photograph));
 }
 
 Result<std::vector<Image<float>>> Relighter::relight_batch(std::span<const Image<float>> lights) const {
-  SYMRIG_TRY(std::vector<Image<float>> photographs, symrig::relight_batch(tensor_, lights, options_.views));
+  SYMRIG_TRY(std::vector<Image<float>> photographs, symrig::relight_batch(*tensor_, lights, options_.views));
   for (Image<float>& photograph : photographs) {
     SYMRIG_TRY(photograph, in_colour(std::move(photograph)));
   }

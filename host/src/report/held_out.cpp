@@ -46,7 +46,7 @@ double rms_over(const Lit& lit, const Image<float>& a, const Image<float>& b) {
 
 }  // namespace
 
-Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out) {
+Result<HeldOutError> held_out_error(const TransportOperator& tensor, const HeldOut& held_out) {
   const bool fits = held_out.photograph.grid() == tensor.camera_grid() &&
                     held_out.photograph.channels() == tensor.channels();
   if (!fits)

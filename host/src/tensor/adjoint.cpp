@@ -23,4 +23,8 @@ Result<Image<float>> apply_adjoint(const TransportTensor& tensor, const Image<fl
   return light;
 }
 
+Result<Image<float>> TransportTensor::adjoint(const Image<float>& picture) const {
+  return apply_adjoint(*this, picture);
+}
+
 }  // namespace symrig

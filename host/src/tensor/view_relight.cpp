@@ -8,7 +8,7 @@
 namespace symrig {
 namespace {
 
-Result<void> check(const TransportTensor& tensor, const ViewRelight& what) {
+Result<void> check(const TransportOperator& tensor, const ViewRelight& what) {
   for (const Grid grid : {tensor.projector_grid(), tensor.camera_grid()})
     if (!what.views.fits(grid))
       return Error{ErrorCode::bad_argument,
@@ -51,32 +51,33 @@ Result<void> check_view_light(const Image<float>& light, Grid grid) {
 }
 
 /// The light on the projector of all views; those that do not shine are dark.
-Image<float> on_projector(const Image<float>& light, const TransportTensor& tensor, const ViewRelight& what) {
+Image<float> on_projector(const Image<float>& light, const TransportOperator& tensor,
+                          const ViewRelight& what) {
   const Grid whole = tensor.projector_grid();
   return what.from ? pasted(light, whole, what.views.tile(whole, *what.from)) : light;
 }
 
 /// The part of the photograph that is asked for.
-Image<float> seen(Image<float> photograph, const TransportTensor& tensor, const ViewRelight& what) {
+Image<float> seen(Image<float> photograph, const TransportOperator& tensor, const ViewRelight& what) {
   if (!what.to) return photograph;
   return cut_out(photograph, what.views.tile(tensor.camera_grid(), *what.to));
 }
 
 }  // namespace
 
-Result<Grid> light_grid(const TransportTensor& tensor, const ViewRelight& what) {
+Result<Grid> light_grid(const TransportOperator& tensor, const ViewRelight& what) {
   SYMRIG_CHECK(check(tensor, what));
   const Grid whole = tensor.projector_grid();
   return what.from ? what.views.tile(whole, *what.from).grid : whole;
 }
 
-Result<Grid> picture_grid(const TransportTensor& tensor, const ViewRelight& what) {
+Result<Grid> picture_grid(const TransportOperator& tensor, const ViewRelight& what) {
   SYMRIG_CHECK(check(tensor, what));
   const Grid whole = tensor.camera_grid();
   return what.to ? what.views.tile(whole, *what.to).grid : whole;
 }
 
-Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& light,
+Result<Image<float>> relight(const TransportOperator& tensor, const Image<float>& light,
                              const ViewRelight& what) {
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));
   SYMRIG_CHECK(check_view_light(light, grid));
@@ -84,7 +85,7 @@ Result<Image<float>> relight(const TransportTensor& tensor, const Image<float>& 
   return seen(std::move(photograph), tensor, what);
 }
 
-Result<std::vector<Image<float>>> relight_batch(const TransportTensor& tensor,
+Result<std::vector<Image<float>>> relight_batch(const TransportOperator& tensor,
                                                 std::span<const Image<float>> lights,
                                                 const ViewRelight& what) {
   SYMRIG_TRY(const Grid grid, light_grid(tensor, what));

@@ -4,6 +4,7 @@
 #include "symrig/acquisition/probe.hpp"
 #include "symrig/base/progress.hpp"
 #include "symrig/base/result.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
 #include <functional>
@@ -34,7 +35,7 @@ struct EvaluateOptions {
 };
 
 /// fails: size_mismatch, whatever truth fails with.
-Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
+Result<TransportErrors> evaluate(const TransportOperator& tensor, const TrueTransport& truth,
                                  const EvaluateOptions& options = {});
 
 /// The same on a rig whose truth is unknown, by photographs that the tensor was not made from. A signed
@@ -43,7 +44,7 @@ Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransp
 /// is subtracted: Σ (estimate − photograph)² − Σ Var, over Σ photograph² − Σ Var. An error below that noise
 /// is reported as 0 or little more. 4 · probes + 4 photographs. fails: size_mismatch, whatever the probe
 /// fails with, interrupted (by progress).
-Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe,
+Result<TransportErrors> evaluate(const TransportOperator& tensor, Probe& probe,
                                  const EvaluateOptions& options = {}, const Progress& progress = {});
 
 /// The pictures that errors and reports are made with. values in [0,1], one channel.

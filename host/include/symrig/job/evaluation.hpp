@@ -8,9 +8,10 @@
 #include "symrig/base/result.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
-#include "symrig/tensor/transport_tensor.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,7 @@ struct Judged {
 
 /// Compares with the true transport of a `sim:` rig. progress: one step for each pattern; may be empty.
 /// fails: as open_truth; size_mismatch (the rig of another scene); interrupted.
-Result<Judged> judge_by_truth(const TransportTensor& tensor, const std::string& rig,
+Result<Judged> judge_by_truth(const TransportOperator& tensor, const std::string& rig,
                               const Progress& progress);
 
 /// The true transport behind a scene, if it was captured from a simulated rig that fits it; otherwise empty.
@@ -34,10 +35,13 @@ TrueTransport true_transport_of(const StoredScene& scene);
 
 /// Compares with new photographs of a rig. progress: one step for each photograph; may be empty.
 /// fails: as check_aligned and Probe::measure; size_mismatch (the rig of another scene); interrupted.
-Result<Judged> judge_by_rig(const TransportTensor& tensor, Probe& rig, const Progress& progress);
+Result<Judged> judge_by_rig(const TransportOperator& tensor, Probe& rig, const Progress& progress);
 
-/// Compares with the photographs that the scene file has kept, one result each.
+/// Compares with photographs that the scene file has kept, one result each.
 /// fails: size_mismatch.
+Result<std::vector<HeldOutError>> judge_by_photographs(const TransportOperator& tensor,
+                                                       std::span<const HeldOut> held_out);
+/// The same with all of them.
 Result<std::vector<HeldOutError>> judge_by_photographs(const StoredScene& scene);
 
 }  // namespace symrig

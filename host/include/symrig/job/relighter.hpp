@@ -5,10 +5,12 @@
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/radiance.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 #include "symrig/tensor/view_relight.hpp"
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -28,11 +30,13 @@ class Relighter {
   static constexpr std::size_t kBatch = 16;
 
   /// fails: as light_grid; bad_argument (a mosaic of a scene in colour, or of single views).
+  static Result<Relighter> begin(std::shared_ptr<const TransportOperator> tensor,
+                                 const RelightOptions& options);
   static Result<Relighter> begin(TransportTensor tensor, const RelightOptions& options);
 
   Grid light_grid() const { return light_grid_; }
   Grid picture_grid() const { return picture_grid_; }
-  int picture_channels() const { return options_.mosaic ? 3 : tensor_.channels(); }
+  int picture_channels() const { return options_.mosaic ? 3 : tensor_->channels(); }
 
   /// photograph = T · light.  shapes, error, fails: as symrig::relight. With a mosaic it has 3 channels, as
   /// colour_by_flood makes them.
@@ -47,7 +51,7 @@ class Relighter {
   Relighter() = default;
   Result<Image<float>> in_colour(Image<float> photograph) const;
 
-  TransportTensor tensor_;
+  std::shared_ptr<const TransportOperator> tensor_;
   RelightOptions options_;
   Grid light_grid_, picture_grid_;
   std::optional<Radiance> flood_mosaic_;  ///< with a mosaic only

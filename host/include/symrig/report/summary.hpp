@@ -7,6 +7,7 @@
 #include "symrig/report/made.hpp"
 #include "symrig/rig/rig.hpp"
 #include "symrig/tensor/file.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <cstdint>
 #include <string>
@@ -54,7 +55,7 @@ struct HeldOutError {
 
 /// Predicts one held-out photograph and compares.
 /// fails: size_mismatch.
-Result<HeldOutError> held_out_error(const TransportTensor& tensor, const HeldOut& held_out);
+Result<HeldOutError> held_out_error(const TransportOperator& tensor, const HeldOut& held_out);
 
 /// The JSON of `symrig evaluate --json`. errors (no truth given) and half_width may be null. differs:
 /// differences_of_scene(). ideal: errors against T of the ideal coaxial rig, if `errors` refer to that of a

@@ -4,6 +4,7 @@
 #include "symrig/base/result.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/tensor/block_tree.hpp"
+#include "symrig/tensor/transport_operator.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -84,13 +85,13 @@ struct LeafCounts {
 /// 2⁻¹²) Σ|A||B|ᵀ + 2⁻³¹ Σ max|A| max|B| over its leaves (sums over ranks). A single entry or an entry of a
 /// band changes by at most 2⁻¹¹ of itself + 2⁻³⁹ of the largest. Immutable after `TensorBuilder::finish`;
 /// copies share one store. Thread-safe for reading.
-class TransportTensor {
+class TransportTensor final : public TransportOperator {
  public:
   TransportTensor() = default;
 
-  Grid camera_grid() const { return camera_.grid(); }
-  Grid projector_grid() const { return symmetric_ ? camera_.grid() : projector_.grid(); }
-  int channels() const { return channels_; }
+  Grid camera_grid() const override { return camera_.grid(); }
+  Grid projector_grid() const override { return symmetric_ ? camera_.grid() : projector_.grid(); }
+  int channels() const override { return channels_; }
   bool symmetric() const { return symmetric_; }
   const BlockTree& camera_tree() const { return camera_; }
   const BlockTree& projector_tree() const { return symmetric_ ? camera_ : projector_; }
@@ -100,14 +101,14 @@ class TransportTensor {
   /// error: the rounding of T (above) + float sums, ≤ (|J| + leaves on the pixel's path + 4) ε ·
   /// Σ_leaf |A||B|ᵀ|pattern| per pixel, ε = 2⁻²⁴. The same bits for any number of threads.  fails:
   /// size_mismatch.  source: [Garg06 §5.1]
-  Result<Image<float>> apply(const Image<float>& pattern) const;
+  Result<Image<float>> apply(const Image<float>& pattern) const override;
 
   /// The same for a pattern in memory of the caller: projector_grid().size() values, raster order.
   Result<Image<float>> apply_values(std::span<const float> pattern) const;
 
-  /// Photographs of many patterns; reads T once for 16 of them. Same error and failures as apply. The order
-  /// of the sums differs, so the last bits may differ.
-  Result<std::vector<Image<float>>> apply_batch(std::span<const Image<float>> patterns) const;
+  Result<std::vector<Image<float>>> apply_batch(std::span<const Image<float>> patterns) const override;
+  /// As apply_adjoint().
+  Result<Image<float>> adjoint(const Image<float>& picture) const override;
 
   /// dual picture = Tᵀ · light: the scene as the projector sees it, lit from the camera.  shapes: camera grid
   /// (1 channel) → projector grid (channels()).  Same error and failures as apply.  source: [Sen05 §3]

@@ -43,7 +43,7 @@ using Truth = std::function<Result<Radiance>(const Image<float>& pattern)>;
 
 class Comparison {
  public:
-  Comparison(const TransportTensor& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
+  Comparison(const TransportOperator& tensor, Truth truth) : tensor_(tensor), truth_(std::move(truth)) {}
 
   /// Adds ‖T̃p − Tp‖² and ‖Tp‖² over the pixels of each mask.
   Result<void> add(const Image<float>& pattern,
@@ -74,7 +74,7 @@ class Comparison {
   }
 
  private:
-  const TransportTensor& tensor_;
+  const TransportOperator& tensor_;
   Truth truth_;
 };
 
@@ -169,7 +169,7 @@ Told told(const std::vector<Squares>& probes) {
   return {all.relative(), 2 * (1 + 1.2 / (n - 1)) * std::sqrt(variance) + noise_width(all)};
 }
 
-Result<ErrorEstimate> compare_all(const TransportTensor& tensor, const Comparison& compare,
+Result<ErrorEstimate> compare_all(const TransportOperator& tensor, const Comparison& compare,
                                   const Image<float>& natural_light, const EvaluateOptions& options) {
   const Grid grid = tensor.projector_grid();
   const std::size_t pixels = grid.size();
@@ -212,13 +212,13 @@ Result<ErrorEstimate> compare_all(const TransportTensor& tensor, const Compariso
 
 }  // namespace
 
-Result<ErrorEstimate> measure_errors(const TransportTensor& tensor, const TrueTransport& truth,
+Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, const TrueTransport& truth,
                                      const EvaluateOptions& options) {
   const Image<float> natural = natural_pattern(tensor.projector_grid(), options.seed + 2);
   return compare_all(tensor, Comparison(tensor, exactly(truth)), natural, options);
 }
 
-Result<ErrorEstimate> measure_errors(const TransportTensor& tensor, Probe& probe,
+Result<ErrorEstimate> measure_errors(const TransportOperator& tensor, Probe& probe,
                                      const EvaluateOptions& options, const Progress& progress) {
   const Image<float> natural = cut_at_median(natural_pattern(tensor.projector_grid(), options.seed + 2));
   const std::int64_t photographs = std::int64_t{4} * options.probes + 4;
@@ -226,14 +226,14 @@ Result<ErrorEstimate> measure_errors(const TransportTensor& tensor, Probe& probe
                      options);
 }
 
-Result<TransportErrors> evaluate(const TransportTensor& tensor, const TrueTransport& truth,
+Result<TransportErrors> evaluate(const TransportOperator& tensor, const TrueTransport& truth,
                                  const EvaluateOptions& options) {
   SYMRIG_TRY(const ErrorEstimate measured, measure_errors(tensor, truth, options));
   return measured.value;
 }
 
-Result<TransportErrors> evaluate(const TransportTensor& tensor, Probe& probe, const EvaluateOptions& options,
-                                 const Progress& progress) {
+Result<TransportErrors> evaluate(const TransportOperator& tensor, Probe& probe,
+                                 const EvaluateOptions& options, const Progress& progress) {
   SYMRIG_TRY(const ErrorEstimate measured, measure_errors(tensor, probe, options, progress));
   return measured.value;
 }
