@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "command_table.hpp"
 
-#include <iterator>
-#include <string>
+#include "meter.hpp"
+#include "program.hpp"
 
 namespace symrig::apps {
 namespace {
@@ -31,23 +31,18 @@ std::span<const Command> commands() {
   return kCommands;
 }
 
-std::vector<std::string_view> command_names() {
+std::vector<std::string_view> command_names(std::span<const Command> of) {
   std::vector<std::string_view> names;
-  names.reserve(std::size(kCommands));
-  for (const Command& command : kCommands) names.push_back(command.name);
+  names.reserve(of.size());
+  for (const Command& command : of) names.push_back(command.name);
   return names;
 }
 
-std::vector<Job> declare(CLI::App& app) {
-  app.name("symrig");
-  app.description("symrig measures how a real scene transports light, and lets you relight it.");
-  app.require_subcommand(1);
-  app.set_version_flag("-V,--version", "symrig " SYMRIG_VERSION);
-  app.footer(kExample);
-  std::vector<Job> jobs;
-  for (const Command& command : kCommands)
-    jobs.push_back(command.add(*app.add_subcommand(std::string(command.name), command.about)));
-  return jobs;
+const Program& symrig_program() {
+  static const Program program{"symrig",
+                               "symrig measures how a real scene transports light, and lets you relight it.",
+                               kExample, kCommands, catch_interrupts};
+  return program;
 }
 
 }  // namespace symrig::apps

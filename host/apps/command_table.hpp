@@ -9,17 +9,15 @@
 
 namespace symrig::apps {
 
-/// A line of commands.def.
+/// A command of a program; those of `symrig` are the lines of commands.def.
 struct Command {
   std::string_view name;
   const char* about;
   Job (*add)(CLI::App& command);
 };
-std::span<const Command> commands();
-std::vector<std::string_view> command_names();
 
-/// Declares `symrig`, its commands and their options. Returns the jobs in the order of commands(). What is
-/// declared here is all that help, manual pages and completions show.
-std::vector<Job> declare(CLI::App& app);
+/// The commands of `symrig`.
+std::span<const Command> commands();
+std::vector<std::string_view> command_names(std::span<const Command> of = commands());
 
 }  // namespace symrig::apps

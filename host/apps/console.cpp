@@ -2,6 +2,7 @@
 #include "console.hpp"
 
 #include "colour.hpp"
+#include "program.hpp"
 #include "symrig/base/printable.hpp"
 #include "symrig/base/standard_streams.hpp"
 
@@ -15,7 +16,7 @@ Result<void> print(std::string_view text) {
 }
 
 void print_error(std::string_view command, std::string_view line) {
-  const std::string head = fmt::format("symrig{}{}:", command.empty() ? "" : " ", command);
+  const std::string head = fmt::format("{}{}{}:", program_name(), command.empty() ? "" : " ", command);
   write_standard_error(fmt::format(
       "{} {}\n", takes_colours(STDERR_FILENO) ? coloured(head, Colour::red) : head, printable_line(line)));
 }

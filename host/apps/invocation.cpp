@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "invocation.hpp"
 
+#include "program.hpp"
+
 #include <algorithm>
 #include <cctype>
 #include <string_view>
@@ -45,7 +47,7 @@ std::string shell_line(std::span<const char* const> words) {
 }
 
 void remember_command_line(int argc, const char* const* argv) {
-  std::vector<const char*> words{"symrig"};
+  std::vector<const char*> words{program_name().c_str()};
   if (argc > 1) words.insert(words.end(), argv + 1, argv + argc);
   remembered() = shell_line(words);
 }

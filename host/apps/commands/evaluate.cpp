@@ -5,6 +5,7 @@
 #include "error_table.hpp"
 #include "files.hpp"
 #include "meter.hpp"
+#include "opened_scene.hpp"
 #include "rig.hpp"
 #include "symrig/job/evaluation.hpp"
 #include "symrig/report/provenance.hpp"
@@ -29,7 +30,7 @@ struct EvaluateArguments {
 };
 
 /// A real rig takes new photographs.
-Result<Judged> against(const TransportTensor& tensor, const EvaluateArguments& arguments) {
+Result<Judged> against(const TransportOperator& tensor, const EvaluateArguments& arguments) {
   if (is_simulated(arguments.rig)) {
     Meter meter("evaluate", "patterns");
     return judge_by_truth(tensor, arguments.rig, meter.progress());
@@ -59,7 +60,7 @@ void warn(const std::string& file, const std::vector<std::string>& differs) {
                   fmt::join(differs, ", ")));
 }
 
-Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
+Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, const OpenScene& open) {
   const std::array<Idle, 2> options{{
       {"--registration", arguments.rig.empty(), "without --rig: held-out photographs are on the cells"},
       {"--registration", is_simulated(arguments.rig),
@@ -71,7 +72,8 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
                    .reads("the registration", arguments.registration)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
+  const StoredScene& scene = opened.scene;
   if (arguments.rig.empty() && scene.held_out.empty())
     return Error{ErrorCode::bad_argument,
                  fmt::format("{} contains no held-out photographs to compare with", arguments.scene),
@@ -79,11 +81,12 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
   std::optional<Judged> errors;
   std::vector<std::string> differs;
   if (!arguments.rig.empty()) {
-    SYMRIG_TRY(errors, against(scene.tensor, arguments));
+    SYMRIG_TRY(errors, against(*opened.transport, arguments));
     differs = differences_of_scene(captured_scene(scene), errors->rig);
     warn(arguments.scene, differs);
   }
-  SYMRIG_TRY(const std::vector<HeldOutError> held_out, judge_by_photographs(scene));
+  SYMRIG_TRY(const std::vector<HeldOutError> held_out,
+             judge_by_photographs(*opened.transport, scene.held_out));
   SYMRIG_CHECK(write_text(
       arguments.json,
       evaluation_json(captured_scene(scene), arguments.rig, errors ? &errors->errors.value : nullptr,
@@ -104,6 +107,10 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments) {
 }  // namespace
 
 Job add_evaluate(CLI::App& command) {
+  return add_evaluate_of(command, open_here);
+}
+
+Job add_evaluate_of(CLI::App& command, OpenScene open) {
   const auto arguments = std::make_shared<EvaluateArguments>();
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
@@ -130,7 +137,7 @@ Job add_evaluate(CLI::App& command) {
           "Photographs that `symrig fit --hold-out` kept are compared with and without --rig.\n"
           "\n") +
       kExitCodes);
-  return [&command, arguments] { return run(command, *arguments); };
+  return [&command, arguments, open = std::move(open)] { return run(command, *arguments, open); };
 }
 
 }  // namespace symrig::apps

@@ -8,6 +8,7 @@
 #include "files.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
+#include "opened_scene.hpp"
 #include "symrig/hdr/mosaic.hpp"
 #include "symrig/image/file.hpp"
 #include "symrig/job/file_hash.hpp"
@@ -83,13 +84,13 @@ Result<ViewRelight> asked(const RelightArguments& arguments, const TransportTens
 }
 
 /// The tensor as the options ask for it.
-Result<Relighter> relighter_of(const RelightArguments& arguments, const TransportTensor& tensor) {
+Result<Relighter> relighter_of(const RelightArguments& arguments, const OpenedScene& opened) {
   RelightOptions options;
-  SYMRIG_TRY(options.views, asked(arguments, tensor));
+  SYMRIG_TRY(options.views, asked(arguments, opened.scene.tensor));
   if (!arguments.mosaic.empty()) {
     SYMRIG_TRY(options.mosaic, parse_bayer(arguments.mosaic));
   }
-  Result<Relighter> relighter = Relighter::begin(tensor, options);
+  Result<Relighter> relighter = Relighter::begin(opened.transport, options);
   if (!relighter) return hint_in_command_words(relighter.error());
   return relighter;
 }
@@ -99,8 +100,8 @@ const char* projector_of(const RelightArguments& arguments) {
   return arguments.from_view.empty() ? "the scene's projector" : "that view";
 }
 
-Result<Image<float>> relit(const RelightArguments& arguments, const TransportTensor& tensor) {
-  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, tensor));
+Result<Image<float>> relit(const RelightArguments& arguments, const OpenedScene& opened) {
+  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, opened));
   SYMRIG_TRY(const Image<float> light,
              read_light(arguments.light, relighter.light_grid(), projector_of(arguments)));
   return relighter.relight(light);
@@ -184,11 +185,11 @@ std::string request_text(const RelightArguments& arguments) {
   return text;
 }
 
-Result<void> run_sequence(const RelightArguments& arguments) {
+Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& open) {
   const bool film = is_film(arguments.output);
   SYMRIG_CHECK(check_exposure(arguments, film || arguments.format == "png"));
-  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene));
-  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, scene.tensor));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
+  SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, opened));
   SYMRIG_TRY(const LightSequence lights,
              LightSequence::open(arguments.lights, relighter.light_grid(), projector_of(arguments)));
   SequenceOutput output{.path = arguments.output,
@@ -221,17 +222,18 @@ Result<void> check_files(const RelightArguments& arguments) {
   return files.check();
 }
 
-Result<void> run(const CLI::App& command, const RelightArguments& arguments, bool dual) {
+Result<void> run(const CLI::App& command, const RelightArguments& arguments, bool dual,
+                 const OpenScene& open) {
   if (!dual) {
     SYMRIG_CHECK(check_lights(command, arguments));
     SYMRIG_CHECK(check_views(command, arguments));
   }
   SYMRIG_CHECK(check_files(arguments));
-  if (!arguments.lights.empty()) return run_sequence(arguments);
+  if (!arguments.lights.empty()) return run_sequence(arguments, open);
   SYMRIG_CHECK(check_exposure(arguments, is_png(arguments.output)));
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
   SYMRIG_TRY(Image<float> picture,
-             dual ? dual_picture(arguments, scene.tensor) : relit(arguments, scene.tensor));
+             dual ? dual_picture(arguments, opened.scene.tensor) : relit(arguments, opened));
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
   PictureFacts facts;  // other formats state none, and the hash reads the whole scene
   if (is_exr(arguments.output)) {
@@ -280,7 +282,7 @@ void add_lights(CLI::App& command, RelightArguments& arguments) {
                    "With --lights: keep the pictures that an earlier call has written, and make the others");
 }
 
-Job add(CLI::App& command, bool dual, const char* footer) {
+Job add(CLI::App& command, bool dual, const char* footer, OpenScene open) {
   const auto arguments = std::make_shared<RelightArguments>();
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
@@ -317,12 +319,16 @@ Job add(CLI::App& command, bool dual, const char* footer) {
   }
   command.footer(std::string(footer) + "\n" + light_help() + "\n" + kExitCodes);
   takes_number<double>(command.get_option("--exposure"));
-  return [&command, arguments, dual] { return run(command, *arguments, dual); };
+  return [&command, arguments, dual, open = std::move(open)] { return run(command, *arguments, dual, open); };
 }
 
 }  // namespace
 
 Job add_relight(CLI::App& command) {
+  return add_relight_of(command, open_here);
+}
+
+Job add_relight_of(CLI::App& command, OpenScene open) {
   return add(
       command, false,
       "Example:\n"
@@ -334,7 +340,8 @@ Job add_relight(CLI::App& command) {
       "\n"
       "The light has the projector's grid. The result has the camera's grid, in radiance per unit of "
       "projector light.\n"
-      "Of a film, luma is the light: white of its range is 1. --lights is the fast way for many lights.\n");
+      "Of a film, luma is the light: white of its range is 1. --lights is the fast way for many lights.\n",
+      std::move(open));
 }
 
 Job add_dual(CLI::App& command) {
@@ -344,7 +351,8 @@ Job add_dual(CLI::App& command) {
              "\n"
              "Helmholtz reciprocity allows light to be sent backwards. --light shines from the camera's "
              "pixels (the camera's\n"
-             "grid). The result is what the projector would see (the projector's grid) [Sen et al. 2005].\n");
+             "grid). The result is what the projector would see (the projector's grid) [Sen et al. 2005].\n",
+             open_here);
 }
 
 }  // namespace symrig::apps

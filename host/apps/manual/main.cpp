@@ -7,6 +7,7 @@
 #include "console.hpp"
 #include "manual/completions.hpp"
 #include "manual/pages.hpp"
+#include "program.hpp"
 #include "symrig/base/atomic_file.hpp"
 #include "symrig/base/standard_streams.hpp"
 
@@ -24,7 +25,7 @@ Result<void> write(const std::filesystem::path& path, const std::string& text) {
 
 Result<void> write_manual(const std::filesystem::path& folder) {
   CLI::App app;
-  declare(app);
+  declare(app, symrig_program());
   std::error_code error;
   std::filesystem::create_directories(folder / "man1", error);
   if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message(), "choose another folder"};

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "command_table.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace symrig::apps {
+
+/// A program with commands.
+struct Program {
+  std::string name;         ///< "symrig"
+  const char* description;  ///< of the help
+  const char* footer;       ///< of the help
+  std::span<const Command> commands;
+  void (*prepare)();  ///< called before a job: what signals do
+};
+
+/// `symrig`.
+const Program& symrig_program();
+
+/// Declares a program, its commands and their options. Returns the jobs in the order of its commands. What is
+/// declared here is all that help, manual pages and completions show.
+std::vector<Job> declare(CLI::App& app, const Program& program);
+
+/// Parses the words and runs the job that they ask for. Prints what went wrong. Returns the exit code. main()
+/// calls it once.
+int run_program(const Program& program, int argc, char** argv);
+
+/// The name of the program that runs, for messages; "symrig" before run_program().
+const std::string& program_name();
+
+}  // namespace symrig::apps
