@@ -7,6 +7,7 @@
 #   command      symrig, its manual pages and completions, device profiles, udev rules
 #   python       the Python package
 #   board        symrigd (boards/linux)
+#   mpi          symrig-mpi
 include(CMakePackageConfigHelpers)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/symrig)

@@ -14,7 +14,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 # Packages of parts that a build leaves out where their libraries are missing.
-OPTIONAL = {"python3-symrig": "SYMRIG_PYTHON", "symrig-board-linux": "SYMRIG_BOARD_LINUX"}
+OPTIONAL = {"python3-symrig": "SYMRIG_PYTHON", "symrig-board-linux": "SYMRIG_BOARD_LINUX", "symrig-mpi": "SYMRIG_MPI"}
 RULE = re.compile(r'file\(INSTALL DESTINATION "\$\{CMAKE_INSTALL_PREFIX\}/([^"]*)" TYPE ([^)]*)\)')
 
 

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// `symrig-mpi`: jobs on scenes that are dealt over several processes or machines. mpirun starts them.
+#include "commands.hpp"
+#include "dealt_transport.hpp"
+#include "meter.hpp"
+#include "program.hpp"
+#include "ranks.hpp"
+#include "symrig/base/standard_streams.hpp"
+
+#include <array>
+#include <csignal>
+#include <exception>
+#include <string>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace symrig::mpi {
+namespace {
+
+constexpr apps::Command kCommands[] = {
+    {"relight", "Compute the photograph of the scene under any light, or under many", add_relight},
+    {"evaluate", "Compute the errors of a tensor against the true transport, or against held-out photographs",
+     add_evaluate},
+    {"solve", "Find the light that makes the scene look as wanted", add_solve},
+};
+
+constexpr const char* kFooter =
+    "Example:\n"
+    "  mpirun -n 2 symrig-mpi relight scene.h5 --lights walk.y4m -o pictures.y4m\n"
+    "  mpirun symrig-mpi solve scene.h5 --wanted look.exr -o light.exr\n"
+    "\n"
+    "Each process reads and applies its share of the scene. Results differ from those of one process only "
+    "by rounding.\n"
+    "docs/howto-machines.md says how to use several machines.\n"
+    "\n"
+    "Exit codes: 0 done, 2 usage, 3 device, 4 bad input, 5 fault or limit.";
+
+/// What on_stop() writes; a signal handler may not make a text.
+std::string& stop_line() {
+  static std::string line;
+  return line;
+}
+
+/// mpirun sends SIGTERM to all ranks if one of them has died, and when it is stopped itself. A rank that
+/// waits in MPI cannot notice it otherwise.
+void on_stop(int) {
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, stop_line().data(), stop_line().size());
+  ::_exit(exit_code(ErrorCode::interrupted));
+}
+
+void end_on_stop() {
+  apps::catch_interrupts();
+  const Ranks ranks = Ranks::world();
+  if (ranks.count() == 1) return;
+  stop_line() = fmt::format(
+      "symrig-mpi: rank {} was stopped: another rank died, or the job was stopped; no file is half-written; "
+      "run it again\n",
+      ranks.rank());
+  static_cast<void>(std::signal(SIGTERM, on_stop));
+}
+
+/// The job of this rank. Returns the exit code, which is the same on all ranks.
+int run_job(const Ranks& ranks, int argc, char** argv) {
+  if (!ranks.first()) {
+    end_on_stop();
+    return help(ranks);
+  }
+  const apps::Program program{"symrig-mpi",
+                              "symrig-mpi works on scenes that are dealt over several processes.", kFooter,
+                              kCommands, end_on_stop};
+  const int code = apps::run_program(program, argc, argv);
+  release(ranks, code);
+  return code;
+}
+
+int run_rank(int argc, char** argv) {
+  const Ranks ranks = Ranks::world();
+  const int code = run_job(ranks, argc, argv);
+  // mpirun stops the others as soon as one has ended with an error code. They are done too.
+  static_cast<void>(std::signal(SIGTERM, SIG_IGN));
+  ranks.meet();
+  return code;
+}
+
+}  // namespace
+}  // namespace symrig::mpi
+
+int main(int argc, char** argv) {
+  symrig::reserve_standard_streams();
+  const symrig::mpi::Session session(argc, argv);
+  try {
+    return symrig::mpi::run_rank(argc, argv);
+  } catch (const std::exception& error) {
+    symrig::write_standard_error(fmt::format("symrig-mpi: internal fault: {}\n", error.what()));
+  }
+  symrig::mpi::abort_all(symrig::exit_code(symrig::ErrorCode::limit));
+}

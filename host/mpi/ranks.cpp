@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ranks.hpp"
+
+#include "petsc.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <utility>
+
+#include <fmt/format.h>
+#include <mpi.h>
+
+namespace symrig::mpi {
+namespace {
+
+/// MPI counts in int.
+constexpr std::size_t kMost = std::size_t{1} << 28;
+
+template <class T>
+void add_up_values(std::span<T> values, MPI_Datatype type, bool first) {
+  for (std::size_t begin = 0; begin < values.size(); begin += kMost) {
+    T* const part = values.data() + begin;
+    const int size = static_cast<int>(std::min(kMost, values.size() - begin));
+    MPI_Reduce(first ? MPI_IN_PLACE : part, first ? part : nullptr, size, type, MPI_SUM, 0, MPI_COMM_WORLD);
+  }
+}
+
+std::string host_name() {
+  std::array<char, MPI_MAX_PROCESSOR_NAME> name{};
+  int size = 0;
+  MPI_Get_processor_name(name.data(), &size);
+  return {name.data(), static_cast<std::size_t>(size)};
+}
+
+}  // namespace
+
+Ranks Ranks::world() {
+  int rank = 0, count = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &count);
+  return {rank, count};
+}
+
+void Ranks::broadcast_bytes(std::span<std::byte> bytes, int from) const {
+  for (std::size_t begin = 0; begin < bytes.size(); begin += kMost)
+    MPI_Bcast(bytes.data() + begin, static_cast<int>(std::min(kMost, bytes.size() - begin)), MPI_BYTE, from,
+              MPI_COMM_WORLD);
+}
+
+void Ranks::broadcast_text(std::string& text, int from) const {
+  std::uint64_t size = text.size();
+  broadcast_value(size, from);
+  text.resize(size);
+  broadcast(std::span(text.data(), text.size()), from);
+}
+
+void Ranks::add_up(std::span<float> values) const {
+  add_up_values(values, MPI_FLOAT, first());
+}
+
+void Ranks::add_up(std::span<double> values) const {
+  add_up_values(values, MPI_DOUBLE, first());
+}
+
+std::vector<std::uint64_t> Ranks::gather(std::uint64_t value) const {
+  std::vector<std::uint64_t> all(first() ? static_cast<std::size_t>(count_) : 0);
+  MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+  return all;
+}
+
+void Ranks::meet() const {
+  MPI_Barrier(MPI_COMM_WORLD);
+}
+
+Result<void> Ranks::all(const Result<void>& mine) const {
+  const int failed = mine ? count_ : rank_;
+  int lowest = count_;
+  MPI_Allreduce(&failed, &lowest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+  if (lowest == count_) return {};
+  auto code = static_cast<std::uint16_t>(mine ? ErrorCode::io : mine.error().code);
+  std::string what, hint;
+  if (lowest == rank_) {
+    what = lowest == 0 ? mine.error().what
+                       : fmt::format("rank {} on {}: {}", rank_, host_name(), mine.error().what);
+    hint = mine.error().hint;
+  }
+  broadcast_value(code, lowest);
+  broadcast_text(what, lowest);
+  broadcast_text(hint, lowest);
+  return Error{static_cast<ErrorCode>(code), std::move(what), std::move(hint)};
+}
+
+Session::Session(int& argc, char**& argv) {
+  int given = 0;  // threads other than this one never call MPI
+  MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &given);
+}
+
+Session::~Session() {
+  end_petsc();
+  MPI_Finalize();
+}
+
+void abort_all(int exit_code) {
+  MPI_Abort(MPI_COMM_WORLD, exit_code);
+  std::abort();
+}
+
+}  // namespace symrig::mpi
