@@ -79,7 +79,7 @@ int run_rank(int argc, char** argv) {
   const int code = run_job(ranks, argc, argv);
   // mpirun stops the others as soon as one has ended with an error code. They are done too.
   static_cast<void>(std::signal(SIGTERM, SIG_IGN));
-  ranks.meet();
+  meet();
   return code;
 }
 

@@ -42,7 +42,7 @@ Ranks Ranks::world() {
   return {rank, count};
 }
 
-void Ranks::broadcast_bytes(std::span<std::byte> bytes, int from) const {
+void Ranks::broadcast_bytes(std::span<std::byte> bytes, int from) {
   for (std::size_t begin = 0; begin < bytes.size(); begin += kMost)
     MPI_Bcast(bytes.data() + begin, static_cast<int>(std::min(kMost, bytes.size() - begin)), MPI_BYTE, from,
               MPI_COMM_WORLD);
@@ -67,10 +67,6 @@ std::vector<std::uint64_t> Ranks::gather(std::uint64_t value) const {
   std::vector<std::uint64_t> all(first() ? static_cast<std::size_t>(count_) : 0);
   MPI_Gather(&value, 1, MPI_UINT64_T, all.data(), 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
   return all;
-}
-
-void Ranks::meet() const {
-  MPI_Barrier(MPI_COMM_WORLD);
 }
 
 Result<void> Ranks::all(const Result<void>& mine) const {
@@ -99,6 +95,10 @@ Session::Session(int& argc, char**& argv) {
 Session::~Session() {
   end_petsc();
   MPI_Finalize();
+}
+
+void meet() {
+  MPI_Barrier(MPI_COMM_WORLD);
 }
 
 void abort_all(int exit_code) {

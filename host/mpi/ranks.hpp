@@ -41,15 +41,12 @@ class Ranks {
   /// What each rank gives, in the order of the ranks; empty on all but the first.
   std::vector<std::uint64_t> gather(std::uint64_t value) const;
 
-  /// Waits until all ranks are here.
-  void meet() const;
-
   /// The failure of the lowest rank that failed, on all ranks, or success. The text names the rank.
   Result<void> all(const Result<void>& mine) const;
 
  private:
   Ranks(int rank, int count) : rank_(rank), count_(count) {}
-  void broadcast_bytes(std::span<std::byte> bytes, int from) const;
+  static void broadcast_bytes(std::span<std::byte> bytes, int from);
 
   int rank_, count_;
 };
@@ -62,6 +59,9 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 };
+
+/// Waits until all ranks are here.
+void meet();
 
 /// Ends all ranks at once: this one cannot go on.
 [[noreturn]] void abort_all(int exit_code);

@@ -71,9 +71,9 @@ std::uint64_t identity_of(const StoredScene& scene) {
 }  // namespace
 
 std::vector<LeafRange> deal(std::span<const std::int64_t> costs, std::int64_t first, int count) {
-  const double whole = static_cast<double>(std::accumulate(costs.begin(), costs.end(), first));
+  const auto whole = static_cast<double>(std::accumulate(costs.begin(), costs.end(), first));
   std::vector<LeafRange> ranges(static_cast<std::size_t>(count));
-  double before = static_cast<double>(first);  // cost of all that comes before the next leaf
+  auto before = static_cast<double>(first);  // cost of all that comes before the next leaf
   std::size_t next = 0;
   for (std::size_t rank = 0; rank < ranges.size(); ++rank) {
     const double until = whole * static_cast<double>(rank + 1) / count;
@@ -90,7 +90,9 @@ std::vector<LeafRange> deal(std::span<const std::int64_t> costs, std::int64_t fi
 std::vector<std::int64_t> costs_of(const TransportTensor& tensor) {
   std::vector<std::int64_t> costs;
   costs.reserve(tensor.leaves().size());
-  for (const Leaf& leaf : tensor.leaves()) costs.push_back(2 * halves_of(leaf, tensor.channels()));
+  constexpr std::int64_t kHalf = 2, kColumn = std::int64_t{4} * 64;
+  for (const Leaf& leaf : tensor.leaves())
+    costs.push_back(kHalf * halves_of(leaf, tensor.channels()) + kColumn * 2 * leaf.rank * tensor.channels());
   return costs;
 }
 
@@ -110,7 +112,8 @@ Result<Share> read_share(const std::filesystem::path& path, int rank, int count)
   if (count == 1) return share;
   const TransportTensor& whole = share.scene.tensor;
   const std::vector<std::int64_t> costs = costs_of(whole);
-  const std::int64_t rest = whole.bytes() - std::accumulate(costs.begin(), costs.end(), std::int64_t{0});
+  std::int64_t rest = whole.bytes();
+  for (const Leaf& leaf : whole.leaves()) rest -= 2 * halves_of(leaf, whole.channels());
   const std::vector<LeafRange> ranges = deal(costs, rest, count);
   share.scene.tensor = part_of(whole, ranges[static_cast<std::size_t>(rank)], rank == 0);
   if (rank != 0) share.scene.held_out.clear();

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -114,9 +115,16 @@ int run_costs() {
   const Grid grid{512, 512};
   const std::vector<Image<float>> sixteen = lights(grid, 16);
   fmt::print("pixels of a block, rank, MB, ns a factor value for 16 lights, for one\n");
-  for (const auto& [level, rank] : {std::pair(6, 1), {6, 4}, {5, 1}, {5, 4}, {4, 4}, {3, 4}}) {
+  for (const auto& [level, rank, mega] : {std::tuple(6, 1, 12.5),
+                                          {6, 1, 25.0},
+                                          {6, 1, 50.0},
+                                          {6, 1, 100.0},
+                                          {5, 1, 100.0},
+                                          {5, 1, 400.0},
+                                          {4, 1, 400.0},
+                                          {4, 4, 100.0}}) {
     const double values = 2.0 * rank * 512 * 512 / std::pow(4.0, level);
-    const auto pairs = static_cast<std::size_t>(1e8 / values);
+    const auto pairs = static_cast<std::size_t>(mega * 1e6 / values);
     const TransportTensor tensor = made({grid, level, rank, pairs}, {0, pairs});
     const double count = values * static_cast<double>(pairs);
     const double batch = fastest(5, [&] { static_cast<void>(tensor.apply_batch(sixteen)); });

@@ -2,12 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command `symrig-mpi` as a person meets it: its files, its messages, its exit codes.
 
-usage: command_test.py MPIRUN SYMRIG SYMRIG-MPI
+usage: command_test.py MPIRUN SYMRIG SYMRIG-MPI HOWTO
+HOWTO  docs/howto-machines.md, which names every command and every option of `solve`
 """
 
 import json
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -16,7 +18,7 @@ import time
 
 import numpy as np
 
-MPIRUN, SYMRIG, MPI = sys.argv[1:4]
+MPIRUN, SYMRIG, MPI, HOWTO = sys.argv[1:5]
 RIG = "sim:vgroove-textured?size=32x32&noise=off"
 # Of float sums: all pixels of a leaf, all leaves on a pixel's path, four ranks (DealtTransport). The factors of this scene are
 # not negative but for rounding, so the sums of magnitudes are the photograph itself. Both sides round.
@@ -100,6 +102,18 @@ def test_solve(folder):
         whole, again = read_pfm(folder / "whole.pfm"), read_pfm(folder / "again.pfm")
         residual = np.linalg.norm(again.astype(float) - whole) / np.linalg.norm(whole)
         assert abs(residual - solved["residual"]) <= 2 * ROUNDING
+
+
+def test_the_page_names_every_command_and_option(folder):
+    page = pathlib.Path(HOWTO).read_text(encoding="utf-8")
+    commands = re.findall(r"^  ([a-z]+) {2,}", run(MPI, "--help", folder=folder).stdout, re.MULTILINE)
+    assert set(commands) >= {"relight", "evaluate", "solve"}
+    for command in commands:
+        assert f"symrig-mpi {command} " in page, command
+    options = set(re.findall(r"--[a-z]+", run(MPI, "solve", "--help", folder=folder).stdout)) - {"--help", "--output"}
+    assert options == {"--wanted", "--most", "--tolerance", "--applications", "--json"}
+    for option in options:
+        assert f"| `{option} " in page, option
 
 
 def test_one_line_for_bad_input(folder):

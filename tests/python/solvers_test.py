@@ -42,6 +42,34 @@ def test_a_bounded_light_is_as_good_as_the_dense_solution():
     assert np.linalg.norm(groove @ found.x - wanted) < np.linalg.norm(groove @ clipped - wanted)
 
 
+def applications_to(scene, wanted, share, scale):
+    """Products with T and its transpose until the residual is this share of the picture; None: not within 50."""
+    count, reached = 0, None
+
+    def value_and_slope(light):
+        nonlocal count, reached
+        count += 2
+        value, slope = misfit(scene, wanted)((light / scale).astype(np.float32))
+        if reached is None and np.sqrt(2 * value) <= share * np.linalg.norm(wanted):
+            reached = count
+        return value, slope / scale
+
+    bounds = [(0, most) for most in scale]
+    minimize(value_and_slope, 0.5 * scale, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxfun": 25, "ftol": 0, "gtol": 0})
+    return reached
+
+
+def test_a_scale_by_the_light_that_a_pixel_sends_saves_most_steps():
+    """As `symrig-mpi solve` does it."""
+    groove = symrig.capture("sim:vgroove-textured?size=64x64", polish=0)
+    wanted = groove @ symrig.light("natural", groove.light_shape).ravel()
+    sent = (groove.T @ np.ones(groove.shape[0], np.float32)).astype(float)
+    scaled = applications_to(groove, wanted, 0.01, sent)
+    unscaled = applications_to(groove, wanted, 0.01, np.ones(groove.shape[1]))
+    assert scaled is not None and scaled <= 25
+    assert unscaled is None or unscaled > scaled
+
+
 def test_eigen_lights_and_singular_lights(groove):
     matrix = groove.to_numpy().astype(float)
     wanted = np.sort(np.abs(np.linalg.eigvalsh((matrix + matrix.T) / 2)))[-4:]
