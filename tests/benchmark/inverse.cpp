@@ -78,7 +78,7 @@ int run(const char* path) {
 }  // namespace
 }  // namespace symrig::inverse_benchmark
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): a benchmark may end so
   const symrig::mpi::Session session(argc, argv);
   if (argc == 2) return symrig::inverse_benchmark::run(argv[1]);
   fmt::print(stderr, "usage: benchmark_inverse SCENE.h5\n");

@@ -97,7 +97,7 @@ void print_speed(const mpi::Ranks& ranks, const TransportOperator& transport, do
 int run_ranks(int argc, char** argv) {
   const mpi::Ranks ranks = mpi::Ranks::world();
   const double gigabytes = argc > 1 ? std::strtod(argv[1], nullptr) : 2;
-  const int side = argc > 2 ? std::atoi(argv[2]) : 512;
+  const int side = argc > 2 ? static_cast<int>(std::strtol(argv[2], nullptr, 10)) : 512;
   Leaves leaves{{side, side}, 5, 4, 0};
   const double leaf_bytes = 2.0 * leaves.rank * 2 * side * side / 1024;
   leaves.pairs = static_cast<std::size_t>(gigabytes * 1e9 / leaf_bytes);
