@@ -177,6 +177,7 @@ TEST(Solve, refuses_what_it_cannot_solve) {
   EXPECT_EQ(code(Image<float>(kGrid, 1, std::numeric_limits<float>::quiet_NaN()), {}), ErrorCode::bad_value);
   EXPECT_EQ(code(wanted, {.most = 0}), ErrorCode::bad_argument);
   EXPECT_EQ(code(wanted, {.most = std::numeric_limits<double>::infinity()}), ErrorCode::bad_argument);
+  EXPECT_EQ(code(wanted, {.most = 1e30}), ErrorCode::bad_argument);
   EXPECT_EQ(code(wanted, {.tolerance = 0}), ErrorCode::bad_argument);
   EXPECT_EQ(code(wanted, {.applications = 3}), ErrorCode::bad_argument);
 }
