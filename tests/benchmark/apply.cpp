@@ -101,7 +101,7 @@ Times measure(const TransportTensor& tensor, const std::vector<Image<float>>& pa
 double rounding(const TransportTensor& tensor, const Image<float>& pattern) {
   symrig::TensorBuilder builder(tensor.camera_tree(), tensor.channels());
   symrig::Random random(1);
-  const std::vector<float> pool = tensor.factors();
+  const std::vector<float> pool = *tensor.factors();
   const float* at = pool.data();
   std::vector<float> factors;
   const auto moved = [&](float v) {

@@ -155,7 +155,7 @@ TEST(ViewerKernel, applies_what_the_library_applies) {
   for (const bool half_dark : {false, true})
     for (const TransportTensor& tensor : {symmetric_tensor({13, 10}, 1), symmetric_tensor({6, 11}, 3),
                                           general_tensor(false), general_tensor(true)}) {
-      const PageTensor page = viewer::page_tensor(tensor);
+      const PageTensor page = *viewer::page_tensor(tensor);
       const Image<float> light = random_light(tensor.projector_grid(), half_dark);
       const Image<float> back = random_light(tensor.camera_grid(), half_dark);
       const std::int64_t most = tensor.camera_grid().size();

@@ -178,7 +178,10 @@ Shared stopped(const StoredScene& scene, int level) {
   if (level < 0 || level >= scene.tensor.levels())
     throw Failure{{ErrorCode::bad_argument, fmt::format("there is no level {}", level),
                    fmt::format("levels are 0 to {}", scene.tensor.levels() - 1)}};
-  return std::make_shared<StoredScene>(StoredScene{scene.tensor.stopped_at(level), scene.capture_json, {}});
+  return unlocked([&]() -> Result<Shared> {
+    SYMRIG_TRY(TransportTensor tensor, scene.tensor.stopped_at(level));
+    return std::make_shared<StoredScene>(StoredScene{std::move(tensor), scene.capture_json, {}});
+  });
 }
 
 Shared load(const std::string& path) {

@@ -29,9 +29,9 @@ Result<double> misfit(const TransportTensor& tensor, const std::vector<HeldOut>&
 /// The tensor of a capture that stops at this level. As in a capture, the held-out photographs choose between
 /// direct light and products inside blocks; direct light if there are none.
 Result<TransportTensor> stopped(const StoredScene& scene, int level) {
-  TransportTensor direct = stopped_capture(scene.tensor, level, WithinBlocks::direct);
+  SYMRIG_TRY(TransportTensor direct, stopped_capture(scene.tensor, level, WithinBlocks::direct));
   if (scene.held_out.empty()) return direct;
-  TransportTensor product = stopped_capture(scene.tensor, level, WithinBlocks::product);
+  SYMRIG_TRY(TransportTensor product, stopped_capture(scene.tensor, level, WithinBlocks::product));
   SYMRIG_TRY(const double of_direct, misfit(direct, scene.held_out));
   SYMRIG_TRY(const double of_product, misfit(product, scene.held_out));
   return of_product < of_direct ? std::move(product) : std::move(direct);

@@ -16,7 +16,7 @@ Result<Image<float>> apply_adjoint(const TransportTensor& tensor, const Image<fl
   std::vector<float> y(picture.plane(0).size()), p(tensor.projector_grid().size());
   for (int channel = 0; channel < tensor.channels(); ++channel) {
     tensor.camera_tree().to_tree(picture.plane(channel), y);
-    tensor.apply_tree(y, p, channel, true);
+    SYMRIG_CHECK(tensor.add_tree(y, p, channel, true));
   }
   Image<float> light(tensor.projector_grid());
   tensor.projector_tree().to_raster(p, light.plane(0));

@@ -2,6 +2,7 @@
 #include "tensor/apply.hpp"
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <string>
 
@@ -26,8 +27,8 @@ Result<void> check_light(const Image<float>& light, Grid expected) {
 /// Photographs of up to Width patterns. Lanes without a pattern read a dark picture and write to an unused
 /// one, so that the loops over lanes have a fixed length.
 template <std::size_t Width>
-void photograph(const TransportTensor& tensor, const tensor::Store& store, bool transposed,
-                std::span<const Light> lights, std::span<Image<float>> out) {
+Result<void> photograph(const TransportTensor& tensor, const tensor::Store& store, bool transposed,
+                        std::span<const Light> lights, std::span<Image<float>> out) {
   const std::int32_t* const from =
       (transposed ? tensor.camera_tree() : tensor.projector_tree()).order().data();
   const std::int32_t* const to = (transposed ? tensor.projector_tree() : tensor.camera_tree()).order().data();
@@ -38,10 +39,10 @@ void photograph(const TransportTensor& tensor, const tensor::Store& store, bool 
   for (std::size_t lane = 0; lane < Width; ++lane)
     lit[lane] = lane < lights.size() ? lights[lane].data() : dark.data();
   tensor::Application<Width> application(tensor, store, transposed);
-  application.light([&](std::int32_t begin, std::int32_t end, float* p) {
+  SYMRIG_CHECK(application.light([&](std::int32_t begin, std::int32_t end, float* p) {
     for (std::int32_t i = begin; i < end; ++i, p += Width)
       for (std::size_t lane = 0; lane < Width; ++lane) p[lane] = lit[lane][from[i]];
-  });
+  }));
   for (int channel = 0; channel < tensor.channels(); ++channel) {
     for (std::size_t lane = 0; lane < Width; ++lane)
       seen[lane] = lane < out.size() ? out[lane].plane(channel).data() : spare.plane(0).data();
@@ -50,6 +51,7 @@ void photograph(const TransportTensor& tensor, const tensor::Store& store, bool 
         for (std::size_t lane = 0; lane < Width; ++lane) seen[lane][to[i]] = y[lane];
     });
   }
+  return {};
 }
 
 }  // namespace
@@ -67,11 +69,11 @@ Result<Image<float>> TransportTensor::apply_between(std::span<const float> light
     from.to_tree(light, p);
     for (int channel = 0; channel < channels_; ++channel) {
       std::fill(y.begin(), y.end(), 0.0F);
-      apply_tree(p, y, channel, transposed);
+      SYMRIG_CHECK(add_tree(p, y, channel, transposed));
       to.to_raster(y, out.plane(channel));
     }
   } else {
-    photograph<1>(*this, store(), transposed, std::span(&light, 1), std::span(&out, 1));
+    SYMRIG_CHECK(photograph<1>(*this, store(), transposed, std::span(&light, 1), std::span(&out, 1)));
   }
   return out;
 }
@@ -108,22 +110,33 @@ Result<std::vector<Image<float>>> TransportTensor::apply_batch(std::span<const I
   for (const Image<float>& pattern : patterns) lights.push_back(pattern.plane(0));
   for (std::size_t first = 0; first < patterns.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, patterns.size() - first);
-    photograph<kBatch>(*this, store(), false, std::span<const Light>(lights).subspan(first, count),
-                       std::span(out).subspan(first, count));
+    SYMRIG_CHECK(photograph<kBatch>(*this, store(), false,
+                                    std::span<const Light>(lights).subspan(first, count),
+                                    std::span(out).subspan(first, count)));
   }
   return out;
 }
 
-void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, int channel,
-                                 bool transposed) const {
-  if (draft_) return draft_->apply(*this, channel, transposed, p, y);
+Result<void> TransportTensor::add_tree(std::span<const float> p, std::span<float> y, int channel,
+                                       bool transposed) const {
+  if (draft_) {
+    draft_->apply(*this, channel, transposed, p, y);
+    return {};
+  }
   tensor::Application<1> application(*this, store(), transposed);
-  application.light([&](std::int32_t begin, std::int32_t end, float* to) {
+  SYMRIG_CHECK(application.light([&](std::int32_t begin, std::int32_t end, float* to) {
     std::copy(p.begin() + begin, p.begin() + end, to);
-  });
+  }));
   application.see(channel, [&](std::int32_t begin, std::int32_t end, const float* from) {
     for (std::int32_t i = begin; i < end; ++i) y[i] += from[i - begin];
   });
+  return {};
+}
+
+void TransportTensor::apply_tree(std::span<const float> p, std::span<float> y, int channel,
+                                 bool transposed) const {
+  assert(in_memory());
+  static_cast<void>(add_tree(p, y, channel, transposed).ok());
 }
 
 }  // namespace symrig

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <utility>
 
 namespace symrig {
 
@@ -50,6 +51,12 @@ void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::
   draft_->factors.insert(draft_->factors.end(), factors.begin(), factors.end());
 }
 
+void TensorBuilder::take_leaves(std::vector<Leaf> leaves, tensor::LeafParts parts) {
+  assert(draft_->leaves.empty());
+  draft_->leaves = std::move(leaves);
+  draft_->ready = std::move(parts);
+}
+
 void TensorBuilder::add_empty(int level, std::int32_t row_block, std::int32_t col_block) {
   draft_->empties[level].push_back({row_block, col_block});
 }
@@ -79,7 +86,7 @@ void TensorBuilder::add_column(std::int32_t col_begin, std::int32_t col_end,
 }
 
 TransportTensor TensorBuilder::finish() && {
-  tensor_.store_ = std::make_shared<const tensor::Store>(*draft_, tensor_);
+  tensor_.store_ = std::make_shared<const tensor::Store>(std::move(*draft_), tensor_);
   tensor_.draft_.reset();
   draft_.reset();
   return std::move(tensor_);

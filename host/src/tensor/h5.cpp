@@ -58,22 +58,51 @@ bool write_attribute(hid_t object, const char* name, double value) {
   return attribute.ok() && H5Awrite(attribute.id(), H5T_NATIVE_DOUBLE, &value) >= 0 && attribute.close();
 }
 
-bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data) {
+namespace {
+
+Handle new_dataset(hid_t place, const char* name, hid_t type, const Shape& shape) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   if (count(shape) > 0) {
     // A checksum for each chunk, so that a flipped bit on the disk gives an error and not a wrong picture.
     Shape chunk = shape;
     const hsize_t row = std::max<hsize_t>(count(shape) / shape[0], 1);
-    chunk[0] = std::clamp<hsize_t>((hsize_t{1} << 20) / row, 1, shape[0]);
+    chunk[0] = std::clamp<hsize_t>(hsize_t{kRunChunk} / row, 1, shape[0]);
     H5Pset_chunk(create.id(), static_cast<int>(chunk.size()), chunk.data());
     H5Pset_fletcher32(create.id());
   }
-  Handle dataset(H5Dcreate2(place, name, type, space.id(), H5P_DEFAULT, create.id(), H5P_DEFAULT), H5Dclose);
+  return {H5Dcreate2(place, name, type, space.id(), H5P_DEFAULT, create.id(), H5P_DEFAULT), H5Dclose};
+}
+
+}  // namespace
+
+bool write_dataset(hid_t place, const char* name, hid_t type, const Shape& shape, const void* data) {
+  Handle dataset = new_dataset(place, name, type, shape);
   if (!dataset.ok()) return false;
   if (count(shape) > 0 && H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) return false;
   return dataset.close();
 }
+
+template <class T>
+NewRun<T>::NewRun(hid_t place, const char* name, std::size_t size)
+    : dataset_(new_dataset(place, name, native<T>(), {size})) {}
+
+template <class T>
+bool NewRun<T>::write(std::size_t count) {
+  if (count == 0) return true;
+  const hsize_t first = written_, size = count;
+  const Handle to(H5Dget_space(dataset_.id()), H5Sclose);
+  const Handle from(H5Screate_simple(1, &size, nullptr), H5Sclose);
+  if (H5Sselect_hyperslab(to.id(), H5S_SELECT_SET, &first, nullptr, &size, nullptr) < 0 ||
+      H5Dwrite(dataset_.id(), native<T>(), from.id(), to.id(), H5P_DEFAULT, waiting_.data()) < 0)
+    return false;
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
+  written_ += count;
+  return true;
+}
+
+template class NewRun<std::uint16_t>;
+template class NewRun<std::int32_t>;
 
 namespace {
 
@@ -195,6 +224,20 @@ Handle open_group(hid_t file, const std::string& path) {
   const Handle access(H5Pcreate(H5P_GROUP_ACCESS), H5Pclose);
   H5Pset_elink_cb(access.id(), refuse_link, nullptr);
   return {H5Gopen2(file, path.c_str(), access.id()), H5Gclose};
+}
+
+Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, hsize_t count, void* data) {
+  const Handle dataset(H5Dopen2(place, name, dataset_access()), H5Dclose);
+  const Handle stored(dataset.ok() ? H5Dget_type(dataset.id()) : H5I_INVALID_HID, H5Tclose);
+  if (!stored.ok() || H5Tget_class(stored.id()) != H5Tget_class(type))
+    return broken(name, "has the wrong type");
+  if (count == 0) return {};
+  const Handle from(H5Dget_space(dataset.id()), H5Sclose);
+  const Handle to(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  if (H5Sselect_hyperslab(from.id(), H5S_SELECT_SET, &first, nullptr, &count, nullptr) < 0 ||
+      H5Dread(dataset.id(), type, to.id(), from.id(), H5P_DEFAULT, data) < 0)
+    return broken(name, "fails its checksum or cannot be read");
+  return {};
 }
 
 Result<void> read_into(hid_t place, const char* name, hid_t type, void* data) {

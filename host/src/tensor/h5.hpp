@@ -84,6 +84,9 @@ hsize_t count(const Shape& shape);
 /// Stops HDF5 from printing its error stack; errors are returned as values.
 void be_quiet();
 
+/// Values of a chunk of a dataset.
+inline constexpr std::size_t kRunChunk = std::size_t{1} << 20;
+
 // Writing: returns false if the library failed.
 bool write_attribute(hid_t object, const char* name, const std::string& text);
 bool write_attribute(hid_t object, const char* name, std::span<const std::int32_t> values);
@@ -93,6 +96,29 @@ template <class T>
 bool write_dataset(hid_t place, const char* name, const Shape& shape, std::span<const T> data) {
   return write_dataset(place, name, native<T>(), shape, data.data());
 }
+
+/// A new dataset of one dimension, written as its values come.
+template <class T>
+class NewRun {
+ public:
+  NewRun(hid_t place, const char* name, std::size_t size);
+
+  bool ok() const { return dataset_.ok(); }
+  bool add(std::span<const T> values) {
+    waiting_.insert(waiting_.end(), values.begin(), values.end());
+    return waiting_.size() < kTogether || write(waiting_.size() / kRunChunk * kRunChunk);
+  }
+  /// Writes what waits, and closes.
+  bool close() { return write(waiting_.size()) && dataset_.close(); }
+
+ private:
+  static constexpr std::size_t kTogether = 8 * kRunChunk;  // whole chunks, so that each is written once
+  bool write(std::size_t count);
+
+  Handle dataset_;
+  std::size_t written_ = 0;
+  std::vector<T> waiting_;
+};
 
 /// Makes a group. Not ok() if the library failed.
 Handle new_group(hid_t place, const std::string& name);
@@ -113,6 +139,13 @@ Result<Grid> read_grid(hid_t object, const char* name);
 Result<Shape> shape_of(hid_t place, const char* name, std::size_t rank, std::size_t element_bytes,
                        std::uint64_t file_bytes);
 Result<void> read_into(hid_t place, const char* name, hid_t type, void* data);
+
+/// Reads values [first, first + count) of a dataset of one dimension.
+Result<void> read_run(hid_t place, const char* name, hid_t type, hsize_t first, hsize_t count, void* data);
+template <class T>
+Result<void> read_run(hid_t place, const char* name, std::size_t first, std::span<T> to) {
+  return read_run(place, name, native<T>(), first, to.size(), to.data());
+}
 
 template <class T>
 Result<std::vector<T>> read_dataset(hid_t place, const char* name, std::size_t rank, std::uint64_t file_bytes,

@@ -72,8 +72,8 @@ Error not_opened(const fs::path& path, std::uint64_t bytes, const FileWords& wor
 
 }  // namespace
 
-std::mutex& library_mutex() {
-  static std::mutex mutex;
+std::recursive_mutex& library_mutex() {
+  static std::recursive_mutex mutex;
   return mutex;
 }
 

@@ -15,8 +15,9 @@
 
 namespace symrig::tensor::h5 {
 
-/// Debian's HDF5 is not thread-safe: one file at a time.
-std::mutex& library_mutex();
+/// Debian's HDF5 is not thread-safe: one file at a time. A thread may lock it again: a file that stays open
+/// is closed wherever its last user ends.
+std::recursive_mutex& library_mutex();
 
 /// An open file and its size. Every size in the file is checked against it.
 struct Source {

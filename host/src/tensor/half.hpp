@@ -40,6 +40,12 @@ inline float from_half(Half half) {
 /// max|value|. NaN and infinity are kept.
 int to_halves(std::span<const float> values, int top, Half* out);
 
+/// The same for halves, in place: halves before ≈ halves after · 2^exponent. They must be finite.
+int to_top(std::span<Half> values, int top);
+
+/// The largest magnitude, as the bits of a half without a sign. 0x7C00 and more: infinity or NaN.
+Half largest_half(std::span<const Half> values);
+
 /// 2^exponent as a float: 0 if it is too small, the largest power of two if it is too large.
 float power_of_two(int exponent);
 

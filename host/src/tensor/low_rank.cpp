@@ -59,10 +59,52 @@ LowRank::LowRank(std::span<const Leaf> leaves, std::span<const float> factors, c
   pairs_ = pairs.size();
   std::vector<Half> halves(factors.size());
   round_factors(pairs, factors, halves);
+  keep(pairs, halves, shape);
+}
+
+void LowRank::assign(std::span<const Leaf> leaves, PartValues& values, const Shape& shape) {
+  symmetric_ = shape.symmetric;
+  channels_ = shape.channels;
+  const std::vector<Pair> pairs = pairs_of(leaves, channels_);
+  pairs_ = pairs.size();
+  diagonal_.clear();
+  scale_factors(leaves, values);
+  keep(pairs, values.halves, shape);
+}
+
+/// Lays out the rounded factors.
+void LowRank::keep(std::span<const Pair> pairs, const std::vector<Half>& halves, const Shape& shape) {
   if (symmetric_) find_diagonal(pairs, halves);
   lay_out(pairs, shape);
   for (int channel = 0; channel < channels_; ++channel)
-    for_values(pairs, channel, [&](Half& stored, std::size_t at) { stored = halves[at]; });
+    for (std::size_t side = 0; side < (symmetric_ ? 1 : 2); ++side)
+      sides_[side].fill(
+          [&](std::size_t column, std::int32_t pixel) {
+            const Pair& pair = pairs[symmetric_ ? column / 2 : column];
+            const bool is_b = symmetric_ ? column % 2 == 1 : side == 1;
+            const auto values = is_b ? pair.b_of(halves.data(), channel) : pair.a_of(halves.data(), channel);
+            return values.data() + (pixel - (is_b ? pair.col.begin : pair.row.begin));
+          },
+          streams_[static_cast<std::size_t>(channel) * (symmetric_ ? 1 : 2) + side].data());
+}
+
+/// Brings the largest half of each column to its place, and makes weights of the exponents.
+void LowRank::scale_factors(std::span<const Leaf> leaves, PartValues& values) {
+  weights_.resize(static_cast<std::size_t>(channels_) * pairs_);
+  std::size_t pair = 0;
+  Half* at = values.halves.data();
+  const std::int32_t* exponent = values.exponents.data();
+  for (const Leaf& leaf : leaves) {
+    const std::size_t rank = leaf.rank;
+    for (int channel = 0; channel < channels_; ++channel) {
+      std::vector<int> sum(rank);
+      for (const std::int32_t side : {leaf.rows(), leaf.cols()})
+        for (std::size_t k = 0; k < rank; ++k, at += side, ++exponent)
+          sum[k] += *exponent + to_top({at, static_cast<std::size_t>(side)}, kColumnTop);
+      for (std::size_t k = 0; k < rank; ++k) weights(channel)[pair + k] = power_of_two(sum[k]);
+    }
+    pair += rank;
+  }
 }
 
 void LowRank::round_factors(std::span<const Pair> pairs, std::span<const float> factors,
@@ -108,9 +150,10 @@ void LowRank::lay_out(std::span<const Pair> pairs, const Shape& shape) {
     if (shared) camera[2 * q + 1] = {};
   sides_[0] = Panels(shape.camera, camera);
   if (!symmetric_) sides_[1] = Panels(shape.projector, projector);
-  for (int channel = 0; channel < channels_; ++channel)
-    for (std::size_t side = 0; side < (symmetric_ ? 1 : 2); ++side)
-      streams_.emplace_back(sides_[side].values() + Panels::kSlack);
+  const std::size_t sides = symmetric_ ? 1 : 2;
+  streams_.resize(static_cast<std::size_t>(channels_) * sides);
+  for (std::size_t k = 0; k < streams_.size(); ++k)
+    streams_[k].resize(sides_[k % sides].values() + Panels::kSlack);
 }
 
 /// visit(half, at): every stored half of a channel and its place in the pool.

@@ -13,6 +13,12 @@
 
 namespace symrig::tensor {
 
+/// The factors of leaves as a scene file has them (docs/file-format.md).
+struct PartValues {
+  std::vector<Half> halves;
+  std::vector<std::int32_t> exponents;
+};
+
 /// The low-rank leaves of a tensor, packed: T = Σ_q w_q a_q b_qᵀ over *pairs* q of factor columns, a and b as
 /// halves with their largest value near 2⁷, w the power of two that restores their size.
 /// In a symmetric tensor a pair stands for w (a bᵀ + b aᵀ), or for w a aᵀ on the diagonal where b = ±a.
@@ -31,6 +37,9 @@ class LowRank {
   /// factors: leaf after leaf, in the order of TensorBuilder::add_leaf.
   /// error of an entry: ≤ Σ_q 2⁻¹⁰ |a_q||b_q| (1 + 2⁻¹²) + 2⁻³¹ max|a_q| max|b_q|.
   LowRank(std::span<const Leaf> leaves, std::span<const float> factors, const Shape& shape);
+
+  /// Becomes the low-rank leaves of other factors, in the same memory. values: checked; they are changed.
+  void assign(std::span<const Leaf> leaves, PartValues& values, const Shape& shape);
 
   /// The given factors, rounded. A power of two may have moved from A to B.
   std::vector<float> factors(std::span<const Leaf> leaves) const;
@@ -69,6 +78,8 @@ class LowRank {
     return weights_.data() + static_cast<std::size_t>(channel) * pairs_;
   }
   void round_factors(std::span<const Pair> pairs, std::span<const float> factors, std::vector<Half>& halves);
+  void scale_factors(std::span<const Leaf> leaves, PartValues& values);
+  void keep(std::span<const Pair> pairs, const std::vector<Half>& halves, const Shape& shape);
   void find_diagonal(std::span<const Pair> pairs, const std::vector<Half>& halves);
   void lay_out(std::span<const Pair> pairs, const Shape& shape);
   template <class Visit>

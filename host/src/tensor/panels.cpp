@@ -3,11 +3,10 @@
 
 #include <tuple>
 
+#include <tbb/parallel_for.h>
+
 namespace symrig::tensor {
 namespace {
-
-/// Pixels of a chunk: p and y of one chunk need 32 KB together.
-constexpr std::int32_t kChunkPixels = 4096;
 
 struct Piece {
   std::int32_t chunk, begin, end;  // pixels of the whole grid
@@ -38,6 +37,28 @@ std::vector<Piece> cut(std::span<const Column> columns, std::vector<std::uint32_
   return pieces;
 }
 
+/// Copies column c of a panel to its place. to: the panel's first value.
+void put_piece(const Panel& panel, std::size_t c, const Half* from, Half* to) {
+  const std::size_t length = panel.length(), count = panel.count();
+  if (panel.along_pixels()) {
+    const std::size_t group = c / kGroup * kGroup;
+    const std::size_t lines = std::min(kGroup, count - group);
+    to += group * length;
+    for (std::size_t tile = 0; tile < length; tile += kTile) {
+      const std::size_t wide = std::min(kTile, length - tile);
+      std::copy_n(from + tile, wide, to + tile * lines + (c - group) * wide);
+    }
+    return;
+  }
+  const std::size_t tile = c / kTile * kTile;
+  const std::size_t wide = std::min(kTile, length - tile);
+  for (std::size_t group = 0; group < count; group += kGroup) {
+    const std::size_t lines = std::min(kGroup, count - group);
+    Half* const at = to + group * length + tile * lines + (c - tile);
+    for (std::size_t k = 0; k < lines; ++k) at[k * wide] = from[group + k];
+  }
+}
+
 }  // namespace
 
 Panels::Panels(std::int64_t pixels, std::span<const Column> columns) : columns_(columns.size()) {
@@ -63,6 +84,21 @@ Panels::Panels(std::int64_t pixels, std::span<const Column> columns) : columns_(
     chunks_.push_back(chunk);
   }
   panels_.shrink_to_fit();
+}
+
+void Panels::fill(const ColumnValues& values, Half* stream) const {
+  tbb::parallel_for(std::size_t{0}, chunks_.size(),
+                    [&](std::size_t k) { fill_chunk(chunks_[k], values, stream); });
+}
+
+void Panels::fill_chunk(const Chunk& chunk, const ColumnValues& values, Half* stream) const {
+  std::size_t start = chunk.first_value, piece = chunk.first_piece;
+  for (const Panel& panel : panels(chunk)) {
+    start = panel_start(start, panel.length());
+    for (std::size_t c = 0; c < static_cast<std::size_t>(panel.columns); ++c, ++piece)
+      put_piece(panel, c, values(column_of(slots_[piece]), chunk.begin + panel.begin), stream + start);
+    start += panel.values();
+  }
 }
 
 std::int64_t Panels::bytes() const {

@@ -2,9 +2,12 @@
 // The places of the factors in memory. Applying a tensor reads them as one stream.
 #pragma once
 
+#include "tensor/half.hpp"
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -44,6 +47,14 @@ inline std::size_t panel_offset(std::size_t length, std::size_t count, std::size
 /// Panels of at least one whole tile start at a multiple of the tile.
 inline std::size_t panel_start(std::size_t at, std::size_t length) {
   return length < kTile ? at : (at + kTile - 1) / kTile * kTile;
+}
+
+/// Pixels of a chunk: p and y of one chunk need 32 KB together.
+inline constexpr std::int32_t kChunkPixels = 4096;
+
+/// Chunks of `pixels` pixels; chunk k begins at k · kChunkPixels.
+inline std::size_t chunk_count(std::int64_t pixels) {
+  return static_cast<std::size_t>((pixels + kChunkPixels - 1) / kChunkPixels);
 }
 
 /// The pixels of one task: small enough for the first cache, large enough to cut few columns.
@@ -87,9 +98,15 @@ class Panels {
   template <class Visit>
   void for_values(const Visit& visit) const;
 
+  /// The values of a column from a pixel on.
+  using ColumnValues = std::function<const Half*(std::size_t column, std::int32_t pixel)>;
+  /// Fills the stream of one channel, with all threads.
+  void fill(const ColumnValues& values, Half* stream) const;
+
   std::int64_t bytes() const;
 
  private:
+  void fill_chunk(const Chunk& chunk, const ColumnValues& values, Half* stream) const;
   std::size_t column_of(std::size_t slot) const {
     return slot < columns_ ? slot : column_of_part_[slot - columns_];
   }

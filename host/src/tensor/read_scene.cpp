@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/memory.hpp"
 #include "symrig/base/nesting.hpp"
 #include "symrig/tensor/file.hpp"
 #include "tensor/h5.hpp"
@@ -61,7 +62,7 @@ Result<HeldOut> read_held_out(const Source& source, const Head& head, const std:
   return held;
 }
 
-Result<StoredScene> read_all(const Source& source) {
+Result<StoredScene> read_all(const Source& source, const tensor::KeepLeaves& keep) {
   SYMRIG_TRY(const Head head, read_head(source));
   SYMRIG_TRY(std::string capture, h5::read_text(source.file.id(), "capture"));
   if (const auto shallow = check_json_nesting(capture); !shallow)
@@ -73,7 +74,7 @@ Result<StoredScene> read_all(const Source& source) {
              tensor::read_tree(source.file.id(), "projector", head.projector, source.bytes));
   TensorBuilder builder =
       head.symmetric ? TensorBuilder(camera, head.channels) : TensorBuilder(camera, projector, head.channels);
-  SYMRIG_CHECK(tensor::read_tensor(source, head, camera, projector, builder));
+  SYMRIG_CHECK(tensor::read_tensor(source, head, camera, projector, keep, builder));
   SYMRIG_TRY(const std::int32_t held_out_count, tensor::read_count(source, "held_out_count", "held_out"));
   std::vector<HeldOut> held_out;
   for (std::int32_t k = 0; k < held_out_count; ++k) {
@@ -85,8 +86,9 @@ Result<StoredScene> read_all(const Source& source) {
 
 }  // namespace
 
-Result<StoredScene> load_scene(const fs::path& path) {
-  return h5::read_file(path, kScene, read_all);
+Result<StoredScene> load_scene(const fs::path& path, const LoadOptions& options) {
+  const std::int64_t memory = options.memory > 0 ? options.memory : usual_memory();
+  return h5::read_file(path, kScene, [&](const Source& source) { return read_all(source, {memory, path}); });
 }
 
 }  // namespace symrig

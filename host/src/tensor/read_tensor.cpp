@@ -2,10 +2,13 @@
 #include "tensor/read_tensor.hpp"
 
 #include "tensor/half.hpp"
+#include "tensor/leaf_file.hpp"
 #include "tensor/leaf_rules.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 namespace symrig::tensor {
 
@@ -48,64 +51,46 @@ bool scale(std::span<float> values, std::int32_t exponent) {
   return all_finite(values);
 }
 
-struct LeafTable {
-  std::vector<std::int32_t> range, rank, level, exponents;
-  std::vector<float> factors;
-};
-
-Result<LeafTable> read_leaf_table(const Source& source, const Head& head) {
-  const hid_t file = source.file.id();
+/// Leaves of version 1: floats.
+Result<void> read_float_leaves(const Source& source, const Head& head, const Trees& trees,
+                               TensorBuilder& builder) {
+  SYMRIG_TRY(const std::vector<Leaf> leaves, read_leaf_list(source, head, trees));
   h5::Shape s;
-  LeafTable table;
-  SYMRIG_TRY(table.range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
-  if (s[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
-  const std::size_t n = s[0];
-  SYMRIG_TRY(table.rank, h5::read_dataset<std::int32_t>(file, "leaves/rank", 1, source.bytes, s));
-  SYMRIG_TRY(table.level, h5::read_dataset<std::int32_t>(file, "leaves/level", 1, source.bytes, s));
-  SYMRIG_TRY(table.factors, read_halves(source, head, "leaves/factors", 1, s));
-  if (head.version > 1) {
-    SYMRIG_TRY(table.exponents, h5::read_dataset<std::int32_t>(file, "leaves/exponents", 1, source.bytes, s));
+  SYMRIG_TRY(const std::vector<float> values, read_halves(source, head, "leaves/factors", 1, s));
+  std::span<const float> left = values;
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const Leaf& leaf = leaves[k];
+    const auto factors = left.first(static_cast<std::size_t>(std::int64_t{head.channels} * leaf.rank *
+                                                             (std::int64_t{leaf.rows()} + leaf.cols())));
+    if (!leaf_values_ok(factors, leaf, head)) return breaks_rules(k);
+    builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
+                     factors);
+    left = left.subspan(factors.size());
   }
-  if (table.rank.size() != n || table.level.size() != n)
-    return damaged("the datasets in 'leaves' differ in length");
-  return table;
+  return {};
 }
 
-/// Scales the columns of one leaf; `at` is the next exponent.
-bool scale_leaf(std::span<float> factors, const Leaf& leaf, int channels, const LeafTable& table,
-                std::size_t& at) {
-  for (int channel = 0; channel < channels; ++channel) {
-    for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
-      for (std::int32_t k = 0; k < leaf.rank; ++k, ++at) {
-        const std::size_t size = side;
-        if (at >= table.exponents.size() || !scale(factors.first(size), table.exponents[at])) return false;
-        factors = factors.subspan(size);
-      }
-    }
+/// Leaves of version 2, in memory or left in their file.
+Result<void> read_leaves(const Source& source, const Head& head, const Trees& trees, const KeepLeaves& keep,
+                         TensorBuilder& builder) {
+  if (head.version == 1) return read_float_leaves(source, head, trees, builder);
+  SYMRIG_TRY(std::vector<Leaf> leaves, read_leaf_list(source, head, trees));
+  const LowRank::Shape shape{head.camera.size(), head.projector.size(), head.symmetric, head.channels};
+  const PartRange all = parts_of(leaves, head.channels).back();
+  const auto bytes = static_cast<std::int64_t>((all.first_value + all.values) * sizeof(Half));
+  if (bytes > keep.bytes) {
+    h5::Handle file(H5Freopen(source.file.id()), H5Fclose);
+    if (!file.ok()) return damaged("cannot be opened a second time");
+    LeafParts parts(leaves, std::make_shared<LeafFile>(std::move(file), keep.path.string(), head), shape);
+    builder.take_leaves(std::move(leaves), std::move(parts));
+    return {};
   }
-  return true;
-}
-
-Result<void> read_leaves(const Source& source, const Head& head, const Trees& trees, TensorBuilder& builder) {
-  SYMRIG_TRY(LeafTable table, read_leaf_table(source, head));
-  std::size_t used = 0, exponent = 0;
-  for (std::size_t k = 0; k < table.rank.size(); ++k) {
-    const std::int32_t* r = &table.range[4 * k];
-    const Leaf leaf{r[0], r[1], r[2], r[3], table.rank[k], table.level[k]};
-    bool ok = leaf_in_place(leaf, head, trees);
-    const std::size_t size = ok ? static_cast<std::size_t>(std::int64_t{head.channels} * leaf.rank *
-                                                           (std::int64_t{leaf.rows()} + leaf.cols()))
-                                : 0;
-    ok = ok && size <= table.factors.size() - used;
-    const auto factors = ok ? std::span(table.factors).subspan(used, size) : std::span<float>();
-    ok = ok && (head.version == 1 || scale_leaf(factors, leaf, head.channels, table, exponent));
-    if (!ok || !leaf_values_ok(factors, leaf, head))
-      return damaged("leaf " + std::to_string(k) + " in 'leaves' breaks the rules of the format");
-    builder.add_leaf(r[0], r[1], r[2], r[3], leaf.rank, leaf.level, factors);
-    used += size;
-  }
-  if (used != table.factors.size()) return damaged("'leaves/factors' has values without a leaf");
-  if (exponent != table.exponents.size()) return damaged("'leaves/exponents' has values without a leaf");
+  const LeafReader reader(source.file.id(), head);
+  const auto read = [&](const PartRange& part, std::span<const Leaf> of_part, PartValues& to) {
+    return reader.read(part, of_part, to);
+  };
+  SYMRIG_TRY(LeafParts parts, LeafParts::kept(leaves, read, shape));
+  builder.take_leaves(std::move(leaves), std::move(parts));
   return {};
 }
 
@@ -252,9 +237,9 @@ Result<void> read_bands(const Source& source, const Head& head, TensorBuilder& b
 }  // namespace
 
 Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
-                         const BlockTree& projector, TensorBuilder& builder) {
+                         const BlockTree& projector, const KeepLeaves& keep, TensorBuilder& builder) {
   const Trees trees{&camera, &projector};
-  SYMRIG_CHECK(read_leaves(source, head, trees, builder));
+  SYMRIG_CHECK(read_leaves(source, head, trees, keep, builder));
   SYMRIG_CHECK(read_empties(source, trees, builder));
   SYMRIG_CHECK(read_scalars(source, head, builder));
   SYMRIG_CHECK(read_columns(source, head, builder));

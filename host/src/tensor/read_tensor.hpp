@@ -8,6 +8,7 @@
 #include "tensor/h5_file.hpp"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 namespace symrig::tensor {
@@ -26,8 +27,14 @@ struct Head {
 /// there is one more).
 Result<std::int32_t> read_count(const Source& source, const char* attribute, const std::string& groups);
 
+/// Where the factors of leaves are kept.
+struct KeepLeaves {
+  std::int64_t bytes;          ///< more than that stay in the file
+  std::filesystem::path path;  ///< of the file, for messages
+};
+
 /// Reads every part of T into the builder. fails: bad_format, bad_value.
 Result<void> read_tensor(const Source& source, const Head& head, const BlockTree& camera,
-                         const BlockTree& projector, TensorBuilder& builder);
+                         const BlockTree& projector, const KeepLeaves& keep, TensorBuilder& builder);
 
 }  // namespace symrig::tensor

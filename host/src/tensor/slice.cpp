@@ -73,11 +73,9 @@ Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
     out.at(x, u) += value;
     if (mirrored && i != j) out.at(u, x) += value;
   };
-  const std::vector<float> pool = factors();
-  const float* factors = pool.data();
-  for (const Leaf& leaf : leaves()) {
+  SYMRIG_CHECK(visit_leaves([&](const Leaf& leaf, std::span<const float> factors) {
     const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
-    const float* a = factors + channel * size;
+    const float* a = factors.data() + channel * size;
     const float* b = a + std::int64_t{leaf.rank} * leaf.rows();
     for_entries(pixels, leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end,
                 [&](std::int32_t i, std::int32_t j, int x, int u) {
@@ -87,8 +85,7 @@ Result<Image<float>> TransportTensor::slice(int camera_row, int channel) const {
                         a[k * leaf.rows() + i - leaf.row_begin] * b[k * leaf.cols() + j - leaf.col_begin];
                   add(i, j, x, u, leaf.row_begin != leaf.col_begin, value);
                 });
-    factors += size * channels_;
-  }
+  }));
   const std::vector<float> values = scalar_values();
   auto value = static_cast<std::size_t>(channel);
   for (const ScalarLeaf& s : scalars()) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace symrig::tensor {
 namespace {
@@ -20,12 +21,16 @@ std::int64_t bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
-Store::Store(const Draft& draft, const TransportTensor& shape)
-    : leaves(draft.leaves.begin(), draft.leaves.end()),
-      low_rank(
-          draft.leaves, draft.factors,
-          {shape.camera_grid().size(), shape.projector_grid().size(), shape.symmetric(), shape.channels()}),
-      columns(draft.columns) {
+Store::Store(Draft&& draft, const TransportTensor& shape)
+    : leaves(std::move(draft.leaves)), columns(std::move(draft.columns)) {
+  leaves.shrink_to_fit();
+  if (draft.ready)
+    parts = *std::move(draft.ready);
+  else
+    parts = LeafParts(
+        leaves, draft.factors,
+        {shape.camera_grid().size(), shape.projector_grid().size(), shape.symmetric(), shape.channels()});
+  draft.factors = {};
   add_scalars(draft, shape);
   for (const BandLeaf& band : draft.bands)
     bands.emplace_back(shape.camera_grid(), shape.channels(), band.radius, band.values);
@@ -60,7 +65,7 @@ void Store::add_scalars(const Draft& draft, const TransportTensor& shape) {
 }
 
 std::int64_t Store::bytes() const {
-  std::int64_t total = bytes_of(leaves) + low_rank.bytes() + diagonal.bytes() + entries[0].bytes() +
+  std::int64_t total = bytes_of(leaves) + parts.bytes() + diagonal.bytes() + entries[0].bytes() +
                        entries[1].bytes() + columns.bytes();
   for (const Band& band : bands) total += band.bytes();
   for (const EmptyList& level : empties) total += level.bytes();

@@ -6,9 +6,10 @@
 #include "tensor/band.hpp"
 #include "tensor/empty_list.hpp"
 #include "tensor/entries.hpp"
-#include "tensor/low_rank.hpp"
+#include "tensor/leaf_parts.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace symrig::tensor {
@@ -28,7 +29,8 @@ struct MeasuredColumns {
 /// A tensor under construction.
 struct Draft {
   std::vector<Leaf> leaves;
-  std::vector<float> factors;  ///< leaf after leaf, in the order of TensorBuilder::add_leaf
+  std::optional<LeafParts> ready;  ///< of all leaves, in place of factors
+  std::vector<float> factors;      ///< leaf after leaf, in the order of TensorBuilder::add_leaf
   std::vector<std::vector<EmptyLeaf>> empties;
   std::vector<ScalarLeaf> scalars;
   std::vector<float> scalar_values;  ///< [scalar * channels + channel]
@@ -43,10 +45,10 @@ struct Draft {
 /// A finished tensor: the sum of leaves, entries and bands, which may overlap.
 struct Store {
   Store() = default;
-  Store(const Draft& draft, const TransportTensor& shape);
+  Store(Draft&& draft, const TransportTensor& shape);
 
   std::vector<Leaf> leaves;
-  LowRank low_rank;
+  LeafParts parts;  ///< of the leaves
   Diagonal diagonal;
   /// Off-diagonal entries, sorted by the pixel that sees: camera pixels, and projector pixels for Tᵀ. If
   /// symmetric, the first contains each entry and its mirror image.

@@ -148,8 +148,8 @@ class Cut {
         builder_(tensor.camera_tree(), channels_),
         deeper_(tensor.camera_tree().level(last_), channels_, within) {}
 
-  TransportTensor run(bool merged_is_deeper) && {
-    cut_leaves(merged_is_deeper);
+  Result<TransportTensor> run(bool merged_is_deeper) && {
+    SYMRIG_CHECK(cut_leaves(merged_is_deeper));
     cut_scalars();
     cut_bands();
     for (int l = 0; l <= std::min(level_, tensor_.levels() - 1); ++l)
@@ -175,19 +175,16 @@ class Cut {
                 row_sums(b, leaf.cols(), a, leaf.rows(), leaf.rank), channel);
   }
 
-  void cut_leaves(bool merged_is_deeper) {
-    const std::vector<float> pool = tensor_.factors();
-    const float* factors = pool.data();
-    for (const Leaf& leaf : tensor_.leaves()) {
-      const std::int64_t size = std::int64_t{leaf.rank} * (leaf.rows() + leaf.cols());
+  Result<void> cut_leaves(bool merged_is_deeper) {
+    return tensor_.visit_leaves([&](const Leaf& leaf, std::span<const float> factors) {
       const bool stays = leaf.level + (merged_is_deeper && merged(leaf) ? 1 : 0) <= level_;
       if (stays)
         builder_.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
-                          std::span(factors, static_cast<std::size_t>(size * channels_)));
-      for (int channel = 0; !stays && channel < channels_; ++channel)
-        gather(leaf, factors + channel * size, static_cast<std::size_t>(channel));
-      factors += size * channels_;
-    }
+                          factors);
+      const std::size_t size = factors.size() / static_cast<std::size_t>(channels_);
+      for (std::size_t channel = 0; !stays && channel < static_cast<std::size_t>(channels_); ++channel)
+        gather(leaf, factors.data() + channel * size, channel);
+    });
   }
 
   void gather(const ScalarLeaf& at, float value, std::size_t channel) {
@@ -226,11 +223,11 @@ class Cut {
 
 }  // namespace
 
-TransportTensor TransportTensor::stopped_at(int level) const {
+Result<TransportTensor> TransportTensor::stopped_at(int level) const {
   return Cut(*this, level, WithinBlocks::product).run(false);
 }
 
-TransportTensor stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within) {
+Result<TransportTensor> stopped_capture(const TransportTensor& tensor, int level, WithinBlocks within) {
   return Cut(tensor, level, within).run(true);
 }
 

@@ -16,8 +16,28 @@ std::span<const Leaf> TransportTensor::leaves() const& {
   return draft_ ? draft_->leaves : store().leaves;
 }
 
-std::vector<float> TransportTensor::factors() const {
-  return draft_ ? draft_->factors : store().low_rank.factors(store().leaves);
+bool TransportTensor::in_memory() const {
+  return store().parts.in_memory();
+}
+
+Result<void> TransportTensor::visit_leaves(const UseLeaf& use) const {
+  if (!draft_) return store().parts.visit_factors(store().leaves, use);
+  std::size_t at = 0;
+  for (const Leaf& leaf : draft_->leaves) {
+    const auto size = static_cast<std::size_t>(std::int64_t{channels_} * leaf.rank *
+                                               (std::int64_t{leaf.rows()} + leaf.cols()));
+    use(leaf, std::span(draft_->factors).subspan(at, size));
+    at += size;
+  }
+  return {};
+}
+
+Result<std::vector<float>> TransportTensor::factors() const {
+  std::vector<float> all;
+  SYMRIG_CHECK(visit_leaves([&](const Leaf&, std::span<const float> factors) {
+    all.insert(all.end(), factors.begin(), factors.end());
+  }));
+  return all;
 }
 
 std::vector<EmptyLeaf> TransportTensor::empties(int level) const {

@@ -53,23 +53,40 @@ bool write_root(hid_t file, const StoredScene& scene) {
          h5::write_attribute(file, "capture", scene.capture_json);
 }
 
-/// The factors of all leaves, an exponent for each column.
-HalfValues factors_of(const TransportTensor& t) {
-  const std::vector<float> factors = t.factors();
-  HalfValues halves(factors.size());
-  const float* at = factors.data();
+/// Values and columns of all leaves.
+std::pair<std::size_t, std::size_t> factor_count(const TransportTensor& t) {
+  std::size_t values = 0, columns = 0;
   for (const Leaf& leaf : t.leaves()) {
-    for (int channel = 0; channel < t.channels(); ++channel) {
-      for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
-        for (std::int32_t k = 0; k < leaf.rank; ++k, at += side)
-          halves.add(std::span(at, static_cast<std::size_t>(side)));
-      }
-    }
+    const auto of_side = static_cast<std::size_t>(std::int64_t{t.channels()} * leaf.rank);
+    values += of_side * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols());
+    columns += 2 * of_side;
   }
-  return halves;
+  return {values, columns};
 }
 
-bool write_leaves(hid_t group, const TransportTensor& t) {
+/// Writes the factors of all leaves, an exponent for each column, as they come. read: whether they could be
+/// read.
+bool write_factors(hid_t group, const TransportTensor& t, Result<void>& read) {
+  const auto [values, columns] = factor_count(t);
+  h5::NewRun<Half> factors(group, "factors", values);
+  h5::NewRun<std::int32_t> exponents(group, "exponents", columns);
+  bool ok = factors.ok() && exponents.ok();
+  read = t.visit_leaves([&](const Leaf& leaf, std::span<const float> of_leaf) {
+    HalfValues halves(of_leaf.size());
+    for (int channel = 0; channel < t.channels(); ++channel) {
+      for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
+        for (std::int32_t k = 0; k < leaf.rank; ++k) {
+          halves.add(of_leaf.first(static_cast<std::size_t>(side)));
+          of_leaf = of_leaf.subspan(static_cast<std::size_t>(side));
+        }
+      }
+    }
+    ok = ok && factors.add(halves.halves()) && exponents.add(halves.exponents());
+  });
+  return ok && read.ok() && factors.close() && exponents.close();
+}
+
+bool write_leaves(hid_t group, const TransportTensor& t, Result<void>& read) {
   std::vector<std::int32_t> range, rank, level;
   for (const Leaf& leaf : t.leaves()) {
     range.insert(range.end(), {leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end});
@@ -77,13 +94,9 @@ bool write_leaves(hid_t group, const TransportTensor& t) {
     level.push_back(leaf.level);
   }
   const hsize_t n = rank.size();
-  const HalfValues factors = factors_of(t);
   return h5::write_dataset<std::int32_t>(group, "range", {n, 4}, range) &&
          h5::write_dataset<std::int32_t>(group, "rank", {n}, rank) &&
-         h5::write_dataset<std::int32_t>(group, "level", {n}, level) &&
-         h5::write_dataset<Half>(group, "factors", {factors.halves().size()}, factors.halves()) &&
-         h5::write_dataset<std::int32_t>(group, "exponents", {factors.exponents().size()},
-                                         factors.exponents());
+         h5::write_dataset<std::int32_t>(group, "level", {n}, level) && write_factors(group, t, read);
 }
 
 bool write_empties(hid_t group, const TransportTensor& t) {
@@ -171,7 +184,7 @@ bool write_held_out(hid_t group, const std::vector<HeldOut>& all) {
   return true;
 }
 
-bool write_all(hid_t file, const StoredScene& scene) {
+bool write_all(hid_t file, const StoredScene& scene, Result<void>& read) {
   const TransportTensor& t = scene.tensor;
   const h5::Handle leaves = h5::new_group(file, "leaves"), diagonal = h5::new_group(file, "diagonal"),
                    scalars = h5::new_group(file, "scalars"), columns = h5::new_group(file, "columns"),
@@ -179,7 +192,7 @@ bool write_all(hid_t file, const StoredScene& scene) {
   const bool made =
       leaves.ok() && diagonal.ok() && scalars.ok() && columns.ok() && bands.ok() && held_out.ok();
   return made && write_root(file, scene) && tensor::write_tree(file, "camera", t.camera_tree()) &&
-         tensor::write_tree(file, "projector", t.projector_tree()) && write_leaves(leaves.id(), t) &&
+         tensor::write_tree(file, "projector", t.projector_tree()) && write_leaves(leaves.id(), t, read) &&
          write_empties(leaves.id(), t) && write_scalars(diagonal.id(), scalars.id(), t) &&
          write_columns(columns.id(), t) && write_bands(bands.id(), t) &&
          write_held_out(held_out.id(), scene.held_out);
@@ -188,7 +201,9 @@ bool write_all(hid_t file, const StoredScene& scene) {
 }  // namespace
 
 Result<void> save_scene(const fs::path& path, const StoredScene& scene) {
-  return h5::write_file(path, [&](hid_t file) { return write_all(file, scene); });
+  Result<void> read;
+  const Result<void> written = h5::write_file(path, [&](hid_t file) { return write_all(file, scene, read); });
+  return read ? written : read;
 }
 
 }  // namespace symrig

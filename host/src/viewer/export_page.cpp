@@ -46,7 +46,7 @@ std::string written(const StoredScene& scene, const std::string& title, const vi
 }  // namespace
 
 Result<ExportedPage> export_page(const StoredScene& scene, const ExportOptions& options) {
-  viewer::PageTensor tensor = viewer::page_tensor(scene.tensor);
+  SYMRIG_TRY(viewer::PageTensor tensor, viewer::page_tensor(scene.tensor));
   for (int levels = 0;; ++levels) {
     if (levels > 0) {
       auto reduced = viewer::reduced_tensor(scene.tensor, levels);

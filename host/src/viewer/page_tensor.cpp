@@ -23,14 +23,14 @@ PageLeaf page_leaf(const Leaf& leaf, bool symmetric) {
           symmetric && !own_mirror_image ? 1 : 0};
 }
 
-PageTensor page_tensor(const TransportTensor& tensor) {
+Result<PageTensor> page_tensor(const TransportTensor& tensor) {
   PageTensor page;
   page.camera = side_of(tensor.camera_tree());
   page.projector = side_of(tensor.projector_tree());
   page.channels = tensor.channels();
   page.symmetric = tensor.symmetric();
   for (const Leaf& leaf : tensor.leaves()) page.leaves.push_back(page_leaf(leaf, page.symmetric));
-  page.factors = tensor.factors();
+  SYMRIG_TRY(page.factors, tensor.factors());
   EntrySums sums(page);
   sums.add(tensor.scalars(), tensor.scalar_values());
   sums.finish();

@@ -45,7 +45,8 @@ struct PageTensor {
 };
 
 PageLeaf page_leaf(const Leaf& leaf, bool symmetric);
-PageTensor page_tensor(const TransportTensor& tensor);
+/// fails: as TransportTensor::factors.
+Result<PageTensor> page_tensor(const TransportTensor& tensor);
 
 /// The same at about half the rows and columns: each block of the last level but one becomes one pixel. Its
 /// light goes to all its pixels, and its photograph is their mean. `levels`: how often to do it, ≥ 1.

@@ -183,7 +183,7 @@ Result<PageTensor> reduced_tensor(const TransportTensor& tensor, int levels) {
     return Error{ErrorCode::limit, "measured columns cannot be reduced", "allow a larger page"};
   SYMRIG_TRY(Coarse camera, coarse_side(tensor.camera_tree(), levels));
   SYMRIG_TRY(Coarse projector, coarse_side(tensor.projector_tree(), levels));
-  const PageTensor fine = page_tensor(tensor);
+  SYMRIG_TRY(const PageTensor fine, page_tensor(tensor));
   return Reduction(fine, std::move(camera), std::move(projector)).run();
 }
 

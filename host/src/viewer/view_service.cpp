@@ -24,7 +24,10 @@ ViewReply bytes_reply(std::string bytes) {
 ViewService::ViewService(StoredScene scene, ViewOptions options, const std::string& secret, std::string nonce)
     : scene_(std::move(scene)), options_(std::move(options)), gate_(secret), nonce_(std::move(nonce)) {
   if (scene_.tensor.bytes() > options_.max_local_bytes) return;
-  Pack pack = pack_tensor(page_tensor(scene_.tensor), scene_.held_out);
+  // Without a pack, the page asks the server for each picture.
+  const Result<PageTensor> page = page_tensor(scene_.tensor);
+  if (!page) return;
+  Pack pack = pack_tensor(*page, scene_.held_out);
   pack_.assign(pack.bytes.begin(), pack.bytes.end());
   sections_ = std::move(pack.sections);
 }

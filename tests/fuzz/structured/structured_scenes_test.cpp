@@ -151,7 +151,7 @@ void expect_adjoint(const TransportTensor& tensor, Random& random) {
 /// All that `symrig report` asks a symmetric tensor for.
 void look_inside(const TransportTensor& tensor) {
   for (int level = 0; tensor.symmetric() && level < tensor.levels(); ++level) {
-    const auto stopped = tensor.stopped_at(level).apply(Image<float>(tensor.projector_grid(), 1, 1.0F));
+    const auto stopped = tensor.stopped_at(level)->apply(Image<float>(tensor.projector_grid(), 1, 1.0F));
     ASSERT_TRUE(stopped.ok());
     expect_finite(*stopped, "a tensor stopped early");
   }

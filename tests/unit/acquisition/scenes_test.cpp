@@ -160,8 +160,8 @@ TEST(Scenes, numbers_do_not_depend_on_threads) {
   const TransportTensor& one = results[0].tensor;
   const TransportTensor& two = results[1].tensor;
   EXPECT_EQ(results[0].patterns, results[1].patterns);
-  ASSERT_FALSE(one.factors().empty());
-  EXPECT_TRUE(std::ranges::equal(one.factors(), two.factors()));
+  ASSERT_FALSE(one.factors()->empty());
+  EXPECT_TRUE(std::ranges::equal(*one.factors(), *two.factors()));
   EXPECT_TRUE(std::ranges::equal(one.scalar_values(), two.scalar_values()));
   EXPECT_EQ(one.leaves().size(), two.leaves().size());
   EXPECT_EQ(results[0].estimated->frobenius, results[1].estimated->frobenius);

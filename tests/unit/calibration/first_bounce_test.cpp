@@ -46,7 +46,7 @@ TEST_P(FirstBounceWithoutAPair, NeverLooksAtIt) {
   const auto after = fit_first_bounce(photographs, options);
   ASSERT_TRUE(before.ok() && after.ok());
   EXPECT_TRUE(std::ranges::equal(before->tensor.column_values(), after->tensor.column_values()));
-  EXPECT_TRUE(std::ranges::equal(before->tensor.factors(), after->tensor.factors()));
+  EXPECT_TRUE(std::ranges::equal(*before->tensor.factors(), *after->tensor.factors()));
   EXPECT_EQ(before->black, after->black);
 }
 INSTANTIATE_TEST_SUITE_P(Pairs, FirstBounceWithoutAPair, testing::Values(0, 1, 3, 7, 8, 10));

@@ -251,7 +251,7 @@ TEST(PackedTensor, a_band_adds_to_what_is_there) {
   const Image<float> flood(grid, 1, 1.0F);
   for (int level = 0; level < tree.levels(); ++level) {
     double sum = 0;
-    const auto photograph = tensor.stopped_at(level).apply(flood);
+    const auto photograph = tensor.stopped_at(level)->apply(flood);
     for (const float v : photograph->values()) sum += double{v};
     EXPECT_NEAR(sum, 28.0, 28 * (kStored + 40 * kEpsilon)) << "level " << level;
   }
@@ -274,7 +274,7 @@ TEST(PackedTensor, symmetric_leaves_on_the_diagonal_are_stored_once) {
   for (std::size_t i = 0; i < 6; ++i) expected[i] = a[i] * 7 - c[i] * 3;
   EXPECT_EQ(y, expected);  // small whole numbers: exact in halves and floats
   EXPECT_EQ(build(false).bytes() - build(true).bytes(), 6 * 2 + 4) << "six halves and a piece";
-  const auto kept = build(true).factors();
+  const auto kept = *build(true).factors();
   for (std::size_t i = 0; i < 6; ++i)
     for (std::size_t j = 0; j < 6; ++j)
       EXPECT_EQ(kept[i] * kept[12 + j] + kept[6 + i] * kept[18 + j], a[i] * a[j] - c[i] * c[j]);

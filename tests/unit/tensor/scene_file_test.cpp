@@ -50,7 +50,7 @@ class SceneFile : public testing::Test {
     EXPECT_EQ(a.tensor.symmetric(), b.tensor.symmetric());
     EXPECT_EQ(a.tensor.camera_grid(), b.tensor.camera_grid());
     EXPECT_EQ(a.tensor.projector_grid(), b.tensor.projector_grid());
-    EXPECT_TRUE(std::ranges::equal(a.tensor.factors(), b.tensor.factors()));
+    EXPECT_TRUE(std::ranges::equal(*a.tensor.factors(), *b.tensor.factors()));
     EXPECT_TRUE(std::ranges::equal(a.tensor.scalar_values(), b.tensor.scalar_values()));
     ASSERT_EQ(a.tensor.bands().size(), b.tensor.bands().size());
     for (std::size_t k = 0; k < a.tensor.bands().size(); ++k)

@@ -30,11 +30,11 @@ Image<float> lit(Grid grid, int row, int col) {
 // of its row.
 TEST(StoppedCapture, a_block_with_itself_becomes_direct_light) {
   const BlockTree tree({4, 4});
-  const TransportTensor stopped = stopped_capture(fine(tree), 0, WithinBlocks::direct);
+  const TransportTensor stopped = *stopped_capture(fine(tree), 0, WithinBlocks::direct);
   const auto seen = stopped.apply(lit({4, 4}, 0, 0));
   EXPECT_FLOAT_EQ(seen->at(0, 0), 1.5F);  // 1, and four entries of 1/8
   EXPECT_EQ(seen->at(0, 3), 0);
-  const auto spread = stopped_capture(fine(tree), 0, WithinBlocks::product).apply(lit({4, 4}, 0, 0));
+  const auto spread = stopped_capture(fine(tree), 0, WithinBlocks::product)->apply(lit({4, 4}, 0, 0));
   EXPECT_GT(spread->at(3, 3), 0);
 }
 
@@ -42,7 +42,7 @@ TEST(StoppedCapture, a_block_with_itself_becomes_direct_light) {
 TEST(StoppedCapture, a_pair_becomes_the_product_of_its_sums) {
   const BlockTree tree({4, 4});
   const TransportTensor whole = fine(tree);
-  const TransportTensor stopped = stopped_capture(whole, 1, WithinBlocks::direct);
+  const TransportTensor stopped = *stopped_capture(whole, 1, WithinBlocks::direct);
   const Image<float> light = lit({4, 4}, 1, 1);
   const auto exact = whole.apply(light), seen = stopped.apply(light);
   for (std::size_t i = 0; i < 16; ++i)
@@ -64,10 +64,10 @@ TransportTensor merged(const BlockTree& tree) {
 // have it.
 TEST(StoppedCapture, merged_leaves_count_as_cut_further) {
   const BlockTree tree({4, 4});
-  const TransportTensor above = stopped_capture(merged(tree), 1, WithinBlocks::direct);
+  const TransportTensor above = *stopped_capture(merged(tree), 1, WithinBlocks::direct);
   for (const Leaf& leaf : above.leaves()) EXPECT_EQ(leaf.rank, 1);
   int two = 0;
-  const TransportTensor below = stopped_capture(merged(tree), 2, WithinBlocks::direct);
+  const TransportTensor below = *stopped_capture(merged(tree), 2, WithinBlocks::direct);
   for (const Leaf& leaf : below.leaves()) two += leaf.rank == 2 ? 1 : 0;
   EXPECT_EQ(two, 1);
 }

@@ -160,7 +160,7 @@ TEST(TransportTensor, stopped_at_a_level_keeps_the_flood_lit_photograph) {
   const auto exact = made.tensor.apply(flood);
   const double total = std::accumulate(made.magnitude.begin(), made.magnitude.end(), 0.0);
   for (int level = 0; level < made.tensor.camera_tree().levels(); ++level) {
-    const TransportTensor stopped = made.tensor.stopped_at(level);
+    const TransportTensor stopped = *made.tensor.stopped_at(level);
     const auto image = stopped.apply(flood);
     for (std::size_t i = 0; i < exact->values().size(); ++i)
       EXPECT_NEAR(image->values()[i], exact->values()[i],
@@ -173,7 +173,7 @@ TEST(TransportTensor, stopped_at_a_level_keeps_the_flood_lit_photograph) {
 TEST(TransportTensor, stopped_at_the_last_level_is_the_tensor) {
   const auto made = RandomTensor({8, 8}, {}, true, 1, 3).make(2, 1, 50);
   const Image<float> pattern = natural_pattern(Grid{8, 8}, 1);
-  EXPECT_EQ(*made.tensor.stopped_at(made.tensor.camera_tree().levels() - 1).apply(pattern),
+  EXPECT_EQ(*made.tensor.stopped_at(made.tensor.camera_tree().levels() - 1)->apply(pattern),
             *made.tensor.apply(pattern));
 }
 

@@ -5,6 +5,7 @@
 #include "symrig/image/image.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -29,8 +30,15 @@ struct StoredScene {
 /// fails: io. Never leaves a half-written file under `path`.
 Result<void> save_scene(const std::filesystem::path& path, const StoredScene& scene);
 
+struct LoadOptions {
+  /// Bytes of factors that may be kept in memory; 0: usual_memory(). A tensor with more leaves them in its
+  /// file (TransportTensor::in_memory).
+  std::int64_t memory = 0;
+};
+
 /// Reads scene.h5. Checks version, sizes and every index before it uses them; refuses NaN and infinity.
+/// Factors that stay in the file are checked when they are read.
 /// fails: not_found, io, bad_format, bad_value.
-Result<StoredScene> load_scene(const std::filesystem::path& path);
+Result<StoredScene> load_scene(const std::filesystem::path& path, const LoadOptions& options = {});
 
 }  // namespace symrig

@@ -7,6 +7,7 @@
 #include "symrig/tensor/transport_operator.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -16,6 +17,7 @@ namespace symrig {
 
 namespace tensor {
 struct Draft;
+class LeafParts;
 struct Store;
 }  // namespace tensor
 
@@ -117,7 +119,7 @@ class TransportTensor final : public TransportOperator {
   /// The tensor as it was when the acquisition had reached `level`: deeper leaves are replaced by the rank-1
   /// estimate of their ancestor at that level, c r'/s with c = T_IJ 1, r = T_JI 1, s = Σc.  Needs
   /// symmetric().  source: [Garg06 §5.2, Fig. 11]
-  TransportTensor stopped_at(int level) const;
+  Result<TransportTensor> stopped_at(int level) const;
 
   /// One entry for each level 0..levels-1 of the deeper of the two trees. A scalar leaf counts at the level
   /// at which it was accepted.
@@ -135,9 +137,14 @@ class TransportTensor final : public TransportOperator {
 
   std::span<const Leaf> leaves() const&;
   std::span<const Leaf> leaves() const&& = delete;  // it would outlive its tensor
-  /// The unpacked factors, leaf after leaf: for each channel A [rows × rank], then B [cols × rank], column by
-  /// column.
-  std::vector<float> factors() const;
+  /// True unless the factors are read from a file each time that they are needed.
+  bool in_memory() const;
+  /// Calls use(leaf, factors) for each leaf in order. The unpacked factors: for each channel A [rows × rank],
+  /// then B [cols × rank], column by column.
+  using UseLeaf = std::function<void(const Leaf& leaf, std::span<const float> factors)>;
+  Result<void> visit_leaves(const UseLeaf& use) const;
+  /// The factors of all leaves, one after the other.
+  Result<std::vector<float>> factors() const;
   std::vector<EmptyLeaf> empties(int level) const;  ///< sorted by row block, then column block
   std::int64_t empty_count(int level) const;
   std::vector<ScalarLeaf> scalars() const;   ///< the diagonal first; row ≥ col when symmetric
@@ -153,7 +160,9 @@ class TransportTensor final : public TransportOperator {
   int scalar_level(const ScalarLeaf& scalar) const;
 
   /// y += T p (or Tᵀ p) in tree order.  p: projector pixels, y: camera pixels (swapped when transposed), one
-  /// channel.
+  /// channel.  fails: io, bad_format, bad_value (a tensor that is not in memory).
+  Result<void> add_tree(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
+  /// The same for a tensor in memory, which does not fail.
   void apply_tree(std::span<const float> p, std::span<float> y, int channel, bool transposed) const;
 
  private:
@@ -185,6 +194,8 @@ class TensorBuilder {
   /// symmetric itself; if each column of B is ± that of A, it needs half the space.
   void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
                 int rank, int level, std::span<const float> factors);
+  /// All leaves as a scene file has them, in place of add_leaf(). For load_scene(): their parts are private.
+  void take_leaves(std::vector<Leaf> leaves, tensor::LeafParts parts);
   /// Adds an empty leaf between two blocks of a level (their indices in it).
   void add_empty(int level, std::int32_t row_block, std::int32_t col_block);
   /// Adds one scalar: T[row, col] = values[channel], both in tree order. In a symmetric tensor it stands for

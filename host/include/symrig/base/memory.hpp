@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+namespace symrig {
+
+/// Bytes of memory that programs can still get: what the system states as available (/proc/meminfo), and what
+/// the control groups of this process have left. 1 GiB if neither is known.
+std::int64_t available_memory();
+
+/// What a job may use if nobody says otherwise: half of available_memory(), as it was when the process first
+/// asked. So the same file is treated the same way all the time.
+std::int64_t usual_memory();
+
+/// Bytes that the process has in memory now.
+std::int64_t resident_memory();
+
+}  // namespace symrig

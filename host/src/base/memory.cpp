@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "symrig/base/memory.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <unistd.h>
+
+namespace symrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The number in a file of one number; none if there is no file, or if it is "max".
+std::optional<std::int64_t> number_in(const fs::path& path) {
+  std::ifstream file(path);
+  std::int64_t number = 0;
+  if (file >> number) return number;
+  return std::nullopt;
+}
+
+std::optional<std::int64_t> stated_by_system() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string name; file >> name;) {
+    std::int64_t kibibytes = 0;
+    if (name == "MemAvailable:" && file >> kibibytes) return kibibytes << 10;
+    file.ignore(std::numeric_limits<std::streamsize>::max(), '\n');
+  }
+  return std::nullopt;
+}
+
+/// The least that one of the control groups (version 2) of this process has left, from its own upwards. File
+/// pages in memory count as left: the system takes them back when they are needed.
+std::optional<std::int64_t> left_by_groups() {
+  std::ifstream file("/proc/self/cgroup");
+  std::string line;
+  while (std::getline(file, line) && !line.starts_with("0::")) continue;
+  if (!line.starts_with("0::/")) return std::nullopt;
+  std::optional<std::int64_t> least;
+  const fs::path root = "/sys/fs/cgroup";
+  for (fs::path group = fs::path(line.substr(4));; group = group.parent_path()) {
+    const auto most = number_in(root / group / "memory.max");
+    const auto used = number_in(root / group / "memory.current");
+    if (most && used) {
+      std::int64_t pages = 0;
+      std::ifstream stat(root / group / "memory.stat");
+      for (std::string name; stat >> name;) {
+        std::int64_t bytes = 0;
+        stat >> bytes;
+        if (name == "inactive_file" || name == "active_file") pages += bytes;
+      }
+      const std::int64_t left = std::max<std::int64_t>(*most - *used + pages, 0);
+      least = std::min(least.value_or(left), left);
+    }
+    if (group.empty()) return least;
+  }
+}
+
+}  // namespace
+
+std::int64_t available_memory() {
+  constexpr std::int64_t kUnknown = std::int64_t{1} << 30;
+  const auto system = stated_by_system();
+  const auto groups = left_by_groups();
+  if (!system && !groups) return kUnknown;
+  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+  return std::min(system.value_or(kMost), groups.value_or(kMost));
+}
+
+std::int64_t usual_memory() {
+  static const std::int64_t usual = available_memory() / 2;
+  return usual;
+}
+
+std::int64_t resident_memory() {
+  std::ifstream file("/proc/self/statm");
+  std::int64_t size = 0, resident = 0;
+  file >> size >> resident;
+  return resident * ::sysconf(_SC_PAGESIZE);
+}
+
+}  // namespace symrig

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tensor/leaf_file.hpp"
+
+#include "tensor/half.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace symrig::tensor {
+
+Error breaks_rules(std::size_t leaf) {
+  return damaged(fmt::format("leaf {} in 'leaves' breaks the rules of the format", leaf));
+}
+
+namespace {
+
+/// Values of a leaf, and its columns.
+struct LeafSize {
+  std::size_t values, columns;
+};
+
+LeafSize size_of(const Leaf& leaf, int channels) {
+  const std::size_t columns = static_cast<std::size_t>(channels) * static_cast<std::size_t>(leaf.rank);
+  return {columns * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols()), 2 * columns};
+}
+
+/// The columns of a leaf have values for all its pixels, and no value is left over.
+Result<void> check_sizes(std::span<const Leaf> leaves, const Head& head, std::size_t values,
+                         std::size_t exponents) {
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const LeafSize size = size_of(leaves[k], head.channels);
+    const std::size_t columns = head.version == 1 ? 0 : size.columns;  // floats need no exponent
+    if (size.values > values || columns > exponents) return breaks_rules(k);
+    values -= size.values;
+    exponents -= columns;
+  }
+  if (values > 0) return damaged("'leaves/factors' has values without a leaf");
+  if (exponents > 0) return damaged("'leaves/exponents' has values without a leaf");
+  return {};
+}
+
+/// The largest magnitude of a column; none if it is no number that a file may hold.
+std::optional<double> largest_of_column(std::span<const Half> column, std::int32_t exponent) {
+  if (exponent < -200 || exponent > 200) return std::nullopt;
+  const double largest = std::ldexp(static_cast<double>(from_half(largest_half(column))), exponent);
+  if (largest > static_cast<double>(std::numeric_limits<float>::max())) return std::nullopt;
+  return largest;
+}
+
+/// The rules for the values of one leaf (leaf_values_ok), without floats of them.
+bool halves_ok(std::span<const Half> halves, std::span<const std::int32_t> exponents, const Leaf& leaf,
+               int channels) {
+  for (int channel = 0; channel < channels; ++channel) {
+    std::vector<double> product(leaf.rank, 1);
+    for (const std::int32_t side : {leaf.rows(), leaf.cols()}) {
+      for (double& largest : product) {
+        const auto found = largest_of_column(halves.first(static_cast<std::size_t>(side)), exponents.front());
+        if (!found) return false;
+        largest *= *found;
+        halves = halves.subspan(static_cast<std::size_t>(side));
+        exponents = exponents.subspan(1);
+      }
+    }
+    double sum = 0;
+    for (const double largest : product) sum += largest;
+    if (sum >= static_cast<double>(kLargest)) return false;
+  }
+  return true;
+}
+
+/// The floats of one leaf.
+std::vector<float> floats_of(std::span<const Half> halves, std::span<const std::int32_t> exponents,
+                             const Leaf& leaf, int channels) {
+  std::vector<float> floats;
+  floats.reserve(halves.size());
+  for (int channel = 0; channel < channels; ++channel)
+    for (const std::int32_t side : {leaf.rows(), leaf.cols()})
+      for (std::int32_t k = 0; k < leaf.rank; ++k, exponents = exponents.subspan(1)) {
+        const auto column = halves.first(static_cast<std::size_t>(side));
+        halves = halves.subspan(static_cast<std::size_t>(side));
+        for (const Half v : column) floats.push_back(std::ldexp(from_half(v), exponents.front()));
+      }
+  return floats;
+}
+
+Result<void> check_part(const PartValues& values, const PartRange& part, std::span<const Leaf> leaves,
+                        const Head& head) {
+  if (largest_half(values.halves) >= 0x7C00U)
+    return impossible("dataset 'leaves/factors' has a value that is not a finite number");
+  std::span<const Half> halves = values.halves;
+  std::span<const std::int32_t> exponents = values.exponents;
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const LeafSize size = size_of(leaves[k], head.channels);
+    const auto of_leaf = halves.first(size.values);
+    const auto scales = exponents.first(size.columns);
+    if (!halves_ok(of_leaf, scales, leaves[k], head.channels)) return breaks_rules(part.first + k);
+    // Only a block with itself has further rules, and few leaves are one.
+    if (head.symmetric && leaves[k].row_begin == leaves[k].col_begin &&
+        !leaf_values_ok(floats_of(of_leaf, scales, leaves[k], head.channels), leaves[k], head))
+      return breaks_rules(part.first + k);
+    halves = halves.subspan(size.values);
+    exponents = exponents.subspan(size.columns);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head, const Trees& trees) {
+  const hid_t file = source.file.id();
+  h5::Shape s;
+  SYMRIG_TRY(const auto range, h5::read_dataset<std::int32_t>(file, "leaves/range", 2, source.bytes, s));
+  if (s[1] != 4) return damaged("dataset 'leaves/range' does not have four columns");
+  const std::size_t n = s[0];
+  SYMRIG_TRY(const auto rank, h5::read_dataset<std::int32_t>(file, "leaves/rank", 1, source.bytes, s));
+  SYMRIG_TRY(const auto level, h5::read_dataset<std::int32_t>(file, "leaves/level", 1, source.bytes, s));
+  if (rank.size() != n || level.size() != n) return damaged("the datasets in 'leaves' differ in length");
+  std::vector<Leaf> leaves;
+  leaves.reserve(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::int32_t* const r = &range[4 * k];
+    leaves.push_back({r[0], r[1], r[2], r[3], rank[k], level[k]});
+    if (!leaf_in_place(leaves.back(), head, trees)) return breaks_rules(k);
+  }
+  const std::size_t value_bytes = head.version == 1 ? sizeof(float) : sizeof(Half);
+  SYMRIG_TRY(const h5::Shape values, h5::shape_of(file, "leaves/factors", 1, value_bytes, source.bytes));
+  h5::Shape exponents{0};
+  if (head.version > 1) {
+    SYMRIG_TRY(exponents, h5::shape_of(file, "leaves/exponents", 1, sizeof(std::int32_t), source.bytes));
+  }
+  SYMRIG_CHECK(check_sizes(leaves, head, values[0], exponents[0]));
+  return leaves;
+}
+
+Result<void> LeafReader::read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const {
+  to.halves.resize(part.values);
+  to.exponents.resize(part.columns);
+  SYMRIG_CHECK(h5::read_run<Half>(file_, "leaves/factors", part.first_value, to.halves));
+  SYMRIG_CHECK(h5::read_run<std::int32_t>(file_, "leaves/exponents", part.first_column, to.exponents));
+  return check_part(to, part, leaves, head_);
+}
+
+LeafFile::~LeafFile() {
+  const std::scoped_lock lock(h5::library_mutex());
+  file_.close();
+}
+
+Result<void> LeafFile::read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const {
+  const std::scoped_lock lock(h5::library_mutex());
+  h5::be_quiet();  // each thread by itself
+  auto outcome = reader_.read(part, leaves, to);
+  if (outcome) return outcome;
+  Error error = std::move(outcome).error();
+  error.what = path_ + ": " + error.what;
+  if (error.hint.empty()) error.hint = "the file is damaged; capture or fit the scene again";
+  return error;
+}
+
+}  // namespace symrig::tensor

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// The low-rank leaves of a scene.h5, which may stay in their file.
+#pragma once
+
+#include "tensor/leaf_parts.hpp"
+#include "tensor/leaf_rules.hpp"
+#include "tensor/read_tensor.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace symrig::tensor {
+
+/// Ranges, ranks and levels of all leaves, checked against its trees and against the
+/// sizes of `leaves/factors` and `leaves/exponents`. No factor is read.
+/// fails: bad_format.
+Result<std::vector<Leaf>> read_leaf_list(const Source& source, const Head& head, const Trees& trees);
+
+/// The error of a leaf that is not as docs/file-format.md says.
+Error breaks_rules(std::size_t leaf);
+
+/// Reads parts of an open file, and checks them. The caller holds the library_mutex().
+class LeafReader {
+ public:
+  LeafReader(hid_t file, const Head& head) : file_(file), head_(head) {}
+
+  /// leaves: those of the part.  fails: bad_format, bad_value.
+  Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const;
+
+ private:
+  hid_t file_;
+  Head head_;
+};
+
+/// The same for a file that stays open: another one that takes its name later is not read.
+class LeafFile final : public PartSource {
+ public:
+  /// file: opened for this alone. path: for messages.
+  LeafFile(h5::Handle file, std::string path, const Head& head)
+      : file_(std::move(file)), path_(std::move(path)), reader_(file_.id(), head) {}
+  LeafFile(const LeafFile&) = delete;
+  LeafFile& operator=(const LeafFile&) = delete;
+  ~LeafFile() override;
+
+  Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const override;
+
+ private:
+  h5::Handle file_;
+  std::string path_;
+  LeafReader reader_;
+};
+
+}  // namespace symrig::tensor

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// The low-rank leaves of a tensor in parts, in memory or in their file.
+#pragma once
+
+#include "symrig/base/result.hpp"
+#include "symrig/tensor/transport_tensor.hpp"
+#include "tensor/low_rank.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace symrig::tensor {
+
+/// Leaves that are kept, read and applied together: numbers [first, last) of a tensor's leaves. Their values
+/// and columns are consecutive in `leaves/factors` and `leaves/exponents` of a scene file.
+struct PartRange {
+  std::size_t first = 0, last = 0;
+  std::size_t first_value = 0, values = 0;    ///< of all channels
+  std::size_t first_column = 0, columns = 0;  ///< of all channels, both sides
+
+  bool operator==(const PartRange&) const = default;
+};
+
+/// Most values of a part: 32 MB of halves, large enough to be read at the speed of a disk. A longer leaf is a
+/// part of its own.
+std::size_t part_values();
+
+/// For tests: parts of fewer values, as long as this lives. Tensors of before are of no use meanwhile.
+class SmallParts {
+ public:
+  explicit SmallParts(std::size_t values);
+  SmallParts(const SmallParts&) = delete;
+  SmallParts& operator=(const SmallParts&) = delete;
+  ~SmallParts();
+};
+
+/// Cuts leaves into parts. A function of the leaves alone: sums over parts then have the same bits, wherever
+/// the parts are kept. At least one part, which may have no leaves.
+std::vector<PartRange> parts_of(std::span<const Leaf> leaves, int channels);
+
+/// What reads the parts of a tensor that is not in memory. Several threads may call it.
+class PartSource {
+ public:
+  PartSource() = default;
+  PartSource(const PartSource&) = delete;
+  PartSource& operator=(const PartSource&) = delete;
+  virtual ~PartSource() = default;
+  /// leaves: those of the part. to: memory that is used again.  fails: io, bad_format, bad_value.
+  virtual Result<void> read(const PartRange& part, std::span<const Leaf> leaves, PartValues& to) const = 0;
+};
+
+/// The low-rank leaves. Parts that are not in memory are read each time that they are needed, the next one
+/// while one is used.
+class LeafParts {
+ public:
+  LeafParts() = default;
+  /// In memory. factors: as LowRank takes them.
+  LeafParts(std::span<const Leaf> leaves, std::span<const float> factors, const LowRank::Shape& shape);
+  /// Read from `source` each time.
+  LeafParts(std::span<const Leaf> leaves, std::shared_ptr<const PartSource> source,
+            const LowRank::Shape& shape);
+  /// Read by `read` now, and kept in memory.  fails: as `read`.
+  using Read =
+      std::function<Result<void>(const PartRange& part, std::span<const Leaf> leaves, PartValues& to)>;
+  static Result<LeafParts> kept(std::span<const Leaf> leaves, const Read& read, const LowRank::Shape& shape);
+
+  std::size_t size() const { return ranges_.size(); }
+  bool in_memory() const { return source_ == nullptr; }
+  /// The only part of a tensor in memory that has one; otherwise none.
+  const LowRank* only() const { return size() == 1 && in_memory() ? kept_.data() : nullptr; }
+
+  /// Calls use(part) for each part in order. Another thread reads the next one meanwhile.
+  /// leaves: the leaves that the parts were made of.  fails: as PartSource::read.
+  using Use = std::function<void(const LowRank& part)>;
+  Result<void> visit(std::span<const Leaf> leaves, const Use& use) const;
+  /// Calls use(leaf, factors) for each leaf, factors: as TensorBuilder::add_leaf takes them. The calling
+  /// thread reads the parts: it may be writing a file, with the library_mutex() of HDF5.
+  using UseFactors = std::function<void(const Leaf& leaf, std::span<const float> factors)>;
+  Result<void> visit_factors(std::span<const Leaf> leaves, const UseFactors& use) const;
+
+  /// In memory.
+  std::int64_t bytes() const;
+
+ private:
+  std::span<const Leaf> leaves_of(std::span<const Leaf> leaves, std::size_t part) const {
+    return leaves.subspan(ranges_[part].first, ranges_[part].last - ranges_[part].first);
+  }
+  /// A part and the memory that it was read into. Both are used again: new memory would cost more time than
+  /// to read.
+  struct Place {
+    PartValues values;
+    LowRank part;
+  };
+  Result<void> read(std::span<const Leaf> leaves, std::size_t part, Place& to) const;
+
+  LowRank::Shape shape_{};
+  std::vector<PartRange> ranges_;
+  std::vector<LowRank> kept_;                 // all, or none
+  std::shared_ptr<const PartSource> source_;  // of parts that are not kept
+};
+
+}  // namespace symrig::tensor
