@@ -5,8 +5,8 @@
 
 namespace symrig::apps {
 
-Result<OpenedScene> open_here(const std::string& path) {
-  SYMRIG_TRY(StoredScene scene, load_scene(path));
+Result<OpenedScene> open_here(const std::string& path, const LoadOptions& options) {
+  SYMRIG_TRY(StoredScene scene, load_scene(path, options));
   auto transport = std::make_shared<const TransportTensor>(scene.tensor);
   return OpenedScene{std::move(scene), std::move(transport)};
 }

@@ -19,10 +19,10 @@ struct OpenedScene {
 };
 
 /// Opens a scene file. `symrig` reads it into its process; `symrig-mpi` deals it over several.
-using OpenScene = std::function<Result<OpenedScene>(const std::string& path)>;
+using OpenScene = std::function<Result<OpenedScene>(const std::string& path, const LoadOptions& options)>;
 
 /// fails: as load_scene.
-Result<OpenedScene> open_here(const std::string& path);
+Result<OpenedScene> open_here(const std::string& path, const LoadOptions& options);
 
 /// The commands that only apply T, with scenes from `open`.
 Job add_relight_of(CLI::App& command, OpenScene open);

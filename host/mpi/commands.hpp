@@ -5,8 +5,9 @@
 
 namespace symrig::mpi {
 
-/// Deals a scene over the ranks. fails: as DealtTransport::open.
-Result<apps::OpenedScene> open_dealt(const std::string& path);
+/// Deals a scene over the ranks. fails: as DealtTransport::open; bad_argument (memory for several ranks: each
+/// holds its share).
+Result<apps::OpenedScene> open_dealt(const std::string& path, const LoadOptions& options);
 
 /// The commands of `symrig-mpi`.
 apps::Job add_relight(CLI::App& command);

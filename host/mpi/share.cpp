@@ -14,17 +14,16 @@ std::int64_t halves_of(const Leaf& leaf, int channels) {
   return std::int64_t{channels} * leaf.rank * (std::int64_t{leaf.rows()} + leaf.cols());
 }
 
-void add_leaves(const TransportTensor& whole, LeafRange range, TensorBuilder& builder) {
-  const std::vector<float> factors = whole.factors();
-  std::size_t at = 0;
-  for (std::size_t k = 0; k < range.end; ++k) {
-    const Leaf& leaf = whole.leaves()[k];
-    const auto size = static_cast<std::size_t>(halves_of(leaf, whole.channels()));
-    if (k >= range.begin)
+/// Of a scene that is left in its file, one part at a time is in memory.
+Result<void> add_leaves(const TransportTensor& whole, LeafRange range, TensorBuilder& builder) {
+  builder.pack_leaves();
+  std::size_t k = 0;
+  return whole.visit_leaves([&](const Leaf& leaf, std::span<const float> factors) {
+    if (k >= range.begin && k < range.end)
       builder.add_leaf(leaf.row_begin, leaf.row_end, leaf.col_begin, leaf.col_end, leaf.rank, leaf.level,
-                       std::span(factors).subspan(at, size));
-    at += size;
-  }
+                       factors);
+    ++k;
+  });
 }
 
 void add_rest(const TransportTensor& whole, TensorBuilder& builder) {
@@ -96,26 +95,27 @@ std::vector<std::int64_t> costs_of(const TransportTensor& tensor) {
   return costs;
 }
 
-TransportTensor part_of(const TransportTensor& whole, LeafRange leaves, bool rest) {
+Result<TransportTensor> part_of(const TransportTensor& whole, LeafRange leaves, bool rest) {
   TensorBuilder builder = whole.symmetric()
                               ? TensorBuilder(whole.camera_tree(), whole.channels())
                               : TensorBuilder(whole.camera_tree(), whole.projector_tree(), whole.channels());
-  add_leaves(whole, leaves, builder);
+  SYMRIG_CHECK(add_leaves(whole, leaves, builder));
   if (rest) add_rest(whole, builder);
   return std::move(builder).finish();
 }
 
 Result<Share> read_share(const std::filesystem::path& path, int rank, int count) {
-  SYMRIG_TRY(StoredScene scene, load_scene(path));
+  // A rank never holds more than its share.
+  SYMRIG_TRY(StoredScene scene, load_scene(path, {.memory = 1}));
   Share share{std::move(scene), 0};
   share.identity = identity_of(share.scene);
-  if (count == 1) return share;
   const TransportTensor& whole = share.scene.tensor;
   const std::vector<std::int64_t> costs = costs_of(whole);
   std::int64_t rest = whole.bytes();
   for (const Leaf& leaf : whole.leaves()) rest -= 2 * halves_of(leaf, whole.channels());
   const std::vector<LeafRange> ranges = deal(costs, rest, count);
-  share.scene.tensor = part_of(whole, ranges[static_cast<std::size_t>(rank)], rank == 0);
+  SYMRIG_TRY(TransportTensor part, part_of(whole, ranges[static_cast<std::size_t>(rank)], rank == 0));
+  share.scene.tensor = std::move(part);
   if (rank != 0) share.scene.held_out.clear();
   return share;
 }

@@ -37,6 +37,7 @@ struct Share {
 Result<Share> read_share(const std::filesystem::path& path, int rank, int count);
 
 /// The part of a tensor with these leaves; `rest`: also with all that is no leaf.
-TransportTensor part_of(const TransportTensor& whole, LeafRange leaves, bool rest);
+/// fails: as TransportTensor::visit_leaves.
+Result<TransportTensor> part_of(const TransportTensor& whole, LeafRange leaves, bool rest);
 
 }  // namespace symrig::mpi

@@ -86,7 +86,7 @@ class Library : public CommandTest {
       return x.row_begin == y.row_begin && x.row_end == y.row_end && x.col_begin == y.col_begin &&
              x.col_end == y.col_end && x.rank == y.rank && x.level == y.level;
     }));
-    EXPECT_EQ(a.factors(), b.factors());
+    EXPECT_EQ(*a.factors(), *b.factors());
     EXPECT_EQ(a.scalar_values(), b.scalar_values());
     EXPECT_TRUE(std::ranges::equal(a.scalars(), b.scalars(), [](const ScalarLeaf& x, const ScalarLeaf& y) {
       return x.row == y.row && x.col == y.col;

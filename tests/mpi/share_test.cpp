@@ -64,7 +64,7 @@ TEST(Share, costs_are_the_bytes_that_16_lights_move) {
     columns += std::int64_t{2} * leaf.rank * made.tensor.channels();
   // Two bytes for a half; four times 16 floats for a column.
   EXPECT_EQ(std::accumulate(costs.begin(), costs.end(), std::int64_t{0}),
-            2 * static_cast<std::int64_t>(made.tensor.factors().size()) + 256 * columns);
+            2 * static_cast<std::int64_t>(made.tensor.factors()->size()) + 256 * columns);
 }
 
 TEST(Share, parts_hold_each_leaf_as_it_was) {
@@ -73,15 +73,15 @@ TEST(Share, parts_hold_each_leaf_as_it_was) {
   std::vector<float> joined;
   std::size_t leaves = 0;
   for (const LeafRange& range : deal(mpi::costs_of(whole), 0, 3)) {
-    const TransportTensor part = mpi::part_of(whole, range, leaves == 0);
-    const std::vector<float> factors = part.factors();
+    const TransportTensor part = *mpi::part_of(whole, range, leaves == 0);
+    const std::vector<float> factors = *part.factors();
     joined.insert(joined.end(), factors.begin(), factors.end());
     EXPECT_EQ(part.scalar_count(), leaves == 0 ? whole.scalar_count() : 0);
     EXPECT_EQ(part.bands().size(), leaves == 0 ? 1U : 0U);
     leaves += part.leaves().size();
   }
   EXPECT_EQ(leaves, whole.leaves().size());
-  EXPECT_EQ(joined, whole.factors());
+  EXPECT_EQ(joined, *whole.factors());
 }
 
 }  // namespace

@@ -167,6 +167,14 @@ def steps_of(stop_after, steps=None):
     return progress
 
 
+def test_a_scene_left_in_its_file_is_the_same(groove, tmp_path):
+    groove.save(tmp_path / "scene.h5")
+    left = symrig.load(tmp_path / "scene.h5", memory=1)
+    light = np.linspace(0, 1, groove.shape[1], dtype=np.float32)
+    assert np.array_equal(left @ light, groove @ light)
+    assert np.array_equal(left.T @ (left @ light), groove.T @ (groove @ light))
+
+
 def test_save_and_load_is_the_same(groove, tmp_path):
     groove.save(tmp_path / "copy.h5")
     copy = symrig.load(tmp_path / "copy.h5")

@@ -8,6 +8,7 @@
 #include "effects.hpp"
 #include "error_table.hpp"
 #include "invocation.hpp"
+#include "memory_option.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "port_option.hpp"
@@ -33,7 +34,7 @@ namespace symrig::apps {
 namespace {
 
 struct CaptureArguments {
-  std::string rig, registration, output, json, algorithm = std::string(algorithm_names().front());
+  std::string rig, registration, output, json, memory, algorithm = std::string(algorithm_names().front());
   std::optional<double> tolerance, dual_threshold, max_seconds, target_error, photograph_seconds;
   std::optional<std::int64_t> max_patterns;
   std::optional<int> polish;
@@ -176,9 +177,11 @@ std::string result_text(const CaptureSummary& summary, const CaptureResult& resu
       byte_size(static_cast<double>(summary.peak_memory_bytes)), other_facts_text(summary, result));
 }
 
-CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, const Stopwatch& watch) {
+CaptureJob job_of(const CaptureArguments& arguments, CaptureOptions options, std::int64_t memory,
+                  const Stopwatch& watch) {
   return {.output = arguments.output,
           .log = arguments.log,
+          .memory = memory,
           .json = arguments.json,
           .options = std::move(options),
           .check_axis = arguments.check_axis,
@@ -256,7 +259,8 @@ Result<void> run(const CLI::App& command, const CaptureArguments& arguments) {
   SYMRIG_TRY(const CaptureOptions options, options_of(arguments));
   if (const auto settings = settings_of(options); !settings) return in_command_words(settings.error());
   SYMRIG_CHECK(files_of(arguments).check());
-  const CaptureJob job = job_of(arguments, options, watch);
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  const CaptureJob job = job_of(arguments, options, memory, watch);
   if (const auto free = check_job(job); !free) return hint_in_command_words(free.error());
   SYMRIG_TRY(OpenedRig rig, open_rig(arguments.rig, arguments.registration));
   if (const Result<void> fits = check_rig(options, *rig.probe); !fits) return in_command_words(fits.error());
@@ -322,6 +326,7 @@ Job add_capture(CLI::App& command) {
                   "Most steps of a final refit of all transport to all photographs; 0: none (default: by the "
                   "algorithm)")
       ->type_name("N");
+  add_memory(command, arguments->memory);
   command.add_flag("--watch", arguments->watch,
                    "Serve a page that shows the capture while it runs, and its scene afterwards, until "
                    "Ctrl-C");

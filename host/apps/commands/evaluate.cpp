@@ -4,6 +4,7 @@
 #include "effects.hpp"
 #include "error_table.hpp"
 #include "files.hpp"
+#include "memory_option.hpp"
 #include "meter.hpp"
 #include "opened_scene.hpp"
 #include "rig.hpp"
@@ -26,7 +27,7 @@ namespace symrig::apps {
 namespace {
 
 struct EvaluateArguments {
-  std::string scene, rig, registration, json;
+  std::string scene, rig, registration, json, memory;
 };
 
 /// A real rig takes new photographs.
@@ -72,7 +73,8 @@ Result<void> run(const CLI::App& command, const EvaluateArguments& arguments, co
                    .reads("the registration", arguments.registration)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene, {.memory = memory}));
   const StoredScene& scene = opened.scene;
   if (arguments.rig.empty() && scene.held_out.empty())
     return Error{ErrorCode::bad_argument,
@@ -115,6 +117,7 @@ Job add_evaluate_of(CLI::App& command, OpenScene open) {
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
+  add_memory(command, arguments->memory);
   command
       .add_option("--rig", arguments->rig,
                   "Rig to compare with, simulated or real (default: held-out photographs only)")

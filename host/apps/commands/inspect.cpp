@@ -2,6 +2,7 @@
 #include "command.hpp"
 #include "console.hpp"
 #include "files.hpp"
+#include "memory_option.hpp"
 #include "symrig/report/node_counts.hpp"
 #include "symrig/report/summary.hpp"
 #include "symrig/tensor/file.hpp"
@@ -15,7 +16,7 @@ namespace symrig::apps {
 namespace {
 
 struct InspectArguments {
-  std::string scene, json;
+  std::string scene, json, memory;
 };
 
 std::string size_lines(const std::string& file, const StoredScene& scene) {
@@ -57,7 +58,8 @@ Result<void> run(const InspectArguments& arguments) {
                    .reads("the scene", arguments.scene)
                    .writes("--json", arguments.json, FileFormat::json)
                    .check());
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
   SYMRIG_CHECK(write_text(arguments.json, inspection_json(scene)));
   if (is_standard_output(arguments.json)) return {};
   std::string text = size_lines(arguments.scene, scene) + level_table(scene.tensor) + rank_line(scene.tensor);
@@ -72,6 +74,7 @@ Job add_inspect(CLI::App& command) {
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
+  add_memory(command, arguments->memory);
   add_json(command, arguments->json);
   command.footer(
       std::string(

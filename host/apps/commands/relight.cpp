@@ -6,6 +6,7 @@
 #include "console.hpp"
 #include "effects.hpp"
 #include "files.hpp"
+#include "memory_option.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "opened_scene.hpp"
@@ -35,7 +36,7 @@ namespace symrig::apps {
 namespace {
 
 struct RelightArguments {
-  std::string scene, light, lights, output;
+  std::string scene, light, lights, output, memory;
   std::string views, from_view, to_view, mosaic;  // "" if not given
   std::string format = "exr";                     // of many pictures
   std::optional<double> exposure;
@@ -188,7 +189,8 @@ std::string request_text(const RelightArguments& arguments) {
 Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& open) {
   const bool film = is_film(arguments.output);
   SYMRIG_CHECK(check_exposure(arguments, film || arguments.format == "png"));
-  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene, {.memory = memory}));
   SYMRIG_TRY(const Relighter relighter, relighter_of(arguments, opened));
   SYMRIG_TRY(const LightSequence lights,
              LightSequence::open(arguments.lights, relighter.light_grid(), projector_of(arguments)));
@@ -197,7 +199,10 @@ Result<void> run_sequence(const RelightArguments& arguments, const OpenScene& op
                         .exposure = arguments.exposure,
                         .resume = arguments.resume,
                         .asked = request_text(arguments)};
-  SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
+  // A film states nothing. To hash a large scene takes as long as to apply it.
+  if (!film) {
+    SYMRIG_TRY(output.facts, facts_of(arguments, false, {}));
+  }
   std::optional<Meter> meter(std::in_place, "relight", "pictures");
   const Result<SequenceResult> result = relight_sequence(relighter, lights, output, meter->progress());
   meter.reset();
@@ -231,7 +236,8 @@ Result<void> run(const CLI::App& command, const RelightArguments& arguments, boo
   SYMRIG_CHECK(check_files(arguments));
   if (!arguments.lights.empty()) return run_sequence(arguments, open);
   SYMRIG_CHECK(check_exposure(arguments, is_png(arguments.output)));
-  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(const OpenedScene opened, open(arguments.scene, {.memory = memory}));
   SYMRIG_TRY(Image<float> picture,
              dual ? dual_picture(arguments, opened.scene.tensor) : relit(arguments, opened));
   const double exposure = arguments.exposure.value_or(automatic_exposure(picture));
@@ -287,6 +293,7 @@ Job add(CLI::App& command, bool dual, const char* footer, OpenScene open) {
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
+  add_memory(command, arguments->memory);
   CLI::Option* const light =
       command
           .add_option("--light", arguments->light, "Picture of the light, or a built-in light (see below)")

@@ -3,6 +3,7 @@
 #include "console.hpp"
 #include "files.hpp"
 #include "invocation.hpp"
+#include "memory_option.hpp"
 #include "meter.hpp"
 #include "rig.hpp"
 #include "symrig/report/html_report.hpp"
@@ -18,7 +19,7 @@ namespace symrig::apps {
 namespace {
 
 struct ReportArguments {
-  std::string scene, output;
+  std::string scene, output, memory;
 };
 
 /// Adds the truth if the file states a simulated rig. If the truth cannot be opened, the page states why it
@@ -45,7 +46,8 @@ Result<void> run(const ReportArguments& arguments) {
                    .reads("the scene", arguments.scene)
                    .writes("-o", arguments.output, FileFormat::page)
                    .check());
-  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(const StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
   Meter meter("report", "sections");
   ReportOptions options{.title = std::filesystem::path(arguments.scene).filename().string(),
                         .progress = meter.progress(),
@@ -65,6 +67,7 @@ Job add_report(CLI::App& command) {
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
+  add_memory(command, arguments->memory);
   command.add_option("-o,--output", arguments->output, "HTML page to write")
       ->required()
       ->type_name("report.html");

@@ -3,6 +3,7 @@
 #include "console.hpp"
 #include "effects.hpp"
 #include "files.hpp"
+#include "memory_option.hpp"
 #include "meter.hpp"
 #include "numbers.hpp"
 #include "port_option.hpp"
@@ -25,7 +26,7 @@ namespace {
 constexpr double kMegabyte = 1e6;
 
 struct ViewArguments {
-  std::string scene, page;
+  std::string scene, page, memory;
   std::optional<int> port;
   std::optional<double> max_megabytes;
 };
@@ -82,7 +83,8 @@ Result<void> run(const CLI::App& command, const ViewArguments& arguments) {
                    .reads("the scene", arguments.scene)
                    .writes("--export", arguments.page, FileFormat::page)
                    .check());
-  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene));
+  SYMRIG_TRY(const std::int64_t memory, memory_of(arguments.memory));
+  SYMRIG_TRY(StoredScene scene, load_scene(arguments.scene, {.memory = memory}));
   if (scene.tensor.channels() != 1 && scene.tensor.channels() != 3)
     return Error{
         ErrorCode::bad_value,
@@ -98,6 +100,7 @@ Job add_view(CLI::App& command) {
   command.add_option("scene", arguments->scene, "Tensor file of capture or fit")
       ->required()
       ->type_name("scene.h5");
+  add_memory(command, arguments->memory);
   command
       .add_option("--export", arguments->page,
                   "Serve nothing: write one HTML file that contains the scene and opens without symrig")

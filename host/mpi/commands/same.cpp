@@ -20,7 +20,11 @@ void name_this_program(CLI::App& command) {
 
 }  // namespace
 
-Result<apps::OpenedScene> open_dealt(const std::string& path) {
+Result<apps::OpenedScene> open_dealt(const std::string& path, const LoadOptions& options) {
+  if (Ranks::world().count() == 1) return apps::open_here(path, options);
+  if (options.memory > 0)
+    return Error{ErrorCode::bad_argument, "--memory is for one process; of several, each holds its share",
+                 "remove it, or start more processes"};
   SYMRIG_TRY(const auto transport, DealtTransport::open(Ranks::world(), path));
   return apps::OpenedScene{transport->scene(), transport};
 }

@@ -60,7 +60,7 @@ Result<Image<float>> read_wanted(const std::string& path, Grid grid, int channel
 }
 
 Result<Solved> solve_scene(const SolveArguments& arguments) {
-  SYMRIG_TRY(const apps::OpenedScene opened, open_dealt(arguments.scene));
+  SYMRIG_TRY(const apps::OpenedScene opened, open_dealt(arguments.scene, {}));
   const TransportOperator& transport = *opened.transport;
   SYMRIG_TRY(const Image<float> wanted,
              read_wanted(arguments.wanted, transport.camera_grid(), transport.channels()));

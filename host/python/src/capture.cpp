@@ -60,6 +60,7 @@ CaptureJob job_of(const std::string& output, const py::dict& options) {
           .log = {.resume = flag(options, "resume"),
                   .keep = flag(options, "keep_log"),
                   .off = !flag(options, "log")},
+          .memory = given<std::int64_t>(options, "memory").value_or(0),
           .options = options_of(options),
           .check_axis = flag(options, "check_axis"),
           .made = made_in_python};

@@ -180,13 +180,13 @@ Shared stopped(const StoredScene& scene, int level) {
                    fmt::format("levels are 0 to {}", scene.tensor.levels() - 1)}};
   return unlocked([&]() -> Result<Shared> {
     SYMRIG_TRY(TransportTensor tensor, scene.tensor.stopped_at(level));
-    return std::make_shared<StoredScene>(StoredScene{std::move(tensor), scene.capture_json, {}});
+    return Shared(std::make_shared<StoredScene>(StoredScene{std::move(tensor), scene.capture_json, {}}));
   });
 }
 
-Shared load(const std::string& path) {
+Shared load(const std::string& path, std::int64_t memory) {
   return unlocked([&]() -> Result<Shared> {
-    SYMRIG_TRY(StoredScene scene, load_scene(path));
+    SYMRIG_TRY(StoredScene scene, load_scene(path, {.memory = memory}));
     return Shared(std::make_shared<StoredScene>(std::move(scene)));
   });
 }
@@ -240,8 +240,9 @@ void bind_scene(py::module_& module) {
       .def("stopped_at", [](const StoredScene& s,
                             int level) { return std::const_pointer_cast<StoredScene>(stopped(s, level)); })
       .def("save", save);
-  module.def("load",
-             [](const std::string& path) { return std::const_pointer_cast<StoredScene>(load(path)); });
+  module.def("load", [](const std::string& path, std::int64_t memory) {
+    return std::const_pointer_cast<StoredScene>(load(path, memory));
+  });
 }
 
 }  // namespace symrig::python

@@ -132,6 +132,7 @@ def capture(
     keep_log: bool = False,
     progress: Optional[ProgressCallback] = None,
     watch: Union[bool, int] = False,
+    memory: Optional[int] = None,
 ) -> Scene:
     """Measures the light transport of a scene, as `symrig capture` does.
 
@@ -156,6 +157,8 @@ def capture(
         watch: serve the page of `symrig capture --watch`: True at a free port of 127.0.0.1, or the number of a port.
             The address is printed. Afterwards the page shows the scene, until the scene is deleted or
             scene.close_page() is called. If the capture fails, the page says why, and ends.
+        memory: bytes that the process may use; what needs more is in scratch files beside the output. The result does
+            not depend on it. None: half of the memory that is free.
 
     Returns:
         The scene. scene.facts says what the capture took.
@@ -173,6 +176,7 @@ def capture(
         target_error=target_error,
         photograph_seconds=photograph_seconds,
         polish=polish,
+        memory=memory,
         split=split,
         dual_threshold=dual_threshold,
         dual_subtracts=dual_subtracts,

@@ -450,10 +450,14 @@ class ChannelDual(_Pictures):
     H = T
 
 
-def load(path: Union[str, "os.PathLike[str]"]) -> Scene:
+def load(path: Union[str, "os.PathLike[str]"], memory: Optional[int] = None) -> Scene:
     """Reads scene.h5, a file of capture or fit.
+
+    Args:
+        memory: bytes of factors that may be kept in memory; more stay in the file, and are read each time that the
+            scene is applied. None: half of the memory that is free.
 
     Raises:
         InputError: there is no such file, or it is damaged or no scene.
     """
-    return Scene(_symrig.load(os.fspath(path)))
+    return Scene(_symrig.load(os.fspath(path), memory or 0))

@@ -2,12 +2,16 @@
 #include "symrig/base/memory.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <optional>
 #include <string>
 
+#include <fcntl.h>
 #include <unistd.h>
 
 namespace symrig {
@@ -77,10 +81,13 @@ std::int64_t usual_memory() {
 }
 
 std::int64_t resident_memory() {
-  std::ifstream file("/proc/self/statm");
-  std::int64_t size = 0, resident = 0;
-  file >> size >> resident;
-  return resident * ::sysconf(_SC_PAGESIZE);
+  // Open as long as the program runs: it is read often.
+  static const int file = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  std::array<char, 128> text{};
+  if (::pread(file, text.data(), text.size() - 1, 0) <= 0) return 0;
+  const char* const second = std::strchr(text.data(), ' ');
+  if (second == nullptr) return 0;
+  return std::strtoll(second, nullptr, 10) * ::sysconf(_SC_PAGESIZE);
 }
 
 }  // namespace symrig

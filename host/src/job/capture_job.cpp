@@ -4,14 +4,19 @@
 #include "job/watched_probe.hpp"
 #include "symrig/base/guarded.hpp"
 #include "symrig/base/job_files.hpp"
+#include "symrig/base/memory.hpp"
+#include "symrig/base/paged_memory.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <filesystem>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <tbb/task_arena.h>
 
 namespace symrig {
 namespace {
@@ -93,6 +98,27 @@ Result<CaptureOutcome> measure_and_save(const CaptureJob& job, const CaptureSett
   return outcome;
 }
 
+/// Where scratch files go: to the disk of the output.
+std::filesystem::path scratch_folder(const CaptureJob& job) {
+  if (job.output.empty()) return std::filesystem::temp_directory_path();
+  const std::filesystem::path folder = std::filesystem::path(job.output).parent_path();
+  return folder.empty() ? "." : folder;
+}
+
+std::string mebibytes(std::int64_t bytes) {
+  return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
+}
+
+Result<void> check_memory(std::int64_t memory, const Probe& rig) {
+  const std::int64_t least = least_memory(rig.grid(), rig.channels());
+  if (memory >= least) return {};
+  return Error{
+      ErrorCode::limit,
+      fmt::format("memory of {} is too little for photographs of {} with {} channel{}", mebibytes(memory),
+                  to_string(rig.grid()), rig.channels(), rig.channels() == 1 ? "" : "s"),
+      fmt::format("allow {} or more", mebibytes(least))};
+}
+
 Error no_measurement(const char* option, const char* next) {
   return {ErrorCode::bad_argument, fmt::format("{} 0 allows no measurement", option), next};
 }
@@ -117,11 +143,24 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
   return check_symmetric(rig, job.options.algorithm);
 }
 
+std::int64_t least_memory(Grid grid, int channels) {
+  constexpr std::int64_t kProgram = std::int64_t{64} << 20;  // code, libraries, trees of small grids
+  // A pixel of sixteen photographs as floats, for each thread that applies transport; and a few photographs
+  // on their way from the rig: mean, variance, validity and what was shown.
+  const std::int64_t applied = 16 * 4 * std::int64_t{tbb::this_task_arena::max_concurrency()};
+  const std::int64_t on_their_way = 4 * (9 * std::int64_t{channels} + 4);
+  return kProgram + grid.size() * (applied + on_their_way);
+}
+
 Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_TRY(const CaptureSettings settings, check_job(job));
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
   if (job.check_axis && !CaptureLog::goes_on(job.output, keeping)) SYMRIG_CHECK(check_axis(*rig.probe));
+  const std::int64_t memory = job.memory > 0 ? job.memory : usual_memory();
+  SYMRIG_CHECK(check_memory(memory, *rig.probe));
+  const MemoryScope scope(
+      {memory, least_memory(rig.probe->grid(), rig.probe->channels()), scratch_folder(job)});
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
   Result<CaptureOutcome> outcome = guarded([&] { return measure_and_save(job, settings, rig, log.log()); });
   if (!outcome) return log.broken_off(outcome.error());

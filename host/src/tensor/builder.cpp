@@ -47,8 +47,16 @@ void TensorBuilder::add_leaf(std::int32_t row_begin, std::int32_t row_end, std::
   const Leaf leaf{row_begin, row_end, col_begin, col_end, rank, level};
   assert(rank >= 1 &&
          std::ssize(factors) == std::int64_t{tensor_.channels_} * rank * (leaf.rows() + leaf.cols()));
+  if (draft_->packing) draft_->packing->add(leaf, factors);
   draft_->leaves.push_back(leaf);
-  draft_->factors.insert(draft_->factors.end(), factors.begin(), factors.end());
+  if (!draft_->packing) draft_->factors.insert(draft_->factors.end(), factors.begin(), factors.end());
+}
+
+void TensorBuilder::pack_leaves() {
+  assert(draft_->leaves.empty());
+  draft_->packing.emplace(tensor::LowRank::Shape{tensor_.camera_grid().size(),
+                                                 tensor_.projector_grid().size(), tensor_.symmetric(),
+                                                 tensor_.channels()});
 }
 
 void TensorBuilder::take_leaves(std::vector<Leaf> leaves, tensor::LeafParts parts) {

@@ -30,22 +30,22 @@ SmallParts::~SmallParts() {
   most_of_part() = kUsualPart;
 }
 
+bool PartRange::add(const Leaf& leaf, int channels) {
+  const std::size_t of_side = static_cast<std::size_t>(channels) * static_cast<std::size_t>(leaf.rank);
+  const std::size_t more = of_side * static_cast<std::size_t>(std::int64_t{leaf.rows()} + leaf.cols());
+  if (last > first && values + more > part_values()) return false;
+  ++last;
+  values += more;
+  columns += 2 * of_side;
+  return true;
+}
+
 std::vector<PartRange> parts_of(std::span<const Leaf> leaves, int channels) {
   std::vector<PartRange> parts(1);
-  for (std::size_t k = 0; k < leaves.size(); ++k) {
-    const std::size_t columns =
-        static_cast<std::size_t>(channels) * static_cast<std::size_t>(leaves[k].rank) * 2;
-    const std::size_t values =
-        columns / 2 * static_cast<std::size_t>(std::int64_t{leaves[k].rows()} + leaves[k].cols());
-    PartRange* part = &parts.back();
-    if (part->last > part->first && part->values + values > part_values()) {
-      const PartRange& full = parts.back();
-      parts.push_back({k, k, full.first_value + full.values, 0, full.first_column + full.columns, 0});
-      part = &parts.back();
-    }
-    part->last = k + 1;
-    part->values += values;
-    part->columns += columns;
+  for (const Leaf& leaf : leaves) {
+    if (parts.back().add(leaf, channels)) continue;
+    parts.push_back(parts.back().next());
+    parts.back().add(leaf, channels);
   }
   return parts;
 }
@@ -122,8 +122,33 @@ Result<void> LeafParts::visit_factors(std::span<const Leaf> leaves, const UseFac
   return {};
 }
 
+void LeafPacking::add(const Leaf& leaf, std::span<const float> factors) {
+  if (!range_.add(leaf, parts_.shape_.channels)) {
+    pack();
+    range_ = range_.next();
+    range_.add(leaf, parts_.shape_.channels);
+  }
+  leaves_.push_back(leaf);
+  factors_.insert(factors_.end(), factors.begin(), factors.end());
+}
+
+void LeafPacking::pack() {
+  parts_.ranges_.push_back(range_);
+  parts_.kept_.emplace_back(leaves_, factors_, parts_.shape_);
+  leaves_.clear();
+  factors_.clear();
+}
+
+LeafParts LeafPacking::finish() && {
+  pack();
+  return std::move(parts_);
+}
+
 std::int64_t LeafParts::bytes() const {
   std::int64_t total = 0;
+  if (!in_memory())
+    for (const PartRange& part : ranges_)
+      total += static_cast<std::int64_t>(part.values * sizeof(Half) + part.columns / 2 * sizeof(float));
   for (const LowRank& one : kept_) total += one.bytes();
   return total;
 }

@@ -22,7 +22,10 @@ struct PartRange {
   std::size_t first_value = 0, values = 0;    ///< of all channels
   std::size_t first_column = 0, columns = 0;  ///< of all channels, both sides
 
-  bool operator==(const PartRange&) const = default;
+  /// False if the part is full. A leaf that is longer than a part is a part of its own.
+  bool add(const Leaf& leaf, int channels);
+  /// The part behind this one, still empty.
+  PartRange next() const { return {last, last, first_value + values, 0, first_column + columns, 0}; }
 };
 
 /// Most values of a part: 32 MB of halves, large enough to be read at the speed of a disk. A longer leaf is a
@@ -82,10 +85,11 @@ class LeafParts {
   using UseFactors = std::function<void(const Leaf& leaf, std::span<const float> factors)>;
   Result<void> visit_factors(std::span<const Leaf> leaves, const UseFactors& use) const;
 
-  /// In memory.
+  /// Of the factors and their index; those in a file have no index.
   std::int64_t bytes() const;
 
  private:
+  friend class LeafPacking;
   std::span<const Leaf> leaves_of(std::span<const Leaf> leaves, std::size_t part) const {
     return leaves.subspan(ranges_[part].first, ranges_[part].last - ranges_[part].first);
   }
@@ -101,6 +105,24 @@ class LeafParts {
   std::vector<PartRange> ranges_;
   std::vector<LowRank> kept_;                 // all, or none
   std::shared_ptr<const PartSource> source_;  // of parts that are not kept
+};
+
+/// Makes parts of leaves as they come, so that only one part is held as floats. The parts are those of
+/// parts_of().
+class LeafPacking {
+ public:
+  explicit LeafPacking(const LowRank::Shape& shape) { parts_.shape_ = shape; }
+
+  void add(const Leaf& leaf, std::span<const float> factors);
+  LeafParts finish() &&;
+
+ private:
+  void pack();
+
+  LeafParts parts_;
+  PartRange range_;
+  std::vector<Leaf> leaves_;  // of the part that is being filled
+  std::vector<float> factors_;
 };
 
 }  // namespace symrig::tensor

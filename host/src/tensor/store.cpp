@@ -26,6 +26,8 @@ Store::Store(Draft&& draft, const TransportTensor& shape)
   leaves.shrink_to_fit();
   if (draft.ready)
     parts = *std::move(draft.ready);
+  else if (draft.packing)
+    parts = std::move(*draft.packing).finish();
   else
     parts = LeafParts(
         leaves, draft.factors,

@@ -29,8 +29,9 @@ struct MeasuredColumns {
 /// A tensor under construction.
 struct Draft {
   std::vector<Leaf> leaves;
-  std::optional<LeafParts> ready;  ///< of all leaves, in place of factors
-  std::vector<float> factors;      ///< leaf after leaf, in the order of TensorBuilder::add_leaf
+  std::optional<LeafParts> ready;      ///< of all leaves, in place of factors
+  std::optional<LeafPacking> packing;  ///< in place of factors
+  std::vector<float> factors;          ///< leaf after leaf, in the order of TensorBuilder::add_leaf
   std::vector<std::vector<EmptyLeaf>> empties;
   std::vector<ScalarLeaf> scalars;
   std::vector<float> scalar_values;  ///< [scalar * channels + channel]

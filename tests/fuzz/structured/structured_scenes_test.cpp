@@ -127,7 +127,7 @@ void expect_adjoint(const TransportTensor& tensor, Random& random) {
   for (const Leaf& leaf : tensor.leaves())
     size = std::max(size, double(leaf.rows()) * leaf.cols() * leaf.rank);
   double largest = 1e-30;
-  const std::vector<float> factors = tensor.factors();
+  const std::vector<float> factors = *tensor.factors();
   const float* at = factors.data();
   for (const Leaf& leaf : tensor.leaves())
     for (int c = 0; c < tensor.channels(); ++c) {

@@ -130,9 +130,9 @@ std::vector<TreePhotograph> photographs(std::size_t count, std::uint64_t seed) {
   return all;
 }
 
-std::vector<std::vector<float>> left_by(const KnownTransport& known, std::vector<TreePhotograph> all) {
+std::vector<PagedVector<float>> left_by(const KnownTransport& known, std::vector<TreePhotograph> all) {
   known.subtract_from(all);
-  std::vector<std::vector<float>> means;
+  std::vector<PagedVector<float>> means;
   means.reserve(all.size());
   for (TreePhotograph& p : all) means.push_back(std::move(p.mean));
   return means;
@@ -195,7 +195,7 @@ TEST(KnownTransport, subtracts_the_same_bits_with_any_number_of_threads) {
   Both both;
   both.fill(random);
   const auto before = photographs(40, 9);
-  std::vector<std::vector<std::vector<float>>> answers;
+  std::vector<std::vector<PagedVector<float>>> answers;
   for (std::size_t threads = 1; threads <= 4; ++threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     answers.push_back(left_by(both.known, before));

@@ -70,7 +70,7 @@ std::vector<LitBlocks> pixels() {
 /// What was handed on, one photograph after another.
 struct Used {
   std::vector<std::int64_t> numbers;
-  std::vector<std::vector<float>> means, patterns;
+  std::vector<PagedVector<float>> means, patterns;
 
   void add(std::int64_t first, std::span<TreePhotograph> photographs) {
     for (const TreePhotograph& one : photographs) {

@@ -54,7 +54,7 @@ TEST(ResidualShift, is_the_squared_change_of_a_shifted_picture) {
   const BlockTree tree(grid);
   const Image<float> mean = texture(grid, 2);
   TreePhotograph photograph = photograph_of(tree, mean);
-  const std::vector<float> before = photograph.mean;
+  const PagedVector<float> before = photograph.mean;
   photograph.variance.assign(photograph.variance.size(), 1e-4F);
   add_shift_variance(tree, kSigma, {&photograph, 1});
   EXPECT_EQ(photograph.mean, before);

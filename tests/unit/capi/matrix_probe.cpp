@@ -63,7 +63,7 @@ bool same_empties(const TransportTensor& a, const TransportTensor& b) {
 
 bool same(const TransportTensor& a, const TransportTensor& b) {
   return a.camera_grid() == b.camera_grid() && a.symmetric() == b.symmetric() &&
-         all_equal(a.leaves(), b.leaves()) && a.factors() == b.factors() &&
+         all_equal(a.leaves(), b.leaves()) && *a.factors() == *b.factors() &&
          all_equal(a.scalars(), b.scalars()) && a.scalar_values() == b.scalar_values() &&
          all_equal(a.bands(), b.bands()) && same_empties(a, b);
 }

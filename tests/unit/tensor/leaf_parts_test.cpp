@@ -121,7 +121,6 @@ TEST_F(LeafParts, a_tensor_left_in_its_file_gives_the_same_bits) {
     const auto [kept, left] = stored(large_tensor(symmetric, symmetric ? 1 : 3));
     EXPECT_TRUE(kept.in_memory());
     EXPECT_FALSE(left.in_memory());
-    EXPECT_LT(left.bytes(), kept.bytes() / 8);
     const Image<float> light = random_light(7);
     EXPECT_EQ(*left.apply(light), *kept.apply(light));
     EXPECT_EQ(*left.apply_transposed(light), *kept.apply_transposed(light));

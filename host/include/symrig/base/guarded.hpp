@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/paged_memory.hpp"
 #include "symrig/base/result.hpp"
 
 #include <exception>
@@ -17,6 +18,8 @@ template <class Work>
 auto guarded(Work&& work) -> decltype(work()) {
   try {
     return std::forward<Work>(work)();
+  } catch (const NoScratchSpace& error) {
+    return Error{ErrorCode::io, error.what(), "free space on that disk, or allow more memory"};
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::limit, "out of memory", kMoreMemory};
   } catch (const std::exception& error) {

@@ -22,8 +22,11 @@ using SeePhotographs = std::function<void(const ProbeCost& so_far, std::span<con
 
 /// One capture from its rig to its file: `symrig capture`, and capture() of the Python module.
 struct CaptureJob {
-  std::string output;               ///< scene.h5; empty: the scene is only returned, and there is no log
-  LogOptions log = {};              ///< of `output`.log
+  std::string output;   ///< scene.h5; empty: the scene is only returned, and there is no log
+  LogOptions log = {};  ///< of `output`.log
+  /// Bytes of memory that the process may use; 0: usual_memory(). What needs more is in scratch files beside
+  /// the output. Only time depends on it, never the result.
+  std::int64_t memory = 0;
   std::string json = {};            ///< file of the capture's facts (capture_json); empty: none
   CaptureOptions options = {};      ///< its member `log` is set by the job
   bool check_axis = false;          ///< a new capture first checks with 8 photographs that the rig is coaxial
@@ -60,9 +63,13 @@ Result<CaptureSettings> check_job(const CaptureJob& job);
 /// fails: as check_rig; bad_value (an algorithm that uses the symmetry of T needs a coaxial rig).
 Result<void> check_job(const CaptureJob& job, const OpenedRig& rig);
 
+/// The least memory of a job: what photographs take while they are worked on.
+std::int64_t least_memory(Grid grid, int channels);
+
 /// Captures, and writes scene, facts and log. Until the scene is safely on the disk, the log keeps the
 /// photographs.
-/// fails: as check_job; as capture, create_photograph_log, open_photograph_log, save_scene and
+/// fails: as check_job; limit (CaptureJob::memory is less than least_memory); io (no space for scratch
+/// files); as capture, create_photograph_log, open_photograph_log, save_scene and
 /// RegisteredProbe::check_motion. The error says if a log keeps photographs.
 Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig);
 

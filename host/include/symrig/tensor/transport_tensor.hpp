@@ -194,6 +194,8 @@ class TensorBuilder {
   /// symmetric itself; if each column of B is ± that of A, it needs half the space.
   void add_leaf(std::int32_t row_begin, std::int32_t row_end, std::int32_t col_begin, std::int32_t col_end,
                 int rank, int level, std::span<const float> factors);
+  /// From now on leaves are packed part by part, and their floats are forgotten. There is no current() then.
+  void pack_leaves();
   /// All leaves as a scene file has them, in place of add_leaf(). For load_scene(): their parts are private.
   void take_leaves(std::vector<Leaf> leaves, tensor::LeafParts parts);
   /// Adds an empty leaf between two blocks of a level (their indices in it).

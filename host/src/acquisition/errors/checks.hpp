@@ -31,7 +31,7 @@ class Checks {
   /// What the known transport leaves of each check photograph.
   struct Residual {
     TreePhotograph photograph;    ///< pattern as shown, mean as measured
-    std::vector<float> residual;  ///< [channel][pixel]
+    PagedVector<float> residual;  ///< [channel][pixel]
   };
   /// Of the transport known now: subtracts what has been added since the last time, or all of it if some was
   /// changed. Valid until the next call.

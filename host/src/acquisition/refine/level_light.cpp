@@ -49,7 +49,8 @@ void LevelLight::keep(const TreePhotograph& photograph, const LitBlocks& lit, fl
 /// First by the smallest block that holds both ends of the transport, then summed from small blocks to large.
 LaterLight::LaterLight(const KnownTransport& known, const BlockTree& tree, int channels) {
   const std::size_t pixels = tree.order().size();
-  within_.assign(tree.levels(), std::vector<float>(pixels * static_cast<std::size_t>(channels)));
+  within_.assign(static_cast<std::size_t>(tree.levels()),
+                 PagedVector<float>(pixels * static_cast<std::size_t>(channels)));
   std::vector<int> level_of_leaf, level_of_scalar;
   for (const KnownLeaf& leaf : known.leaves())
     level_of_leaf.push_back(common_level(tree, std::min(leaf.row_begin, leaf.col_begin),

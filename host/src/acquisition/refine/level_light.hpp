@@ -29,8 +29,8 @@ struct LevelLight {
 
   int level;
   LogRange photographs;
-  std::vector<float> residual, variance;  ///< [channel][pixel], known transport of the time subtracted
-  std::vector<float> lit_share;           ///< [pixel]: of the photograph that lit it
+  PagedVector<float> residual, variance;  ///< [channel][pixel], known transport of the time subtracted
+  PagedVector<float> lit_share;           ///< [pixel]: of the photograph that lit it
 
   /// Keeps what a photograph, in which a share of all pixels is lit, says of those in `lit`.
   void keep(const TreePhotograph& photograph, const LitBlocks& lit, float share);
@@ -47,7 +47,7 @@ class LaterLight {
   int levels() const { return static_cast<int>(within_.size()); }
 
  private:
-  std::vector<std::vector<float>> within_;
+  std::vector<PagedVector<float>> within_;
 };
 
 }  // namespace symrig::acquisition

@@ -48,12 +48,11 @@ double inner(const PolishNumbers& a, const PolishNumbers& b) {
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-PolishNumbers precondition(const PolishNumbers& residual, const PolishNumbers& diagonal) {
-  PolishNumbers z(residual.size());
+/// z = residual / diagonal
+void precondition(const PolishNumbers& residual, const PolishNumbers& diagonal, PolishNumbers& z) {
   in_blocks(z.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) z[n] = diagonal[n] > 0 ? residual[n] / diagonal[n] : 0;
   });
-  return z;
 }
 
 /// to = a + scale b
@@ -132,15 +131,15 @@ bool Polish::keeps() const {
   return photographs * values * static_cast<std::int64_t>(sizeof(float)) <= kKeptBytes;
 }
 
-Result<Polish::Numbers> Polish::curved(const Numbers& direction) const {
-  Numbers sum(direction.size());
+Result<void> Polish::curved(const Numbers& direction, Numbers& sum) const {
+  sum.assign(direction.size(), 0);
   const PolishJacobian::Tangents tangents = jacobian_.tangents(direction);
   const auto add = [&](std::span<const PolishBatch> batches) {
     jacobian_.gather(batches, jacobian_.image(batches, tangents), sum);
   };
   for (std::size_t first = 0; first < kept_.size(); first += kGroup)
     add(std::span(kept_).subspan(first, std::min(kGroup, kept_.size() - first)));
-  if (!kept_.empty()) return sum;
+  if (!kept_.empty()) return {};
   for (const LogRange& range : ranges_)
     SYMRIG_CHECK(photographer_.read(range.first, range.last - range.first,
                                     [&](std::int64_t, std::span<TreePhotograph> photographs) {
@@ -151,17 +150,18 @@ Result<Polish::Numbers> Polish::curved(const Numbers& direction) const {
                                         batches.emplace_back(batch);
                                       add(batches);
                                     }));
-  return sum;
+  return {};
 }
 
 /// (Jᵀ W J + damping) move = residual, approximately.
 Result<Polish::Numbers> Polish::solve(Numbers residual, const Numbers& diagonal, int steps) const {
   Numbers move(residual.size());
-  Numbers z = precondition(residual, diagonal);
-  Numbers direction = z;
-  double rho = inner(residual, z);
+  Numbers direction(residual.size());
+  precondition(residual, diagonal, direction);
+  Numbers along;  // then z, the preconditioned residual
+  double rho = inner(residual, direction);
   for (int k = 0; k < steps && rho > 0; ++k) {
-    SYMRIG_TRY(Numbers along, curved(direction));
+    SYMRIG_CHECK(curved(direction, along));
     in_blocks(along.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t n = begin; n < end; ++n) along[n] += kDamping * diagonal[n] * direction[n];
     });
@@ -170,9 +170,9 @@ Result<Polish::Numbers> Polish::solve(Numbers residual, const Numbers& diagonal,
     const auto length = static_cast<float>(rho / curvature);
     combine(move, move, length, direction);
     combine(residual, residual, -length, along);
-    z = precondition(residual, diagonal);
-    const double next = inner(residual, z);
-    combine(direction, z, static_cast<float>(next / rho), direction);
+    precondition(residual, diagonal, along);
+    const double next = inner(residual, along);
+    combine(direction, along, static_cast<float>(next / rho), direction);
     rho = next;
   }
   return move;

@@ -46,8 +46,8 @@ class Polish {
   Result<double> visit_residuals(const UseResiduals& use) const;
   void weigh(TreePhotograph& photograph) const;
   bool keeps() const;
-  /// Σ over batches of Jᵀ W J direction.
-  Result<Numbers> curved(const Numbers& direction) const;
+  /// sum = Σ over batches of Jᵀ W J direction.
+  Result<void> curved(const Numbers& direction, Numbers& sum) const;
   Result<Numbers> solve(Numbers residual, const Numbers& diagonal, int steps) const;
   void shorten(Numbers& move) const;
   Result<Outcome> move_along(const Numbers& move, double before);

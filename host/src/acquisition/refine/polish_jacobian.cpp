@@ -29,10 +29,10 @@ Sixteen light(const float* v, const float* x, std::size_t n) {
   return w;
 }
 
-std::vector<float> interleave(std::span<const TreePhotograph> photographs,
-                              std::vector<float> TreePhotograph::*part) {
+PagedVector<float> interleave(std::span<const TreePhotograph> photographs,
+                              PagedVector<float> TreePhotograph::*part) {
   const std::size_t size = (photographs[0].*part).size();
-  std::vector<float> all(size * kBatch);
+  PagedVector<float> all(size * kBatch);
   constexpr std::size_t kTile = 1024;  // pixels of sixteen photographs that stay in the cache
   for (std::size_t first = 0; first < size; first += kTile)
     for (std::size_t k = 0; k < photographs.size(); ++k) {

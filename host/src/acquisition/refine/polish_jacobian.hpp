@@ -11,7 +11,7 @@
 namespace symrig::acquisition {
 
 /// One for each factor of the known transport, in their order, then one for each scalar value.
-using PolishNumbers = std::vector<float>;
+using PolishNumbers = PagedVector<float>;
 
 /// Where the numbers of one leaf and channel are, and its pixels.
 struct LeafNumbers {
@@ -27,8 +27,8 @@ inline bool polished(const KnownLeaf& leaf) {
 /// Up to sixteen photographs, interleaved so that a factor that is read serves all of them. Where there are
 /// fewer, the others are dark and weigh nothing. variance of the photographs given is their weight.
 struct PolishBatch {
-  std::vector<float> pattern;  ///< [pixel][kBatch]
-  std::vector<float> weight;   ///< [channel][pixel][kBatch]; 0 where nothing was seen
+  PagedVector<float> pattern;  ///< [pixel][kBatch]
+  PagedVector<float> weight;   ///< [channel][pixel][kBatch]; 0 where nothing was seen
   tensor::LitRanges lit;       ///< in any of the patterns
 
   explicit PolishBatch(std::span<const TreePhotograph> photographs);
@@ -36,7 +36,7 @@ struct PolishBatch {
 };
 
 /// Samples of a batch, interleaved as its weights.
-using PolishSamples = std::vector<float>;
+using PolishSamples = PagedVector<float>;
 /// Their means.
 PolishSamples means_of(std::span<const TreePhotograph> photographs);
 
@@ -48,7 +48,7 @@ class PolishJacobian {
 
   /// A direction, laid out for image(): a δa δb b of each leaf and channel, as A B' = a δb' + δa b', then the
   /// scalars.
-  using Tangents = std::vector<float>;
+  using Tangents = PagedVector<float>;
   Tangents tangents(const PolishNumbers& direction) const;
   /// W J direction for each batch.
   std::vector<PolishSamples> image(std::span<const PolishBatch> batches, const Tangents& direction) const;

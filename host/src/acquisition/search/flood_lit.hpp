@@ -10,7 +10,7 @@ namespace symrig::acquisition {
 
 /// The flood-lit photograph in tree order. It is the estimate of the root: c = r = T 1.
 struct FloodLit {
-  std::vector<float> image;      ///< [channel][pixel]
+  PagedVector<float> image;      ///< [channel][pixel]
   std::vector<PairNoise> noise;  ///< of each channel
   std::vector<double> squared;   ///< F² of each channel, the mean square of its valid pixels
   bool noisy = false;            ///< photographs have a variance

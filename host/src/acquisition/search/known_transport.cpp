@@ -237,6 +237,7 @@ void KnownTransport::add_leaves_to(TensorBuilder& builder) const {
 
 TensorBuilder KnownTransport::draft() const {
   TensorBuilder builder(tree_, channels_);
+  builder.pack_leaves();
   add_leaves_to(builder);
   for (const Empty& empty : empties_) builder.add_empty(empty.level, empty.row_block, empty.col_block);
   const std::size_t plain = band_radius_ > 0 ? band_begin_ : scalars_.size();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/search/photographer.hpp"
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 #include "symrig/tensor/transport_tensor.hpp"
 #include "tensor/kernels.hpp"
@@ -113,14 +114,14 @@ class KnownTransport {
   const BlockTree& tree_;
   int channels_;
   std::vector<KnownLeaf> leaves_;
-  std::vector<float> factors_;
+  PagedVector<float> factors_;
   struct Empty {
     std::int32_t level, row_block, col_block;
   };
   std::vector<Empty> empties_;
-  std::vector<ScalarLeaf> scalars_;
-  std::vector<float> scalar_values_;  // [scalar][channel]
-  std::vector<float> scalar_noise_;
+  PagedVector<ScalarLeaf> scalars_;
+  PagedVector<float> scalar_values_;  // [scalar][channel]
+  PagedVector<float> scalar_noise_;
   std::int64_t rewritten_ = 0;
   int band_radius_ = 0;         // 0: no band
   std::size_t band_begin_ = 0;  // its first scalar

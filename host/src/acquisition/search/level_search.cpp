@@ -256,7 +256,7 @@ std::vector<Preview> LevelSearch::preview(std::size_t r, std::span<const Shot> s
   std::vector<Preview> previews(shots.size());
   tbb::parallel_for(std::size_t{0}, shots.size(), [&](std::size_t k) {
     for (float& value : known[k].mean) value = -value;
-    previews[k] = {std::move(known[k].mean), std::vector<float>(size)};
+    previews[k] = {std::move(known[k].mean), PagedVector<float>(size)};
     for (const NodeIndex n : rounds_[r].tested)
       for_lit_sides(node(n), lit[k], [&](NodeLevel::Side side) {
         unknown_.add_estimate(node(n), side, shots[k].slot, *found_.beside, previews[k].unknown);

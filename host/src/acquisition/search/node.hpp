@@ -2,6 +2,7 @@
 #pragma once
 
 #include "acquisition/search/rank_test.hpp"
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
@@ -120,10 +121,10 @@ class NodeLevel {
   int level_;
   int channels_;
   std::vector<Node> nodes_;
-  std::vector<float> estimates_;
-  std::vector<EstimateSums> sums_;
-  std::vector<float> evidence_;
-  std::vector<PairNoise> pairs_;
+  PagedVector<float> estimates_;
+  PagedVector<EstimateSums> sums_;
+  PagedVector<float> evidence_;
+  PagedVector<PairNoise> pairs_;
 };
 
 }  // namespace symrig::acquisition

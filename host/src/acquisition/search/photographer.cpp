@@ -30,7 +30,7 @@ Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
 }
 
 /// The same in tree order.
-void light(const LitBlocks& blocks, std::size_t pixels, std::vector<float>& pattern) {
+void light(const LitBlocks& blocks, std::size_t pixels, PagedVector<float>& pattern) {
   pattern.assign(pixels, 0);
   for (const LitRange& r : blocks) std::fill(pattern.begin() + r.begin, pattern.begin() + r.end, 1.0F);
 }

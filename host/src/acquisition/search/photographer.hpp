@@ -24,8 +24,8 @@ using LitBlocks = std::vector<LitRange>;
 
 /// A photograph before it is taken, as far as it can be foreseen: [channel][pixel] in tree order.
 struct Preview {
-  std::vector<float> known;    ///< light of known transport
-  std::vector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
+  PagedVector<float> known;    ///< light of known transport
+  PagedVector<float> unknown;  ///< what the estimates of unknown nodes make of the rest
 };
 
 /// Forecasts what photographs will show (Probe::measure_expected).

@@ -142,7 +142,7 @@ Result<void> ShortRange::add_band(int radius) {
   photographer_.expect_later({});  // the search goes on if the combs find light that goes further
   SYMRIG_CHECK(photographer_.take("short-range light", combs));
   // seen[offset of the comb][channel][pixel]
-  std::vector<std::vector<float>> seen;
+  std::vector<PagedVector<float>> seen;
   SYMRIG_CHECK(
       photographer_.read(first, std::ssize(combs), [&](std::int64_t, std::span<TreePhotograph> photographs) {
         found_.known.subtract_from(photographs);

@@ -138,7 +138,7 @@ double own_light(const SceneFacts& facts, std::span<const Checks::Residual> resi
   double energy = 0;
   double samples = 0;
   for (const Checks::Residual& check : residuals) {
-    const std::vector<float>& pattern = check.photograph.pattern;
+    const std::span<const float> pattern = check.photograph.pattern;
     double light = 0;
     for (std::size_t j = 0; j < lit.size(); ++j)
       light +=

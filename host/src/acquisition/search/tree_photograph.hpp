@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "symrig/base/paged_vector.hpp"
 #include "symrig/image/image.hpp"
 #include "symrig/image/radiance.hpp"
 #include "symrig/tensor/block_tree.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace symrig::acquisition {
 
 /// A photograph in tree order. mean, variance, valid: [channel][pixel].
 struct TreePhotograph {
-  std::vector<float> pattern;  ///< what was lit, [pixel]
-  std::vector<float> mean, variance;
-  std::vector<std::uint8_t> valid;
+  PagedVector<float> pattern;  ///< what was lit, [pixel]
+  PagedVector<float> mean, variance;
+  PagedVector<std::uint8_t> valid;
 };
 
 /// Copies all but the pattern into tree order; pixels that are not valid become 0. False if a value that
