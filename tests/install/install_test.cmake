@@ -25,7 +25,7 @@ endforeach()
 # Every file belongs to one of the components that cmake/SymrigInstall.cmake lists.
 file(GLOB_RECURSE whole RELATIVE ${prefix} ${prefix}/*)
 set(parts "")
-foreach(component library development command python board)
+foreach(component library development command python board mpi)
   step("install ${component}" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/${component} --component ${component})
   file(GLOB_RECURSE part RELATIVE ${WORK}/${component} ${WORK}/${component}/*)
   list(APPEND parts ${part})

@@ -44,7 +44,7 @@ struct Shared {
 };
 
 Shared& shared() {
-  static Shared* const all = new Shared;  // paged memory may outlive every other static object
+  static auto* const all = new Shared;  // paged memory may outlive every other static object
   return *all;
 }
 

@@ -147,7 +147,7 @@ std::int64_t least_memory(Grid grid, int channels) {
   constexpr std::int64_t kProgram = std::int64_t{64} << 20;  // code, libraries, trees of small grids
   // A pixel of sixteen photographs as floats, for each thread that applies transport; and a few photographs
   // on their way from the rig: mean, variance, validity and what was shown.
-  const std::int64_t applied = 16 * 4 * std::int64_t{tbb::this_task_arena::max_concurrency()};
+  const std::int64_t applied = std::int64_t{16} * 4 * tbb::this_task_arena::max_concurrency();
   const std::int64_t on_their_way = 4 * (9 * std::int64_t{channels} + 4);
   return kProgram + grid.size() * (applied + on_their_way);
 }
