@@ -77,6 +77,7 @@ TEST_P(Paged, holds_what_a_vector_holds) {
 // Pages that were given back come again from the file: nothing is lost.
 TEST_P(Paged, keeps_its_values_while_pages_are_given_back) {
   std::vector<PagedVector<int>> all;
+  all.reserve(8);
   for (int n = 0; n < 8; ++n) {
     all.emplace_back(kMany);
     std::iota(all.back().begin(), all.back().end(), n);
@@ -94,6 +95,7 @@ TEST(MemoryScope, gives_pages_back_above_its_budget) {
   constexpr std::int64_t kMore = std::int64_t{16} << 20;
   const MemoryScope scope({before + kMore, before + kMore, fs::temp_directory_path()});
   std::vector<PagedVector<int>> all;
+  all.reserve(40);
   for (int n = 0; n < 40; ++n) all.emplace_back(kMany, n);  // 60 MB
   EXPECT_GE(MemoryScope::scratch_bytes(), 40 * static_cast<std::int64_t>(kMany * sizeof(int)));
   // The watch needs no more than to be scheduled; what it waits for is the number itself.
