@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/base/paged_memory.hpp"
 
-#include "symrig/base/memory.hpp"
+#include "base/scratch_files.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <cerrno>
-#include <chrono>
-#include <condition_variable>
 #include <cstdlib>
 #include <cstring>
-#include <map>
-#include <mutex>
 #include <new>
-#include <optional>
-#include <thread>
+#include <string>
 #include <utility>
 
 #include <fcntl.h>
@@ -29,40 +22,13 @@ constexpr std::size_t kLeastFile = std::size_t{256} << 10;  ///< smaller memory 
 constexpr std::size_t kLeastPages = std::size_t{32} << 20;
 constexpr std::size_t kPage = std::size_t{64} << 10;  ///< a multiple of every page size
 
-/// Bytes that paged memory may take before it goes to files. A quarter is for pages of the files.
-std::int64_t most_in_memory(const MemoryBudget& budget) {
-  return std::max<std::int64_t>(budget.bytes - budget.unpaged, 0) / 4 * 3;
-}
-
-/// What all paged memory of the process shares.
-struct Shared {
-  std::mutex mutex;                    ///< of the two below
-  std::optional<MemoryBudget> budget;  ///< while a MemoryScope lives
-  std::map<void*, std::size_t> files;  ///< mapped scratch files, and their bytes
-  std::atomic<std::int64_t> in_memory = 0;
-  std::atomic<std::int64_t> in_files = 0;
-};
-
-Shared& shared() {
-  static auto* const all = new Shared;  // paged memory may outlive every other static object
-  return *all;
-}
-
 std::size_t rounded(std::size_t bytes) {
   return (bytes + kPage - 1) / kPage * kPage;
 }
 
-/// The folder for scratch files if `more` bytes do not fit into memory.
-std::optional<std::filesystem::path> folder_for(std::size_t more) {
-  Shared& all = shared();
-  const std::scoped_lock lock(all.mutex);
-  if (!all.budget || all.in_memory + static_cast<std::int64_t>(more) <= most_in_memory(*all.budget))
-    return std::nullopt;
-  return all.budget->folder;
-}
-
 NoScratchSpace no_space(const std::filesystem::path& folder, std::size_t bytes, int cause) {
-  return NoScratchSpace(folder.string() + ": a scratch file of " + std::to_string(bytes >> 20) +
+  return NoScratchSpace(folder.string() + ": a scratch file of " +
+                        std::to_string((bytes + (std::size_t{1} << 20) - 1) >> 20) +
                         " MiB cannot be written (" + std::strerror(cause) + ")");
 }
 
@@ -100,85 +66,12 @@ void* mapped(int file, std::size_t bytes) {
   return data;
 }
 
-void enlist(void* data, std::size_t bytes) {
-  const std::scoped_lock lock(shared().mutex);
-  shared().files[data] = bytes;
-  shared().in_files += static_cast<std::int64_t>(bytes);
-}
-
 void unmap(void* data, std::size_t bytes) {
-  {
-    const std::scoped_lock lock(shared().mutex);
-    shared().files.erase(data);
-  }
-  shared().in_files -= static_cast<std::int64_t>(bytes);
+  base::scratch_files().strike(data);
   ::munmap(data, bytes);
 }
 
 }  // namespace
-
-/// Gives pages of scratch files back when the process occupies too much.
-class MemoryScope::Watch {
- public:
-  explicit Watch(std::int64_t bytes) : bytes_(bytes), thread_([this] { run(); }) {}
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
-  ~Watch() {
-    {
-      const std::scoped_lock lock(mutex_);
-      ended_ = true;
-    }
-    end_.notify_one();
-    thread_.join();
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kPause{2};
-
-  void run() {
-    std::unique_lock lock(mutex_);
-    while (!end_.wait_for(lock, kPause, [this] { return ended_; }))
-      if (MemoryScope::scratch_bytes() > 0 && resident_memory() > bytes_ / 8 * 7) give_back();
-  }
-
-  /// Goes on behind the file that was given back last, until enough is free.
-  void give_back() {
-    Shared& all = shared();
-    const std::scoped_lock lock(all.mutex);
-    for (std::size_t k = 0; k < all.files.size() && resident_memory() > bytes_ / 4 * 3; ++k) {
-      auto next = all.files.upper_bound(last_);
-      if (next == all.files.end()) next = all.files.begin();
-      last_ = next->first;
-      ::madvise(next->first, next->second, MADV_DONTNEED);  // the file keeps what was written
-    }
-  }
-
-  std::int64_t bytes_;
-  void* last_ = nullptr;
-  std::mutex mutex_;
-  std::condition_variable end_;
-  bool ended_ = false;
-  std::thread thread_;
-};
-
-MemoryScope::MemoryScope(const MemoryBudget& budget) {
-  Shared& all = shared();
-  const std::scoped_lock lock(all.mutex);
-  if (all.budget) return;
-  all.budget = budget;
-  watch_ = std::make_unique<Watch>(budget.bytes);
-}
-
-MemoryScope::~MemoryScope() {
-  if (!watch_) return;
-  watch_.reset();
-  const std::scoped_lock lock(shared().mutex);
-  shared().budget.reset();
-}
-
-std::int64_t MemoryScope::scratch_bytes() {
-  return shared().in_files;
-}
 
 PagedMemory::PagedMemory(PagedMemory&& other) noexcept {
   swap(other);
@@ -204,7 +97,7 @@ void PagedMemory::swap(PagedMemory& other) noexcept {
 }
 
 void PagedMemory::release() {
-  if (place_ != Place::file) shared().in_memory -= static_cast<std::int64_t>(capacity_);
+  if (place_ != Place::file) base::scratch_files().in_memory -= static_cast<std::int64_t>(capacity_);
   if (place_ == Place::heap) std::free(data_);
   if (place_ == Place::pages) ::munmap(data_, capacity_);
   if (place_ == Place::file) {
@@ -228,7 +121,8 @@ void PagedMemory::reserve(std::size_t bytes) {
   const std::size_t capacity = rounded(bytes);
   if (place_ == Place::file) return grow_file(capacity);
   if (bytes >= kLeastFile)
-    if (const auto folder = folder_for(capacity - capacity_)) return move_to_file(capacity, *folder);
+    if (const auto folder = base::scratch_files().folder_for(capacity - capacity_))
+      return move_to_file(capacity, *folder);
   if (place_ == Place::heap && bytes < kLeastPages) return grow_heap(bytes);
   grow_pages(capacity);
 }
@@ -236,7 +130,7 @@ void PagedMemory::reserve(std::size_t bytes) {
 void PagedMemory::grow_heap(std::size_t capacity) {
   void* const data = std::realloc(data_, capacity);
   if (data == nullptr) throw std::bad_alloc();
-  shared().in_memory += static_cast<std::int64_t>(capacity - capacity_);
+  base::scratch_files().in_memory += static_cast<std::int64_t>(capacity - capacity_);
   data_ = data;
   capacity_ = capacity;
 }
@@ -245,7 +139,7 @@ void PagedMemory::grow_pages(std::size_t capacity) {
   if (place_ == Place::pages) {
     void* const moved = ::mremap(data_, capacity_, capacity, MREMAP_MAYMOVE);
     if (moved == MAP_FAILED) throw std::bad_alloc();
-    shared().in_memory += static_cast<std::int64_t>(capacity - capacity_);
+    base::scratch_files().in_memory += static_cast<std::int64_t>(capacity - capacity_);
     data_ = moved;
     capacity_ = capacity;
     return;
@@ -257,7 +151,7 @@ void PagedMemory::grow_pages(std::size_t capacity) {
   data_ = data;
   capacity_ = capacity;
   place_ = Place::pages;
-  shared().in_memory += static_cast<std::int64_t>(capacity);
+  base::scratch_files().in_memory += static_cast<std::int64_t>(capacity);
 }
 
 void PagedMemory::move_to_file(std::size_t capacity, const std::filesystem::path& folder) {
@@ -272,7 +166,7 @@ void PagedMemory::move_to_file(std::size_t capacity, const std::filesystem::path
     throw;
   }
   release();
-  enlist(data, capacity);
+  base::scratch_files().enlist(data, capacity);
   data_ = data;
   capacity_ = capacity;
   place_ = Place::file;
@@ -280,11 +174,10 @@ void PagedMemory::move_to_file(std::size_t capacity, const std::filesystem::path
 }
 
 void PagedMemory::grow_file(std::size_t capacity) {
-  const auto folder = folder_for(capacity).value_or("scratch folder");
-  take_blocks(file_, capacity, folder);
+  take_blocks(file_, capacity, "the scratch folder");  // whatever its name was when the file was made
   void* const data = mapped(file_, capacity);
   unmap(data_, capacity_);
-  enlist(data, capacity);
+  base::scratch_files().enlist(data, capacity);
   data_ = data;
   capacity_ = capacity;
 }

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "symrig/job/capture_job.hpp"
 
+#include "acquisition/search/photographer.hpp"
 #include "job/watched_probe.hpp"
 #include "symrig/base/guarded.hpp"
 #include "symrig/base/job_files.hpp"
 #include "symrig/base/memory.hpp"
-#include "symrig/base/paged_memory.hpp"
+#include "symrig/base/memory_scope.hpp"
 #include "symrig/calibration/coaxial_check.hpp"
 #include "symrig/tensor/file.hpp"
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -109,8 +111,7 @@ std::string mebibytes(std::int64_t bytes) {
   return fmt::format("{}M", (bytes + (1 << 20) - 1) >> 20);
 }
 
-Result<void> check_memory(std::int64_t memory, const Probe& rig) {
-  const std::int64_t least = least_memory(rig.grid(), rig.channels());
+Result<void> check_memory(std::int64_t memory, std::int64_t least, const Probe& rig) {
   if (memory >= least) return {};
   return Error{
       ErrorCode::limit,
@@ -144,12 +145,10 @@ Result<void> check_job(const CaptureJob& job, const OpenedRig& rig) {
 }
 
 std::int64_t least_memory(Grid grid, int channels) {
-  constexpr std::int64_t kProgram = std::int64_t{64} << 20;  // code, libraries, trees of small grids
-  // A pixel of sixteen photographs as floats, for each thread that applies transport; and a few photographs
-  // on their way from the rig: mean, variance, validity and what was shown.
-  const std::int64_t applied = std::int64_t{16} * 4 * tbb::this_task_arena::max_concurrency();
-  const std::int64_t on_their_way = 4 * (9 * std::int64_t{channels} + 4);
-  return kProgram + grid.size() * (applied + on_their_way);
+  constexpr std::int64_t kProgram = std::int64_t{32} << 20;  // code, libraries, a simulated scene
+  // Each thread that applies transport has sixteen photographs as floats.
+  const std::int64_t applied = grid.size() * 16 * 4 * tbb::this_task_arena::max_concurrency();
+  return kProgram + applied + acquisition::bytes_in_flight(grid, channels);
 }
 
 Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
@@ -157,10 +156,11 @@ Result<CaptureOutcome> run_job(const CaptureJob& job, OpenedRig& rig) {
   SYMRIG_CHECK(check_job(job, rig));
   const LogOptions keeping = log_options(job);
   if (job.check_axis && !CaptureLog::goes_on(job.output, keeping)) SYMRIG_CHECK(check_axis(*rig.probe));
-  const std::int64_t memory = job.memory > 0 ? job.memory : usual_memory();
-  SYMRIG_CHECK(check_memory(memory, *rig.probe));
-  const MemoryScope scope(
-      {memory, least_memory(rig.probe->grid(), rig.probe->channels()), scratch_folder(job)});
+  const std::int64_t least = least_memory(rig.probe->grid(), rig.probe->channels());
+  if (job.memory > 0) SYMRIG_CHECK(check_memory(job.memory, least, *rig.probe));
+  // Nobody asked for the usual memory, so it is no reason to refuse.
+  const std::int64_t memory = job.memory > 0 ? job.memory : std::max(usual_memory(), least);
+  const MemoryScope scope({memory, least, scratch_folder(job)});
   SYMRIG_TRY(CaptureLog log, CaptureLog::open(job.output, keeping, log_identity(*rig.probe, settings)));
   Result<CaptureOutcome> outcome = guarded([&] { return measure_and_save(job, settings, rig, log.log()); });
   if (!outcome) return log.broken_off(outcome.error());

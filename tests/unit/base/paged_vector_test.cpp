@@ -4,6 +4,7 @@
 
 #include "symrig/base/byte_size.hpp"
 #include "symrig/base/memory.hpp"
+#include "symrig/base/memory_scope.hpp"
 
 #include <cstdlib>
 #include <numeric>
@@ -56,7 +57,7 @@ TEST_P(Paged, holds_what_a_vector_holds) {
   }
   expect_place(GetParam());
   const std::vector<int> more(1000, -3);
-  paged.insert(paged.end(), more.begin(), more.end());
+  paged.append(more.begin(), more.end());
   plain.insert(plain.end(), more.begin(), more.end());
   paged.resize(paged.size() + 10);
   plain.resize(plain.size() + 10);

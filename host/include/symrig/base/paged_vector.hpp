@@ -32,9 +32,10 @@ class PagedVector {
   PagedVector(std::initializer_list<T> values) : PagedVector(values.begin(), values.end()) {}
   template <std::forward_iterator It>
   PagedVector(It first, It last) {
-    insert(end(), first, last);
+    append(first, last);
   }
-  PagedVector(const std::vector<T>& values) : PagedVector(values.begin(), values.end()) {}  // NOLINT: a copy
+  PagedVector(const std::vector<T>& values)  // NOLINT: as if they were one type; a copy
+      : PagedVector(values.begin(), values.end()) {}
   PagedVector(const PagedVector& other) : PagedVector(other.begin(), other.end()) {}
   PagedVector(PagedVector&& other) noexcept
       : memory_(std::move(other.memory_)), size_(std::exchange(other.size_, 0)) {}
@@ -59,9 +60,7 @@ class PagedVector {
   const T* end() const { return data() + size_; }
   T& operator[](std::size_t k) { return data()[k]; }
   const T& operator[](std::size_t k) const { return data()[k]; }
-  const T& front() const { return data()[0]; }
   const T& back() const { return data()[size_ - 1]; }
-  T& back() { return data()[size_ - 1]; }
 
   void clear() { size_ = 0; }
   void reserve(std::size_t size) { memory_.reserve(size * sizeof(T)); }
@@ -79,7 +78,7 @@ class PagedVector {
   template <std::forward_iterator It>
   void assign(It first, It last) {
     clear();
-    insert(end(), first, last);
+    append(first, last);
   }
   void push_back(const T& value) {
     const T copy = value;
@@ -89,8 +88,7 @@ class PagedVector {
   }
   /// Adds values of another container at the end.
   template <std::forward_iterator It>
-  void insert(const T* at_end, It first, It last) {
-    static_cast<void>(at_end);
+  void append(It first, It last) {
     const auto count = static_cast<std::size_t>(std::distance(first, last));
     grow_to(size_ + count);
     std::uninitialized_copy(first, last, data() + size_);

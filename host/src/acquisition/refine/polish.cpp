@@ -194,7 +194,7 @@ void Polish::shorten(Numbers& move) const {
 
 Polish::Numbers Polish::numbers() const {
   Numbers all(known_.factors().begin(), known_.factors().end());
-  all.insert(all.end(), known_.scalar_values().begin(), known_.scalar_values().end());
+  all.append(known_.scalar_values().begin(), known_.scalar_values().end());
   return all;
 }
 

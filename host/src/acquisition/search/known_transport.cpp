@@ -20,7 +20,7 @@ std::int32_t KnownTransport::add_leaf(std::int32_t row_begin, std::int32_t row_e
                                       std::int32_t col_end, int level, std::span<const float> factors) {
   leaves_.push_back({row_begin, row_end, col_begin, col_end, level, 0, 0, false,
                      static_cast<std::int64_t>(factors_.size())});
-  factors_.insert(factors_.end(), factors.begin(), factors.end());
+  factors_.append(factors.begin(), factors.end());
   return static_cast<std::int32_t>(leaves_.size()) - 1;
 }
 
@@ -41,7 +41,7 @@ void KnownTransport::add_scalar(std::int32_t row, std::int32_t col, std::span<co
                                 float noise) {
   scalars_.push_back({row, col});
   scalar_noise_.push_back(noise);
-  scalar_values_.insert(scalar_values_.end(), values.begin(), values.end());
+  scalar_values_.append(values.begin(), values.end());
 }
 
 void KnownTransport::begin_band(int radius) {

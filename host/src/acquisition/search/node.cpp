@@ -59,8 +59,8 @@ void NodeLevel::add(std::int32_t row, std::int32_t col, std::span<const float> c
     const std::size_t at = channel;
     const auto c_of = c.subspan(at * rows, rows);
     const auto r_of = node.diagonal() ? c_of : r.subspan(at * cols, cols);
-    estimates_.insert(estimates_.end(), c_of.begin(), c_of.end());
-    if (!node.diagonal()) estimates_.insert(estimates_.end(), r_of.begin(), r_of.end());
+    estimates_.append(c_of.begin(), c_of.end());
+    if (!node.diagonal()) estimates_.append(r_of.begin(), r_of.end());
     const double s = 0.5 * (sum(c_of) + sum(r_of));
     const double floor = std::sqrt(std::max(energy(c_of), energy(r_of)));
     sums_.push_back({std::max(s, floor), c_noise[at].variance, r_noise[at].variance});

@@ -21,6 +21,16 @@ constexpr std::size_t kLargestBatch = 32;
 
 constexpr std::size_t kPoolBytes = std::size_t{256} << 20;  // photographs that are worked on at once
 
+/// Mean, variance and validity.
+std::size_t photograph_bytes(Grid grid, int channels) {
+  return static_cast<std::size_t>(grid.size()) * (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels);
+}
+
+/// Photographs that are taken together.
+std::size_t batch_of(std::size_t photograph) {
+  return std::clamp(kBatchBytes / std::max<std::size_t>(photograph, 1), std::size_t{2}, kLargestBatch);
+}
+
 Pattern picture(const BlockTree& tree, const LitBlocks& blocks) {
   Pattern pattern(tree.grid());
   const auto values = pattern.plane(0);
@@ -43,9 +53,14 @@ Error not_finite() {
 }  // namespace
 
 std::size_t Photographer::batch_size() const {
-  const std::size_t bytes =
-      tree_.order().size() * (2 * sizeof(float) + 1) * static_cast<std::size_t>(channels_);
-  return std::clamp(kBatchBytes / std::max<std::size_t>(bytes, 1), std::size_t{2}, kLargestBatch);
+  return batch_of(photograph_bytes(tree_.grid(), channels_));
+}
+
+std::int64_t bytes_in_flight(Grid grid, int channels) {
+  const std::size_t photograph = photograph_bytes(grid, channels);
+  const std::size_t pattern = static_cast<std::size_t>(grid.size()) * sizeof(float);
+  // Photographs of one batch are used while those of the next are taken, and patterns of a third are made.
+  return static_cast<std::int64_t>(batch_of(photograph) * (2 * photograph + 3 * pattern));
 }
 
 /// first: the number of the first of these patterns, for preview.

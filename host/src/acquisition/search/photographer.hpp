@@ -41,6 +41,9 @@ class Forecaster {
                                           std::span<const Preview> previews) const = 0;
 };
 
+/// Bytes of the photographs and patterns that a capture holds between rig and search.
+std::int64_t bytes_in_flight(Grid grid, int channels);
+
 /// Shows patterns made of blocks, and gives the photographs in tree order. It asks for them in batches, so
 /// that memory stays bounded. While the rig photographs one batch, another thread uses the one before and
 /// prepares the next. It counts photographs and reports progress.
